@@ -1,0 +1,109 @@
+"""The chain of equal spheres, and the scales that take its units off and put them back (eq. (1))."""
+
+from __future__ import annotations
+
+import math
+
+from attrs import field, frozen
+from attrs.validators import instance_of
+
+from shockwave.chain.material import Material
+from shockwave.errors import InvalidValueError
+from shockwave.fields import quantity
+
+__all__ = ["Chain", "Scales"]
+
+
+@frozen(kw_only=True)
+class Chain:
+    """Equal elastic spheres in a row, in contact but not compressed, both ends free.
+
+    Parameters
+    ----------
+    material : Material
+        The material of every granule.
+    radius : float
+        R [m], above 0.
+    granules : int, optional
+        Their number, at least 2. Left out, the chain is as long as the answer needs.
+
+    Raises
+    ------
+    InvalidValueError
+        When a value is out of range, or the chain's mass or stiffness leaves the range of a float.
+    """
+
+    material: Material = field(validator=instance_of(Material))
+    radius: float = quantity("m", "radius R of the granules", above=0)
+    granules: int | None = quantity("", "number of granules", at_least=2, whole=True, optional=True, default=None)
+
+    def __attrs_post_init__(self) -> None:
+        for name, value in (("mass", self.granule_mass), ("stiffness", self.contact_stiffness)):
+            if not (math.isfinite(value) and value > 0):
+                problem = f"must give granules a {name} that a floating-point number can hold (got {value:g})"
+                raise InvalidValueError.of("radius", problem)
+
+    @property
+    def granule_mass(self) -> float:
+        """Mass of one granule, m = 4/3 pi R^3 rho [kg]."""
+        return 4 / 3 * math.pi * self.radius**3 * self.material.density
+
+    @property
+    def plane_strain_modulus(self) -> float:
+        """E / (1 - nu^2) [Pa], the modulus that contacts feel."""
+        return self.material.youngs_modulus / (1 - self.material.poisson_ratio**2)
+
+    @property
+    def contact_stiffness(self) -> float:
+        """k of Hertz's law F = k d^(3/2) between equal spheres, sqrt(2 R) E / (3 (1 - nu^2)) [N/m^1.5]."""
+        return math.sqrt(2 * self.radius) * self.plane_strain_modulus / 3
+
+    def momentum_parameter(self, coefficient: float) -> float:
+        """A of eq. (4c): a solitary wave of peak force F carries the momentum A F^(5/6).
+
+        ``coefficient`` is its leading number: 13/3 in the paper, 4.344507853978653 exactly. The result
+        is in N^(1/6) s.
+        """
+        # Factor by factor, so that no intermediate power leaves the range of a float.
+        cube = (self.material.density / self.plane_strain_modulus) * self.radius**4
+        return float(coefficient * math.cbrt(cube) * self.material.density ** (1 / 6))
+
+
+@frozen
+class Scales:
+    """Units in which the chain has mass 1, contact stiffness 1, and a chosen force is 1.
+
+    Eq. (1) keeps its form under x -> l x, t -> l^(-1/4) t, F -> l^(3/2) F, so one scaled problem serves
+    every chain. Attributes are the SI values of the scaled units.
+    """
+
+    force: float
+    time: float
+    mass: float
+    granule_spacing: float
+
+    @classmethod
+    def of(cls, chain: Chain, force: float) -> Scales:
+        """Scales of ``chain`` with ``force`` [N] as the unit: T0 = sqrt(m) k^(-1/3) F0^(-1/6)."""
+        time = math.sqrt(chain.granule_mass) / math.cbrt(chain.contact_stiffness) / force ** (1 / 6)
+        return cls(force, time, chain.granule_mass, 2 * chain.radius)
+
+    @property
+    def momentum(self) -> float:
+        """Unit of momentum [N s]."""
+        return self.force * self.time
+
+    @property
+    def velocity(self) -> float:
+        """Unit of granule velocity [m/s]."""
+        return self.momentum / self.mass
+
+    @property
+    def energy(self) -> float:
+        """Unit of energy [J]."""
+        return self.momentum * self.velocity
+
+    @property
+    def wave_speed(self) -> float:
+        """SI value of one granule a unit of time [m/s]."""
+        return self.granule_spacing / self.time

@@ -1,0 +1,255 @@
+"""The command line: predict, simulate, compare, validate, list, new.
+
+Heavy imports stand inside the commands, so that help costs nothing and a prediction loads no simulator.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from shockwave import __version__
+from shockwave.errors import FileAccessError, NumericalError, ScenarioError, ShockwaveError
+
+if TYPE_CHECKING:
+    from shockwave.scenario.load import Scenario
+
+__all__ = ["main"]
+
+_KINDS = ("profiles", "integrators", "quadratures", "materials", "models", "plugins")
+_EXITS = "exit status: 0 done; 1 a run failed; 2 usage; 3 invalid scenario; 4 faulty plugin; 5 file access"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit status; no exception leaves it."""
+    options = _parser().parse_args(arguments)
+    try:
+        status: int = options.command(options)
+        sys.stdout.flush()
+        return status
+    except ShockwaveError as error:
+        print(error, file=sys.stderr)
+        return error.exit_code
+    except BrokenPipeError:
+        # The reader of our output has gone; Python must not complain about it again on exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return 130
+    except Exception as error:
+        if os.environ.get("SHOCKWAVE_DEBUG"):
+            raise
+        print(
+            f"internal error: {type(error).__name__}: {error} (SHOCKWAVE_DEBUG=1 shows where; please report it)",
+            file=sys.stderr,
+        )
+        return 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="shockwave", description="Solitary waves in granular chains under shocks.", epilog=_EXITS
+    )
+    parser.add_argument("--version", action="version", version=f"shockwave {__version__}")
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+
+    def command(name: str, run: Callable[[argparse.Namespace], int], summary: str) -> argparse.ArgumentParser:
+        added = commands.add_parser(name, help=summary, description=summary, epilog=_EXITS)
+        added.set_defaults(command=run)
+        return added
+
+    for name, run, summary in (
+        ("predict", _predict, "say a priori which waves a shock makes"),
+        ("simulate", _simulate, "integrate the equations of motion and measure the waves"),
+        ("compare", _compare, "prediction beside simulation"),
+        ("validate", _validate, "check scenario files and tell every fault"),
+    ):
+        added = command(name, run, summary)
+        added.add_argument("files", nargs="+", metavar="FILE", help="scenario file (YAML)")
+        added.add_argument("--json", action="store_true", help="one JSON document on stdout")
+        if name in ("simulate", "compare"):
+            added.add_argument("--rtol", type=float, help="relative error asked for, in place of the scenario's")
+    listing = command("list", _list, "what is registered, built in and plugged in")
+    listing.add_argument("kind", nargs="?", choices=_KINDS, help="only these")
+    listing.add_argument("--json", action="store_true", help="one JSON document on stdout")
+    new = command("new", _new, "write a scenario with every key and its meaning")
+    new.add_argument("--profile", default="power-law", help="name of a profile (default: power-law)")
+    new.add_argument("-o", "--output", metavar="FILE", help="write to FILE, which must not exist, not to stdout")
+    return parser
+
+
+def _scenarios(files: Sequence[str]) -> list[Scenario]:
+    """All scenarios, or every fault of every file at once."""
+    from shockwave.scenario.load import load_scenario
+
+    scenarios, faults = [], []
+    for file in files:
+        try:
+            scenarios.append(load_scenario(file))
+        except ScenarioError as error:
+            faults.extend(error.faults)
+    if faults:
+        raise ScenarioError(faults)
+    return scenarios
+
+
+def _run(
+    options: argparse.Namespace,
+    one: Callable[[Scenario], Any],
+    several: Callable[[list[Any], list[Scenario]], str],
+) -> int:
+    """Do ``one`` for every scenario and print the results; a failure is told and does not stop the others."""
+    scenarios = _scenarios(options.files)
+    done, documents, status = [], [], 0
+    for number, scenario in enumerate(scenarios, start=1):
+        if len(scenarios) > 1 and sys.stderr.isatty():
+            print(f"{number} of {len(scenarios)}: {scenario.name}", file=sys.stderr)
+        try:
+            result = one(scenario)
+        except NumericalError as error:
+            print(f"{scenario.name}: {error}", file=sys.stderr)
+            documents.append({"scenario": scenario.name, "error": str(error)})
+            status = error.exit_code
+        else:
+            done.append((result, scenario))
+            documents.append(result.to_dict())
+    if options.json:
+        _print_json(documents if len(options.files) > 1 else documents[0])
+    elif len(options.files) == 1:
+        print(*(result for result, _ in done), sep="\n")
+    elif done:
+        print(several([result for result, _ in done], [scenario for _, scenario in done]))
+    return status
+
+
+def _print_json(document: object) -> None:
+    print(json.dumps(document, indent=2, allow_nan=False))
+
+
+def _predict(options: argparse.Namespace) -> int:
+    from attrs import evolve
+
+    from shockwave.report import outcome_table
+
+    def one(scenario: Scenario) -> Any:
+        return evolve(scenario.predictor.predict(scenario.shock, scenario.chain), scenario=scenario.name)
+
+    return _run(options, one, lambda outcomes, _: outcome_table(outcomes))
+
+
+def _simulate(options: argparse.Namespace) -> int:
+    from attrs import evolve
+
+    from shockwave.measurement.simulate import simulate
+    from shockwave.report import simulation_table
+
+    def one(scenario: Scenario) -> Any:
+        result = simulate(scenario.shock, scenario.chain, **_settings(options, scenario))
+        return evolve(result, scenario=scenario.name)
+
+    return _run(options, one, lambda results, _: simulation_table(results))
+
+
+def _compare(options: argparse.Namespace) -> int:
+    from attrs import evolve
+
+    from shockwave.comparison import compare
+    from shockwave.report import comparison_table
+
+    def one(scenario: Scenario) -> Any:
+        found = compare(scenario.shock, scenario.chain, scenario.predictor, **_settings(options, scenario))
+        return evolve(
+            found,
+            predicted=evolve(found.predicted, scenario=scenario.name),
+            simulated=evolve(found.simulated, scenario=scenario.name),
+        )
+
+    return _run(options, one, lambda found, scenarios: comparison_table(found, [s.published for s in scenarios]))
+
+
+def _settings(options: argparse.Namespace, scenario: Scenario) -> dict[str, Any]:
+    chosen = scenario.simulate
+    return {
+        "rtol": chosen.rtol if options.rtol is None else options.rtol,
+        "integrator": chosen.integrator,
+        "wave_threshold": chosen.wave_threshold,
+    }
+
+
+def _validate(options: argparse.Namespace) -> int:
+    from shockwave.scenario.load import load_scenario
+
+    status, documents = 0, []
+    for file in options.files:
+        try:
+            load_scenario(file)
+            faults = ()
+        except ScenarioError as error:
+            faults, status = error.faults, error.exit_code
+        documents.append(
+            {
+                "file": file,
+                "valid": not faults,
+                "faults": [{"location": f.location, "path": f.path, "problem": f.problem} for f in faults],
+            }
+        )
+        if not options.json:
+            print(*(faults or [f"{file}: valid"]), sep="\n")
+    if options.json:
+        _print_json(documents if len(documents) > 1 else documents[0])
+    return status
+
+
+def _list(options: argparse.Namespace) -> int:
+    from shockwave import registry
+
+    kinds = [options.kind] if options.kind else list(_KINDS)
+    document: dict[str, list[dict[str, Any]]] = {}
+    for kind in kinds:
+        if kind == "plugins":
+            document[kind] = [
+                {
+                    "name": plugin.distribution,
+                    "summary": plugin.problem or ", ".join(entry.name for _, entry in plugin.entries),
+                    "distribution": f"{plugin.distribution} {plugin.version}",
+                    "problem": plugin.problem or None,
+                }
+                for plugin in registry.plugins()
+            ]
+        else:
+            document[kind] = [
+                {"name": entry.name, "summary": entry.summary, "distribution": entry.distribution}
+                for entry in registry.entries(kind)
+            ]
+    if options.json:
+        _print_json(document[options.kind] if options.kind else document)
+        return 0
+    from shockwave.report import table
+
+    for kind, found in document.items():
+        rows = [(row["name"], row["summary"], row["distribution"]) for row in found]
+        print(table((kind, "", "from"), rows) if rows else f"{kind}: none installed", end="\n\n")
+    return 0
+
+
+def _new(options: argparse.Namespace) -> int:
+    from shockwave.scenario.template import template
+
+    text = template(options.profile)
+    if not options.output:
+        print(text, end="")
+        return 0
+    try:
+        with Path(options.output).open("x", encoding="utf-8") as file:
+            file.write(text)
+    except OSError as error:
+        reason = "it exists already; choose another name" if isinstance(error, FileExistsError) else error.strerror
+        raise FileAccessError(f"{options.output}: cannot be written ({reason})") from error
+    print(f"{options.output}: written", file=sys.stderr)
+    return 0

@@ -1,0 +1,76 @@
+"""Prediction beside simulation: how right the relations are for one shock on one chain."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from attrs import frozen
+
+from shockwave.chain.chain import Chain
+from shockwave.measurement.result import SimulationResult
+from shockwave.measurement.simulate import simulate
+from shockwave.prediction.outcome import Outcome
+from shockwave.prediction.predictor import Predictor
+from shockwave.profiles.shock import Shock
+from shockwave.theory.scaled import Relation
+
+__all__ = ["Comparison", "compare"]
+
+
+@frozen(kw_only=True)
+class Comparison:
+    """A prediction and a simulation of the same scene.
+
+    Attributes
+    ----------
+    predicted, simulated : Outcome, SimulationResult
+        The two answers.
+    error : float
+        Relative error of the predicted peak force; known as far as ``simulated.error_estimate`` allows.
+    relation : str
+        ``less``, ``equal`` or ``greater`` by simulation, with the predictor's tolerance of equality.
+    """
+
+    predicted: Outcome
+    simulated: SimulationResult
+    error: float
+    relation: Relation
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ``compare --json`` prints."""
+        return {
+            "scenario": self.predicted.scenario,
+            "predicted": self.predicted.to_dict(),
+            "simulated": self.simulated.to_dict(),
+            "errors": {"peak_force": self.error},
+            "relations": {"predicted": self.predicted.relation, "simulated": self.relation},
+        }
+
+    def __str__(self) -> str:
+        from shockwave.report import comparison_text
+
+        return comparison_text(self)
+
+
+def compare(
+    shock: Shock,
+    chain: Chain,
+    predictor: Predictor | None = None,
+    rtol: float = 1e-6,
+    integrator: str = "dop853",
+    wave_threshold: float = 5e-3,
+) -> Comparison:
+    """Predict and simulate ``shock`` on ``chain``; parameters as of `Predictor` and `simulate`."""
+    predictor = predictor or Predictor()
+    predicted = predictor.predict(shock, chain)
+    simulated = simulate(shock, chain, rtol=rtol, integrator=integrator, wave_threshold=wave_threshold)
+    excess = simulated.amplification - 1
+    relation: Relation = "greater" if excess > 0 else "less"
+    if abs(excess) <= predictor.equal_tolerance:
+        relation = "equal"
+    return Comparison(
+        predicted=predicted,
+        simulated=simulated,
+        error=predicted.peak_force / simulated.peak_force - 1,
+        relation=relation,
+    )

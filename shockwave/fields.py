@@ -1,0 +1,126 @@
+"""Declared values: one declaration gives a field its unit, range, meaning and check.
+
+The same declaration serves a Python constructor (which raises on the first bad value), a scenario
+file (where the loader finds all bad values at once) and the templates that ``shockwave new`` writes.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import attrs
+from attrs import frozen
+
+from shockwave.errors import InvalidValueError
+
+__all__ = ["Quantity", "quantity", "quantity_of", "text_of"]
+
+_KEY = "shockwave"
+
+
+@frozen
+class Quantity:
+    """What a number means: SI ``unit`` ("" when it has no dimension), ``meaning``, range.
+
+    ``above`` and ``below`` exclude their bound, ``at_least`` and ``at_most`` include it. ``whole``
+    asks for an integer, ``optional`` admits None. ``samples`` marks a sequence of numbers.
+    """
+
+    unit: str
+    meaning: str
+    above: float | None = None
+    at_least: float | None = None
+    below: float | None = None
+    at_most: float | None = None
+    whole: bool = False
+    optional: bool = False
+    samples: bool = False
+
+    @property
+    def rule(self) -> str:
+        """The range in words, such as ``> 0 Pa`` or ``> -1 and < 0.5``."""
+        limits = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
+        parts = [f"{sign} {bound:g}" for sign, bound in limits if bound is not None]
+        text = " and ".join(parts) or ("a whole number" if self.whole else "a finite number")
+        if self.whole and parts:
+            text = f"a whole number {text}"
+        return f"{text} {self.unit}".rstrip()
+
+    def problem(self, value: object) -> str | None:
+        """What is wrong with ``value``, or None when nothing is."""
+        if value is None:
+            return None if self.optional else f"must be {self.rule} (got nothing)"
+        try:
+            number = math.nan if isinstance(value, bool | str) else float(value)  # type: ignore[arg-type]
+        except (TypeError, ValueError, OverflowError):
+            number = math.nan
+        fits = (
+            math.isfinite(number)
+            and (not self.whole or number == int(number))
+            and (self.above is None or number > self.above)
+            and (self.at_least is None or number >= self.at_least)
+            and (self.below is None or number < self.below)
+            and (self.at_most is None or number <= self.at_most)
+        )
+        return None if fits else f"must be {self.rule} (got {text_of(value)})"
+
+    def convert(self, value: Any) -> Any:
+        """``value`` as a float or int; a wrong one is left alone, for the check to report."""
+        if self.problem(value) is not None or value is None:
+            return value
+        return int(value) if self.whole else float(value)
+
+
+def quantity(
+    unit: str,
+    meaning: str,
+    *,
+    default: Any = attrs.NOTHING,
+    above: float | None = None,
+    at_least: float | None = None,
+    below: float | None = None,
+    at_most: float | None = None,
+    whole: bool = False,
+    optional: bool = False,
+) -> Any:
+    """An attrs field that holds a checked number.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit; an empty string when the number has no dimension.
+    meaning : str
+        One line for people, shown in templates and references.
+    default : float, optional
+        Left out, the field must be given.
+    above, at_least, below, at_most : float, optional
+        The range, without and with the bound itself.
+    whole, optional : bool
+        Ask for an integer; admit None.
+
+    Raises
+    ------
+    InvalidValueError
+        From the constructor of the class, when a value is out of range.
+    """
+    spec = Quantity(unit, meaning, above, at_least, below, at_most, whole, optional)
+
+    def check(_: Any, attribute: attrs.Attribute[Any], value: Any) -> None:
+        problem = spec.problem(value)
+        if problem is not None:
+            raise InvalidValueError.of(attribute.name, problem)
+
+    return attrs.field(default=default, converter=spec.convert, validator=check, metadata={_KEY: spec})
+
+
+def quantity_of(attribute: attrs.Attribute[Any]) -> Quantity | None:
+    """The declaration behind an attrs attribute, if it was made by `quantity` or carries one."""
+    spec = attribute.metadata.get(_KEY)
+    return spec if isinstance(spec, Quantity) else None
+
+
+def text_of(value: object, limit: int = 60) -> str:
+    """``value`` as a message shows it: its repr, cut to a length that fits a line."""
+    shown = repr(value)
+    return shown if len(shown) <= limit else shown[: limit - 3] + "..."

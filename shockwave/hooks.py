@@ -1,0 +1,59 @@
+"""What a plugin registers: nouns, by hooks that take nothing and return entries.
+
+A distribution names a module of its own under the entry-point group ``shockwave``. That module holds one or
+more of the functions below, marked with `hookimpl`, and should import nothing heavy::
+
+    from shockwave.hooks import Entry, hookimpl
+
+    @hookimpl
+    def shockwave_profiles():
+        return [Entry("half-sine", "shockwave_pulses.half_sine:HalfSine", "half a period of a sine")]
+"""
+
+from __future__ import annotations
+
+import pluggy
+from attrs import frozen
+
+__all__ = ["Entry", "hookimpl"]
+
+hookimpl = pluggy.HookimplMarker("shockwave")
+_hookspec = pluggy.HookspecMarker("shockwave")
+
+
+@frozen
+class Entry:
+    """A registered noun: its ``name``, its ``address`` (``package.module:attribute``) and one line on it.
+
+    ``distribution`` is filled in by the registry.
+    """
+
+    name: str
+    address: str
+    summary: str
+    distribution: str = ""
+
+
+@_hookspec
+def shockwave_profiles() -> list[Entry]:  # type: ignore[empty-body]
+    """Addresses of `ShockProfile` subclasses."""
+
+
+@_hookspec
+def shockwave_integrators() -> list[Entry]:  # type: ignore[empty-body]
+    """Addresses of `Integrator` subclasses."""
+
+
+@_hookspec
+def shockwave_quadratures() -> list[Entry]:  # type: ignore[empty-body]
+    """Addresses of `Quadrature` subclasses."""
+
+
+@_hookspec
+def shockwave_materials() -> list[Entry]:  # type: ignore[empty-body]
+    """Addresses of `Material` objects."""
+
+
+@_hookspec
+def shockwave_models() -> list[Entry]:  # type: ignore[empty-body]
+    """Addresses of prediction models, functions of a scaled shock."""

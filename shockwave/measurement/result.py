@@ -1,0 +1,113 @@
+"""What a simulation says."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from attrs import asdict, field, frozen
+
+__all__ = ["Cost", "MeasuredWave", "SimulationResult"]
+
+
+@frozen(kw_only=True)
+class MeasuredWave:
+    """One wave as it passed a contact, in SI units.
+
+    Attributes
+    ----------
+    peak_force, momentum, energy, width, granule_velocity : float
+        As in `SolitaryWave`, measured from the history of the contact force.
+    speed : float or None
+        Of the peak along the chain [m/s]; None in a chain too short to tell.
+    contact : int
+        Where it was read, counted from 0: contact i lies between granules i and i + 1.
+    arrival_time : float
+        Of its peak there [s].
+    error_estimate : float
+        Relative, of ``peak_force`` as the limit far along the chain.
+    """
+
+    peak_force: float
+    momentum: float
+    energy: float
+    speed: float | None
+    width: float
+    granule_velocity: float
+    contact: int
+    arrival_time: float
+    error_estimate: float
+
+
+@frozen(kw_only=True)
+class Cost:
+    """What a result cost: both runs together; ``seconds`` vary from run to run and are left out of comparisons."""
+
+    steps: int
+    force_evaluations: int
+    seconds: float = field(eq=False)
+
+
+@frozen(kw_only=True)
+class SimulationResult:
+    """What direct simulation of eq. (1) found.
+
+    Attributes
+    ----------
+    peak_force, amplification : float
+        Of the primary [N]; over the shock's peak force.
+    error_estimate : float
+        Relative, of ``peak_force``: from a run with a looser step control and from the approach to the limit.
+    waves : tuple of MeasuredWave
+        Primary first; weaker than ``wave_threshold`` times the primary are not counted.
+    recoil_momentum : float
+        Of the granules thrown back [N s], zero or negative.
+    recoil_velocities : tuple of float
+        Of the granules counted in ``ejected_granules`` [m/s], first granule first.
+    ejected_granules : int
+        Granules thrown back faster than a thousandth of the granules in the primary.
+    momentum_defect, energy_defect : float
+        Relative: what the granules hold at the end against the impulse and the work of the force.
+    """
+
+    peak_force: float
+    amplification: float
+    error_estimate: float
+    waves: tuple[MeasuredWave, ...]
+    wave_threshold: float
+    applied_momentum: float
+    recoil_momentum: float
+    recoil_velocities: tuple[float, ...]
+    ejected_granules: int
+    momentum_defect: float
+    energy_defect: float
+    integrator: str
+    rtol: float
+    cost: Cost
+    warnings: tuple[str, ...]
+    scenario: str | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ``simulate --json`` prints: SI floats, no NaN."""
+        return {
+            "scenario": self.scenario,
+            "peak_force": self.peak_force,
+            "amplification": self.amplification,
+            "error_estimate": self.error_estimate,
+            "waves": [asdict(wave) for wave in self.waves],
+            "wave_threshold": self.wave_threshold,
+            "applied_momentum": self.applied_momentum,
+            "recoil_momentum": self.recoil_momentum,
+            "recoil_velocities": list(self.recoil_velocities),
+            "ejected_granules": self.ejected_granules,
+            "momentum_defect": self.momentum_defect,
+            "energy_defect": self.energy_defect,
+            "integrator": self.integrator,
+            "rtol": self.rtol,
+            "cost": asdict(self.cost),
+            "warnings": list(self.warnings),
+        }
+
+    def __str__(self) -> str:
+        from shockwave.report import simulation_text
+
+        return simulation_text(self)

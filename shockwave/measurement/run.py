@@ -1,0 +1,245 @@
+"""One run of the chain, from the shock to the waves."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from attrs import define, field, frozen
+
+from shockwave.measurement.peaks import Peak, PeakLog
+from shockwave.measurement.probe import PassingWave, Probe
+from shockwave.measurement.settle import Settling, free_granules, settling
+from shockwave.quadrature import FloatArray
+from shockwave.simulation.integrator import Integrator
+from shockwave.simulation.march import Span, march
+from shockwave.simulation.problem import ChainProblem, contact_forces, overlaps
+
+__all__ = ["Books", "Demand", "Run", "run"]
+
+# How often, in units of time, the waves are judged.
+_INTERVAL = 4.0
+# A probe is set this far ahead of a wave's last peak, so that the whole wave passes it.
+_AHEAD = 4
+# The foot of a wave has passed after this many of its widths; 1.56 is the width at peak force 1.
+_PASSED = 3.5 * 1.56
+# Contacts that the front may pass before waves other than the primary are read as they are: this many, and so
+# many for each unit of time that the force lasts.
+_BUDGET = 150.0
+_BUDGET_RATE = 6.0
+# Free ends are felt this many granules away.
+_REACH = 8
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+
+
+@frozen
+class Demand:
+    """What a run must find.
+
+    ``wave_threshold`` is the weakest wave that counts, over the primary; ``primary`` and ``later`` are the doubts
+    allowed in their peaks, relative to each; ``most_contacts`` the longest chain.
+    """
+
+    wave_threshold: float
+    primary: float
+    later: float
+    most_contacts: int
+
+    def doubt_allowed(self, head: Peak, strongest: float) -> float:
+        """For the wave at ``head``: weak waves are less sure, as rounding and step errors weigh more."""
+        if head.force >= strongest:
+            return self.primary
+        return self.later * math.sqrt(strongest / head.force)
+
+
+@frozen
+class Books:
+    """Momentum and energy in the chain at the end, against what the force has put in."""
+
+    impulse: float
+    momentum: float
+    work: float
+    energy: float
+
+
+@frozen(eq=False)
+class Run:
+    """What one run found, in scaled units.
+
+    ``waves`` are in the order in which they pass; ``doubts`` bound how far each peak is from its limit along
+    the chain (zero where the chain ends: its answer is the peak itself). ``recoils`` are the velocities of the
+    granules thrown back, first granule first. ``settled`` is False when the chain's limit came first.
+    """
+
+    waves: tuple[PassingWave, ...]
+    doubts: tuple[float, ...]
+    recoils: tuple[float, ...]
+    books: Books
+    settled: bool
+    reached_end: bool
+    steps: int
+    evaluations: int
+
+
+@define
+class _Work:
+    """Work of the force, integral of F v1, by parts: I u1 + I^2/2 + integral of I f, smooth where F is not."""
+
+    problem: ChainProblem
+    _gathered: float = 0.0
+    value: float = field(default=0.0, init=False)
+
+    def observe(self, span: Span) -> None:
+        if span.begin >= self.problem.duration:
+            return
+        middle, half = (span.begin + span.end) / 2, (span.end - span.begin) / 2
+        for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+            time = middle + half * node
+            x, _ = span.at(time)
+            self._gathered += weight * half * self.problem.impulse(time) * float(contact_forces(x[:2])[0])
+        impulse = self.problem.impulse(span.end)
+        self.value = impulse * (float(span.v1[0]) - impulse / 2) + self._gathered
+
+
+@frozen
+class _Reading:
+    """A wave that is known: its last peak then, the probe set before it, the doubt left in its peak."""
+
+    head: Peak
+    probe: Probe
+    doubt: float
+
+
+@define
+class _Reader:
+    """Sets a probe before each wave as soon as the wave is known, and says when all have been read."""
+
+    demand: Demand
+    budget: float
+    readings: dict[int, _Reading] = field(factory=dict)
+    settled: bool = True
+
+    def judge(self, state: Settling) -> bool:
+        """Take up the waves that are known now; True once every wave is taken up."""
+        if not state.heads:
+            return False
+        strongest = max(head.force for head in state.heads)
+        front = state.heads[0].contact
+        for index, (head, doubt) in enumerate(zip(state.heads, state.doubts, strict=True)):
+            # The primary is worth any length of chain; the others get what it needed, or a fair share.
+            late = front > (self.demand.most_contacts if head.force >= strongest else self.budget)
+            if index not in self.readings and (late or doubt <= self.demand.doubt_allowed(head, strongest)):
+                self.readings[index] = _Reading(head, Probe(head.contact + _AHEAD), doubt)
+        done = len(self.readings) >= len(state.heads)
+        if done and not state.complete and front > self.budget:
+            self.settled = False
+            return True
+        return done and state.complete
+
+    def observe(self, span: Span) -> None:
+        for reading in self.readings.values():
+            reading.probe.observe(span)
+
+    def all_passed(self, log: PeakLog, now: float) -> bool:
+        """Whether every wave has left its probe behind."""
+        return all(_has_passed(log, reading, now) for reading in self.readings.values())
+
+    def waves(self, log: PeakLog) -> tuple[tuple[PassingWave, ...], tuple[float, ...]]:
+        """The waves, and the doubts in their peaks."""
+        found = [
+            (reading.probe.wave(peak, log), reading.doubt)
+            for _, reading in sorted(self.readings.items())
+            if (peak := log.arrival(reading.head, reading.probe.contact)) is not None
+        ]
+        return tuple(wave for wave, _ in found), tuple(doubt for _, doubt in found)
+
+
+def run(problem: ChainProblem, integrator: Integrator, demand: Demand) -> Run:
+    """March until the waves are known, each passing a probe.
+
+    Raises
+    ------
+    NumericalError
+        When the integrator fails.
+    """
+    log, work = PeakLog(), _Work(problem)
+    reader = _Reader(demand, _BUDGET + _BUDGET_RATE * problem.duration)
+    free_end = None if problem.granules is None else _FreeEnd(problem.granules)
+    judged, steps, all_known = 0.0, 0, False
+    for span in march(problem, integrator):
+        steps += 1
+        log.observe(span)
+        work.observe(span)
+        reader.observe(span)
+        if free_end is not None:
+            free_end.probe.observe(span)
+        if span.end < problem.duration:
+            continue
+        if free_end is not None and free_end.is_felt(log):
+            if free_end.is_spent(span, problem):
+                break
+        elif all_known:
+            if reader.all_passed(log, span.end):
+                break
+        elif span.end - judged >= _INTERVAL:
+            judged = span.end
+            all_known = reader.judge(settling(log, span.end, span.x1, span.v1, demand.wave_threshold))
+    if free_end is not None and free_end.is_felt(log):
+        waves = free_end.waves(log, demand.wave_threshold)
+        doubts: tuple[float, ...] = (0.0,) * len(waves)
+    else:
+        waves, doubts = reader.waves(log)
+    books = _books(problem, work, span)
+    recoils = _recoils(span.v1)
+    felt = free_end is not None and free_end.is_felt(log)
+    return Run(waves, doubts, recoils, books, reader.settled, felt, steps, integrator.evaluations)
+
+
+@define
+class _FreeEnd:
+    """The free end of a chain of ``granules``, and the contact at which waves are read before they feel it."""
+
+    granules: int
+    probe: Probe = field(init=False)
+
+    def __attrs_post_init__(self) -> None:
+        self.probe = Probe(max(self.granules - 2 - _REACH, (self.granules - 2) // 2))
+
+    def is_felt(self, log: PeakLog) -> bool:
+        """Whether the front is so near the end that it may feel it."""
+        return max(log.peaks, default=0) >= self.granules - 1 - _REACH
+
+    def is_spent(self, span: Span, problem: ChainProblem) -> bool:
+        """Whether the chain has nothing more to tell: its granules fly apart, or they had time to."""
+        if free_granules(span.x1, span.v1) == len(span.x1):
+            return True
+        return span.end > problem.duration + 4.0 * self.granules + 50.0
+
+    def waves(self, log: PeakLog, threshold: float) -> tuple[PassingWave, ...]:
+        """Everything above the threshold that passed the probe, in order."""
+        peaks = log.peaks.get(self.probe.contact, [])
+        strongest = max((peak.force for peak in peaks), default=0.0)
+        return tuple(self.probe.wave(peak, log) for peak in peaks if peak.force >= threshold * strongest)
+
+
+def _has_passed(log: PeakLog, reading: _Reading, now: float) -> bool:
+    peak = log.arrival(reading.head, reading.probe.contact)
+    if peak is None:  # it should have come; waiting for ever would hang
+        return now - reading.head.time > 10 * _AHEAD * max(reading.head.force, 1e-30) ** (-1 / 6)
+    return now - peak.time > _PASSED * max(peak.force, 1e-30) ** (-1 / 6)
+
+
+def _recoils(v: FloatArray) -> tuple[float, ...]:
+    """Velocities of the granules at the loaded end that fly backwards, first granule first."""
+    forward = np.nonzero(v >= 0)[0]
+    return tuple(float(velocity) for velocity in v[: forward[0] if len(forward) else len(v)])
+
+
+def _books(problem: ChainProblem, work: _Work, span: Span) -> Books:
+    stored = 0.4 * contact_forces(span.x1) * np.maximum(overlaps(span.x1), 0.0)
+    return Books(
+        impulse=problem.impulse(problem.duration),
+        momentum=float(np.sum(span.v1)),
+        work=work.value,
+        energy=float(0.5 * np.sum(span.v1**2) + np.sum(stored)),
+    )

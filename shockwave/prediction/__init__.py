@@ -1,0 +1,1 @@
+"""The left column: the answer a priori, with how far to trust it."""

@@ -1,0 +1,187 @@
+"""The predictor: a shock and a chain in, an outcome out, without solving the equations of motion."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from attrs import evolve, field, frozen, validators
+
+from shockwave.chain.chain import Chain, Scales
+from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, MOMENTUM, PAPER_COEFFICIENT, SolitaryWave
+from shockwave.errors import InvalidValueError
+from shockwave.fields import Quantity, quantity
+from shockwave.prediction.outcome import EjectionOutcome, Exponents, Outcome, SingleOutcome, TrainOutcome
+from shockwave.prediction.trust import expected_error
+from shockwave.profiles.conditions import conditions
+from shockwave.profiles.shock import Shock
+from shockwave.registry import find, load
+from shockwave.theory.scaled import ScaledAnswer, ScaledShock, Settings
+
+__all__ = ["Predictor", "coefficient_of"]
+
+_NAMED = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
+_NUMBER = Quantity("", "leading number of A", above=0)
+# Below this many granules the steady wave that a prediction speaks of has not formed.
+_SHORT_CHAIN = 25
+
+
+def coefficient_of(choice: str | float) -> float:
+    """The leading number of A for ``"exact"``, ``"paper"`` or a number above 0.
+
+    Raises
+    ------
+    InvalidValueError
+        For anything else.
+    """
+    if isinstance(choice, str) and choice in _NAMED:
+        return _NAMED[choice]
+    if _NUMBER.problem(choice) is not None:
+        raise InvalidValueError.of(
+            "momentum_coefficient", f"must be 'exact', 'paper' or a number > 0 (got {choice!r})"
+        )
+    return float(choice)
+
+
+def _one_of(*names: str) -> Any:
+    def check(_: object, attribute: Any, value: object) -> None:
+        if value not in names:
+            listed = " or ".join(repr(name) for name in names)
+            raise InvalidValueError.of(attribute.name, f"must be {listed} (got {value!r})")
+
+    return check
+
+
+def _known_model(_: object, attribute: Any, value: str) -> None:
+    find("models", value)
+
+
+def _no_tolerance(instance: Predictor, attribute: Any, value: object) -> None:
+    if value is not None:
+        raise InvalidValueError.of(
+            "rtol",
+            f"must be left out for model {instance.model!r}: its formulae have no tolerance to choose"
+            f" (got {value!r}; simulate to a tolerance instead)",
+        )
+
+
+@frozen
+class Predictor:
+    """Says a priori which solitary waves a shock makes, by section 4 of Hasan & Nemat-Nasser.
+
+    Parameters
+    ----------
+    model : str
+        Name of a registered model.
+    rtol : None
+        Reserved for models with a tolerance; section 4 has none and refuses it.
+    momentum_coefficient : "exact", "paper" or float
+        The leading number of A, eq. (4c): 4.344507853978653, 13/3, or another.
+    alpha : "constant" or "literal"
+        The alpha of section 4.1, which matches simulation, or eq. (5c) as printed, which gives all its roots.
+    equal_tolerance : float
+        How far two sides may differ, relatively, to be called equal.
+    wave_threshold : float
+        A later wave is listed down to this share of the primary's peak force.
+    quadrature : str, optional
+        Name of a quadrature for all integrals, even those with closed forms.
+
+    Raises
+    ------
+    InvalidValueError, UnknownNameError
+        When a setting is out of range or a name unknown.
+    """
+
+    model: str = field(default="section-4", validator=_known_model)
+    rtol: float | None = field(default=None, validator=_no_tolerance)
+    momentum_coefficient: str | float = field(
+        default="exact", validator=lambda _, __, value: coefficient_of(value) and None
+    )
+    alpha: Literal["constant", "literal"] = field(default="constant", validator=_one_of("constant", "literal"))
+    equal_tolerance: float = quantity("", "relative difference called equal", at_least=0, below=1, default=0.05)
+    wave_threshold: float = quantity(
+        "", "weakest later wave listed, over the primary", above=0, below=1, default=5e-3
+    )
+    quadrature: str | None = field(
+        default=None, validator=validators.optional(lambda _, __, name: find("quadratures", name) and None)
+    )
+
+    def predict(self, shock: Shock, chain: Chain) -> Outcome:
+        """The outcome of ``shock`` on ``chain``.
+
+        Parameters
+        ----------
+        shock : Shock
+            Profile, peak force, rise time.
+        chain : Chain
+            Material, radius; a stated number of granules only leads to a warning where it is small.
+
+        Returns
+        -------
+        Outcome
+            An `EjectionOutcome`, `SingleOutcome` or `TrainOutcome`.
+
+        Raises
+        ------
+        NumericalError
+            When a root of the train relations is not found.
+        """
+        coefficient = coefficient_of(self.momentum_coefficient)
+        scales = Scales.of(chain, shock.peak_force)
+        areas = shock.profile.areas(self.quadrature)
+        scaled = ScaledShock(
+            profile=shock.profile,
+            areas=areas,
+            rise_time=shock.rise_time / scales.time,
+            momentum_parameter=MOMENTUM * coefficient / EXACT_COEFFICIENT,
+        )
+        settings = Settings(self.alpha, self.equal_tolerance, self.wave_threshold)
+        answer: ScaledAnswer = load("models", self.model)(scaled, settings)
+        return self._outcome(shock, chain, scales, scaled, answer, coefficient)
+
+    def _outcome(
+        self,
+        shock: Shock,
+        chain: Chain,
+        scales: Scales,
+        scaled: ScaledShock,
+        answer: ScaledAnswer,
+        coefficient: float,
+    ) -> Outcome:
+        checked = conditions(scaled.areas, shock.profile.duration_ratio)
+        error, doubts = expected_error(answer.regime, answer.trust, checked)
+        waves = tuple(
+            SolitaryWave.of(amplitude * shock.peak_force, chain, coefficient) for amplitude in answer.amplitudes
+        )
+        common: dict[str, Any] = {
+            "model": self.model,
+            "peak_force": waves[0].peak_force,
+            "amplification": answer.amplitudes[0],
+            "relation": answer.relation,
+            "waves": waves,
+            "applied_momentum": scaled.impulse * scales.momentum,
+            "conditions": checked,
+            "trace": tuple(
+                evolve(step, left=step.left * scales.time, right=step.right * scales.time) for step in answer.trace
+            ),
+            "expected_error": error,
+            "exponents": None if answer.sensitivity is None else Exponents.of(answer.sensitivity),
+            "areas": scaled.areas,
+            "momentum_coefficient": coefficient,
+            "warnings": (*shock.profile.notes, *answer.warnings, *doubts, *_chain_warnings(chain)),
+        }
+        if answer.ejection is not None:
+            return EjectionOutcome(
+                **common,
+                virtual_rise_time=answer.ejection.virtual_rise_time * scales.time,
+                added_momentum=answer.ejection.added_momentum * scales.momentum,
+                window_ratio=answer.ejection.window_ratio,
+            )
+        if answer.regime == "train":
+            return TrainOutcome(**common, roots=tuple(root * shock.peak_force for root in answer.roots))
+        return SingleOutcome(**common)
+
+
+def _chain_warnings(chain: Chain) -> list[str]:
+    if chain.granules is None or chain.granules >= _SHORT_CHAIN:
+        return []
+    return [f"a chain of {chain.granules} granules is too short for a steady wave, of which a prediction speaks"]

@@ -1,0 +1,184 @@
+"""The abstract shock profile: the shape of a shock, eq. (2), and its integrals."""
+
+from __future__ import annotations
+
+import abc
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+from attrs import frozen
+
+from shockwave.quadrature import FloatArray, Integral, Quadrature
+from shockwave.registry import load
+
+__all__ = ["Areas", "ShockProfile"]
+
+_DEFAULT_QUADRATURE = "gauss-legendre"
+# What a closed form loses to rounding: a few units in the last place.
+_ROUNDING = 4 * float(np.finfo(float).eps)
+
+
+@frozen
+class Areas:
+    """Areas under the rise (a1) and the decay (a2) of a profile, in units of F0 t0, eq. (3)."""
+
+    rise: Integral
+    decay: Integral
+
+    @property
+    def total(self) -> float:
+        """Impulse of the profile, a1 + a2, in units of F0 t0."""
+        return self.rise.value + self.decay.value
+
+
+class ShockProfile(abc.ABC):
+    """The shape of a shock: force in units of its peak F0 against time s = t/t0 in units of its rise time.
+
+    The force rises on [0, 1], decays on [1, n] and is zero elsewhere, eq. (2).
+
+    Contract for implementers
+    -------------------------
+    1. ``duration_ratio`` is n, the whole duration over the rise time, a float above 1: an attribute, a
+       property or an attrs field. With attrs, every other field is a parameter of the profile.
+    2. ``rise(s)`` is F1 on 0 <= s <= 1 and ``decay(s)`` is F2 on 1 <= s <= n. Both are vectorised: they take
+       a float array of any shape and return one of the same shape. They are not called outside their range.
+    3. Values are finite, never negative, and at most 1; ``decay(1)`` is 1, and ``rise(1)`` is 1 or tends to it.
+    4. Both are pure: the same s gives the same value, in every process.
+    5. ``breakpoints`` ascends from 0 to n, contains 1 and every s at which the force or one of its first few
+       derivatives jumps. The default is (0, 1, n).
+    6. ``singular_points`` lists the breakpoints at which the slope is unbounded. The default is none.
+    7. ``closed_areas``, ``closed_running_impulse`` and ``closed_double_integral`` return None (the default: the
+       integral is taken by quadrature) or the exact integral, good to a few units in the last place.
+    8. ``recorded_peak_force`` and ``recorded_rise_time`` are None (the default), or the newtons and seconds
+       of the measurement that the shape was read from.
+    9. ``notes`` are sentences on what was changed in the given data; none by default.
+
+    A subclass writes only these; every other method is final.
+    """
+
+    duration_ratio: float
+
+    @abc.abstractmethod
+    def rise(self, s: FloatArray) -> FloatArray:
+        """F1 of eq. (2): force over peak force on 0 <= s <= 1."""
+
+    @abc.abstractmethod
+    def decay(self, s: FloatArray) -> FloatArray:
+        """F2 of eq. (2): force over peak force on 1 <= s <= n."""
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Ascending s at which the force is not smooth, from 0 to n."""
+        return (0.0, 1.0, self.duration_ratio)
+
+    @property
+    def singular_points(self) -> tuple[float, ...]:
+        """The breakpoints at which the slope of the force is unbounded."""
+        return ()
+
+    @property
+    def recorded_peak_force(self) -> float | None:
+        """Peak force of the record behind the profile [N], if there is one."""
+        return None
+
+    @property
+    def recorded_rise_time(self) -> float | None:
+        """Rise time of the record behind the profile [s], if there is one."""
+        return None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was changed in the given data, in sentences."""
+        return ()
+
+    def closed_areas(self) -> tuple[float, float] | None:
+        """(a1, a2) exactly, or None to have them by quadrature."""
+        return None
+
+    def closed_running_impulse(self, s: FloatArray) -> FloatArray | None:
+        """Integral of the force from 0 to s, 0 <= s <= n, exactly, or None."""
+        return None
+
+    def closed_double_integral(self, s: FloatArray) -> FloatArray | None:
+        """Integral of the running impulse from 0 to s, 0 <= s <= n, exactly, or None."""
+        return None
+
+    # ---------------------------------------------------------------- final from here on
+
+    def force(self, s: npt.ArrayLike) -> FloatArray:
+        """Force over peak force at any s, zero outside [0, n]; same shape as ``s``."""
+        s = np.asarray(s, dtype=float)
+        rising = (s >= 0) & (s <= 1)
+        decaying = (s > 1) & (s <= self.duration_ratio)
+        result = np.zeros_like(s)
+        result[rising] = self.rise(s[rising])
+        result[decaying] = self.decay(s[decaying])
+        return result
+
+    def areas(self, quadrature: str | None = None) -> Areas:
+        """Areas under rise and decay, a1 and a2 of eq. (3).
+
+        Parameters
+        ----------
+        quadrature : str, optional
+            Name of a registered quadrature, used even where a closed form exists. Left out: the
+            closed form, else Gauss-Legendre.
+
+        Raises
+        ------
+        UnknownNameError
+            When no quadrature has that name.
+        """
+        closed = self.closed_areas() if quadrature is None else None
+        if closed is not None:
+            rise, decay = (Integral(a, _ROUNDING * abs(a), 0, "closed form") for a in closed)
+            return Areas(rise, decay)
+        method = _quadrature(quadrature)
+        before = [p for p in self.breakpoints if p <= 1]
+        after = [p for p in self.breakpoints if p >= 1]
+        return Areas(method.integrate(self.rise, before), method.integrate(self.decay, after))
+
+    def running_impulse(self, s: npt.ArrayLike, quadrature: str | None = None) -> FloatArray:
+        """Integral of the force from 0 to ``s``, in units of F0 t0; constant before 0 and after n.
+
+        ``quadrature`` as in `areas`. Same shape as ``s``.
+        """
+        s = np.clip(np.asarray(s, dtype=float), 0.0, self.duration_ratio)
+        closed = self.closed_running_impulse(s) if quadrature is None else None
+        return closed if closed is not None else self._integrals(s, quadrature, lambda end: self.force)
+
+    def double_integral(self, s: npt.ArrayLike, quadrature: str | None = None) -> FloatArray:
+        """Integral of the running impulse from 0 to ``s``, in units of F0 t0^2.
+
+        It is the path of a free granule of unit mass under the force, linear after n. ``quadrature`` as in
+        `areas`. Same shape as ``s``.
+        """
+        s = np.asarray(s, dtype=float)
+        inside = np.clip(s, 0.0, self.duration_ratio)
+        closed = self.closed_double_integral(inside) if quadrature is None else None
+        if closed is None:
+            # Cauchy's formula turns two integrations into one, without a difference of large numbers.
+            closed = self._integrals(inside, quadrature, lambda end: lambda u: (end - u) * self.force(u))
+        beyond = np.maximum(s - self.duration_ratio, 0.0)
+        if not np.any(beyond):
+            return closed
+        return closed + beyond * self.running_impulse(self.duration_ratio, quadrature)
+
+    def _integrals(
+        self,
+        ends: FloatArray,
+        quadrature: str | None,
+        integrand: Callable[[float], Callable[[FloatArray], FloatArray]],
+    ) -> FloatArray:
+        method = _quadrature(quadrature)
+        result = np.empty_like(ends)
+        for index, end in np.ndenumerate(ends):
+            points = [p for p in self.breakpoints if p < end] + [float(end)]
+            result[index] = method.integrate(integrand(float(end)), points).value
+        return result
+
+
+def _quadrature(name: str | None) -> Quadrature:
+    quadrature: Quadrature = load("quadratures", name or _DEFAULT_QUADRATURE)()
+    return quadrature

@@ -1,0 +1,83 @@
+"""The exponential profile: rise and decay by exponentials, cut to a finite duration."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from attrs import frozen
+
+from shockwave.fields import quantity
+from shockwave.profiles.base import ShockProfile
+from shockwave.quadrature import FloatArray
+
+__all__ = ["Exponential"]
+
+# Below this argument a Taylor series is exact to rounding where the closed form cancels.
+_SMALL = 2.0
+_TERMS = 30
+
+
+@frozen(kw_only=True)
+class Exponential(ShockProfile):
+    """F1 = (1 - e^(-k1 s))/(1 - e^(-k1)), F2 = (e^(-k2 u) - e^(-k2))/(1 - e^(-k2)), u = (s - 1)/(n - 1).
+
+    Parameters
+    ----------
+    rise_rate, decay_rate : float
+        k1 and k2, of either sign; 0 is the triangle.
+    duration_ratio : float
+        n, above 1.
+    """
+
+    rise_rate: float = quantity("", "k1, rate of the rise", at_least=-700, at_most=1e6)
+    decay_rate: float = quantity("", "k2, rate of the decay", at_least=-700, at_most=1e6)
+    duration_ratio: float = quantity("", "n, whole duration over rise time", above=1)
+
+    def rise(self, s: FloatArray) -> FloatArray:
+        return _ramp(self.rise_rate, s, 0)
+
+    def decay(self, s: FloatArray) -> FloatArray:
+        # Seen from its end the decay is a rise with the opposite rate: no difference of near-equal numbers.
+        return _ramp(-self.decay_rate, 1.0 - self._share(s), 0)
+
+    def closed_areas(self) -> tuple[float, float]:
+        one = np.ones(())
+        fading = float(_ramp(-self.decay_rate, one, 1))
+        return float(_ramp(self.rise_rate, one, 1)), (self.duration_ratio - 1) * fading
+
+    def closed_running_impulse(self, s: FloatArray) -> FloatArray:
+        decay_time, left = self.duration_ratio - 1, 1.0 - self._share(s)
+        fading = decay_time * _ramp(-self.decay_rate, left, 1)
+        return np.asarray(_ramp(self.rise_rate, np.minimum(s, 1.0), 1) + self.closed_areas()[1] - fading)
+
+    def closed_double_integral(self, s: FloatArray) -> FloatArray:
+        decay_time, left = self.duration_ratio - 1, 1.0 - self._share(s)
+        rising = _ramp(self.rise_rate, np.minimum(s, 1.0), 2)
+        whole = float(_ramp(-self.decay_rate, np.ones(()), 2))
+        fading = decay_time**2 * (whole - _ramp(-self.decay_rate, left, 2))
+        return np.asarray(rising + sum(self.closed_areas()) * np.maximum(s - 1.0, 0.0) - fading)
+
+    def _share(self, s: FloatArray) -> FloatArray:
+        """Share of the decay that has passed, 0 before the peak."""
+        return np.asarray(np.clip((s - 1.0) / (self.duration_ratio - 1), 0.0, 1.0))
+
+
+def _ramp(rate: float, s: FloatArray, integrals: int) -> FloatArray:
+    """expm1(-k s)/expm1(-k) on [0, 1], integrated from 0 to s none, once or twice."""
+    return np.asarray(s ** (1 + integrals) * _phi(rate * s, integrals) / _phi(np.asarray(rate), 0))
+
+
+def _phi(x: FloatArray, order: int) -> FloatArray:
+    """Sum of (-x)^j / (j + 1 + order)! over j >= 0: what expm1 leaves when its first terms are taken off."""
+    small = np.where(np.abs(x) < _SMALL, x, 0.0)
+    series = np.zeros_like(small)
+    for j in reversed(range(_TERMS)):
+        series = (1.0 - small * series) / (j + 1 + order)
+    for j in range(1, order + 1):
+        series = series / j
+    large = np.where(np.abs(x) < _SMALL, 1.0, x)
+    closed = -np.expm1(-large) / large
+    for j in range(1, order + 1):
+        closed = (1 / math.factorial(j) - closed) / large
+    return np.where(np.abs(x) < _SMALL, series, closed)

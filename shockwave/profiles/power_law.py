@@ -1,0 +1,61 @@
+"""The power-law profile of the paper's Tables 1 and 2."""
+
+from __future__ import annotations
+
+import numpy as np
+from attrs import frozen
+
+from shockwave.fields import quantity
+from shockwave.profiles.base import ShockProfile
+from shockwave.quadrature import FloatArray
+
+__all__ = ["PowerLaw"]
+
+
+@frozen(kw_only=True)
+class PowerLaw(ShockProfile):
+    """F1 = s^eta1 and F2 = ((n - s)/(n - 1))^eta2, the caption of Table 1.
+
+    Parameters
+    ----------
+    rise_exponent, decay_exponent : float
+        eta1 and eta2, 0 or more. At 0 the force is constant and jumps at the end.
+    duration_ratio : float
+        n, above 1.
+    """
+
+    rise_exponent: float = quantity("", "eta1, exponent of the rise", at_least=0)
+    decay_exponent: float = quantity("", "eta2, exponent of the decay", at_least=0)
+    duration_ratio: float = quantity("", "n, whole duration over rise time", above=1)
+
+    def rise(self, s: FloatArray) -> FloatArray:
+        return np.asarray(s**self.rise_exponent)
+
+    def decay(self, s: FloatArray) -> FloatArray:
+        return np.asarray(self._left(s) ** self.decay_exponent)
+
+    @property
+    def singular_points(self) -> tuple[float, ...]:
+        start = (0.0,) if 0 < self.rise_exponent < 1 else ()
+        end = (self.duration_ratio,) if 0 < self.decay_exponent < 1 else ()
+        return start + end
+
+    def closed_areas(self) -> tuple[float, float]:
+        return 1 / (1 + self.rise_exponent), (self.duration_ratio - 1) / (1 + self.decay_exponent)
+
+    def closed_running_impulse(self, s: FloatArray) -> FloatArray:
+        a1, a2 = self.closed_areas()
+        rising = a1 * np.minimum(s, 1.0) ** (1 + self.rise_exponent)
+        return np.asarray(rising + a2 * (1 - self._left(s) ** (1 + self.decay_exponent)))
+
+    def closed_double_integral(self, s: FloatArray) -> FloatArray:
+        a1, a2 = self.closed_areas()
+        rising = a1 * np.minimum(s, 1.0) ** (2 + self.rise_exponent) / (2 + self.rise_exponent)
+        fading = (self.duration_ratio - 1) * (1 - self._left(s) ** (2 + self.decay_exponent))
+        after = np.maximum(s - 1.0, 0.0)
+        return np.asarray(rising + (a1 + a2) * after - a2 * fading / (2 + self.decay_exponent))
+
+    def _left(self, s: FloatArray) -> FloatArray:
+        """Share of the decay still to come, 1 before the peak."""
+        n = self.duration_ratio
+        return np.asarray(np.clip((n - s) / (n - 1), 0.0, 1.0))

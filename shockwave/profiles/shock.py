@@ -1,0 +1,51 @@
+"""The shock: a profile with its peak force and rise time, eq. (2)."""
+
+from __future__ import annotations
+
+from attrs import field, frozen
+from attrs.validators import instance_of
+
+from shockwave.errors import InvalidValueError
+from shockwave.fields import quantity
+from shockwave.profiles.base import ShockProfile
+
+__all__ = ["Shock"]
+
+
+@frozen(kw_only=True)
+class Shock:
+    """A force pulse F(t) = F0 F1(t/t0) while it rises and F0 F2(t/t0) while it decays, eq. (2).
+
+    Parameters
+    ----------
+    profile : ShockProfile
+        The shape.
+    peak_force : float, optional
+        F0 [N], above 0; a record brings its own.
+    rise_time : float, optional
+        t0 [s], above 0; a record brings its own.
+
+    Raises
+    ------
+    InvalidValueError
+        When a value is out of range, or missing for a profile that is not a record.
+    """
+
+    profile: ShockProfile = field(validator=instance_of(ShockProfile))
+    peak_force: float = quantity("N", "peak force F0", above=0, optional=True, default=None)
+    rise_time: float = quantity("s", "rise time t0", above=0, optional=True, default=None)
+
+    def __attrs_post_init__(self) -> None:
+        for name, recorded in (
+            ("peak_force", self.profile.recorded_peak_force),
+            ("rise_time", self.profile.recorded_rise_time),
+        ):
+            if getattr(self, name) is None:
+                if recorded is None:
+                    raise InvalidValueError.of(name, "must be given: this profile is not a record that brings one")
+                object.__setattr__(self, name, recorded)
+
+    @property
+    def duration(self) -> float:
+        """n t0 [s]."""
+        return self.profile.duration_ratio * self.rise_time

@@ -1,0 +1,368 @@
+"""Force records as text: separators, units, headers, faults with their lines."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from shockwave.errors import FileAccessError, InvalidValueError, ShockwaveError
+from shockwave.profiles.record import Record, read_record
+
+ROOT = pathlib.Path(__file__).parents[1]
+TIMES = [0.0, 0.5, 1.0, 2.5]
+FORCES = [0.0, 2.0, 1.25, 0.0]
+NO_UNITS = (
+    "the time has no unit: seconds are assumed",
+    "the force has no unit: newtons are assumed",
+)
+
+
+@pytest.fixture
+def read(tmp_path):
+    def read_text(text: str | bytes) -> Record:
+        path = tmp_path / "pulse.csv"
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return read_record(path)
+
+    return read_text
+
+
+def rows(separator=",", decimal=".", end="\n"):
+    pairs = zip(TIMES, FORCES, strict=True)
+    return end.join(f"{t}{separator}{f}".replace(".", decimal) for t, f in pairs) + end
+
+
+def assert_pulse(record, time_unit=1.0, force_unit=1.0):
+    # One multiplication by the size of the unit, so one rounding.
+    np.testing.assert_allclose(record.times, np.multiply(TIMES, time_unit), rtol=3e-16)
+    np.testing.assert_allclose(record.forces, np.multiply(FORCES, force_unit), rtol=3e-16)
+
+
+def faults_of(read, text):
+    with pytest.raises(InvalidValueError) as caught:
+        read(text)
+    return [str(fault).partition("pulse.csv")[2] for fault in caught.value.faults]
+
+
+# ---------------------------------------------------------------- layout
+
+
+@pytest.mark.parametrize(
+    ("separator", "decimal"),
+    [(",", "."), (", ", "."), (";", "."), ("\t", "."), (" ", "."), ("   ", "."), (";", ","), ("\t", ",")],
+    ids=["comma", "comma-blank", "semicolon", "tab", "blank", "blanks", "semicolon-decimal", "tab-decimal"],
+)
+def test_every_separator_is_found(read, separator, decimal):
+    record = read("time [s], force [N]\n" + rows(separator, decimal))
+    assert_pulse(record)
+    assert record.notes == ()
+
+
+def test_without_a_header_si_is_assumed_and_noted(read):
+    record = read(rows())
+    assert_pulse(record)
+    assert record.notes == NO_UNITS
+
+
+@pytest.mark.parametrize(
+    "mark", ["#", "%", "//", ";", "  # "], ids=["hash", "percent", "slashes", "semi", "inset"]
+)
+def test_comments_and_blank_lines_stand_anywhere(read, mark):
+    lines = rows().splitlines()
+    text = (
+        f"{mark} made in 1.5 h\n\ntime [s], force [N]\n{lines[0]}\n{mark} x\n \t\n"
+        + "\n".join(lines[1:])
+        + "\n\n"
+    )
+    record = read(text)
+    assert_pulse(record)
+    assert record.lines.tolist() == [4, 7, 8, 9]
+
+
+def test_a_leading_semicolon_that_separates_is_no_comment(read):
+    assert faults_of(read, "0;0\n;1\n2;0\n")[0].startswith(":2: time: must be a finite number")
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"], ids=["lf", "crlf", "cr"])
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"], ids=["plain", "byte-order-mark"])
+def test_line_ends_and_byte_order_marks_do_not_matter(read, end, mark):
+    assert_pulse(read(mark + ("time [s], force [N]" + end + rows(end=end)).encode()))
+
+
+def test_quotes_and_separators_at_the_end_are_taken_off(read):
+    assert_pulse(read('"time [s]","force [N]",\n"0","0",\n"0.5","2",\n"1","1.25",\n"2.5","0",\n'))
+
+
+# ---------------------------------------------------------------- header
+
+
+@pytest.mark.parametrize(
+    ("header", "separator", "time_unit", "force_unit"),
+    [
+        ("time [us], force [kN]", ",", 1e-6, 1e3),
+        ("t (ms);F (N)", ";", 1e-3, 1.0),
+        ("Time/us, Load/lbf", ",", 1e-6, 4.4482216152605),
+        ("Zeit [µs];Kraft [kN]", ";", 1e-6, 1e3),
+        ("time [ms]  force [mN]", " ", 1e-3, 1e-3),
+        ("t / ms\tF / N", "\t", 1e-3, 1.0),
+        ("time_ms,force_kN", ",", 1e-3, 1e3),
+        ("Time (Seconds),Force (kg*m/s^2)", ",", 1.0, 1.0),
+        ("ms,N", ",", 1e-3, 1.0),
+        ("Time,Load\nms,kN", ",", 1e-3, 1e3),
+        ("Time,Load\n(ms),(kN)", ",", 1e-3, 1e3),
+        ("Time [ms],Load\n-,kN", ",", 1e-3, 1e3),
+        ("s,N", ",", 1.0, 1.0),
+        ("Time,Load\n\ns,N\n", ",", 1.0, 1.0),
+    ],
+    ids=lambda value: value.replace("\n", "|") if isinstance(value, str) and len(value) > 1 else "",
+)
+def test_units_of_the_header_are_converted(read, header, separator, time_unit, force_unit):
+    record = read(f"{header}\n{rows(separator)}")
+    assert_pulse(record, time_unit, force_unit)
+    assert record.notes == ()
+
+
+def test_a_missing_unit_of_one_column_is_noted(read):
+    record = read("time [ms],force\n" + rows())
+    assert_pulse(record, 1e-3)
+    assert record.notes == NO_UNITS[1:]
+
+
+def test_a_header_in_a_comment_is_read_and_noted(read):
+    record = read("# hammer\n# time [ms], force [kN]\n" + rows())
+    assert_pulse(record, 1e-3, 1e3)
+    assert record.notes == ("the header was read from the comment in line 2",)
+
+
+def test_columns_are_swapped_by_their_names(read):
+    text = "force [N],time [s]\n" + "".join(f"{f},{t}\n" for t, f in zip(TIMES, FORCES, strict=True))
+    record = read(text)
+    assert_pulse(record)
+    assert "column 2, 'time', and column 1, 'force'" in record.notes[0]
+
+
+def test_columns_are_picked_by_name_among_many(read):
+    pairs = zip(TIMES, FORCES, strict=True)
+    record = read("no,Time [s],temperature,Load cell [N]\n" + "".join(f"1,{t},20,{f}\n" for t, f in pairs))
+    assert_pulse(record)
+    assert "found by their names" in record.notes[0]
+
+
+def test_words_and_gaps_in_other_columns_do_no_harm(read):
+    pairs = zip(TIMES, FORCES, strict=True)
+    record = read("time [s],force [N],remark\n" + "".join(f"{t},{f},{'ok' * (t > 1)}\n" for t, f in pairs))
+    assert_pulse(record)
+    assert record.notes == ("of 3 columns only 'time' and 'force' were read",)
+
+
+def test_unknown_names_of_two_columns_are_taken_in_order_and_noted(read):
+    record = read("A [s],B [N]\n" + rows())
+    assert_pulse(record)
+    assert record.notes == ("the columns 'A' and 'B' were taken as time and force",)
+
+
+@pytest.mark.parametrize(
+    ("header", "faults"),
+    [
+        ("time [N],force [s]", [":2: unit of time: ", ":2: unit of force: "]),
+        ("time [ms],force [V]", [":2: unit of force: must be a unit of force (got 'V'"]),
+        ("time [9**9**9**9],force [N]", [":2: unit of time: must be a unit of time (got '9**9**9**9'"]),
+        ("time,force\nms,furlong", [":3: unit of force: must be a unit of force (got 'furlong'"]),
+        ("time,force,x", [":2: header: must name every column (got 3 names; line 3 has 2"]),
+        ("time,5", [":2: row: must be names of columns, or numbers alone (got 'time,5')"]),
+        ("made by\nA. Smith\ntime,force", [":4: row: must be numbers, after at most two header lines"]),
+        ("time,t", [":3: columns: must be one column of time and one of force (got 2: 'time', 't'"]),
+    ],
+    ids=["dimensions", "volts", "hostile", "second-line", "three-names", "number", "preamble", "two-times"],
+)
+def test_a_wrong_header_is_named_with_its_line(read, header, faults):
+    found = faults_of(read, f"# comment\n{header}\n{rows()}")
+    assert len(found) == len(faults)
+    assert all(fault.startswith(expected) for fault, expected in zip(found, faults, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("0,1,2\n1,2,3\n", "got 3: no header"),
+        ("a,b,c\n0,1,2\n", "got 3: 'a', 'b', 'c'"),
+        ("time,force,load\n0,1,2\n", "got 3: 'time', 'force', 'load'"),
+        ("time\n1\n2\n", "got 1: 'time'"),
+        ("0,5 1,5\n", "separate the columns by semicolons"),
+    ],
+    ids=["no-header", "no-known-name", "two-forces", "one-column", "decimal-comma"],
+)
+def test_columns_that_cannot_be_told_apart_are_listed(read, text, shown):
+    (fault,) = faults_of(read, text)
+    assert shown in fault
+
+
+# ---------------------------------------------------------------- bad rows
+
+
+@pytest.mark.parametrize(
+    ("row", "fault"),
+    [
+        ("1,x", "force: must be a finite number of N (got 'x'; "),
+        ("1,", "force: must be a finite number of N (got ''; "),
+        ("1", "row: must have 2 columns (got 1: '1'"),
+        ("0,001,5", "row: must have 2 columns (got 3: '0,001,5'; if the comma is the decimal sign"),
+        ("nan,1", "time: must be a finite number of s (got 'nan'; "),
+        ("1,-inf", "force: must be a finite number of N (got '-inf'; "),
+        ("1,1e999", "force: must be a finite number of N (got '1e999'; "),
+        ("1_0,1", "time: must be a finite number of s (got '1_0'; "),
+        ("1,1 N", "force: must be a finite number of N (got '1 N'; "),
+    ],
+    ids=["word", "empty", "short", "long", "nan", "inf", "overflow", "underscore", "unit"],
+)
+def test_a_bad_row_is_named_with_its_line(read, row, fault):
+    (found,) = faults_of(read, f"# c\n\n0,0\n{row}\n2,0\n")
+    assert found.startswith(f":4: {fault}")
+
+
+def test_overflow_in_the_conversion_is_a_fault_of_its_row(read):
+    (fault,) = faults_of(read, "time [s],force [kN]\n0,0\n1,1e307\n2,0\n")
+    assert fault.startswith(":3: force: must be a finite number of N (got '1e307'")
+
+
+def test_bad_rows_are_gathered(read):
+    found = faults_of(read, "0,0\nx,1\n1,nan\n2\n3,y\n")
+    assert [fault.split(":")[1] for fault in found] == ["2", "3", "4", "5"]
+
+
+def test_at_most_twenty_bad_rows_are_told(read):
+    assert len(faults_of(read, "0,0\n" + "x,y\n" * 1000)) == 20
+
+
+def test_points_and_commas_together_are_refused(read):
+    (fault,) = faults_of(read, "0;0\n0,5;100\n1;1.000\n")
+    assert fault.startswith(":3: row: must have one decimal sign (got '1;1.000' after '0,5;100'")
+
+
+@pytest.mark.parametrize(
+    "text", ["", "\n\n", "# only\n", "time,force\n"], ids=["empty", "blank", "comment", "header"]
+)
+def test_a_file_without_numbers_is_refused(read, text):
+    with pytest.raises(InvalidValueError, match="must be numbers, a time and a force"):
+        read(text)
+
+
+def test_a_line_without_end_is_refused(read):
+    (fault,) = faults_of(read, "0,0\n" + "1," * 20_000 + "\n")
+    assert fault.startswith(":2: row: must have at most 10000 characters (got 40000)")
+
+
+# ---------------------------------------------------------------- files
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("none.csv", "cannot be read"),
+        ("", "is not a file"),
+        ("a\0b", "is no path"),
+        ("x" * 999, "cannot be read"),
+    ],
+    ids=["missing", "directory", "nul", "long-name"],
+)
+def test_a_path_that_cannot_be_read_is_told_in_a_sentence(tmp_path, name, sentence):
+    with pytest.raises(FileAccessError, match=sentence):
+        read_record(tmp_path / name)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes are a Unix thing")
+def test_a_pipe_is_refused_instead_of_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe.csv")
+    with pytest.raises(FileAccessError, match="is not a file"):
+        read_record(tmp_path / "pipe.csv")
+
+
+def test_a_file_that_is_not_utf8_names_byte_and_line(read):
+    with pytest.raises(FileAccessError, match="got the byte 0xb5 in line 2; save it as UTF-8"):
+        read(b"# c\ntime [\xb5s], force [N]\n0,0\n")
+
+
+@pytest.mark.parametrize("limit", ["_MOST_BYTES", "_MOST_LINES"], ids=["bytes", "lines"])
+def test_a_file_that_is_too_large_is_refused(read, monkeypatch, limit):
+    monkeypatch.setattr(f"shockwave.profiles.record.{limit}", 3)
+    with pytest.raises(FileAccessError, match="keep only the pulse"):
+        read(rows())
+
+
+def test_records_compare_by_value(read):
+    assert read(rows()) == read(rows())
+    assert read(rows()) != read(rows().replace("1.25", "1.5"))
+
+
+@pytest.mark.parametrize(("unit", "imported"), [("s", False), ("ms", True)], ids=["si", "milliseconds"])
+def test_pint_is_imported_only_for_other_units_than_si(tmp_path, unit, imported):
+    path = tmp_path / "pulse.csv"
+    path.write_text(f"time [{unit}], force [N]\n{rows()}")
+    code = (
+        "import pathlib, sys; from shockwave.profiles.record import read_record;"
+        "read_record(pathlib.Path(sys.argv[1])); print('pint' in sys.modules)"
+    )
+    command = [sys.executable, "-c", code, str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stdout.strip() == str(imported)
+
+
+# ---------------------------------------------------------------- anything at all
+
+_PIECES = st.sampled_from(
+    [
+        "time",
+        "force",
+        "[us]",
+        "(kN)",
+        "/",
+        ",",
+        ";",
+        "\t",
+        " ",
+        "\n",
+        "\r",
+        "#",
+        "%",
+        '"',
+        "0",
+        "1.5",
+        "1,5",
+        "-2",
+    ]
+    + ["nan", "1e999", "[", ")", "\x00", "\x85", "\u2028", "µ", "٣", "s^9", "t", "F", "_", "\ufeff"]
+)
+
+
+@settings(derandomize=True, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    data=st.binary(max_size=200) | st.lists(_PIECES, max_size=40).map(lambda words: "".join(words).encode())
+)
+def test_any_bytes_give_a_record_or_an_error_of_our_own(read, data):
+    try:
+        record = read(data)
+    except ShockwaveError as error:
+        assert str(error)
+    else:
+        assert record.times.shape == record.forces.shape == record.lines.shape
+        assert np.isfinite(record.times).all()
+        assert np.isfinite(record.forces).all()
+
+
+@settings(derandomize=True, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    samples=st.lists(st.tuples(*[st.floats(allow_nan=False, allow_infinity=False)] * 2), min_size=1),
+    layout=st.sampled_from([(",", "."), (";", ","), ("\t", "."), (" ", ".")]),
+)
+def test_what_python_writes_is_read_back_to_the_last_bit(read, samples, layout):
+    separator, decimal = layout
+    text = "".join(f"{t!r}{separator}{f!r}\n".replace(".", decimal) for t, f in samples)
+    record = read(text)
+    assert list(zip(record.times.tolist(), record.forces.tolist(), strict=True)) == samples

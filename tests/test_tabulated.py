@@ -1,0 +1,402 @@
+"""The tabulated profile: what is read off a record, what is cleaned, and its exact integrals."""
+
+from __future__ import annotations
+
+import pathlib
+import pickle
+from fractions import Fraction
+from itertools import pairwise
+
+import attrs
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from shockwave.errors import InvalidValueError
+from shockwave.fields import quantity_of
+from shockwave.profiles.tabulated import Tabulated
+
+ROOT = pathlib.Path(__file__).parents[1]
+HAMMER = ROOT / "profiles" / "examples" / "hammer.csv"
+
+
+def clean():
+    return Tabulated(times=[0, 1, 2, 3], forces=[0, 1, 0.5, 0])
+
+
+def random_pulse(seed=7, size=400):
+    rng = np.random.default_rng(seed)
+    times = np.cumsum(rng.uniform(0.1, 2.0, size)) * 1e-6
+    return Tabulated(times - times[0], np.concatenate(([0.0], rng.uniform(1.0, 300.0, size - 2), [0.0])))
+
+
+@st.composite
+def pulses(draw):
+    """Times and forces of a pulse from zero to zero, its peak anywhere between."""
+    steps = draw(st.lists(st.floats(1e-3, 10), min_size=2, max_size=30))
+    forces = draw(st.lists(st.floats(0.06, 1e3), min_size=len(steps) - 1, max_size=len(steps) - 1))
+    return np.concatenate(([0.0], np.cumsum(steps))), np.array([0.0, *forces, 0.0])
+
+
+# ---------------------------------------------------------------- what is read off
+
+
+def test_peak_rise_time_and_duration_are_read_off():
+    profile = Tabulated(times=[0, 2e-6, 5e-6, 8e-6, 20e-6], forces=[0, 30, 120, 60, 0])
+    assert profile.recorded_peak_force == 120
+    assert profile.recorded_rise_time == 5e-6
+    assert profile.duration_ratio == 20e-6 / 5e-6
+
+
+def test_a_clean_record_is_left_alone_to_the_last_bit():
+    times, forces = np.array([0.0, 0.3, 0.7, 1.1, 1.9]), np.array([0.0, 0.1, 0.7, 0.3, 0.0])
+    profile = Tabulated(times, forces)
+    knots = times / 0.7
+    assert profile.notes == ()
+    assert profile.breakpoints == tuple(knots)
+    assert np.array_equal(profile.force(knots), forces / 0.7)
+
+
+@pytest.mark.parametrize("exponent", [0.3, 1.0, 2.0, 5.0])
+@pytest.mark.parametrize("samples", [4, 50, 3000])
+def test_a_slow_foot_is_not_taken_for_a_baseline(samples, exponent):
+    rise = np.linspace(0, 1, samples) ** exponent
+    forces = np.concatenate((rise, rise[-2::-1]))
+    profile = Tabulated(np.arange(forces.size), forces)
+    assert profile.notes == ()
+    assert np.array_equal(profile.force(np.array(profile.breakpoints)), forces)
+
+
+def test_breakpoints_hold_zero_one_and_n():
+    points = random_pulse().breakpoints
+    assert points[0] == 0.0
+    assert 1.0 in points
+    assert points[-1] == random_pulse().duration_ratio
+    assert all(a < b for a, b in pairwise(points))
+
+
+def test_a_plateau_belongs_to_the_decay():
+    profile = Tabulated(times=[0, 1, 2, 3], forces=[0, 5, 5, 0])
+    assert profile.recorded_rise_time == 1
+    assert profile.closed_areas() == (0.5, 1.5)
+
+
+def test_the_force_is_linear_between_samples():
+    assert clean().rise(np.array([0.25, 0.5])).tolist() == [0.25, 0.5]
+    assert clean().decay(np.array([1.0, 1.5, 2.5, 3.0])).tolist() == [1.0, 0.75, 0.25, 0.0]
+
+
+def test_a_given_duration_ratio_stretches_the_decay_alone():
+    profile = Tabulated(times=[0, 1, 2, 3], forces=[0, 1, 0.5, 0], duration_ratio=7)
+    assert profile.breakpoints == (0.0, 1.0, 4.0, 7.0)
+    assert profile.closed_areas() == (0.5, 3.0)
+    assert profile.recorded_rise_time == 1
+    assert profile.notes == ("the decay was stretched in time: n is 7, that of the record 3",)
+
+
+# ---------------------------------------------------------------- what is refused
+
+
+@pytest.mark.parametrize(
+    ("times", "forces", "message"),
+    [
+        ([0, 1], [0, 1], r"times: must have at least three samples"),
+        ([], [], r"times: must have at least three samples.*got 0"),
+        ([0, 1, float("nan")], [0, 1, 0], r"times\[2\]: must be a finite number s \(got nan\)"),
+        ([0, 1, 2], [0, float("inf"), 0], r"forces\[1\]: must be a finite number N \(got inf\)"),
+        ([0, 1, 2], [0, "1", None], r"forces\[1\]: .*got '1'\)\nforces\[2\]: .*got nothing"),
+        ([[0, 1], [1, 2]], [0, 1], r"times: must be a sequence of numbers \(got \[\[0.0, 1.0\]"),
+        ("012", 3, r"times: must be a sequence.*\nforces: must be a sequence of numbers \(got 3.0\)"),
+        (
+            [0, 2, 1, 1],
+            [0, 1, 1, 0],
+            r"times\[2\]: must be greater than times\[1\].*\ntimes\[3\]: must be greater",
+        ),
+        ([0, 1, 2], [0, 1], r"forces: must have one force for each time \(got 2 forces and 3 times\)"),
+        ([0, 1, 2], [0, -1, 0], r"forces: must be > 0 N somewhere \(got at most 0 N; turn the sign"),
+        ([0, 1, 2], [1, 0.5, 0], r"forces\[0\]: must not be the peak.*put a sample of zero force before it"),
+        ([0, 1, 2], [0, 0.5, 1], r"forces\[2\]: must not be the peak.*put a sample of zero force after it"),
+        (
+            [-1, 1e-20, 2e-20, 1],
+            [0, 0.5, 1, 0],
+            r"times\[2\]: must differ from the sample before by more than",
+        ),
+        ([-1e308, 0, 1e308], [0, 1, 0], r"times: must last less than 1e150 rise times"),
+    ],
+    ids=[
+        "two",
+        "none",
+        "nan",
+        "inf",
+        "words",
+        "matrix",
+        "no-lists",
+        "unsorted",
+        "lengths",
+        "no-force",
+        "no-rise",
+    ]
+    + ["no-decay", "merged", "overflow"],
+)
+def test_samples_that_are_no_pulse_are_refused(times, forces, message):
+    with pytest.raises(InvalidValueError, match=f"(?s){message}"):
+        Tabulated(times=times, forces=forces)
+
+
+@pytest.mark.parametrize("ratio", [1, 0.5, float("nan"), "3"], ids=["one", "below", "nan", "text"])
+def test_a_duration_ratio_of_one_or_less_is_refused(ratio):
+    with pytest.raises(InvalidValueError, match="duration_ratio: must be > 1"):
+        Tabulated([0, 1, 2], [0, 1, 0], duration_ratio=ratio)
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ("0,0\n# c\n2,1\n1,0\n", r"pulse.csv:5: times\[2\]: must be greater"),
+        ("0,1\n1,0.5\n2,0\n", r"pulse.csv:2: forces\[0\]: must not be the peak"),
+        ("0,0\n1,0\n\n2,0\n3,1\n", r"pulse.csv:6: forces\[3\]: must not be the peak"),
+    ],
+    ids=["unsorted", "no-rise", "no-decay"],
+)
+def test_faults_of_a_file_name_their_line(tmp_path, body, message):
+    path = tmp_path / "pulse.csv"
+    path.write_text("time [s], force [N]\n" + body)
+    with pytest.raises(InvalidValueError, match=message):
+        Tabulated.from_file(path)
+
+
+# ---------------------------------------------------------------- what is cleaned
+
+
+def test_a_start_time_is_shifted_to_zero():
+    profile = Tabulated([5, 6, 7, 8], [0, 1, 0.5, 0])
+    assert profile.breakpoints == clean().breakpoints
+    assert profile.notes == ("the times start at 5 s, and were shifted to start at zero",)
+
+
+def test_a_constant_baseline_is_subtracted():
+    forces = np.array([0, 0, 0, 0, 0, 0, 4, 8, 6, 2, 0, 0])
+    profile = Tabulated(np.arange(12), forces + 1.0)
+    assert profile.recorded_peak_force == 8
+    assert profile.breakpoints == (0.0, 0.5, 1.0, 1.5, 2.0, 2.5)
+    # One newton over the five seconds of a pulse of 20 N s.
+    share = (
+        "a baseline of 1 N, the mean of the 6 samples before the pulse, was subtracted (25 % of the impulse)"
+    )
+    assert profile.notes[0] == share
+
+
+@pytest.mark.parametrize(
+    "lead",
+    [[1.0] * 4, [25.0] * 6, [0, 0.4, 0.9, 1.3, 1.6, 2.0]],
+    ids=["too-short", "too-high", "not-flat"],
+)
+def test_a_lead_that_is_no_baseline_is_kept(lead):
+    forces = [*lead, 40, 100, 50, 10, 0]
+    profile = Tabulated(np.arange(len(forces)), forces)
+    assert profile.recorded_peak_force == 100
+    assert not any("baseline" in note for note in profile.notes)
+
+
+def test_forces_below_zero_become_zero():
+    profile = Tabulated([0, 1, 2, 3, 4, 5], [0, 4, 2, -1, 2, 0])
+    assert profile.force(3.0) == 0.0
+    assert profile.breakpoints[-1] == 5.0
+    # Half of one newton times two seconds, in 8 N s.
+    assert profile.notes == ("1 of 6 samples lay below zero and were set to zero (12 % of the impulse)",)
+
+
+def test_a_quiet_lead_is_cut_off():
+    profile = Tabulated([0, 1, 2, 3, 4, 5], [0, 0, 0, 1, 0.5, 0])
+    assert profile.breakpoints == clean().breakpoints
+    assert profile.notes == ("2 quiet samples before the pulse were cut off (0 % of the impulse)",)
+
+
+def test_a_quiet_tail_is_cut_off_with_what_is_in_it():
+    profile = Tabulated([0, 1, 2, 3, 4, 5], [0, 1, 0.5, 0, 0.009, 0])
+    assert profile.breakpoints == clean().breakpoints
+    assert profile.notes == ("2 quiet samples after the pulse were cut off (0.6 % of the impulse)",)
+
+
+def test_gaps_between_pulses_stay():
+    profile = Tabulated(range(8), [0, 1, 0, 0, 0, 0.5, 0.2, 0])
+    assert profile.duration_ratio == 7
+    assert profile.notes == ()
+
+
+@pytest.mark.parametrize(
+    ("forces", "note"),
+    [
+        ([0.25, 1, 0.5, 0], "the record starts at 0.25 N, 25 % of its peak: the force jumps there"),
+        ([0, 1, 0.5, 0.125], "the record ends at 0.125 N, 12 % of its peak: the force jumps there"),
+    ],
+    ids=["start", "end"],
+)
+def test_a_record_that_starts_or_ends_above_zero_is_kept(forces, note):
+    profile = Tabulated([0, 1, 2, 3], forces)
+    assert profile.force(np.arange(4.0)).tolist() == forces
+    assert profile.notes == (note,)
+
+
+@pytest.mark.parametrize("baseline", [-40.0, 0.0, 8.0, 120.0])
+@pytest.mark.parametrize("seed", range(5))
+def test_a_noisy_record_gives_back_its_pulse(seed, baseline):
+    peak, rise, decay, noise = 850.0, 48e-6, 112e-6, 4.0
+    times = np.arange(-80, 400) * 1e-6
+    up = np.sin(np.pi / 2 * np.clip(times / rise, 0, 1)) ** 2
+    force = peak * np.where(times < rise, up, np.cos(np.pi / 2 * np.clip((times - rise) / decay, 0, 1)) ** 2)
+    noisy = force + baseline + noise * np.random.default_rng(seed).standard_normal(times.size)
+    profile = Tabulated(times, noisy)
+    # The largest of the dozen samples near the top lies some three standard deviations too high, and up to
+    # 5 us off: 850 sin^2 loses 4 N in 4 us before the peak. The foot below 12 N takes 4 us to rise.
+    assert profile.recorded_peak_force == pytest.approx(peak, abs=4 * noise)
+    assert profile.recorded_rise_time == pytest.approx(rise, abs=9e-6)
+    # The mean of 40 samples or more leaves 0.7 N of baseline, 0.16 % of the mean force, in one deviation.
+    impulse = profile.areas().total * profile.recorded_peak_force * profile.recorded_rise_time
+    assert impulse == pytest.approx(peak * (rise + decay) / 2, rel=0.01)
+    assert profile.duration_ratio * profile.recorded_rise_time == pytest.approx(rise + decay, rel=0.15)
+
+
+def test_the_hammer_example_is_the_blow_that_its_comment_tells():
+    profile = Tabulated.from_file(HAMMER)
+    assert profile.recorded_peak_force == pytest.approx(850, abs=4 * 1.2)
+    assert profile.recorded_rise_time == pytest.approx(48e-6, abs=5e-6)
+    impulse = profile.areas().total * profile.recorded_peak_force * profile.recorded_rise_time
+    assert impulse == pytest.approx(850 * 160e-6 / 2, rel=5e-3)
+    assert any("baseline" in note for note in profile.notes)
+
+
+def test_notes_of_the_file_come_first(tmp_path):
+    path = tmp_path / "pulse.csv"
+    path.write_text("1,0\n2,1\n3,0.5\n4,0\n")
+    notes = Tabulated.from_file(str(path), duration_ratio=5).notes
+    assert [note.split(" ")[1] for note in notes] == ["time", "force", "times", "decay"]
+
+
+# ---------------------------------------------------------------- integrals
+
+
+def exact_integrals(profile):
+    """Running impulse and its integral at the breakpoints, in rational numbers."""
+    knots = [Fraction(s) for s in profile.breakpoints]
+    values = [Fraction(float(v)) for v in profile.force(np.array(profile.breakpoints))]
+    impulses, paths = [Fraction(0)], [Fraction(0)]
+    for k in range(len(knots) - 1):
+        h, left, right = knots[k + 1] - knots[k], values[k], values[k + 1]
+        paths.append(paths[-1] + h * impulses[-1] + h * h * (2 * left + right) / 6)
+        impulses.append(impulses[-1] + h * (left + right) / 2)
+    return np.array([float(a) for a in impulses]), np.array([float(b) for b in paths])
+
+
+def test_sums_are_exact_to_the_last_digits():
+    profile = random_pulse(size=3000)
+    points = np.array(profile.breakpoints)
+    impulses, paths = exact_integrals(profile)
+    # Each sample adds three roundings of its own small term; the sum itself adds none.
+    np.testing.assert_allclose(profile.closed_running_impulse(points), impulses, rtol=1e-15)
+    np.testing.assert_allclose(profile.closed_double_integral(points), paths, rtol=1e-15)
+
+
+def test_areas_are_the_running_impulse_split_at_the_peak():
+    profile = random_pulse()
+    a1, a2 = profile.closed_areas()
+    assert a1 == pytest.approx(float(profile.running_impulse(1.0)), rel=1e-15)
+    assert a1 + a2 == pytest.approx(float(profile.running_impulse(profile.duration_ratio)), rel=1e-15)
+
+
+@pytest.mark.parametrize("shape", [(), (1,), (0,), (2, 3)], ids=str)
+@pytest.mark.parametrize("method", ["rise", "closed_running_impulse", "closed_double_integral"])
+def test_shapes_are_kept(method, shape):
+    result = getattr(clean(), method)(np.full(shape, 0.5))
+    assert isinstance(result, np.ndarray)
+    assert result.shape == shape
+
+
+@settings(derandomize=True, deadline=None)
+@given(pulse=pulses(), share=st.floats(0, 1))
+def test_integrals_agree_with_dense_sums(pulse, share):
+    profile = Tabulated(*pulse)
+    end = share * profile.duration_ratio
+    grid = np.union1d(np.linspace(0, end, 2001), [p for p in profile.breakpoints if p < end])
+    steps, middle = np.diff(grid), (grid[1:] + grid[:-1]) / 2
+    force, between = profile.force(grid), profile.force(middle)
+    moment = (end - grid) * force
+    # Linear and quadratic between grid points: these rules have only rounding errors.
+    impulse = np.sum(steps * (force[1:] + force[:-1]) / 2)
+    path = np.sum(steps * (moment[1:] + 4 * (end - middle) * between + moment[:-1]) / 6)
+    total = profile.running_impulse(profile.duration_ratio)
+    assert float(profile.running_impulse(end)) == pytest.approx(impulse, abs=1e-12 * total)
+    whole = profile.double_integral(profile.duration_ratio)
+    assert float(profile.double_integral(end)) == pytest.approx(path, abs=1e-12 * whole)
+
+
+@settings(derandomize=True, deadline=None)
+@given(pulse=pulses(), time_power=st.integers(-40, 40), force_power=st.integers(-40, 40))
+def test_scaling_by_powers_of_two_leaves_the_shape_as_it_is(pulse, time_power, force_power):
+    times, forces = pulse
+    one, other = Tabulated(times, forces), Tabulated(times * 2.0**time_power, forces * 2.0**force_power)
+    assert other.breakpoints == one.breakpoints
+    assert other.closed_areas() == one.closed_areas()
+    assert other.recorded_peak_force == one.recorded_peak_force * 2.0**force_power
+
+
+@settings(derandomize=True, deadline=None)
+@given(pulse=pulses(), time_scale=st.floats(1e-9, 1e9), force_scale=st.floats(1e-9, 1e9))
+def test_scaling_by_any_constants_leaves_the_shape_to_rounding(pulse, time_scale, force_scale):
+    times, forces = pulse
+    one, other = Tabulated(times, forces), Tabulated(times * time_scale, forces * force_scale)
+    assume(np.argmax(forces * force_scale) == np.argmax(forces))  # rounding may level two peaks
+    # A few roundings of each time and force; a step is the difference of two times, up to 1e5 times longer.
+    assert other.breakpoints == pytest.approx(one.breakpoints, rel=1e-15)
+    assert other.closed_areas() == pytest.approx(one.closed_areas(), rel=1e-10)
+
+
+@pytest.mark.parametrize("profile", [clean(), random_pulse()], ids=["clean", "random"])
+def test_quadrature_agrees_with_the_closed_form(profile):
+    pytest.importorskip("shockwave.quadrature.gauss_legendre")
+    closed, summed = profile.areas(), profile.areas(quadrature="gauss-legendre")
+    assert summed.rise.value == pytest.approx(closed.rise.value, rel=1e-12)
+    assert summed.decay.value == pytest.approx(closed.decay.value, rel=1e-12)
+
+
+# ---------------------------------------------------------------- as a value
+
+
+def test_profiles_compare_by_value():
+    assert clean() == clean()
+    assert hash(clean()) == hash(clean())
+    assert clean() == attrs.evolve(clean(), duration_ratio=3)
+    assert clean() != Tabulated([0, 1, 2, 3], [0, 1, 0.6, 0])
+
+
+def test_the_samples_are_a_copy_that_cannot_be_written():
+    times = np.array([0.0, 1.0, 2.0, 3.0])
+    profile = Tabulated(times, [0, 1, 0.5, 0])
+    times[3] = 9.0
+    assert profile.times[3] == 3.0
+    with pytest.raises(ValueError, match="read-only"):
+        profile.times[0] = 1.0
+
+
+def test_a_pickled_profile_is_the_same():
+    assert pickle.loads(pickle.dumps(random_pulse())) == random_pulse()
+
+
+def test_a_changed_copy_is_read_anew():
+    assert attrs.evolve(clean(), duration_ratio=5.0).breakpoints == (0.0, 1.0, 3.0, 5.0)
+    assert attrs.evolve(clean()).notes == ()
+
+
+def test_the_parameters_are_declared_with_their_units():
+    given = {field.name: quantity_of(field) for field in attrs.fields(Tabulated) if field.init}
+    assert {name: spec and (spec.unit, spec.samples) for name, spec in given.items()} == {
+        "times": ("s", True),
+        "forces": ("N", True),
+        "duration_ratio": ("", False),
+    }
+
+
+def test_a_long_record_prints_in_one_line():
+    assert "\n" not in repr(random_pulse())
+    assert len(repr(random_pulse())) < 220
