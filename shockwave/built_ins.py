@@ -11,7 +11,9 @@ def shockwave_profiles() -> list[Entry]:
     return [
         Entry("power-law", f"{place}.power_law:PowerLaw", "rise s^eta1, decay ((n-s)/(n-1))^eta2"),
         Entry("triangular", f"{place}.triangular:Triangular", "linear rise, linear decay"),
-        Entry("exponential", f"{place}.exponential:Exponential", "rise and decay by exponentials cut to [0, 1]"),
+        Entry(
+            "exponential", f"{place}.exponential:Exponential", "rise and decay by exponentials cut to [0, 1]"
+        ),
         Entry("tabulated", f"{place}.tabulated:Tabulated", "a force record, piecewise linear"),
     ]
 
@@ -30,7 +32,9 @@ def shockwave_quadratures() -> list[Entry]:
 def shockwave_integrators() -> list[Entry]:
     return [
         Entry(
-            "dop853", "shockwave.simulation.dop853:Dop853", "Dormand-Prince 8(5,3), adaptive, from SciPy (default)"
+            "dop853",
+            "shockwave.simulation.dop853:Dop853",
+            "Dormand-Prince 8(5,3), adaptive, from SciPy (default)",
         ),
     ]
 
@@ -72,5 +76,7 @@ def shockwave_materials() -> list[Entry]:
 @hookimpl
 def shockwave_models() -> list[Entry]:
     return [
-        Entry("section-4", "shockwave.theory.section4:predict", "relations of section 4 of Hasan & Nemat-Nasser"),
+        Entry(
+            "section-4", "shockwave.theory.section4:predict", "relations of section 4 of Hasan & Nemat-Nasser"
+        ),
     ]

@@ -74,13 +74,17 @@ def _parser() -> argparse.ArgumentParser:
         added.add_argument("files", nargs="+", metavar="FILE", help="scenario file (YAML)")
         added.add_argument("--json", action="store_true", help="one JSON document on stdout")
         if name in ("simulate", "compare"):
-            added.add_argument("--rtol", type=float, help="relative error asked for, in place of the scenario's")
+            added.add_argument(
+                "--rtol", type=float, help="relative error asked for, in place of the scenario's"
+            )
     listing = command("list", _list, "what is registered, built in and plugged in")
     listing.add_argument("kind", nargs="?", choices=_KINDS, help="only these")
     listing.add_argument("--json", action="store_true", help="one JSON document on stdout")
     new = command("new", _new, "write a scenario with every key and its meaning")
     new.add_argument("--profile", default="power-law", help="name of a profile (default: power-law)")
-    new.add_argument("-o", "--output", metavar="FILE", help="write to FILE, which must not exist, not to stdout")
+    new.add_argument(
+        "-o", "--output", metavar="FILE", help="write to FILE, which must not exist, not to stdout"
+    )
     return parser
 
 
@@ -170,7 +174,9 @@ def _compare(options: argparse.Namespace) -> int:
             simulated=evolve(found.simulated, scenario=scenario.name),
         )
 
-    return _run(options, one, lambda found, scenarios: comparison_table(found, [s.published for s in scenarios]))
+    return _run(
+        options, one, lambda found, scenarios: comparison_table(found, [s.published for s in scenarios])
+    )
 
 
 def _settings(options: argparse.Namespace, scenario: Scenario) -> dict[str, Any]:
@@ -230,7 +236,7 @@ def _list(options: argparse.Namespace) -> int:
     if options.json:
         _print_json(document[options.kind] if options.kind else document)
         return 0
-    from shockwave.report import table
+    from shockwave.text import table
 
     for kind, found in document.items():
         rows = [(row["name"], row["summary"], row["distribution"]) for row in found]
@@ -249,7 +255,9 @@ def _new(options: argparse.Namespace) -> int:
         with Path(options.output).open("x", encoding="utf-8") as file:
             file.write(text)
     except OSError as error:
-        reason = "it exists already; choose another name" if isinstance(error, FileExistsError) else error.strerror
+        reason = (
+            "it exists already; choose another name" if isinstance(error, FileExistsError) else error.strerror
+        )
         raise FileAccessError(f"{options.output}: cannot be written ({reason})") from error
     print(f"{options.output}: written", file=sys.stderr)
     return 0

@@ -12,6 +12,7 @@ from shockwave.measurement.simulate import simulate
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
+from shockwave.text import range_text
 from shockwave.theory.scaled import Relation
 
 __all__ = ["Comparison", "compare"]
@@ -47,9 +48,17 @@ class Comparison:
         }
 
     def __str__(self) -> str:
-        from shockwave.report import comparison_text
-
-        return comparison_text(self)
+        lines = [
+            str(self.predicted),
+            "",
+            str(self.simulated),
+            "",
+            f"error of the predicted peak force: {self.error:+.2%}, "
+            f"expected {range_text(self.predicted.expected_error)}",
+            f"relation to the shock's peak force: predicted {self.predicted.relation}, "
+            f"simulated {self.relation}",
+        ]
+        return "\n".join(lines)
 
 
 def compare(

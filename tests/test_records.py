@@ -6,6 +6,7 @@ import os
 import pathlib
 import subprocess
 import sys
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -93,11 +94,16 @@ def test_a_leading_semicolon_that_separates_is_no_comment(read):
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"], ids=["lf", "crlf", "cr"])
 @pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"], ids=["plain", "byte-order-mark"])
 def test_line_ends_and_byte_order_marks_do_not_matter(read, end, mark):
-    assert_pulse(read(mark + ("time [s], force [N]" + end + rows(end=end)).encode()))
+    assert_pulse(read(mark + f"ms,N{end}{rows(end=end)}".encode()), 1e-3)
+    assert_pulse(read(mark + rows(end=end).encode()))
 
 
 def test_quotes_and_separators_at_the_end_are_taken_off(read):
     assert_pulse(read('"time [s]","force [N]",\n"0","0",\n"0.5","2",\n"1","1.25",\n"2.5","0",\n'))
+
+
+def test_a_separator_at_the_end_of_one_row_is_taken_off(read):
+    assert_pulse(read(rows().replace("1.25", "1.25,")))
 
 
 # ---------------------------------------------------------------- header
@@ -112,6 +118,7 @@ def test_quotes_and_separators_at_the_end_are_taken_off(read):
         ("Zeit [µs];Kraft [kN]", ";", 1e-6, 1e3),
         ("time [ms]  force [mN]", " ", 1e-3, 1e-3),
         ("t / ms\tF / N", "\t", 1e-3, 1.0),
+        ("t / ms  F / N", " ", 1e-3, 1.0),
         ("time_ms,force_kN", ",", 1e-3, 1e3),
         ("Time (Seconds),Force (kg*m/s^2)", ",", 1.0, 1.0),
         ("ms,N", ",", 1e-3, 1.0),
@@ -135,8 +142,9 @@ def test_a_missing_unit_of_one_column_is_noted(read):
     assert record.notes == NO_UNITS[1:]
 
 
-def test_a_header_in_a_comment_is_read_and_noted(read):
-    record = read("# hammer\n# time [ms], force [kN]\n" + rows())
+@pytest.mark.parametrize("header", ["# time [ms], force [kN]", "//t/ms,F/kN"], ids=["brackets", "slashes"])
+def test_a_header_in_a_comment_is_read_and_noted(read, header):
+    record = read(f"# hammer\n{header}\n{rows()}")
     assert_pulse(record, 1e-3, 1e3)
     assert record.notes == ("the header was read from the comment in line 2",)
 
@@ -316,29 +324,28 @@ def test_pint_is_imported_only_for_other_units_than_si(tmp_path, unit, imported)
 
 # ---------------------------------------------------------------- anything at all
 
-_PIECES = st.sampled_from(
-    [
-        "time",
-        "force",
-        "[us]",
-        "(kN)",
-        "/",
-        ",",
-        ";",
-        "\t",
-        " ",
-        "\n",
-        "\r",
-        "#",
-        "%",
-        '"',
-        "0",
-        "1.5",
-        "1,5",
-        "-2",
-    ]
-    + ["nan", "1e999", "[", ")", "\x00", "\x85", "\u2028", "µ", "٣", "s^9", "t", "F", "_", "\ufeff"]
-)
+_WORDS = ["time", "force", "t", "F", "[us]", "(kN)", "s^9", "0", "1.5", "1,5", "-2", "nan", "1e999", "٣"]
+_MARKS = [
+    "/",
+    ",",
+    ";",
+    "\t",
+    " ",
+    "\n",
+    "\r",
+    "#",
+    "%",
+    "//",
+    '"',
+    "[",
+    ")",
+    "_",
+    "µ",
+    "\x00",
+    "\x85",
+    "\u2028",
+]
+_PIECES = st.sampled_from(_WORDS) | st.sampled_from(_MARKS) | st.just("\ufeff")
 
 
 @settings(derandomize=True, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -346,11 +353,8 @@ _PIECES = st.sampled_from(
     data=st.binary(max_size=200) | st.lists(_PIECES, max_size=40).map(lambda words: "".join(words).encode())
 )
 def test_any_bytes_give_a_record_or_an_error_of_our_own(read, data):
-    try:
+    with suppress(ShockwaveError):
         record = read(data)
-    except ShockwaveError as error:
-        assert str(error)
-    else:
         assert record.times.shape == record.forces.shape == record.lines.shape
         assert np.isfinite(record.times).all()
         assert np.isfinite(record.forces).all()

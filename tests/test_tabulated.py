@@ -83,8 +83,7 @@ def test_a_plateau_belongs_to_the_decay():
 
 
 def test_the_force_is_linear_between_samples():
-    assert clean().rise(np.array([0.25, 0.5])).tolist() == [0.25, 0.5]
-    assert clean().decay(np.array([1.0, 1.5, 2.5, 3.0])).tolist() == [1.0, 0.75, 0.25, 0.0]
+    assert clean().force([0.25, 0.5, 1.0, 1.5, 2.5, 3.0]).tolist() == [0.25, 0.5, 1.0, 0.75, 0.25, 0.0]
 
 
 def test_a_given_duration_ratio_stretches_the_decay_alone():
@@ -95,50 +94,43 @@ def test_a_given_duration_ratio_stretches_the_decay_alone():
     assert profile.notes == ("the decay was stretched in time: n is 7, that of the record 3",)
 
 
+@settings(derandomize=True, deadline=None)
+@given(pulse=pulses(), ratio=st.floats(1.01, 1e3))
+def test_a_given_duration_ratio_is_met_exactly(pulse, ratio):
+    profile = Tabulated(*pulse, duration_ratio=ratio)
+    assert profile.duration_ratio == profile.breakpoints[-1] == ratio
+
+
 # ---------------------------------------------------------------- what is refused
 
 
-@pytest.mark.parametrize(
-    ("times", "forces", "message"),
-    [
-        ([0, 1], [0, 1], r"times: must have at least three samples"),
-        ([], [], r"times: must have at least three samples.*got 0"),
-        ([0, 1, float("nan")], [0, 1, 0], r"times\[2\]: must be a finite number s \(got nan\)"),
-        ([0, 1, 2], [0, float("inf"), 0], r"forces\[1\]: must be a finite number N \(got inf\)"),
-        ([0, 1, 2], [0, "1", None], r"forces\[1\]: .*got '1'\)\nforces\[2\]: .*got nothing"),
-        ([[0, 1], [1, 2]], [0, 1], r"times: must be a sequence of numbers \(got \[\[0.0, 1.0\]"),
-        ("012", 3, r"times: must be a sequence.*\nforces: must be a sequence of numbers \(got 3.0\)"),
-        (
-            [0, 2, 1, 1],
-            [0, 1, 1, 0],
-            r"times\[2\]: must be greater than times\[1\].*\ntimes\[3\]: must be greater",
-        ),
-        ([0, 1, 2], [0, 1], r"forces: must have one force for each time \(got 2 forces and 3 times\)"),
-        ([0, 1, 2], [0, -1, 0], r"forces: must be > 0 N somewhere \(got at most 0 N; turn the sign"),
-        ([0, 1, 2], [1, 0.5, 0], r"forces\[0\]: must not be the peak.*put a sample of zero force before it"),
-        ([0, 1, 2], [0, 0.5, 1], r"forces\[2\]: must not be the peak.*put a sample of zero force after it"),
-        (
-            [-1, 1e-20, 2e-20, 1],
-            [0, 0.5, 1, 0],
-            r"times\[2\]: must differ from the sample before by more than",
-        ),
-        ([-1e308, 0, 1e308], [0, 1, 0], r"times: must last less than 1e150 rise times"),
-    ],
-    ids=[
-        "two",
-        "none",
-        "nan",
-        "inf",
-        "words",
-        "matrix",
-        "no-lists",
-        "unsorted",
-        "lengths",
-        "no-force",
-        "no-rise",
-    ]
-    + ["no-decay", "merged", "overflow"],
-)
+NO_PULSES = {
+    "two": ([0, 1], [0, 1], r"times: must have at least three samples"),
+    "none": ([], [], r"times: must have at least three samples.*got 0"),
+    "nan": ([0, 1, float("nan")], [0, 1, 0], r"times\[2\]: must be a finite number s \(got nan\)"),
+    "inf": ([0, 1, 2], [0, float("inf"), 0], r"forces\[1\]: must be a finite number N \(got inf\)"),
+    "words": ([0, 1, 2], [0, "1", None], r"forces\[1\]: .*got '1'\)\nforces\[2\]: .*got nothing"),
+    "matrix": ([[0, 1], [1, 2]], [0, 1], r"times: must be a sequence of numbers \(got \[\[0.0, 1.0\]"),
+    "no-lists": ("012", 3, r"times: must be a sequence.*\nforces: must be a sequence of numbers \(got 3.0\)"),
+    "unsorted": ([0, 2, 1, 1], [0, 1, 1, 0], r"times\[2\]: must be greater.*\ntimes\[3\]: must be greater"),
+    "lengths": ([0, 1, 2], [0, 1], r"forces: must have one force for each.*got 2 forces and 3 times\)"),
+    "no-force": ([0, 1, 2], [0, -1, 0], r"forces: must be > 0 N somewhere \(got at most 0 N; turn the sign"),
+    "no-rise": (
+        [0, 1, 2],
+        [1, 0.5, 0],
+        r"forces\[0\]: must not be the peak.*a sample of zero force before it",
+    ),
+    "no-decay": (
+        [0, 1, 2],
+        [0, 0.5, 1],
+        r"forces\[2\]: must not be the peak.*a sample of zero force after it",
+    ),
+    "merged": ([-1, 1e-20, 2e-20, 1], [0, 0.5, 1, 0], r"times\[2\]: must differ from the sample before"),
+    "overflow": ([-1e308, 0, 1e308], [0, 1, 0], r"times: must last less than 1e150 rise times"),
+}
+
+
+@pytest.mark.parametrize(("times", "forces", "message"), NO_PULSES.values(), ids=NO_PULSES.keys())
 def test_samples_that_are_no_pulse_are_refused(times, forces, message):
     with pytest.raises(InvalidValueError, match=f"(?s){message}"):
         Tabulated(times=times, forces=forces)
@@ -150,20 +142,24 @@ def test_a_duration_ratio_of_one_or_less_is_refused(ratio):
         Tabulated([0, 1, 2], [0, 1, 0], duration_ratio=ratio)
 
 
-@pytest.mark.parametrize(
-    ("body", "message"),
-    [
-        ("0,0\n# c\n2,1\n1,0\n", r"pulse.csv:5: times\[2\]: must be greater"),
-        ("0,1\n1,0.5\n2,0\n", r"pulse.csv:2: forces\[0\]: must not be the peak"),
-        ("0,0\n1,0\n\n2,0\n3,1\n", r"pulse.csv:6: forces\[3\]: must not be the peak"),
-    ],
-    ids=["unsorted", "no-rise", "no-decay"],
-)
+BAD_FILES = {
+    "unsorted": ("0,0\n# c\n2,1\n1,0\n", r"pulse.csv:5: times\[2\]: must be greater"),
+    "no-rise": ("0,1\n1,0.5\n2,0\n", r"pulse.csv:2: forces\[0\]: must not be the peak"),
+    "no-decay": ("0,0\n1,0\n\n2,0\n3,1\n", r"pulse.csv:6: forces\[3\]: must not be the peak"),
+}
+
+
+@pytest.mark.parametrize(("body", "message"), BAD_FILES.values(), ids=BAD_FILES.keys())
 def test_faults_of_a_file_name_their_line(tmp_path, body, message):
     path = tmp_path / "pulse.csv"
     path.write_text("time [s], force [N]\n" + body)
     with pytest.raises(InvalidValueError, match=message):
         Tabulated.from_file(path)
+
+
+def test_a_wrong_duration_ratio_is_no_fault_of_the_file():
+    with pytest.raises(InvalidValueError, match=r"^duration_ratio: must be > 1"):
+        Tabulated.from_file(HAMMER, duration_ratio=0.5)
 
 
 # ---------------------------------------------------------------- what is cleaned
@@ -176,8 +172,7 @@ def test_a_start_time_is_shifted_to_zero():
 
 
 def test_a_constant_baseline_is_subtracted():
-    forces = np.array([0, 0, 0, 0, 0, 0, 4, 8, 6, 2, 0, 0])
-    profile = Tabulated(np.arange(12), forces + 1.0)
+    profile = Tabulated(range(12), [1, 1, 1, 1, 1, 1, 5, 9, 7, 3, 1, 1])
     assert profile.recorded_peak_force == 8
     assert profile.breakpoints == (0.0, 0.5, 1.0, 1.5, 2.0, 2.5)
     # One newton over the five seconds of a pulse of 20 N s.
@@ -187,11 +182,17 @@ def test_a_constant_baseline_is_subtracted():
     assert profile.notes[0] == share
 
 
-@pytest.mark.parametrize(
-    "lead",
-    [[1.0] * 4, [25.0] * 6, [0, 0.4, 0.9, 1.3, 1.6, 2.0]],
-    ids=["too-short", "too-high", "not-flat"],
-)
+def test_a_baseline_is_found_under_slow_ripple():
+    force = np.concatenate((np.zeros(40), [40, 100, 50, 10, 0]))
+    profile = Tabulated(np.arange(45), force + 10 + np.sin(np.arange(45) / 3))
+    # The mean of the ripple over the lead, and the ripple itself: at most 2 N.
+    assert profile.recorded_peak_force == pytest.approx(100, abs=2)
+
+
+LEADS = {"too-short": [1.0] * 4, "too-high": [25.0] * 6, "not-flat": [0, 0.4, 0.9, 1.3, 1.6, 2.0]}
+
+
+@pytest.mark.parametrize("lead", LEADS.values(), ids=LEADS.keys())
 def test_a_lead_that_is_no_baseline_is_kept(lead):
     forces = [*lead, 40, 100, 50, 10, 0]
     profile = Tabulated(np.arange(len(forces)), forces)
@@ -219,20 +220,23 @@ def test_a_quiet_tail_is_cut_off_with_what_is_in_it():
     assert profile.notes == ("2 quiet samples after the pulse were cut off (0.6 % of the impulse)",)
 
 
+def test_a_rounding_error_at_the_end_is_no_jump():
+    assert Tabulated(range(33), np.sin(np.linspace(0, np.pi, 33))).notes == ()
+
+
 def test_gaps_between_pulses_stay():
     profile = Tabulated(range(8), [0, 1, 0, 0, 0, 0.5, 0.2, 0])
     assert profile.duration_ratio == 7
     assert profile.notes == ()
 
 
-@pytest.mark.parametrize(
-    ("forces", "note"),
-    [
-        ([0.25, 1, 0.5, 0], "the record starts at 0.25 N, 25 % of its peak: the force jumps there"),
-        ([0, 1, 0.5, 0.125], "the record ends at 0.125 N, 12 % of its peak: the force jumps there"),
-    ],
-    ids=["start", "end"],
-)
+JUMPS = {
+    "start": ([0.25, 1, 0.5, 0], "the record starts at 0.25 N, 25 % of its peak: the force jumps there"),
+    "end": ([0, 1, 0.5, 0.125], "the record ends at 0.125 N, 12 % of its peak: the force jumps there"),
+}
+
+
+@pytest.mark.parametrize(("forces", "note"), JUMPS.values(), ids=JUMPS.keys())
 def test_a_record_that_starts_or_ends_above_zero_is_kept(forces, note):
     profile = Tabulated([0, 1, 2, 3], forces)
     assert profile.force(np.arange(4.0)).tolist() == forces
@@ -248,6 +252,8 @@ def test_a_noisy_record_gives_back_its_pulse(seed, baseline):
     force = peak * np.where(times < rise, up, np.cos(np.pi / 2 * np.clip((times - rise) / decay, 0, 1)) ** 2)
     noisy = force + baseline + noise * np.random.default_rng(seed).standard_normal(times.size)
     profile = Tabulated(times, noisy)
+    assert any("baseline" in note for note in profile.notes) == (baseline != 0)
+    assert profile.force(np.array([0.0, profile.duration_ratio])).tolist() == [0.0, 0.0]
     # The largest of the dozen samples near the top lies some three standard deviations too high, and up to
     # 5 us off: 850 sin^2 loses 4 N in 4 us before the peak. The foot below 12 N takes 4 us to rise.
     assert profile.recorded_peak_force == pytest.approx(peak, abs=4 * noise)
@@ -256,6 +262,15 @@ def test_a_noisy_record_gives_back_its_pulse(seed, baseline):
     impulse = profile.areas().total * profile.recorded_peak_force * profile.recorded_rise_time
     assert impulse == pytest.approx(peak * (rise + decay) / 2, rel=0.01)
     assert profile.duration_ratio * profile.recorded_rise_time == pytest.approx(rise + decay, rel=0.15)
+
+
+def test_chance_peaks_of_strong_noise_do_not_lengthen_the_pulse():
+    times = np.arange(-3000, 3000) * 1e-7
+    noise = np.random.default_rng(29).normal(0.05, 0.018, times.size)
+    noisy = np.interp(times, [0, 5e-5, 1.5e-4], [0, 1, 0]) + noise
+    # Of 4500 quiet samples some 12 lie above 5 % of the peak. A side fades into the noise, 5 % of its length.
+    profile = Tabulated(times, noisy)
+    assert profile.duration_ratio * profile.recorded_rise_time == pytest.approx(1.5e-4, rel=0.1)
 
 
 def test_the_hammer_example_is_the_blow_that_its_comment_tells():
@@ -332,18 +347,8 @@ def test_integrals_agree_with_dense_sums(pulse, share):
 
 
 @settings(derandomize=True, deadline=None)
-@given(pulse=pulses(), time_power=st.integers(-40, 40), force_power=st.integers(-40, 40))
-def test_scaling_by_powers_of_two_leaves_the_shape_as_it_is(pulse, time_power, force_power):
-    times, forces = pulse
-    one, other = Tabulated(times, forces), Tabulated(times * 2.0**time_power, forces * 2.0**force_power)
-    assert other.breakpoints == one.breakpoints
-    assert other.closed_areas() == one.closed_areas()
-    assert other.recorded_peak_force == one.recorded_peak_force * 2.0**force_power
-
-
-@settings(derandomize=True, deadline=None)
 @given(pulse=pulses(), time_scale=st.floats(1e-9, 1e9), force_scale=st.floats(1e-9, 1e9))
-def test_scaling_by_any_constants_leaves_the_shape_to_rounding(pulse, time_scale, force_scale):
+def test_scaling_times_and_forces_leaves_the_shape(pulse, time_scale, force_scale):
     times, forces = pulse
     one, other = Tabulated(times, forces), Tabulated(times * time_scale, forces * force_scale)
     assume(np.argmax(forces * force_scale) == np.argmax(forces))  # rounding may level two peaks
@@ -352,10 +357,9 @@ def test_scaling_by_any_constants_leaves_the_shape_to_rounding(pulse, time_scale
     assert other.closed_areas() == pytest.approx(one.closed_areas(), rel=1e-10)
 
 
-@pytest.mark.parametrize("profile", [clean(), random_pulse()], ids=["clean", "random"])
-def test_quadrature_agrees_with_the_closed_form(profile):
+def test_quadrature_agrees_with_the_closed_form():
     pytest.importorskip("shockwave.quadrature.gauss_legendre")
-    closed, summed = profile.areas(), profile.areas(quadrature="gauss-legendre")
+    closed, summed = random_pulse().areas(), random_pulse().areas(quadrature="gauss-legendre")
     assert summed.rise.value == pytest.approx(closed.rise.value, rel=1e-12)
     assert summed.decay.value == pytest.approx(closed.decay.value, rel=1e-12)
 
@@ -366,7 +370,7 @@ def test_quadrature_agrees_with_the_closed_form(profile):
 def test_profiles_compare_by_value():
     assert clean() == clean()
     assert hash(clean()) == hash(clean())
-    assert clean() == attrs.evolve(clean(), duration_ratio=3)
+    assert clean() == attrs.evolve(clean(), duration_ratio=3) == pickle.loads(pickle.dumps(clean()))
     assert clean() != Tabulated([0, 1, 2, 3], [0, 1, 0.6, 0])
 
 
@@ -379,22 +383,14 @@ def test_the_samples_are_a_copy_that_cannot_be_written():
         profile.times[0] = 1.0
 
 
-def test_a_pickled_profile_is_the_same():
-    assert pickle.loads(pickle.dumps(random_pulse())) == random_pulse()
-
-
 def test_a_changed_copy_is_read_anew():
     assert attrs.evolve(clean(), duration_ratio=5.0).breakpoints == (0.0, 1.0, 3.0, 5.0)
     assert attrs.evolve(clean()).notes == ()
 
 
 def test_the_parameters_are_declared_with_their_units():
-    given = {field.name: quantity_of(field) for field in attrs.fields(Tabulated) if field.init}
-    assert {name: spec and (spec.unit, spec.samples) for name, spec in given.items()} == {
-        "times": ("s", True),
-        "forces": ("N", True),
-        "duration_ratio": ("", False),
-    }
+    specs = [quantity_of(field) for field in attrs.fields(Tabulated) if field.init]
+    assert [spec and (spec.unit, spec.samples) for spec in specs] == [("s", True), ("N", True), ("", False)]
 
 
 def test_a_long_record_prints_in_one_line():

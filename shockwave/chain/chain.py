@@ -35,7 +35,9 @@ class Chain:
 
     material: Material = field(validator=instance_of(Material))
     radius: float = quantity("m", "radius R of the granules", above=0)
-    granules: int | None = quantity("", "number of granules", at_least=2, whole=True, optional=True, default=None)
+    granules: int | None = quantity(
+        "", "number of granules", at_least=2, whole=True, optional=True, default=None
+    )
 
     def __attrs_post_init__(self) -> None:
         for name, value in (("mass", self.granule_mass), ("stiffness", self.contact_stiffness)):

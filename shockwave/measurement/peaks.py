@@ -15,6 +15,8 @@ __all__ = ["Peak", "PeakLog"]
 
 # Peaks weaker than this, over the strongest so far, are the noise floor of a chain at rest.
 _FLOOR = 1e-4
+# No more than so many peaks of one contact can be younger than the time that a wave takes to the next.
+_RECENT = 8
 # A wave that was followed keeps more than this share of its peak force from one contact to the next few.
 _SAME_WAVE = 0.5
 
@@ -63,31 +65,37 @@ class PeakLog:
 
         A peak is a head when the next contact has not peaked since, and may still be expected to.
         """
-        fresh = {
-            contact: [peak for peak in peaks if now - peak.time < _patience(peak.force)]
-            for contact, peaks in self.peaks.items()
-        }
-        strongest = max((peak.force for peaks in fresh.values() for peak in peaks), default=0.0)
+        fresh = (
+            peak.force
+            for peaks in self.peaks.values()
+            for peak in peaks[-_RECENT:]
+            if now - peak.time < _patience(peak.force)
+        )
+        strongest = max(fresh, default=0.0)
         # Stirrings below the share must not hide the wave that has just gone by.
         latest = {
-            contact: peak for contact, peaks in self.peaks.items() if (peak := _last(peaks, share * strongest))
+            contact: peak
+            for contact, peaks in self.peaks.items()
+            if (peak := _last(peaks, share * strongest))
         }
         return [
             latest[contact]
             for contact in sorted(latest, reverse=True)
             if (contact + 1 not in latest or latest[contact + 1].time < latest[contact].time)
-            and latest[contact] in fresh[contact]
+            and now - latest[contact].time < _patience(latest[contact].force)
         ]
 
-    def history(self, head: Peak) -> list[Peak]:
-        """Peaks of the wave at ``head`` and at the contacts behind it, as far as it can be followed."""
+    def history(self, head: Peak, contacts: int) -> list[Peak]:
+        """Peaks of the wave at ``head`` and at the ``contacts`` behind it, as far as it can be followed."""
         trail = [head]
-        for contact in range(head.contact - 1, -1, -1):
-            least = _SAME_WAVE * trail[-1].force
-            earlier = [p for p in self.peaks.get(contact, ()) if p.time < trail[-1].time and p.force > least]
-            if not earlier:
+        for contact in range(head.contact - 1, max(head.contact - contacts, 0) - 1, -1):
+            ahead = trail[-1]
+            peaks = reversed(self.peaks.get(contact, []))
+            same = (p for p in peaks if p.time < ahead.time and p.force > _SAME_WAVE * ahead.force)
+            earlier = next(same, None)
+            if earlier is None:
                 break
-            trail.append(earlier[-1])
+            trail.append(earlier)
         return trail
 
     def arrival(self, head: Peak, contact: int) -> Peak | None:

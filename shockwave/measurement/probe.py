@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 from attrs import define, field, frozen
 
-from shockwave.measurement.peaks import PeakLog, Peak
+from shockwave.measurement.peaks import Peak, PeakLog
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import Span
-from shockwave.simulation.problem import contact_forces
 
 __all__ = ["PassingWave", "Probe"]
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 # Samples on each side of a crossing or a maximum that its polynomial goes through.
 _NEIGHBOURS = 4
 # Over how many contacts the speed is taken.
@@ -44,17 +42,14 @@ class Probe:
         """Sample ``span``, unless the contact has not been reached."""
         if self.contact + 1 >= len(span.x1) or not span.x1[self.contact]:
             return
-        middle, half = (span.begin + span.end) / 2, (span.end - span.begin) / 2
-        for node, weight in zip(_NODES, _WEIGHTS, strict=True):
-            time = middle + half * node
-            x, v = span.at(time)
-            pair = x[self.contact : self.contact + 2]
-            force = float(contact_forces(pair)[0])
-            self._blocks.append(np.array((time, force, v[self.contact + 1], weight * half)))
+        samples = span.samples
+        pair = samples.x[:, self.contact : self.contact + 2]
+        force = np.maximum(pair[:, 0] - pair[:, 1], 0.0) ** 1.5
+        self._blocks.append(np.array((samples.times, force, samples.v[:, self.contact + 1], samples.weights)))
 
     def wave(self, peak: Peak, log: PeakLog) -> PassingWave:
         """The wave whose maximum at this contact is ``peak``: from the least force before it to the least after."""
-        time, force, velocity, weight = np.array(self._blocks).T
+        time, force, velocity, weight = np.concatenate(self._blocks, axis=1)
         others = [other.time for other in log.peaks[self.contact] if other.force > 0]
         before = max((t for t in others if t < peak.time), default=time[0])
         after = min((t for t in others if t > peak.time), default=time[-1])
@@ -71,7 +66,7 @@ class Probe:
             peak_force=peak.force,
             momentum=float(weight[inside] @ force[inside]),
             energy=float(weight[inside] @ (force[inside] * velocity[inside])),
-            speed=_speed(log.history(peak)),
+            speed=_speed(log.history(peak, _SPEED_BASE)),
             width=fall - rise,
             granule_velocity=_maximum(time[inside], velocity[inside]),
         )
@@ -79,7 +74,7 @@ class Probe:
 
 def _speed(trail: list[Peak]) -> float | None:
     """Granules per unit of time, over the last contacts."""
-    base = min(_SPEED_BASE, len(trail) - 1)
+    base = len(trail) - 1
     return None if base == 0 else base / (trail[0].time - trail[base].time)
 
 

@@ -6,6 +6,8 @@ from typing import Any
 
 from attrs import asdict, field, frozen
 
+from shockwave.text import indent, notes, si, table
+
 __all__ = ["Cost", "MeasuredWave", "SimulationResult"]
 
 
@@ -108,6 +110,31 @@ class SimulationResult:
         }
 
     def __str__(self) -> str:
-        from shockwave.report import simulation_text
-
-        return simulation_text(self)
+        waves = (
+            (
+                si(wave.peak_force, "N", 8),
+                f"{wave.error_estimate:.0e}",
+                si(wave.momentum, "N s"),
+                si(wave.energy, "J"),
+                "-" if wave.speed is None else si(wave.speed, "m/s"),
+                si(wave.width, "s"),
+                str(wave.contact),
+                si(wave.arrival_time, "s"),
+            )
+            for wave in self.waves
+        )
+        header = ("peak force", "rel. error", "momentum", "energy", "speed", "width", "contact", "arrival")
+        lines = [
+            f"simulation by {self.integrator}" + (f" of {self.scenario}" if self.scenario else ""),
+            f"  peak force        {si(self.peak_force, 'N', 8)} within {self.error_estimate:.0e} relative, "
+            f"{self.amplification:.8g} times the shock's",
+            f"  applied momentum  {si(self.applied_momentum, 'N s')}, momentum defect {self.momentum_defect:.0e}, "
+            f"energy defect {self.energy_defect:.0e}",
+            f"  recoil            {si(self.recoil_momentum, 'N s')}, {self.ejected_granules} granules ejected",
+            f"  cost              {self.cost.steps} steps, {self.cost.force_evaluations} force evaluations, "
+            f"{self.cost.seconds:.2g} s",
+            "",
+            indent(table(header, waves)),
+            f"  (waves above {self.wave_threshold:g} of the primary; contacts are counted from 0)",
+        ]
+        return "\n".join(lines + notes(self.warnings))

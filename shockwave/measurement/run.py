@@ -29,7 +29,6 @@ _BUDGET = 150.0
 _BUDGET_RATE = 6.0
 # Free ends are felt this many granules away.
 _REACH = 8
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
 @frozen
@@ -92,11 +91,10 @@ class _Work:
     def observe(self, span: Span) -> None:
         if span.begin >= self.problem.duration:
             return
-        middle, half = (span.begin + span.end) / 2, (span.end - span.begin) / 2
-        for node, weight in zip(_NODES, _WEIGHTS, strict=True):
-            time = middle + half * node
-            x, _ = span.at(time)
-            self._gathered += weight * half * self.problem.impulse(time) * float(contact_forces(x[:2])[0])
+        samples = span.samples
+        force = np.maximum(samples.x[:, 0] - samples.x[:, 1], 0.0) ** 1.5
+        impulses = [self.problem.impulse(float(time)) for time in samples.times]
+        self._gathered += float(samples.weights @ (force * impulses))
         impulse = self.problem.impulse(span.end)
         self.value = impulse * (float(span.v1[0]) - impulse / 2) + self._gathered
 
@@ -117,6 +115,7 @@ class _Reader:
     demand: Demand
     budget: float
     readings: dict[int, _Reading] = field(factory=dict)
+    passed: dict[int, PassingWave | None] = field(factory=dict)
     settled: bool = True
 
     def judge(self, state: Settling) -> bool:
@@ -136,21 +135,24 @@ class _Reader:
             return True
         return done and state.complete
 
-    def observe(self, span: Span) -> None:
-        for reading in self.readings.values():
+    def observe(self, span: Span, log: PeakLog) -> None:
+        """Let the probes take their samples; read off the waves that have passed theirs."""
+        for index, reading in self.readings.items():
+            if index in self.passed:
+                continue
             reading.probe.observe(span)
+            if _has_passed(log, reading, span.end):
+                peak = log.arrival(reading.head, reading.probe.contact)
+                self.passed[index] = None if peak is None else reading.probe.wave(peak, log)
 
-    def all_passed(self, log: PeakLog, now: float) -> bool:
-        """Whether every wave has left its probe behind."""
-        return all(_has_passed(log, reading, now) for reading in self.readings.values())
+    @property
+    def finished(self) -> bool:
+        """Whether every wave that was taken up has left its probe behind."""
+        return len(self.passed) == len(self.readings)
 
-    def waves(self, log: PeakLog) -> tuple[tuple[PassingWave, ...], tuple[float, ...]]:
+    def waves(self) -> tuple[tuple[PassingWave, ...], tuple[float, ...]]:
         """The waves, and the doubts in their peaks."""
-        found = [
-            (reading.probe.wave(peak, log), reading.doubt)
-            for _, reading in sorted(self.readings.items())
-            if (peak := log.arrival(reading.head, reading.probe.contact)) is not None
-        ]
+        found = [(wave, self.readings[index].doubt) for index, wave in sorted(self.passed.items()) if wave]
         return tuple(wave for wave, _ in found), tuple(doubt for _, doubt in found)
 
 
@@ -170,7 +172,7 @@ def run(problem: ChainProblem, integrator: Integrator, demand: Demand) -> Run:
         steps += 1
         log.observe(span)
         work.observe(span)
-        reader.observe(span)
+        reader.observe(span, log)
         if free_end is not None:
             free_end.probe.observe(span)
         if span.end < problem.duration:
@@ -179,7 +181,7 @@ def run(problem: ChainProblem, integrator: Integrator, demand: Demand) -> Run:
             if free_end.is_spent(span, problem):
                 break
         elif all_known:
-            if reader.all_passed(log, span.end):
+            if reader.finished:
                 break
         elif span.end - judged >= _INTERVAL:
             judged = span.end
@@ -188,7 +190,7 @@ def run(problem: ChainProblem, integrator: Integrator, demand: Demand) -> Run:
         waves = free_end.waves(log, demand.wave_threshold)
         doubts: tuple[float, ...] = (0.0,) * len(waves)
     else:
-        waves, doubts = reader.waves(log)
+        waves, doubts = reader.waves()
     books = _books(problem, work, span)
     recoils = _recoils(span.v1)
     felt = free_end is not None and free_end.is_felt(log)

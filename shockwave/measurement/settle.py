@@ -55,7 +55,7 @@ def settling(log: PeakLog, now: float, x: FloatArray, v: FloatArray, threshold: 
     if not followed:
         return Settling((), (), False)
     least = threshold * max(head.force for head in followed)
-    doubts = [_doubt(log.history(head)) for head in followed]
+    doubts = [_doubt(log.history(head, 2 * _STRIDE)) for head in followed]
     for i in range(len(followed)):
         if any(behind.force > _TALLER * followed[i].force for behind in followed[i + 1 :]):
             doubts[i] = math.inf

@@ -32,6 +32,7 @@ _LEAST_TOLERANCE = 1e-13
 _PRIMARY_DOUBT = 0.2
 _LATER_DOUBT = 2.0
 _ROUNDING = 1e-12
+_DIGITS = 13
 _EJECTED = 1e-3
 # The longest chain: so many contacts, and so many for each unit of time that the force lasts.
 _MOST_CONTACTS = 1000
@@ -88,7 +89,9 @@ def simulate(
     fine = run(scaled, method(tolerance=max(_FINE * rtol, _LEAST_TOLERANCE)), demand)
     coarse = run(scaled, method(tolerance=max(_COARSE * rtol, 10 * _LEAST_TOLERANCE)), demand)
     if not fine.waves or not coarse.waves:
-        raise NumericalError(f"no wave was found within {most} contacts: the shock may be too slow for its peak force")
+        raise NumericalError(
+            f"no wave was found within {most} contacts: the shock may be too slow for its peak force"
+        )
     result = _result(shock, scales, fine, coarse, rtol, integrator, wave_threshold)
     return evolve(result, cost=evolve(result.cost, seconds=time.perf_counter() - begin))
 
@@ -96,7 +99,9 @@ def simulate(
 def _scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
     """The problem in units of the wave to come: of F0, or of what a short shock makes of it if that is less."""
     natural = Scales.of(chain, shock.peak_force)
-    ratio = shock.rise_time / natural.time
+    # One number governs everything. Its last digits are the rounding of units: cut off, so that the same scene
+    # in other units, or scaled to another chain, is the same problem to the last bit.
+    ratio = float(f"{shock.rise_time / natural.time:.{_DIGITS}g}")
     strength = ratio * shock.profile.areas().total / MOMENTUM
     force = min(1.0, strength**1.2)
     scales = Scales.of(chain, shock.peak_force * force)
@@ -125,7 +130,9 @@ def _result(
         integrator=integrator,
         rtol=rtol,
         cost=Cost(
-            steps=fine.steps + coarse.steps, force_evaluations=fine.evaluations + coarse.evaluations, seconds=0.0
+            steps=fine.steps + coarse.steps,
+            force_evaluations=fine.evaluations + coarse.evaluations,
+            seconds=0.0,
         ),
         warnings=(*shock.profile.notes, *_warnings(fine, waves, rtol)),
     )
@@ -169,5 +176,7 @@ def _warnings(fine: Run, waves: tuple[MeasuredWave, ...], rtol: float) -> list[s
             " and are those of this chain, not of a longer one"
         )
     elif not fine.settled:
-        warnings.append("the tail had not come to rest when the last wave was read: waves near the threshold may lack")
+        warnings.append(
+            "the tail had not come to rest when the last wave was read: waves near the threshold may lack"
+        )
     return warnings

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, ClassVar
 
 from attrs import asdict, field, frozen
@@ -9,6 +10,7 @@ from attrs import asdict, field, frozen
 from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.profiles.base import Areas
 from shockwave.profiles.conditions import Condition
+from shockwave.text import indent, notes, range_text, si, table
 from shockwave.theory.scaled import Comparison, Regime, Relation
 
 __all__ = ["EjectionOutcome", "Exponents", "Outcome", "SingleOutcome", "TrainOutcome"]
@@ -29,6 +31,9 @@ class Exponents:
     def of(cls, sensitivity: float) -> Exponents:
         """From d ln F / d ln A, as A goes with R^(4/3) rho^(1/2) E^(-1/3), eq. (4c)."""
         return cls(4 / 3 * sensitivity, sensitivity / 2, -sensitivity / 3)
+
+
+_RELATIONS = {"less": "less than", "equal": "about equal to", "greater": "greater than"}
 
 
 @frozen(kw_only=True)
@@ -106,9 +111,43 @@ class Outcome:
         return None
 
     def __str__(self) -> str:
-        from shockwave.report import outcome_text
+        lines = [
+            f"prediction by {self.model}" + (f" of {self.scenario}" if self.scenario else ""),
+            f"  regime            {self.regime}",
+            f"  relation          primary {_RELATIONS[self.relation]} the shock's peak force",
+            f"  peak force        {si(self.peak_force, 'N')}, {self.amplification:.5g} times the shock's",
+            f"  expected error    {range_text(self.expected_error)}",
+            f"  applied momentum  {si(self.applied_momentum, 'N s')}",
+        ]
+        ejection = self._ejection()
+        if ejection:
+            lines += [
+                f"  ejection          virtual rise time {si(ejection['virtual_rise_time'], 's')}, "
+                f"added momentum {si(ejection['added_momentum'], 'N s')}"
+            ]
+        if self.exponents:
+            powers = self.exponents
+            lines.append(
+                f"  goes with         R^{powers.radius:.3f} rho^{powers.density:.3f} E^{powers.youngs_modulus:.3f}"
+            )
+        lines += ["", indent(_waves_text(self.waves)), ""]
+        conditions = (
+            [c.statement, f"{c.margin:+.4g} t0", "holds" if c.holds else "FAILS"] for c in self.conditions
+        )
+        lines += [indent(table(("condition (3)", "margin", ""), conditions)), ""]
+        steps = ((t.statement, si(t.left, "s"), si(t.right, "s"), t.outcome, t.equation) for t in self.trace)
+        lines += [indent(table(("decided by", "left", "right", "hence", "equation"), steps))]
+        return "\n".join(lines + notes(self.warnings))
 
-        return outcome_text(self)
+
+def _waves_text(waves: Iterable[SolitaryWave]) -> str:
+    units = {"peak_force": "N", "momentum": "N s", "energy": "J", "speed": "m/s", "width": "s"}
+    header = ("wave", *(name.replace("_", " ") for name in units))
+    rows = (
+        (str(number), *(si(getattr(wave, name), unit) for name, unit in units.items()))
+        for number, wave in enumerate(waves, start=1)
+    )
+    return table(header, rows)
 
 
 @frozen(kw_only=True)

@@ -96,8 +96,12 @@ class Predictor:
     momentum_coefficient: str | float = field(
         default="exact", validator=lambda _, __, value: coefficient_of(value) and None
     )
-    alpha: Literal["constant", "literal"] = field(default="constant", validator=_one_of("constant", "literal"))
-    equal_tolerance: float = quantity("", "relative difference called equal", at_least=0, below=1, default=0.05)
+    alpha: Literal["constant", "literal"] = field(
+        default="constant", validator=_one_of("constant", "literal")
+    )
+    equal_tolerance: float = quantity(
+        "", "relative difference called equal", at_least=0, below=1, default=0.05
+    )
     wave_threshold: float = quantity(
         "", "weakest later wave listed, over the primary", above=0, below=1, default=5e-3
     )
@@ -150,7 +154,8 @@ class Predictor:
         checked = conditions(scaled.areas, shock.profile.duration_ratio)
         error, doubts = expected_error(answer.regime, answer.trust, checked)
         waves = tuple(
-            SolitaryWave.of(amplitude * shock.peak_force, chain, coefficient) for amplitude in answer.amplitudes
+            SolitaryWave.of(amplitude * shock.peak_force, chain, coefficient)
+            for amplitude in answer.amplitudes
         )
         common: dict[str, Any] = {
             "model": self.model,
@@ -161,7 +166,8 @@ class Predictor:
             "applied_momentum": scaled.impulse * scales.momentum,
             "conditions": checked,
             "trace": tuple(
-                evolve(step, left=step.left * scales.time, right=step.right * scales.time) for step in answer.trace
+                evolve(step, left=step.left * scales.time, right=step.right * scales.time)
+                for step in answer.trace
             ),
             "expected_error": error,
             "exponents": None if answer.sensitivity is None else Exponents.of(answer.sensitivity),
@@ -184,4 +190,6 @@ class Predictor:
 def _chain_warnings(chain: Chain) -> list[str]:
     if chain.granules is None or chain.granules >= _SHORT_CHAIN:
         return []
-    return [f"a chain of {chain.granules} granules is too short for a steady wave, of which a prediction speaks"]
+    return [
+        f"a chain of {chain.granules} granules is too short for a steady wave, of which a prediction speaks"
+    ]

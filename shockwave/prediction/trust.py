@@ -28,7 +28,12 @@ class _Row:
 _EJECTION = (_Row(0.05, -0.14, 0.05), _Row(0.10, -0.14, 0.26), _Row(0.165, -0.14, 1.31))
 # Single and train, by n t0 over alphaF0 A F0^(-1/6); below 1 it is a single wave.
 _SINGLE = (_Row(1.0, -0.13, 0.11),)
-_TRAIN = (_Row(1.6, -0.13, 0.11), _Row(2.5, -0.59, 0.11), _Row(5.0, -0.59, 0.08), _Row(math.inf, -0.88, -0.02))
+_TRAIN = (
+    _Row(1.6, -0.13, 0.11),
+    _Row(2.5, -0.59, 0.11),
+    _Row(5.0, -0.59, 0.08),
+    _Row(math.inf, -0.88, -0.02),
+)
 _ROWS: dict[Regime, Sequence[_Row]] = {"ejection": _EJECTION, "single": _SINGLE, "train": _TRAIN}
 
 _BEYOND = (

@@ -65,19 +65,20 @@ class Exponential(ShockProfile):
 
 def _ramp(rate: float, s: FloatArray, integrals: int) -> FloatArray:
     """expm1(-k s)/expm1(-k) on [0, 1], integrated from 0 to s none, once or twice."""
-    return np.asarray(s ** (1 + integrals) * _phi(rate * s, integrals) / _phi(np.asarray(rate), 0))
+    shape = s ** (1 + integrals) * _phi(rate * s, integrals) / _phi(np.asarray(rate), 0)
+    return np.asarray(shape * np.exp(min(rate, 0.0) * (1 - s)))
 
 
 def _phi(x: FloatArray, order: int) -> FloatArray:
-    """Sum of (-x)^j / (j + 1 + order)! over j >= 0: what expm1 leaves when its first terms are taken off."""
-    small = np.where(np.abs(x) < _SMALL, x, 0.0)
-    series = np.zeros_like(small)
+    """Sum of (-x)^j / (j + 1 + order)! over j >= 0, times e^x where x is negative: it never overflows."""
+    small = np.abs(x) < _SMALL
+    fading = np.exp(np.minimum(x, 0.0))
+    near = np.where(small, x, 0.0)
+    series = np.zeros_like(near)
     for j in reversed(range(_TERMS)):
-        series = (1.0 - small * series) / (j + 1 + order)
+        series = (1.0 - near * series) / (j + 1 + order)
+    far = np.where(small, _SMALL, x)
+    closed = -np.expm1(-np.abs(far)) / np.abs(far)
     for j in range(1, order + 1):
-        series = series / j
-    large = np.where(np.abs(x) < _SMALL, 1.0, x)
-    closed = -np.expm1(-large) / large
-    for j in range(1, order + 1):
-        closed = (1 / math.factorial(j) - closed) / large
-    return np.where(np.abs(x) < _SMALL, series, closed)
+        closed = (fading / math.factorial(j) - closed) / far
+    return np.where(small, series * fading / math.factorial(order), closed)

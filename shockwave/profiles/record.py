@@ -342,15 +342,13 @@ def _numbers(text: _Text, columns: _Columns, kept: list[int]) -> FloatArray:
     if text.separator and len(text.cells(rows[0])) > columns.count:  # every row ends with a separator
         body = f"{body}\n".replace(f"{text.separator}\n", "\n").removesuffix("\n")
     plain = body.split("\n")
-    try:
-        table: FloatArray = np.loadtxt(plain, delimiter=text.separator or None, comments=None, ndmin=2)
-    except ValueError:
-        return _numbers_one_by_one(text, columns, kept, plain)
-    if table.shape == (len(rows), columns.count):
-        with np.errstate(over="ignore"):
-            table = table[:, list(columns.picks)] * columns.factors
-        if np.isfinite(table).all():
-            return table
+    with suppress(ValueError):  # which does not tell enough of the fault
+        table = np.loadtxt(plain, delimiter=text.separator or None, comments=None, ndmin=2)
+        if table.shape == (len(rows), columns.count):
+            with np.errstate(over="ignore"):
+                table = table[:, list(columns.picks)] * columns.factors
+            if np.isfinite(table).all():
+                return table
     return _numbers_one_by_one(text, columns, kept, plain)
 
 

@@ -42,7 +42,9 @@ class Shock:
         ):
             if getattr(self, name) is None:
                 if recorded is None:
-                    raise InvalidValueError.of(name, "must be given: this profile is not a record that brings one")
+                    raise InvalidValueError.of(
+                        name, "must be given: this profile is not a record that brings one"
+                    )
                 object.__setattr__(self, name, recorded)
 
     @property

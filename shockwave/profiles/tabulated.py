@@ -354,24 +354,18 @@ def _ends(values: FloatArray, noise: float) -> tuple[int, int]:
 
 
 def _quiet_lead(forces: FloatArray) -> tuple[float, float, int]:
-    """(baseline [N], noise [N], number of samples) of the quiet before the pulse; zeros where there is none."""
-    peak = forces.max()
-    if forces.size <= _SHORTEST_LEAD:
-        return 0.0, 0.0, 0
-    level = np.median(forces[:_SHORTEST_LEAD])
-    count = int(np.argmax(forces - level >= _BEGUN * (peak - level)))
-    while count >= _SHORTEST_LEAD and not _is_flat(forces[:count], peak):
-        count = 3 * count // 4  # the foot of a slow rise is no part of it
-    for _ in range(10):
+    """Baseline [N], noise [N] and number of the samples before the pulse; zeros where it starts at once."""
+    peak, mean = forces.max(), np.median(forces[:_SHORTEST_LEAD])
+    noise, least = forces[:_SHORTEST_LEAD].std(), _BEGUN * (peak - mean)
+    for _ in range(2):  # five samples give but a first idea of the noise that the pulse must exceed
+        count = int(np.argmax(forces - mean >= max(least, _CERTAIN * noise)))
+        while count >= _SHORTEST_LEAD and not _is_flat(forces[:count], peak):
+            count = 3 * count // 4  # the foot of a slow rise is no part of the lead
         if count < _SHORTEST_LEAD:
             return 0.0, 0.0, 0
-        mean, noise = forces[:count].mean(), forces[:count].std(ddof=1)
+        mean, noise, least = forces[:count].mean(), forces[:count].std(ddof=1), 0.0
         if noise <= _ROUNDING * peak:
             return float(forces[0]), 0.0, count
-        quiet = np.flatnonzero(np.abs(forces[:count] - mean) <= _QUIET * noise)
-        if quiet[-1] + 1 == count:
-            break
-        count = int(quiet[-1]) + 1
     if abs(mean) > _CERTAIN * noise / np.sqrt(count):
         return float(mean), float(noise), count
     # Without a baseline, noise has both signs; a clean record has not.

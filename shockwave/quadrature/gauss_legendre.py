@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 from attrs import frozen
-from numpy.polynomial import legendre
+from numpy.polynomial.legendre import leggauss
 
 from shockwave.quadrature.base import FloatArray, Integral, Integrand, Quadrature
 
@@ -52,18 +51,21 @@ class _Rule:
 
 @functools.cache
 def _rule() -> _Rule:
-    x, w = legendre.leggauss(_NODES)
+    x, w = leggauss(_NODES)
     # What the sum of the weights is off 2 would stay in every integral.
     nodes, weights = (1 + x) / 2, w / w.sum()
     gap = nodes[0] / 2
     points = np.concatenate((nodes / 2, [0.5], (1 + nodes) / 2, [0.0, 1.0]))
     fine = np.concatenate((weights / 2, [0.0], weights / 2, [0.0, 0.0]))
     shares = np.concatenate((weights / 2, [2 * gap], weights / 2, [gap, gap]))
-    # Gauss-Legendre is exact for the products of the first Legendre polynomials: it gives the coefficients.
-    degrees = np.arange(_NODES)
-    coefficients = (2 * degrees[:, None] + 1) / 2 * legendre.legvander(x, _NODES - 1).T * w
-    interpolation = legendre.legvander(2 * points - 1, _NODES - 1) @ coefficients
-    return _Rule(nodes, points, fine, shares, interpolation)
+    return _Rule(nodes, points, fine, shares, _interpolation(nodes, points))
+
+
+def _interpolation(nodes: FloatArray, points: FloatArray) -> FloatArray:
+    """Lagrange's polynomials of the nodes at the points, shape (points, nodes), good to rounding."""
+    others = ~np.eye(len(nodes), dtype=bool)
+    here = np.where(others, points[:, None, None] - nodes, 1.0).prod(axis=2)
+    return np.asarray(here / np.where(others, nodes[:, None] - nodes, 1.0).prod(axis=1))
 
 
 @frozen
@@ -121,7 +123,7 @@ class GaussLegendre(Quadrature):
     Davis, P. J., & Rabinowitz, P. (1984). Methods of Numerical Integration, 2nd ed. Academic Press.
     """
 
-    name: ClassVar[str] = "gauss-legendre"
+    name = "gauss-legendre"
 
     def _piece(self, integrand: Integrand, lower: float, upper: float, tolerance: float) -> Integral:
         sample = _Sampler(integrand, lower, upper)
@@ -175,7 +177,7 @@ def _unfinished(panels: _Panels, seen: _Seen, target: float, width: float) -> np
 
 
 def _halves(panels: _Panels, seen: _Seen, which: npt.NDArray[np.intp]) -> _Panels:
-    """Both halves of the panels of those indices; the fine values of a panel are coarse ones of its halves."""
+    """Both halves of the panels of those indices; fine values of a panel are coarse ones of its halves."""
     left, right, values = panels.left[which], panels.right[which], seen.values[which]
     middle, at_middle = left + (right - left) / 2, values[:, _NODES]
     return _Panels(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import ClassVar
 
 import numpy as np
 import scipy.integrate
@@ -69,7 +68,7 @@ class Quadpack(Quadrature):
     Package for Automatic Integration. Springer.
     """
 
-    name: ClassVar[str] = "quadpack"
+    name = "quadpack"
 
     def _piece(self, integrand: Integrand, lower: float, upper: float, tolerance: float) -> Integral:
         smoothed = _Smoothed(integrand, lower, upper)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import ClassVar
 
 import numpy as np
 from attrs import frozen
@@ -52,7 +51,7 @@ def _level(halvings: int) -> _Level:
     else:
         half = np.arange(step, last, 2 * step)
         t = np.concatenate((-half[::-1], half))
-    # x = (1 + tanh(pi/2 sinh t))/2, written for the end that t points to: no difference of near-equal numbers.
+    # (1 + tanh(pi/2 sinh t))/2, written for the end that t points to: no difference of near-equal numbers.
     small = np.exp(-math.pi * np.sinh(np.abs(t)))
     weights = step * math.pi * np.cosh(t) * small / (1 + small) ** 2
     return _Level(small / (1 + small), t > 0, weights)
@@ -69,7 +68,7 @@ class _Sum:
 
 
 class TanhSinh(Quadrature):
-    """Trapezoidal rule in t after s = tanh(pi/2 sinh t), its step halved until the sum settles.
+    """Trapezoidal rule in t, s being (1 + tanh(pi/2 sinh t))/2 of a piece; steps halve till the sum settles.
 
     Nodes gather at both ends double exponentially, so that unbounded derivatives there do no harm. Every
     halving doubles the digits, so that a change is a safe estimate of what is left of the error. Where the
@@ -82,7 +81,7 @@ class TanhSinh(Quadrature):
     the Research Institute for Mathematical Sciences, 9, 721-741.
     """
 
-    name: ClassVar[str] = "tanh-sinh"
+    name = "tanh-sinh"
 
     def _piece(self, integrand: Integrand, lower: float, upper: float, tolerance: float) -> Integral:
         target = tolerance * min(1.0, upper - lower)
@@ -97,15 +96,17 @@ class TanhSinh(Quadrature):
             value, magnitude = value / 2 + added.value, magnitude / 2 + added.magnitude
             evaluations += added.points
             rounding = _ROUNDINGS * _EPSILON * magnitude + spacing * added.variation
-            unsettled = _unsettled(changes, max(target, rounding))
+            unsettled = _unsettled(changes, target, rounding)
             if unsettled == 0:
                 break
         return Integral(value, 2 * max(changes[-1], unsettled) + rounding, evaluations, self.name)
 
 
-def _unsettled(changes: list[float], small: float) -> float:
-    """Error to expect from sums with these changes: 0 where they have settled below ``small``."""
-    plunging = changes[-1] <= _PLUNGE * changes[-2]
+def _unsettled(changes: list[float], target: float, rounding: float) -> float:
+    """Error to expect from sums with these changes: 0 where they have settled."""
+    small = max(target, rounding)
+    # A change within the rounding may well be 0: how far it fell is not known better than that.
+    plunging = max(changes[-1], rounding) <= _PLUNGE * changes[-2]
     doubling = len(changes) > 2 and changes[-2] <= _DOUBLING * changes[-3]
     if changes[-1] <= small and (plunging or doubling or changes[-2] <= small):
         return 0.0
@@ -120,6 +121,5 @@ def _add(integrand: Integrand, lower: float, upper: float, halvings: int) -> _Su
     # At the very ends the integrand may jump: 0**eta is 0, however small eta.
     s = np.minimum(np.maximum(s, math.nextafter(lower, upper)), math.nextafter(upper, lower))
     values = np.asarray(integrand(s), dtype=float)
-    weights = width * level.weights
-    variation = float(np.abs(np.diff(values)).sum())
-    return _Sum(float(weights @ values), float(weights @ np.abs(values)), variation, s.size)
+    value, magnitude = (width * float(level.weights @ part) for part in (values, np.abs(values)))
+    return _Sum(value, magnitude, float(np.abs(np.diff(values)).sum()), s.size)

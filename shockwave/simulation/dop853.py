@@ -58,7 +58,9 @@ class Dop853(Integrator):
         while solver.status == "running":
             message = solver.step()
             if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
-                raise NumericalError(f"{self.name} cannot step beyond t = {solver.t:g} T0 ({message or 'not finite'})")
+                raise NumericalError(
+                    f"{self.name} cannot step beyond t = {solver.t:g} T0 ({message or 'not finite'})"
+                )
             dense = solver.dense_output()
 
             def interpolate(time: float, dense: object = dense) -> tuple[FloatArray, FloatArray]:
@@ -67,5 +69,10 @@ class Dop853(Integrator):
 
             state = solver.y
             yield Step(
-                float(solver.t_old or begin), float(solver.t), state[:granules], state[granules:], interpolate, solver.h_abs
+                float(solver.t_old or begin),
+                float(solver.t),
+                state[:granules],
+                state[granules:],
+                interpolate,
+                solver.h_abs,
             )

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
-from attrs import frozen
+from attrs import define
 
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Integrator, Step
 from shockwave.simulation.problem import ChainProblem
 
-__all__ = ["Span", "march"]
+__all__ = ["Samples", "Span", "march"]
 
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 _FIRST_WINDOW = 12
 _GROWTH = 16
 # A granule this near to the window's end must still be at rest, to within the least number that matters.
@@ -22,11 +25,21 @@ _AT_REST = 1e-40
 _STRETCH = 50.0
 
 
-@frozen(eq=False)
+class Samples(NamedTuple):
+    """A step at its Gauss nodes: times and weights, shape (nodes,); positions and velocities, (nodes, granules)."""
+
+    times: FloatArray
+    weights: FloatArray
+    x: FloatArray
+    v: FloatArray
+
+
+@define(eq=False, slots=False)
 class Span:
     """One step of the chain, in true positions (the free path of the first granule put back).
 
-    ``x0, v0`` and ``x1, v1`` are positions and velocities at its ends, shape (granules,).
+    ``x0, v0`` and ``x1, v1`` are positions and velocities at its ends, shape (granules,); ``at(time)`` gives them
+    within.
     """
 
     begin: float
@@ -36,6 +49,16 @@ class Span:
     x1: FloatArray
     v1: FloatArray
     at: Callable[[float], tuple[FloatArray, FloatArray]]
+
+    @cached_property
+    def samples(self) -> Samples:
+        """The step at the nodes of a Gauss rule, taken once for all who ask."""
+        half = (self.end - self.begin) / 2
+        times = self.begin + half * (1 + _NODES)
+        states = [self.at(float(time)) for time in times]
+        return Samples(
+            times, half * _WEIGHTS, np.array([x for x, _ in states]), np.array([v for _, v in states])
+        )
 
 
 def march(problem: ChainProblem, integrator: Integrator) -> Iterator[Span]:

@@ -1,0 +1,1 @@
+"""Pulses of shock testing for shockwave: half-sine and haversine."""

@@ -1,0 +1,131 @@
+"""Units: a number, or text such as ``15 us``, to a float in SI units."""
+
+from __future__ import annotations
+
+import re
+import reprlib
+from decimal import Context, Decimal, localcontext
+from functools import cache, lru_cache
+from math import isfinite
+from typing import Any
+
+__all__ = ["to_si"]
+
+_LONGEST = 80
+_NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?"
+# Exponents are short numbers of named units, never of powers: a parser can spend for ever on 9**9**9.
+_FACTOR = r"[A-Za-zµμ°%Ω_]{1,30}(?: ?(?:\*\*|\^) ?-?[0-9]{1,2}(?:\.[0-9]{1,2})?|⁻?[¹²³⁴⁵⁶])?"
+_BY = r"(?: ?[*/·] ?| )"
+_TERM = rf"(?:{_FACTOR}|\( ?{_FACTOR}(?:{_BY}{_FACTOR})* ?\))"
+_QUANTITY = re.compile(rf"({_NUMBER}) ?(?:((?:1? ?/ ?)?{_TERM}(?:{_BY}{_TERM})*))?")
+
+_NAMES = {
+    "": ("a number", "5 or '3 %'"),
+    "s": ("a time", "'15 us'"),
+    "N": ("a force", "'100 N'"),
+    "m": ("a length", "'9.5 mm'"),
+    "Pa": ("a stress", "'193 GPa'"),
+    "kg/m**3": ("a density", "'7958 kg/m**3'"),
+}
+
+# The usual units, exact as pint has them: most scenarios are read without its import, which costs more than the rest.
+_USUAL = {
+    "": {"%": "0.01"},
+    "s": {"s": "1", "ms": "1e-3", "us": "1e-6", "µs": "1e-6", "μs": "1e-6", "ns": "1e-9"},
+    "N": {"N": "1", "mN": "1e-3", "kN": "1e3", "MN": "1e6"},
+    "m": {"m": "1", "cm": "1e-2", "mm": "1e-3", "um": "1e-6", "µm": "1e-6", "μm": "1e-6"},
+    "Pa": {"Pa": "1", "kPa": "1e3", "MPa": "1e6", "GPa": "1e9"},
+    "kg/m**3": {"kg/m**3": "1", "kg/m^3": "1", "g/cm**3": "1e3", "g/cm^3": "1e3"},
+}
+
+
+def to_si(value: int | float | str, unit: str) -> float:
+    """``value`` in the SI unit ``unit``.
+
+    Parameters
+    ----------
+    value : int, float or str
+        A bare number is SI already. Text is a number, or a number with a unit of the same dimension.
+    unit : str
+        The SI unit, in pint's spelling; empty where there is no dimension, and then ``5 %`` is 0.05.
+
+    Returns
+    -------
+    float
+        The float nearest to the exact value: ``15 us`` and ``15e-6`` are the same number.
+
+    Raises
+    ------
+    ValueError
+        When it is no such quantity, or not finite. The message begins with ``must be``.
+    """
+    if isinstance(value, str):
+        return _from_text(value, unit)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError(_problem(value, unit))
+    try:
+        number = float(value)
+    except OverflowError:
+        number = float("inf")
+    return _finite(number, value)
+
+
+def _from_text(text: str, unit: str) -> float:
+    # The length first, so that neither the pattern nor the message deals with a long text.
+    match = _QUANTITY.fullmatch(" ".join(text.split())) if len(text) <= _LONGEST else None
+    if match is None:
+        raise ValueError(_problem(text, unit))
+    number, of_unit = match.groups()
+    if of_unit is None:
+        return _finite(float(number), text)
+    factor = _factor(of_unit, unit)
+    if isinstance(factor, str):
+        raise ValueError(_problem(text, unit, factor))
+    with localcontext(Context(prec=40)):
+        return _finite(float(Decimal(number) * factor), text)
+
+
+def _finite(number: float, given: object) -> float:
+    if not isfinite(number):
+        raise ValueError(f"must be finite (got {reprlib.repr(given)})")
+    return number
+
+
+def _problem(value: object, unit: str, reason: str = "") -> str:
+    what, example = _NAMES.get(unit, (f"a quantity in {unit}", f"'2 {unit}'"))
+    got = "nothing" if value is None else _repr.repr(value)
+    return f"must be {what}, such as {example} (got {got}{reason})"
+
+
+_repr = reprlib.Repr()
+_repr.maxstring = _repr.maxother = _repr.maxlong = 60
+
+
+@lru_cache(maxsize=1024)
+def _factor(of_unit: str, unit: str) -> Decimal | str:
+    """How many ``unit`` one ``of_unit`` is, exactly; or text that says why it is no unit of this dimension."""
+    usual = _USUAL.get(unit, {}).get(of_unit)
+    if usual is not None:
+        return Decimal(usual)
+    registry = _registry()
+    spelling = "1" + of_unit if of_unit.startswith(("/", " /")) else of_unit
+    with localcontext(Context(prec=40)):
+        try:
+            one, zero = (
+                Decimal(registry.Quantity(Decimal(n), spelling).to(unit or "dimensionless").magnitude)
+                for n in (1, 0)
+            )
+        except Exception as error:  # whatever pint raises, the text is no unit to it
+            undefined = type(error).__name__ == "UndefinedUnitError"
+            return "; there is no such unit" if undefined else ""
+    if zero:
+        return "; a unit with a zero point of its own is not taken"
+    return one
+
+
+@cache
+def _registry() -> Any:
+    import pint  # only a unit that is not among the usual ones brings it in
+
+    # Decimal factors: with floats 15 us would not be 15e-6, nor 7.958 g/cm**3 be 7958 kg/m**3.
+    return pint.UnitRegistry(non_int_type=Decimal)

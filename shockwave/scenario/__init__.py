@@ -1,0 +1,1 @@
+"""Scenarios: one file, one shock on one chain, and what is asked about it."""

@@ -1,0 +1,191 @@
+"""Blocks: what the mappings of a scenario may hold.
+
+A key is declared once: by the attrs field of the class that the block describes. From that field come its type, unit,
+range and meaning, for the built-in classes and for those of plugins alike.
+"""
+
+from __future__ import annotations
+
+import inspect
+import typing
+from collections.abc import Iterator, Sequence
+from typing import Any, Literal
+
+import attrs
+from attrs import field, frozen
+
+from shockwave.chain.chain import Chain
+from shockwave.fields import Quantity, quantity, quantity_of
+from shockwave.profiles.shock import Shock
+from shockwave.registry import find
+
+__all__ = [
+    "CHAIN",
+    "SCENARIO",
+    "SHOCK",
+    "Key",
+    "Published",
+    "SimulateOptions",
+    "Wrong",
+    "keys_of",
+    "structure",
+]
+
+_RATIO = Quantity("", "n, whole duration over rise time", above=1)
+
+
+@frozen
+class Key:
+    """A key of a block.
+
+    ``annotation`` counts where there is no ``spec``; ``default`` is what the class has, where that is a plain value.
+    """
+
+    name: str
+    required: bool = False
+    spec: Quantity | None = None
+    annotation: Any = Any
+    default: Any = attrs.NOTHING
+    meaning: str = ""
+
+    @property
+    def purpose(self) -> str:
+        """What the key is for, in words: meaning and range."""
+        if self.spec is None:
+            return self.meaning
+        return f"{self.spec.meaning}, {self.spec.rule}" if not self.spec.samples else self.spec.meaning
+
+
+# ---------------------------------------------------------------- what the blocks are
+
+
+def _known_integrator(_: object, attribute: object, name: str) -> None:
+    find("integrators", name)
+
+
+@frozen(kw_only=True)
+class SimulateOptions:
+    """How a scenario wants to be simulated.
+
+    Parameters
+    ----------
+    integrator : str
+        Name of a registered integrator.
+    rtol : float
+        Relative error asked of the primary's peak force, 1e-10 to 1e-2.
+    wave_threshold : float
+        Weakest wave that counts, over the primary, between 0 and 1.
+
+    Raises
+    ------
+    InvalidValueError, UnknownNameError
+        When a value is out of range or the name unknown.
+    """
+
+    integrator: str = field(default="dop853", validator=_known_integrator)
+    rtol: float = quantity(
+        "", "relative error asked of the primary's peak force", at_least=1e-10, at_most=1e-2, default=1e-6
+    )
+    wave_threshold: float = quantity(
+        "", "weakest wave that counts, over the primary", above=0, below=1, default=5e-3
+    )
+
+
+@frozen(kw_only=True)
+class Published:
+    """Figures printed in a source for the same scene, to be shown beside ours.
+
+    Parameters
+    ----------
+    source : str
+        Where they are printed.
+    relation : "less", "equal" or "greater", optional
+        Primary's peak force against the shock's.
+    virtual_rise_time : float, optional
+        [s].
+    error : float, optional
+        Relative error of the peak force.
+    """
+
+    source: str
+    relation: Literal["less", "equal", "greater"] | None = None
+    virtual_rise_time: float | None = quantity("s", "virtual rise time", above=0, optional=True, default=None)
+    error: float | None = quantity("", "relative error of the peak force", optional=True, default=None)
+
+
+def keys_of(cls: type, *, optional: bool = False, leave_out: Sequence[str] = ()) -> tuple[Key, ...]:
+    """What a constructor takes: the fields of an attrs class, or else the parameters of the call.
+
+    ``optional`` makes every key so; the keys in ``leave_out`` are left out.
+    """
+    fields = _fields(cls) if attrs.has(cls) else _parameters(cls)
+    keys = (key for key in fields if key.name not in leave_out)
+    return tuple(attrs.evolve(key, required=False) if optional else key for key in keys)
+
+
+def _fields(cls: type) -> Iterator[Key]:
+    hints = _hints(cls)
+    for attribute in attrs.fields(cls):
+        if attribute.init:
+            spec, default = quantity_of(attribute), attribute.default
+            if spec is None and attribute.name == "duration_ratio":
+                spec = _RATIO
+            required = default is attrs.NOTHING
+            known = not required and not isinstance(default, attrs.Factory)  # type: ignore[arg-type]
+            annotation = hints.get(attribute.name, Any)
+            yield Key(
+                attribute.alias or attribute.name, required, spec, annotation, default if known else None
+            )
+
+
+def _parameters(cls: type) -> Iterator[Key]:
+    hints = _hints(cls.__init__)
+    for name, parameter in inspect.signature(cls).parameters.items():
+        if parameter.kind in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY):
+            required = parameter.default is parameter.empty
+            spec = _RATIO if name == "duration_ratio" else None
+            yield Key(name, required, spec, hints.get(name, Any), attrs.NOTHING if required else parameter.default)
+
+
+def _hints(source: Any) -> dict[str, Any]:
+    try:
+        return typing.get_type_hints(source)
+    except Exception:  # an annotation may name what is imported for type checkers alone
+        return {}
+
+
+def _renamed(cls: type, name: str, spec_of: str = "", required: bool = False) -> Key:
+    spec = quantity_of(attrs.fields_dict(cls)[spec_of or name])
+    return Key(name, required, attrs.evolve(spec, optional=False) if spec and name != "granules" else spec)
+
+
+_DIAMETER = Quantity("m", "diameter 2 R of the granules", above=0)
+
+#: Keys of the blocks. What depends on the profile is added when it is known.
+SCENARIO = (
+    Key("name", annotation=str, meaning="what the scenario is called"),
+    Key("chain", required=True, meaning="a mapping of material, diameter, granules"),
+    Key(
+        "shock",
+        required=True,
+        meaning="a mapping of profile, peak_force, rise_time, duration_ratio, parameters",
+    ),
+    Key("predict"),
+    Key("simulate"),
+    Key("requires", annotation=list[str], meaning="distributions that must be installed"),
+    Key("published"),
+    Key("sweep"),
+)
+CHAIN = (
+    Key("material", required=True, meaning="a name of the material library, or a mapping"),
+    attrs.evolve(_renamed(Chain, "radius"), name="diameter", spec=_DIAMETER),
+    _renamed(Chain, "radius"),
+    _renamed(Chain, "granules"),
+)
+SHOCK = (
+    Key("profile", required=True, annotation=str, meaning="a name of the profile registry"),
+    _renamed(Shock, "peak_force"),
+    _renamed(Shock, "rise_time"),
+    Key("duration_ratio", spec=_RATIO),
+    Key("parameters"),
+)

@@ -1,0 +1,47 @@
+"""Numbers and tables as text for people."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+__all__ = ["indent", "notes", "range_text", "si", "table"]
+
+_PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
+
+
+def si(value: float, unit: str, digits: int = 5) -> str:
+    """``value`` with an SI prefix: ``si(1.5e-5, "s")`` is ``15 us``."""
+    if value == 0 or not math.isfinite(value):
+        return f"{value:g} {unit}"
+    exponent = 3 * math.floor(math.log10(abs(value) * (1 + 1e-12)) / 3)
+    if exponent not in _PREFIXES:
+        return f"{value:.{digits}g} {unit}"
+    return f"{value / 10**exponent:.{digits}g} {_PREFIXES[exponent]}{unit}"
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Columns under a ruled header, as wide as they need to be."""
+    lines = [list(header), *(list(row) for row in rows)]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(header))]
+    text = [
+        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
+        for line in lines
+    ]
+    return "\n".join([text[0], "  ".join("-" * width for width in widths), *text[1:]])
+
+
+def range_text(bounds: tuple[float, float] | None) -> str:
+    """A range of relative errors in percent, or that it is not known."""
+    return "not known" if bounds is None else f"{bounds[0]:+.0%} to {bounds[1]:+.0%}"
+
+
+def indent(text: str) -> str:
+    """``text`` moved in by two blanks."""
+    return "\n".join(f"  {line}" for line in text.splitlines())
+
+
+def notes(warnings: Iterable[str]) -> list[str]:
+    """Lines for ``warnings``, after a blank one; none for none."""
+    lines = [f"  note: {warning}" for warning in warnings]
+    return ["", *lines] if lines else []

@@ -1,0 +1,252 @@
+"""The quadratures: areas against closed forms, honest errors, bounded work."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from shockwave.quadrature import FloatArray, Integrand, Quadrature
+from shockwave.quadrature.gauss_legendre import GaussLegendre
+from shockwave.quadrature.quadpack import Quadpack
+from shockwave.quadrature.tanh_sinh import TanhSinh
+from shockwave.registry import load
+
+# What the areas are to be good to, in units of the interval: the integrands are bounded by 1.
+TOLERANCE = 1e-12
+# No piece of any quadrature takes more points: 2048 halved panels with 66 new points, and the first 51.
+MOST_EVALUATIONS = 135_219
+
+ETAS = (1e-8, 1e-5, 1e-3, 0.1, 0.5, 1.0, 5.0, 50.0)
+RATIOS = (1.0001, 2.0, 10.0, 1e3)
+RATES = (1e-9, 1.0, 300.0)
+
+CLASSES = (GaussLegendre, TanhSinh, Quadpack)
+
+
+@pytest.fixture(params=CLASSES, ids=lambda cls: cls.name)
+def quadrature(request: pytest.FixtureRequest) -> Quadrature:
+    made = request.param()
+    assert isinstance(made, Quadrature)
+    return made
+
+
+class Counted:
+    """An integrand that keeps the points at which it is taken."""
+
+    def __init__(self, integrand: Integrand) -> None:
+        self._integrand = integrand
+        self.points: list[float] = []
+
+    def __call__(self, s: FloatArray) -> FloatArray:
+        assert s.ndim == 1
+        self.points.extend(s.tolist())
+        return self._integrand(s)
+
+
+class Case:
+    """An integrand with its area over [lower, upper]."""
+
+    def __init__(self, name: str, integrand: Integrand, lower: float, upper: float, area: float) -> None:
+        self.name, self.integrand, self.area = name, integrand, area
+        self.points = (lower, upper)
+        self.width = upper - lower
+
+
+def _power_rise(eta: float) -> Case:
+    return Case(f"s^{eta:g}", lambda s: s**eta, 0.0, 1.0, 1 / (1 + eta))
+
+
+def _power_decay(eta: float, n: float) -> Case:
+    return Case(
+        f"((n-s)/(n-1))^{eta:g},n={n:g}", lambda s: ((n - s) / (n - 1)) ** eta, 1.0, n, (n - 1) / (1 + eta)
+    )
+
+
+def _exponential_rise(k: float) -> Case:
+    # 1/(1 - e^-k) - 1/k cancels for small k; what follows in its series is k^3/720.
+    area = 0.5 + k / 12 if k < 1e-6 else -1 / math.expm1(-k) - 1 / k
+    return Case(f"rise,k={k:g}", lambda s: np.expm1(-k * s) / math.expm1(-k), 0.0, 1.0, area)
+
+
+def _exponential_decay(k: float, n: float) -> Case:
+    area = 0.5 - k / 12 if k < 1e-6 else 1 / k + math.exp(-k) / math.expm1(-k)
+
+    def integrand(s: FloatArray) -> FloatArray:
+        # (e^(-k u) - e^-k)/(1 - e^-k), u = (s - 1)/(n - 1), without the difference: for k = 1e-9 it would
+        # leave 7 digits of the integrand itself.
+        past, left = (s - 1) / (n - 1), (n - s) / (n - 1)
+        return np.asarray(np.exp(-k * past) * np.expm1(-k * left) / math.expm1(-k))
+
+    return Case(f"decay,k={k:g},n={n:g}", integrand, 1.0, n, (n - 1) * area)
+
+
+def _jump(at: float) -> Case:
+    return Case(f"jump-at-{at!r}", lambda s: np.where(s < at, 0.0, 1.0), 0.0, 1.0, 1 - at)
+
+
+def _rough(seed: int) -> Case:
+    """A thousand steps of random heights, none of them declared."""
+    steps = np.random.default_rng(seed).random(1000)
+
+    def integrand(s: FloatArray) -> FloatArray:
+        return np.asarray(steps[np.minimum((s * 1000).astype(int), 999)])
+
+    return Case(f"seed-{seed}", integrand, 0.0, 1.0, float(steps.mean()))
+
+
+SMOOTH = [
+    *(_power_rise(eta) for eta in ETAS),
+    *(_power_decay(eta, n) for n in RATIOS for eta in ETAS),
+    *(_exponential_rise(k) for k in RATES),
+    *(_exponential_decay(k, n) for n in RATIOS for k in RATES),
+    Case("sin(pi*s)", lambda s: np.sin(np.pi * s), 0.0, 1.0, 2 / math.pi),
+    # Layers next to an end that are narrower than the distance of the first nodes of a plain rule.
+    _power_rise(1e6),
+    _exponential_rise(1e6),
+    _exponential_decay(1e6, 10.0),
+]
+# Anywhere, and where the nodes next to the ends and the middle of an interval leave a gap.
+JUMPS = [_jump(at) for at in (1e-3, 0.123456789, 0.3, 0.5, 0.5 + 1e-9, 0.5 - 1e-4, 0.7501, 0.999)]
+ROUGH = [_rough(seed) for seed in (1, 2, 3)]
+
+smooth = pytest.mark.parametrize("case", SMOOTH, ids=lambda case: case.name)
+jumps = pytest.mark.parametrize("case", JUMPS, ids=lambda case: case.name)
+rough = pytest.mark.parametrize("case", ROUGH, ids=lambda case: case.name)
+every = pytest.mark.parametrize("case", SMOOTH + JUMPS + ROUGH, ids=lambda case: case.name)
+# Few that stand for all: smooth, singular at 0, singular where the numbers are coarse, and not smooth.
+SOME = [_exponential_rise(1.0), _power_rise(1e-3), _power_decay(0.1, 1.0001), _jump(0.3)]
+some = pytest.mark.parametrize("case", SOME, ids=lambda case: case.name)
+
+
+@smooth
+def test_area_agrees_with_the_closed_form(quadrature: Quadrature, case: Case) -> None:
+    result = quadrature.integrate(case.integrand, case.points)
+    assert abs(result.value - case.area) <= TOLERANCE * case.width
+
+
+@every
+def test_error_bounds_the_true_error(quadrature: Quadrature, case: Case) -> None:
+    result = quadrature.integrate(case.integrand, case.points)
+    assert abs(result.value - case.area) <= result.error
+
+
+@smooth
+def test_error_is_not_exaggerated(quadrature: Quadrature, case: Case) -> None:
+    result = quadrature.integrate(case.integrand, case.points)
+    # Nodes next to n are rounded to multiples of eps n, which moves the area by as much where the integrand
+    # falls by 1. The estimate may see it in several ways at once.
+    spacing = float(np.finfo(float).eps) * case.points[1]
+    assert result.error <= TOLERANCE * case.width + 5 * spacing
+
+
+@every
+def test_evaluations_are_the_points_seen(quadrature: Quadrature, case: Case) -> None:
+    counted = Counted(case.integrand)
+    result = quadrature.integrate(counted, case.points)
+    assert result.evaluations == len(counted.points)
+
+
+@every
+def test_points_lie_within_the_interval(quadrature: Quadrature, case: Case) -> None:
+    counted = Counted(case.integrand)
+    quadrature.integrate(counted, case.points)
+    assert case.points[0] <= min(counted.points)
+    assert max(counted.points) <= case.points[1]
+
+
+@every
+def test_work_is_bounded(quadrature: Quadrature, case: Case) -> None:
+    assert quadrature.integrate(case.integrand, case.points).evaluations <= MOST_EVALUATIONS
+
+
+@some
+def test_the_same_integral_gives_the_same_bits(quadrature: Quadrature, case: Case) -> None:
+    first = quadrature.integrate(case.integrand, case.points)
+    assert quadrature.integrate(case.integrand, case.points) == first
+
+
+@some
+def test_a_fresh_quadrature_gives_the_same_bits(quadrature: Quadrature, case: Case) -> None:
+    first = quadrature.integrate(case.integrand, case.points)
+    assert type(quadrature)().integrate(case.integrand, case.points) == first
+
+
+@some
+def test_result_names_the_method(quadrature: Quadrature, case: Case) -> None:
+    assert quadrature.integrate(case.integrand, case.points).method == type(quadrature).name
+
+
+def test_a_kink_given_as_a_point_costs_no_accuracy(quadrature: Quadrature) -> None:
+    result = quadrature.integrate(lambda s: np.abs(s - 0.3), (0.0, 0.3, 1.0))
+    assert abs(result.value - 0.29) <= TOLERANCE
+
+
+def test_a_jump_given_as_a_point_costs_no_accuracy(quadrature: Quadrature) -> None:
+    result = quadrature.integrate(lambda s: np.where(s < 0.3, 0.0, 1.0), (0.0, 0.3, 1.0))
+    assert abs(result.value - 0.7) <= TOLERANCE
+
+
+def test_a_jump_at_the_very_ends_costs_no_accuracy(quadrature: Quadrature) -> None:
+    result = quadrature.integrate(lambda s: np.where((s > 1.0) & (s < 1.0001), 1.0, 0.0), (1.0, 1.0001))
+    width = 1.0001 - 1.0
+    assert abs(result.value - width) <= TOLERANCE * width
+
+
+@pytest.mark.parametrize(
+    "points",
+    [(0.5, 0.5), (1.0, 0.0), (0.5,), ()],
+    ids=["empty", "reversed", "one-point", "no-point"],
+)
+def test_no_interval_gives_zero(quadrature: Quadrature, points: tuple[float, ...]) -> None:
+    result = quadrature.integrate(np.ones_like, points)
+    assert (result.value, result.error, result.evaluations) == (0.0, 0.0, 0)
+
+
+def test_a_point_given_twice_changes_nothing(quadrature: Quadrature) -> None:
+    once = quadrature.integrate(np.exp, (0.0, 0.5, 1.0))
+    assert quadrature.integrate(np.exp, (0.0, 0.5, 0.5, 1.0)) == once
+
+
+def test_zero_has_zero_area(quadrature: Quadrature) -> None:
+    assert quadrature.integrate(np.zeros_like, (0.0, 1.0)).value == 0.0
+
+
+def test_sign_of_the_integrand_is_kept(quadrature: Quadrature) -> None:
+    result = quadrature.integrate(lambda s: -(s**2), (-1.0, 1.0))
+    assert abs(result.value + 2 / 3) <= TOLERANCE
+
+
+@pytest.mark.parametrize(
+    "upper", [math.nextafter(1.0, 2.0), 1.0 + 1e-15], ids=["one-spacing", "few-spacings"]
+)
+def test_an_interval_without_room_for_nodes_gets_its_area(quadrature: Quadrature, upper: float) -> None:
+    result = quadrature.integrate(lambda s: np.full_like(s, 0.75), (1.0, upper))
+    assert abs(result.value - 0.75 * (upper - 1.0)) <= result.error
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 1e-14, 1e-8, 1e-4], ids=lambda value: f"tolerance-{value:g}")
+def test_error_bounds_the_true_error_at_any_tolerance(quadrature: Quadrature, tolerance: float) -> None:
+    case = _power_rise(0.1)
+    result = quadrature.integrate(case.integrand, case.points, tolerance)
+    assert abs(result.value - case.area) <= result.error
+
+
+def test_less_is_done_for_a_wider_tolerance(quadrature: Quadrature) -> None:
+    case = _power_rise(0.1)
+    wide, close = (quadrature.integrate(case.integrand, case.points, t).evaluations for t in (1e-6, 1e-14))
+    assert wide < close
+
+
+def test_an_error_of_the_integrand_is_passed_on(quadrature: Quadrature) -> None:
+    def failing(s: FloatArray) -> FloatArray:
+        raise ArithmeticError(s.shape)
+
+    with pytest.raises(ArithmeticError):
+        quadrature.integrate(failing, (0.0, 1.0))
+
+
+@pytest.mark.parametrize("cls", CLASSES, ids=lambda cls: cls.name)
+def test_class_is_registered_under_its_name(cls: type[Quadrature]) -> None:
+    assert load("quadratures", cls.name) is cls

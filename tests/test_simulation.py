@@ -1,0 +1,225 @@
+"""What `simulate` promises beyond agreement with the reference shocks."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from functools import cache
+
+import attrs
+import numpy as np
+import pytest
+
+import shockwave as sw
+from scenes import CHAIN, FORCE, STEEL, UNITS
+from shockwave.chain import Scales
+from shockwave.chain.solitary_wave import ENERGY, GRANULE_VELOCITY, MOMENTUM, SPEED, WIDTH
+
+POWER = sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3)
+
+
+def shock(profile: sw.ShockProfile, rise_time: float) -> sw.Shock:
+    """A shock of 100 N whose rise time is given in natural units."""
+    return sw.Shock(profile=profile, peak_force=FORCE, rise_time=rise_time * UNITS.time)
+
+
+@cache
+def train() -> sw.SimulationResult:
+    return sw.simulate(shock(POWER, 2.0), CHAIN, rtol=1e-8)
+
+
+def test_peak_agrees_with_a_quadruple_precision_reference() -> None:
+    # contact 60 of this chain, known to 19 digits, is within 1e-11 of its limit
+    assert train().amplification == pytest.approx(1.505133369796510557, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "constant", "unit", "power"),
+    [
+        ("momentum", MOMENTUM, "momentum", 5 / 6),
+        ("energy", ENERGY, "energy", 5 / 3),
+        ("speed", SPEED, "wave_speed", 1 / 6),
+        ("width", WIDTH, "time", -1 / 6),
+        ("granule_velocity", GRANULE_VELOCITY, "velocity", 5 / 6),
+    ],
+)
+def test_measured_wave_is_the_exact_solitary_wave(
+    quantity: str, constant: float, unit: str, power: float
+) -> None:
+    wave = train().waves[0]
+    expected = constant * getattr(UNITS, unit) * (wave.peak_force / FORCE) ** power
+    # the wave is read where its peak is within 1e-8 of the limit; its foot still overlaps the next wave's
+    assert getattr(wave, quantity) == pytest.approx(expected, rel=1e-6)
+
+
+def test_waves_come_strongest_first() -> None:
+    peaks = [wave.peak_force for wave in train().waves]
+    assert peaks == sorted(peaks, reverse=True)
+
+
+def test_train_momenta_add_up_to_the_impulse() -> None:
+    result = train()
+    total = sum(wave.momentum for wave in result.waves) + result.recoil_momentum
+    # what is left is below the threshold of a wave
+    assert total == pytest.approx(result.applied_momentum, rel=5e-3)
+
+
+def test_wave_threshold_leaves_out_weak_waves() -> None:
+    result = sw.simulate(shock(POWER, 2.0), CHAIN, rtol=1e-4, wave_threshold=0.1)
+    assert len(result.waves) == 2
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_chains_scaled_to_the_same_rise_time_agree(seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    material = sw.Material(
+        youngs_modulus=10 ** draw.uniform(6, 12),
+        poisson_ratio=draw.uniform(-0.9, 0.49),
+        density=10 ** draw.uniform(2, 4.5),
+    )
+    chain = sw.Chain(material=material, radius=10 ** draw.uniform(-6, 1))
+    force = 10 ** draw.uniform(-6, 6)
+    scaled = sw.Shock(profile=POWER, peak_force=force, rise_time=0.7 * Scales.of(chain, force).time)
+    here = sw.simulate(scaled, chain).amplification
+    assert here == pytest.approx(sw.simulate(shock(POWER, 0.7), CHAIN).amplification, rel=1e-9)
+
+
+def test_same_digits_in_another_process() -> None:
+    program = (
+        "import sys; sys.path.insert(0, 'tests')\n"
+        "from test_simulation import *\n"
+        "print(repr(sw.simulate(shock(POWER, 0.5), CHAIN).peak_force))"
+    )
+    other = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert float(other.stdout) == sw.simulate(shock(POWER, 0.5), CHAIN).peak_force
+
+
+def test_results_are_equal_by_value() -> None:
+    assert sw.simulate(shock(POWER, 0.5), CHAIN) == sw.simulate(shock(POWER, 0.5), CHAIN)
+
+
+def test_result_is_frozen() -> None:
+    with pytest.raises(attrs.exceptions.FrozenInstanceError):
+        train().peak_force = 1.0  # type: ignore[misc]
+
+
+def test_to_dict_has_the_keys_of_the_contract() -> None:
+    document = json.loads(json.dumps(train().to_dict(), allow_nan=False))
+    keys = "peak_force amplification waves error_estimate recoil_momentum ejected_granules momentum_defect"
+    assert set(f"{keys} energy_defect integrator cost".split()) <= set(document)
+    assert set(document["cost"]) == {"steps", "force_evaluations", "seconds"}
+    assert {"peak_force", "momentum", "energy", "speed", "width"} <= set(document["waves"][0])
+
+
+@pytest.mark.parametrize("granules", [2, 3, 4, 10, 20, 60])
+def test_finite_chain_keeps_its_momentum(granules: int) -> None:
+    result = sw.simulate(shock(POWER, 0.5), attrs.evolve(CHAIN, granules=granules))
+    assert result.momentum_defect < 1e-13
+    assert result.energy_defect < 1e-6
+
+
+def test_two_granules_agree_with_their_relative_motion() -> None:
+    # Two equal masses under an impulse: the relative coordinate has mass 1/2, so the greatest overlap stores half
+    # the kinetic energy, 2/5 d^(5/2) = v^2/4.
+    rise_time = 1e-4
+    result = sw.simulate(
+        shock(sw.Triangular(duration_ratio=2), rise_time), attrs.evolve(CHAIN, granules=2), rtol=1e-6
+    )
+    speed = result.applied_momentum / UNITS.momentum
+    # the shock is short against the collision; its spread acts at the order of the ratio of their durations
+    assert result.amplification == pytest.approx((5 / 8 * speed**2) ** 0.6, rel=1e-4)
+
+
+def test_long_finite_chain_gives_the_answer_of_an_endless_one() -> None:
+    finite = sw.simulate(shock(POWER, 0.5), attrs.evolve(CHAIN, granules=200))
+    assert finite.waves == sw.simulate(shock(POWER, 0.5), CHAIN).waves
+
+
+def test_short_chain_is_told_to_be_short() -> None:
+    result = sw.simulate(shock(POWER, 0.5), attrs.evolve(CHAIN, granules=10))
+    assert any("free end" in warning for warning in result.warnings)
+
+
+def test_two_equal_shocks_far_apart_make_two_equal_waves() -> None:
+    times = np.array([0, 0.5, 1, 60, 60.5, 61]) * UNITS.time
+    record = sw.Tabulated(times=times, forces=[0, 100, 0, 0, 100, 0])
+    waves = sw.simulate(sw.Shock(profile=record), CHAIN).waves
+    single = sw.simulate(sw.Shock(profile=sw.Tabulated(times=times[:3], forces=[0, 100, 0])), CHAIN).waves
+    # the second shock finds granules thrown back and a gap before it: only the first wave is unchanged
+    assert len(waves) == 2
+    assert waves[0].peak_force == pytest.approx(single[0].peak_force, rel=2e-6)
+
+
+def test_taller_wave_behind_overtakes_before_it_is_read() -> None:
+    times = np.array([0, 1, 2, 8, 9, 10]) * UNITS.time
+    result = sw.simulate(sw.Shock(profile=sw.Tabulated(times=times, forces=[0, 50, 0, 0, 100, 0])), CHAIN)
+    assert result.waves[0].peak_force > result.waves[1].peak_force
+    assert result.error_estimate < 1e-6
+
+
+def test_third_party_profile_without_closed_forms_is_simulated() -> None:
+    class Sine(sw.ShockProfile):
+        duration_ratio = 2.0
+
+        def rise(self, s: np.ndarray) -> np.ndarray:
+            return np.sin(np.pi * s / 2)
+
+        def decay(self, s: np.ndarray) -> np.ndarray:
+            return np.sin(np.pi * s / 2)
+
+    times = np.linspace(0, 2, 4001)
+    fine = sw.Tabulated(times=times * UNITS.time, forces=FORCE * np.sin(np.pi * times / 2) * (times < 2))
+    sampled = sw.simulate(sw.Shock(profile=fine), CHAIN, rtol=1e-4)
+    # the record's chords lie below the sine by (pi/2)^2 h^2 / 12 of the impulse, 5e-8
+    assert sw.simulate(shock(Sine(), 1.0), CHAIN, rtol=1e-4).amplification == pytest.approx(
+        sampled.amplification, rel=1e-5
+    )
+
+
+def test_steps_do_not_grow_with_the_sampling_rate() -> None:
+    def steps(samples: int) -> int:
+        times = np.linspace(0, 4, samples)
+        forces = FORCE * np.minimum(times, (4 - times) / 3)
+        record = sw.Tabulated(times=times * UNITS.time, forces=forces)
+        return sw.simulate(sw.Shock(profile=record), CHAIN, rtol=1e-4).cost.steps
+
+    assert steps(40001) < 1.3 * steps(401)
+
+
+@pytest.mark.parametrize(
+    ("rise_time", "profile"),
+    [
+        pytest.param(1e-12, POWER, id="vanishing"),
+        pytest.param(1.0, sw.PowerLaw(rise_exponent=0, decay_exponent=0, duration_ratio=2), id="rectangle"),
+        pytest.param(1.0, sw.PowerLaw(rise_exponent=1e-8, decay_exponent=50, duration_ratio=3), id="jump"),
+        pytest.param(1.0, sw.PowerLaw(rise_exponent=50, decay_exponent=1, duration_ratio=1.0001), id="cliff"),
+        pytest.param(1.0, sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=3), id="spike"),
+        pytest.param(
+            1e-3, sw.PowerLaw(rise_exponent=1, decay_exponent=1, duration_ratio=1e4), id="long-tail"
+        ),
+    ],
+)
+def test_extreme_shocks_meet_the_tolerance(rise_time: float, profile: sw.ShockProfile) -> None:
+    result = sw.simulate(shock(profile, rise_time), CHAIN, rtol=1e-5)
+    assert result.error_estimate < 1e-5
+    assert result.momentum_defect < 1e-12
+
+
+@pytest.mark.parametrize("rtol", [0.0, 1e-12, 0.1, float("nan"), "1e-6"])
+def test_tolerance_out_of_range_is_refused(rtol: float) -> None:
+    with pytest.raises(sw.InvalidValueError, match="rtol: must be >= 1e-09 and <= 0.01"):
+        sw.simulate(shock(POWER, 1.0), CHAIN, rtol=rtol)
+
+
+def test_unknown_integrator_is_answered_with_the_nearest() -> None:
+    with pytest.raises(sw.UnknownNameError, match="did you mean 'dop853'"):
+        sw.simulate(shock(POWER, 1.0), CHAIN, integrator="dop835")
+
+
+def test_stiffness_mass_and_size_leave_the_amplification_of_a_scaled_shock() -> None:
+    soft = sw.Chain(material=attrs.evolve(STEEL, youngs_modulus=1e6), radius=1.0)
+    scaled = sw.Shock(profile=POWER, peak_force=1e3, rise_time=0.5 * Scales.of(soft, 1e3).time)
+    assert sw.simulate(scaled, soft).amplification == pytest.approx(
+        sw.simulate(shock(POWER, 0.5), CHAIN).amplification, rel=1e-9
+    )
