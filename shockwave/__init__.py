@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from shockwave.chain import Chain, Material, SolitaryWave
+    from shockwave.comparison import Comparison, compare
     from shockwave.errors import (
         FileAccessError,
         InvalidValueError,
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
     from shockwave.profiles.tabulated import Tabulated
     from shockwave.profiles.triangular import Triangular
     from shockwave.scenario.load import Scenario, load_scenario
-    from shockwave.comparison import Comparison, compare
 
 __version__ = "0.1.0"
 

@@ -11,9 +11,7 @@ def shockwave_profiles() -> list[Entry]:
     return [
         Entry("power-law", f"{place}.power_law:PowerLaw", "rise s^eta1, decay ((n-s)/(n-1))^eta2"),
         Entry("triangular", f"{place}.triangular:Triangular", "linear rise, linear decay"),
-        Entry(
-            "exponential", f"{place}.exponential:Exponential", "rise and decay by exponentials cut to [0, 1]"
-        ),
+        Entry("exponential", f"{place}.exponential:Exponential", "rise and decay by exponentials cut to [0, 1]"),
         Entry("tabulated", f"{place}.tabulated:Tabulated", "a force record, piecewise linear"),
     ]
 
@@ -76,7 +74,5 @@ def shockwave_materials() -> list[Entry]:
 @hookimpl
 def shockwave_models() -> list[Entry]:
     return [
-        Entry(
-            "section-4", "shockwave.theory.section4:predict", "relations of section 4 of Hasan & Nemat-Nasser"
-        ),
+        Entry("section-4", "shockwave.theory.section4:predict", "relations of section 4 of Hasan & Nemat-Nasser"),
     ]

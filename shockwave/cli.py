@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from shockwave import __version__
-from shockwave.errors import FileAccessError, NumericalError, ScenarioError, ShockwaveError
+from shockwave.errors import Fault, FileAccessError, NumericalError, ScenarioError, ShockwaveError
 
 if TYPE_CHECKING:
     from shockwave.scenario.load import Scenario
@@ -74,17 +74,13 @@ def _parser() -> argparse.ArgumentParser:
         added.add_argument("files", nargs="+", metavar="FILE", help="scenario file (YAML)")
         added.add_argument("--json", action="store_true", help="one JSON document on stdout")
         if name in ("simulate", "compare"):
-            added.add_argument(
-                "--rtol", type=float, help="relative error asked for, in place of the scenario's"
-            )
+            added.add_argument("--rtol", type=float, help="relative error asked for, in place of the scenario's")
     listing = command("list", _list, "what is registered, built in and plugged in")
     listing.add_argument("kind", nargs="?", choices=_KINDS, help="only these")
     listing.add_argument("--json", action="store_true", help="one JSON document on stdout")
     new = command("new", _new, "write a scenario with every key and its meaning")
     new.add_argument("--profile", default="power-law", help="name of a profile (default: power-law)")
-    new.add_argument(
-        "-o", "--output", metavar="FILE", help="write to FILE, which must not exist, not to stdout"
-    )
+    new.add_argument("-o", "--output", metavar="FILE", help="write to FILE, which must not exist, not to stdout")
     return parser
 
 
@@ -92,7 +88,8 @@ def _scenarios(files: Sequence[str]) -> list[Scenario]:
     """All scenarios, or every fault of every file at once."""
     from shockwave.scenario.load import load_scenario
 
-    scenarios, faults = [], []
+    scenarios: list[Scenario] = []
+    faults: list[Fault] = []
     for file in files:
         try:
             scenarios.append(load_scenario(file))
@@ -174,9 +171,7 @@ def _compare(options: argparse.Namespace) -> int:
             simulated=evolve(found.simulated, scenario=scenario.name),
         )
 
-    return _run(
-        options, one, lambda found, scenarios: comparison_table(found, [s.published for s in scenarios])
-    )
+    return _run(options, one, lambda found, scenarios: comparison_table(found, [s.published for s in scenarios]))
 
 
 def _settings(options: argparse.Namespace, scenario: Scenario) -> dict[str, Any]:
@@ -195,7 +190,7 @@ def _validate(options: argparse.Namespace) -> int:
     for file in options.files:
         try:
             load_scenario(file)
-            faults = ()
+            faults: tuple[Fault, ...] = ()
         except ScenarioError as error:
             faults, status = error.faults, error.exit_code
         documents.append(
@@ -255,9 +250,7 @@ def _new(options: argparse.Namespace) -> int:
         with Path(options.output).open("x", encoding="utf-8") as file:
             file.write(text)
     except OSError as error:
-        reason = (
-            "it exists already; choose another name" if isinstance(error, FileExistsError) else error.strerror
-        )
+        reason = "it exists already; choose another name" if isinstance(error, FileExistsError) else error.strerror
         raise FileAccessError(f"{options.output}: cannot be written ({reason})") from error
     print(f"{options.output}: written", file=sys.stderr)
     return 0

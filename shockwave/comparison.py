@@ -55,8 +55,7 @@ class Comparison:
             "",
             f"error of the predicted peak force: {self.error:+.2%}, "
             f"expected {range_text(self.predicted.expected_error)}",
-            f"relation to the shock's peak force: predicted {self.predicted.relation}, "
-            f"simulated {self.relation}",
+            f"relation to the shock's peak force: predicted {self.predicted.relation}, simulated {self.relation}",
         ]
         return "\n".join(lines)
 

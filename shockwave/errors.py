@@ -83,10 +83,12 @@ class UnknownNameError(ShockwaveError, LookupError):
 
     exit_code = 3
 
-    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+    def __init__(self, kind: str, name: str, known: Iterable[str], faulty: Iterable[str] = ()) -> None:
         self.kind, self.name, self.known = kind, name, tuple(known)
+        unread = ", ".join(faulty)
+        hint = f"; plugins that could not be read: {unread}" if unread else ""
         super().__init__(
-            f"unknown {kind} (got {name!r}; {nearest(name, self.known)}known: {', '.join(self.known)})"
+            f"unknown {kind} (got {name!r}; {nearest(name, self.known)}known: {', '.join(self.known)}{hint})"
         )
 
 

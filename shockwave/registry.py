@@ -29,6 +29,15 @@ KINDS = {
     "models": "model",
 }
 _OWN = "shockwave"
+#: What an address must lead to: a subclass of this, or an instance.
+_EXPECTED = {
+    "profiles": "shockwave.profiles.base:ShockProfile",
+    "integrators": "shockwave.simulation.integrator:Integrator",
+    "quadratures": "shockwave.quadrature.base:Quadrature",
+    "materials": "shockwave.chain.material:Material",
+}
+# A plugin's module may do anything on import, even leave the interpreter; only the user's own interrupt passes.
+_PLUGIN_FAULTS = (Exception, SystemExit)
 
 
 @frozen
@@ -57,9 +66,10 @@ def find(kind: str, name: str) -> Entry:
     owners = [entry for entry in _plugin_entries(kind) if entry.name == name]
     if not owners:
         known = [entry.name for entry in entries(kind)]
-        raise UnknownNameError(KINDS[kind], name, known)
+        faulty = [plugin.distribution for plugin in plugins() if plugin.problem]
+        raise UnknownNameError(KINDS[kind], name, known, faulty)
     if len(owners) > 1:
-        both = " and ".join(sorted({entry.distribution for entry in owners}))
+        both = " and ".join(entry.distribution for entry in owners)
         raise PluginError(f"{KINDS[kind]} {name!r} is registered twice, by {both}: uninstall one of them")
     return owners[0]
 
@@ -75,16 +85,22 @@ def load(kind: str, name: str) -> Any:
         When a plugin's module cannot be imported or does not hold what it registered.
     """
     entry = find(kind, name)
-    module, _, attribute = entry.address.partition(":")
+    if entry.distribution == _OWN:
+        return _at(entry.address)
+    what = f"{KINDS[kind]} {name!r} of {entry.distribution}: {entry.address}"
     try:
-        return getattr(importlib.import_module(module), attribute)
-    except Exception as error:
-        if entry.distribution == _OWN:
-            raise
-        raise PluginError(
-            f"{KINDS[kind]} {name!r} of {entry.distribution}: {entry.address} cannot be imported"
-            f" (got {type(error).__name__}: {error})"
-        ) from error
+        loaded = _at(entry.address)
+    except _PLUGIN_FAULTS as error:
+        raise PluginError(f"{what} cannot be imported (got {type(error).__name__}: {error})") from error
+    expected = _at(_EXPECTED[kind]) if kind in _EXPECTED else object
+    if not ((isinstance(loaded, type) and issubclass(loaded, expected)) or isinstance(loaded, expected)):
+        raise PluginError(f"{what} must be a {expected.__name__} (got {loaded!r})")
+    return loaded
+
+
+def _at(address: str) -> Any:
+    module, _, attribute = address.partition(":")
+    return getattr(importlib.import_module(module), attribute)
 
 
 def entries(kind: str) -> list[Entry]:
@@ -102,10 +118,21 @@ def plugins() -> tuple[Plugin, ...]:
         name, version = (point.dist.name, point.dist.version) if point.dist else (point.name, "")
         try:
             module = point.load()
-            found.append(Plugin(name, version, _registered(module, name)))
-        except Exception as error:
+            found.append(Plugin(name, version, _of_plugin(module, name)))
+        except _PLUGIN_FAULTS as error:
             found.append(Plugin(name, version, (), f"{type(error).__name__}: {error}"))
     return tuple(found)
+
+
+def _of_plugin(module: ModuleType, distribution: str) -> tuple[tuple[str, Entry], ...]:
+    registered = _registered(module, distribution)
+    if not registered:
+        raise ValueError("registers nothing (a hook without @hookimpl, or without its return?)")
+    own = {(kind, entry.name) for kind, entry in _built_in()}
+    taken = [f"{KINDS[kind]} {entry.name!r}" for kind, entry in registered if (kind, entry.name) in own]
+    if taken:
+        raise ValueError(f"registers names that shockwave has itself: {', '.join(taken)}")
+    return registered
 
 
 def _plugin_entries(kind: str) -> list[Entry]:
@@ -133,7 +160,7 @@ def _registered(module: ModuleType, distribution: str) -> tuple[tuple[str, Entry
     for kind in KINDS:
         for returned in getattr(manager.hook, f"shockwave_{kind}")():
             for entry in returned:
-                if not isinstance(entry, Entry):
-                    raise TypeError(f"shockwave_{kind} must return entries (got {entry!r})")
+                if not (isinstance(entry, Entry) and all(isinstance(t, str) for t in attrs.astuple(entry))):
+                    raise TypeError(f"shockwave_{kind} must return entries of strings (got {entry!r})")
                 registered.append((kind, attrs.evolve(entry, distribution=distribution)))
     return tuple(registered)

@@ -75,13 +75,10 @@ def comparison_table(comparisons: Sequence[Comparison], published: Sequence[Publ
         for row, printed in zip(rows, published, strict=True):
             row[7:7] = ["-" if printed is None or printed.error is None else f"{printed.error:.1%}"]
             row[10:10] = [
-                "-"
-                if printed is None or printed.virtual_rise_time is None
-                else si(printed.virtual_rise_time, "s")
+                "-" if printed is None or printed.virtual_rise_time is None else si(printed.virtual_rise_time, "s")
             ]
     notes = _notes_by_name(
-        (c.predicted.scenario, dict.fromkeys((*c.predicted.warnings, *c.simulated.warnings)))
-        for c in comparisons
+        (c.predicted.scenario, dict.fromkeys((*c.predicted.warnings, *c.simulated.warnings))) for c in comparisons
     )
     legend = [
         "",

@@ -31,9 +31,7 @@ def shock_of(case: dict[str, Any]) -> sw.Shock:
         return sw.Shock(profile=sw.Tabulated(times=times, forces=[force * FORCE for force in case["forces"]]))
     profile: sw.ShockProfile
     if case["kind"] == "power":
-        profile = sw.PowerLaw(
-            rise_exponent=case["eta1"], decay_exponent=case["eta2"], duration_ratio=case["n"]
-        )
+        profile = sw.PowerLaw(rise_exponent=case["eta1"], decay_exponent=case["eta2"], duration_ratio=case["n"])
     else:
         profile = sw.Exponential(rise_rate=case["k1"], decay_rate=case["k2"], duration_ratio=case["n"])
     return sw.Shock(profile=profile, peak_force=FORCE, rise_time=case["T"] * UNITS.time)

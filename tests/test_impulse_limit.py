@@ -18,9 +18,7 @@ RISE_TIME = 1e-6
 @cache
 def impact() -> tuple[sw.SimulationResult, float, Scales]:
     """The result, the impact's speed, and the scales of a unit mass at unit speed."""
-    shock = sw.Shock(
-        profile=sw.Triangular(duration_ratio=3), peak_force=FORCE, rise_time=RISE_TIME * UNITS.time
-    )
+    shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=FORCE, rise_time=RISE_TIME * UNITS.time)
     result = sw.simulate(shock, CHAIN, rtol=1e-8)
     speed = result.applied_momentum / CHAIN.granule_mass
     # F scales as v^(6/5) in units of mass and stiffness
@@ -48,9 +46,7 @@ def test_wave_carries_more_than_the_impulse() -> None:
     assert result.waves[0].momentum / result.applied_momentum == pytest.approx(1.1383, rel=1e-4)
 
 
-@pytest.mark.parametrize(
-    ("granule", "velocity"), [(0, -0.0710850), (1, -0.0302738), (2, -0.0158334), (3, -0.0088857)]
-)
+@pytest.mark.parametrize(("granule", "velocity"), [(0, -0.0710850), (1, -0.0302738), (2, -0.0158334), (3, -0.0088857)])
 def test_recoil_velocities(granule: int, velocity: float) -> None:
     result, speed, _ = impact()
     assert result.recoil_velocities[granule] / speed == pytest.approx(velocity, rel=1e-4)
@@ -58,9 +54,7 @@ def test_recoil_velocities(granule: int, velocity: float) -> None:
 
 def test_recoil_is_what_the_wave_has_too_much() -> None:
     result, _, _ = impact()
-    assert result.applied_momentum - result.recoil_momentum == pytest.approx(
-        result.waves[0].momentum, rel=1e-6
-    )
+    assert result.applied_momentum - result.recoil_momentum == pytest.approx(result.waves[0].momentum, rel=1e-6)
 
 
 def test_amplification_follows_the_impulse_law() -> None:

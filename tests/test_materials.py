@@ -39,10 +39,7 @@ def test_entry_matches_the_material_it_names(entry: Entry) -> None:
     gigapascals = material.youngs_modulus / 1e9
     assert material.name == entry.name
     assert entry.address.endswith(":" + entry.name.upper().replace("-", "_"))
-    assert (
-        entry.summary
-        == f"E {gigapascals:g} GPa, nu {material.poisson_ratio:.2f}, {material.density:g} kg/m^3"
-    )
+    assert entry.summary == f"E {gigapascals:g} GPa, nu {material.poisson_ratio:.2f}, {material.density:g} kg/m^3"
 
 
 @pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.name)

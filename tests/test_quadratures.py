@@ -59,9 +59,7 @@ def _power_rise(eta: float) -> Case:
 
 
 def _power_decay(eta: float, n: float) -> Case:
-    return Case(
-        f"((n-s)/(n-1))^{eta:g},n={n:g}", lambda s: ((n - s) / (n - 1)) ** eta, 1.0, n, (n - 1) / (1 + eta)
-    )
+    return Case(f"((n-s)/(n-1))^{eta:g},n={n:g}", lambda s: ((n - s) / (n - 1)) ** eta, 1.0, n, (n - 1) / (1 + eta))
 
 
 def _exponential_rise(k: float) -> Case:
@@ -218,9 +216,7 @@ def test_sign_of_the_integrand_is_kept(quadrature: Quadrature) -> None:
     assert abs(result.value + 2 / 3) <= TOLERANCE
 
 
-@pytest.mark.parametrize(
-    "upper", [math.nextafter(1.0, 2.0), 1.0 + 1e-15], ids=["one-spacing", "few-spacings"]
-)
+@pytest.mark.parametrize("upper", [math.nextafter(1.0, 2.0), 1.0 + 1e-15], ids=["one-spacing", "few-spacings"])
 def test_an_interval_without_room_for_nodes_gets_its_area(quadrature: Quadrature, upper: float) -> None:
     result = quadrature.integrate(lambda s: np.full_like(s, 0.75), (1.0, upper))
     assert abs(result.value - 0.75 * (upper - 1.0)) <= result.error

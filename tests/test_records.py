@@ -72,16 +72,10 @@ def test_without_a_header_si_is_assumed_and_noted(read):
     assert record.notes == NO_UNITS
 
 
-@pytest.mark.parametrize(
-    "mark", ["#", "%", "//", ";", "  # "], ids=["hash", "percent", "slashes", "semi", "inset"]
-)
+@pytest.mark.parametrize("mark", ["#", "%", "//", ";", "  # "], ids=["hash", "percent", "slashes", "semi", "inset"])
 def test_comments_and_blank_lines_stand_anywhere(read, mark):
     lines = rows().splitlines()
-    text = (
-        f"{mark} made in 1.5 h\n\ntime [s], force [N]\n{lines[0]}\n{mark} x\n \t\n"
-        + "\n".join(lines[1:])
-        + "\n\n"
-    )
+    text = f"{mark} made in 1.5 h\n\ntime [s], force [N]\n{lines[0]}\n{mark} x\n \t\n" + "\n".join(lines[1:]) + "\n\n"
     record = read(text)
     assert_pulse(record)
     assert record.lines.tolist() == [4, 7, 8, 9]
@@ -254,9 +248,7 @@ def test_points_and_commas_together_are_refused(read):
     assert fault.startswith(":3: row: must have one decimal sign (got '1;1.000' after '0,5;100'")
 
 
-@pytest.mark.parametrize(
-    "text", ["", "\n\n", "# only\n", "time,force\n"], ids=["empty", "blank", "comment", "header"]
-)
+@pytest.mark.parametrize("text", ["", "\n\n", "# only\n", "time,force\n"], ids=["empty", "blank", "comment", "header"])
 def test_a_file_without_numbers_is_refused(read, text):
     with pytest.raises(InvalidValueError, match="must be numbers, a time and a force"):
         read(text)
@@ -349,9 +341,7 @@ _PIECES = st.sampled_from(_WORDS) | st.sampled_from(_MARKS) | st.just("\ufeff")
 
 
 @settings(derandomize=True, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(
-    data=st.binary(max_size=200) | st.lists(_PIECES, max_size=40).map(lambda words: "".join(words).encode())
-)
+@given(data=st.binary(max_size=200) | st.lists(_PIECES, max_size=40).map(lambda words: "".join(words).encode()))
 def test_any_bytes_give_a_record_or_an_error_of_our_own(read, data):
     with suppress(ShockwaveError):
         record = read(data)

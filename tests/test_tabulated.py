@@ -176,9 +176,7 @@ def test_a_constant_baseline_is_subtracted():
     assert profile.recorded_peak_force == 8
     assert profile.breakpoints == (0.0, 0.5, 1.0, 1.5, 2.0, 2.5)
     # One newton over the five seconds of a pulse of 20 N s.
-    share = (
-        "a baseline of 1 N, the mean of the 6 samples before the pulse, was subtracted (25 % of the impulse)"
-    )
+    share = "a baseline of 1 N, the mean of the 6 samples before the pulse, was subtracted (25 % of the impulse)"
     assert profile.notes[0] == share
 
 

@@ -29,17 +29,13 @@ def test_later_waves_are_within_ten_tolerances(index: int) -> None:
 
 @each_pulse
 def test_impulse_is_that_of_the_force(index: int) -> None:
-    assert simulated(index, 1e-6).applied_momentum / UNITS.momentum == pytest.approx(
-        TRUTH[index]["impulse"], rel=1e-10
-    )
+    assert simulated(index, 1e-6).applied_momentum / UNITS.momentum == pytest.approx(TRUTH[index]["impulse"], rel=1e-10)
 
 
 @pytest.mark.parametrize(
     "index",
     [
-        pytest.param(
-            i, id=name, marks=pytest.mark.xfail(strict=True, reason="the reference is rounding noise")
-        )
+        pytest.param(i, id=name, marks=pytest.mark.xfail(strict=True, reason="the reference is rounding noise"))
         if i == CHAOTIC_TAIL
         else pytest.param(i, id=name)
         for i, name in zip(INDICES, IDS, strict=True)

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 
 from attrs import field, frozen
-from attrs.validators import instance_of
 
 from shockwave.chain.material import Material
 from shockwave.errors import InvalidValueError
-from shockwave.fields import quantity
+from shockwave.fields import quantity, text_of
 
 __all__ = ["Chain", "Scales"]
 
@@ -33,13 +32,13 @@ class Chain:
         When a value is out of range, or the chain's mass or stiffness leaves the range of a float.
     """
 
-    material: Material = field(validator=instance_of(Material))
+    material: Material = field()
     radius: float = quantity("m", "radius R of the granules", above=0)
-    granules: int | None = quantity(
-        "", "number of granules", at_least=2, whole=True, optional=True, default=None
-    )
+    granules: int | None = quantity("", "number of granules", at_least=2, whole=True, optional=True, default=None)
 
     def __attrs_post_init__(self) -> None:
+        if not isinstance(self.material, Material):
+            raise InvalidValueError.of("material", f"must be a Material (got {text_of(self.material)})")
         for name, value in (("mass", self.granule_mass), ("stiffness", self.contact_stiffness)):
             if not (math.isfinite(value) and value > 0):
                 problem = f"must give granules a {name} that a floating-point number can hold (got {value:g})"

@@ -220,8 +220,7 @@ BOROSILICATE_GLASS = Material(
     poisson_ratio=0.2,
     density=2230.0,
     name="borosilicate-glass",
-    source="SCHOTT data sheet of Borofloat 33 (borosilicate glass 3.3); the same figures hold for Corning"
-    " 7740",
+    source="SCHOTT data sheet of Borofloat 33 (borosilicate glass 3.3); the same figures hold for Corning 7740",
 )
 
 FUSED_SILICA = Material(

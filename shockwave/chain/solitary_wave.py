@@ -128,7 +128,7 @@ class WaveShape:
             overlap = np.fft.irfft(triangle * np.fft.rfft(np.maximum(overlap, 0.0) ** 1.5), points)
             square_of_speed = float(overlap[points // 2])
             overlap = overlap / square_of_speed
-        return cls(position, overlap, math.sqrt(square_of_speed))
+        return cls(position.astype(float), overlap, math.sqrt(square_of_speed))
 
     def force(self, time: npt.ArrayLike) -> FloatArray:
         """Contact force over its peak at ``time`` from the crest, in units of T0 of the wave's own peak force."""

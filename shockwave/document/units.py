@@ -28,7 +28,7 @@ _NAMES = {
     "kg/m**3": ("a density", "'7958 kg/m**3'"),
 }
 
-# The usual units, exact as pint has them: most scenarios are read without its import, which costs more than the rest.
+# The usual units, as pint has them: so most scenarios do without its import, which costs more than the rest.
 _USUAL = {
     "": {"%": "0.01"},
     "s": {"s": "1", "ms": "1e-3", "us": "1e-6", "µs": "1e-6", "μs": "1e-6", "ns": "1e-9"},
@@ -103,7 +103,7 @@ _repr.maxstring = _repr.maxother = _repr.maxlong = 60
 
 @lru_cache(maxsize=1024)
 def _factor(of_unit: str, unit: str) -> Decimal | str:
-    """How many ``unit`` one ``of_unit`` is, exactly; or text that says why it is no unit of this dimension."""
+    """How many ``unit`` one ``of_unit`` is; or text that says why it is no unit of this dimension."""
     usual = _USUAL.get(unit, {}).get(of_unit)
     if usual is not None:
         return Decimal(usual)
@@ -112,8 +112,7 @@ def _factor(of_unit: str, unit: str) -> Decimal | str:
     with localcontext(Context(prec=40)):
         try:
             one, zero = (
-                Decimal(registry.Quantity(Decimal(n), spelling).to(unit or "dimensionless").magnitude)
-                for n in (1, 0)
+                Decimal(registry.Quantity(Decimal(n), spelling).to(unit or "dimensionless").magnitude) for n in (1, 0)
             )
         except Exception as error:  # whatever pint raises, the text is no unit to it
             undefined = type(error).__name__ == "UndefinedUnitError"

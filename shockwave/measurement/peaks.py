@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +12,7 @@ from scipy.optimize import brentq
 from shockwave.simulation.march import Span
 from shockwave.simulation.problem import contact_forces
 
-__all__ = ["Peak", "PeakLog"]
+__all__ = ["Peak", "PeakLog", "natural_time"]
 
 # Peaks weaker than this, over the strongest so far, are the noise floor of a chain at rest.
 _FLOOR = 1e-4
@@ -73,11 +74,7 @@ class PeakLog:
         )
         strongest = max(fresh, default=0.0)
         # Stirrings below the share must not hide the wave that has just gone by.
-        latest = {
-            contact: peak
-            for contact, peaks in self.peaks.items()
-            if (peak := _last(peaks, share * strongest))
-        }
+        latest = {contact: peak for contact, peaks in self.peaks.items() if (peak := _last(peaks, share * strongest))}
         return [
             latest[contact]
             for contact in sorted(latest, reverse=True)
@@ -114,6 +111,11 @@ def _last(peaks: list[Peak], least: float) -> Peak | None:
     return next((peak for peak in reversed(peaks) if peak.force >= least), None)
 
 
+def natural_time(force: float) -> float:
+    """Unit of time of a wave of this peak force: it passes 0.9 contacts in it."""
+    return math.pow(max(force, 1e-30), -1 / 6)
+
+
 def _patience(force: float) -> float:
     """How long a wave of this peak force may take to the next contact: several times what it needs."""
-    return float(6.0 * max(force, 1e-30) ** (-1 / 6))
+    return 6.0 * natural_time(force)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from attrs import define, field, frozen
 
-from shockwave.measurement.peaks import Peak, PeakLog
+from shockwave.measurement.peaks import Peak, PeakLog, natural_time
 from shockwave.measurement.probe import PassingWave, Probe
 from shockwave.measurement.settle import Settling, free_granules, settling
 from shockwave.quadrature import FloatArray
@@ -227,8 +227,8 @@ class _FreeEnd:
 def _has_passed(log: PeakLog, reading: _Reading, now: float) -> bool:
     peak = log.arrival(reading.head, reading.probe.contact)
     if peak is None:  # it should have come; waiting for ever would hang
-        return now - reading.head.time > 10 * _AHEAD * max(reading.head.force, 1e-30) ** (-1 / 6)
-    return now - peak.time > _PASSED * max(peak.force, 1e-30) ** (-1 / 6)
+        return now - reading.head.time > 10 * _AHEAD * natural_time(reading.head.force)
+    return now - peak.time > _PASSED * natural_time(peak.force)
 
 
 def _recoils(v: FloatArray) -> tuple[float, ...]:

@@ -61,9 +61,7 @@ def settling(log: PeakLog, now: float, x: FloatArray, v: FloatArray, threshold: 
             doubts[i] = math.inf
     counted = [i for i, head in enumerate(followed) if head.force >= least]
     may_grow = any(
-        head.force * (1 + doubt) >= least
-        for head, doubt in zip(followed, doubts, strict=True)
-        if head.force < least
+        head.force * (1 + doubt) >= least for head, doubt in zip(followed, doubts, strict=True) if head.force < least
     )
     complete = not may_grow and _nothing_to_come(x, v, followed[-1].contact, least)
     return Settling(tuple(followed[i] for i in counted), tuple(doubts[i] for i in counted), complete)

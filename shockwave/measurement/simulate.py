@@ -89,9 +89,7 @@ def simulate(
     fine = run(scaled, method(tolerance=max(_FINE * rtol, _LEAST_TOLERANCE)), demand)
     coarse = run(scaled, method(tolerance=max(_COARSE * rtol, 10 * _LEAST_TOLERANCE)), demand)
     if not fine.waves or not coarse.waves:
-        raise NumericalError(
-            f"no wave was found within {most} contacts: the shock may be too slow for its peak force"
-        )
+        raise NumericalError(f"no wave was found within {most} contacts: the shock may be too slow for its peak force")
     result = _result(shock, scales, fine, coarse, rtol, integrator, wave_threshold)
     return evolve(result, cost=evolve(result.cost, seconds=time.perf_counter() - begin))
 
@@ -176,7 +174,5 @@ def _warnings(fine: Run, waves: tuple[MeasuredWave, ...], rtol: float) -> list[s
             " and are those of this chain, not of a longer one"
         )
     elif not fine.settled:
-        warnings.append(
-            "the tail had not come to rest when the last wave was read: waves near the threshold may lack"
-        )
+        warnings.append("the tail had not come to rest when the last wave was read: waves near the threshold may lack")
     return warnings

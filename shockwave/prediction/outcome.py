@@ -131,9 +131,7 @@ class Outcome:
                 f"  goes with         R^{powers.radius:.3f} rho^{powers.density:.3f} E^{powers.youngs_modulus:.3f}"
             )
         lines += ["", indent(_waves_text(self.waves)), ""]
-        conditions = (
-            [c.statement, f"{c.margin:+.4g} t0", "holds" if c.holds else "FAILS"] for c in self.conditions
-        )
+        conditions = ([c.statement, f"{c.margin:+.4g} t0", "holds" if c.holds else "FAILS"] for c in self.conditions)
         lines += [indent(table(("condition (3)", "margin", ""), conditions)), ""]
         steps = ((t.statement, si(t.left, "s"), si(t.right, "s"), t.outcome, t.equation) for t in self.trace)
         lines += [indent(table(("decided by", "left", "right", "hence", "equation"), steps))]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from attrs import evolve, field, frozen, validators
+from attrs import evolve, field, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, MOMENTUM, PAPER_COEFFICIENT, SolitaryWave
@@ -36,9 +36,7 @@ def coefficient_of(choice: str | float) -> float:
     if isinstance(choice, str) and choice in _NAMED:
         return _NAMED[choice]
     if _NUMBER.problem(choice) is not None:
-        raise InvalidValueError.of(
-            "momentum_coefficient", f"must be 'exact', 'paper' or a number > 0 (got {choice!r})"
-        )
+        raise InvalidValueError.of("momentum_coefficient", f"must be 'exact', 'paper' or a number > 0 (got {choice!r})")
     return float(choice)
 
 
@@ -53,6 +51,11 @@ def _one_of(*names: str) -> Any:
 
 def _known_model(_: object, attribute: Any, value: str) -> None:
     find("models", value)
+
+
+def _known_quadrature(_: object, attribute: Any, value: str | None) -> None:
+    if value is not None:
+        find("quadratures", value)
 
 
 def _no_tolerance(instance: Predictor, attribute: Any, value: object) -> None:
@@ -96,18 +99,10 @@ class Predictor:
     momentum_coefficient: str | float = field(
         default="exact", validator=lambda _, __, value: coefficient_of(value) and None
     )
-    alpha: Literal["constant", "literal"] = field(
-        default="constant", validator=_one_of("constant", "literal")
-    )
-    equal_tolerance: float = quantity(
-        "", "relative difference called equal", at_least=0, below=1, default=0.05
-    )
-    wave_threshold: float = quantity(
-        "", "weakest later wave listed, over the primary", above=0, below=1, default=5e-3
-    )
-    quadrature: str | None = field(
-        default=None, validator=validators.optional(lambda _, __, name: find("quadratures", name) and None)
-    )
+    alpha: Literal["constant", "literal"] = field(default="constant", validator=_one_of("constant", "literal"))
+    equal_tolerance: float = quantity("", "relative difference called equal", at_least=0, below=1, default=0.05)
+    wave_threshold: float = quantity("", "weakest later wave listed, over the primary", above=0, below=1, default=5e-3)
+    quadrature: str | None = field(default=None, validator=_known_quadrature)
 
     def predict(self, shock: Shock, chain: Chain) -> Outcome:
         """The outcome of ``shock`` on ``chain``.
@@ -152,10 +147,11 @@ class Predictor:
         coefficient: float,
     ) -> Outcome:
         checked = conditions(scaled.areas, shock.profile.duration_ratio)
-        error, doubts = expected_error(answer.regime, answer.trust, checked)
+        error, doubts = expected_error(
+            answer.regime, answer.trust, scaled.impulse / MOMENTUM, answer.amplitudes[0], checked
+        )
         waves = tuple(
-            SolitaryWave.of(amplitude * shock.peak_force, chain, coefficient)
-            for amplitude in answer.amplitudes
+            SolitaryWave.of(amplitude * shock.peak_force, chain, coefficient) for amplitude in answer.amplitudes
         )
         common: dict[str, Any] = {
             "model": self.model,
@@ -166,8 +162,7 @@ class Predictor:
             "applied_momentum": scaled.impulse * scales.momentum,
             "conditions": checked,
             "trace": tuple(
-                evolve(step, left=step.left * scales.time, right=step.right * scales.time)
-                for step in answer.trace
+                evolve(step, left=step.left * scales.time, right=step.right * scales.time) for step in answer.trace
             ),
             "expected_error": error,
             "exponents": None if answer.sensitivity is None else Exponents.of(answer.sensitivity),
@@ -190,6 +185,4 @@ class Predictor:
 def _chain_warnings(chain: Chain) -> list[str]:
     if chain.granules is None or chain.granules >= _SHORT_CHAIN:
         return []
-    return [
-        f"a chain of {chain.granules} granules is too short for a steady wave, of which a prediction speaks"
-    ]
+    return [f"a chain of {chain.granules} granules is too short for a steady wave, of which a prediction speaks"]

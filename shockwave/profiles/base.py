@@ -144,9 +144,9 @@ class ShockProfile(abc.ABC):
 
         ``quadrature`` as in `areas`. Same shape as ``s``.
         """
-        s = np.clip(np.asarray(s, dtype=float), 0.0, self.duration_ratio)
-        closed = self.closed_running_impulse(s) if quadrature is None else None
-        return closed if closed is not None else self._integrals(s, quadrature, lambda end: self.force)
+        inside: FloatArray = np.clip(np.asarray(s, dtype=float), 0.0, self.duration_ratio)
+        closed = self.closed_running_impulse(inside) if quadrature is None else None
+        return closed if closed is not None else self._integrals(inside, quadrature, lambda end: self.force)
 
     def double_integral(self, s: npt.ArrayLike, quadrature: str | None = None) -> FloatArray:
         """Integral of the running impulse from 0 to ``s``, in units of F0 t0^2.

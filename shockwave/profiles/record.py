@@ -378,9 +378,7 @@ def _numbers_one_by_one(text: _Text, columns: _Columns, kept: list[int], rows: l
                 cell = cells[pick]
                 pair.append(float(cell) * factor if _NUMBER.fullmatch(cell) else math.nan)
                 if not math.isfinite(pair[-1]):
-                    problem = (
-                        f"must be a finite number of {unit} (got {text_of(cell)}; mend or delete the row)"
-                    )
+                    problem = f"must be a finite number of {unit} (got {text_of(cell)}; mend or delete the row)"
                     faults.append(text.fault(index, name, problem))
             table.append(pair)
         if len(faults) >= _MOST_FAULTS:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from attrs import field, frozen
-from attrs.validators import instance_of
 
 from shockwave.errors import InvalidValueError
-from shockwave.fields import quantity
+from shockwave.fields import quantity, text_of
 from shockwave.profiles.base import ShockProfile
 
 __all__ = ["Shock"]
@@ -31,20 +30,20 @@ class Shock:
         When a value is out of range, or missing for a profile that is not a record.
     """
 
-    profile: ShockProfile = field(validator=instance_of(ShockProfile))
+    profile: ShockProfile = field()
     peak_force: float = quantity("N", "peak force F0", above=0, optional=True, default=None)
     rise_time: float = quantity("s", "rise time t0", above=0, optional=True, default=None)
 
     def __attrs_post_init__(self) -> None:
+        if not isinstance(self.profile, ShockProfile):
+            raise InvalidValueError.of("profile", f"must be a ShockProfile (got {text_of(self.profile)})")
         for name, recorded in (
             ("peak_force", self.profile.recorded_peak_force),
             ("rise_time", self.profile.recorded_rise_time),
         ):
             if getattr(self, name) is None:
                 if recorded is None:
-                    raise InvalidValueError.of(
-                        name, "must be given: this profile is not a record that brings one"
-                    )
+                    raise InvalidValueError.of(name, "must be given: this profile is not a record that brings one")
                 object.__setattr__(self, name, recorded)
 
     @property

@@ -89,9 +89,7 @@ class Tabulated(ShockProfile):
     """
 
     times: FloatArray = attrs.field(converter=_samples, eq=_same, repr=_shown, metadata={"shockwave": _TIMES})
-    forces: FloatArray = attrs.field(
-        converter=_samples, eq=_same, repr=_shown, metadata={"shockwave": _FORCES}
-    )
+    forces: FloatArray = attrs.field(converter=_samples, eq=_same, repr=_shown, metadata={"shockwave": _FORCES})
     duration_ratio: float = attrs.field(
         default=None, converter=_ratio, validator=_check_ratio, metadata={"shockwave": _RATIO}
     )

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import abc
+import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
@@ -66,16 +68,17 @@ class Quadrature(abc.ABC):
         Integral
             An empty or reversed interval gives zero.
         """
-        value = error = 0.0
-        evaluations = 0
-        for lower, upper in zip(points[:-1], points[1:], strict=True):
-            if upper <= lower:
-                continue
-            piece = self._piece(integrand, float(lower), float(upper), tolerance)
-            value += piece.value
-            error += piece.error
-            evaluations += piece.evaluations
-        return Integral(value, error, evaluations, self.name)
+        pieces = [
+            self._piece(integrand, float(lower), float(upper), tolerance)
+            for lower, upper in pairwise(points)
+            if upper > lower
+        ]
+        return Integral(
+            math.fsum(piece.value for piece in pieces),
+            math.fsum(piece.error for piece in pieces),
+            sum(piece.evaluations for piece in pieces),
+            self.name,
+        )
 
     @abc.abstractmethod
     def _piece(self, integrand: Integrand, lower: float, upper: float, tolerance: float) -> Integral:

@@ -90,9 +90,7 @@ class Quadpack(Quadrature):
 def _qags(smoothed: _Smoothed, begin: float, end: float, target: float) -> tuple[float, float, int]:
     """Sum over the intervals that QAGS ends with, of their errors, and the number of intervals."""
     # With full_output SciPy returns its complaints in place of warning; they add nothing to the errors.
-    output = scipy.integrate.quad(
-        smoothed, begin, end, epsabs=target, epsrel=0.0, limit=_INTERVALS, full_output=1
-    )
+    output = scipy.integrate.quad(smoothed, begin, end, epsabs=target, epsrel=0.0, limit=_INTERVALS, full_output=1)
     details = output[2]
     intervals = int(details["last"])
     return math.fsum(details["rlist"][:intervals]), math.fsum(details["elist"][:intervals]), intervals

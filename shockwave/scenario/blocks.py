@@ -1,7 +1,7 @@
 """Blocks: what the mappings of a scenario may hold.
 
-A key is declared once: by the attrs field of the class that the block describes. From that field come its type, unit,
-range and meaning, for the built-in classes and for those of plugins alike.
+A key is declared once: by the attrs field of the class that the block describes. From that field come its
+type, unit, range and meaning, for the built-in classes and for those of plugins alike.
 """
 
 from __future__ import annotations
@@ -15,9 +15,11 @@ import attrs
 from attrs import field, frozen
 
 from shockwave.chain.chain import Chain
-from shockwave.fields import Quantity, quantity, quantity_of
+from shockwave.errors import PluginError
+from shockwave.fields import Quantity, quantity, quantity_of, text_of
+from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
-from shockwave.registry import find
+from shockwave.registry import find, load
 
 __all__ = [
     "CHAIN",
@@ -26,11 +28,12 @@ __all__ = [
     "Key",
     "Published",
     "SimulateOptions",
-    "Wrong",
     "keys_of",
-    "structure",
+    "profile_class",
 ]
 
+#: The profile whose samples may stand in a file.
+RECORD = "tabulated"
 _RATIO = Quantity("", "n, whole duration over rise time", above=1)
 
 
@@ -38,7 +41,7 @@ _RATIO = Quantity("", "n, whole duration over rise time", above=1)
 class Key:
     """A key of a block.
 
-    ``annotation`` counts where there is no ``spec``; ``default`` is what the class has, where that is a plain value.
+    ``annotation`` counts where there is no ``spec``; ``default`` is what the class has, if that is a value.
     """
 
     name: str
@@ -86,9 +89,7 @@ class SimulateOptions:
     rtol: float = quantity(
         "", "relative error asked of the primary's peak force", at_least=1e-10, at_most=1e-2, default=1e-6
     )
-    wave_threshold: float = quantity(
-        "", "weakest wave that counts, over the primary", above=0, below=1, default=5e-3
-    )
+    wave_threshold: float = quantity("", "weakest wave that counts, over the primary", above=0, below=1, default=5e-3)
 
 
 @frozen(kw_only=True)
@@ -133,13 +134,11 @@ def _fields(cls: type) -> Iterator[Key]:
             required = default is attrs.NOTHING
             known = not required and not isinstance(default, attrs.Factory)  # type: ignore[arg-type]
             annotation = hints.get(attribute.name, Any)
-            yield Key(
-                attribute.alias or attribute.name, required, spec, annotation, default if known else None
-            )
+            yield Key(attribute.alias or attribute.name, required, spec, annotation, default if known else None)
 
 
 def _parameters(cls: type) -> Iterator[Key]:
-    hints = _hints(cls.__init__)
+    hints = _hints(vars(cls).get("__init__"))
     for name, parameter in inspect.signature(cls).parameters.items():
         if parameter.kind in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY):
             required = parameter.default is parameter.empty
@@ -154,9 +153,10 @@ def _hints(source: Any) -> dict[str, Any]:
         return {}
 
 
-def _renamed(cls: type, name: str, spec_of: str = "", required: bool = False) -> Key:
-    spec = quantity_of(attrs.fields_dict(cls)[spec_of or name])
-    return Key(name, required, attrs.evolve(spec, optional=False) if spec and name != "granules" else spec)
+def _key(cls: type, name: str, needed: bool = False) -> Key:
+    """The key of a field of ``cls``; ``needed``, where the field admits None and the key does not."""
+    spec = quantity_of(attrs.fields_dict(cls)[name])
+    return Key(name, spec=attrs.evolve(spec, optional=False) if spec is not None and needed else spec)
 
 
 _DIAMETER = Quantity("m", "diameter 2 R of the granules", above=0)
@@ -178,14 +178,55 @@ SCENARIO = (
 )
 CHAIN = (
     Key("material", required=True, meaning="a name of the material library, or a mapping"),
-    attrs.evolve(_renamed(Chain, "radius"), name="diameter", spec=_DIAMETER),
-    _renamed(Chain, "radius"),
-    _renamed(Chain, "granules"),
+    Key("diameter", spec=_DIAMETER),
+    _key(Chain, "radius"),
+    _key(Chain, "granules"),
 )
 SHOCK = (
     Key("profile", required=True, annotation=str, meaning="a name of the profile registry"),
-    _renamed(Shock, "peak_force"),
-    _renamed(Shock, "rise_time"),
+    _key(Shock, "peak_force", needed=True),
+    _key(Shock, "rise_time", needed=True),
     Key("duration_ratio", spec=_RATIO),
     Key("parameters"),
 )
+
+
+def profile_class(name: str) -> type[ShockProfile]:
+    """The class of the profile called ``name``.
+
+    Raises
+    ------
+    UnknownNameError
+        When there is none.
+    PluginError
+        When what is registered is no complete profile class.
+    """
+    cls = load("profiles", name)
+    if not (isinstance(cls, type) and issubclass(cls, ShockProfile) and not inspect.isabstract(cls)):
+        owner = find("profiles", name).distribution
+        problem = f"must be a subclass of ShockProfile that writes all of it (got {text_of(cls)})"
+        raise PluginError(f"profile {name!r} of {owner}: {problem}")
+    return cls
+
+
+def shock_keys(cls: type[ShockProfile] | None) -> tuple[Key, ...]:
+    """Keys of the block ``shock`` for profiles of ``cls``; None stands for an unknown profile.
+
+    What may come from a record, or may be a profile's own, is optional.
+    """
+    if cls is None:
+        return SHOCK
+    own = {key.name: key for key in keys_of(cls) if key.name == "duration_ratio"}
+    for name in ("peak_force", "rise_time"):
+        recorded = f"recorded_{name}"
+        if getattr(cls, recorded) is getattr(ShockProfile, recorded):
+            own[name] = attrs.evolve(_key(Shock, name, needed=True), required=True)
+    return tuple(own.get(key.name, key) for key in SHOCK)
+
+
+def parameters_of(profile: str, cls: type[ShockProfile]) -> tuple[Key, ...]:
+    """Keys of the block ``parameters``: all that the class takes besides ``duration_ratio``."""
+    if profile != RECORD:
+        return keys_of(cls, leave_out=["duration_ratio"])
+    file = Key("file", annotation=str, meaning="a CSV file with a time and a force column")
+    return (file, *keys_of(cls, optional=True, leave_out=["duration_ratio"]))

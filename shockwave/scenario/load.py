@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from attrs import Factory, define, evolve, frozen
+from attrs import define, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.material import Material
-from shockwave.document.reader import MOST_FAULTS, Document, Steps, dotted, read_document
+from shockwave.document.reader import Document, Steps, read_document
 from shockwave.errors import (
     Fault,
     FileAccessError,
-    InvalidValueError,
     PluginError,
-    ScenarioError,
     ShockwaveError,
     UnknownNameError,
 )
@@ -32,18 +31,19 @@ from shockwave.scenario.blocks import (
     RECORD,
     SCENARIO,
     SHOCK,
-    Key,
     Published,
     SimulateOptions,
     keys_of,
     parameters_of,
+    profile_class,
+    shock_keys,
 )
-from shockwave.scenario.values import Wrong, missing, structure
+from shockwave.scenario.gathering import Gathering
+from shockwave.scenario.values import missing, structure
 
 __all__ = ["Published", "Scenario", "SimulateOptions", "load_scenario", "scenario_of"]
 
 _DISTRIBUTION = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9._-]{0,100}[A-Za-z0-9])?")
-_STEP = re.compile(r"([^.\[\]]+)|\[([0-9]{1,9})\]")
 _SWEEP = (
     "must be left out: a scenario with a sweep stands for many, and this version runs single scenes only"
     " (got a sweep; remove the block)"
@@ -107,7 +107,7 @@ def scenario_of(document: Document, path: Path | None, faults: Sequence[Fault] =
 
     ``faults`` are those that reading it has found.
     """
-    loading = _Loading(document, path, list(faults))
+    loading = _Loading(document, list(faults), path=path)
     data, wrongs = structure(_without_empty(document.data), SCENARIO)
     loading.report((), wrongs)
     # What is wrong at the top must not hide what is wrong in a block.
@@ -118,7 +118,7 @@ def scenario_of(document: Document, path: Path | None, faults: Sequence[Fault] =
         "chain": loading.chain(data.get("chain")),
         "predictor": loading.options("predict", data, Predictor),
         "simulate": loading.options("simulate", data, SimulateOptions),
-        "published": loading.options("published", data, Published) if data.get("published") is not None else None,
+        "published": loading.published(data),
     }
     loading.requires(data.get("requires"))
     if "sweep" in data:
@@ -134,88 +134,10 @@ def _without_empty(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 @define(eq=False)
-class _Loading:
-    """Builds the parts of a scenario one by one, each as far as it can, and gathers the faults of all."""
+class _Loading(Gathering):
+    """Builds the parts of a scenario, each as far as it can be, whatever is wrong with the others."""
 
-    document: Document
-    path: Path | None
-    faults: list[Fault]
-    access: FileAccessError | None = None
-    _reported: set[tuple[str, str]] = Factory(set)
-
-    # ---------------------------------------------------------------- faults
-
-    def add(self, path: Steps, problem: str, at_key: bool = False) -> None:
-        """Add the fault at ``path`` of the document, unless reading it has found that value at fault."""
-        if any(path[:end] in self.document.unreadable for end in range(len(path) + 1)):
-            return
-        self.faults.append(Fault(dotted(path), problem, self.document.locate(path, at_key)))
-
-    def report(self, path: Steps, wrongs: Sequence[Wrong]) -> None:
-        for wrong in wrongs:
-            self.add((*path, *wrong.path), wrong.problem, wrong.at_key)
-
-    def finish(self) -> None:
-        """Raise what was found, in the order of the file, each once."""
-        if not self.faults:
-            return
-        if self.access is not None and len(self.faults) == 1:
-            raise FileAccessError(str(self.faults[0])) from self.access
-        faults = sorted(dict.fromkeys(self.faults), key=self._order)
-        if len(faults) > MOST_FAULTS:
-            rest = Fault("", f"and {len(faults) - MOST_FAULTS} more faults", self.document.name)
-            faults = [*faults[:MOST_FAULTS], rest]
-        raise ScenarioError(faults)
-
-    def _order(self, fault: Fault) -> tuple[bool, int, int]:
-        name, _, place = fault.location.partition(f"{self.document.name}:")
-        line, _, column = place.partition(":")
-        here = not name and line.isdecimal() and column.isdecimal()
-        return (False, int(line), int(column)) if here else (True, 0, 0)
-
-    # ---------------------------------------------------------------- building
-
-    def build(
-        self, make: Callable[..., Any], values: Mapping[str, Any], keys: Sequence[Key], where: Callable[[Steps], Steps]
-    ) -> Any:
-        """What ``make`` makes of ``values``, or None, with the faults it finds; ``where`` places them.
-
-        Constructors stop at the first fault. An optional value at fault is therefore left out and the rest
-        tried again.
-        """
-        left, sound = dict(values), True
-        while True:
-            try:
-                made = make(**left)
-            except UnknownNameError as error:
-                found: tuple[Fault, ...] = (Fault(error.kind, str(error)),)
-            except InvalidValueError as error:
-                found = error.faults
-            except ArithmeticError as error:
-                found = (Fault("", f"must be values whose products a floating-point number can hold (got {error})"),)
-            else:
-                return made if sound else None
-            sound = False
-            named = set()
-            for fault in found:
-                steps = _steps(fault.path)
-                named.update(steps[:1])
-                if fault.location:  # in another file, a record
-                    self.faults.append(fault)
-                else:
-                    self.add(where(steps), fault.problem, at_key=bool(steps) and steps[0] not in values)
-            if not (named := {key.name for key in keys if not key.required} & named & left.keys()):
-                return None
-            left = {name: value for name, value in left.items() if name not in named}
-
-    def options(self, block: str, data: Mapping[str, Any], cls: type) -> Any:
-        """The object of a block whose keys are the arguments of ``cls``."""
-        keys = keys_of(cls)
-        values, wrongs = structure(data.get(block), keys)
-        self.report((block,), wrongs)
-        return None if wrongs else self.build(cls, values, keys, lambda steps: (block, *steps))
-
-    # ---------------------------------------------------------------- blocks
+    path: Path | None = None
 
     def name(self, given: Any) -> str:
         if isinstance(given, str):
@@ -223,6 +145,11 @@ class _Loading:
                 self.add(("name",), f"must be a line of text (got {text_of(given)})")
             return given
         return self.path.stem if self.path is not None else self.document.name
+
+    def published(self, data: Mapping[str, Any]) -> Published | None:
+        given = data.get("published") is not None
+        made: Published | None = self.options("published", data, Published) if given else None
+        return made
 
     def requires(self, given: Any) -> None:
         from importlib.metadata import PackageNotFoundError, version
@@ -257,10 +184,11 @@ class _Loading:
         values["material"] = material
         if "diameter" in values:
             values["radius"] = values.pop("diameter") / 2
-        size = sizes[0]
-        chain: Chain | None = self.build(
-            Chain, values, CHAIN, lambda steps: ("chain", *(size if step == "radius" else step for step in steps))
-        )
+
+        def where(steps: Steps) -> Steps:
+            return ("chain", *(sizes[0] if step == "radius" else step for step in steps))
+
+        chain: Chain | None = self.build(Chain, values, CHAIN, where)
         return chain
 
     def material(self, data: Any) -> Material | None:
@@ -288,25 +216,127 @@ class _Loading:
             return None
         given = data if isinstance(data, dict) else {}
         cls = self._profile_class(given.get("profile"))
-        keys = _shock_keys(cls)
+        keys = shock_keys(cls)
         values, wrongs = structure(data, keys)
         self.report(("shock",), wrongs)
         if cls is None:
             return None
-        allowed = parameters_of(cls)
-        parameters, more = structure(given.get("parameters"), allowed)
+        name = given["profile"]
+        parameters, more = structure(given.get("parameters"), parameters_of(name, cls))
         self.report(("shock", "parameters"), more)
-        bad = {wrong.path[0] for wrong in wrongs if wrong.path}
-        if more or "duration_ratio" in bad:
+        if more or any(wrong.path[:1] == ("duration_ratio",) for wrong in wrongs):
             return None
-        ratio = {"duration_ratio": given["duration_ratio"]} if "duration_ratio" in given else {}
-        ratio = structure(ratio, [key for key in keys if key.name == "duration_ratio"])[0]
-        profile = self._profile(given["profile"], cls, {**parameters, **ratio})
+        # The profile is built even where another key is at fault, for what its constructor has to say.
+        ratio = {key: given[key] for key in ("duration_ratio",) if key in given}
+        parameters |= structure(ratio, [key for key in keys if key.name in ratio])[0]
+        profile = self._profile(name, cls, parameters)
         if profile is None or wrongs:
             return None
-        sizes = {name: values[name] for name in ("peak_force", "rise_time") if name in values}
-        with _blame(given["profile"]):
-            shock: Shock | None = self.build(
-                Shock, {"profile": profile, **sizes}, SHOCK, lambda steps: ("shock", *steps)
-            )
+        sizes: dict[str, Any] = {key: values[key] for key in ("peak_force", "rise_time") if key in values}
+
+        def make(**sizes: float) -> Shock:
+            with _blame(name):
+                return Shock(profile=profile, **sizes)
+
+        shock: Shock | None = self.build(make, sizes, SHOCK, lambda steps: ("shock", *steps))
         return shock
+
+    def _profile_class(self, name: Any) -> type[ShockProfile] | None:
+        if not isinstance(name, str):
+            return None
+        try:
+            return profile_class(name)
+        except UnknownNameError as error:
+            self.add(("shock", "profile"), str(error))
+            return None
+
+    def _profile(self, name: str, cls: type[ShockProfile], values: dict[str, Any]) -> ShockProfile | None:
+        parameters = parameters_of(name, cls)
+        keys = [*parameters, *(key for key in shock_keys(cls) if key.name == "duration_ratio")]
+        taken = {key.name for key in keys_of(cls)}
+        if "duration_ratio" in values and "duration_ratio" not in taken:
+            problem = f"must be left out, as profile {name!r} has its own (got {values['duration_ratio']:g})"
+            self.add(("shock", "duration_ratio"), problem)
+            return None
+        make: Callable[..., Any] = cls
+        inside: Steps = ()
+        if name == RECORD:
+            record = self._record(values)
+            if record is None:
+                return None
+            make, values = record
+            inside = ("file",) if "path" in values else ()
+
+        def where(steps: Steps) -> Steps:
+            own = steps[:1] == ("duration_ratio",)
+            return ("shock", *steps) if own else ("shock", "parameters", *(inside or steps))
+
+        def guarded(**values: Any) -> Any:
+            with _blame(name):
+                return _checked(make(**values))
+
+        try:
+            profile: ShockProfile | None = self.build(guarded, values, keys, where)
+        except FileAccessError as error:
+            self.access = error
+            self.add(where(()), str(error))
+            return None
+        return profile
+
+    def _record(self, values: dict[str, Any]) -> tuple[Callable[..., Any], dict[str, Any]] | None:
+        """What makes a record, and of what: its file, or its samples."""
+        from shockwave.profiles.tabulated import Tabulated
+
+        path = ("shock", "parameters")
+        samples = [name for name in ("times", "forces") if name in values]
+        if "file" not in values:
+            if len(samples) == 2:
+                return Tabulated, values
+            lacking = [name for name in ("times", "forces") if name not in samples]
+            purpose = f"give {' and '.join(lacking)}, or a file"
+            self.report(path, [missing((lacking[0] if samples else "file",), purpose)])
+            return None
+        if samples:
+            self.add((*path, "file"), f"must be left out where {samples[0]} are given (got both)", at_key=True)
+            return None
+        file = self._file((*path, "file"), values["file"])
+        rest = {name: value for name, value in values.items() if name != "file"}
+        return (Tabulated.from_file, {"path": file, **rest}) if file is not None else None
+
+    def _file(self, path: Steps, name: str) -> Path | None:
+        """The file called ``name`` in the scenario's folder, or below it."""
+        folder = self.path.parent if self.path is not None else Path()
+        file = folder / name
+        try:
+            inside = not Path(name).is_absolute() and file.resolve().is_relative_to(folder.resolve())
+        except (OSError, RuntimeError, ValueError) as error:  # a loop of links, a name that is too long
+            self.add(path, f"must be the name of a file (got {text_of(name)}; {text_of(str(error))})")
+            return None
+        if not inside or not name.strip():
+            self.add(
+                path,
+                f"must be a file in the scenario's folder or below it (got {text_of(name)}; copy it there)",
+            )
+            return None
+        return file
+
+
+def _checked(profile: ShockProfile) -> ShockProfile:
+    """``profile``, whose first promise is a ratio above 1."""
+    if not 1 < float(profile.duration_ratio) < float("inf"):
+        raise ValueError(f"duration_ratio must be > 1 (got {profile.duration_ratio!r})")
+    return profile
+
+
+@contextmanager
+def _blame(name: str) -> Iterator[None]:
+    """Whatever a profile raises other than what is meant for the user is the fault of who wrote it."""
+    try:
+        yield
+    except ShockwaveError:
+        raise
+    except Exception as error:
+        owner = find("profiles", name).distribution
+        got = f"got {type(error).__name__}: {text_of(str(error), 200)}"
+        problem = f"must raise InvalidValueError for values that it does not take ({got})"
+        raise PluginError(f"profile {name!r} of {owner}: {problem}") from error

@@ -77,19 +77,15 @@ def _converter() -> Converter:
     converter.register_structure_hook(int, lambda value, _: _whole(value))
     converter.register_structure_hook(str, lambda value, _: _text(value))
     converter.register_structure_hook(bool, lambda value, _: _truth(value))
-    converter.register_structure_hook_func(lambda t: typing.get_origin(t) is Literal, _one_of)
-    converter.register_structure_hook_func(
-        lambda t: typing.get_origin(t) in (typing.Union, types.UnionType), _any_of
-    )
-    converter.register_structure_hook_func(_is_sequence, _items)
+    converter.register_structure_hook_func(lambda kind: _origin(kind) is Literal, _one_of)
+    converter.register_structure_hook_func(lambda kind: _origin(kind) in (typing.Union, types.UnionType), _any_of)
+    converter.register_structure_hook_func(lambda kind: _origin(kind) in (list, tuple, Sequence), _items)
     return converter
 
 
 def _form(keys: tuple[Key, ...]) -> tuple[type, Callable[[Mapping[str, Any], Any], Any]]:
     """A class with one attribute for each key, and the function that fills it and finds every fault."""
-    attributes = {
-        key.name: field() if key.required else field(default=None) for key in sorted(keys, key=_order)
-    }
+    attributes = {key.name: field() if key.required else field(default=None) for key in sorted(keys, key=_order)}
     form = attrs.make_class("Block", attributes, frozen=True)
     overrides = {key.name: override(struct_hook=_hook(key)) for key in keys}
     made: Any = make_dict_structure_fn
@@ -124,9 +120,7 @@ def _hook(key: Key) -> Callable[[Any, Any], Any]:
 def _wrongs(error: BaseValidationError, keys: Mapping[str, Key], path: Steps = ()) -> Iterator[Wrong]:
     """What cattrs gathered."""
     for part in error.exceptions:
-        step = next(
-            (step for note in getattr(part, "__notes__", ()) if (step := _step(note)) is not None), None
-        )
+        step = next((step for note in getattr(part, "__notes__", ()) if (step := _step(note)) is not None), None)
         below = path if step is None else (*path, step)
         if isinstance(part, BaseValidationError):
             yield from _wrongs(part, {}, below)
@@ -136,8 +130,8 @@ def _wrongs(error: BaseValidationError, keys: Mapping[str, Key], path: Steps = (
             known = list(keys) or [attribute.name for attribute in attrs.fields(part.cl)]
             yield from (_unknown(path, name, known) for name in sorted(part.extra_fields)[:_MOST_FAULTS])
         elif isinstance(part, KeyError):
-            purpose = keys[step].purpose if step in keys else ""
-            yield missing(below, purpose)
+            key = keys.get(str(step))
+            yield missing(below, key.purpose if key is not None else "")
         else:
             yield Wrong(below, f"must be a value of its kind (got {text_of(str(part))})")
 
@@ -249,9 +243,7 @@ def _any_of(value: Any, union: Any) -> Any:
     members = typing.get_args(union)
     if value is None and type(None) in members:
         return None
-    rest = sorted(
-        (member for member in members if member is not type(None)), key=lambda member: member is str
-    )
+    rest = sorted((member for member in members if member is not type(None)), key=lambda member: member is str)
     errors = []
     for member in rest:
         try:
@@ -267,9 +259,8 @@ def _any_of(value: Any, union: Any) -> Any:
     raise _wrong(f"must be of the kind {str(union).replace('typing.', '')} (got {_shown(value)})")
 
 
-def _is_sequence(annotation: Any) -> bool:
-    origin = typing.get_origin(annotation) or annotation
-    return origin in (list, tuple, Sequence)
+def _origin(annotation: Any) -> Any:
+    return typing.get_origin(annotation) or annotation
 
 
 def _items(value: Any, annotation: Any) -> Any:
@@ -277,4 +268,4 @@ def _items(value: Any, annotation: Any) -> Any:
         raise _wrong(f"must be a list (got {_shown(value)})")
     item = next(iter(typing.get_args(annotation)), Any)
     items = _gather(value, lambda one: _converter().structure(one, item))
-    return tuple(items) if (typing.get_origin(annotation) or annotation) is tuple else items
+    return tuple(items) if _origin(annotation) is tuple else items

@@ -57,10 +57,8 @@ class Dop853(Integrator):
         )
         while solver.status == "running":
             message = solver.step()
-            if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
-                raise NumericalError(
-                    f"{self.name} cannot step beyond t = {solver.t:g} T0 ({message or 'not finite'})"
-                )
+            if message is not None or not np.all(np.isfinite(solver.y)):
+                raise NumericalError(f"{self.name} cannot step beyond t = {solver.t:g} T0 ({message or 'not finite'})")
             dense = solver.dense_output()
 
             def interpolate(time: float, dense: object = dense) -> tuple[FloatArray, FloatArray]:

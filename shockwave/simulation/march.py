@@ -56,9 +56,7 @@ class Span:
         half = (self.end - self.begin) / 2
         times = self.begin + half * (1 + _NODES)
         states = [self.at(float(time)) for time in times]
-        return Samples(
-            times, half * _WEIGHTS, np.array([x for x, _ in states]), np.array([v for _, v in states])
-        )
+        return Samples(times, half * _WEIGHTS, np.array([x for x, _ in states]), np.array([v for _, v in states]))
 
 
 def march(problem: ChainProblem, integrator: Integrator) -> Iterator[Span]:

@@ -82,7 +82,7 @@ def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Comparison, .
     total = ratio + added / shock.momentum_parameter
     # d/d ln A: the ratio falls as 1/A, and the window grows with it by F at its beginning.
     slope = -ratio * (1 - 2 * as_virtual.force_at(begin * virtual) / shock.areas.total)
-    warnings = ()
+    warnings: tuple[str, ...] = ()
     amplitude = total**1.2  # (5h)
     if amplitude > 1 and relation == "less":
         warnings = (
@@ -101,9 +101,7 @@ def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Comparison, .
     )
 
 
-def _train(
-    shock: ScaledShock, settings: Settings, relation: Relation, trace: tuple[Comparison, ...]
-) -> ScaledAnswer:
+def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tuple[Comparison, ...]) -> ScaledAnswer:
     found = train(shock, settings)
     # Errors of the literal reading were not measured by range: it has no trustworthy root.
     ratio = shock.duration / (constant_alpha(shock) * shock.momentum_parameter)

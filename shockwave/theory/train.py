@@ -106,10 +106,10 @@ def _literal_primary(shock: ScaledShock) -> tuple[float, float, tuple[float, ...
     unit, deviation = shock.momentum_parameter, 2 - constant_alpha(shock)
 
     def time(force: float) -> float:
-        return unit * (2 * force - deviation) * force ** (-1 / 6)
+        return unit * (2 * force - deviation) * math.pow(force, -1 / 6)
 
     def missing(force: float) -> float:
-        return unit * force ** (5 / 6) - shock.impulse_until(max(time(force), 0.0))
+        return unit * math.pow(force, 5 / 6) - shock.impulse_until(max(time(force), 0.0))
 
     lowest = max(deviation / 2, 1e-9) * (1 + 1e-9)
     highest = max(1.1 * (shock.impulse / unit) ** 1.2, 2 * lowest)

@@ -1,0 +1,313 @@
+"""Profiles: force, areas, running impulse and double integral; closed forms against quadrature."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from attrs import frozen
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from shockwave.fields import quantity
+from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.exponential import Exponential
+from shockwave.profiles.power_law import PowerLaw
+from shockwave.profiles.tabulated import Tabulated
+from shockwave.profiles.triangular import Triangular
+from shockwave.quadrature import FloatArray
+
+QUADRATURES = ("gauss-legendre", "tanh-sinh", "quadpack")
+RATIOS = (1.1, 2.0, 30.0)
+EXPONENTS = ((1e-5, 0.5), (0.5, 5.0), (5.0, 1e-5))
+RATES = ((1e-9, 300.0), (1.0, 1e-9), (300.0, -1.0), (-300.0, 1.0), (-1e-9, -300.0))
+
+
+@frozen(kw_only=True)
+class HalfSine(ShockProfile):
+    """What a third party writes at least: no closed form, sin(pi s / 2) where n is 2."""
+
+    duration_ratio: float = quantity("", "n", above=1, default=2.0)
+
+    def rise(self, s: FloatArray) -> FloatArray:
+        return np.asarray(np.sin(math.pi / 2 * s))
+
+    def decay(self, s: FloatArray) -> FloatArray:
+        return np.asarray(np.cos(math.pi / 2 * (s - 1) / (self.duration_ratio - 1)))
+
+
+def _named(profile: ShockProfile) -> object:
+    shape = [f"{value:g}" for name, value in _fields(profile) if name != "duration_ratio"]
+    return pytest.param(profile, id="-".join([type(profile).__name__, *shape, f"n{profile.duration_ratio:g}"]))
+
+
+def _fields(profile: ShockProfile) -> list[tuple[str, float]]:
+    return [(name, getattr(profile, name)) for name in type(profile).__annotations__]
+
+
+CLOSED = [
+    *(_named(Triangular(duration_ratio=n)) for n in RATIOS),
+    *(_named(PowerLaw(rise_exponent=a, decay_exponent=b, duration_ratio=n)) for a, b in EXPONENTS for n in RATIOS),
+    *(_named(Exponential(rise_rate=a, decay_rate=b, duration_ratio=n)) for a, b in RATES for n in RATIOS),
+]
+SMOOTH = [
+    Triangular(duration_ratio=3),
+    PowerLaw(rise_exponent=0.5, decay_exponent=5, duration_ratio=10),
+    Exponential(rise_rate=2, decay_rate=-1, duration_ratio=4),
+    HalfSine(),
+    Tabulated([0.0, 1.0, 2.0, 5.0], [0.0, 1.0, 2.0, 0.0]),
+]
+ONE_OF_EACH = [pytest.param(profile, id=type(profile).__name__) for profile in SMOOTH]
+
+
+# ---------------------------------------------------------------- force
+
+
+@pytest.mark.parametrize(
+    ("profile", "s", "force"),
+    [
+        (Triangular(duration_ratio=3), 0.25, 0.25),
+        (Triangular(duration_ratio=3), 1.5, 0.75),
+        (PowerLaw(rise_exponent=2, decay_exponent=3, duration_ratio=3), 0.5, 0.25),
+        (PowerLaw(rise_exponent=2, decay_exponent=3, duration_ratio=3), 2, 0.125),
+        (PowerLaw(rise_exponent=0, decay_exponent=0, duration_ratio=3), 0.5, 1.0),
+        (PowerLaw(rise_exponent=0, decay_exponent=0, duration_ratio=3), 2.5, 1.0),
+        (Exponential(rise_rate=2, decay_rate=1, duration_ratio=3), 0.5, 1 / (1 + math.exp(-1))),
+        (Exponential(rise_rate=1, decay_rate=2, duration_ratio=3), 2, 1 / (1 + math.exp(1))),
+        (Exponential(rise_rate=-2, decay_rate=1, duration_ratio=3), 0.5, 1 / (1 + math.exp(1))),
+        (Exponential(rise_rate=1, decay_rate=-2, duration_ratio=3), 2, 1 / (1 + math.exp(-1))),
+    ],
+    ids=[
+        "triangle-rise",
+        "triangle-decay",
+        "power-rise",
+        "power-decay",
+        "step-rise",
+        "step-decay",
+        "exponential-rise",
+        "exponential-decay",
+        "exponential-slow-rise",
+        "exponential-late-decay",
+    ],
+)
+def test_force_is_that_of_the_formula(profile: ShockProfile, s: float, force: float) -> None:
+    # A few roundings of the exponential.
+    assert float(profile.force(s)) == pytest.approx(force, rel=1e-15, abs=0)
+
+
+@pytest.mark.parametrize("profile", ONE_OF_EACH)
+def test_the_peak_is_one_at_the_rise_time(profile: ShockProfile) -> None:
+    assert float(profile.force(1.0)) == 1.0
+
+
+@pytest.mark.parametrize("profile", CLOSED)
+def test_force_stays_between_zero_and_one(profile: ShockProfile) -> None:
+    force = profile.force(np.linspace(0, profile.duration_ratio, 1001))
+    # Next to its peak a quotient of exponentials may round up.
+    assert np.all((force >= 0) & (force <= 1 + 4 * np.finfo(float).eps))
+
+
+@pytest.mark.parametrize("s", [-math.inf, -1.0, -1e-300, 3.0 + 1e-15, 4.0, math.inf])
+@pytest.mark.parametrize(
+    "profile",
+    [PowerLaw(rise_exponent=0, decay_exponent=0, duration_ratio=3), HalfSine(duration_ratio=3)],
+    ids=["step", "half-sine"],
+)
+def test_force_is_zero_outside_the_shock(profile: ShockProfile, s: float) -> None:
+    assert float(profile.force(s)) == 0.0
+
+
+@pytest.mark.parametrize("shape", [(), (0,), (1,), (5,), (2, 3)], ids=str)
+@pytest.mark.parametrize("method", ["force", "running_impulse", "double_integral"])
+@pytest.mark.parametrize("profile", ONE_OF_EACH)
+def test_result_has_the_shape_of_its_argument(profile: ShockProfile, method: str, shape: tuple[int, ...]) -> None:
+    s = np.linspace(0.1, 1.9, math.prod(shape)).reshape(shape)
+    assert np.shape(getattr(profile, method)(s)) == shape
+
+
+@pytest.mark.parametrize("method", ["force", "running_impulse", "double_integral"])
+@pytest.mark.parametrize("profile", ONE_OF_EACH)
+def test_an_array_gives_what_its_elements_give(profile: ShockProfile, method: str) -> None:
+    s = np.array([[-0.5, 0.0, 0.3], [1.0, 1.7, 99.0]])
+    one_by_one = [[float(getattr(profile, method)(each)) for each in row] for row in s.tolist()]
+    # Vectorised powers and exponentials may round differently in the last place.
+    np.testing.assert_allclose(getattr(profile, method)(s), one_by_one, rtol=4e-16)
+
+
+@pytest.mark.parametrize("method", ["force", "running_impulse", "double_integral"])
+def test_lists_and_whole_numbers_are_taken(method: str) -> None:
+    profile = Triangular(duration_ratio=3)
+    assert getattr(profile, method)([0, 1, 2]).tolist() == getattr(profile, method)([0.0, 1.0, 2.0]).tolist()
+
+
+@pytest.mark.parametrize("method", ["force", "running_impulse", "double_integral"])
+@pytest.mark.parametrize("profile", ONE_OF_EACH)
+def test_the_argument_is_left_as_it_was(profile: ShockProfile, method: str) -> None:
+    s = np.array([-1.0, 0.5, 99.0])
+    getattr(profile, method)(s)
+    assert s.tolist() == [-1.0, 0.5, 99.0]
+
+
+# ---------------------------------------------------------------- integrals
+
+
+@pytest.mark.parametrize("quadrature", QUADRATURES)
+@pytest.mark.parametrize("profile", CLOSED)
+class TestClosedFormsAgreeWithQuadrature:
+    def test_areas(self, profile: ShockProfile, quadrature: str) -> None:
+        closed, taken = profile.areas(), profile.areas(quadrature)
+        # What the areas are to be good to.
+        assert taken.rise.value == pytest.approx(closed.rise.value, rel=1e-12)
+        assert taken.decay.value == pytest.approx(closed.decay.value, rel=1e-12)
+
+    def test_errors_cover_the_difference(self, profile: ShockProfile, quadrature: str) -> None:
+        closed, taken = profile.areas(), profile.areas(quadrature)
+        assert abs(taken.rise.value - closed.rise.value) <= taken.rise.error + closed.rise.error
+        assert abs(taken.decay.value - closed.decay.value) <= taken.decay.error + closed.decay.error
+
+    @pytest.mark.parametrize("method", ["running_impulse", "double_integral"])
+    def test_running_integrals(self, profile: ShockProfile, quadrature: str, method: str) -> None:
+        s = np.array([0.6, 1 + 0.4 * (profile.duration_ratio - 1)])
+        closed, taken = getattr(profile, method)(s), getattr(profile, method)(s, quadrature)
+        # As for the areas; a rise at rate -300 has gathered next to nothing at 0.6.
+        np.testing.assert_allclose(taken, closed, rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize("profile", CLOSED)
+def test_a_closed_form_takes_no_evaluations(profile: ShockProfile) -> None:
+    areas = profile.areas()
+    assert (areas.rise.evaluations, areas.decay.evaluations) == (0, 0)
+    assert (areas.rise.method, areas.decay.method) == ("closed form", "closed form")
+
+
+@pytest.mark.parametrize("profile", CLOSED)
+def test_running_impulse_ends_at_the_sum_of_the_areas(profile: ShockProfile) -> None:
+    # Two closed forms of one number, a few roundings each.
+    assert float(profile.running_impulse(profile.duration_ratio)) == pytest.approx(profile.areas().total, rel=1e-15)
+
+
+@pytest.mark.parametrize("profile", CLOSED)
+def test_running_impulse_reaches_the_first_area_at_the_peak(profile: ShockProfile) -> None:
+    assert float(profile.running_impulse(1.0)) == pytest.approx(profile.areas().rise.value, rel=1e-15)
+
+
+@pytest.mark.parametrize("profile", ONE_OF_EACH)
+def test_running_impulse_is_zero_before_the_shock(profile: ShockProfile) -> None:
+    assert profile.running_impulse([-5.0, -1e-9, 0.0]).tolist() == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("profile", ONE_OF_EACH)
+def test_running_impulse_is_constant_after_the_shock(profile: ShockProfile) -> None:
+    n = profile.duration_ratio
+    assert len(set(profile.running_impulse([n, n + 1e-9, n + 1, 1e6]).tolist())) == 1
+
+
+@pytest.mark.parametrize("profile", ONE_OF_EACH)
+def test_double_integral_is_zero_before_the_shock(profile: ShockProfile) -> None:
+    assert profile.double_integral([-5.0, -1e-9, 0.0]).tolist() == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("beyond", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("profile", ONE_OF_EACH)
+def test_double_integral_is_linear_after_the_shock(profile: ShockProfile, beyond: float) -> None:
+    n = profile.duration_ratio
+    expected = float(profile.double_integral(n)) + beyond * float(profile.running_impulse(n))
+    # n + beyond is itself rounded.
+    assert float(profile.double_integral(n + beyond)) == pytest.approx(expected, rel=1e-15, abs=1e-14)
+
+
+@pytest.mark.parametrize("profile", ONE_OF_EACH)
+@settings(derandomize=True, deadline=None, max_examples=25)
+@given(share=st.floats(0, 1))
+def test_the_slope_of_the_double_integral_is_the_running_impulse(profile: ShockProfile, share: float) -> None:
+    # Off the ends, where the slope of s^0.5 is unbounded.
+    s, step = 0.05 + share * (profile.duration_ratio - 0.1), 1e-4
+    before, after = profile.double_integral([s - step, s + step]).tolist()
+    # step^2/6 times the force's slope, at most 2.3 here; rounding is 30 eps / step.
+    assert (after - before) / (2 * step) == pytest.approx(float(profile.running_impulse(s)), rel=0, abs=5e-9)
+
+
+@pytest.mark.parametrize("profile", ONE_OF_EACH)
+@settings(derandomize=True, deadline=None, max_examples=25)
+@given(share=st.floats(0, 1))
+def test_the_slope_of_the_running_impulse_is_the_force(profile: ShockProfile, share: float) -> None:
+    s, step = 0.05 + share * (profile.duration_ratio - 0.1), 1e-4
+    before, after = profile.running_impulse([s - step, s + step]).tolist()
+    # Half a step times the jump of the slope at a kink, at most 3.2; elsewhere second order in the step.
+    assert (after - before) / (2 * step) == pytest.approx(float(profile.force(s)), rel=0, abs=1e-4)
+
+
+@pytest.mark.parametrize("method", ["force", "running_impulse", "double_integral"])
+def test_exponential_without_rates_is_the_triangle(method: str) -> None:
+    s = np.linspace(-0.5, 5.5, 61)
+    exponential = Exponential(rise_rate=0, decay_rate=0, duration_ratio=5)
+    triangle = Triangular(duration_ratio=5)
+    # The two sum differently: a few roundings of numbers up to 10.
+    np.testing.assert_allclose(getattr(exponential, method)(s), getattr(triangle, method)(s), atol=1e-14)
+
+
+@pytest.mark.parametrize("rate", [-1e-7, 1e-7])
+def test_exponential_tends_to_the_triangle_in_proportion_to_the_rate(rate: float) -> None:
+    areas = Exponential(rise_rate=rate, decay_rate=-rate, duration_ratio=2).areas()
+    # a1 = 1/2 + k/12 + O(k^3), and so a2 with -k2.
+    assert areas.rise.value - 0.5 == pytest.approx(rate / 12, rel=1e-7)
+    assert areas.decay.value - 0.5 == pytest.approx(rate / 12, rel=1e-7)
+
+
+# ---------------------------------------------------------------- a profile of a third party
+
+
+@pytest.mark.parametrize("quadrature", QUADRATURES)
+class TestThirdPartyProfile:
+    def test_has_areas(self, quadrature: str) -> None:
+        areas = HalfSine().areas(quadrature)
+        assert areas.rise.value == pytest.approx(2 / math.pi, rel=1e-12)
+        assert areas.decay.value == pytest.approx(2 / math.pi, rel=1e-12)
+
+    def test_areas_err_by_no_more_than_their_estimates(self, quadrature: str) -> None:
+        areas = HalfSine().areas(quadrature)
+        assert abs(areas.rise.value - 2 / math.pi) <= areas.rise.error
+        assert abs(areas.decay.value - 2 / math.pi) <= areas.decay.error
+
+    def test_areas_tell_their_cost_and_method(self, quadrature: str) -> None:
+        areas = HalfSine().areas(quadrature)
+        assert min(areas.rise.evaluations, areas.decay.evaluations) > 0
+        assert {areas.rise.method, areas.decay.method} == {quadrature}
+
+    def test_has_a_running_impulse(self, quadrature: str) -> None:
+        s = np.array([0.0, 1e-6, 0.5, 1.0, 1.5, 2.0])
+        exact = 4 / math.pi * np.sin(math.pi * s / 4) ** 2
+        np.testing.assert_allclose(HalfSine().running_impulse(s, quadrature), exact, rtol=1e-12)
+
+    def test_has_a_double_integral(self, quadrature: str) -> None:
+        s = np.array([0.0, 0.5, 1.0, 1.5, 2.0, 3.0])
+        path = 2 / math.pi * (s - 2 / math.pi * np.sin(math.pi * s / 2))
+        path[-1] = 2 / math.pi * 2 + 4 / math.pi
+        np.testing.assert_allclose(HalfSine().double_integral(s, quadrature), path, rtol=1e-12)
+
+
+def test_a_third_party_profile_is_integrated_by_gauss_legendre_unless_told() -> None:
+    assert HalfSine().areas() == HalfSine().areas("gauss-legendre")
+
+
+@pytest.mark.parametrize("name", ["closed_areas", "recorded_peak_force", "recorded_rise_time"])
+def test_a_third_party_profile_need_not_know(name: str) -> None:
+    value = getattr(HalfSine(), name)
+    assert (value() if callable(value) else value) is None
+
+
+def test_a_third_party_profile_breaks_at_start_peak_and_end() -> None:
+    assert HalfSine(duration_ratio=5).breakpoints == (0.0, 1.0, 5.0)
+
+
+@pytest.mark.parametrize(
+    ("exponents", "singular"),
+    [((1, 1), ()), ((0.5, 2), (0.0,)), ((2, 0.5), (3.0,)), ((0.5, 0.5), (0.0, 3.0)), ((0, 0), ())],
+    ids=["none", "start", "end", "both", "jumps-only"],
+)
+def test_a_power_law_tells_where_its_slope_is_unbounded(
+    exponents: tuple[float, float], singular: tuple[float, ...]
+) -> None:
+    profile = PowerLaw(rise_exponent=exponents[0], decay_exponent=exponents[1], duration_ratio=3)
+    assert profile.singular_points == singular
