@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import mpmath
-import numpy as np
 import pytest
 
 from shockwave.profiles.base import ShockProfile
@@ -128,10 +127,3 @@ def test_quadratures_keep_the_digits_of_short_times(quadrature: str, s: float) -
     profile = PROFILES["exponential-1e-9-1"]
     # What the running impulse is to be good to.
     assert float(profile.running_impulse(s, quadrature)) == pytest.approx(_exact(profile, 1, s), rel=1e-12, abs=0)
-
-
-@pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES)
-def test_one_array_from_the_first_instant_to_the_end_keeps_its_digits(profile: ShockProfile) -> None:
-    s = np.array([1e-9, 0.5, 1.0, profile.duration_ratio])
-    exact = [_exact(profile, 1, each) for each in s.tolist()]
-    np.testing.assert_allclose(profile.running_impulse(s), exact, rtol=1e-13)

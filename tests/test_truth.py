@@ -67,3 +67,12 @@ def test_momentum_book_closes_to_rounding(index: int) -> None:
 @each_pulse
 def test_energy_book_closes_to_the_tolerance(index: int) -> None:
     assert simulated(index, 1e-6).energy_defect < 1e-6
+
+
+@each_pulse
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6])
+def test_error_estimates_cover_the_later_waves(index: int, rtol: float) -> None:
+    pairs = zip(simulated(index, rtol).waves, TRUTH[index]["peaks"], strict=False)
+    # the later peaks of the reference are trusted to 1e-6
+    excess = [abs(wave.peak_force / FORCE / peak - 1) - wave.error_estimate for wave, peak in pairs]
+    assert max(excess) < 1e-6

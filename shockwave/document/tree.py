@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import reprlib
 from typing import Any, TypeAlias
@@ -62,17 +63,20 @@ def _scalar(text: str) -> Any:
         return _WORDS[text]
     if _NOT_FINITE.fullmatch(text):
         raise _NotFiniteError
+    number: int | float
     if _INTEGER.fullmatch(text):
         if len(text) > _LONGEST_INTEGER:
             raise _NotFiniteError
-        whole = int(text, 0 if text.startswith(("0o", "0x")) else 10)
-        return whole if abs(whole) < 2**1023 else _finite(text)
-    return _finite(text) if _FLOAT.fullmatch(text) else text
-
-
-def _finite(text: str) -> float:
-    number = float(text)
-    if abs(number) == float("inf"):
+        number = int(text, 0 if text.startswith(("0o", "0x")) else 10)
+    elif _FLOAT.fullmatch(text):
+        number = float(text)
+    else:
+        return text
+    try:
+        finite = math.isfinite(number)
+    except OverflowError:
+        finite = False
+    if not finite:
         raise _NotFiniteError
     return number
 

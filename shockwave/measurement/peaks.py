@@ -96,15 +96,18 @@ class PeakLog:
         return trail
 
     def arrival(self, head: Peak, contact: int) -> Peak | None:
-        """The peak of the wave at ``head`` when it comes by ``contact``; weaker stirrings are passed over."""
-        return next(
-            (
-                peak
-                for peak in self.peaks.get(contact, ())
-                if peak.time > head.time and peak.force > _SAME_WAVE * head.force
-            ),
-            None,
-        )
+        """The peak of the wave at ``head`` when it comes by ``contact``, or None before it does.
+
+        It is followed from contact to contact: a wave just ahead may not have passed ``contact`` yet either.
+        """
+        for following in range(head.contact + 1, contact + 1):
+            least = _SAME_WAVE * head.force
+            later = (p for p in self.peaks.get(following, ()) if p.time > head.time and p.force > least)
+            found = next(later, None)
+            if found is None:
+                return None
+            head = found
+        return head
 
 
 def _last(peaks: list[Peak], least: float) -> Peak | None:

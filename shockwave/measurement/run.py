@@ -127,7 +127,9 @@ class _Reader:
         for index, (head, doubt) in enumerate(zip(state.heads, state.doubts, strict=True)):
             # The primary is worth any length of chain; the others get what it needed, or a fair share.
             late = front > (self.demand.most_contacts if head.force >= strongest else self.budget)
-            if index not in self.readings and (late or doubt <= self.demand.doubt_allowed(head, strongest)):
+            # In order: behind a wave that has not settled, a peak may linger at a value that is not its last.
+            next_in_line = index == len(self.readings)
+            if next_in_line and (late or doubt <= self.demand.doubt_allowed(head, strongest)):
                 self.readings[index] = _Reading(head, Probe(head.contact + _AHEAD), doubt)
         done = len(self.readings) >= len(state.heads)
         if done and not state.complete and front > self.budget:

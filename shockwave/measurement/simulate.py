@@ -31,6 +31,8 @@ _LEAST_TOLERANCE = 1e-13
 # Shares of the tolerance that the approach to the limit may use up.
 _PRIMARY_DOUBT = 0.2
 _LATER_DOUBT = 2.0
+# However loose the tolerance, a wave that has not settled to this is not yet itself.
+_MOST_DOUBT = 3e-4
 _ROUNDING = 1e-12
 _DIGITS = 13
 _EJECTED = 1e-3
@@ -85,7 +87,9 @@ def simulate(
     begin = time.perf_counter()
     scaled, scales = _scaled(shock, chain)
     most = int(_MOST_CONTACTS + _MOST_RATE * scaled.duration)
-    demand = Demand(wave_threshold, _PRIMARY_DOUBT * rtol, _LATER_DOUBT * rtol, most)
+    demand = Demand(
+        wave_threshold, min(_PRIMARY_DOUBT * rtol, _MOST_DOUBT), min(_LATER_DOUBT * rtol, _MOST_DOUBT), most
+    )
     fine = run(scaled, method(tolerance=max(_FINE * rtol, _LEAST_TOLERANCE)), demand)
     coarse = run(scaled, method(tolerance=max(_COARSE * rtol, 10 * _LEAST_TOLERANCE)), demand)
     if not fine.waves or not coarse.waves:

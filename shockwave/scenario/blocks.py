@@ -9,7 +9,7 @@ from __future__ import annotations
 import inspect
 import typing
 from collections.abc import Iterator, Sequence
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import attrs
 from attrs import field, frozen
@@ -23,15 +23,21 @@ from shockwave.registry import find, load
 
 __all__ = [
     "CHAIN",
+    "RECORD",
     "SCENARIO",
     "SHOCK",
+    "UNSTATED",
     "Key",
     "Published",
     "SimulateOptions",
     "keys_of",
+    "parameters_of",
     "profile_class",
+    "shock_keys",
 ]
 
+#: The default of a key that has none, or one that a factory makes.
+UNSTATED: Final = object()
 #: The profile whose samples may stand in a file.
 RECORD = "tabulated"
 _RATIO = Quantity("", "n, whole duration over rise time", above=1)
@@ -48,7 +54,7 @@ class Key:
     required: bool = False
     spec: Quantity | None = None
     annotation: Any = Any
-    default: Any = attrs.NOTHING
+    default: Any = UNSTATED
     meaning: str = ""
 
     @property
@@ -119,7 +125,9 @@ def keys_of(cls: type, *, optional: bool = False, leave_out: Sequence[str] = ())
 
     ``optional`` makes every key so; the keys in ``leave_out`` are left out.
     """
-    fields = _fields(cls) if attrs.has(cls) else _parameters(cls)
+    # A class that writes a constructor of its own has no fields, even where its base has.
+    maker: Any = next(base for base in cls.__mro__ if "__init__" in vars(base))
+    fields = _fields(cls) if "__attrs_attrs__" in vars(maker) else _parameters(cls, maker)
     keys = (key for key in fields if key.name not in leave_out)
     return tuple(attrs.evolve(key, required=False) if optional else key for key in keys)
 
@@ -137,13 +145,13 @@ def _fields(cls: type) -> Iterator[Key]:
             yield Key(attribute.alias or attribute.name, required, spec, annotation, default if known else None)
 
 
-def _parameters(cls: type) -> Iterator[Key]:
-    hints = _hints(vars(cls).get("__init__"))
+def _parameters(cls: type, maker: type) -> Iterator[Key]:
+    hints = _hints(vars(maker)["__init__"])
     for name, parameter in inspect.signature(cls).parameters.items():
         if parameter.kind in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY):
             required = parameter.default is parameter.empty
             spec = _RATIO if name == "duration_ratio" else None
-            yield Key(name, required, spec, hints.get(name, Any), attrs.NOTHING if required else parameter.default)
+            yield Key(name, required, spec, hints.get(name, Any), UNSTATED if required else parameter.default)
 
 
 def _hints(source: Any) -> dict[str, Any]:

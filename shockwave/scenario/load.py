@@ -178,7 +178,7 @@ class _Loading(Gathering):
         elif len(sizes) == 2:
             problem = "must be given once, as a diameter or as a radius (got both; delete one)"
             self.add(("chain", sizes[1]), problem, at_key=True)
-        material = self.material(given["material"]) if given.get("material") is not None else None
+        material = self.material(given["material"]) if "material" in given else None
         if wrongs or len(sizes) != 1 or material is None:
             return None
         values["material"] = material
@@ -193,6 +193,9 @@ class _Loading(Gathering):
 
     def material(self, data: Any) -> Material | None:
         path = ("chain", "material")
+        if not isinstance(data, str | dict | None):
+            self.add(path, f"must be a name of the material library, or a mapping (got {text_of(data)})")
+            return None
         if not isinstance(data, str):
             keys = keys_of(Material)
             values, wrongs = structure(data, keys)
@@ -313,10 +316,8 @@ class _Loading(Gathering):
             self.add(path, f"must be the name of a file (got {text_of(name)}; {text_of(str(error))})")
             return None
         if not inside or not name.strip():
-            self.add(
-                path,
-                f"must be a file in the scenario's folder or below it (got {text_of(name)}; copy it there)",
-            )
+            problem = f"must be a file in the scenario's folder or below it (got {text_of(name)}; copy it there)"
+            self.add(path, problem)
             return None
         return file
 

@@ -8,8 +8,6 @@ import typing
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Literal
 
-import attrs
-
 from shockwave.chain.material import Material
 from shockwave.fields import Quantity
 from shockwave.prediction.predictor import Predictor
@@ -17,6 +15,7 @@ from shockwave.registry import find
 from shockwave.scenario.blocks import (
     CHAIN,
     RECORD,
+    UNSTATED,
     Key,
     Published,
     SimulateOptions,
@@ -64,6 +63,8 @@ _MEANINGS = {
     "relation": "of the primary's peak to the shock's: less, equal or greater",
 }
 _RECORD_EXAMPLES = {"file": "pulse.csv", "times": "[0 s, 15 us, 150 us]", "forces": "[0 N, 100 N, 0 N]"}
+_OWN = "shockwave"
+_OWN = "shockwave"
 _PLAIN = re.compile(r"(?!(?:true|false|null)\Z)[a-z][a-z0-9-]*")
 
 
@@ -109,11 +110,11 @@ def _chain() -> Iterator[str]:
 
 def _shock(name: str, cls: Any) -> Iterator[str]:
     yield f"  profile: {_text(name)}  # a name that `shockwave list profiles` shows"
+    has_ratio = any(key.name == "duration_ratio" for key in keys_of(cls))
     for key in shock_keys(cls):
-        if key.name in ("peak_force", "rise_time", "duration_ratio"):
-            own = key.name not in {"peak_force", "rise_time"} | {taken.name for taken in keys_of(cls)}
-            if not own:
-                yield _line("  " if key.required else "  # ", key, _example(key))
+        if key.name in ("peak_force", "rise_time") or (key.name == "duration_ratio" and has_ratio):
+            usual = key.spec is None or key.spec.problem(10) is None
+            yield _line("  " if key.required else "  # ", key, _example(key, _EXAMPLES if usual else {}))
     parameters = parameters_of(name, cls)
     if not parameters:
         return
@@ -137,14 +138,7 @@ def _published() -> Iterator[str]:
 
 def _requires(owner: str) -> str:
     meaning = "distributions that must be installed for this scenario"
-    return (
-        f"# requires: [{Quantity.__module__.partition('.')[0]}]  # {meaning}"
-        if owner == _OWN
-        else (f"requires: [{_text(owner)}]  # {meaning}")
-    )
-
-
-_OWN = "shockwave"
+    return f"{'# ' if owner == _OWN else ''}requires: [{_text(owner)}]  # {meaning}"
 
 
 def _lines(
@@ -155,8 +149,8 @@ def _lines(
 ) -> Iterator[str]:
     """A line for each key; those without a value of their own stand ``behind`` a mark."""
     for key in keys:
-        optional = not key.required and key.default in (None, attrs.NOTHING)
-        yield _line(behind if optional else indent, key, _example(key, examples))
+        live = key.required or _default(key) is not None
+        yield _line(indent if live else behind, key, _example(key, examples))
 
 
 def _line(indent: str, key: Key, value: str) -> str:
@@ -170,8 +164,9 @@ def _line(indent: str, key: Key, value: str) -> str:
 
 def _example(key: Key, examples: Mapping[str, str] = _EXAMPLES) -> str:
     """A value that ``key`` takes, as YAML: its default, an example, or else any."""
-    if key.default not in (None, attrs.NOTHING):
-        return _text(key.default)
+    default = _default(key)
+    if default is not None:
+        return default
     if key.name in examples:
         return examples[key.name]
     if key.spec is None:
@@ -179,16 +174,27 @@ def _example(key: Key, examples: Mapping[str, str] = _EXAMPLES) -> str:
     return "[0, 1, 2]" if key.spec.samples else _text(_within(key.spec))
 
 
+def _default(key: Key) -> str | None:
+    """The default of ``key`` in YAML, if it has one that can be written."""
+    if key.default is None or key.default is UNSTATED:
+        return None
+    try:
+        return _text(key.default)
+    except (TypeError, ValueError):
+        return None
+
+
 def _of_kind(annotation: Any) -> Any:
     """A value of an annotated type."""
-    members = typing.get_args(annotation)
-    if typing.get_origin(annotation) is Literal:
+    origin, members = typing.get_origin(annotation) or annotation, typing.get_args(annotation)
+    if origin is Literal:
         return members[0]
-    simple = {bool: False, int: 1, float: 1.0, str: "text"}
-    for kind in (annotation, *members):
-        if isinstance(kind, type) and kind in simple and typing.get_origin(annotation) not in (list, tuple, dict):
-            return simple[kind]
-    return {} if typing.get_origin(annotation) is dict else []
+    if origin in (list, tuple, dict):
+        return {} if origin is dict else []
+    simple: dict[Any, Any] = {bool: False, int: 1, float: 1.0, str: "text"}
+    if typing.get_args(next(iter(members), None)):  # an optional type, such as Literal[...] | None
+        return _of_kind(members[0])
+    return next((simple[kind] for kind in (origin, *members) if kind in simple), 1)
 
 
 def _within(spec: Quantity) -> float:
@@ -207,9 +213,6 @@ def _text(value: Any) -> str:
     """``value`` in YAML, of which JSON is a part; names need no quotes."""
     if isinstance(value, str) and _PLAIN.fullmatch(value):
         return value
-    if isinstance(value, float) and value == int(value) and abs(value) < 1e6:
+    if isinstance(value, float) and abs(value) < 1e6 and value == int(value):
         return str(int(value))
-    try:
-        return json.dumps(value, ensure_ascii=False)
-    except (TypeError, ValueError):
-        return json.dumps(str(value), ensure_ascii=False)
+    return json.dumps(value, ensure_ascii=False, allow_nan=False)

@@ -72,7 +72,7 @@ def structure(data: Any, keys: Sequence[Key]) -> tuple[dict[str, Any], list[Wron
 
 @cache
 def _converter() -> Converter:
-    converter = Converter(detailed_validation=True, forbid_extra_keys=True, use_alias=True)
+    converter = Converter(detailed_validation=True, forbid_extra_keys=True)
     converter.register_structure_hook(float, lambda value, _: _number(value))
     converter.register_structure_hook(int, lambda value, _: _whole(value))
     converter.register_structure_hook(str, lambda value, _: _text(value))
@@ -179,7 +179,9 @@ def _quantity(value: Any, spec: Quantity) -> Any:
     return spec.convert(si)
 
 
-def _samples(value: Any, spec: Quantity) -> list[float]:
+def _samples(value: Any, spec: Quantity) -> list[float] | None:
+    if value is None and spec.optional:
+        return None
     if not isinstance(value, list):
         raise _wrong(f"must be a list of numbers or quantities (got {_shown(value)})")
     return _gather(value, lambda sample: _quantity(sample, spec))

@@ -1,0 +1,223 @@
+"""The command line: what it prints, where, and how it ends."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import shockwave as sw
+from shockwave.cli import main
+
+ROOT = Path(__file__).parent.parent
+PAPER = ROOT / "profiles" / "paper"
+EXAMPLES = ROOT / "profiles" / "examples"
+SCENE = str(PAPER / "table2-row1.yaml")
+ALL_SCENES = sorted((ROOT / "profiles").rglob("*.yaml"))
+
+SOFT = """
+chain: {material: {youngs_modulus: 1e9, poisson_ratio: 0.3, density: 1000}, radius: 1e-3}
+shock: {profile: triangular, peak_force: 10, rise_time: 1e-5, duration_ratio: 3}
+"""
+
+
+def document(capsys: pytest.CaptureFixture[str], *arguments: str) -> object:
+    assert main(list(arguments)) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("command", ["predict", "simulate", "compare"])
+def test_json_of_one_file_is_one_object(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    found = document(capsys, command, "--json", SCENE)
+    assert isinstance(found, dict)
+    assert found["scenario"] == "table 2 row 1"
+
+
+@pytest.mark.parametrize("command", ["predict", "validate"])
+def test_json_of_two_files_is_a_list(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    found = document(capsys, command, "--json", SCENE, SCENE)
+    assert isinstance(found, list)
+    assert len(found) == 2
+
+
+def test_predict_prints_what_python_returns(capsys: pytest.CaptureFixture[str]) -> None:
+    scenario = sw.load_scenario(SCENE)
+    outcome = scenario.predictor.predict(scenario.shock, scenario.chain)
+    assert document(capsys, "predict", "--json", SCENE) == {**outcome.to_dict(), "scenario": scenario.name}
+
+
+def test_compare_holds_both_answers_and_the_error(capsys: pytest.CaptureFixture[str]) -> None:
+    found = document(capsys, "compare", "--json", SCENE)
+    assert isinstance(found, dict)
+    predicted, simulated = found["predicted"]["peak_force"], found["simulated"]["peak_force"]
+    assert found["errors"]["peak_force"] == predicted / simulated - 1
+
+
+def test_compare_shows_the_eight_rows_of_the_paper(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", "--rtol", "1e-4", *map(str, sorted(PAPER.glob("*.yaml")))]) == 0
+    text = capsys.readouterr().out
+    assert [line.split("  ")[0] for line in text.splitlines() if line.startswith("table ")] == [
+        *(f"table 1 row {row}" for row in (1, 2, 3)),
+        *(f"table 2 row {row}" for row in (1, 2, 3, 4, 5)),
+    ]
+
+
+def test_printed_figures_stand_beside_ours(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", "--rtol", "1e-4", SCENE, str(PAPER / "table2-row5.yaml")]) == 0
+    text = capsys.readouterr().out
+    assert all(figure in text for figure in ("+3.16%", "3.0%", "14.414 us", "14.4 us", "+1.49%", "2.9%"))
+
+
+@pytest.mark.parametrize("scene", ALL_SCENES, ids=lambda scene: scene.stem)
+def test_every_shipped_scene_is_compared(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = document(capsys, "compare", "--json", "--rtol", "1e-4", str(scene))
+    assert isinstance(found, dict)
+    assert found["simulated"]["error_estimate"] < 1e-4
+
+
+@pytest.mark.parametrize("scene", ALL_SCENES, ids=lambda scene: scene.stem)
+def test_error_of_every_shipped_scene_lies_in_the_range_told(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = document(capsys, "compare", "--json", "--rtol", "1e-4", str(scene))
+    assert isinstance(found, dict)
+    bounds = found["predicted"]["expected_error"]
+    assert bounds is None or bounds[0] <= found["errors"]["peak_force"] <= bounds[1]
+
+
+def test_validate_tells_a_valid_file(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["validate", SCENE]) == 0
+    assert capsys.readouterr().out == f"{SCENE}: valid\n"
+
+
+def test_validate_tells_every_fault_of_every_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bad = tmp_path / "bad.yaml"
+    bad.write_text(SOFT.replace("radius: 1e-3", "radius: -1").replace("rise_time: 1e-5", "rise_time: 3 kg"))
+    assert main(["validate", str(bad), SCENE]) == 3
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split(": ")[1] for line in lines[:2]] == ["chain.radius", "shock.rise_time"]
+
+
+def test_an_invalid_file_stops_the_others_before_they_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bad = tmp_path / "bad.yaml"
+    bad.write_text(SOFT.replace("density: 1000", "density: 0"))
+    assert main(["predict", "--json", SCENE, str(bad)]) == 3
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert f"{bad}:2:" in err
+
+
+def test_a_missing_file_ends_with_5(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["predict", "nowhere.yaml"]) == 5
+    assert "nowhere.yaml" in capsys.readouterr().err
+
+
+def test_no_command_is_a_usage_error() -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main([])
+
+
+def test_tolerance_out_of_range_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", "--rtol", "1e-20", SCENE]) == 3
+    assert "rtol: must be" in capsys.readouterr().err
+
+
+def test_a_run_that_fails_ends_with_1_and_keeps_the_others(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import shockwave.measurement.simulate as module
+
+    real, calls = module.run, []
+
+    def failing(*arguments: object) -> object:
+        calls.append(arguments)
+        if len(calls) == 1:
+            raise sw.NumericalError("the step size has vanished")
+        return real(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(module, "run", failing)
+    assert main(["simulate", "--json", "--rtol", "1e-2", SCENE, SCENE]) == 1
+    out, err = capsys.readouterr()
+    first, second = json.loads(out)
+    assert first == {"scenario": "table 2 row 1", "error": "the step size has vanished"}
+    assert second["peak_force"] == pytest.approx(50.88311, rel=1e-2)
+    assert "the step size has vanished" in err
+
+
+def test_a_fault_of_our_own_is_told_without_a_traceback(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sw.Predictor, "predict", lambda *_: 1 / 0)
+    assert main(["predict", SCENE]) == 1
+    assert "internal error: ZeroDivisionError" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("kind", ["profiles", "integrators", "quadratures", "materials", "models"])
+def test_list_tells_name_and_summary(kind: str, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = document(capsys, "list", kind, "--json")
+    assert isinstance(rows, list)
+    assert rows
+    assert all(row["name"] and row["summary"] and row["distribution"] for row in rows)
+
+
+@pytest.mark.parametrize("profile", ["power-law", "triangular", "exponential", "tabulated"])
+def test_new_writes_a_scene_that_runs(profile: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = tmp_path / "scene.yaml"
+    assert main(["new", "--profile", profile, "-o", str(scene)]) == 0
+    assert main(["compare", "--rtol", "1e-2", str(scene)]) == 0
+
+
+def test_new_prints_to_stdout(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["new"]) == 0
+    assert "profile: power-law" in capsys.readouterr().out
+
+
+def test_new_overwrites_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("mine")
+    assert main(["new", "-o", str(scene)]) == 5
+    assert scene.read_text() == "mine"
+
+
+def test_new_of_an_unknown_profile_names_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["new", "--profile", "triangel"]) == 3
+    assert "did you mean 'triangular'" in capsys.readouterr().err
+
+
+def test_other_units_give_the_same_amplification(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    si, other = tmp_path / "si.yaml", tmp_path / "other.yaml"
+    si.write_text(SOFT)
+    other.write_text(
+        "chain: {material: {youngs_modulus: 1 GPa, poisson_ratio: 30 %, density: 1 g/cm**3}, diameter: 0.2 cm}\n"
+        "shock: {profile: triangular, peak_force: 0.01 kN, rise_time: 10 us, duration_ratio: 3}\n"
+    )
+    here, there = (document(capsys, "compare", "--json", str(path)) for path in (si, other))
+    assert isinstance(here, dict)
+    assert isinstance(there, dict)
+    assert here["predicted"]["amplification"] == pytest.approx(there["predicted"]["amplification"], rel=1e-12)
+    assert here["simulated"]["amplification"] == pytest.approx(there["simulated"]["amplification"], rel=1e-9)
+
+
+def test_module_runs_as_a_program() -> None:
+    run = subprocess.run(
+        [sys.executable, "-m", "shockwave", "predict", "--json", SCENE],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=ROOT,
+    )
+    assert json.loads(run.stdout)["regime"] == "ejection"
+    assert run.stderr == ""
+
+
+def test_a_closed_pipe_is_no_error() -> None:
+    read, write = os.pipe()
+    os.close(read)
+    with subprocess.Popen(
+        [sys.executable, "-m", "shockwave", "list"], stdout=write, stderr=subprocess.PIPE, cwd=ROOT
+    ) as run:
+        os.close(write)
+        _, err = run.communicate(timeout=60)
+    assert err == b""

@@ -1,0 +1,249 @@
+"""The conditions (3) with their margins, and the shock that a profile makes."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import attrs
+import numpy as np
+import pytest
+
+from shockwave.errors import InvalidValueError
+from shockwave.profiles.base import Areas, ShockProfile
+from shockwave.profiles.conditions import conditions
+from shockwave.profiles.exponential import Exponential
+from shockwave.profiles.power_law import PowerLaw
+from shockwave.profiles.shock import Shock
+from shockwave.profiles.tabulated import Tabulated
+from shockwave.profiles.triangular import Triangular
+from shockwave.quadrature import FloatArray, Integral
+
+NAMES = ("decay-outweighs-rise", "steep-rise", "slow-decay")
+
+
+class _Pulse(ShockProfile):
+    """A symmetric pulse given by the first half of its curve, without closed forms."""
+
+    duration_ratio = 2.0
+
+    def decay(self, s: FloatArray) -> FloatArray:
+        return self.rise(2.0 - s)
+
+
+class HalfSine(_Pulse):
+    def rise(self, s: FloatArray) -> FloatArray:
+        return np.asarray(np.sin(math.pi / 2 * s))
+
+
+class Haversine(_Pulse):
+    def rise(self, s: FloatArray) -> FloatArray:
+        return np.asarray(np.sin(math.pi / 2 * s) ** 2)
+
+
+class HertzImpact(_Pulse):
+    def rise(self, s: FloatArray) -> FloatArray:
+        return np.asarray(np.sin(math.pi / 2 * s) ** 1.5)
+
+
+def _power(n: float, rise: float, decay: float) -> PowerLaw:
+    return PowerLaw(rise_exponent=rise, decay_exponent=decay, duration_ratio=n)
+
+
+def _checked(profile: ShockProfile, quadrature: str | None = None) -> tuple[Any, ...]:
+    return conditions(profile.areas(quadrature), profile.duration_ratio)
+
+
+def _broken(profile: ShockProfile) -> set[str]:
+    return {condition.name for condition in _checked(profile) if not condition.holds}
+
+
+# ---------------------------------------------------------------- margins and standing
+
+
+def test_there_are_three_in_the_order_of_the_paper() -> None:
+    assert tuple(condition.name for condition in _checked(Triangular(duration_ratio=2))) == NAMES
+
+
+def test_each_states_its_inequality() -> None:
+    stated = [condition.statement for condition in _checked(Triangular(duration_ratio=2))]
+    assert stated == ["a2 >= a1", "a1 >= 1/2", "a2 <= (n-1)/2"]
+
+
+@pytest.mark.parametrize("quadrature", [None, "gauss-legendre", "tanh-sinh", "quadpack"])
+@pytest.mark.parametrize("index", range(3), ids=NAMES)
+def test_equality_is_inclusive(index: int, quadrature: str | None) -> None:
+    # (2, 1, 1) of Table 2 meets all three with equality.
+    condition = _checked(_power(2, 1, 1), quadrature)[index]
+    assert condition.margin == pytest.approx(0, abs=1e-14)  # a few roundings
+    assert condition.holds
+
+
+@pytest.mark.parametrize(
+    ("row", "margins"),
+    [
+        ((3, 0.5, 1), (1 - 2 / 3, 1 / 6, 0)),
+        ((2, 1, 1), (0, 0, 0)),
+        ((4, 1e-5, 1), (1.5 - 1 / 1.00001, 1 / 1.00001 - 0.5, 0)),
+        ((6, 0.9, 1), (2.5 - 1 / 1.9, 1 / 1.9 - 0.5, 0)),
+        ((5, 0.25, 1), (2 - 0.8, 0.3, 0)),
+    ],
+    ids=["row1", "row2", "row3", "row4", "row5"],
+)
+def test_margins_of_table_2(row: tuple[float, float, float], margins: tuple[float, ...]) -> None:
+    found = [condition.margin for condition in _checked(_power(*row))]
+    # Differences of closed forms of order 1.
+    assert found == pytest.approx(margins, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        (10, 1, 5),
+        (6, 0.5, 6),
+        (4, 0.25, 1),
+        (3, 0.5, 1),
+        (2, 1, 1),
+        (4, 1e-5, 1),
+        (6, 0.9, 1),
+        (5, 0.25, 1),
+    ],
+    ids=str,
+)
+def test_every_row_of_the_paper_meets_all_three(row: tuple[float, float, float]) -> None:
+    assert _broken(_power(*row)) == set()
+
+
+@pytest.mark.parametrize(
+    ("profile", "broken"),
+    [
+        (Haversine(), set()),
+        (HalfSine(), {"slow-decay"}),
+        (HertzImpact(), {"slow-decay"}),
+        (_power(2, 0, 0), {"slow-decay"}),
+        (_power(1.5, 0, 0), {"slow-decay", "decay-outweighs-rise"}),
+        (Triangular(duration_ratio=1.01), {"decay-outweighs-rise"}),
+        (_power(10, 1, 200), {"decay-outweighs-rise"}),
+        (_power(3, 2, 1), {"steep-rise"}),
+        (_power(10, 3, 0.5), {"steep-rise", "slow-decay"}),
+        (Exponential(rise_rate=2, decay_rate=1, duration_ratio=4), set()),
+        (Exponential(rise_rate=-2, decay_rate=1, duration_ratio=4), {"steep-rise"}),
+        (Exponential(rise_rate=2, decay_rate=-1, duration_ratio=4), {"slow-decay"}),
+        (Tabulated([0, 0.01, 5], [0, 1, 0]), set()),
+    ],
+    ids=[
+        "haversine",
+        "half-sine",
+        "hertz-impact",
+        "rectangular",
+        "short-rectangular",
+        "final-peak-sawtooth",
+        "spike",
+        "parabolic-rise",
+        "late-pulse",
+        "exponential",
+        "exponential-slow-rise",
+        "exponential-late-decay",
+        "initial-peak-sawtooth",
+    ],
+)
+def test_which_conditions_a_pulse_breaks(profile: ShockProfile, broken: set[str]) -> None:
+    assert _broken(profile) == broken
+
+
+def test_a_broken_condition_has_a_negative_margin_in_rise_times() -> None:
+    # A half-sine has 2/pi under its decay where (3) allows 1/2.
+    assert _checked(HalfSine())[2].margin == pytest.approx(0.5 - 2 / math.pi, rel=1e-12)
+
+
+@pytest.mark.parametrize(("below", "holds"), [(0.9e-9, True), (1.1e-9, False)], ids=["within", "beyond"])
+@pytest.mark.parametrize("n", [1.5, 2.0, 1000.0])
+def test_the_tolerance_is_1e_minus_9_of_the_duration(n: float, below: float, holds: bool) -> None:
+    exact = Integral(0.5 - below * n, 0.0, 0, "closed form")
+    areas = Areas(rise=exact, decay=Integral(n / 2, 0.0, 0, "closed form"))
+    assert conditions(areas, n)[1].holds is holds
+
+
+@pytest.mark.parametrize(("error", "holds"), [(1e-6, True), (1e-8, False)], ids=["covered", "not-covered"])
+def test_the_error_of_an_area_is_no_breach(error: float, holds: bool) -> None:
+    areas = Areas(rise=Integral(0.5 - 1e-7, error, 100, "tanh-sinh"), decay=Integral(0.5, 0.0, 100, "tanh-sinh"))
+    assert conditions(areas, 2.0)[1].holds is holds
+
+
+def test_a_condition_is_frozen() -> None:
+    condition = _checked(HalfSine())[0]
+    with pytest.raises(attrs.exceptions.FrozenInstanceError):
+        condition.holds = True
+
+
+# ---------------------------------------------------------------- the shock
+
+
+def test_a_shock_lasts_n_rise_times() -> None:
+    assert Shock(profile=Triangular(duration_ratio=4), peak_force=1, rise_time=2e-6).duration == 8e-6
+
+
+def test_a_shock_keeps_whole_numbers_as_floats() -> None:
+    shock = Shock(profile=Triangular(duration_ratio=4), peak_force=100, rise_time=1)
+    assert (type(shock.peak_force), type(shock.rise_time)) == (float, float)
+
+
+@pytest.mark.parametrize("value", [0, -1.0, math.nan, math.inf, "100", True, [1.0]], ids=str)
+@pytest.mark.parametrize(("name", "unit"), [("peak_force", "N"), ("rise_time", "s")])
+def test_a_wrong_value_is_refused_with_its_rule(name: str, unit: str, value: object) -> None:
+    given = {"peak_force": 1.0, "rise_time": 1.0, name: value}
+    with pytest.raises(InvalidValueError) as caught:
+        Shock(profile=Triangular(duration_ratio=2), **given)
+    assert str(caught.value) == f"{name}: must be > 0 {unit} (got {value!r})"
+
+
+@pytest.mark.parametrize("name", ["peak_force", "rise_time"])
+def test_a_shape_without_a_record_must_be_given_both(name: str) -> None:
+    given = {"peak_force": 1.0, "rise_time": 1.0}
+    del given[name]
+    with pytest.raises(InvalidValueError, match=rf"^{name}: must be given"):
+        Shock(profile=Triangular(duration_ratio=2), **given)
+
+
+def test_a_record_brings_its_own_peak_force_and_rise_time() -> None:
+    shock = Shock(profile=Tabulated([0.0, 2e-6, 5e-6], [0.0, 80.0, 0.0]))
+    assert (shock.peak_force, shock.rise_time) == (80.0, 2e-6)
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [({"peak_force": 7.0}, (7.0, 2e-6)), ({"rise_time": 3e-6}, (80.0, 3e-6))],
+    ids=["peak-force", "rise-time"],
+)
+def test_a_record_is_scaled_to_what_is_given(given: dict[str, float], expected: tuple[float, float]) -> None:
+    shock = Shock(profile=Tabulated([0.0, 2e-6, 5e-6], [0.0, 80.0, 0.0]), **given)
+    assert (shock.peak_force, shock.rise_time) == expected
+
+
+@pytest.mark.parametrize("profile", ["power-law", None, PowerLaw], ids=["name", "nothing", "class"])
+def test_what_is_no_profile_is_refused(profile: Any) -> None:
+    with pytest.raises(InvalidValueError, match="profile"):
+        Shock(profile=profile, peak_force=1.0, rise_time=1.0)
+
+
+@pytest.mark.parametrize(
+    ("profile", "given", "name"),
+    [
+        (PowerLaw, {"rise_exponent": -1, "decay_exponent": 1, "duration_ratio": 2}, "rise_exponent"),
+        (PowerLaw, {"rise_exponent": 1, "decay_exponent": math.nan, "duration_ratio": 2}, "decay_exponent"),
+        (PowerLaw, {"rise_exponent": 1, "decay_exponent": 1, "duration_ratio": 1}, "duration_ratio"),
+        (Triangular, {"duration_ratio": 0.5}, "duration_ratio"),
+        (Exponential, {"rise_rate": "1", "decay_rate": 1, "duration_ratio": 2}, "rise_rate"),
+        (Exponential, {"rise_rate": 1, "decay_rate": math.inf, "duration_ratio": 2}, "decay_rate"),
+    ],
+    ids=["exponent", "nan", "ratio-1", "ratio-below-1", "text", "infinite"],
+)
+def test_a_wrong_parameter_of_a_profile_is_named(profile: Any, given: dict[str, Any], name: str) -> None:
+    with pytest.raises(InvalidValueError, match=rf"^{name}: must be "):
+        profile(**given)
+
+
+def test_shocks_of_equal_values_are_equal() -> None:
+    first, second = (Shock(profile=_power(3, 0.5, 1), peak_force=1, rise_time=1) for _ in range(2))
+    assert first == second
+    assert hash(first) == hash(second)

@@ -1,0 +1,327 @@
+"""Scenarios: what a valid file becomes, from built-in and third-party profiles, and the templates."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import types
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+import pytest
+
+from shockwave import registry
+from shockwave.chain.chain import Chain
+from shockwave.chain.library import PAPER_STEEL
+from shockwave.chain.material import Material
+from shockwave.errors import FileAccessError, InvalidValueError, PluginError, ScenarioError, UnknownNameError
+from shockwave.fields import quantity
+from shockwave.hooks import Entry
+from shockwave.prediction.predictor import Predictor
+from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.exponential import Exponential
+from shockwave.profiles.power_law import PowerLaw
+from shockwave.profiles.shock import Shock
+from shockwave.profiles.tabulated import Tabulated
+from shockwave.scenario.blocks import CHAIN, SCENARIO, keys_of, parameters_of, profile_class, shock_keys
+from shockwave.scenario.load import Published, Scenario, SimulateOptions, load_scenario
+from shockwave.scenario.template import template
+
+CONTRACT = """\
+name: table 1, first row
+chain:
+  material: {youngs_modulus: 193 GPa, poisson_ratio: 0.3, density: 7958 kg/m**3}   # or a name
+  diameter: 9.5 mm
+  granules: 200
+shock:
+  profile: power-law
+  peak_force: 100 N
+  rise_time: 15 us
+  duration_ratio: 10
+  parameters: {rise_exponent: 1, decay_exponent: 5}
+predict:
+  model: section-4
+  momentum_coefficient: paper
+  alpha: constant
+  equal_tolerance: 0.05
+simulate:
+  integrator: dop853
+  rtol: 1e-6
+"""
+CHAIN_LINE = "chain: {material: paper-steel, radius: 4.75 mm}\n"
+SHOCK_LINE = "shock: {profile: triangular, peak_force: 100, rise_time: 15e-6, duration_ratio: 10}\n"
+RECORD = "shock: {profile: tabulated, parameters: {times: [0, 15 us, 0.15 ms], forces: [0, 0.1 kN, 0]}}\n"
+
+
+def _load(folder: Path, text: str, name: str = "scene.yaml") -> Scenario:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return load_scenario(path)
+
+
+def test_the_scenario_of_the_contract(tmp_path: Path) -> None:
+    assert _load(tmp_path, CONTRACT) == Scenario(
+        name="table 1, first row",
+        path=tmp_path / "scene.yaml",
+        shock=Shock(
+            profile=PowerLaw(rise_exponent=1, decay_exponent=5, duration_ratio=10), peak_force=100.0, rise_time=15e-6
+        ),
+        chain=Chain(
+            material=Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0), radius=4.75e-3, granules=200
+        ),
+        predictor=Predictor(momentum_coefficient="paper"),
+        simulate=SimulateOptions(integrator="dop853", rtol=1e-6, wave_threshold=5e-3),
+        published=None,
+    )
+
+
+def test_optional_blocks_may_be_left_out_or_empty(tmp_path: Path) -> None:
+    bare = _load(tmp_path, CHAIN_LINE + SHOCK_LINE)
+    empty = _load(tmp_path, CHAIN_LINE + SHOCK_LINE + "predict:\nsimulate:\nrequires:\npublished:\n")
+    assert bare == empty
+    assert (bare.name, bare.predictor, bare.simulate) == ("scene", Predictor(), SimulateOptions())
+    assert bare.chain == Chain(material=PAPER_STEEL, radius=4.75e-3)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("momentum_coefficient: 4.2", Predictor(momentum_coefficient=4.2)),
+        ('momentum_coefficient: "4.2"', Predictor(momentum_coefficient=4.2)),
+        ("momentum_coefficient: exact", Predictor()),
+        ("alpha: literal", Predictor(alpha="literal")),
+        ("equal_tolerance: 3 %", Predictor(equal_tolerance=0.03)),
+        ("wave_threshold: 1e-3", Predictor(wave_threshold=1e-3)),
+        ("quadrature: tanh-sinh", Predictor(quadrature="tanh-sinh")),
+        ("rtol: null", Predictor()),
+    ],
+)
+def test_predict_block_gives_the_predictor(tmp_path: Path, text: str, expected: Predictor) -> None:
+    assert _load(tmp_path, f"{CHAIN_LINE}{SHOCK_LINE}predict: {{{text}}}").predictor == expected
+
+
+def test_published_figures(tmp_path: Path) -> None:
+    text = "published: {source: Table 2, relation: less, virtual_rise_time: 28 us, error: 3.0 %}\n"
+    expected = Published(source="Table 2", relation="less", virtual_rise_time=28e-6, error=0.03)
+    assert _load(tmp_path, CHAIN_LINE + SHOCK_LINE + text).published == expected
+
+
+def test_installed_requirements_are_met(tmp_path: Path) -> None:
+    assert _load(tmp_path, CHAIN_LINE + SHOCK_LINE + "requires: [numpy, attrs]\n").name == "scene"
+
+
+def test_whole_numbers_may_be_written_as_text(tmp_path: Path) -> None:
+    chain = _load(tmp_path, SHOCK_LINE + 'chain: {material: copper, radius: 1 mm, granules: "50"}').chain
+    assert chain.granules == 50
+    assert type(chain.granules) is int
+
+
+# ---------------------------------------------------------------- records
+
+
+def test_a_record_brings_peak_force_rise_time_and_ratio(tmp_path: Path) -> None:
+    shock = _load(tmp_path, CHAIN_LINE + RECORD).shock
+    assert shock.profile == Tabulated(times=[0, 15e-6, 0.15e-3], forces=[0, 100, 0])
+    assert (shock.peak_force, shock.rise_time) == (100.0, 15e-6)
+
+
+def test_a_record_is_scaled_to_what_is_given(tmp_path: Path) -> None:
+    given = "{profile: tabulated, peak_force: 50 N, rise_time: 5 us, duration_ratio: 4,"
+    shock = _load(tmp_path, CHAIN_LINE + RECORD.replace("{profile: tabulated,", given)).shock
+    assert (shock.peak_force, shock.rise_time, shock.profile.duration_ratio) == (50.0, 5e-6, 4.0)
+
+
+def test_a_record_file_is_looked_for_beside_the_scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "scenes" / "data").mkdir(parents=True)
+    (tmp_path / "scenes" / "data" / "pulse.csv").write_text("time [us],force [N]\n0,0\n15,100\n150,0\n")
+    monkeypatch.chdir(tmp_path)
+    path = Path("scenes", "scene.yaml")
+    path.write_text(CHAIN_LINE + "shock: {profile: tabulated, parameters: {file: data/pulse.csv}}")
+    assert load_scenario(path).shock.peak_force == 100.0
+
+
+def test_a_missing_record_alone_is_a_file_access_error_with_its_place(tmp_path: Path) -> None:
+    with pytest.raises(
+        FileAccessError, match=r"scene\.yaml:2:50: shock\.parameters\.file: .*pulse\.csv: cannot be read"
+    ):
+        _load(tmp_path, CHAIN_LINE + "shock: {profile: tabulated, parameters: {  file: pulse.csv}}")
+
+
+def test_a_missing_record_among_other_faults_is_one_of_them(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        _load(tmp_path, "chain: {material: cheese, radius: 1}\nshock: {profile: tabulated, parameters: {file: no.csv}}")
+    assert [fault.path for fault in caught.value.faults] == ["chain.material", "shock.parameters.file"]
+
+
+# ---------------------------------------------------------------- profiles of plugins
+
+
+@attrs.frozen(kw_only=True)
+class Declared(ShockProfile):
+    """A third party's profile whose fields are declared, with a rule of its own over two of them."""
+
+    delay: float = quantity("s", "a delay", above=1e-3, at_most=5e-3)
+    slope: float = quantity("1/s", "a slope", below=-5)
+    duration_ratio: float = quantity("", "n", above=20)
+
+    def __attrs_post_init__(self) -> None:
+        if self.delay * self.slope < -1:
+            raise InvalidValueError.of("slope", f"must be > -1 over the delay (got {self.slope:g})")
+
+    def rise(self, s: Any) -> Any:
+        return s
+
+    def decay(self, s: Any) -> Any:
+        return 1 - (s - 1) / (self.duration_ratio - 1)
+
+
+@attrs.frozen(kw_only=True)
+class Undeclared(Declared):
+    """One with plain annotations only."""
+
+    delay: float = 2e-3
+    slope: float = -6
+    duration_ratio: float
+    count: int
+    kind: str
+    flag: bool = True
+    weights: list[float] = attrs.Factory(list)
+    shape: np.ndarray | None = None
+
+
+class Plain(Declared):
+    """One without attrs that knows its own ratio and fails as it likes."""
+
+    def __init__(self, power: float = 1.0) -> None:
+        object.__setattr__(self, "power", 1 / power)
+        object.__setattr__(self, "duration_ratio", 3.0)
+
+
+@pytest.fixture
+def plugin(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = types.ModuleType("fake_pulses")
+    vars(module).update(Declared=Declared, Undeclared=Undeclared, Plain=Plain, Not=dict, Base=ShockProfile)
+    monkeypatch.setitem(sys.modules, "fake_pulses", module)
+    names = ("Declared", "Undeclared", "Plain", "Not", "Base")
+    found = [Entry(name.lower(), f"fake_pulses:{name}", "", "fake-pulses") for name in names]
+    monkeypatch.setattr(registry, "_plugin_entries", lambda kind: found if kind == "profiles" else [])
+
+
+def _shock(profile: str, parameters: str, ratio: str = ", duration_ratio: 30") -> str:
+    head = f"shock: {{profile: {profile}, peak_force: 1 N, rise_time: 1 s{ratio}, "
+    return f"{CHAIN_LINE}{head}parameters: {{{parameters}}}}}\n"
+
+
+@pytest.mark.usefixtures("plugin")
+class TestPlugins:
+    def test_declared_fields_take_units(self, tmp_path: Path) -> None:
+        profile = _load(tmp_path, _shock("declared", "delay: 2 ms, slope: -6 /s")).shock.profile
+        assert profile == Declared(delay=2e-3, slope=-6.0, duration_ratio=30.0)
+
+    def test_undeclared_fields_are_taken_by_their_annotation(self, tmp_path: Path) -> None:
+        text = "delay: 0.002, count: 3, kind: odd, flag: false, weights: [1, 50 %]"
+        profile = _load(tmp_path, _shock("undeclared", text)).shock.profile
+        assert profile == Undeclared(duration_ratio=30.0, count=3, kind="odd", flag=False, weights=[1.0, 0.5])
+
+    @pytest.mark.parametrize(
+        ("text", "path"),
+        [
+            ("count: 1.5, kind: odd", "shock.parameters.count"),
+            ("count: 1, kind: 5", "shock.parameters.kind"),
+            ("count: 1, kind: odd, flag: yes", "shock.parameters.flag"),
+            ("count: 1, kind: odd, weights: [1, x]", "shock.parameters.weights[1]"),
+            ("count: 1, kind: odd, weights: 1", "shock.parameters.weights"),
+            ("count: 1, kind: odd, slope: fast", "shock.parameters.slope"),
+            ("count: 1", "shock.parameters.kind"),
+        ],
+    )
+    def test_faults_of_undeclared_fields_have_their_place(self, tmp_path: Path, text: str, path: str) -> None:
+        with pytest.raises(ScenarioError) as caught:
+            _load(tmp_path, _shock("undeclared", text))
+        assert [fault.path for fault in caught.value.faults] == [path]
+
+    def test_a_fault_that_the_constructor_finds_has_its_place(self, tmp_path: Path) -> None:
+        with pytest.raises(ScenarioError, match=r":2:114: shock\.parameters\.slope: must be > -1 over the delay"):
+            _load(tmp_path, _shock("declared", "delay: 2 ms, slope: -600"))
+
+    def test_other_errors_of_the_constructor_are_the_plugins_fault(self, tmp_path: Path) -> None:
+        with pytest.raises(PluginError, match=r"profile 'plain' of fake-pulses: .*ZeroDivisionError"):
+            _load(tmp_path, _shock("plain", "power: 0", ratio=""))
+
+    def test_a_profile_with_a_ratio_of_its_own_takes_none(self, tmp_path: Path) -> None:
+        assert _load(tmp_path, _shock("plain", "power: 2", ratio="")).shock.profile.duration_ratio == 3.0
+        with pytest.raises(ScenarioError, match=r"shock\.duration_ratio: must be left out, as profile 'plain'"):
+            _load(tmp_path, _shock("plain", "power: 2"))
+
+    @pytest.mark.parametrize("name", ["not", "base"])
+    def test_what_is_no_complete_profile_class_is_the_plugins_fault(self, tmp_path: Path, name: str) -> None:
+        with pytest.raises(PluginError, match=f"profile '{name}' of fake-pulses: .*must be a .*ShockProfile"):
+            _load(tmp_path, _shock(name, ""))
+
+    @pytest.mark.parametrize("name", ["declared", "undeclared", "plain"])
+    def test_templates_choose_values_inside_the_range(self, name: str) -> None:
+        text = template(name).replace("requires: [fake-pulses]", "requires: [numpy]")
+        assert text != template(name)
+        keys = (*shock_keys(profile_class(name)), *parameters_of(name, profile_class(name)))
+        assert all(f"{key.name}: " in text for key in keys if key.name not in ("parameters", "duration_ratio"))
+
+    def test_the_template_of_a_third_party_loads(self, tmp_path: Path) -> None:
+        text = template("declared").replace("fake-pulses", "numpy")
+        profile = _load(tmp_path, text).shock.profile
+        assert isinstance(profile, Declared)
+        assert profile.duration_ratio > 20
+
+
+# ---------------------------------------------------------------- templates
+
+
+@pytest.mark.parametrize("profile", [None, *(entry.name for entry in registry._own_entries("profiles"))])
+def test_templates_load_and_have_every_key(tmp_path: Path, profile: str | None) -> None:
+    text = template(profile)
+    name = profile or "power-law"
+    assert _load(tmp_path, text).shock.profile.__class__ is profile_class(name)
+    blocks = [CHAIN, shock_keys(profile_class(name)), parameters_of(name, profile_class(name))]
+    blocks += [keys_of(cls) for cls in (Material, Predictor, SimulateOptions, Published)]
+    keys = {key.name for block in (SCENARIO, *blocks) for key in block} - {"sweep"}
+    if not parameters_of(name, profile_class(name)):
+        keys.remove("parameters")
+    assert {key for key in keys if f" {key}:" not in text.replace("\n", " ")} == set()
+
+
+def test_templates_state_the_defaults(tmp_path: Path) -> None:
+    scenario = _load(tmp_path, template())
+    assert (scenario.predictor, scenario.simulate) == (Predictor(), SimulateOptions())
+    assert scenario.shock.profile == PowerLaw(rise_exponent=1, decay_exponent=1, duration_ratio=10)
+
+
+def test_what_a_template_comments_out_is_valid_too(tmp_path: Path) -> None:
+    text = template("exponential").replace("material: paper-steel", "").replace("\n  # material:", "\n  material:")
+    text = text.replace("\n  #   ", "\n    ").replace("\n#   ", "\n  ").replace("\n# published", "\npublished")
+    text = text.replace("\n  # granules", "\n  granules").replace("\n  # quadrature", "\n  quadrature")
+    scenario = _load(tmp_path, text)
+    assert isinstance(scenario.shock.profile, Exponential)
+    assert (scenario.chain.granules, scenario.predictor.quadrature) == (200, "tanh-sinh")
+    assert scenario.published is not None
+
+
+def test_a_template_of_an_unknown_profile_tells_the_nearest() -> None:
+    with pytest.raises(UnknownNameError, match="did you mean 'triangular'"):
+        template("triangle")
+
+
+# ---------------------------------------------------------------- imports
+
+
+def test_loading_imports_neither_scipy_nor_simulator_nor_pint(tmp_path: Path) -> None:
+    path = tmp_path / "scene.yaml"
+    path.write_text(CONTRACT, encoding="utf-8")
+    code = (
+        "import json, sys; from shockwave.scenario.load import load_scenario;"
+        f"load_scenario({str(path)!r}); print(json.dumps(sorted(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    heavy = ("scipy", "pint", "shockwave.simulation", "shockwave.measurement")
+    assert [name for name in json.loads(done.stdout) if name.startswith(heavy)] == []

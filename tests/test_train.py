@@ -1,0 +1,233 @@
+"""Trains: (5a) and (5i) hold to rounding for every wave, and eq. (5c) as printed gives its roots."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache
+
+import pytest
+import scipy.integrate
+from scenes import CHAIN, FORCE
+
+import shockwave as sw
+from shockwave.chain import Scales
+
+T0 = Scales.of(CHAIN, FORCE).time
+#: A F0^(-1/6) in seconds, with the exact coefficient, from eq. (4c) written out.
+TIME = 4.344507853978653 * ((1 - 0.3**2) * 7958**1.5 * 4.75e-3**4 / 193e9) ** (1 / 3) * FORCE ** (-1 / 6)
+
+
+def _power(n: float, rise: float, decay: float) -> sw.PowerLaw:
+    return sw.PowerLaw(rise_exponent=rise, decay_exponent=decay, duration_ratio=n)
+
+
+#: Name -> profile, rise time over T0.
+TRAINS: dict[str, tuple[sw.ShockProfile, float]] = {
+    "table1-row1": (_power(10, 1, 5), 15e-6 / T0),
+    "table1-row2": (_power(6, 0.5, 6), 15e-6 / T0),
+    "table1-row3": (_power(4, 0.25, 1), 15e-6 / T0),
+    "triangle": (sw.Triangular(duration_ratio=10), 1.0),
+    "long-triangle": (sw.Triangular(duration_ratio=50), 2.0),
+    "slow-rise": (sw.Triangular(duration_ratio=3), 20.0),
+    "exponential": (sw.Exponential(rise_rate=3, decay_rate=4, duration_ratio=20), 0.5),
+    "step": (_power(30, 0, 0), 0.5),
+}
+#: Those whose force is at its peak before the primary has gathered its impulse.
+STEEP = ("table1-row1", "table1-row2", "table1-row3", "triangle", "exponential")
+
+EVERY_TRAIN = pytest.mark.parametrize("name", TRAINS)
+
+
+def _shock(name: str) -> sw.Shock:
+    profile, rise_time = TRAINS[name]
+    return sw.Shock(profile=profile, peak_force=FORCE, rise_time=rise_time * T0)
+
+
+@cache
+def _outcome(name: str, threshold: float = 5e-3) -> sw.TrainOutcome:
+    outcome = sw.Predictor(wave_threshold=threshold).predict(_shock(name), CHAIN)
+    assert isinstance(outcome, sw.TrainOutcome)
+    return outcome
+
+
+def _force(name: str) -> Callable[[float], float]:
+    """Force over F0 at a time in rise times, from the formulae of the profiles written out."""
+    profile = TRAINS[name][0]
+    n = profile.duration_ratio
+
+    def fading(s: float) -> float:
+        return (n - s) / (n - 1)
+
+    if isinstance(profile, sw.Exponential):
+        k1, k2 = profile.rise_rate, profile.decay_rate
+        return lambda s: (
+            (1 - math.exp(-k1 * s)) / (1 - math.exp(-k1))
+            if s <= 1
+            else (math.exp(-k2 * (1 - fading(s))) - math.exp(-k2)) / (1 - math.exp(-k2))
+        )
+    rise, decay = (profile.rise_exponent, profile.decay_exponent) if isinstance(profile, sw.PowerLaw) else (1, 1)
+    return lambda s: s**rise if s <= 1 else fading(s) ** decay
+
+
+@cache
+def _impulse(name: str, until: float) -> float:
+    """Of the force up to a time [s], over F0 [s], by QUADPACK piece by piece."""
+    profile, rise_time = TRAINS[name]
+    end = min(until / (rise_time * T0), profile.duration_ratio)
+    pieces = [(0.0, min(end, 1.0)), (1.0, max(end, 1.0))]
+    parts = [scipy.integrate.quad(_force(name), *piece, epsabs=1e-14, epsrel=1e-14)[0] for piece in pieces]
+    return float(sum(parts)) * rise_time * T0
+
+
+def _areas(name: str) -> tuple[float, float]:
+    profile, rise_time = TRAINS[name]
+    a1 = _impulse(name, rise_time * T0) / (rise_time * T0)
+    return a1, _impulse(name, math.inf) / (rise_time * T0) - a1
+
+
+def _alphas(name: str) -> tuple[float, float]:
+    """alpha^F0 and alpha_New of section 4."""
+    a1, a2 = _areas(name)
+    decay = abs(0.5 - a2 / (TRAINS[name][0].duration_ratio - 1)) ** 1.5
+    return 2 - abs(0.5 - a1) ** 1.5 - decay, (8 - math.sqrt(2)) / 4 - decay
+
+
+# ---------------------------------------------------------------- (5a) and (5i)
+
+
+@EVERY_TRAIN
+def test_the_primary_satisfies_5a(name: str) -> None:
+    amplitude = _outcome(name).amplification
+    end = _alphas(name)[0] * TIME * amplitude ** (-1 / 6)
+    # Quadrature and root are good to rounding; the quadrature of s^0.25 to 1e-11.
+    assert _impulse(name, end) / (TIME * amplitude ** (5 / 6)) == pytest.approx(1, abs=1e-10)
+
+
+@EVERY_TRAIN
+def test_every_later_wave_satisfies_5i(name: str) -> None:
+    amplitudes = [wave.peak_force / FORCE for wave in _outcome(name).waves]
+    first, new = _alphas(name)
+    # The left side of the second line of (5i) is the cumulative time.
+    lasting = [first if index == 0 else new for index in range(len(amplitudes))]
+    ends = [sum(lasting[k] * TIME * amplitudes[k] ** (-1 / 6) for k in range(j + 1)) for j in range(len(amplitudes))]
+    gathered = [sum(TIME * each ** (5 / 6) for each in amplitudes[: j + 1]) for j in range(len(amplitudes))]
+    applied = [_impulse(name, end) for end in ends]
+    # Of the whole impulse, as the residuals of all waves before add up.
+    assert gathered == pytest.approx(applied, rel=0, abs=1e-10 * applied[-1])
+
+
+@EVERY_TRAIN
+def test_a_train_has_more_than_one_wave(name: str) -> None:
+    assert len(_outcome(name).waves) > 1
+
+
+@pytest.mark.parametrize("name", STEEP)
+def test_waves_fall_after_a_steep_rise(name: str) -> None:
+    forces = [wave.peak_force for wave in _outcome(name).waves]
+    assert forces == sorted(forces, reverse=True)
+
+
+@EVERY_TRAIN
+def test_waves_carry_no_more_than_was_applied(name: str) -> None:
+    outcome = _outcome(name)
+    # Rounding of a sum over some hundred waves.
+    assert sum(wave.momentum for wave in outcome.waves) <= outcome.applied_momentum * (1 + 1e-12)
+
+
+@EVERY_TRAIN
+def test_all_waves_together_use_up_the_impulse(name: str) -> None:
+    outcome = _outcome(name, threshold=1e-12)
+    assert sum(wave.momentum for wave in outcome.waves) == pytest.approx(outcome.applied_momentum, rel=1e-11)
+
+
+@EVERY_TRAIN
+def test_the_applied_momentum_is_the_impulse(name: str) -> None:
+    assert _outcome(name).applied_momentum == pytest.approx(FORCE * _impulse(name, math.inf), rel=1e-11)
+
+
+# ---------------------------------------------------------------- threshold
+
+
+@pytest.mark.parametrize("threshold", [0.01, 0.2, 0.7, 0.999])
+@pytest.mark.parametrize("name", ["table1-row1", "triangle", "exponential"])
+def test_no_wave_below_the_threshold_is_listed(name: str, threshold: float) -> None:
+    outcome = _outcome(name, threshold)
+    assert min(wave.peak_force for wave in outcome.waves) >= threshold * outcome.peak_force
+
+
+@pytest.mark.parametrize("threshold", [0.01, 0.2, 0.7, 0.999])
+@pytest.mark.parametrize("name", ["table1-row1", "triangle", "exponential"])
+def test_the_threshold_only_shortens_the_list(name: str, threshold: float) -> None:
+    every = _outcome(name, threshold=1e-12).waves
+    above = [wave for wave in every if wave.peak_force >= threshold * every[0].peak_force]
+    assert list(_outcome(name, threshold).waves) == above
+
+
+def test_more_than_a_thousand_later_waves_are_cut_with_a_word() -> None:
+    shock = sw.Shock(profile=_power(2, 0, 0), peak_force=FORCE, rise_time=2000 * T0)
+    outcome = sw.Predictor().predict(shock, CHAIN)
+    assert len(outcome.waves) == 1001
+    assert any("1000" in warning for warning in outcome.warnings)
+
+
+# ---------------------------------------------------------------- (5c) as printed
+
+
+def _literal(profile: sw.ShockProfile, rise_time: float) -> sw.TrainOutcome:
+    shock = sw.Shock(profile=profile, peak_force=FORCE, rise_time=rise_time * T0)
+    outcome = sw.Predictor(alpha="literal").predict(shock, CHAIN)
+    assert isinstance(outcome, sw.TrainOutcome)
+    return outcome
+
+
+@pytest.mark.parametrize(
+    ("n", "rise_time"),
+    [(10, 1.0), (2, 4.0), (1000, 0.01), (1.1, 10.0), (1.01, 10.0), (1.001, 10.0), (1e8, 1e-7)],
+    ids=["10", "2", "1000", "1.1", "1.01", "1.001", "1e8"],
+)
+def test_for_a_triangle_the_roots_end_with_the_rise_and_with_the_shock(n: float, rise_time: float) -> None:
+    amplitudes = [root / FORCE for root in _literal(sw.Triangular(duration_ratio=n), rise_time).roots]
+    # alpha is 2 F/F0 alone, as both areas are those of a triangle.
+    times = [2 * amplitude * TIME * amplitude ** (-1 / 6) / T0 for amplitude in amplitudes]
+    assert times == pytest.approx([rise_time, n * rise_time], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("profile", "rise_time"),
+    [
+        (_power(10, 1, 5), 1.0),
+        (_power(4, 0.25, 1), 1.0),
+        (sw.Exponential(rise_rate=2, decay_rate=3, duration_ratio=9), 1.0),
+    ],
+    ids=["table1-row1", "table1-row3", "exponential"],
+)
+class TestLiteralAlpha:
+    def test_other_shapes_have_two_roots(self, profile: sw.ShockProfile, rise_time: float) -> None:
+        assert len(_literal(profile, rise_time).roots) == 2
+
+    def test_every_root_satisfies_5a_and_5c(self, profile: sw.ShockProfile, rise_time: float) -> None:
+        areas, n = profile.areas(), profile.duration_ratio
+        deviation = abs(0.5 - areas.rise.value) ** 1.5 + abs(0.5 - areas.decay.value / (n - 1)) ** 1.5
+        amplitudes = [root / FORCE for root in _literal(profile, rise_time).roots]
+        ends = [(2 * each - deviation) * TIME * each ** (-1 / 6) for each in amplitudes]
+        gathered = [float(profile.running_impulse(end / (rise_time * T0))) * rise_time * T0 for end in ends]
+        assert gathered == pytest.approx([TIME * each ** (5 / 6) for each in amplitudes], rel=1e-10)
+
+    def test_the_primary_is_one_of_the_roots(self, profile: sw.ShockProfile, rise_time: float) -> None:
+        outcome = _literal(profile, rise_time)
+        assert outcome.peak_force in outcome.roots or not _inside(outcome, profile, rise_time)
+
+    def test_no_error_is_told(self, profile: sw.ShockProfile, rise_time: float) -> None:
+        outcome = _literal(profile, rise_time)
+        assert outcome.expected_error is None
+        assert any("(5c)" in warning for warning in outcome.warnings)
+
+
+def _inside(outcome: sw.TrainOutcome, profile: sw.ShockProfile, rise_time: float) -> bool:
+    return any(root < outcome.peak_force for root in outcome.roots)
+
+
+def test_the_constant_alpha_has_one_root() -> None:
+    outcome = _outcome("triangle")
+    assert outcome.roots == (outcome.peak_force,)
