@@ -106,5 +106,5 @@ class FileAccessError(ShockwaveError):
 
 def nearest(name: str, known: Iterable[str]) -> str:
     """``"did you mean 'x'? "`` for the known name most like ``name``, else an empty string."""
-    matches = get_close_matches(name, list(known), n=1)
+    matches = get_close_matches(str(name), list(known), n=1)
     return f"did you mean {matches[0]!r}? " if matches else ""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from scenes import CHAIN, FORCE
 
 import shockwave as sw
+from scenes import CHAIN, FORCE
 from shockwave.theory.scaled import ScaledShock, Settings
 from shockwave.theory.section4 import predict
 

@@ -47,7 +47,8 @@ class Chain:
     @property
     def granule_mass(self) -> float:
         """Mass of one granule, m = 4/3 pi R^3 rho [kg]."""
-        return 4 / 3 * math.pi * self.radius**3 * self.material.density
+        # A product overflows to infinity, which is told; a power would raise.
+        return 4 / 3 * math.pi * self.material.density * self.radius * self.radius * self.radius
 
     @property
     def plane_strain_modulus(self) -> float:
@@ -66,8 +67,9 @@ class Chain:
         is in N^(1/6) s.
         """
         # Factor by factor, so that no intermediate power leaves the range of a float.
-        cube = (self.material.density / self.plane_strain_modulus) * self.radius**4
-        return float(coefficient * math.cbrt(cube) * self.material.density ** (1 / 6))
+        density, radius = self.material.density, self.radius
+        per_size = math.cbrt(density / self.plane_strain_modulus) * math.pow(density, 1 / 6)
+        return coefficient * per_size * radius * math.cbrt(radius)
 
 
 @frozen

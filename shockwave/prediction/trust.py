@@ -42,7 +42,8 @@ _TRAIN = (
     _Row(1.6, -0.15, 0.13),
     _Row(2.5, -0.35, 0.13),
     _Row(5.0, -0.72, 0.09),
-    _Row(math.inf, -0.88, 0.03),
+    _Row(10.0, -0.88, 0.03),
+    _Row(math.inf, -1.0, 0.0),
 )
 # Window of (5h) over the virtual shock: beyond, its added momentum means nothing, whatever the range would say.
 _WIDEST_WINDOW = 0.165

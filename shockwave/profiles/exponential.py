@@ -47,16 +47,17 @@ class Exponential(ShockProfile):
         return float(_ramp(self.rise_rate, one, 1)), (self.duration_ratio - 1) * fading
 
     def closed_running_impulse(self, s: FloatArray) -> FloatArray:
-        decay_time, left = self.duration_ratio - 1, 1.0 - self._share(s)
-        fading = decay_time * _ramp(-self.decay_rate, left, 1)
-        return np.asarray(_ramp(self.rise_rate, np.minimum(s, 1.0), 1) + self.closed_areas()[1] - fading)
+        to_come = (self.duration_ratio - 1) * _ramp(-self.decay_rate, 1.0 - self._share(s), 1)
+        # Exactly zero while the force rises: a difference would drown the first moments in rounding.
+        decayed = np.where(s > 1, self.closed_areas()[1] - to_come, 0.0)
+        return np.asarray(_ramp(self.rise_rate, np.minimum(s, 1.0), 1) + decayed)
 
     def closed_double_integral(self, s: FloatArray) -> FloatArray:
-        decay_time, left = self.duration_ratio - 1, 1.0 - self._share(s)
         rising = _ramp(self.rise_rate, np.minimum(s, 1.0), 2)
         whole = float(_ramp(-self.decay_rate, np.ones(()), 2))
-        fading = decay_time**2 * (whole - _ramp(-self.decay_rate, left, 2))
-        return np.asarray(rising + sum(self.closed_areas()) * np.maximum(s - 1.0, 0.0) - fading)
+        to_come = whole - _ramp(-self.decay_rate, 1.0 - self._share(s), 2)
+        decaying = sum(self.closed_areas()) * (s - 1.0) - (self.duration_ratio - 1) ** 2 * to_come
+        return np.asarray(rising + np.where(s > 1, decaying, 0.0))
 
     def _share(self, s: FloatArray) -> FloatArray:
         """Share of the decay that has passed, 0 before the peak."""

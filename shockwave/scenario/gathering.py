@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 from attrs import define
 
 from shockwave.document.reader import MOST_FAULTS, Document, Steps, dotted
 from shockwave.errors import Fault, FileAccessError, InvalidValueError, ScenarioError, UnknownNameError
-from shockwave.scenario.blocks import Key, keys_of
+from shockwave.scenario.blocks import keys_of
 from shockwave.scenario.values import Wrong, structure
 
 __all__ = ["Gathering"]
@@ -65,13 +65,13 @@ class Gathering:
         self,
         make: Callable[..., Any],
         values: Mapping[str, Any],
-        keys: Sequence[Key],
         where: Callable[[Steps], Steps],
+        spare: Collection[str] = (),
     ) -> Any:
         """What ``make`` makes of ``values``, or None, with the faults it finds; ``where`` places them.
 
-        Constructors stop at the first fault. An optional value at fault is therefore left out and the rest
-        tried again.
+        Constructors stop at the first fault. A value at fault that they can spare is therefore left out, and the
+        rest tried again.
         """
         left, sound = dict(values), True
         while True:
@@ -93,7 +93,7 @@ class Gathering:
                 else:
                     self.add(path, fault.problem, at_key=not self.document.holds(path))
             named = {step for fault in found for step in _steps(fault.path)[:1]}
-            dropped = named & left.keys() & {key.name for key in keys if not key.required}
+            dropped = named & left.keys() & set(spare)
             if not dropped:
                 return None
             left = {name: value for name, value in left.items() if name not in dropped}
@@ -101,9 +101,18 @@ class Gathering:
     def options(self, block: str, data: Mapping[str, Any], cls: type) -> Any:
         """The object of a block whose keys are the arguments of ``cls``."""
         keys = keys_of(cls)
-        values, wrongs = structure(data.get(block), keys)
+        spare = {key.name for key in keys if not key.required}
+        given = data.get(block)
+        values, wrongs = structure(given, keys)
         self.report((block,), wrongs)
-        return None if wrongs else self.build(cls, values, keys, lambda steps: (block, *steps))
+        if wrongs and isinstance(given, dict) and len(spare) == len(keys):
+            # What the constructor has to say about the other values is told as well.
+            bad = {wrong.path[0] for wrong in wrongs if wrong.path}
+            values, _ = structure({name: value for name, value in given.items() if name not in bad}, keys)
+        elif wrongs:
+            return None
+        made = self.build(cls, values, lambda steps: (block, *steps), spare)
+        return None if wrongs else made
 
 
 def _steps(path: str) -> Steps:

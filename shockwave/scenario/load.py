@@ -30,7 +30,6 @@ from shockwave.scenario.blocks import (
     CHAIN,
     RECORD,
     SCENARIO,
-    SHOCK,
     Published,
     SimulateOptions,
     keys_of,
@@ -188,7 +187,7 @@ class _Loading(Gathering):
         def where(steps: Steps) -> Steps:
             return ("chain", *(sizes[0] if step == "radius" else step for step in steps))
 
-        chain: Chain | None = self.build(Chain, values, CHAIN, where)
+        chain: Chain | None = self.build(Chain, values, where)
         return chain
 
     def material(self, data: Any) -> Material | None:
@@ -200,7 +199,7 @@ class _Loading(Gathering):
             keys = keys_of(Material)
             values, wrongs = structure(data, keys)
             self.report(path, wrongs)
-            made = None if wrongs else self.build(Material, values, keys, lambda steps: (*path, *steps))
+            made = None if wrongs else self.build(Material, values, lambda steps: (*path, *steps))
             return made if isinstance(made, Material) else None
         try:
             material = load("materials", data)
@@ -241,7 +240,7 @@ class _Loading(Gathering):
             with _blame(name):
                 return Shock(profile=profile, **sizes)
 
-        shock: Shock | None = self.build(make, sizes, SHOCK, lambda steps: ("shock", *steps))
+        shock: Shock | None = self.build(make, sizes, lambda steps: ("shock", *steps))
         return shock
 
     def _profile_class(self, name: Any) -> type[ShockProfile] | None:
@@ -254,10 +253,8 @@ class _Loading(Gathering):
             return None
 
     def _profile(self, name: str, cls: type[ShockProfile], values: dict[str, Any]) -> ShockProfile | None:
-        parameters = parameters_of(name, cls)
-        keys = [*parameters, *(key for key in shock_keys(cls) if key.name == "duration_ratio")]
-        taken = {key.name for key in keys_of(cls)}
-        if "duration_ratio" in values and "duration_ratio" not in taken:
+        keys = keys_of(cls)
+        if "duration_ratio" in values and all(key.name != "duration_ratio" for key in keys):
             problem = f"must be left out, as profile {name!r} has its own (got {values['duration_ratio']:g})"
             self.add(("shock", "duration_ratio"), problem)
             return None
@@ -279,7 +276,9 @@ class _Loading(Gathering):
                 return _checked(make(**values))
 
         try:
-            profile: ShockProfile | None = self.build(guarded, values, keys, where)
+            profile: ShockProfile | None = self.build(
+                guarded, values, where, [key.name for key in keys if not key.required]
+            )
         except FileAccessError as error:
             self.access = error
             self.add(where(()), str(error))

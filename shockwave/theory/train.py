@@ -16,7 +16,7 @@ from shockwave.theory.scaled import ScaledShock, Settings
 __all__ = ["Train", "constant_alpha", "train"]
 
 _MOST_WAVES = 1000
-_SCAN_POINTS = 2000
+_SCAN_POINTS = 150
 # A remainder of the impulse below this share is rounding, not a wave.
 _NOTHING_LEFT = 1e-12
 
@@ -108,15 +108,19 @@ def _literal_primary(shock: ScaledShock) -> tuple[float, float, tuple[float, ...
     def time(force: float) -> float:
         return unit * (2 * force - deviation) * math.pow(force, -1 / 6)
 
+    def force_at(end: float) -> float:
+        # Above the deviation the time exceeds unit F^(5/6), which gives the upper end of the bracket.
+        upper = 1.01 * max(deviation, math.pow(end / unit, 1.2))
+        return bracketed_root(lambda force: time(force) - end, upper * 1e-15, upper, "force of a time in (5c)")
+
     def missing(force: float) -> float:
         return unit * math.pow(force, 5 / 6) - shock.impulse_until(max(time(force), 0.0))
 
-    lowest = max(deviation / 2, 1e-9) * (1 + 1e-9)
-    highest = max(1.1 * (shock.impulse / unit) ** 1.2, 2 * lowest)
-    grid = np.geomspace(lowest, highest, _SCAN_POINTS)
-    signs = [missing(float(force)) for force in grid]
+    grid = [force_at(end) for end in _scan_times(shock)]
+    grid.append(max(1.1 * math.pow(shock.impulse / unit, 1.2), 1.01 * grid[-1]))
+    signs = [missing(force) for force in grid]
     roots = tuple(
-        bracketed_root(missing, float(grid[i]), float(grid[i + 1]), "a root of (5c) as printed")
+        bracketed_root(missing, grid[i], grid[i + 1], "a root of (5c) as printed")
         for i in range(len(grid) - 1)
         if signs[i] * signs[i + 1] < 0 or signs[i] == 0
     )
@@ -129,3 +133,11 @@ def _literal_primary(shock: ScaledShock) -> tuple[float, float, tuple[float, ...
     listed = ", ".join(f"{root:.6g}" for root in roots)
     sentence = f"(5c) as printed has the roots {listed} (times the peak force), none of them near simulation"
     return inside[-1], time(inside[-1]), roots, (sentence,)
+
+
+def _scan_times(shock: ScaledShock) -> list[float]:
+    """Times between which a root may lie: dense at both ends of rise and decay, where roots crowd."""
+    share = np.concatenate((np.geomspace(1e-6, 0.5, _SCAN_POINTS), 1 - np.geomspace(0.5, 1e-6, _SCAN_POINTS)[1:]))
+    decay = 1 + (shock.profile.duration_ratio - 1) * share
+    points = np.concatenate((share, [1.0], decay, [shock.profile.duration_ratio]))
+    return [shock.rise_time * float(point) for point in points]

@@ -1,0 +1,360 @@
+"""Bad scenarios: each ends in an error that names the place and the remedy, none in a traceback or a hang."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from shockwave.errors import FileAccessError, ScenarioError, ShockwaveError
+from shockwave.scenario.load import Scenario, load_scenario
+
+CHAIN = "chain: {material: copper, radius: 1 mm}\n"
+SHOCK = "shock: {profile: triangular, peak_force: 1 N, rise_time: 1 us, duration_ratio: 2}\n"
+TABULATED = CHAIN + "shock: {profile: tabulated, parameters: {%s}}\n"
+GOOD = """\
+name: a good one  # with a comment
+chain:
+  material: {youngs_modulus: 193 GPa, poisson_ratio: 0.3, density: 7958 kg/m**3}
+  diameter: 9.5 mm
+  granules: 200
+shock:
+  profile: power-law
+  peak_force: 100 N
+  rise_time: 1.5e-5
+  duration_ratio: 10
+  parameters:
+    rise_exponent: 1
+    decay_exponent: 5
+predict: {model: section-4, momentum_coefficient: paper, alpha: constant}
+simulate:
+  rtol: "1e-6"
+requires: [numpy]
+published:
+  source: 'Table 1'
+  error: 3 %
+"""
+RECORD = """\
+chain: {material: copper, radius: 1 mm}
+shock:
+  profile: tabulated
+  peak_force: 3 N
+  parameters:
+    times: [0, 5 us, 1e-5, 20 us]
+    forces:
+      - 0
+      - 0.1 kN
+      - 50
+      - 0
+"""
+
+
+def _with(block: str) -> str:
+    return CHAIN + SHOCK + block
+
+
+# text, line and column of the first fault, its path, a part of its problem
+BAD = {
+    # the document
+    "syntax": (CHAIN + "shock: [1, 2\n", "3:1", "", "must be YAML"),
+    "tab-indent": ("chain:\n\tradius: 1\n", "2:1", "", "indent with spaces"),
+    "colon-in-text": ("name: a: b\n" + CHAIN + SHOCK, "1:8", "", "put text that holds ': ' in quotes"),
+    "at-sign": ("name: @home\n", "1:7", "", "put text that begins with this character in quotes"),
+    "empty": ("", "1:1", "", "must be a mapping"),
+    "only-comments": ("# nothing\n", "1:1", "", "must be a mapping"),
+    "list-at-top": ("- " + CHAIN, "1:1", "", "must be a mapping"),
+    "two-documents": (CHAIN + SHOCK + "---\n" + CHAIN, "3:1", "", "must be one document"),
+    "control-character": ("name: a\x00b\n", "1:8", "", "U+0000"),
+    "duplicate-key": (CHAIN + SHOCK + CHAIN, "3:1", "chain", "first in line 1"),
+    "duplicate-inner-key": ("chain: {radius: 1, material: lead, radius: 2}\n" + SHOCK, "1:36", "chain.radius", "once"),
+    "alias": ("name: &n x\nchain: *n\n" + SHOCK, "1:7", "name", "must have no anchor"),
+    "tag": (_with("requires: !!set {numpy}"), "3:11", "requires", "'!!set'"),
+    "merge": (_with("predict: {<<: {rtol: 1}}"), "3:11", "predict.'<<'", "write the keys out"),
+    "number-as-key": (_with("5: 1"), "3:1", "", "must have names as keys (got 5"),
+    "infinite": ("chain: {material: copper, radius: .inf}\n" + SHOCK, "1:35", "chain.radius", "(got .inf)"),
+    "not-a-number": ("chain: {material: copper, radius: .nan}\n" + SHOCK, "1:35", "chain.radius", "must be finite"),
+    "beyond-floats": ("chain: {material: copper, radius: 1e999}\n" + SHOCK, "1:35", "chain.radius", "must be finite"),
+    # keys
+    "unknown-block": (_with("predicts: {}"), "3:1", "predicts", "did you mean 'predict'?"),
+    "unknown-key-of-chain": (
+        "chain: {material: copper, radius: 1, diametr: 2}\n" + SHOCK, "1:38", "chain.diametr",
+        "unknown key (got 'diametr'; did you mean 'diameter'? known: material, diameter, radius, granules)",
+    ),
+    "unknown-parameter": (
+        CHAIN + "shock: {profile: power-law, peak_force: 1, rise_time: 1, duration_ratio: 2, "
+        "parameters: {rise_exponent: 1, decay_exponent: 1, eta: 1}}",
+        "2:127", "shock.parameters.eta", "known: rise_exponent, decay_exponent",
+    ),
+    "parameter-of-none": (
+        CHAIN + SHOCK.replace("}", ", parameters: {n: 1}}"), "2:96", "shock.parameters.n", "there are none here",
+    ),
+    "missing-chain": (SHOCK, "1:1", "chain", "must be given"),
+    "missing-shock": (CHAIN, "1:1", "shock", "must be given"),
+    "missing-material": ("chain: {radius: 1}\n" + SHOCK, "1:1", "chain.material", "must be given"),
+    "missing-size": ("chain: {material: copper}\n" + SHOCK, "1:1", "chain.diameter", "give a diameter or a radius"),
+    "missing-density": (
+        "chain: {radius: 1, material: {youngs_modulus: 1 GPa, poisson_ratio: 0}}\n" + SHOCK,
+        "1:20", "chain.material.density", "density rho, > 0 kg/m**3",
+    ),
+    "missing-profile": (CHAIN + "shock: {peak_force: 1}", "2:1", "shock.profile", "must be given"),
+    "missing-peak-force": (CHAIN + SHOCK.replace("peak_force: 1 N, ", ""), "2:1", "shock.peak_force", "F0, > 0 N"),
+    "missing-rise-time": (CHAIN + SHOCK.replace("rise_time: 1 us, ", ""), "2:1", "shock.rise_time", "t0, > 0 s"),
+    "missing-ratio": (
+        CHAIN + SHOCK.replace(", duration_ratio: 2", ""), "2:1", "shock.duration_ratio", "must be given",
+    ),
+    "missing-parameters": (
+        CHAIN + SHOCK.replace("triangular", "exponential"), "2:1", "shock.parameters.rise_rate", "k1",
+    ),
+    "both-sizes": (
+        "chain: {material: copper, radius: 1, diameter: 2}\n" + SHOCK, "1:38", "chain.diameter", "must be given once",
+    ),
+    # kinds and units
+    "chain-is-a-number": ("chain: 5\n" + SHOCK, "1:8", "chain", "must be a mapping of material, diameter"),
+    "chain-is-empty": ("chain:\n" + SHOCK, "1:1", "chain.material", "must be given"),
+    "shock-is-a-list": (CHAIN + "shock: [1]", "2:8", "shock", "must be a mapping of profile"),
+    "predict-is-text": (_with("predict: section-4"), "3:10", "predict", "must be a mapping of model"),
+    "material-is-a-number": ("chain: {material: 5, radius: 1}\n" + SHOCK, "1:19", "chain.material", "a name of the"),
+    "material-is-empty": (
+        "chain: {material: , radius: 1}\n" + SHOCK, "1:9", "chain.material.youngs_modulus", "must be given",
+    ),
+    "name-is-a-number": (_with("name: 12"), "3:7", "name", "must be text (got 12; put it in quotes if it is text)"),
+    "name-is-empty": (_with("name: ''"), "3:7", "name", "must be a line of text"),
+    "wrong-dimension": (
+        CHAIN + SHOCK.replace("1 us", "15 kg"), "2:58", "shock.rise_time",
+        "must be a time, such as '15 us' (got '15 kg')",
+    ),
+    "no-such-unit": (CHAIN + SHOCK.replace("1 us", "1 uss"), "2:58", "shock.rise_time", "there is no such unit"),
+    "tower-of-powers": (CHAIN + SHOCK.replace("1 N", "9**9**9**9 N"), "2:42", "shock.peak_force", "must be a force"),
+    "text-for-a-number": (CHAIN + SHOCK.replace("1 N", "strong"), "2:42", "shock.peak_force", "must be a force"),
+    "truth-for-a-number": (CHAIN + SHOCK.replace("1 N", "true"), "2:42", "shock.peak_force", "(got True)"),
+    "list-for-a-number": (CHAIN + SHOCK.replace("1 N", "[1]"), "2:42", "shock.peak_force", "must be a force"),
+    "nothing-for-a-number": (CHAIN + SHOCK.replace("1 N", ""), "2:41", "shock.peak_force", "(got nothing)"),
+    # ranges
+    "negative-force": (CHAIN + SHOCK.replace("1 N", "-1 kN"), "2:42", "shock.peak_force", "> 0 N (got '-1 kN')"),
+    "zero-time": (CHAIN + SHOCK.replace("1 us", "0"), "2:58", "shock.rise_time", "must be > 0 s (got 0)"),
+    "ratio-of-one": (CHAIN + SHOCK.replace(": 2", ": 1"), "2:80", "shock.duration_ratio", "must be > 1 (got 1)"),
+    "incompressible": (
+        "chain: {radius: 1, material: {youngs_modulus: 1, poisson_ratio: 50 %, density: 1}}\n" + SHOCK,
+        "1:65", "chain.material.poisson_ratio", "must be > -1 and < 0.5 (got '50 %')",
+    ),
+    "one-granule": ("chain: {material: copper, radius: 1, granules: 1}\n" + SHOCK, "1:48", "chain.granules", ">= 2"),
+    "half-a-granule": ("chain: {material: copper, radius: 1, granules: 9.5}\n" + SHOCK, "1:48", "chain.granules", ""),
+    "radius-beyond-mass": ("chain: {material: copper, radius: 1e-200}\n" + SHOCK, "1:35", "chain.radius", "a mass"),
+    "diameter-beyond-mass": (
+        "chain: {material: copper, diameter: 1e-200}\n" + SHOCK, "1:37", "chain.diameter", "a mass that",
+    ),
+    "rtol-too-fine": (_with("simulate: {rtol: 1e-16}"), "3:18", "simulate.rtol", "must be >= 1e-10 and <= 0.01"),
+    "threshold-of-one": (_with("simulate: {wave_threshold: 1}"), "3:28", "simulate.wave_threshold", "> 0 and < 1"),
+    # names
+    "unknown-material": (
+        "chain: {material: coper, radius: 1}\n" + SHOCK, "1:19", "chain.material", "did you mean 'copper'?",
+    ),
+    "unknown-profile": (CHAIN + SHOCK.replace("triangular", "triangle"), "2:18", "shock.profile", "did you mean"),
+    "unknown-model": (_with("predict: {model: section4}"), "3:18", "predict.model", "did you mean 'section-4'?"),
+    "unknown-quadrature": (_with("predict: {quadrature: gauss}"), "3:23", "predict.quadrature", "known: gauss"),
+    "unknown-integrator": (_with("simulate: {integrator: euler}"), "3:24", "simulate.integrator", "known: dop853"),
+    "unknown-alpha": (_with("predict: {alpha: liteal}"), "3:18", "predict.alpha", "must be 'constant' or 'literal'"),
+    "unknown-relation": (
+        _with("published: {source: x, relation: more}"), "3:34", "published.relation", "'less', 'equal' or 'greater'",
+    ),
+    "unknown-coefficient": (
+        _with("predict: {momentum_coefficient: roughly}"), "3:33", "predict.momentum_coefficient", "'exact', 'paper'",
+    ),
+    "rtol-without-use": (_with("predict: {rtol: 1e-6}"), "3:17", "predict.rtol", "must be left out for model"),
+    "not-installed": (
+        _with("requires: [numpy, no-such-distribution-1]"), "3:19", "requires[1]", "pip install no-such-distribution-1",
+    ),
+    "requires-no-name": (_with("requires: ['../x']"), "3:12", "requires[0]", "must be the name of a distribution"),
+    "requires-text": (_with("requires: numpy"), "3:11", "requires", "must be a list"),
+    "published-without-source": (_with("published: {error: 1 %}"), "3:1", "published.source", "must be given"),
+    "sweep": (_with("sweep: {grid: {shock.duration_ratio: [2, 4]}}"), "3:1", "sweep", "remove the block"),
+    # records
+    "record-of-nothing": (TABULATED % "", "2:29", "shock.parameters.file", "give times and forces, or a file"),
+    "times-alone": (TABULATED % "times: [0, 1, 2]", "2:29", "shock.parameters.forces", "give forces, or a file"),
+    "file-and-times": (TABULATED % "times: [0, 1], file: x.csv", "2:57", "shock.parameters.file", "must be left out"),
+    "two-samples": (TABULATED % "times: [0, 1], forces: [0, 1]", "2:49", "shock.parameters.times", "at least three"),
+    "times-backwards": (
+        TABULATED % "times: [0, 2, 1], forces: [0, 1, 0]", "2:56", "shock.parameters.times[2]", "must be greater than",
+    ),
+    "times-in-newtons": (
+        TABULATED % "times: [0, 2 N, 3], forces: [0, 1, x]", "2:53", "shock.parameters.times[1]", "must be a time",
+    ),
+    "times-no-list": (TABULATED % "times: 5, forces: [0, 1, 0]", "2:49", "shock.parameters.times", "must be a list"),
+    "peak-at-start": (
+        TABULATED % "times: [0, 1, 2], forces: [5, 1, 0]", "2:69", "shock.parameters.forces[0]", "there is no rise",
+    ),
+    "absolute-file": (TABULATED % "file: /etc/passwd", "2:48", "shock.parameters.file", "in the scenario's folder"),
+    "file-above": (TABULATED % "file: ../../x.csv", "2:48", "shock.parameters.file", "in the scenario's folder"),
+    "file-through-a-link": (TABULATED % "file: link/x.csv", "2:48", "shock.parameters.file", "scenario's folder"),
+    "file-without-name": (TABULATED % "file: ''", "2:48", "shock.parameters.file", "in the scenario's folder"),
+    "file-of-endless-name": (TABULATED % f"file: {'x' * 5000}", "2:48", "shock.parameters.file", ""),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_scenario_is_refused_in_its_place(tmp_path: Path, name: str) -> None:
+    text, place, where, part = BAD[name]
+    (tmp_path / "link").symlink_to("/usr")
+    path = tmp_path / "bad.yaml"
+    path.write_text(text, encoding="utf-8", newline="")
+    with pytest.raises((ScenarioError, FileAccessError)) as caught:
+        load_scenario(path)
+    first = str(caught.value).split("\n")[0]
+    assert first.startswith(f"{path}:{place}: {where}{': ' if where else ''}")
+    assert part in first
+
+
+def test_all_faults_are_told_at_once_in_the_order_of_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "bad.yaml"
+    path.write_text(
+        "shock:\n"
+        "  profile: power-law\n"
+        "  peak_force: 15 kg\n"
+        "  rise_time: 15 us\n"
+        "  duration_ratio: 0.5\n"
+        "  parameters: {rise_exponent: -1, decay_exponent: 5, extra: 1}\n"
+        "chain:\n"
+        "  diametr: 9.5 mm\n"
+        "  material: {youngs_modulus: .inf, poisson_ratio: 0.3}\n"
+        "predict: {model: section-5, alpha: none, quadrature: none, equal_tolerance: 2}\n"
+        "simulate: {integrator: none, rtol: 1}\n"
+        "predict: {}\n"
+        "sweep: {}\n"
+    )
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(path)
+    found = [f"{fault.location.removeprefix(str(path))} {fault.path}" for fault in caught.value.faults]
+    assert found == [
+        ":3:15 shock.peak_force",
+        ":5:19 shock.duration_ratio",
+        ":6:31 shock.parameters.rise_exponent",
+        ":6:54 shock.parameters.extra",
+        ":7:1 chain.diameter",
+        ":8:3 chain.diametr",
+        ":9:3 chain.material.density",
+        ":9:30 chain.material.youngs_modulus",
+        ":10:18 predict.model",
+        ":10:36 predict.alpha",
+        ":10:54 predict.quadrature",
+        ":10:77 predict.equal_tolerance",
+        ":11:24 simulate.integrator",
+        ":11:36 simulate.rtol",
+        ":12:1 predict",
+        ":13:1 sweep",
+    ]
+
+
+def test_unknown_names_of_one_block_are_told_together(tmp_path: Path) -> None:
+    path = tmp_path / "bad.yaml"
+    path.write_text(_with("predict: {model: no, quadrature: no, momentum_coefficient: no, rtol: 1}"))
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(path)
+    assert {fault.path.removeprefix("predict.") for fault in caught.value.faults} == {
+        "model",
+        "quadrature",
+        "momentum_coefficient",
+        "rtol",
+    }
+
+
+def test_faults_of_a_record_file_keep_its_lines_and_those_of_the_scenario_theirs(tmp_path: Path) -> None:
+    (tmp_path / "pulse.csv").write_text("t [s],f [N]\n0,0\n2,1\n1,0\n")
+    path = tmp_path / "bad.yaml"
+    path.write_text("chain: {radius: 1, material: no}\nshock: {profile: tabulated, parameters: {file: pulse.csv}}")
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(path)
+    assert [fault.location for fault in caught.value.faults] == [f"{path}:1:30", f"{tmp_path / 'pulse.csv'}:4"]
+
+
+def test_messages_call_the_file_by_the_name_that_was_given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("bad.yaml").write_text("x: 1\n")
+    with pytest.raises(ScenarioError, match=r"^\./bad\.yaml:1:1: "):
+        load_scenario("./bad.yaml")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        pytest.param("".join(f"k{i}: 1\n" for i in range(49_000)), id="unknown-keys"),
+        pytest.param("predict: {" + "a: 1, " * 40_000 + "}", id="duplicate-keys"),
+        pytest.param(TABULATED % f"times: [{'x,' * 40_000}], forces: [{'1 N,' * 40_000}]", id="bad-samples"),
+        pytest.param(TABULATED % f"times: [{'1 s,' * 40_000}], forces: [{'1 N,' * 40_000}]", id="equal-times"),
+        pytest.param(_with(f"requires: [{'no-such, ' * 20_000}]"), id="requirements"),
+        pytest.param(f"{'k' * 900_000}: 1\n", id="endless-key"),
+    ],
+)
+def test_a_flood_of_faults_ends_in_a_short_list(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "bad.yaml"
+    path.write_text(text)
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(path)
+    assert len(caught.value.faults) <= 101
+    assert len(str(caught.value)) < 50_000
+
+
+# ---------------------------------------------------------------- whatever comes
+
+_SOUND = settings(
+    derandomize=True,
+    deadline=None,
+    max_examples=200,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
+
+
+def _load_or_refuse(folder: Path, data: bytes) -> None:
+    path = folder / "any.yaml"
+    path.write_bytes(data)
+    try:
+        scenario = load_scenario(path)
+    except ShockwaveError as error:
+        message = str(error)
+    else:
+        assert isinstance(scenario, Scenario)
+        assert None not in (scenario.shock, scenario.chain, scenario.predictor, scenario.simulate)
+        message = scenario.name
+    assert message.encode("utf-8")
+
+
+@_SOUND
+@given(data=st.binary(max_size=200))
+def test_random_bytes(tmp_path: Path, data: bytes) -> None:
+    _load_or_refuse(tmp_path, data)
+
+
+@_SOUND
+@given(text=st.text(st.one_of(st.characters(codec="utf-8"), st.sampled_from("[]{}:,-?&*!|>'\"%@` \n#")), max_size=60))
+def test_random_text(tmp_path: Path, text: str) -> None:
+    _load_or_refuse(tmp_path, (CHAIN + SHOCK + text).encode())
+    _load_or_refuse(tmp_path, text.encode())
+
+
+_PIECES = st.sampled_from([
+    "", " ", "\n", "  ", "\t", ":", ": ", "- ", "[", "]", "{", "}", "'", '"', "#", "&a ", "*a", "!", "|", "null",
+    "true", "-1", "0", "1e400", "1e-400", "1e300", "9" * 400, ".nan", "15 kg", "9**9**9 s", "x", "<<: ", "\x00", "µ",
+    "0x10", "radius: 1", "tabulated", "triangular", "file: x.csv", "sweep: 1", "1 N", "%", "---\n", "...\n", "? ",
+])  # fmt: skip
+
+
+@_SOUND
+@given(
+    text=st.sampled_from([GOOD, RECORD]),
+    cuts=st.lists(st.tuples(st.floats(0, 1), st.integers(0, 30), _PIECES, st.booleans()), min_size=1, max_size=4),
+)
+def test_mutated_scenarios(tmp_path: Path, text: str, cuts: list[tuple[float, int, str, bool]]) -> None:
+    for start, length, piece, twice in cuts:
+        first = int(start * len(text))
+        span = text[first : first + length]
+        text = text[:first] + (span + piece + span if twice else piece) + text[first + length :]
+    _load_or_refuse(tmp_path, text.encode())
+
+
+@pytest.mark.parametrize("text", [GOOD, RECORD], ids=["power-law", "record"])
+def test_what_is_mutated_is_valid(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "good.yaml"
+    path.write_text(text)
+    assert load_scenario(os.fspath(path)).shock.peak_force in (100.0, 3.0)

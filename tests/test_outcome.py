@@ -1,0 +1,233 @@
+"""An outcome: a frozen value that JSON can hold, finite at every extreme, for records as for formulae."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import attrs
+import numpy as np
+import pytest
+
+import shockwave as sw
+from scenes import CHAIN, FORCE
+from shockwave.chain import Scales
+
+T0 = Scales.of(CHAIN, FORCE).time
+
+KEYS = (
+    "scenario",
+    "model",
+    "regime",
+    "relation",
+    "peak_force",
+    "amplification",
+    "waves",
+    "applied_momentum",
+    "ejection",
+    "conditions",
+    "expected_error",
+    "warnings",
+)
+WAVE_KEYS = ("peak_force", "momentum", "energy", "speed", "width")
+EJECTION_KEYS = ("virtual_rise_time", "added_momentum")
+CONDITION_KEYS = ("name", "margin", "holds")
+
+
+def _power(n: float, rise: float, decay: float) -> sw.PowerLaw:
+    return sw.PowerLaw(rise_exponent=rise, decay_exponent=decay, duration_ratio=n)
+
+
+def _predict(profile: sw.ShockProfile, rise_time: float, **settings: Any) -> sw.Outcome:
+    """On the paper's beads at 100 N; the rise time in T0."""
+    shock = sw.Shock(profile=profile, peak_force=FORCE, rise_time=rise_time * T0)
+    return sw.Predictor(**settings).predict(shock, CHAIN)
+
+
+#: Name -> profile, rise time over T0.
+CASES: dict[str, tuple[sw.ShockProfile, float]] = {
+    "ejection": (_power(3, 0.5, 1), 0.6),
+    "single": (_power(3, 1 / 9, 1), 0.91),
+    "train": (_power(10, 1, 5), 1.0),
+}
+EVERY_REGIME = pytest.mark.parametrize("name", CASES)
+
+
+def _read(outcome: sw.Outcome) -> dict[str, Any]:
+    """``to_dict`` by way of JSON, which refuses NaN, infinities and numbers of numpy."""
+    read: dict[str, Any] = json.loads(json.dumps(outcome.to_dict(), allow_nan=False))
+    return read
+
+
+# ---------------------------------------------------------------- to_dict
+
+
+@EVERY_REGIME
+@pytest.mark.parametrize("key", KEYS)
+def test_json_has_the_key(name: str, key: str) -> None:
+    assert key in _read(_predict(*CASES[name]))
+
+
+@EVERY_REGIME
+def test_json_says_what_the_outcome_says(name: str) -> None:
+    outcome = _predict(*CASES[name])
+    read = _read(outcome)
+    said = {key: getattr(outcome, key) for key in ("model", "regime", "relation", "peak_force", "amplification")}
+    assert {key: read[key] for key in said} == said
+
+
+@EVERY_REGIME
+def test_json_names_the_regime(name: str) -> None:
+    assert _read(_predict(*CASES[name]))["regime"] == name
+
+
+@EVERY_REGIME
+def test_every_wave_in_json_has_its_quantities(name: str) -> None:
+    assert all(set(WAVE_KEYS) <= set(wave) for wave in _read(_predict(*CASES[name]))["waves"])
+
+
+@EVERY_REGIME
+def test_the_first_wave_is_the_primary(name: str) -> None:
+    read = _read(_predict(*CASES[name]))
+    assert read["waves"][0]["peak_force"] == read["peak_force"]
+    # One division.
+    assert read["amplification"] == pytest.approx(read["peak_force"] / FORCE, rel=1e-15)
+
+
+@EVERY_REGIME
+def test_conditions_in_json_have_name_margin_and_standing(name: str) -> None:
+    conditions = _read(_predict(*CASES[name]))["conditions"]
+    assert len(conditions) == 3
+    assert all(set(CONDITION_KEYS) <= set(condition) for condition in conditions)
+
+
+def test_ejection_in_json_has_its_quantities() -> None:
+    assert set(EJECTION_KEYS) <= set(_read(_predict(*CASES["ejection"]))["ejection"])
+
+
+@pytest.mark.parametrize("name", ["single", "train"])
+def test_ejection_in_json_is_null_without_one(name: str) -> None:
+    assert _read(_predict(*CASES[name]))["ejection"] is None
+
+
+@EVERY_REGIME
+def test_expected_error_in_json_is_a_pair(name: str) -> None:
+    low, high = _read(_predict(*CASES[name]))["expected_error"]
+    assert -1 <= low < high
+
+
+# ---------------------------------------------------------------- a value
+
+
+@EVERY_REGIME
+def test_an_outcome_is_frozen(name: str) -> None:
+    outcome = _predict(*CASES[name])
+    with pytest.raises(attrs.exceptions.FrozenInstanceError):
+        outcome.peak_force = 1.0  # type: ignore[misc]
+
+
+@EVERY_REGIME
+def test_outcomes_of_equal_values_are_equal(name: str) -> None:
+    first, second = _predict(*CASES[name]), _predict(*CASES[name])
+    assert first == second
+    assert hash(first) == hash(second)
+
+
+@EVERY_REGIME
+def test_outcomes_of_other_values_differ(name: str) -> None:
+    profile, rise_time = CASES[name]
+    assert _predict(profile, rise_time) != _predict(profile, rise_time * (1 + 1e-9))
+
+
+@EVERY_REGIME
+def test_an_outcome_prints_its_regime_and_relation(name: str) -> None:
+    outcome = _predict(*CASES[name])
+    text = str(outcome).lower()
+    assert {"ejection": "eject", "single": "single", "train": "train"}[name] in text
+
+
+# ---------------------------------------------------------------- extremes
+
+
+@pytest.mark.parametrize(
+    ("profile", "rise_time"),
+    [
+        (sw.Triangular(duration_ratio=2), 1e-12),
+        (sw.Triangular(duration_ratio=2), 1e3),
+        (sw.Triangular(duration_ratio=1 + 1e-9), 1e-12),
+        (sw.Triangular(duration_ratio=1 + 1e-9), 1.0),
+        (sw.Triangular(duration_ratio=1 + 1e-9), 1e3),
+        (sw.Triangular(duration_ratio=1e4), 1e-12),
+        (sw.Triangular(duration_ratio=1e4), 1e3),
+        (_power(2, 50, 50), 1e-12),
+        (_power(2, 50, 50), 1e3),
+        (_power(1 + 1e-9, 50, 50), 1.0),
+        (_power(1e4, 50, 1), 1e-2),
+        (_power(1e4, 0, 50), 1e3),
+        (_power(1e4, 1e-9, 1e-9), 1e-12),
+        (sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=2), 1e-12),
+        (sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=2), 1.0),
+        (sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=1 + 1e-9), 1.0),
+        (sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=1e4), 1e3),
+        (sw.Exponential(rise_rate=-700, decay_rate=1e4, duration_ratio=2), 1.0),
+        (sw.Exponential(rise_rate=-700, decay_rate=-700, duration_ratio=2), 1e-12),
+        (sw.Exponential(rise_rate=-700, decay_rate=-700, duration_ratio=2), 1e3),
+    ],
+    ids=lambda value: f"{value:g}" if isinstance(value, float) else str(value).replace("duration_ratio", "n"),
+)
+@pytest.mark.parametrize("alpha", ["constant", "literal"])
+def test_an_extreme_shock_has_a_finite_outcome(profile: sw.ShockProfile, rise_time: float, alpha: str) -> None:
+    # Only the waves near the primary are asked for: a long train has a thousand.
+    read = _read(_predict(profile, rise_time, alpha=alpha, wave_threshold=0.999))
+    assert all(wave["peak_force"] > 0 for wave in read["waves"])
+
+
+@pytest.mark.parametrize(
+    "profile",
+    [sw.Triangular(duration_ratio=2), _power(10, 1, 5), sw.Exponential(rise_rate=3, decay_rate=2, duration_ratio=4)],
+    ids=["triangle", "power-law", "exponential"],
+)
+def test_of_a_vanishing_shock_the_reader_is_told_to_simulate(profile: sw.ShockProfile) -> None:
+    # The window of (5h) has a momentum of its own, however little the shock has.
+    assert any("simulate" in warning for warning in _predict(profile, 1e-6).warnings)
+
+
+@pytest.mark.parametrize("force", [1e-30, 1e30], ids=str)
+@pytest.mark.parametrize("radius", [1e-9, 1e3], ids=str)
+@EVERY_REGIME
+def test_extreme_sizes_and_forces_have_finite_outcomes(name: str, radius: float, force: float) -> None:
+    profile, rise_time = CASES[name]
+    chain = attrs.evolve(CHAIN, radius=radius)
+    shock = sw.Shock(profile=profile, peak_force=force, rise_time=rise_time * Scales.of(chain, force).time)
+    assert _read(sw.Predictor().predict(shock, chain))["regime"] == name
+
+
+# ---------------------------------------------------------------- records
+
+
+@pytest.mark.parametrize(
+    ("profile", "rise_time"),
+    [
+        (_power(3, 0.5, 1), 0.6),
+        (_power(3, 1 / 9, 1), 0.91),
+        (_power(10, 1, 5), 1.0),
+        (_power(6, 0.5, 6), 1.0),
+        (_power(4, 2, 2), 0.3),
+    ],
+    ids=["ejection", "single", "train", "table1-row2", "slow-rise"],
+)
+def test_a_finely_sampled_record_is_predicted_like_its_formula(profile: sw.PowerLaw, rise_time: float) -> None:
+    n = profile.duration_ratio
+    # Samples gather towards the start, where the slope may be unbounded.
+    s = np.concatenate((np.linspace(0, 1, 2001) ** 4, np.linspace(1, n, 4001)[1:]))
+    record = sw.Shock(profile=sw.Tabulated(s * rise_time * T0, profile.force(s) * FORCE))
+    sampled, exact = sw.Predictor().predict(record, CHAIN), _predict(profile, rise_time)
+    assert sampled.regime == exact.regime
+    # Chords cut what is convex: second order in the spacing.
+    assert sampled.peak_force == pytest.approx(exact.peak_force, rel=1e-3)
+
+
+def test_what_was_done_to_a_record_is_among_the_warnings() -> None:
+    shock = sw.Shock(profile=sw.Tabulated([1.0, 2.0, 4.0], [0.0, 5.0, 0.0]))
+    assert set(shock.profile.notes) <= set(sw.Predictor().predict(shock, CHAIN).warnings)
+    assert shock.profile.notes

@@ -1,0 +1,287 @@
+"""The registry: built-ins found without plugins, plugins found as installed, faults contained and named."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.metadata
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import attrs
+import pytest
+
+from shockwave import registry
+from shockwave.errors import PluginError, UnknownNameError
+from shockwave.hooks import Entry
+
+BUILT_IN = {
+    "profiles": "power-law",
+    "integrators": "dop853",
+    "quadratures": "gauss-legendre",
+    "materials": "paper-steel",
+    "models": "section-4",
+}
+EVERY_KIND = pytest.mark.parametrize("kind", BUILT_IN)
+
+#: A hooks module that registers one profile and imports nothing heavy.
+GOOD = """
+from shockwave.hooks import Entry, hookimpl
+
+@hookimpl
+def shockwave_profiles():
+    return [Entry("{name}", "{module}_pulse:Pulse", "a pulse")]
+"""
+PULSE = """
+from shockwave.profiles.triangular import Triangular
+
+class Pulse(Triangular):
+    pass
+"""
+
+Install = Callable[..., str]
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install]:
+    """Put a distribution with a hooks module on the path; gives the name of its module."""
+    place = tmp_path / "site"
+    place.mkdir()
+    monkeypatch.syspath_prepend(place)
+    before = set(sys.modules)
+
+    def installed(
+        distribution: str, hooks: str = GOOD, pulse: str = PULSE, name: str = "", version: str = "1.2"
+    ) -> str:
+        module = distribution.replace("-", "_")
+        (place / f"{module}.py").write_text(hooks.format(name=name or distribution, module=module))
+        (place / f"{module}_pulse.py").write_text(pulse)
+        info = place / f"{module}-{version}.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: {version}\n")
+        (info / "entry_points.txt").write_text(f"[shockwave]\n{distribution} = {module}\n")
+        registry.plugins.cache_clear()
+        importlib.invalidate_caches()
+        return module
+
+    registry.plugins.cache_clear()
+    yield installed
+    registry.plugins.cache_clear()
+    for module in set(sys.modules) - before:
+        if getattr(sys.modules[module], "__file__", None) and str(place) in str(sys.modules[module].__file__):
+            del sys.modules[module]
+
+
+def _plugin(distribution: str) -> registry.Plugin:
+    (found,) = [plugin for plugin in registry.plugins() if plugin.distribution == distribution]
+    return found
+
+
+# ---------------------------------------------------------------- built-ins
+
+
+@EVERY_KIND
+def test_a_built_in_is_found_without_looking_for_plugins(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def scanned(**_: str) -> None:
+        raise AssertionError("entry points were scanned")
+
+    monkeypatch.setattr(importlib.metadata, "entry_points", scanned)
+    registry.plugins.cache_clear()
+    assert registry.find(kind, BUILT_IN[kind]).name == BUILT_IN[kind]
+
+
+@EVERY_KIND
+def test_every_built_in_can_be_loaded(kind: str) -> None:
+    own = [entry for entry in registry.entries(kind) if entry.distribution == "shockwave"]
+    assert all(registry.load(kind, entry.name) is not None for entry in own)
+
+
+@EVERY_KIND
+def test_names_of_a_kind_are_distinct(kind: str) -> None:
+    names = [entry.name for entry in registry.entries(kind)]
+    assert len(set(names)) == len(names)
+
+
+@EVERY_KIND
+def test_every_entry_says_what_it_is(kind: str) -> None:
+    assert all(entry.summary for entry in registry.entries(kind))
+
+
+def test_every_kind_has_a_word() -> None:
+    assert set(registry.KINDS) == set(BUILT_IN)
+
+
+def test_finding_a_name_imports_nothing_that_it_names() -> None:
+    code = (
+        "import sys; from shockwave.registry import find; find('profiles', 'tabulated');"
+        "sys.exit(any(m in sys.modules for m in ('numpy', 'scipy', 'shockwave.profiles.tabulated')))"
+    )
+    # In a fresh interpreter, from the directory of the package under test.
+    place = Path(registry.__file__).parents[1]
+    assert subprocess.run([sys.executable, "-c", code], cwd=place, check=False).returncode == 0
+
+
+@EVERY_KIND
+def test_an_unknown_name_is_answered_with_the_known_and_the_nearest(kind: str) -> None:
+    near = BUILT_IN[kind] + "x"
+    with pytest.raises(UnknownNameError) as caught:
+        registry.find(kind, near)
+    message = str(caught.value)
+    assert message.startswith(f"unknown {registry.KINDS[kind]} (got {near!r}; did you mean {BUILT_IN[kind]!r}? known: ")
+    assert all(entry.name in message for entry in registry.entries(kind))
+
+
+def test_a_name_like_no_other_has_no_nearest() -> None:
+    with pytest.raises(UnknownNameError) as caught:
+        registry.find("profiles", "@@@")
+    assert "did you mean" not in str(caught.value)
+
+
+def test_an_unknown_name_carries_what_is_known() -> None:
+    with pytest.raises(UnknownNameError) as caught:
+        registry.load("models", "nonesuch")
+    assert (caught.value.kind, caught.value.name) == ("model", "nonesuch")
+    assert "section-4" in caught.value.known
+
+
+def test_an_entry_is_frozen() -> None:
+    with pytest.raises(attrs.exceptions.FrozenInstanceError):
+        registry.find("profiles", "tabulated").address = "elsewhere:Thing"  # type: ignore[misc]
+
+
+# ---------------------------------------------------------------- plugins
+
+
+def test_a_plugin_is_found_as_installed(install: Install) -> None:
+    module = install("test-pulses", name="test-pulse")
+    entry = registry.find("profiles", "test-pulse")
+    assert entry == Entry("test-pulse", f"{module}_pulse:Pulse", "a pulse", distribution="test-pulses")
+
+
+def test_a_plugin_tells_its_version(install: Install) -> None:
+    install("test-pulses", version="3.4.5")
+    assert (_plugin("test-pulses").version, _plugin("test-pulses").problem) == ("3.4.5", "")
+
+
+def test_what_a_plugin_registers_can_be_loaded(install: Install) -> None:
+    module = install("test-pulses", name="test-pulse")
+    assert registry.load("profiles", "test-pulse") is sys.modules[f"{module}_pulse"].Pulse
+
+
+def test_a_plugin_s_class_is_not_imported_before_it_is_loaded(install: Install) -> None:
+    module = install("test-pulses", name="test-pulse")
+    registry.find("profiles", "test-pulse")
+    assert module in sys.modules
+    assert f"{module}_pulse" not in sys.modules
+
+
+def test_plugins_are_listed_after_built_ins_by_name(install: Install) -> None:
+    install("test-a", name="z-pulse")
+    install("test-b", name="a-pulse")
+    names = [entry.name for entry in registry.entries("profiles")]
+    assert names.index("tabulated") < names.index("a-pulse") < names.index("z-pulse")
+
+
+def test_plugins_are_looked_for_once(install: Install, monkeypatch: pytest.MonkeyPatch) -> None:
+    install("test-pulses")
+    found = registry.plugins()
+    monkeypatch.setattr(importlib.metadata, "entry_points", lambda **_: pytest.fail("looked for again"))
+    assert registry.plugins() is found
+
+
+def test_two_plugins_with_one_name_are_both_named(install: Install) -> None:
+    install("test-first", name="same-pulse")
+    install("test-second", name="same-pulse")
+    with pytest.raises(PluginError, match=r"'same-pulse' is registered twice, by test-first and test-second"):
+        registry.find("profiles", "same-pulse")
+
+
+def test_a_clash_leaves_other_names_alone(install: Install) -> None:
+    install("test-first", name="same-pulse")
+    install("test-second", name="same-pulse")
+    assert registry.find("profiles", "triangular").distribution == "shockwave"
+
+
+def test_a_plugin_cannot_take_the_name_of_a_built_in(install: Install) -> None:
+    install("test-usurper", name="triangular")
+    assert registry.load("profiles", "triangular").__module__ == "shockwave.profiles.triangular"
+    assert "triangular" in _plugin("test-usurper").problem
+
+
+# ---------------------------------------------------------------- faults
+
+
+FAULTS = {
+    "raises": ("raise RuntimeError('out of order')", "RuntimeError: out of order"),
+    "syntax": ("def (:", "SyntaxError"),
+    "missing-module": ("import a_module_that_is_nowhere", "ModuleNotFoundError"),
+    "exits": ("import sys; sys.exit(3)", "SystemExit"),
+    "misspelt-hook": (
+        "from shockwave.hooks import hookimpl\n@hookimpl\ndef shockwave_profile():\n    return []",
+        "shockwave_profile",
+    ),
+    "hook-with-arguments": (
+        "from shockwave.hooks import hookimpl\n@hookimpl\ndef shockwave_profiles(scene):\n    return []",
+        "scene",
+    ),
+    "no-entries": (
+        "from shockwave.hooks import hookimpl\n@hookimpl\ndef shockwave_profiles():\n    return ['pulse']",
+        "must return entries",
+    ),
+    "hook-raises": (
+        "from shockwave.hooks import hookimpl\n@hookimpl\ndef shockwave_profiles():\n    return 1 / 0",
+        "ZeroDivisionError",
+    ),
+    "registers-nothing": ("x = 1", "nothing"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+class TestFaultyPlugin:
+    def test_is_listed_with_its_problem(self, install: Install, fault: str) -> None:
+        hooks, problem = FAULTS[fault]
+        install("test-faulty", hooks=hooks)
+        assert problem in _plugin("test-faulty").problem
+
+    def test_registers_nothing(self, install: Install, fault: str) -> None:
+        install("test-faulty", hooks=FAULTS[fault][0])
+        assert _plugin("test-faulty").entries == ()
+
+    def test_does_no_harm_to_another(self, install: Install, fault: str) -> None:
+        install("test-faulty", hooks=FAULTS[fault][0])
+        install("test-pulses", name="test-pulse")
+        assert registry.find("profiles", "test-pulse").distribution == "test-pulses"
+
+    def test_is_named_where_a_name_is_not_found(self, install: Install, fault: str) -> None:
+        install("test-faulty", hooks=FAULTS[fault][0])
+        with pytest.raises(UnknownNameError, match="test-faulty"):
+            registry.find("profiles", "nonesuch")
+
+
+@pytest.mark.parametrize(
+    ("pulse", "problem"),
+    [
+        ("raise RuntimeError('out of order')", "RuntimeError: out of order"),
+        ("import sys; sys.exit(3)", "SystemExit"),
+        ("import a_module_that_is_nowhere", "ModuleNotFoundError"),
+        ("", "AttributeError"),
+        ("Pulse = 'a text'", "ShockProfile"),
+        ("class Pulse:\n    pass", "ShockProfile"),
+    ],
+    ids=["raises", "exits", "missing-module", "missing-class", "no-class", "other-class"],
+)
+def test_what_cannot_be_loaded_is_the_plugin_s_fault(install: Install, pulse: str, problem: str) -> None:
+    module = install("test-pulses", name="test-pulse", pulse=pulse)
+    with pytest.raises(PluginError) as caught:
+        registry.load("profiles", "test-pulse")
+    message = str(caught.value)
+    assert message.startswith(f"profile 'test-pulse' of test-pulses: {module}_pulse:Pulse ")
+    assert problem in message
+
+
+def test_a_plugin_s_fault_ends_the_command_with_4(install: Install) -> None:
+    install("test-pulses", name="test-pulse", pulse="")
+    with pytest.raises(PluginError) as caught:
+        registry.load("profiles", "test-pulse")
+    assert caught.value.exit_code == 4
