@@ -34,7 +34,9 @@ class Chain:
 
     material: Material = field()
     radius: float = quantity("m", "radius R of the granules", above=0)
-    granules: int | None = quantity("", "number of granules", at_least=2, whole=True, optional=True, default=None)
+    granules: int | None = quantity(
+        "", "number of granules", at_least=2, at_most=1e9, whole=True, optional=True, default=None
+    )
 
     def __attrs_post_init__(self) -> None:
         if not isinstance(self.material, Material):

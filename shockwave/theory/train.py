@@ -131,7 +131,7 @@ def _literal_primary(shock: ScaledShock) -> tuple[float, float, tuple[float, ...
         sentence = "(5c) as printed has no root within the shock: the primary is given the whole impulse"
         return whole, shock.duration, roots, (sentence,)
     listed = ", ".join(f"{root:.6g}" for root in roots)
-    sentence = f"(5c) as printed has the roots {listed} (times the peak force), none of them near simulation"
+    sentence = f"(5c) as printed has the roots {listed} (times the peak force); the last within the shock is used"
     return inside[-1], time(inside[-1]), roots, (sentence,)
 
 
