@@ -24,6 +24,7 @@ FLOORS = {
     "built_ins": 2,
     "document": 2,
     "registry": 2,
+    "options": 3,
     "profiles": 3,
     "chain": 3,
     "theory": 4,

@@ -146,7 +146,7 @@ BAD = {
     "diameter-beyond-mass": (
         "chain: {material: copper, diameter: 1e-200}\n" + SHOCK, "1:37", "chain.diameter", "a mass that",
     ),
-    "rtol-too-fine": (_with("simulate: {rtol: 1e-16}"), "3:18", "simulate.rtol", "must be >= 1e-10 and <= 0.01"),
+    "rtol-too-fine": (_with("simulate: {rtol: 1e-16}"), "3:18", "simulate.rtol", "must be >= 1e-09 and <= 0.01"),
     "threshold-of-one": (_with("simulate: {wave_threshold: 1}"), "3:28", "simulate.wave_threshold", "> 0 and < 1"),
     # names
     "unknown-material": (

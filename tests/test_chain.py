@@ -77,7 +77,7 @@ class TestFormulae:
 
 
 def test_beads_of_the_paper_have_its_time() -> None:
-    # PHYSICS: A F0^(-1/6) = 24.024 us at 100 N with the paper's 13/3, to the digits given.
+    # A F0^(-1/6) = 24.024 us at 100 N with the paper's 13/3, to the digits given.
     assert BEADS.momentum_parameter(13 / 3) * 100 ** (-1 / 6) == pytest.approx(24.024e-6, abs=0.5e-9)
 
 

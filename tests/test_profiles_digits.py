@@ -26,6 +26,7 @@ PROFILES: dict[str, ShockProfile] = {
     "exponential-300-300": Exponential(rise_rate=300, decay_rate=300, duration_ratio=1.1),
     "exponential--300-2": Exponential(rise_rate=-300, decay_rate=2, duration_ratio=2),
     "exponential--1--300": Exponential(rise_rate=-1, decay_rate=-300, duration_ratio=30),
+    "exponential-0.03--0.03": Exponential(rise_rate=0.03, decay_rate=-0.03, duration_ratio=2),
     # Either side of where a series takes over from the closed form.
     "exponential-1.99--2.01": Exponential(rise_rate=1.99, decay_rate=-2.01, duration_ratio=2),
     "exponential--1.99-2.01": Exponential(rise_rate=-1.99, decay_rate=2.01, duration_ratio=2),

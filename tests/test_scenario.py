@@ -20,6 +20,7 @@ from shockwave.chain.material import Material
 from shockwave.errors import FileAccessError, InvalidValueError, PluginError, ScenarioError, UnknownNameError
 from shockwave.fields import quantity
 from shockwave.hooks import Entry
+from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.exponential import Exponential
@@ -27,7 +28,7 @@ from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock import Shock
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.scenario.blocks import CHAIN, SCENARIO, keys_of, parameters_of, profile_class, shock_keys
-from shockwave.scenario.load import Published, Scenario, SimulateOptions, load_scenario
+from shockwave.scenario.load import Published, Scenario, load_scenario
 from shockwave.scenario.template import template
 
 CONTRACT = """\

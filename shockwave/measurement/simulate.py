@@ -8,20 +8,15 @@ from attrs import evolve
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import MOMENTUM
-from shockwave.errors import InvalidValueError, NumericalError
-from shockwave.fields import Quantity
+from shockwave.errors import NumericalError
 from shockwave.measurement.result import Cost, MeasuredWave, SimulationResult
 from shockwave.measurement.run import Demand, Run, run
+from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
 from shockwave.registry import load
 from shockwave.simulation.problem import ChainProblem
 
-__all__ = ["RTOL", "WAVE_THRESHOLD", "simulate"]
-
-#: Relative error that may be asked of the primary's peak force.
-RTOL = Quantity("", "relative error asked of the primary's peak force", at_least=1e-9, at_most=1e-2)
-#: Weakest wave that counts, over the primary's peak force.
-WAVE_THRESHOLD = Quantity("", "weakest wave that counts, over the primary", above=0, below=1)
+__all__ = ["simulate"]
 
 # An absolute error per step, in units of the wave, leads to a relative error of the peak some 100 times as large.
 _FINE = 3e-4
@@ -79,10 +74,7 @@ def simulate(
     NumericalError
         When the integrator fails or no wave leaves the loaded end.
     """
-    for name, spec, value in (("rtol", RTOL, rtol), ("wave_threshold", WAVE_THRESHOLD, wave_threshold)):
-        problem = spec.problem(value)
-        if problem is not None:
-            raise InvalidValueError.of(name, problem)
+    SimulateOptions(integrator=integrator, rtol=rtol, wave_threshold=wave_threshold)
     method = load("integrators", integrator)
     begin = time.perf_counter()
     scaled, scales = _scaled(shock, chain)

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, Final, Literal
 
 import attrs
-from attrs import field, frozen
+from attrs import frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.errors import PluginError
@@ -29,7 +29,6 @@ __all__ = [
     "UNSTATED",
     "Key",
     "Published",
-    "SimulateOptions",
     "keys_of",
     "parameters_of",
     "profile_class",
@@ -66,36 +65,6 @@ class Key:
 
 
 # ---------------------------------------------------------------- what the blocks are
-
-
-def _known_integrator(_: object, attribute: object, name: str) -> None:
-    find("integrators", name)
-
-
-@frozen(kw_only=True)
-class SimulateOptions:
-    """How a scenario wants to be simulated.
-
-    Parameters
-    ----------
-    integrator : str
-        Name of a registered integrator.
-    rtol : float
-        Relative error asked of the primary's peak force, 1e-10 to 1e-2.
-    wave_threshold : float
-        Weakest wave that counts, over the primary, between 0 and 1.
-
-    Raises
-    ------
-    InvalidValueError, UnknownNameError
-        When a value is out of range or the name unknown.
-    """
-
-    integrator: str = field(default="dop853", validator=_known_integrator)
-    rtol: float = quantity(
-        "", "relative error asked of the primary's peak force", at_least=1e-10, at_most=1e-2, default=1e-6
-    )
-    wave_threshold: float = quantity("", "weakest wave that counts, over the primary", above=0, below=1, default=5e-3)
 
 
 @frozen(kw_only=True)

@@ -22,6 +22,7 @@ from shockwave.errors import (
     UnknownNameError,
 )
 from shockwave.fields import text_of
+from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
@@ -31,7 +32,6 @@ from shockwave.scenario.blocks import (
     RECORD,
     SCENARIO,
     Published,
-    SimulateOptions,
     keys_of,
     parameters_of,
     profile_class,
@@ -40,7 +40,7 @@ from shockwave.scenario.blocks import (
 from shockwave.scenario.gathering import Gathering
 from shockwave.scenario.values import missing, structure
 
-__all__ = ["Published", "Scenario", "SimulateOptions", "load_scenario", "scenario_of"]
+__all__ = ["Published", "Scenario", "load_scenario", "scenario_of"]
 
 _DISTRIBUTION = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9._-]{0,100}[A-Za-z0-9])?")
 _SWEEP = (

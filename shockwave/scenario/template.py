@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from shockwave.chain.material import Material
 from shockwave.fields import Quantity
+from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.registry import find
 from shockwave.scenario.blocks import (
@@ -18,7 +19,6 @@ from shockwave.scenario.blocks import (
     UNSTATED,
     Key,
     Published,
-    SimulateOptions,
     keys_of,
     parameters_of,
     profile_class,

@@ -1,0 +1,490 @@
+"""The documentation: scenarios load, commands print what is shown, code runs, tables and links are true.
+
+A comment right before a fenced block says what the block is besides what its language tells:
+
+``<!-- file: NAME -->``
+    It is also the file NAME for the commands and the code further down on its page.
+``<!-- fragment: NAME -->``
+    It is part of a scenario: its top-level keys take the place of those in the file NAME.
+``<!-- faulty -->``
+    The scenario has faults, and the page shows their messages.
+``<!-- table: NAME -->``, before a table
+    The table is compared with the program.
+
+In the output of commands and of ``>>>`` lines ``...`` stands for anything, as in doctest. Commands and code run in a
+folder of their own that holds a copy of ``profiles`` and the files of the page.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import doctest
+import glob
+import importlib
+import io
+import json
+import os
+import re
+import shlex
+import shutil
+import sys
+import tomllib
+import typing
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from attrs import frozen
+
+import shockwave as sw
+from shockwave import cli, registry
+from shockwave.fields import quantity_of
+from shockwave.scenario import blocks
+
+ROOT = Path(__file__).parent.parent
+DOCS = ROOT / "docs"
+PAGES = [
+    *(ROOT / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")),
+    *sorted(DOCS.glob("*.md")),
+    ROOT / "profiles" / "README.md",
+    *sorted((ROOT / "plugins").glob("**/README.md")),
+]
+# These change what is installed, or run all tests: a test must not.
+NOT_RUN = ("python -m pip ", "python3 -m venv ", ". .venv/bin/activate", "python -m pytest", "sphinx-build ", ".ci/run")
+
+
+@frozen
+class Block:
+    """A fenced block: its page, the line of its fence, its language, the directives before it, its text."""
+
+    page: Path
+    line: int
+    language: str
+    directives: dict[str, str]
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.page.relative_to(ROOT)}:{self.line}"
+
+
+@cache
+def blocks_of(page: Path) -> tuple[Block, ...]:
+    found, opened, directives = [], None, {}
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), start=1):
+        if opened is not None:
+            if line.strip() == "```":
+                start, language, lines = opened
+                found.append(Block(page, start, language, directives, "\n".join([*lines, ""])))
+                opened, directives = None, {}
+            else:
+                opened[2].append(line)
+        elif line.startswith("```"):
+            opened = (number, line[3:].strip(), [])
+        elif match := re.fullmatch(r"<!-- (.*) -->", line):
+            parts = (part.partition(":") for part in match[1].split(";"))
+            directives = {name.strip(): value.strip() for name, _, value in parts}
+        elif line:
+            directives = {}
+    assert opened is None, f"{page}: a fenced block is not closed"
+    return tuple(found)
+
+
+def of_language(*languages: str) -> Any:
+    """The blocks of these languages, as parameters."""
+    found = [block for page in PAGES for block in blocks_of(page) if block.language in languages]
+    return pytest.mark.parametrize("block", found, ids=str)
+
+
+# ---------------------------------------------------------------- where blocks run
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A working folder with a copy of the profiles; what is imported from it is forgotten afterwards."""
+    shutil.copytree(ROOT / "profiles", tmp_path / "profiles")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "100")
+    before = set(sys.modules)
+    registry.plugins.cache_clear()
+    yield tmp_path
+    for name in set(sys.modules) - before:
+        if name.split(".")[0] not in ("shockwave", "numpy", "scipy", "pint"):
+            del sys.modules[name]
+    registry.plugins.cache_clear()
+
+
+def prepare(folder: Path, block: Block, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Put the files of the page, down to ``block``, into ``folder``; distributions among them count as installed."""
+    for earlier in blocks_of(block.page):
+        if earlier.line < block.line and "file" in earlier.directives:
+            file = folder / earlier.directives["file"]
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(earlier.text, encoding="utf-8")
+    projects = [*folder.glob("*/pyproject.toml"), block.page.parent / "pyproject.toml"]
+    for project in projects:
+        if project.is_file() and project.parent != ROOT:
+            _install(folder, tomllib.loads(project.read_text(encoding="utf-8")))
+            source = project.parent / "src"
+            monkeypatch.syspath_prepend(source if source.is_dir() else project.parent)
+    monkeypatch.syspath_prepend(folder)
+    importlib.invalidate_caches()
+    registry.plugins.cache_clear()
+
+
+def _install(folder: Path, project: dict[str, Any]) -> None:
+    """What an installer leaves behind for entry points to be found."""
+    name, version = project["project"]["name"], project["project"]["version"]
+    info = folder / f"{name.replace('-', '_')}-{version}.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n", encoding="utf-8")
+    points = project["project"]["entry-points"]["shockwave"]
+    lines = ["[shockwave]", *(f"{point} = {module}" for point, module in points.items()), ""]
+    (info / "entry_points.txt").write_text("\n".join(lines), encoding="utf-8")
+
+
+def run(command: str, status: int) -> tuple[str, int]:
+    """What ``command`` prints, on both streams, and its exit status; ``status`` is that of the last one."""
+    if command == "echo $?":
+        return f"{status}\n", 0
+    program, *words = shlex.split(command)
+    assert program == "shockwave", f"{command!r} is neither a command of shockwave nor known as not to be run"
+    arguments = [file for word in words for file in (sorted(glob.glob(word)) if "*" in word else [word])]
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
+        try:
+            status = cli.main(arguments)
+        except SystemExit as end:
+            status = int(end.code or 0)
+    return printed.getvalue(), status
+
+
+def steps_of(block: Block) -> list[tuple[str, str]]:
+    """The commands of a console block and what each prints."""
+    steps: list[tuple[str, str]] = []
+    for line in block.text.splitlines():
+        if line.startswith("$ "):
+            steps.append((line[2:], ""))
+        else:
+            command, shown = steps.pop()
+            steps.append((command, f"{shown}{line}\n"))
+    return steps
+
+
+def parts_of(command: str) -> list[str]:
+    """The parts of ``a && b`` that a test may run."""
+    parts = [part.strip() for part in command.split("&&")]
+    return [part for part in parts if not f"{part} ".startswith(NOT_RUN)]
+
+
+def agree(shown: str, printed: str) -> bool:
+    """Whether text that was shown is what was printed; ``...`` stands for anything."""
+    plain = ("\n".join(line.rstrip() for line in text.rstrip().splitlines()) + "\n" for text in (shown, printed))
+    return doctest.OutputChecker().check_output(*plain, doctest.ELLIPSIS)
+
+
+# ---------------------------------------------------------------- blocks
+
+
+@of_language("console")
+def test_commands_print_what_is_shown(block: Block, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    prepare(folder, block, monkeypatch)
+    status = 0
+    for command, shown in steps_of(block):
+        for part in parts_of(command):
+            printed, status = run(part, status)
+            assert agree(shown, printed), f"$ {part}\n{printed}"
+
+
+@of_language("yaml")
+def test_scenarios_load_or_fail_as_told(block: Block, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    prepare(folder, block, monkeypatch)
+    file, text = Path(block.directives.get("file", "scenario.yaml")), block.text
+    if "fragment" in block.directives:
+        base = Path(block.directives["fragment"])
+        file = base.with_name("scenario.yaml")
+        text = yaml.safe_dump({**yaml.safe_load(base.read_text(encoding="utf-8")), **yaml.safe_load(text)})
+    file.write_text(text, encoding="utf-8")
+    if "faulty" not in block.directives:
+        assert sw.load_scenario(file).shock.peak_force > 0
+        return
+    with pytest.raises(sw.ScenarioError) as caught:
+        sw.load_scenario(file)
+    page = block.page.read_text(encoding="utf-8")
+    assert [fault for fault in map(str, caught.value.faults) if fault not in page] == []
+
+
+@of_language("python", "pycon")
+def test_code_runs(block: Block, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    prepare(folder, block, monkeypatch)
+    if "file" in block.directives:
+        compile(block.text, str(block), "exec")
+        return
+    names: dict[str, Any] = {}
+    for part in blocks_of(block.page):
+        if part.language in ("python", "pycon") and part.line <= block.line and "file" not in part.directives:
+            _execute(part, names)
+
+
+def _execute(block: Block, names: dict[str, Any]) -> None:
+    if block.language == "python":
+        exec(compile("\n" * block.line + block.text, str(block.page), "exec"), names)
+        return
+    test = doctest.DocTestParser().get_doctest(block.text, names, str(block), str(block.page), block.line)
+    found: list[str] = []
+    doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(test, out=found.append, clear_globs=False)
+    names.update(test.globs)
+    assert found == [], "".join(found)
+
+
+@of_language("toml")
+def test_project_files_are_toml(block: Block) -> None:
+    assert tomllib.loads(block.text)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_blocks_of_a_known_language_alone_are_shown(page: Path) -> None:
+    known = {"console", "yaml", "python", "pycon", "toml", "text", "csv", "{eval-rst}", "{toctree}"}
+    unknown = {block.language for block in blocks_of(page)} - known
+    # the READMEs of plugins show how to install them, in blocks without a language
+    assert unknown <= ({""} if "plugins" in page.parts else set())
+
+
+# ---------------------------------------------------------------- links
+
+
+def anchors(page: Path) -> set[str]:
+    """Anchors of the headings of a page, as GitHub and MyST make them."""
+    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    headings = re.findall(r"^#+ (.*)$", text, flags=re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-") for heading in headings}
+
+
+LINKS = [
+    (page, target)
+    for page in PAGES
+    for target in sorted(
+        set(re.findall(r"\]\(([^)\s]+)\)", re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)))
+    )
+    if "://" not in target
+]
+
+
+@pytest.mark.parametrize(("page", "target"), LINKS, ids=[f"{page.relative_to(ROOT)}->{to}" for page, to in LINKS])
+def test_links_lead_somewhere(page: Path, target: str) -> None:
+    path, _, anchor = target.partition("#")
+    file = (page.parent / path).resolve() if path else page
+    assert file.exists()
+    assert not anchor or anchor in anchors(file)
+
+
+@pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda page: page.name)
+def test_index_lists_every_page(page: Path) -> None:
+    listed = next(block.text for block in blocks_of(DOCS / "index.md") if block.language == "{toctree}")
+    assert page.name == "index.md" or page.stem in listed.split()
+
+
+def test_readme_of_profiles_names_every_file() -> None:
+    text = (ROOT / "profiles" / "README.md").read_text(encoding="utf-8")
+    files = (file for file in (ROOT / "profiles").rglob("*") if file.suffix in (".yaml", ".csv"))
+    assert [str(file) for file in files if f"`{file.relative_to(ROOT / 'profiles')}`" not in text] == []
+
+
+# ---------------------------------------------------------------- tables
+
+
+def table(page: str, name: str) -> list[list[str]]:
+    """The cells of the table that follows ``<!-- table: name -->``, without its header."""
+    lines = (ROOT / page).read_text(encoding="utf-8").splitlines()
+    begin = lines.index(f"<!-- table: {name} -->") + 1
+    rows = []
+    for line in lines[begin:]:
+        if line.startswith("|"):
+            rows.append([cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]])
+        elif rows:
+            break
+    return rows[2:]
+
+
+def code_in(cell: str) -> list[str]:
+    return re.findall(r"`([^`]+)`", cell)
+
+
+def cells_of(key: blocks.Key) -> list[str]:
+    """What docs/scenarios.md says of a key: name, type, unit, default, range."""
+    members = typing.get_args(key.annotation)
+    choices = [member for member in (key.annotation, *members) if typing.get_origin(member) is typing.Literal]
+    rule = "-"
+    if key.spec is not None:
+        kind = "list of numbers" if key.spec.samples else "whole number" if key.spec.whole else "number"
+        rule = key.spec.rule.removesuffix(f" {key.spec.unit}").removeprefix("a whole number ")
+    elif choices:
+        kind, rule = "name", ", ".join(f"`{name}`" for name in typing.get_args(choices[0]))
+    elif key.annotation is typing.Any:
+        kind = "name or mapping" if key.name == "material" else "mapping"
+    elif float in members and str in members:
+        kind = "name or number"
+    elif float in members:
+        kind = "number"
+    else:
+        kind = "list of text" if typing.get_origin(key.annotation) is list else "text"
+    unit = key.spec.unit if key.spec is not None and key.spec.unit else "-"
+    stated = key.default not in (None, "", blocks.UNSTATED)
+    default = "required" if key.required else f"`{key.default:g}`" if isinstance(key.default, float) else "-"
+    if stated and isinstance(key.default, str):
+        default = f"`{key.default}`"
+    return [f"`{key.name}`", kind, unit, default, rule.replace("a finite number", "-")]
+
+
+KEYS = {
+    "scenario": blocks.SCENARIO,
+    "chain": blocks.CHAIN,
+    "material": blocks.keys_of(sw.Material),
+    "shock": blocks.shock_keys(sw.PowerLaw),
+    "power-law": blocks.parameters_of("power-law", sw.PowerLaw),
+    "exponential": blocks.parameters_of("exponential", sw.Exponential),
+    "tabulated": blocks.parameters_of("tabulated", sw.Tabulated),
+    "predict": blocks.keys_of(sw.Predictor),
+    "simulate": blocks.keys_of(blocks.SimulateOptions),
+    "published": blocks.keys_of(blocks.Published),
+}
+
+
+@pytest.mark.parametrize("name", KEYS)
+def test_tables_of_keys_are_those_of_the_loader(name: str) -> None:
+    assert [row[:5] for row in table("docs/scenarios.md", name)] == [cells_of(key) for key in KEYS[name]]
+
+
+def test_table_of_profiles_is_the_registry() -> None:
+    own = [entry.name for entry in registry.entries("profiles") if entry.distribution == "shockwave"]
+    assert [code_in(row[0])[0] for row in table("docs/scenarios.md", "profiles")] == own
+
+
+@pytest.mark.parametrize("profile", ["power-law", "triangular", "exponential"])
+def test_table_of_profiles_names_their_parameters(profile: str) -> None:
+    row = next(row for row in table("docs/scenarios.md", "profiles") if code_in(row[0]) == [profile])
+    cls = registry.load("profiles", profile)
+    own = [field.name for field in cls.__attrs_attrs__ if field.name != "duration_ratio" and quantity_of(field)]
+    assert code_in(row[-1]) == own
+
+
+def flat(value: Any, path: str = "") -> set[str]:
+    """Paths of all keys in a document: ``waves``, ``waves[].momentum``, ``cost.steps``."""
+    if isinstance(value, dict):
+        step = f"{path}." if path else ""
+        return set().union(*({f"{step}{key}"} | flat(inner, f"{step}{key}") for key, inner in value.items()))
+    if isinstance(value, list):
+        return set().union(*(flat(inner, f"{path}[]") for inner in value))
+    return set()
+
+
+@cache
+def scene(name: str) -> sw.Scenario:
+    return sw.load_scenario(ROOT / "profiles" / name)
+
+
+@cache
+def documents(command: str) -> tuple[dict[str, Any], ...]:
+    """What ``command`` tells of an ejection, a single wave with one weak follower, and a train."""
+    scenes = [scene(f"{name}.yaml") for name in ("paper/table2-row1", "paper/table1-row1")]
+    calls = {
+        "predict": lambda s: s.predictor.predict(s.shock, s.chain),
+        "simulate": lambda s: sw.simulate(s.shock, s.chain, rtol=1e-4),
+        "compare": lambda s: sw.compare(s.shock, s.chain, s.predictor, rtol=1e-4),
+    }
+    return tuple(calls[command](one).to_dict() for one in scenes)
+
+
+@pytest.mark.parametrize("command", ["predict", "simulate"])
+def test_json_keys_are_those_of_to_dict(command: str) -> None:
+    told = {key for row in table("docs/commands.md", f"{command} --json") for key in code_in(row[0])}
+    assert told == set().union(*map(flat, documents(command)))
+
+
+def test_json_keys_of_compare_are_those_of_to_dict() -> None:
+    told = {key for row in table("docs/commands.md", "compare --json") for key in code_in(row[0])}
+    own = set().union(*map(flat, documents("compare")))
+    # the answers themselves have tables of their own
+    assert told == {key for key in own if not key.startswith(("predicted.", "simulated."))}
+
+
+@pytest.mark.parametrize("arguments", ["validate --json FILE", "list profiles --json", "list plugins --json"])
+def test_json_keys_of_other_commands_are_those_printed(
+    arguments: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plugin = ROOT / "plugins" / "shockwave-pulses"
+    _install(folder, tomllib.loads((plugin / "pyproject.toml").read_text(encoding="utf-8")))
+    monkeypatch.syspath_prepend(folder)
+    monkeypatch.syspath_prepend(plugin / "src")
+    (folder / "bad.yaml").write_text("shock: {}\n", encoding="utf-8")
+    printed, _ = run(f"shockwave {arguments.replace('FILE', 'bad.yaml')}", 0)
+    told = {key for row in table("docs/commands.md", arguments.replace(" FILE", "")) for key in code_in(row[0])}
+    assert told == {key.removeprefix("[].") for key in flat(json.loads(printed), "")} - {""}
+
+
+def parser_of(command: str) -> argparse.ArgumentParser:
+    actions = cli._parser()._actions
+    commands = next(action for action in actions if isinstance(action, argparse._SubParsersAction))
+    return typing.cast(argparse.ArgumentParser, commands.choices[command])
+
+
+def commands() -> list[str]:
+    action = next(a for a in cli._parser()._actions if isinstance(a, argparse._SubParsersAction))
+    return list(action.choices)
+
+
+def test_every_command_is_told() -> None:
+    assert [code_in(row[0])[0] for row in table("docs/commands.md", "commands")] == commands()
+
+
+@pytest.mark.parametrize("command", commands())
+def test_help_tells_the_options_that_the_page_tells(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    told = {word for row in table("docs/commands.md", f"options of {command}") for word in code_in(row[0])}
+    with pytest.raises(SystemExit):
+        cli.main([command, "--help"])
+    words = set(re.findall(r"(?<![\w-])--?[a-z]+", capsys.readouterr().out)) - {"-h", "--help"}
+    assert {word.split()[0] for word in told if word.startswith("-")} == words
+
+
+def test_kinds_that_list_takes_are_told() -> None:
+    row = next(row for row in table("docs/commands.md", "options of list") if code_in(row[0]) == ["KIND"])
+    assert set(code_in(row[1])) == set(cli._KINDS)
+
+
+def test_exit_statuses_are_those_of_the_errors() -> None:
+    rows = table("docs/commands.md", "exit statuses")
+    told = {name: int(code_in(row[0])[0]) for row in rows for name in code_in(row[2])}
+    errors = {name: getattr(sw, name) for name in sw.__all__ if name.endswith("Error")}
+    assert told == {name: error.exit_code for name, error in errors.items() if name != "ShockwaveError"}
+
+
+def test_ranges_of_trust_are_those_told_with_predictions() -> None:
+    from shockwave.prediction import trust
+
+    rows = table("docs/trust.md", "one wave")
+    assert [[float(cell) for cell in row[1:]] for row in rows] == [[r.low, r.high] for r in trust._TRUE_FACTOR]
+    rows = table("docs/trust.md", "train")
+    assert [[float(cell) for cell in row[1:]] for row in rows] == [[100 * r.low, 100 * r.high] for r in trust._TRAIN]
+
+
+@pytest.mark.parametrize("name", ["one wave", "train"])
+def test_bounds_of_trust_are_those_told_with_predictions(name: str) -> None:
+    from shockwave.prediction import trust
+
+    own = {"one wave": trust._TRUE_FACTOR, "train": trust._TRAIN}[name]
+    told = [float(number) for row in table("docs/trust.md", name) for number in re.findall(r"to ([\d.]+)", row[0])]
+    assert told == [row.upto for row in own[:-1]]
+
+
+def test_api_page_names_every_public_name_once() -> None:
+    text = (DOCS / "api.md").read_text(encoding="utf-8")
+    named = re.findall(r"auto(?:class|function|exception):: shockwave\.(\w+)", text)
+    assert sorted(named) == sorted(sw.__all__)
+
+
+def test_pages_hold_no_absolute_path() -> None:
+    texts = {page: page.read_text(encoding="utf-8") for page in PAGES}
+    assert [str(page) for page, text in texts.items() if re.search(rf"{os.sep}(?:home|tmp|work|Users)/", text)] == []
