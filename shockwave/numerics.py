@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from shockwave.errors import NumericalError
@@ -14,14 +15,16 @@ _MOST_ITERATIONS = 200
 def bracketed_root(function: Callable[[float], float], lower: float, upper: float, what: str) -> float:
     """The root of ``function`` between ``lower`` and ``upper``, to the last digits.
 
-    Bisection speeded up by regula falsi (the Illinois variant): the bracket always shrinks, so it cannot
-    fail once the signs differ. ``what`` names the quantity in the error.
+    Bisection speeded up by regula falsi (the Illinois variant): once the signs differ the bracket always shrinks,
+    around any root but a multiple one at zero. ``what`` names the quantity in the error.
 
     Raises
     ------
     NumericalError
-        When both ends have the same sign, or the bracket has not closed after 200 iterations.
+        When the ends are not in order or have the same sign, or the bracket has not closed after 200 iterations.
     """
+    if not lower < upper:
+        raise NumericalError(f"{what}: no bracket (got {lower:g} and {upper:g})")
     at_lower, at_upper = function(lower), function(upper)
     if at_lower == 0:
         return lower
@@ -33,7 +36,9 @@ def bracketed_root(function: Callable[[float], float], lower: float, upper: floa
         middle = (lower * at_upper - upper * at_lower) / (at_upper - at_lower)
         # Every third step is a bisection: regula falsi alone can creep.
         if count % 3 == 2 or not lower < middle < upper:
-            middle = 0.5 * (lower + upper)
+            # By the geometric mean where the bracket spans powers of ten.
+            wide = 0 < 4 * lower < upper
+            middle = math.sqrt(lower) * math.sqrt(upper) if wide else 0.5 * (lower + upper)
         if middle in (lower, upper):
             return middle
         at_middle = function(middle)

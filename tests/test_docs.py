@@ -112,7 +112,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     registry.plugins.cache_clear()
     yield tmp_path
     for name in set(sys.modules) - before:
-        if name.split(".")[0] not in ("shockwave", "numpy", "scipy", "pint"):
+        file = Path(getattr(sys.modules[name], "__file__", None) or "")
+        if file.is_relative_to(tmp_path) or file.is_relative_to(ROOT / "plugins"):
             del sys.modules[name]
     registry.plugins.cache_clear()
 

@@ -49,6 +49,8 @@ def train(shock: ScaledShock, settings: Settings) -> Train:
     if end >= shock.duration:
         warnings += ("the primary takes the whole impulse: the time it needs ends after the shock",)
     later, ending = _later_waves(shock, settings, primary, end)
+    if max(later, default=0.0) > primary:
+        warnings += ("(5i) puts a later wave above the primary: the rise is too slow for section 4",)
     # Implicit derivative of A F^(5/6) = I(t), t = alpha(F) A F^(-1/6); ``reach`` is d ln t / d ln F at fixed A.
     held = min(end, shock.duration)
     weight = 0.0 if end >= shock.duration else held * shock.force_at(held) / shock.impulse_until(held)
