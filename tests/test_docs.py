@@ -1,34 +1,15 @@
 """The documentation: scenarios load, commands print what is shown, code runs, tables and links are true.
 
-A comment right before a fenced block says what the block is besides what its language tells:
-
-``<!-- file: NAME -->``
-    It is also the file NAME for the commands and the code further down on its page.
-``<!-- fragment: NAME -->``
-    It is part of a scenario: its top-level keys take the place of those in the file NAME.
-``<!-- faulty -->``
-    The scenario has faults, and the page shows their messages.
-``<!-- table: NAME -->``, before a table
-    The table is compared with the program.
-
-In the output of commands and of ``>>>`` lines ``...`` stands for anything, as in doctest. Commands and code run in a
-folder of their own that holds a copy of ``profiles`` and the files of the page.
+`pages` tells the conventions.
 """
 
 from __future__ import annotations
 
 import argparse
-import contextlib
-import doctest
-import glob
 import importlib
-import io
 import json
 import os
 import re
-import shlex
-import shutil
-import sys
 import tomllib
 import typing
 from collections.abc import Iterator
@@ -38,59 +19,30 @@ from typing import Any
 
 import pytest
 import yaml
-from attrs import frozen
 
 import shockwave as sw
+from pages import (
+    DOCS,
+    PAGES,
+    ROOT,
+    Block,
+    agree,
+    anchors,
+    blocks_of,
+    code_in,
+    execute,
+    install,
+    prepare,
+    prose,
+    run,
+    table,
+    workplace,
+)
 from shockwave import cli, registry
 from shockwave.fields import quantity_of
+from shockwave.options import SimulateOptions
 from shockwave.scenario import blocks
-
-ROOT = Path(__file__).parent.parent
-DOCS = ROOT / "docs"
-PAGES = [
-    *(ROOT / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")),
-    *sorted(DOCS.glob("*.md")),
-    ROOT / "profiles" / "README.md",
-    *sorted((ROOT / "plugins").glob("**/README.md")),
-]
-# These change what is installed, or run all tests: a test must not.
-NOT_RUN = ("python -m pip ", "python3 -m venv ", ". .venv/bin/activate", "python -m pytest", "sphinx-build ", ".ci/run")
-
-
-@frozen
-class Block:
-    """A fenced block: its page, the line of its fence, its language, the directives before it, its text."""
-
-    page: Path
-    line: int
-    language: str
-    directives: dict[str, str]
-    text: str
-
-    def __str__(self) -> str:
-        return f"{self.page.relative_to(ROOT)}:{self.line}"
-
-
-@cache
-def blocks_of(page: Path) -> tuple[Block, ...]:
-    found, opened, directives = [], None, {}
-    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), start=1):
-        if opened is not None:
-            if line.strip() == "```":
-                start, language, lines = opened
-                found.append(Block(page, start, language, directives, "\n".join([*lines, ""])))
-                opened, directives = None, {}
-            else:
-                opened[2].append(line)
-        elif line.startswith("```"):
-            opened = (number, line[3:].strip(), [])
-        elif match := re.fullmatch(r"<!-- (.*) -->", line):
-            parts = (part.partition(":") for part in match[1].split(";"))
-            directives = {name.strip(): value.strip() for name, _, value in parts}
-        elif line:
-            directives = {}
-    assert opened is None, f"{page}: a fenced block is not closed"
-    return tuple(found)
+from test_architecture import FLOORS
 
 
 def of_language(*languages: str) -> Any:
@@ -99,110 +51,28 @@ def of_language(*languages: str) -> Any:
     return pytest.mark.parametrize("block", found, ids=str)
 
 
-# ---------------------------------------------------------------- where blocks run
-
-
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A working folder with a copy of the profiles; what is imported from it is forgotten afterwards."""
-    shutil.copytree(ROOT / "profiles", tmp_path / "profiles")
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "100")
-    before = set(sys.modules)
-    registry.plugins.cache_clear()
-    yield tmp_path
-    for name in set(sys.modules) - before:
-        file = Path(getattr(sys.modules[name], "__file__", None) or "")
-        if file.is_relative_to(tmp_path) or file.is_relative_to(ROOT / "plugins"):
-            del sys.modules[name]
-    registry.plugins.cache_clear()
-
-
-def prepare(folder: Path, block: Block, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Put the files of the page, down to ``block``, into ``folder``; distributions among them count as installed."""
-    for earlier in blocks_of(block.page):
-        if earlier.line < block.line and "file" in earlier.directives:
-            file = folder / earlier.directives["file"]
-            file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_text(earlier.text, encoding="utf-8")
-    projects = [*folder.glob("*/pyproject.toml"), block.page.parent / "pyproject.toml"]
-    for project in projects:
-        if project.is_file() and project.parent != ROOT:
-            _install(folder, tomllib.loads(project.read_text(encoding="utf-8")))
-            source = project.parent / "src"
-            monkeypatch.syspath_prepend(source if source.is_dir() else project.parent)
-    monkeypatch.syspath_prepend(folder)
-    importlib.invalidate_caches()
-    registry.plugins.cache_clear()
-
-
-def _install(folder: Path, project: dict[str, Any]) -> None:
-    """What an installer leaves behind for entry points to be found."""
-    name, version = project["project"]["name"], project["project"]["version"]
-    info = folder / f"{name.replace('-', '_')}-{version}.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n", encoding="utf-8")
-    points = project["project"]["entry-points"]["shockwave"]
-    lines = ["[shockwave]", *(f"{point} = {module}" for point, module in points.items()), ""]
-    (info / "entry_points.txt").write_text("\n".join(lines), encoding="utf-8")
-
-
-def run(command: str, status: int) -> tuple[str, int]:
-    """What ``command`` prints, on both streams, and its exit status; ``status`` is that of the last one."""
-    if command == "echo $?":
-        return f"{status}\n", 0
-    program, *words = shlex.split(command)
-    assert program == "shockwave", f"{command!r} is neither a command of shockwave nor known as not to be run"
-    arguments = [file for word in words for file in (sorted(glob.glob(word)) if "*" in word else [word])]
-    printed = io.StringIO()
-    with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
-        try:
-            status = cli.main(arguments)
-        except SystemExit as end:
-            status = int(end.code or 0)
-    return printed.getvalue(), status
-
-
-def steps_of(block: Block) -> list[tuple[str, str]]:
-    """The commands of a console block and what each prints."""
-    steps: list[tuple[str, str]] = []
-    for line in block.text.splitlines():
-        if line.startswith("$ "):
-            steps.append((line[2:], ""))
-        else:
-            command, shown = steps.pop()
-            steps.append((command, f"{shown}{line}\n"))
-    return steps
-
-
-def parts_of(command: str) -> list[str]:
-    """The parts of ``a && b`` that a test may run."""
-    parts = [part.strip() for part in command.split("&&")]
-    return [part for part in parts if not f"{part} ".startswith(NOT_RUN)]
-
-
-def agree(shown: str, printed: str) -> bool:
-    """Whether text that was shown is what was printed; ``...`` stands for anything."""
-    plain = ("\n".join(line.rstrip() for line in text.rstrip().splitlines()) + "\n" for text in (shown, printed))
-    return doctest.OutputChecker().check_output(*plain, doctest.ELLIPSIS)
+def patch(tmp_path: Path) -> Iterator[pytest.MonkeyPatch]:
+    """A working folder, which is the current one."""
+    with workplace(tmp_path) as patch:
+        yield patch
 
 
 # ---------------------------------------------------------------- blocks
 
 
 @of_language("console")
-def test_commands_print_what_is_shown(block: Block, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    prepare(folder, block, monkeypatch)
+def test_commands_print_what_is_shown(block: Block, tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
+    prepare(tmp_path, block, patch)
     status = 0
-    for command, shown in steps_of(block):
-        for part in parts_of(command):
-            printed, status = run(part, status)
-            assert agree(shown, printed), f"$ {part}\n{printed}"
+    for command, shown in block.commands:
+        printed, status = run(command, status)
+        assert agree(shown, printed), f"$ {command}\n{printed}"
 
 
 @of_language("yaml")
-def test_scenarios_load_or_fail_as_told(block: Block, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    prepare(folder, block, monkeypatch)
+def test_scenarios_load_or_fail_as_told(block: Block, tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
+    prepare(tmp_path, block, patch)
     file, text = Path(block.directives.get("file", "scenario.yaml")), block.text
     if "fragment" in block.directives:
         base = Path(block.directives["fragment"])
@@ -219,26 +89,15 @@ def test_scenarios_load_or_fail_as_told(block: Block, folder: Path, monkeypatch:
 
 
 @of_language("python", "pycon")
-def test_code_runs(block: Block, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    prepare(folder, block, monkeypatch)
+def test_code_runs(block: Block, tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
+    prepare(tmp_path, block, patch)
     if "file" in block.directives:
         compile(block.text, str(block), "exec")
         return
     names: dict[str, Any] = {}
     for part in blocks_of(block.page):
         if part.language in ("python", "pycon") and part.line <= block.line and "file" not in part.directives:
-            _execute(part, names)
-
-
-def _execute(block: Block, names: dict[str, Any]) -> None:
-    if block.language == "python":
-        exec(compile("\n" * block.line + block.text, str(block.page), "exec"), names)
-        return
-    test = doctest.DocTestParser().get_doctest(block.text, names, str(block), str(block.page), block.line)
-    found: list[str] = []
-    doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(test, out=found.append, clear_globs=False)
-    names.update(test.globs)
-    assert found == [], "".join(found)
+            execute(part, names)
 
 
 @of_language("toml")
@@ -248,7 +107,7 @@ def test_project_files_are_toml(block: Block) -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_blocks_of_a_known_language_alone_are_shown(page: Path) -> None:
-    known = {"console", "yaml", "python", "pycon", "toml", "text", "csv", "{eval-rst}", "{toctree}"}
+    known = {"console", "yaml", "python", "pycon", "toml", "text", "{eval-rst}", "{toctree}"}
     unknown = {block.language for block in blocks_of(page)} - known
     # the READMEs of plugins show how to install them, in blocks without a language
     assert unknown <= ({""} if "plugins" in page.parts else set())
@@ -257,19 +116,10 @@ def test_blocks_of_a_known_language_alone_are_shown(page: Path) -> None:
 # ---------------------------------------------------------------- links
 
 
-def anchors(page: Path) -> set[str]:
-    """Anchors of the headings of a page, as GitHub and MyST make them."""
-    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
-    headings = re.findall(r"^#+ (.*)$", text, flags=re.MULTILINE)
-    return {re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-") for heading in headings}
-
-
 LINKS = [
     (page, target)
     for page in PAGES
-    for target in sorted(
-        set(re.findall(r"\]\(([^)\s]+)\)", re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)))
-    )
+    for target in sorted(set(re.findall(r"\]\(([^)\s]+)\)", prose(page))))
     if "://" not in target
 ]
 
@@ -295,23 +145,6 @@ def test_readme_of_profiles_names_every_file() -> None:
 
 
 # ---------------------------------------------------------------- tables
-
-
-def table(page: str, name: str) -> list[list[str]]:
-    """The cells of the table that follows ``<!-- table: name -->``, without its header."""
-    lines = (ROOT / page).read_text(encoding="utf-8").splitlines()
-    begin = lines.index(f"<!-- table: {name} -->") + 1
-    rows = []
-    for line in lines[begin:]:
-        if line.startswith("|"):
-            rows.append([cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]])
-        elif rows:
-            break
-    return rows[2:]
-
-
-def code_in(cell: str) -> list[str]:
-    return re.findall(r"`([^`]+)`", cell)
 
 
 def cells_of(key: blocks.Key) -> list[str]:
@@ -349,7 +182,7 @@ KEYS = {
     "exponential": blocks.parameters_of("exponential", sw.Exponential),
     "tabulated": blocks.parameters_of("tabulated", sw.Tabulated),
     "predict": blocks.keys_of(sw.Predictor),
-    "simulate": blocks.keys_of(blocks.SimulateOptions),
+    "simulate": blocks.keys_of(SimulateOptions),
     "published": blocks.keys_of(blocks.Published),
 }
 
@@ -414,22 +247,13 @@ def test_json_keys_of_compare_are_those_of_to_dict() -> None:
 
 @pytest.mark.parametrize("arguments", ["validate --json FILE", "list profiles --json", "list plugins --json"])
 def test_json_keys_of_other_commands_are_those_printed(
-    arguments: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+    arguments: str, tmp_path: Path, patch: pytest.MonkeyPatch
 ) -> None:
-    plugin = ROOT / "plugins" / "shockwave-pulses"
-    _install(folder, tomllib.loads((plugin / "pyproject.toml").read_text(encoding="utf-8")))
-    monkeypatch.syspath_prepend(folder)
-    monkeypatch.syspath_prepend(plugin / "src")
-    (folder / "bad.yaml").write_text("shock: {}\n", encoding="utf-8")
+    install(tmp_path, ROOT / "plugins" / "shockwave-pulses" / "pyproject.toml", patch)
+    (tmp_path / "bad.yaml").write_text("shock: {}\n", encoding="utf-8")
     printed, _ = run(f"shockwave {arguments.replace('FILE', 'bad.yaml')}", 0)
     told = {key for row in table("docs/commands.md", arguments.replace(" FILE", "")) for key in code_in(row[0])}
-    assert told == {key.removeprefix("[].") for key in flat(json.loads(printed), "")} - {""}
-
-
-def parser_of(command: str) -> argparse.ArgumentParser:
-    actions = cli._parser()._actions
-    commands = next(action for action in actions if isinstance(action, argparse._SubParsersAction))
-    return typing.cast(argparse.ArgumentParser, commands.choices[command])
+    assert told == {key.removeprefix("[].") for key in flat(json.loads(printed))}
 
 
 def commands() -> list[str]:
@@ -462,13 +286,32 @@ def test_exit_statuses_are_those_of_the_errors() -> None:
     assert told == {name: error.exit_code for name, error in errors.items() if name != "ShockwaveError"}
 
 
+@pytest.mark.parametrize(
+    ("module", "limit"),
+    [
+        ("document.tree", "MOST_FAULTS"),
+        ("document.tree", "_DEEPEST"),
+        ("document.tree", "_MOST_NODES"),
+        ("document.units", "_LONGEST"),
+        ("profiles.record", "_MOST_LINES"),
+        ("profiles.record", "_LONGEST_LINE"),
+    ],
+)
+def test_limits_for_files_from_others_are_told(module: str, limit: str) -> None:
+    text = (DOCS / "scenarios.md").read_text(encoding="utf-8").partition("## Files from others")[2]
+    value = getattr(importlib.import_module(f"shockwave.{module}"), limit)
+    assert re.search(rf"\b{value}\b", text.partition("## Materials")[0])
+
+
 def test_ranges_of_trust_are_those_told_with_predictions() -> None:
     from shockwave.prediction import trust
 
     rows = table("docs/trust.md", "one wave")
     assert [[float(cell) for cell in row[1:]] for row in rows] == [[r.low, r.high] for r in trust._TRUE_FACTOR]
     rows = table("docs/trust.md", "train")
-    assert [[float(cell) for cell in row[1:]] for row in rows] == [[100 * r.low, 100 * r.high] for r in trust._TRAIN]
+    assert [[float(cell) for cell in row[1:]] for row in rows] == [
+        [round(100 * r.low, 9), round(100 * r.high, 9)] for r in trust._TRAIN
+    ]
 
 
 @pytest.mark.parametrize("name", ["one wave", "train"])
@@ -478,6 +321,13 @@ def test_bounds_of_trust_are_those_told_with_predictions(name: str) -> None:
     own = {"one wave": trust._TRUE_FACTOR, "train": trust._TRAIN}[name]
     told = [float(number) for row in table("docs/trust.md", name) for number in re.findall(r"to ([\d.]+)", row[0])]
     assert told == [row.upto for row in own[:-1]]
+
+
+def test_table_of_rooms_is_the_one_that_imports_are_checked_against() -> None:
+    told = [(depth, room) for depth, row in enumerate(table("CONTRIBUTING.md", "rooms")) for room in code_in(row[1])]
+    assert sorted(room for _, room in told) == sorted(room for room in FLOORS if room != "__main__")
+    # what stands higher in the table is on no lower floor
+    assert all(FLOORS[upper] >= FLOORS[lower] for i, upper in told for j, lower in told if i < j)
 
 
 def test_api_page_names_every_public_name_once() -> None:

@@ -1,0 +1,261 @@
+"""Pages of the documentation as data: their fenced blocks, tables and links, and how blocks are run.
+
+A comment right before a fenced block says what the block is besides what its language tells:
+
+``<!-- file: NAME -->``
+    It is also the file NAME for the commands and the code further down on its page.
+``<!-- fragment: NAME -->``
+    It is part of a scenario: its top-level keys take the place of those in the file NAME.
+``<!-- faulty -->``
+    The scenario has faults, and the page shows their messages.
+``<!-- table: NAME -->``, before a table
+    The table is compared with the program.
+
+In the output of commands and of ``>>>`` lines ``...`` stands for anything, as in doctest. Commands and code run in a
+folder of their own that holds a copy of ``profiles`` and the files of the page.
+
+    python tests/pages.py
+
+writes the outputs of commands anew where they have changed; read the difference before you keep it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import doctest
+import glob
+import importlib
+import io
+import re
+import shlex
+import shutil
+import sys
+import tempfile
+import tomllib
+from collections.abc import Iterator
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import pytest
+from attrs import frozen
+
+from shockwave import cli, registry
+
+ROOT = Path(__file__).parent.parent
+DOCS = ROOT / "docs"
+PAGES = [
+    *(ROOT / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")),
+    *sorted(DOCS.glob("*.md")),
+    ROOT / "profiles" / "README.md",
+    *sorted((ROOT / "plugins").glob("**/README.md")),
+]
+# These change what is installed, or run all tests: a test must not.
+NOT_RUN = ("python -m pip ", "python3 -m venv ", ". .venv/bin/activate", "python -m pytest", "sphinx-build ", ".ci/run")
+
+
+@frozen
+class Block:
+    """A fenced block: its page, the line of its fence, its language, the directives before it, its text."""
+
+    page: Path
+    line: int
+    language: str
+    directives: dict[str, str]
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.page.relative_to(ROOT)}:{self.line}"
+
+    @property
+    def commands(self) -> list[tuple[str, str]]:
+        """The commands of a console block, without those that are not run, and what each is shown to print."""
+        steps: list[tuple[str, str]] = []
+        for line in self.text.splitlines():
+            if line.startswith("$ "):
+                steps.append((line[2:], ""))
+            else:
+                command, shown = steps.pop()
+                steps.append((command, f"{shown}{line}\n"))
+        return steps
+
+
+@cache
+def blocks_of(page: Path) -> tuple[Block, ...]:
+    """All fenced blocks of a page, in order."""
+    found, opened, directives = [], None, {}
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), start=1):
+        if opened is not None:
+            if line.strip() == "```":
+                start, language, lines = opened
+                found.append(Block(page, start, language, directives, "\n".join([*lines, ""])))
+                opened, directives = None, {}
+            else:
+                opened[2].append(line)
+        elif line.startswith("```"):
+            opened = (number, line[3:].strip(), [])
+        elif match := re.fullmatch(r"<!-- (.*) -->", line):
+            parts = (part.partition(":") for part in match[1].split(";"))
+            directives = {name.strip(): value.strip() for name, _, value in parts}
+        elif line:
+            directives = {}
+    assert opened is None, f"{page}: a fenced block is not closed"
+    return tuple(found)
+
+
+def prose(page: Path) -> str:
+    """The text of a page without its fenced blocks."""
+    return re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+
+
+def anchors(page: Path) -> set[str]:
+    """Anchors of the headings of a page, as GitHub and MyST make them."""
+    headings = re.findall(r"^#+ (.*)$", prose(page), flags=re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-") for heading in headings}
+
+
+def table(page: str, name: str) -> list[list[str]]:
+    """The cells of the table that follows ``<!-- table: name -->``, without its header."""
+    lines = (ROOT / page).read_text(encoding="utf-8").splitlines()
+    begin = lines.index(f"<!-- table: {name} -->") + 1
+    rows = []
+    for line in lines[begin:]:
+        if line.startswith("|"):
+            rows.append([cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]])
+        elif rows:
+            break
+    return rows[2:]
+
+
+def code_in(cell: str) -> list[str]:
+    """What stands between backticks in a cell."""
+    return re.findall(r"`([^`]+)`", cell)
+
+
+# ---------------------------------------------------------------- running
+
+
+@contextlib.contextmanager
+def workplace(folder: Path) -> Iterator[pytest.MonkeyPatch]:
+    """Work in ``folder``, with a copy of the profiles there, and look for plugins nowhere else.
+
+    What is imported from it is forgotten afterwards.
+    """
+    shutil.copytree(ROOT / "profiles", folder / "profiles")
+
+    def entry_points(*, group: str) -> list[metadata.EntryPoint]:
+        here = metadata.distributions(path=[str(folder)])
+        return [point for distribution in here for point in distribution.entry_points if point.group == group]
+
+    before = set(sys.modules)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr(metadata, "entry_points", entry_points)
+        registry.plugins.cache_clear()
+        yield patch
+    registry.plugins.cache_clear()
+    for name in set(sys.modules) - before:
+        file = Path(getattr(sys.modules[name], "__file__", None) or "")
+        if file.is_relative_to(folder) or file.is_relative_to(ROOT / "plugins"):
+            del sys.modules[name]
+
+
+def prepare(folder: Path, block: Block, patch: pytest.MonkeyPatch) -> None:
+    """Put the files of the page, down to ``block``, into ``folder``; distributions among them count as installed."""
+    for earlier in blocks_of(block.page):
+        if earlier.line < block.line and "file" in earlier.directives:
+            file = folder / earlier.directives["file"]
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(earlier.text, encoding="utf-8")
+    for project in (*folder.glob("*/pyproject.toml"), block.page.parent / "pyproject.toml"):
+        if project.is_file() and project.parent != ROOT:
+            install(folder, project, patch)
+    patch.syspath_prepend(folder)
+    importlib.invalidate_caches()
+
+
+def install(folder: Path, project: Path, patch: pytest.MonkeyPatch) -> None:
+    """Make a distribution count as installed: its source on the path, and what an installer leaves behind."""
+    about = tomllib.loads(project.read_text(encoding="utf-8"))["project"]
+    info = folder / f"{about['name'].replace('-', '_')}-{about['version']}.dist-info"
+    info.mkdir()
+    head = f"Metadata-Version: 2.1\nName: {about['name']}\nVersion: {about['version']}\n"
+    (info / "METADATA").write_text(head, encoding="utf-8")
+    points = [f"{name} = {module}" for name, module in about["entry-points"]["shockwave"].items()]
+    (info / "entry_points.txt").write_text("\n".join(["[shockwave]", *points, ""]), encoding="utf-8")
+    patch.syspath_prepend(project.parent / "src")
+    registry.plugins.cache_clear()
+
+
+def run(command: str, status: int) -> tuple[str, int]:
+    """What ``command`` prints, on both streams, and its exit status; ``status`` is that of the last one."""
+    printed = io.StringIO()
+    for part in (part.strip() for part in command.split("&&")):
+        if f"{part} ".startswith(NOT_RUN):
+            continue
+        if part == "echo $?":
+            print(status, file=printed)
+            continue
+        program, *words = shlex.split(part)
+        assert program == "shockwave", f"{part!r} is neither a command of shockwave nor known as not to be run"
+        arguments = [file for word in words for file in (sorted(glob.glob(word)) if "*" in word else [word])]
+        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
+            try:
+                status = cli.main(arguments)
+            except SystemExit as end:
+                status = int(end.code or 0)
+    return printed.getvalue(), status
+
+
+def agree(shown: str, printed: str) -> bool:
+    """Whether text that was shown is what was printed; ``...`` stands for anything."""
+    plain = ("\n".join(line.rstrip() for line in text.rstrip().splitlines()) + "\n" for text in (shown, printed))
+    return doctest.OutputChecker().check_output(*plain, doctest.ELLIPSIS)
+
+
+def execute(block: Block, names: dict[str, Any]) -> None:
+    """Run a block of Python, or a session of it, with and into ``names``."""
+    if block.language == "python":
+        exec(compile("\n" * block.line + block.text, str(block.page), "exec"), names)
+        return
+    test = doctest.DocTestParser().get_doctest(block.text, names, str(block), str(block.page), block.line)
+    found: list[str] = []
+    doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(test, out=found.append, clear_globs=False)
+    names.update(test.globs)
+    assert found == [], "".join(found)
+
+
+# ---------------------------------------------------------------- writing
+
+
+def _renewed(block: Block) -> list[str]:
+    """The lines of a console block with its outputs as they are now; lines with ``...`` that still hold are kept."""
+    lines, status = [], 0
+    with tempfile.TemporaryDirectory() as name, workplace(Path(name).resolve()) as patch:
+        prepare(Path(name).resolve(), block, patch)
+        for command, shown in block.commands:
+            printed, status = run(command, status)
+            loose = [line for line in shown.splitlines() if "..." in line]
+            new = [line.rstrip() for line in printed.rstrip().splitlines()]
+            if not agree(shown, printed):
+                shown = "\n".join(next((old for old in loose if agree(old, line)), line) for line in new)
+            lines += [f"$ {command}", *shown.splitlines()]
+    return lines
+
+
+def main() -> None:
+    """Write the outputs of all commands anew."""
+    for page in PAGES:
+        lines = page.read_text(encoding="utf-8").splitlines()
+        for block in reversed(blocks_of(page)):
+            if block.language == "console":
+                lines[block.line : block.line + len(block.text.splitlines())] = _renewed(block)
+        text = "\n".join([*lines, ""])
+        if text != page.read_text(encoding="utf-8"):
+            page.write_text(text, encoding="utf-8")
+            print(page.relative_to(ROOT))
+
+
+if __name__ == "__main__":
+    main()
