@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -14,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from shockwave import __version__
-from shockwave.errors import Fault, FileAccessError, NumericalError, ScenarioError, ShockwaveError
+from shockwave.errors import Fault, FileAccessError, ScenarioError, ShockwaveError
 
 if TYPE_CHECKING:
     from shockwave.scenario.load import Scenario
@@ -74,7 +75,7 @@ def _parser() -> argparse.ArgumentParser:
         added.add_argument("files", nargs="+", metavar="FILE", help="scenario file (YAML)")
         added.add_argument("--json", action="store_true", help="one JSON document on stdout")
         if name in ("simulate", "compare"):
-            added.add_argument("--rtol", type=float, help="relative error asked for, in place of the scenario's")
+            added.add_argument("--rtol", type=_rtol, help="relative error asked for, in place of the scenario's")
     listing = command("list", _list, "what is registered, built in and plugged in")
     listing.add_argument("kind", nargs="?", choices=_KINDS, help="only these")
     listing.add_argument("--json", action="store_true", help="one JSON document on stdout")
@@ -84,20 +85,36 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _scenarios(files: Sequence[str]) -> list[Scenario]:
-    """All scenarios, or every fault of every file at once."""
+def _rtol(text: str) -> float:
+    from attrs import fields
+
+    from shockwave.fields import quantity_of
+    from shockwave.options import SimulateOptions
+
+    spec = quantity_of(fields(SimulateOptions).rtol)
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    problem = spec.problem(value) if spec else None
+    if problem:
+        raise argparse.ArgumentTypeError(problem)
+    return value
+
+
+def _scenarios(files: Sequence[str]) -> tuple[list[Scenario], int]:
+    """All scenarios and 0; or, after every fault of every file was told, the greatest exit status of them."""
     from shockwave.scenario.load import load_scenario
 
     scenarios: list[Scenario] = []
-    faults: list[Fault] = []
+    status = 0
     for file in files:
         try:
             scenarios.append(load_scenario(file))
-        except ScenarioError as error:
-            faults.extend(error.faults)
-    if faults:
-        raise ScenarioError(faults)
-    return scenarios
+        except ShockwaveError as error:
+            print(error, file=sys.stderr)
+            status = max(status, error.exit_code)
+    return scenarios, status
 
 
 def _run(
@@ -106,17 +123,19 @@ def _run(
     several: Callable[[list[Any], list[Scenario]], str],
 ) -> int:
     """Do ``one`` for every scenario and print the results; a failure is told and does not stop the others."""
-    scenarios = _scenarios(options.files)
-    done, documents, status = [], [], 0
+    scenarios, status = _scenarios(options.files)
+    if status:
+        return status
+    done, documents = [], []
     for number, scenario in enumerate(scenarios, start=1):
         if len(scenarios) > 1 and sys.stderr.isatty():
             print(f"{number} of {len(scenarios)}: {scenario.name}", file=sys.stderr)
         try:
             result = one(scenario)
-        except NumericalError as error:
-            print(f"{scenario.name}: {error}", file=sys.stderr)
+        except ShockwaveError as error:
+            print(f"{scenario.path}: {error}", file=sys.stderr)
             documents.append({"scenario": scenario.name, "error": str(error)})
-            status = error.exit_code
+            status = max(status, error.exit_code)
         else:
             done.append((result, scenario))
             documents.append(result.to_dict())
@@ -188,11 +207,13 @@ def _validate(options: argparse.Namespace) -> int:
 
     status, documents = 0, []
     for file in options.files:
+        faults: tuple[Fault, ...] = ()
         try:
             load_scenario(file)
-            faults: tuple[Fault, ...] = ()
         except ScenarioError as error:
-            faults, status = error.faults, error.exit_code
+            faults, status = error.faults, max(status, error.exit_code)
+        except ShockwaveError as error:
+            faults, status = (Fault("", str(error)),), max(status, error.exit_code)
         documents.append(
             {
                 "file": file,

@@ -25,7 +25,7 @@ class SimulateOptions:
     rtol : float
         Relative error asked of the primary's peak force, 1e-9 to 1e-2.
     wave_threshold : float
-        Weakest wave that counts, over the primary, between 0 and 1.
+        Weakest wave that counts, over the primary, from 1e-3 to below 1.
 
     Raises
     ------
@@ -37,4 +37,7 @@ class SimulateOptions:
     rtol: float = quantity(
         "", "relative error asked of the primary's peak force", at_least=1e-9, at_most=1e-2, default=1e-6
     )
-    wave_threshold: float = quantity("", "weakest wave that counts, over the primary", above=0, below=1, default=5e-3)
+    # Below a thousandth, peaks drown in what a chain at rest stirs by itself.
+    wave_threshold: float = quantity(
+        "", "weakest wave that counts, over the primary", at_least=1e-3, below=1, default=5e-3
+    )

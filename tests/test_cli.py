@@ -119,9 +119,39 @@ def test_no_command_is_a_usage_error() -> None:
         main([])
 
 
-def test_tolerance_out_of_range_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["simulate", "--rtol", "1e-20", SCENE]) == 3
-    assert "rtol: must be" in capsys.readouterr().err
+@pytest.mark.parametrize("rtol", ["1e-20", "nan", "soon"])
+def test_tolerance_out_of_range_is_a_usage_error(rtol: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["simulate", "--rtol", rtol, SCENE])
+    assert "--rtol: must be >= 1e-09 and <= 0.01" in capsys.readouterr().err
+
+
+def test_validate_goes_on_after_a_missing_file(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["validate", "--json", "nowhere.yaml", SCENE]) == 5
+    first, second = json.loads(capsys.readouterr().out)
+    assert (first["valid"], second["valid"]) == (False, True)
+    assert "nowhere.yaml" in first["faults"][0]["problem"]
+
+
+@pytest.mark.parametrize("command", ["predict", "simulate"])
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("peak_force: 10", "peak_force: 1e-300"),
+        ("peak_force: 10", "peak_force: 1e300"),
+        ("rise_time: 1e-5", "rise_time: 1e-300"),
+        ("rise_time: 1e-5", "rise_time: 1e300"),
+    ],
+)
+def test_a_scene_beyond_floating_point_numbers_fails_alone(
+    command: str, old: str, new: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    extreme = tmp_path / "extreme.yaml"
+    extreme.write_text(SOFT.replace(old, new))
+    assert main([command, "--json", str(extreme), SCENE]) == 3
+    first, second = json.loads(capsys.readouterr().out)
+    assert f"{new.split(':')[0]}: must" in first["error"]
+    assert second["peak_force"] > 0
 
 
 def test_a_run_that_fails_ends_with_1_and_keeps_the_others(

@@ -141,7 +141,7 @@ def test_index_lists_every_page(page: Path) -> None:
 def test_readme_of_profiles_names_every_file() -> None:
     text = (ROOT / "profiles" / "README.md").read_text(encoding="utf-8")
     files = (file for file in (ROOT / "profiles").rglob("*") if file.suffix in (".yaml", ".csv"))
-    assert [str(file) for file in files if f"`{file.relative_to(ROOT / 'profiles')}`" not in text] == []
+    assert [str(file) for file in files if f"\n| `{file.relative_to(ROOT / 'profiles')}` |" not in text] == []
 
 
 # ---------------------------------------------------------------- tables

@@ -136,10 +136,16 @@ def test_a_single_wave_carries_the_applied_momentum_by_any_coefficient(choice: A
         ({"wave_threshold": 0}, "wave_threshold: must be > 0 and < 1 (got 0)"),
         (
             {"momentum_coefficient": "13/3"},
-            "momentum_coefficient: must be 'exact', 'paper' or a number > 0 (got '13/3')",
+            "momentum_coefficient: must be 'exact', 'paper' or a number >= 0.01 and <= 1000 (got '13/3')",
         ),
-        ({"momentum_coefficient": 0}, "momentum_coefficient: must be 'exact', 'paper' or a number > 0 (got 0)"),
-        ({"momentum_coefficient": True}, "momentum_coefficient: must be 'exact', 'paper' or a number > 0 (got True)"),
+        (
+            {"momentum_coefficient": 0},
+            "momentum_coefficient: must be 'exact', 'paper' or a number >= 0.01 and <= 1000 (got 0)",
+        ),
+        (
+            {"momentum_coefficient": True},
+            "momentum_coefficient: must be 'exact', 'paper' or a number >= 0.01 and <= 1000 (got True)",
+        ),
     ],
     ids=lambda value: "-".join(f"{k}-{v}" for k, v in value.items()) if isinstance(value, dict) else "",
 )

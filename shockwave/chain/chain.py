@@ -13,6 +13,11 @@ from shockwave.fields import quantity, text_of
 __all__ = ["Chain", "Scales"]
 
 
+# Room for what follows from them: the weakest wave and the square of its velocity, the longest double integral.
+_LEAST_ENERGY, _MOST_ENERGY = 1e-200, 1e250
+_LEAST_RATIO, _MOST_RATIO = 1e-30, 1e12
+
+
 @frozen(kw_only=True)
 class Chain:
     """Equal elastic spheres in a row, in contact but not compressed, both ends free.
@@ -91,7 +96,25 @@ class Scales:
     def of(cls, chain: Chain, force: float) -> Scales:
         """Scales of ``chain`` with ``force`` [N] as the unit: T0 = sqrt(m) k^(-1/3) F0^(-1/6)."""
         time = math.sqrt(chain.granule_mass) / math.cbrt(chain.contact_stiffness) / force ** (1 / 6)
-        return cls(force, time, chain.granule_mass, 2 * chain.radius)
+        scales = cls(force, time, chain.granule_mass, 2 * chain.radius)
+        if not _LEAST_ENERGY < scales.energy < _MOST_ENERGY:
+            problem = f"must give waves an energy that a floating-point number can hold (got {force:g} N)"
+            raise InvalidValueError.of("peak_force", problem)
+        return scales
+
+    def rise_time(self, seconds: float) -> float:
+        """t0/T0 of a rise time [s].
+
+        Raises
+        ------
+        InvalidValueError
+            When it is beyond 1e-30 to 1e12, where squares and sixth powers leave the range of a float.
+        """
+        ratio = seconds / self.time
+        if not _LEAST_RATIO <= ratio <= _MOST_RATIO:
+            limits = f"{_LEAST_RATIO:g} to {_MOST_RATIO:g} times {self.time:g} s, the natural time of the chain"
+            raise InvalidValueError.of("rise_time", f"must be {limits} (got {seconds:g} s)")
+        return ratio
 
     @property
     def momentum(self) -> float:

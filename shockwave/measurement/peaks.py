@@ -82,6 +82,10 @@ class PeakLog:
             and now - latest[contact].time < _patience(latest[contact].force)
         ]
 
+    def top(self) -> Peak:
+        """The strongest peak of all."""
+        return max((peak for peaks in self.peaks.values() for peak in peaks), key=lambda peak: peak.force)
+
     def history(self, head: Peak, contacts: int) -> list[Peak]:
         """Peaks of the wave at ``head`` and at the ``contacts`` behind it, as far as it can be followed."""
         trail = [head]

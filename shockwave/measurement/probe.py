@@ -19,7 +19,11 @@ _SPEED_BASE = 4
 
 @frozen
 class PassingWave:
-    """What one wave did at one contact, in scaled units; ``speed`` is None where only one contact was passed."""
+    """What one wave did at one contact, in scaled units.
+
+    ``speed`` is None where only one contact was passed. ``foot`` is the force left between the wave and its
+    neighbours, over its peak: momentum, energy and width are the wave's own to about as much.
+    """
 
     contact: int
     time: float
@@ -29,6 +33,7 @@ class PassingWave:
     speed: float | None
     width: float
     granule_velocity: float
+    foot: float
 
 
 @define
@@ -69,6 +74,7 @@ class Probe:
             speed=_speed(log.history(peak, _SPEED_BASE)),
             width=fall - rise,
             granule_velocity=_maximum(time[inside], velocity[inside]),
+            foot=float(max(force[begin], force[end])) / peak.force,
         )
 
 

@@ -25,8 +25,12 @@ class MeasuredWave:
         Where it was read, counted from 0: contact i lies between granules i and i + 1.
     arrival_time : float
         Of its peak there [s].
-    error_estimate : float
-        Relative, of ``peak_force`` as the limit far along the chain.
+    error_estimate : float or None
+        Relative, of ``peak_force`` as the limit far along the chain; None for a wave that had not settled, or that
+        was found in one of the two runs only.
+    foot : float
+        Force left between the wave and its neighbours, over its peak: momentum, energy, width and granule velocity
+        are the wave's own to about as much.
     """
 
     peak_force: float
@@ -37,7 +41,8 @@ class MeasuredWave:
     granule_velocity: float
     contact: int
     arrival_time: float
-    error_estimate: float
+    error_estimate: float | None
+    foot: float
 
 
 @frozen(kw_only=True)
@@ -61,8 +66,9 @@ class SimulationResult:
         Relative, of ``peak_force``: from a run with a looser step control and from the approach to the limit.
     waves : tuple of MeasuredWave
         Primary first; weaker than ``wave_threshold`` times the primary are not counted.
-    recoil_momentum : float
-        Of the granules thrown back [N s], zero or negative.
+    recoil_momentum, recoil_error : float
+        Of the granules that fly backwards [N s], zero or negative; and an estimate of its error [N s], with what
+        granules hold that had not come apart for good.
     recoil_velocities : tuple of float
         Of the granules counted in ``ejected_granules`` [m/s], first granule first.
     ejected_granules : int
@@ -78,6 +84,7 @@ class SimulationResult:
     wave_threshold: float
     applied_momentum: float
     recoil_momentum: float
+    recoil_error: float
     recoil_velocities: tuple[float, ...]
     ejected_granules: int
     momentum_defect: float
@@ -99,6 +106,7 @@ class SimulationResult:
             "wave_threshold": self.wave_threshold,
             "applied_momentum": self.applied_momentum,
             "recoil_momentum": self.recoil_momentum,
+            "recoil_error": self.recoil_error,
             "recoil_velocities": list(self.recoil_velocities),
             "ejected_granules": self.ejected_granules,
             "momentum_defect": self.momentum_defect,
@@ -113,28 +121,31 @@ class SimulationResult:
         waves = (
             (
                 si(wave.peak_force, "N", 8),
-                f"{wave.error_estimate:.0e}",
+                "not settled" if wave.error_estimate is None else f"{wave.error_estimate:.0e}",
                 si(wave.momentum, "N s"),
                 si(wave.energy, "J"),
                 "-" if wave.speed is None else si(wave.speed, "m/s"),
                 si(wave.width, "s"),
+                f"{wave.foot:.0e}",
                 str(wave.contact),
                 si(wave.arrival_time, "s"),
             )
             for wave in self.waves
         )
-        header = ("peak force", "rel. error", "momentum", "energy", "speed", "width", "contact", "arrival")
+        header = ("peak force", "rel. error", "momentum", "energy", "speed", "width", "foot", "contact", "arrival")
         lines = [
             f"simulation by {self.integrator}" + (f" of {self.scenario}" if self.scenario else ""),
             f"  peak force        {si(self.peak_force, 'N', 8)} within {self.error_estimate:.0e} relative, "
             f"{self.amplification:.8g} times the shock's",
             f"  applied momentum  {si(self.applied_momentum, 'N s')}, momentum defect {self.momentum_defect:.0e}, "
             f"energy defect {self.energy_defect:.0e}",
-            f"  recoil            {si(self.recoil_momentum, 'N s')}, {self.ejected_granules} granules ejected",
+            f"  recoil            {si(self.recoil_momentum, 'N s')} within {si(self.recoil_error, 'N s', 1)}, "
+            f"{self.ejected_granules} granules ejected",
             f"  cost              {self.cost.steps} steps, {self.cost.force_evaluations} force evaluations, "
             f"{self.cost.seconds:.2g} s",
             "",
             indent(table(header, waves)),
-            f"  (waves above {self.wave_threshold:g} of the primary; contacts are counted from 0)",
+            f"  (waves above {self.wave_threshold:g} of the primary; contacts are counted from 0; rel. error: of",
+            "  the peak force; foot: force left between a wave and its neighbours, over its peak: an error of the rest)",
         ]
         return "\n".join(lines + notes(self.warnings))

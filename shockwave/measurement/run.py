@@ -15,8 +15,10 @@ from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.march import Span, march
 from shockwave.simulation.problem import ChainProblem, contact_forces, overlaps
 
-__all__ = ["Books", "Demand", "Run", "run"]
+__all__ = ["EJECTED", "Books", "Demand", "Run", "run"]
 
+#: A granule is thrown back when it flies backwards faster than this share of the granules in the primary.
+EJECTED = 1e-3
 # How often, in units of time, the waves are judged.
 _INTERVAL = 4.0
 # A probe is set this far ahead of a wave's last peak, so that the whole wave passes it.
@@ -27,6 +29,8 @@ _PASSED = 3.5 * 1.56
 # many for each unit of time that the force lasts.
 _BUDGET = 150.0
 _BUDGET_RATE = 6.0
+# Peaks scatter by so many times the error allowed in a step.
+_NOISE = 30.0
 # Free ends are felt this many granules away.
 _REACH = 8
 
@@ -67,12 +71,16 @@ class Run:
 
     ``waves`` are in the order in which they pass; ``doubts`` bound how far each peak is from its limit along
     the chain (zero where the chain ends: its answer is the peak itself). ``recoils`` are the velocities of the
-    granules thrown back, first granule first. ``settled`` is False when the chain's limit came first.
+    granules thrown back, first granule first, and ``unfinished_recoil`` the momentum of those that may still meet
+    others. ``strongest`` is the greatest contact force anywhere. ``settled`` is False when the chain's limit came
+    first.
     """
 
     waves: tuple[PassingWave, ...]
     doubts: tuple[float, ...]
     recoils: tuple[float, ...]
+    unfinished_recoil: float
+    strongest: Peak
     books: Books
     settled: bool
     reached_end: bool
@@ -187,16 +195,30 @@ def run(problem: ChainProblem, integrator: Integrator, demand: Demand) -> Run:
                 break
         elif span.end - judged >= _INTERVAL:
             judged = span.end
-            all_known = reader.judge(settling(log, span.end, span.x1, span.v1, demand.wave_threshold))
+            all_known = reader.judge(
+                settling(log, span.end, span.x1, span.v1, demand.wave_threshold, _NOISE * integrator.tolerance)
+            )
     if free_end is not None and free_end.is_felt(log):
         waves = free_end.waves(log, demand.wave_threshold)
         doubts: tuple[float, ...] = (0.0,) * len(waves)
     else:
         waves, doubts = reader.waves()
     books = _books(problem, work, span)
-    recoils = _recoils(span.v1)
+    fastest = max((wave.granule_velocity for wave in waves), default=0.0)
+    recoils, unfinished = _recoils(span.x1, span.v1, fastest)
     felt = free_end is not None and free_end.is_felt(log)
-    return Run(waves, doubts, recoils, books, reader.settled, felt, steps, integrator.evaluations)
+    return Run(
+        waves=waves,
+        doubts=doubts,
+        recoils=recoils,
+        unfinished_recoil=unfinished,
+        strongest=log.top(),
+        books=books,
+        settled=reader.settled,
+        reached_end=felt,
+        steps=steps,
+        evaluations=integrator.evaluations,
+    )
 
 
 @define
@@ -233,10 +255,22 @@ def _has_passed(log: PeakLog, reading: _Reading, now: float) -> bool:
     return now - peak.time > _PASSED * natural_time(peak.force)
 
 
-def _recoils(v: FloatArray) -> tuple[float, ...]:
-    """Velocities of the granules at the loaded end that fly backwards, first granule first."""
-    forward = np.nonzero(v >= 0)[0]
-    return tuple(float(velocity) for velocity in v[: forward[0] if len(forward) else len(v)])
+def _recoiling(v: FloatArray, fastest: float) -> FloatArray:
+    """Velocities from the loaded end to the last granule thrown back, and to those that follow it backwards.
+
+    Further on, granules that drift backwards are stirred by waves that pass, not thrown back.
+    """
+    thrown = np.nonzero(v < -EJECTED * fastest)[0]
+    end = int(thrown[-1]) if len(thrown) else 0
+    forward = np.nonzero(v[end:] >= 0)[0]
+    return v[: end + int(forward[0]) if len(forward) else len(v)]
+
+
+def _recoils(x: FloatArray, v: FloatArray, fastest: float) -> tuple[tuple[float, ...], float]:
+    """Velocities of the granules that fly backwards, and the momentum of those that may still meet others."""
+    region = _recoiling(v, fastest)
+    still = region[free_granules(x, v) :]
+    return tuple(float(velocity) for velocity in region[region < 0]), float(-still[still < 0].sum())
 
 
 def _books(problem: ChainProblem, work: _Work, span: Span) -> Books:

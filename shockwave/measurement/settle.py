@@ -16,21 +16,23 @@ __all__ = ["Settling", "free_granules", "settling"]
 
 # Contacts between the peaks whose differences show how fast a wave nears its limit.
 _STRIDE = 10
-# A wave and its foot span this many granules; so does any concentration of energy that could become one.
-_FOOT = 5
-_SPAN = 12
+# A wave and its foot reach this many granules back.
+_FOOT = 3
 # Waves are followed down to this share of the threshold.
 _FOLLOWED = 0.3
 # A wave this much taller than one before it will overtake it.
 _TALLER = 1.001
+# Slower approaches than this, per stride, cannot be told from noise.
+_SLOWEST = 0.97
 
 
 @frozen
 class Settling:
     """The waves at this moment, front first.
 
-    ``doubts`` bound how far each peak may still be from its limit, relatively; infinite for a wave that a taller
-    one follows. ``complete`` says that nothing behind them can become another wave.
+    ``doubts`` bound how far each peak may still be from its limit, relatively; infinite for a wave with a collision
+    ahead of it or behind it, or followed by one that may yet outgrow it. ``complete`` says that nothing behind them
+    can become another wave.
     """
 
     heads: tuple[Peak, ...]
@@ -38,7 +40,7 @@ class Settling:
     complete: bool
 
 
-def settling(log: PeakLog, now: float, x: FloatArray, v: FloatArray, threshold: float) -> Settling:
+def settling(log: PeakLog, now: float, x: FloatArray, v: FloatArray, threshold: float, noise: float = 0.0) -> Settling:
     """Judge the state of the chain after the force has ended.
 
     Parameters
@@ -49,15 +51,20 @@ def settling(log: PeakLog, now: float, x: FloatArray, v: FloatArray, threshold: 
         Positions and velocities at ``now``, shape (granules,).
     threshold : float
         Peak force, over the strongest wave's, above which a wave counts.
+    noise : float
+        What step errors make of a peak force: differences below it tell nothing.
     """
     # Weaker waves are followed too: one may still grow, and its energy is accounted for.
     followed = log.heads(now, _FOLLOWED * threshold)
     if not followed:
         return Settling((), (), False)
     least = threshold * max(head.force for head in followed)
-    doubts = [_doubt(log.history(head, 2 * _STRIDE)) for head in followed]
-    for i in range(len(followed)):
-        if any(behind.force > _TALLER * followed[i].force for behind in followed[i + 1 :]):
+    doubts = [_doubt(log.history(head, 2 * _STRIDE), noise) for head in followed]
+    tallest = [head.force * (1 + min(doubt, 1.0)) for head, doubt in zip(followed, doubts, strict=True)]
+    for i, head in enumerate(followed):
+        slower_ahead = any(_TALLER * ahead.force < head.force for ahead in followed[:i])
+        faster_behind = any(force > _TALLER * head.force for force in tallest[i + 1 :])
+        if slower_ahead or faster_behind:
             doubts[i] = math.inf
     counted = [i for i, head in enumerate(followed) if head.force >= least]
     may_grow = any(
@@ -73,18 +80,32 @@ def free_granules(x: FloatArray, v: FloatArray) -> int:
     return int(np.argmin(apart)) if not apart.all() else len(x)
 
 
-def _doubt(trail: list[Peak]) -> float:
+def _doubt(trail: list[Peak], noise: float) -> float:
     """Bound on the relative distance of a wave's peak from its limit, from its last peaks.
 
     Far from the others a wave nears its limit geometrically: what is left follows from how much the peak varied
-    over the last contacts and over those before.
+    over the last contacts and over those before. It must also slow down within the last ones, lest it lingers.
     """
     if len(trail) <= 2 * _STRIDE:
         return math.inf
-    forces = [peak.force for peak in trail[: 2 * _STRIDE + 1]]
-    last, previous = (max(part) - min(part) for part in (forces[: _STRIDE + 1], forces[_STRIDE:]))
-    ratio = min(last / previous, 0.9) if previous > 0 else 0.9
-    return last * max(ratio / (1 - ratio), 0.1) / forces[0]
+    half = _STRIDE // 2
+    recent, older, last, previous = (
+        _spread(trail[begin : end + 1])
+        for begin, end in ((0, half), (half, _STRIDE), (0, _STRIDE), (_STRIDE, 2 * _STRIDE))
+    )
+    if last <= noise:
+        return last / trail[0].force
+    ratio = min(max(_ratio(last, previous), _ratio(recent, older) ** 2), _SLOWEST)
+    return last * max(ratio / (1 - ratio), 0.1) / trail[0].force
+
+
+def _spread(peaks: list[Peak]) -> float:
+    forces = [peak.force for peak in peaks]
+    return max(forces) - min(forces)
+
+
+def _ratio(later: float, earlier: float) -> float:
+    return later / earlier if earlier > 0 else math.inf
 
 
 def _nothing_to_come(x: FloatArray, v: FloatArray, rearmost: int, least_force: float) -> bool:
@@ -94,5 +115,5 @@ def _nothing_to_come(x: FloatArray, v: FloatArray, rearmost: int, least_force: f
         return True
     energy = 0.5 * v[first:last] ** 2
     energy += 0.4 * contact_forces(x)[first:last] * np.maximum(overlaps(x)[first:last], 0.0)
-    sums = np.convolve(energy, np.ones(_SPAN))
-    return bool(sums.max() < ENERGY * least_force ** (5 / 3))
+    # All of it counts: granules far apart may still drive one another together.
+    return float(energy.sum()) < ENERGY * math.pow(least_force, 5 / 3)

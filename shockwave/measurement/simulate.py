@@ -10,11 +10,12 @@ from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.errors import NumericalError
 from shockwave.measurement.result import Cost, MeasuredWave, SimulationResult
-from shockwave.measurement.run import Demand, Run, run
+from shockwave.measurement.run import EJECTED, Demand, Run, run
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
 from shockwave.registry import load
 from shockwave.simulation.problem import ChainProblem
+from shockwave.text import si
 
 __all__ = ["simulate"]
 
@@ -29,8 +30,9 @@ _LATER_DOUBT = 2.0
 # However loose the tolerance, a wave that has not settled to this is not yet itself.
 _MOST_DOUBT = 3e-4
 _ROUNDING = 1e-12
+# An error estimate above this is none.
+_UNSETTLED = 0.1
 _DIGITS = 13
-_EJECTED = 1e-3
 # The longest chain: so many contacts, and so many for each unit of time that the force lasts.
 _MOST_CONTACTS = 1000
 _MOST_RATE = 10
@@ -85,7 +87,10 @@ def simulate(
     fine = run(scaled, method(tolerance=max(_FINE * rtol, _LEAST_TOLERANCE)), demand)
     coarse = run(scaled, method(tolerance=max(_COARSE * rtol, 10 * _LEAST_TOLERANCE)), demand)
     if not fine.waves or not coarse.waves:
-        raise NumericalError(f"no wave was found within {most} contacts: the shock may be too slow for its peak force")
+        raise NumericalError(
+            f"no wave was found within {most} contacts: the shock is too slow for its peak force"
+            " (shorten it, or raise the peak force)"
+        )
     result = _result(shock, scales, fine, coarse, rtol, integrator, wave_threshold)
     return evolve(result, cost=evolve(result.cost, seconds=time.perf_counter() - begin))
 
@@ -95,7 +100,7 @@ def _scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
     natural = Scales.of(chain, shock.peak_force)
     # One number governs everything. Its last digits are the rounding of units: cut off, so that the same scene
     # in other units, or scaled to another chain, is the same problem to the last bit.
-    ratio = float(f"{shock.rise_time / natural.time:.{_DIGITS}g}")
+    ratio = float(f"{natural.rise_time(shock.rise_time):.{_DIGITS}g}")
     strength = ratio * shock.profile.areas().total / MOMENTUM
     force = min(1.0, strength**1.2)
     scales = Scales.of(chain, shock.peak_force * force)
@@ -108,15 +113,16 @@ def _result(
     waves = _waves(fine, coarse, scales)
     primary = waves[0]
     fastest = primary.granule_velocity
-    ejected = tuple(u * scales.velocity for u in fine.recoils if -u * scales.velocity > _EJECTED * fastest)
-    return SimulationResult(
+    ejected = tuple(u * scales.velocity for u in fine.recoils if -u * scales.velocity > EJECTED * fastest)
+    result = SimulationResult(
         peak_force=primary.peak_force,
         amplification=primary.peak_force / shock.peak_force,
-        error_estimate=primary.error_estimate,
+        error_estimate=1.0 if primary.error_estimate is None else primary.error_estimate,
         waves=waves,
         wave_threshold=wave_threshold,
         applied_momentum=fine.books.impulse * scales.momentum,
         recoil_momentum=sum(fine.recoils) * scales.momentum,
+        recoil_error=(abs(sum(fine.recoils) - sum(coarse.recoils)) + fine.unfinished_recoil) * scales.momentum,
         recoil_velocities=ejected,
         ejected_granules=len(ejected),
         momentum_defect=abs(fine.books.momentum / fine.books.impulse - 1),
@@ -128,19 +134,19 @@ def _result(
             force_evaluations=fine.evaluations + coarse.evaluations,
             seconds=0.0,
         ),
-        warnings=(*shock.profile.notes, *_warnings(fine, waves, rtol)),
+        warnings=shock.profile.notes,
     )
+    return evolve(result, warnings=(*result.warnings, *_warnings(fine, result, scales)))
 
 
 def _waves(fine: Run, coarse: Run, scales: Scales) -> tuple[MeasuredWave, ...]:
     """Strongest first; the error of each: difference of the two runs, its own doubt, and the energy gone astray."""
     # Peak force goes with the 3/5 power of energy. The defect sees what both runs may miss: a contact that opens.
     astray = 0.6 * abs(fine.books.energy / fine.books.work - 1)
-    strengths = [wave.peak_force for wave in coarse.waves]
     measured = []
-    for index, (wave, doubt) in enumerate(zip(fine.waves, fine.doubts, strict=True)):
-        # A wave that only one of the runs has counted stands at the threshold: its error is its doubt alone.
-        difference = abs(strengths[index] / wave.peak_force - 1) if index < len(strengths) else 0.0
+    for wave, doubt in zip(fine.waves, fine.doubts, strict=True):
+        difference = min(abs(other.peak_force / wave.peak_force - 1) for other in coarse.waves)
+        error = difference + doubt + astray + _ROUNDING
         measured.append(
             MeasuredWave(
                 peak_force=wave.peak_force * scales.force,
@@ -151,24 +157,30 @@ def _waves(fine: Run, coarse: Run, scales: Scales) -> tuple[MeasuredWave, ...]:
                 granule_velocity=wave.granule_velocity * scales.velocity,
                 contact=wave.contact,
                 arrival_time=wave.time * scales.time,
-                error_estimate=min(difference + doubt + astray + _ROUNDING, 1.0),
+                error_estimate=error if error < _UNSETTLED else None,
+                foot=wave.foot,
             )
         )
     return tuple(sorted(measured, key=lambda wave: -wave.peak_force))
 
 
-def _warnings(fine: Run, waves: tuple[MeasuredWave, ...], rtol: float) -> list[str]:
+def _warnings(fine: Run, result: SimulationResult, scales: Scales) -> list[str]:
     warnings = []
-    if waves[0].error_estimate > rtol:
+    if result.error_estimate > result.rtol:
         warnings.append(
-            f"the tolerance was not met: the primary's peak force is known to {waves[0].error_estimate:.1e},"
-            f" {rtol:.1e} was asked for"
+            f"the tolerance was not met: the primary's peak force is known to {result.error_estimate:.1e},"
+            f" {result.rtol:.1e} was asked for"
         )
     if fine.reached_end:
+        top = fine.strongest
         warnings.append(
-            f"the waves reach the free end before they are steady: they are read at contact {waves[0].contact},"
-            " and are those of this chain, not of a longer one"
+            "the waves reach the free end before they are steady: they are read at contact"
+            f" {result.waves[0].contact} of this chain; its greatest contact force is"
+            f" {si(top.force * scales.force, 'N')}, at contact {top.contact}"
         )
-    elif not fine.settled:
-        warnings.append("the tail had not come to rest when the last wave was read: waves near the threshold may lack")
+    elif not fine.settled or any(wave.error_estimate is None for wave in result.waves):
+        warnings.append(
+            "the tail had not come to rest when the last wave was read: waves near the threshold may lack or change"
+            " (a higher wave_threshold leaves them out)"
+        )
     return warnings

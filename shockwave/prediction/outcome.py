@@ -11,7 +11,7 @@ from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.profiles.base import Areas
 from shockwave.profiles.conditions import Condition
 from shockwave.text import indent, notes, range_text, si, table
-from shockwave.theory.scaled import Comparison, Regime, Relation
+from shockwave.theory.scaled import Inequality, Regime, Relation
 
 __all__ = ["EjectionOutcome", "Exponents", "Outcome", "SingleOutcome", "TrainOutcome"]
 
@@ -54,7 +54,7 @@ class Outcome:
         Impulse of the shock [N s].
     conditions : tuple of Condition
         The inequalities (3).
-    trace : tuple of Comparison
+    trace : tuple of Inequality
         The inequalities that decided; both sides in seconds.
     expected_error : tuple of float or None
         Lowest and highest relative error of ``peak_force`` that was measured where this shock lies; None where
@@ -78,7 +78,7 @@ class Outcome:
     waves: tuple[SolitaryWave, ...]
     applied_momentum: float
     conditions: tuple[Condition, ...]
-    trace: tuple[Comparison, ...]
+    trace: tuple[Inequality, ...]
     expected_error: tuple[float, float] | None
     exponents: Exponents | None
     areas: Areas

@@ -40,13 +40,17 @@ _TRUE_FACTOR = (
 # Train: relative error, by n t0 over alphaF0 A F0^(-1/6).
 _TRAIN = (
     _Row(1.6, -0.15, 0.20),
-    _Row(2.5, -0.35, 0.13),
-    _Row(5.0, -0.80, 0.09),
-    _Row(10.0, -0.88, 0.03),
+    _Row(2.0, -0.30, 0.15),
+    _Row(2.5, -0.50, 0.13),
+    _Row(3.5, -0.70, 0.09),
+    _Row(5.0, -0.80, 0.06),
+    _Row(10.0, -0.93, 0.03),
     _Row(math.inf, -1.0, 0.0),
 )
 # Window of (5h) over the virtual shock: beyond, its added momentum means nothing, whatever the range would say.
 _WIDEST_WINDOW = 0.165
+# Noise turns a record by so much; more is a second peak.
+_MOST_REVERSAL = 0.05
 # An upper end above this is a warning of its own.
 _USELESS = 0.5
 
@@ -57,6 +61,7 @@ def expected_error(
     strength: float,
     amplitude: float,
     conditions: Sequence[Condition],
+    reversal: float = 0.0,
 ) -> tuple[tuple[float, float] | None, list[str]]:
     """The measured range of the relative error, or None; and sentences on it.
 
@@ -72,13 +77,18 @@ def expected_error(
         Predicted peak force over the shock's.
     conditions : sequence of Condition
         The inequalities (3): errors were measured only where all hold.
+    reversal : float
+        How far the force falls back before its peak or rises again after it, over the peak: errors were measured
+        for shocks with one peak.
     """
     broken = [condition for condition in conditions if not condition.holds]
     if broken:
         listed = "; ".join(f"{c.statement} fails by {-c.margin:.3g}" for c in broken)
         return None, [f"outside the conditions (3) no error was measured for section 4: {listed}"]
+    if reversal > _MOST_REVERSAL:
+        return None, [f"the shock has several peaks (it turns by {reversal:.0%} of its peak): simulate to know"]
     if trust is None:
-        return None, ["no error was measured for this reading of alpha: simulate to know"]
+        return None, ["no error was measured for this reading of section 4: simulate to know"]
     if regime == "train":
         row = _row(_TRAIN, trust)
         return (row.low, row.high), []

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 from attrs import frozen
 
-from shockwave.profiles.base import Areas
+from shockwave.profiles.base import Areas, ShockProfile
 
-__all__ = ["TOLERANCE", "Condition", "conditions"]
+__all__ = ["TOLERANCE", "Condition", "conditions", "reversal"]
 
 #: Margins above -TOLERANCE * n count as met: every row of the paper's Table 2 meets one with equality.
 TOLERANCE = 1e-9
@@ -44,3 +45,16 @@ def conditions(areas: Areas, duration_ratio: float) -> tuple[Condition, ...]:
         ("slow-decay", "a2 <= (n-1)/2", (duration_ratio - 1) / 2 - a2),
     )
     return tuple(Condition(name, text, margin, margin >= -tolerance) for name, text, margin in margins)
+
+
+def reversal(profile: ShockProfile) -> float:
+    """How far the force falls back while it rises, or rises again while it decays, over its peak.
+
+    Zero for a shock with one peak; taken at the breakpoints and at some hundred points of rise and decay.
+    """
+    n = profile.duration_ratio
+    points = np.unique(np.concatenate((profile.breakpoints, np.linspace(0, 1, 129), np.linspace(1, n, 129))))
+    rise, decay = profile.force(points[points <= 1]), profile.force(points[points >= 1])
+    falls = np.maximum.accumulate(rise) - rise
+    climbs = decay - np.minimum.accumulate(decay)
+    return float(max(falls.max(), climbs.max()))

@@ -32,7 +32,7 @@ class Exponential(ShockProfile):
 
     rise_rate: float = quantity("", "k1, rate of the rise", at_least=-700, at_most=1e6)
     decay_rate: float = quantity("", "k2, rate of the decay", at_least=-700, at_most=1e6)
-    duration_ratio: float = quantity("", "n, whole duration over rise time", above=1)
+    duration_ratio: float = quantity("", "n, whole duration over rise time", above=1, at_most=1e12)
 
     def rise(self, s: FloatArray) -> FloatArray:
         return _ramp(self.rise_rate, s, 0)

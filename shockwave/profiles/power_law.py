@@ -19,14 +19,14 @@ class PowerLaw(ShockProfile):
     Parameters
     ----------
     rise_exponent, decay_exponent : float
-        eta1 and eta2, 0 or more. At 0 the force is constant and jumps at the end.
+        eta1 and eta2, 0 to 1e6. At 0 the force is constant and jumps at the end.
     duration_ratio : float
         n, above 1.
     """
 
-    rise_exponent: float = quantity("", "eta1, exponent of the rise", at_least=0)
-    decay_exponent: float = quantity("", "eta2, exponent of the decay", at_least=0)
-    duration_ratio: float = quantity("", "n, whole duration over rise time", above=1)
+    rise_exponent: float = quantity("", "eta1, exponent of the rise", at_least=0, at_most=1e6)
+    decay_exponent: float = quantity("", "eta2, exponent of the decay", at_least=0, at_most=1e6)
+    duration_ratio: float = quantity("", "n, whole duration over rise time", above=1, at_most=1e12)
 
     def rise(self, s: FloatArray) -> FloatArray:
         return np.asarray(s**self.rise_exponent)

@@ -22,7 +22,7 @@ class Triangular(ShockProfile):
         n, above 1.
     """
 
-    duration_ratio: float = quantity("", "n, whole duration over rise time", above=1)
+    duration_ratio: float = quantity("", "n, whole duration over rise time", above=1, at_most=1e12)
 
     def rise(self, s: FloatArray) -> FloatArray:
         return np.asarray(1.0 * s)

@@ -56,7 +56,7 @@ _MEANINGS = {
     "granules": "left out, the chain is as long as the answer needs",
     "model": "a name that `shockwave list models` shows",
     "rtol": "for models with a tolerance; section-4 has none and refuses it",
-    "momentum_coefficient": "leading number of A, eq. (4c): exact (4.3445...), paper (13/3) or a number > 0",
+    "momentum_coefficient": "leading number of A, eq. (4c): exact (4.3445...), paper (13/3) or 0.01 to 1000",
     "alpha": "constant (of section 4.1) or literal (eq. (5c) as printed)",
     "quadrature": "for all integrals, even those with closed forms; see `shockwave list quadratures`",
     "integrator": "see `shockwave list integrators`",

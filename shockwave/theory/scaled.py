@@ -8,7 +8,7 @@ from attrs import field, frozen
 
 from shockwave.profiles.base import Areas, ShockProfile
 
-__all__ = ["Comparison", "Regime", "Relation", "ScaledAnswer", "ScaledEjection", "ScaledShock", "Settings"]
+__all__ = ["Inequality", "Regime", "Relation", "ScaledAnswer", "ScaledEjection", "ScaledShock", "Settings"]
 
 Regime = Literal["ejection", "single", "train"]
 Relation = Literal["less", "equal", "greater"]
@@ -62,7 +62,7 @@ class Settings:
 
 
 @frozen
-class Comparison:
+class Inequality:
     """One inequality that decided: its two sides (times over T0), its equation, and what followed."""
 
     statement: str
@@ -93,7 +93,7 @@ class ScaledAnswer:
     regime: Regime
     relation: Relation
     amplitudes: tuple[float, ...]
-    trace: tuple[Comparison, ...]
+    trace: tuple[Inequality, ...]
     sensitivity: float | None
     trust: float | None = None
     ejection: ScaledEjection | None = None

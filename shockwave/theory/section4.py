@@ -15,7 +15,7 @@ The relation to the shock's peak force is decided before that, by (5d) for a tra
 
 from __future__ import annotations
 
-from shockwave.theory.scaled import Comparison, Relation, ScaledAnswer, ScaledEjection, ScaledShock, Settings
+from shockwave.theory.scaled import Inequality, Relation, ScaledAnswer, ScaledEjection, ScaledShock, Settings
 from shockwave.theory.train import constant_alpha, train
 
 __all__ = ["predict"]
@@ -26,7 +26,7 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     time_of_wave = shock.momentum_parameter
     alpha = constant_alpha(shock)
     is_train = alpha * time_of_wave < shock.duration
-    split = Comparison(
+    split = Inequality(
         "alphaF0 A F0^(-1/6) < n t0",
         alpha * time_of_wave,
         shock.duration,
@@ -35,7 +35,7 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     )
     share = shock.impulse_until(alpha * time_of_wave) if is_train else shock.impulse
     relation = _relation(share / time_of_wave, settings.equal_tolerance)
-    related = Comparison(
+    related = Inequality(
         "impulse up to alphaF0 A F0^(-1/6), over F0, against A F0^(-1/6)"
         if is_train
         else "whole impulse over F0 against A F0^(-1/6)",
@@ -47,7 +47,7 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     if is_train:
         return _train(shock, settings, relation, (split, related))
     ejects = shock.impulse < time_of_wave
-    momentum = Comparison(
+    momentum = Inequality(
         "whole impulse over F0 < A F0^(-1/6)",
         shock.impulse,
         time_of_wave,
@@ -64,13 +64,13 @@ def _relation(ratio: float, tolerance: float) -> Relation:
     return "greater" if ratio > 1 else "less"
 
 
-def _single(shock: ScaledShock, relation: Relation, trace: tuple[Comparison, ...]) -> ScaledAnswer:
+def _single(shock: ScaledShock, relation: Relation, trace: tuple[Inequality, ...]) -> ScaledAnswer:
     amplitude = (shock.impulse / shock.momentum_parameter) ** 1.2  # (5f)
     ratio = shock.duration / (constant_alpha(shock) * shock.momentum_parameter)
     return ScaledAnswer("single", relation, (amplitude,), trace, sensitivity=-1.2, trust=ratio)
 
 
-def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Comparison, ...]) -> ScaledAnswer:
+def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Inequality, ...]) -> ScaledAnswer:
     ratio = shock.impulse / shock.momentum_parameter
     # (5g) is linear in the virtual rise time, so it needs no iteration: t0 / virtual is the ratio itself.
     virtual = shock.momentum_parameter / shock.areas.total
@@ -101,7 +101,7 @@ def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Comparison, .
     )
 
 
-def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tuple[Comparison, ...]) -> ScaledAnswer:
+def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tuple[Inequality, ...]) -> ScaledAnswer:
     found = train(shock, settings)
     # Errors of the literal reading were not measured by range: it has no trustworthy root.
     ratio = shock.duration / (constant_alpha(shock) * shock.momentum_parameter)
