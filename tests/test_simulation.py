@@ -217,3 +217,41 @@ def test_stiffness_mass_and_size_leave_the_amplification_of_a_scaled_shock() -> 
     assert sw.simulate(scaled, soft).amplification == pytest.approx(
         sw.simulate(shock(POWER, 0.5), CHAIN).amplification, rel=1e-9
     )
+
+
+# Three flat-topped pulses: their waves meet and overtake one another before they settle.
+COLLIDING = sw.Tabulated(
+    times=[0, 0.054, 0.373, 0.425, 1.2, 1.227, 1.49, 1.572, 2.84, 2.876, 3.287, 3.357, 4.85],
+    forces=[0, 0.904, 0.904, 0, 0, 0.574, 0.574, 0, 0, 0.969, 0.969, 0, 0],
+)
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-5, 1e-6])
+def test_waves_are_read_after_their_collisions(rtol: float) -> None:
+    result = sw.simulate(shock(COLLIDING, 12.4 / COLLIDING.duration_ratio), CHAIN, rtol=rtol)
+    # read at contacts 200 to 500 of a chain integrated by other means
+    assert result.peak_force == pytest.approx(112.0327, rel=rtol + 5e-7)
+    assert result.waves[1].peak_force == pytest.approx(81.7979, rel=10 * rtol + 1e-6)
+
+
+@pytest.mark.parametrize("rtol", [1e-2, 1e-4, 1e-6])
+def test_count_of_waves_does_not_depend_on_the_tolerance(rtol: float) -> None:
+    record = sw.Tabulated(times=[0, 0.4757, 1], forces=[0.4456, 1, 0.331])
+    result = sw.simulate(shock(record, 4.67 / record.duration_ratio), CHAIN, rtol=rtol)
+    # the third has 0.61 % of the primary, the threshold is 0.5 %
+    assert [wave.peak_force for wave in result.waves] == pytest.approx([152.450, 40.706, 0.9307], rel=2e-3)
+
+
+def test_short_chain_tells_its_greatest_force() -> None:
+    profile = sw.PowerLaw(rise_exponent=1, decay_exponent=0.5, duration_ratio=4)
+    result = sw.simulate(shock(profile, 3.0), attrs.evolve(CHAIN, granules=5))
+    assert any("greatest contact force is 126.41 N, at contact 3" in warning for warning in result.warnings)
+
+
+def test_separated_waves_have_a_clean_foot() -> None:
+    assert all(wave.foot < 1e-4 for wave in train().waves)
+
+
+def test_recoil_is_known_to_its_error() -> None:
+    loose, tight = (sw.simulate(shock(POWER, 0.5), CHAIN, rtol=rtol) for rtol in (1e-3, 1e-7))
+    assert abs(loose.recoil_momentum - tight.recoil_momentum) <= loose.recoil_error

@@ -7,7 +7,9 @@ from itertools import islice
 
 import pytest
 
+import shockwave as sw
 from measure_trust import draws, judge
+from scenes import CHAIN, FORCE, UNITS
 from shockwave.prediction.trust import expected_error
 from shockwave.profiles.conditions import Condition
 
@@ -53,3 +55,27 @@ def test_a_correction_larger_than_the_shock_is_told() -> None:
     assert bounds is not None
     assert bounds[0] > 0.5
     assert "simulate instead" in sentences[0]
+
+
+def test_no_range_is_told_for_a_shock_with_two_peaks() -> None:
+    record = sw.Tabulated(times=[0, 1e-5, 3e-5, 5e-5, 9e-5], forces=[0, 100, 20, 60, 0])
+    outcome = sw.Predictor().predict(sw.Shock(profile=record), CHAIN)
+    assert outcome.expected_error is None
+    assert any("several peaks (it turns by 40% of its peak)" in warning for warning in outcome.warnings)
+
+
+def test_no_range_is_told_for_a_coefficient_of_one_s_own() -> None:
+    shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=100.0, rise_time=1e-5)
+    assert sw.Predictor(momentum_coefficient=8.0).predict(shock, CHAIN).expected_error is None
+
+
+@pytest.mark.parametrize("ratio", [2.25, 2.3148, 4.0])
+@pytest.mark.parametrize("duration", [5.0, 8.0, 14.0])
+def test_errors_of_triangles_lie_in_the_ranges_told(ratio: float, duration: float) -> None:
+    shock = sw.Shock(
+        profile=sw.Triangular(duration_ratio=ratio), peak_force=FORCE, rise_time=duration / ratio * UNITS.time
+    )
+    found = sw.compare(shock, CHAIN, rtol=1e-2, wave_threshold=0.5)
+    bounds = found.predicted.expected_error
+    assert bounds is not None
+    assert bounds[0] <= found.error <= bounds[1]
