@@ -146,6 +146,6 @@ class SimulationResult:
             "",
             indent(table(header, waves)),
             f"  (waves above {self.wave_threshold:g} of the primary; contacts are counted from 0; rel. error: of",
-            "  the peak force; foot: force left between a wave and its neighbours, over its peak: an error of the rest)",
+            "  the peak force; foot: force left between a wave and its neighbours over its peak, an error of the rest)",
         ]
         return "\n".join(lines + notes(self.warnings))
