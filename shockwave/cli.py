@@ -186,11 +186,12 @@ def _compare(options: argparse.Namespace) -> int:
         found = compare(scenario.shock, scenario.chain, scenario.predictor, **_settings(options, scenario))
         return evolve(
             found,
+            published=scenario.published,
             predicted=evolve(found.predicted, scenario=scenario.name),
             simulated=evolve(found.simulated, scenario=scenario.name),
         )
 
-    return _run(options, one, lambda found, scenarios: comparison_table(found, [s.published for s in scenarios]))
+    return _run(options, one, lambda found, _: comparison_table(found))
 
 
 def _settings(options: argparse.Namespace, scenario: Scenario) -> dict[str, Any]:

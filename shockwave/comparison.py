@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from attrs import frozen
+from attrs import asdict, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.measurement.result import SimulationResult
@@ -12,7 +12,8 @@ from shockwave.measurement.simulate import simulate
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
-from shockwave.text import range_text
+from shockwave.scenario.blocks import Published
+from shockwave.text import range_text, si
 from shockwave.theory.scaled import Relation
 
 __all__ = ["Comparison", "compare"]
@@ -30,12 +31,15 @@ class Comparison:
         Relative error of the predicted peak force; known as far as ``simulated.error_estimate`` allows.
     relation : str
         ``less``, ``equal`` or ``greater`` by simulation, with the predictor's tolerance of equality.
+    published : Published or None
+        Figures printed in a source for the same scene.
     """
 
     predicted: Outcome
     simulated: SimulationResult
     error: float
     relation: Relation
+    published: Published | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """What ``compare --json`` prints."""
@@ -45,6 +49,7 @@ class Comparison:
             "simulated": self.simulated.to_dict(),
             "errors": {"peak_force": self.error},
             "relations": {"predicted": self.predicted.relation, "simulated": self.relation},
+            "published": None if self.published is None else asdict(self.published),
         }
 
     def __str__(self) -> str:
@@ -57,6 +62,8 @@ class Comparison:
             f"expected {range_text(self.predicted.expected_error)}",
             f"relation to the shock's peak force: predicted {self.predicted.relation}, simulated {self.relation}",
         ]
+        if self.published is not None:
+            lines.append(f"printed in {self.published.source}: {_printed(self.published)}")
         return "\n".join(lines)
 
 
@@ -82,3 +89,12 @@ def compare(
         error=predicted.peak_force / simulated.peak_force - 1,
         relation=relation,
     )
+
+
+def _printed(published: Published) -> str:
+    figures = (
+        ("relation", published.relation),
+        ("error", None if published.error is None else f"{published.error:.1%}"),
+        ("virtual rise time", None if published.virtual_rise_time is None else si(published.virtual_rise_time, "s")),
+    )
+    return ", ".join(f"{name} {figure}" for name, figure in figures if figure is not None)

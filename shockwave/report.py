@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from shockwave.measurement.result import SimulationResult
     from shockwave.prediction.outcome import Outcome
     from shockwave.profiles.conditions import Condition
-    from shockwave.scenario.load import Published
 
 __all__ = ["comparison_table", "outcome_table", "simulation_table"]
 
@@ -53,7 +52,7 @@ def simulation_table(results: Sequence[SimulationResult]) -> str:
     return "\n".join([table(header, rows), *_notes_by_name((r.scenario, r.warnings) for r in results)])
 
 
-def comparison_table(comparisons: Sequence[Comparison], published: Sequence[Published | None]) -> str:
+def comparison_table(comparisons: Sequence[Comparison]) -> str:
     """Several comparisons, a row each, with figures printed elsewhere beside ours where a scenario has them."""
     header = [
         "scenario",
@@ -69,10 +68,12 @@ def comparison_table(comparisons: Sequence[Comparison], published: Sequence[Publ
         "conditions (3)",
     ]
     rows = [_comparison_row(comparison) for comparison in comparisons]
+    published = [comparison.published for comparison in comparisons]
     if any(published):
         header[7:7] = ["printed"]
         header[10:10] = ["printed"]
         for row, printed in zip(rows, published, strict=True):
+            row[2] += f" / {printed.relation if printed and printed.relation else '-'}"
             row[7:7] = ["-" if printed is None or printed.error is None else f"{printed.error:.1%}"]
             row[10:10] = [
                 "-" if printed is None or printed.virtual_rise_time is None else si(printed.virtual_rise_time, "s")
@@ -82,7 +83,8 @@ def comparison_table(comparisons: Sequence[Comparison], published: Sequence[Publ
     )
     legend = [
         "",
-        "relation, waves: predicted / simulated; rel. error: of the simulated peak force, estimated;",
+        "relation, waves: predicted / simulated" + (" / printed" if any(published) else "") + ";",
+        "rel. error: of the simulated peak force, estimated;",
         "error: of the predicted peak force against the simulated; expected error: range measured for such shocks",
     ]
     return "\n".join([table(header, rows), *legend, *notes])

@@ -73,6 +73,16 @@ class SimulationResult:
         Of the granules counted in ``ejected_granules`` [m/s], first granule first.
     ejected_granules : int
         Granules thrown back faster than a thousandth of the granules in the primary.
+    wave_threshold, rtol, integrator : float, float, str
+        What was asked for.
+    applied_momentum : float
+        Impulse of the shock [N s].
+    cost : Cost
+        Steps, force evaluations and seconds of both runs.
+    warnings : tuple of str
+        What a reader must know before using the figures.
+    scenario : str or None
+        Name of the scenario, if it came from one.
     momentum_defect, energy_defect : float
         Relative: what the granules hold at the end against the impulse and the work of the force.
     """
@@ -140,7 +150,7 @@ class SimulationResult:
             f"  applied momentum  {si(self.applied_momentum, 'N s')}, momentum defect {self.momentum_defect:.0e}, "
             f"energy defect {self.energy_defect:.0e}",
             f"  recoil            {si(self.recoil_momentum, 'N s')} within {si(self.recoil_error, 'N s', 1)}, "
-            f"{self.ejected_granules} granules ejected",
+            f"ejected granules: {self.ejected_granules}",
             f"  cost              {self.cost.steps} steps, {self.cost.force_evaluations} force evaluations, "
             f"{self.cost.seconds:.2g} s",
             "",

@@ -174,7 +174,7 @@ def _warnings(fine: Run, result: SimulationResult, scales: Scales) -> list[str]:
     if fine.reached_end:
         top = fine.strongest
         warnings.append(
-            "the waves reach the free end before they are steady: they are read at contact"
+            "the waves reach the free end before they are known to be steady: they are read at contact"
             f" {result.waves[0].contact} of this chain; its greatest contact force is"
             f" {si(top.force * scales.force, 'N')}, at contact {top.contact}"
         )

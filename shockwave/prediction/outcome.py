@@ -42,6 +42,8 @@ class Outcome:
 
     Attributes
     ----------
+    model, scenario : str, str or None
+        What predicted it; the name of the scenario, if it came from one.
     peak_force : float
         Of the primary [N].
     amplification : float

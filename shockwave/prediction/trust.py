@@ -94,7 +94,7 @@ def expected_error(
         return (row.low, row.high), []
     if regime == "ejection" and trust > _WIDEST_WINDOW:
         return None, [
-            f"the correction window of (5h) is {trust:.2f} of the virtual shock; beyond 0.16 its measured errors"
+            f"the correction window of (5h) is {trust:.2f} of the virtual shock; beyond 0.165 its measured errors"
             " reach +2277 %: simulate instead"
         ]
     row = _row(_TRUE_FACTOR, strength)

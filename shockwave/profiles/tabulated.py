@@ -326,12 +326,16 @@ def _cleaned(times: FloatArray, forces: FloatArray) -> tuple[FloatArray, float, 
         what = f"a baseline of {baseline:.4g} N, the mean of the {count} samples before the pulse"
         notes.append(f"{what}, was subtracted ({share(part)})")
     if np.any(below):
-        negative = f"{np.count_nonzero(below)} of {forces.size} samples lay below zero"
-        notes.append(f"{negative} and were set to zero ({share(_area(times, below))})")
+        count_below = np.count_nonzero(below)
+        lay = "lay below zero and was" if count_below == 1 else "lay below zero and were"
+        what = f"{count_below} of {forces.size} samples {lay} set to zero"
+        notes.append(f"{what} ({share(_area(times, below))})")
     for cut, where in ((slice(0, start + 1), "before"), (slice(stop, None), "after")):
         if times[cut].size > 1:
             part = share(_area(times[cut], values[cut]))
-            notes.append(f"{times[cut].size - 1} quiet samples {where} the pulse were cut off ({part})")
+            number = times[cut].size - 1
+            samples, were = ("sample", "was") if number == 1 else ("samples", "were")
+            notes.append(f"{number} quiet {samples} {where} the pulse {were} cut off ({part})")
     for end, verb in ((0, "starts"), (-1, "ends")):
         if pulse[end] > _ROUNDING:
             size = f"{pulse[end] * peak_force:.4g} N, {100 * pulse[end]:.2g} % of its peak"
