@@ -43,6 +43,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return 130
+    except OSError as error:
+        print(f"the output cannot be written ({error.strerror or error})", file=sys.stderr)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FileAccessError.exit_code
     except Exception as error:
         if os.environ.get("SHOCKWAVE_DEBUG"):
             raise
@@ -128,7 +132,7 @@ def _run(
         return status
     done, documents = [], []
     for number, scenario in enumerate(scenarios, start=1):
-        if len(scenarios) > 1 and sys.stderr.isatty():
+        if sys.stderr.isatty():
             print(f"{number} of {len(scenarios)}: {scenario.name}", file=sys.stderr)
         try:
             result = one(scenario)
@@ -136,11 +140,16 @@ def _run(
             print(f"{scenario.path}: {error}", file=sys.stderr)
             documents.append({"scenario": scenario.name, "error": str(error)})
             status = max(status, error.exit_code)
+        except KeyboardInterrupt:
+            print(f"{scenario.path}: interrupted; what was done before follows", file=sys.stderr)
+            status = 130
+            break
         else:
             done.append((result, scenario))
             documents.append(result.to_dict())
     if options.json:
-        _print_json(documents if len(options.files) > 1 else documents[0])
+        if documents:
+            _print_json(documents if len(options.files) > 1 else documents[0])
     elif len(options.files) == 1:
         print(*(result for result, _ in done), sep="\n")
     elif done:

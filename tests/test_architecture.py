@@ -27,6 +27,7 @@ FLOORS = {
     "options": 3,
     "profiles": 3,
     "chain": 3,
+    "scene": 4,
     "theory": 4,
     "simulation": 4,
     "prediction": 5,

@@ -165,7 +165,7 @@ BAD = {
     ),
     "rtol-without-use": (_with("predict: {rtol: 1e-6}"), "3:17", "predict.rtol", "must be left out for model"),
     "not-installed": (
-        _with("requires: [numpy, no-such-distribution-1]"), "3:19", "requires[1]", "pip install no-such-distribution-1",
+        _with("requires: [numpy, no-such-distribution-1]"), "3:19", "requires[1]", "must be installed",
     ),
     "requires-no-name": (_with("requires: ['../x']"), "3:12", "requires[0]", "must be the name of a distribution"),
     "requires-text": (_with("requires: numpy"), "3:11", "requires", "must be a list"),

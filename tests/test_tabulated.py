@@ -203,7 +203,7 @@ def test_forces_below_zero_become_zero():
     assert profile.force(3.0) == 0.0
     assert profile.breakpoints[-1] == 5.0
     # Half of one newton times two seconds, in 8 N s.
-    assert profile.notes == ("1 of 6 samples lay below zero and were set to zero (12 % of the impulse)",)
+    assert profile.notes == ("1 of 6 samples lay below zero and was set to zero (12 % of the impulse)",)
 
 
 def test_a_quiet_lead_is_cut_off():

@@ -77,5 +77,8 @@ def test_errors_of_triangles_lie_in_the_ranges_told(ratio: float, duration: floa
     )
     found = sw.compare(shock, CHAIN, rtol=1e-2, wave_threshold=0.5)
     bounds = found.predicted.expected_error
-    assert bounds is not None
-    assert bounds[0] <= found.error <= bounds[1]
+    if max(found.predicted.waves, key=lambda wave: wave.peak_force) != found.predicted.waves[0]:
+        assert bounds is None  # (5i) puts a later wave above the primary: the formula has left its ground
+    else:
+        assert bounds is not None
+        assert bounds[0] <= found.error <= bounds[1]

@@ -13,6 +13,7 @@ from shockwave.fields import quantity, text_of
 __all__ = ["Chain", "Scales"]
 
 
+_LOOK_UP = "shockwave.registry.load('materials', 'ptfe') gives one of the library"
 # Room for what follows from them: the weakest wave and the square of its velocity, the longest double integral.
 _LEAST_ENERGY, _MOST_ENERGY = 1e-200, 1e250
 _LEAST_RATIO, _MOST_RATIO = 1e-30, 1e12
@@ -45,7 +46,7 @@ class Chain:
 
     def __attrs_post_init__(self) -> None:
         if not isinstance(self.material, Material):
-            raise InvalidValueError.of("material", f"must be a Material (got {text_of(self.material)})")
+            raise InvalidValueError.of("material", f"must be a Material (got {text_of(self.material)}; {_LOOK_UP})")
         for name, value in (("mass", self.granule_mass), ("stiffness", self.contact_stiffness)):
             if not (math.isfinite(value) and value > 0):
                 problem = f"must give granules a {name} that a floating-point number can hold (got {value:g})"

@@ -6,6 +6,7 @@ from typing import Any
 
 from attrs import asdict, field, frozen
 
+from shockwave.scene import Scene
 from shockwave.text import indent, notes, si, table
 
 __all__ = ["Cost", "MeasuredWave", "SimulationResult"]
@@ -81,6 +82,8 @@ class SimulationResult:
         Steps, force evaluations and seconds of both runs.
     warnings : tuple of str
         What a reader must know before using the figures.
+    scene : Scene
+        The shock and the chain as they were understood.
     scenario : str or None
         Name of the scenario, if it came from one.
     momentum_defect, energy_defect : float
@@ -103,6 +106,7 @@ class SimulationResult:
     rtol: float
     cost: Cost
     warnings: tuple[str, ...]
+    scene: Scene
     scenario: str | None = None
 
     def to_dict(self) -> dict[str, Any]:
@@ -125,6 +129,7 @@ class SimulationResult:
             "rtol": self.rtol,
             "cost": asdict(self.cost),
             "warnings": list(self.warnings),
+            "scene": asdict(self.scene),
         }
 
     def __str__(self) -> str:
@@ -145,6 +150,7 @@ class SimulationResult:
         header = ("peak force", "rel. error", "momentum", "energy", "speed", "width", "foot", "contact", "arrival")
         lines = [
             f"simulation by {self.integrator}" + (f" of {self.scenario}" if self.scenario else ""),
+            *self.scene.lines(),
             f"  peak force        {si(self.peak_force, 'N', 8)} within {self.error_estimate:.0e} relative, "
             f"{self.amplification:.8g} times the shock's",
             f"  applied momentum  {si(self.applied_momentum, 'N s')}, momentum defect {self.momentum_defect:.0e}, "

@@ -14,6 +14,7 @@ from shockwave.measurement.run import EJECTED, Demand, Run, run
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
 from shockwave.registry import load
+from shockwave.scene import Scene
 from shockwave.simulation.problem import ChainProblem
 from shockwave.text import si
 
@@ -91,7 +92,7 @@ def simulate(
             f"no wave was found within {most} contacts: the shock is too slow for its peak force"
             " (shorten it, or raise the peak force)"
         )
-    result = _result(shock, scales, fine, coarse, rtol, integrator, wave_threshold)
+    result = _result(shock, chain, scales, fine, coarse, rtol, integrator, wave_threshold)
     return evolve(result, cost=evolve(result.cost, seconds=time.perf_counter() - begin))
 
 
@@ -108,7 +109,14 @@ def _scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
 
 
 def _result(
-    shock: Shock, scales: Scales, fine: Run, coarse: Run, rtol: float, integrator: str, wave_threshold: float
+    shock: Shock,
+    chain: Chain,
+    scales: Scales,
+    fine: Run,
+    coarse: Run,
+    rtol: float,
+    integrator: str,
+    wave_threshold: float,
 ) -> SimulationResult:
     waves = _waves(fine, coarse, scales)
     primary = waves[0]
@@ -135,6 +143,7 @@ def _result(
             seconds=0.0,
         ),
         warnings=shock.profile.notes,
+        scene=Scene.of(shock, chain),
     )
     return evolve(result, warnings=(*result.warnings, *_warnings(fine, result, scales)))
 

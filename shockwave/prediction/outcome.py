@@ -10,6 +10,7 @@ from attrs import asdict, field, frozen
 from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.profiles.base import Areas
 from shockwave.profiles.conditions import Condition
+from shockwave.scene import Scene
 from shockwave.text import indent, notes, range_text, si, table
 from shockwave.theory.scaled import Inequality, Regime, Relation
 
@@ -69,6 +70,8 @@ class Outcome:
         The leading number of A.
     warnings : tuple of str
         What a reader must know before using the figures.
+    scene : Scene
+        The shock and the chain as they were understood.
     """
 
     regime: ClassVar[Regime]
@@ -86,6 +89,7 @@ class Outcome:
     areas: Areas
     momentum_coefficient: float
     warnings: tuple[str, ...]
+    scene: Scene
     scenario: str | None = None
 
     def to_dict(self) -> dict[str, Any]:
@@ -107,6 +111,7 @@ class Outcome:
             "exponents": None if self.exponents is None else asdict(self.exponents),
             "areas": asdict(self.areas),
             "momentum_coefficient": self.momentum_coefficient,
+            "scene": asdict(self.scene),
         }
 
     def _ejection(self) -> dict[str, float] | None:
@@ -115,6 +120,7 @@ class Outcome:
     def __str__(self) -> str:
         lines = [
             f"prediction by {self.model}" + (f" of {self.scenario}" if self.scenario else ""),
+            *self.scene.lines(),
             f"  regime            {self.regime}",
             f"  relation          primary {_RELATIONS[self.relation]} the shock's peak force",
             f"  peak force        {si(self.peak_force, 'N')}, {self.amplification:.5g} times the shock's",

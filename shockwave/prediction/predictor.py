@@ -15,6 +15,7 @@ from shockwave.prediction.trust import expected_error
 from shockwave.profiles.conditions import conditions, reversal
 from shockwave.profiles.shock import Shock
 from shockwave.registry import find, load
+from shockwave.scene import Scene
 from shockwave.theory.scaled import ScaledAnswer, ScaledShock, Settings
 
 __all__ = ["Predictor", "coefficient_of"]
@@ -173,6 +174,7 @@ class Predictor:
             "exponents": None if answer.sensitivity is None else Exponents.of(answer.sensitivity),
             "areas": scaled.areas,
             "momentum_coefficient": coefficient,
+            "scene": Scene.of(shock, chain),
             "warnings": (*shock.profile.notes, *answer.warnings, *doubts, *_chain_warnings(chain)),
         }
         if answer.ejection is not None:

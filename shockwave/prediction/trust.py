@@ -94,8 +94,8 @@ def expected_error(
         return (row.low, row.high), []
     if regime == "ejection" and trust > _WIDEST_WINDOW:
         return None, [
-            f"the correction window of (5h) is {trust:.2f} of the virtual shock; beyond 0.165 its measured errors"
-            " reach +2277 %: simulate instead"
+            f"the correction window of (5h) is {trust:.2f} of the virtual shock; beyond 0.165 its error has"
+            " no useful bound (+2277 % was measured, and it grows as the shock shortens): simulate instead"
         ]
     row = _row(_TRUE_FACTOR, strength)
     impulse_law = strength**1.2

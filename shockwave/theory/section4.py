@@ -27,7 +27,7 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     alpha = constant_alpha(shock)
     is_train = alpha * time_of_wave < shock.duration
     split = Inequality(
-        "alphaF0 A F0^(-1/6) < n t0",
+        f"alphaF0 A F0^(-1/6) {'<' if is_train else '>='} n t0",
         alpha * time_of_wave,
         shock.duration,
         "(5d)" if is_train else "(5e)",
@@ -48,7 +48,7 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
         return _train(shock, settings, relation, (split, related))
     ejects = shock.impulse < time_of_wave
     momentum = Inequality(
-        "whole impulse over F0 < A F0^(-1/6)",
+        f"whole impulse over F0 {'<' if ejects else '>='} A F0^(-1/6)",
         shock.impulse,
         time_of_wave,
         "4.2.2" if ejects else "4.2.3",
@@ -111,7 +111,7 @@ def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tu
         found.amplitudes,
         trace,
         found.sensitivity,
-        trust=ratio if settings.alpha == "constant" else None,
+        trust=ratio if settings.alpha == "constant" and max(found.amplitudes) == found.amplitudes[0] else None,
         roots=found.roots,
         warnings=found.warnings,
     )
