@@ -15,6 +15,7 @@ from attrs import frozen
 
 from shockwave.errors import Fault, InvalidValueError
 from shockwave.fields import Quantity, text_of
+from shockwave.numerics import scatter
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.record import read_record
 from shockwave.quadrature import FloatArray
@@ -25,6 +26,7 @@ __all__ = ["Tabulated"]
 _BEGUN, _ENDED = 0.05, 0.01
 _HIGHEST_BASELINE, _WIDEST_NOISE = 0.2, 0.02
 _SHORTEST_LEAD = 5
+_ROUGH, _MANY = 0.01, 50  # scatter that hides where a pulse begins; samples that it takes to see it
 _ROUNDING = 1e-12
 # In standard deviations of the lead. A long tail holds a chance sample beyond 3, but none beyond 5.
 _QUIET, _CERTAIN = 3, 5
@@ -340,6 +342,9 @@ def _cleaned(times: FloatArray, forces: FloatArray) -> tuple[FloatArray, float, 
         if pulse[end] > _ROUNDING:
             size = f"{pulse[end] * peak_force:.4g} N, {100 * pulse[end]:.2g} % of its peak"
             notes.append(f"the record {verb} at {size}: the force jumps there")
+    if not count and forces.size >= _MANY and (rough := scatter(forces) / peak_force) > _ROUGH:
+        told = f"the record scatters by {rough:.1%} of its peak, and no quiet lead was found to take a baseline from"
+        notes.append(f"{told}: rise time and duration may include what is not the pulse (cut the lead off, or smooth)")
     return pulse, peak_force, start, notes
 
 

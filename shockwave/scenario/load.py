@@ -162,7 +162,7 @@ class _Loading(Gathering):
             try:
                 version(name)
             except PackageNotFoundError:
-                problem = f"must be installed (got nothing of this name; install it if you trust it: an index may hold another of that name)"
+                problem = "must be installed (got nothing of this name; install it if you trust it: an index may hold another of that name)"
                 self.add(("requires", index), problem)
 
     def chain(self, data: Any) -> Chain | None:
