@@ -162,8 +162,8 @@ class _Loading(Gathering):
             try:
                 version(name)
             except PackageNotFoundError:
-                problem = "must be installed (got nothing of this name; install it if you trust it: an index may hold another of that name)"
-                self.add(("requires", index), problem)
+                remedy = "install it if you trust it: an index may hold another of that name"
+                self.add(("requires", index), f"must be installed (got nothing of this name; {remedy})")
 
     def chain(self, data: Any) -> Chain | None:
         if data is None and "chain" not in self.document.data:
