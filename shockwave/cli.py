@@ -124,13 +124,14 @@ def _scenarios(files: Sequence[str]) -> tuple[list[Scenario], int]:
 def _run(
     options: argparse.Namespace,
     one: Callable[[Scenario], Any],
-    several: Callable[[list[Any], list[Scenario]], str],
+    several: Callable[[list[Any]], str],
 ) -> int:
     """Do ``one`` for every scenario and print the results; a failure is told and does not stop the others."""
     scenarios, status = _scenarios(options.files)
     if status:
         return status
-    done, documents = [], []
+    done: list[Any] = []
+    documents: list[dict[str, Any]] = []
     for number, scenario in enumerate(scenarios, start=1):
         if sys.stderr.isatty():
             print(f"{number} of {len(scenarios)}: {scenario.name}", file=sys.stderr)
@@ -145,15 +146,15 @@ def _run(
             status = 130
             break
         else:
-            done.append((result, scenario))
+            done.append(result)
             documents.append(result.to_dict())
     if options.json:
         if documents:
             _print_json(documents if len(options.files) > 1 else documents[0])
     elif len(options.files) == 1:
-        print(*(result for result, _ in done), sep="\n")
+        print(*done, sep="\n")
     elif done:
-        print(several([result for result, _ in done], [scenario for _, scenario in done]))
+        print(several(done))
     return status
 
 
@@ -169,7 +170,7 @@ def _predict(options: argparse.Namespace) -> int:
     def one(scenario: Scenario) -> Any:
         return evolve(scenario.predictor.predict(scenario.shock, scenario.chain), scenario=scenario.name)
 
-    return _run(options, one, lambda outcomes, _: outcome_table(outcomes))
+    return _run(options, one, outcome_table)
 
 
 def _simulate(options: argparse.Namespace) -> int:
@@ -182,7 +183,7 @@ def _simulate(options: argparse.Namespace) -> int:
         result = simulate(scenario.shock, scenario.chain, **_settings(options, scenario))
         return evolve(result, scenario=scenario.name)
 
-    return _run(options, one, lambda results, _: simulation_table(results))
+    return _run(options, one, simulation_table)
 
 
 def _compare(options: argparse.Namespace) -> int:
@@ -200,7 +201,7 @@ def _compare(options: argparse.Namespace) -> int:
             simulated=evolve(found.simulated, scenario=scenario.name),
         )
 
-    return _run(options, one, lambda found, _: comparison_table(found))
+    return _run(options, one, comparison_table)
 
 
 def _settings(options: argparse.Namespace, scenario: Scenario) -> dict[str, Any]:

@@ -83,7 +83,9 @@ def comparison_table(comparisons: Sequence[Comparison]) -> str:
     )
     legend = [
         "",
-        "relation, waves: predicted / simulated" + (" / printed" if any(published) else "") + ";",
+        "relation: predicted / simulated"
+        + (" / printed" if any(published) else "")
+        + "; waves: predicted / simulated;",
         "rel. error: of the simulated peak force, estimated;",
         "error: of the predicted peak force against the simulated; expected error: range measured for such shocks",
     ]

@@ -198,27 +198,7 @@ def run(problem: ChainProblem, integrator: Integrator, demand: Demand) -> Run:
             all_known = reader.judge(
                 settling(log, span.end, span.x1, span.v1, demand.wave_threshold, _NOISE * integrator.tolerance)
             )
-    if free_end is not None and free_end.is_felt(log):
-        waves = free_end.waves(log, demand.wave_threshold)
-        doubts: tuple[float, ...] = (0.0,) * len(waves)
-    else:
-        waves, doubts = reader.waves()
-    books = _books(problem, work, span)
-    fastest = max((wave.granule_velocity for wave in waves), default=0.0)
-    recoils, unfinished = _recoils(span.x1, span.v1, fastest)
-    felt = free_end is not None and free_end.is_felt(log)
-    return Run(
-        waves=waves,
-        doubts=doubts,
-        recoils=recoils,
-        unfinished_recoil=unfinished,
-        strongest=log.top(),
-        books=books,
-        settled=reader.settled,
-        reached_end=felt,
-        steps=steps,
-        evaluations=integrator.evaluations,
-    )
+    return _found(problem, integrator, demand, log, work, reader, free_end, span, steps)
 
 
 @define
@@ -246,6 +226,41 @@ class _FreeEnd:
         peaks = log.peaks.get(self.probe.contact, [])
         strongest = max((peak.force for peak in peaks), default=0.0)
         return tuple(self.probe.wave(peak, log) for peak in peaks if peak.force >= threshold * strongest)
+
+
+def _found(
+    problem: ChainProblem,
+    integrator: Integrator,
+    demand: Demand,
+    log: PeakLog,
+    work: _Work,
+    reader: _Reader,
+    free_end: _FreeEnd | None,
+    span: Span,
+    steps: int,
+) -> Run:
+    """What is known at the end of the march, with ``span`` its last step."""
+    felt = free_end is not None and free_end.is_felt(log)
+    if free_end is not None and felt:
+        waves = free_end.waves(log, demand.wave_threshold)
+        doubts: tuple[float, ...] = (0.0,) * len(waves)
+    else:
+        waves, doubts = reader.waves()
+    books = _books(problem, work, span)
+    fastest = max((wave.granule_velocity for wave in waves), default=0.0)
+    recoils, unfinished = _recoils(span.x1, span.v1, fastest)
+    return Run(
+        waves=waves,
+        doubts=doubts,
+        recoils=recoils,
+        unfinished_recoil=unfinished,
+        strongest=log.top(),
+        books=books,
+        settled=reader.settled,
+        reached_end=felt,
+        steps=steps,
+        evaluations=integrator.evaluations,
+    )
 
 
 def _has_passed(log: PeakLog, reading: _Reading, now: float) -> bool:

@@ -330,8 +330,7 @@ def _cleaned(times: FloatArray, forces: FloatArray) -> tuple[FloatArray, float, 
     if np.any(below):
         count_below = np.count_nonzero(below)
         lay = "lay below zero and was" if count_below == 1 else "lay below zero and were"
-        what = f"{count_below} of {forces.size} samples {lay} set to zero"
-        notes.append(f"{what} ({share(_area(times, below))})")
+        notes.append(f"{count_below} of {forces.size} samples {lay} set to zero ({share(_area(times, below))})")
     for cut, where in ((slice(0, start + 1), "before"), (slice(stop, None), "after")):
         if times[cut].size > 1:
             part = share(_area(times[cut], values[cut]))
