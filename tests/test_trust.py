@@ -23,7 +23,7 @@ def verdicts() -> list[tuple[str, str, float]]:
 
 def test_errors_lie_in_the_ranges_told() -> None:
     told = [standing for _, standing, _ in verdicts() if standing != "not told"]
-    # of 662 ranges told in 800 draws of another seed, 661 held; 95 % are promised
+    # of 645 ranges told in 800 draws of another seed, 644 held; 95 % are promised
     assert told.count("in") >= 0.95 * len(told)
 
 
