@@ -3,31 +3,43 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
-from attrs import define, field
+from attrs import define, field, frozen
 from scipy.optimize import brentq
 
-from shockwave.simulation.march import Span
-from shockwave.simulation.problem import contact_forces
+from shockwave.quadrature import FloatArray
+from shockwave.simulation.march import Span, Stretch
 
-__all__ = ["Peak", "PeakLog", "natural_time"]
+__all__ = ["Peak", "PeakLog", "force_rates", "history", "natural_time", "powers_between"]
 
 # Peaks weaker than this, over the strongest so far, are the noise floor of a chain at rest.
 _FLOOR = 1e-4
-# No more than so many peaks of one contact can be younger than the time that a wave takes to the next.
-_RECENT = 8
+# Weaker ones than this are read off a polynomial: their waves are wide, and steps small against them.
+_EXACT = 0.03
+# Newton's corrections of the time of a peak; one smaller than this leaves no error but rounding in the force.
+_CORRECTIONS, _NEAR = 4, 1e-5
 # A wave that was followed keeps more than this share of its peak force from one contact to the next few.
 _SAME_WAVE = 0.5
 
+# Value and three derivatives at 0 and 1, each over its factorial, of the powers 0 to 7; and its inverse, which is whole.
+_ENDS = np.array([[math.comb(power, order) * end ** (power - order) if power >= order else 0 for power in range(8)]
+                  for end in (0, 1) for order in range(4)])
+_POWERS = np.rint(np.linalg.inv(_ENDS))
+_FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])
 
-class Peak(NamedTuple):
-    """A maximum in time of the force at a contact, counted from 0."""
+
+@frozen(eq=False)
+class Peak:
+    """A maximum in time of the force at a contact, counted from 0.
+
+    ``behind`` is the peak of the same wave at the contact before, None where the wave cannot be followed back.
+    """
 
     contact: int
     time: float
     force: float
+    behind: Peak | None = field(default=None, repr=False)
 
 
 @define
@@ -37,67 +49,60 @@ class PeakLog:
     peaks: dict[int, list[Peak]] = field(factory=dict)
     strongest: float = 0.0
 
-    def observe(self, span: Span) -> None:
-        """Log the maxima that fall into ``span``."""
-        forces = contact_forces(span.x1)
-        self.strongest = max(self.strongest, float(forces.max()))
-        closing_before = span.v0[:-1] - span.v0[1:]
-        closing_after = span.v1[:-1] - span.v1[1:]
-        reached = np.maximum(forces, contact_forces(span.x0)) > _FLOOR * self.strongest
-        for contact in np.nonzero((closing_before > 0) & (closing_after <= 0) & reached)[0]:
-            self._log(span, int(contact))
+    def observe(self, stretch: Stretch) -> None:
+        """Log the maxima that fall into ``stretch``."""
+        closing = stretch.v[:, :-1] - stretch.v[:, 1:]
+        steps, contacts = np.nonzero((closing[:-1] > 0) & (closing[1:] <= 0))
+        ends = np.array((steps, steps + 1))
+        forces = np.maximum(stretch.x[ends, contacts] - stretch.x[ends, contacts + 1], 0.0).max(axis=0) ** 1.5
+        self.strongest = max(self.strongest, float(forces.max(initial=0.0)))
+        reached = forces > _FLOOR * self.strongest
+        if not reached.any():
+            return
+        steps, contacts = steps[reached], contacts[reached]
+        times, overlaps = _maxima(stretch, steps, contacts)
+        # In the order in which they happen: so each finds the one behind it in the log.
+        for index in np.argsort(times, kind="stable").tolist():
+            contact, time, overlap = int(contacts[index]), float(times[index]), float(overlaps[index])
+            span = stretch.spans[steps[index]]
+            if contact == 0:  # the force may drive one of its granules, which its neighbours do not tell
+                time, overlap = _sought(span, contact)
+            elif overlap**1.5 > _EXACT * self.strongest:
+                time, overlap = _corrected(span, contact, time)
+            self.add(contact, time, max(overlap, 0.0) ** 1.5)
 
-    def _log(self, span: Span, contact: int) -> None:
-        def closing(time: float) -> float:
-            _, v = span.at(time)
-            return float(v[contact] - v[contact + 1])
-
-        # Interpolation and step agree to rounding only; at an end their signs may differ.
-        if closing(span.begin) * closing(span.end) < 0:
-            time = brentq(closing, span.begin, span.end, xtol=1e-14, rtol=1e-14)
-        else:
-            time = span.end
-        x, _ = span.at(time)
-        overlap = max(float(x[contact] - x[contact + 1]), 0.0)
-        self.peaks.setdefault(contact, []).append(Peak(contact, time, overlap**1.5))
+    def add(self, contact: int, time: float, force: float) -> None:
+        """Log a maximum, later than all before it."""
+        earlier = reversed(self.peaks.get(contact - 1, ()))
+        behind = next((p for p in earlier if p.force > _SAME_WAVE * force and p.time < time), None)
+        self.peaks.setdefault(contact, []).append(Peak(contact, time, force, behind))
 
     def heads(self, now: float, share: float) -> list[Peak]:
         """The foremost peak of every wave under way, front first, down to ``share`` of the strongest of them.
 
         A peak is a head when the next contact has not peaked since, and may still be expected to.
         """
-        fresh = (
-            peak.force
-            for peaks in self.peaks.values()
-            for peak in peaks[-_RECENT:]
-            if now - peak.time < _patience(peak.force)
-        )
-        strongest = max(fresh, default=0.0)
+        oldest = now - _patience(_FLOOR * self.strongest)
+        strongest = 0.0
+        for peaks in self.peaks.values():
+            for peak in reversed(peaks):
+                if peak.time < oldest:
+                    break
+                if peak.force > strongest and now - peak.time < _patience(peak.force):
+                    strongest = peak.force
         # Stirrings below the share must not hide the wave that has just gone by.
-        latest = {contact: peak for contact, peaks in self.peaks.items() if (peak := _last(peaks, share * strongest))}
-        return [
-            latest[contact]
-            for contact in sorted(latest, reverse=True)
-            if (contact + 1 not in latest or latest[contact + 1].time < latest[contact].time)
-            and now - latest[contact].time < _patience(latest[contact].force)
-        ]
+        found = []
+        passed = -math.inf
+        for contact in range(max(self.peaks, default=-1), -1, -1):
+            peak = _last(self.peaks.get(contact, ()), share * strongest)
+            if peak is not None and peak.time > passed and now - peak.time < _patience(peak.force):
+                found.append(peak)
+            passed = -math.inf if peak is None else peak.time
+        return found
 
     def top(self) -> Peak:
         """The strongest peak of all."""
         return max((peak for peaks in self.peaks.values() for peak in peaks), key=lambda peak: peak.force)
-
-    def history(self, head: Peak, contacts: int) -> list[Peak]:
-        """Peaks of the wave at ``head`` and at the ``contacts`` behind it, as far as it can be followed."""
-        trail = [head]
-        for contact in range(head.contact - 1, max(head.contact - contacts, 0) - 1, -1):
-            ahead = trail[-1]
-            peaks = reversed(self.peaks.get(contact, []))
-            same = (p for p in peaks if p.time < ahead.time and p.force > _SAME_WAVE * ahead.force)
-            earlier = next(same, None)
-            if earlier is None:
-                break
-            trail.append(earlier)
-        return trail
 
     def arrival(self, head: Peak, contact: int) -> Peak | None:
         """The peak of the wave at ``head`` when it comes by ``contact``, or None before it does.
@@ -114,7 +119,100 @@ class PeakLog:
         return head
 
 
-def _last(peaks: list[Peak], least: float) -> Peak | None:
+def history(head: Peak, contacts: int) -> list[Peak]:
+    """Peaks of the wave at ``head`` and at the ``contacts`` behind it, as far as it can be followed."""
+    trail = [head]
+    while len(trail) <= contacts and trail[-1].behind is not None:
+        trail.append(trail[-1].behind)
+    return trail
+
+
+def force_rates(overlap: FloatArray, closing: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Contact forces d^(3/2), and their rates of change from the overlaps and the velocities of closing."""
+    root = np.sqrt(np.maximum(overlap, 0.0))
+    return root**3, 1.5 * root * closing
+
+
+def powers_between(begin: FloatArray, end: FloatArray, size: FloatArray) -> FloatArray:
+    """Polynomials of degree 7 through what is known at both ends of steps, as powers of the share of the step.
+
+    Parameters
+    ----------
+    begin, end : FloatArray
+        Value and first three derivatives at the ends, shape (4, ...).
+    size : FloatArray
+        Of the steps; its shape is that of a value, or the values' shape goes on behind it.
+
+    Returns
+    -------
+    FloatArray
+        Coefficients, lowest first, shape (8, ...).
+    """
+    scale = np.array([size**order / factorial for order, factorial in enumerate(_FACTORIALS)])
+    scale = scale.reshape(*scale.shape, *(1,) * (begin.ndim - scale.ndim))
+    return np.tensordot(_POWERS, np.concatenate((begin * scale, end * scale)), axes=1)
+
+
+def _maxima(stretch: Stretch, steps: np.ndarray, contacts: np.ndarray) -> tuple[FloatArray, FloatArray]:
+    """Times and values of the greatest overlaps of these contacts in these steps, from the states at the ends."""
+    x = np.pad(stretch.x, ((0, 0), (1, 1)), mode="edge")
+    v = np.pad(stretch.v, ((0, 0), (1, 1)), mode="edge")
+    # Contacts before, at and behind; the chain's ends, doubled, carry no force.
+    rows, columns = np.array((steps, steps + 1))[..., None], contacts[:, None] + np.arange(3)
+    overlap = x[rows, columns] - x[rows, columns + 1]
+    closing = v[rows, columns] - v[rows, columns + 1]
+    changes = [rate[..., 0] - 2 * rate[..., 1] + rate[..., 2] for rate in force_rates(overlap, closing)]
+    jets = np.array((overlap[..., 1], closing[..., 1], *changes))
+    size = np.diff(stretch.times)[steps]
+    powers = powers_between(jets[:, 0], jets[:, 1], size)
+    slopes = powers[1:] * np.arange(1, 8)[:, None]
+    bends = slopes[1:] * np.arange(1, 7)[:, None]
+    share = jets[1, 0] / (jets[1, 0] - jets[1, 1])
+    for _ in range(_CORRECTIONS):
+        bend = np.minimum(_value(bends, share), -1e-300)
+        share = np.clip(share - _value(slopes, share) / bend, 0.0, 1.0)
+    return stretch.times[steps] + share * size, _value(powers, share)
+
+
+def _value(powers: FloatArray, share: FloatArray) -> FloatArray:
+    result = powers[-1]
+    for power in powers[-2::-1]:
+        result = result * share + power
+    return result
+
+
+def _corrected(span: Span, contact: int, time: float) -> tuple[float, float]:
+    """Time and value of the greatest overlap near ``time``, by Newton's method on what the integrator finds there."""
+    first = contact - 1
+    for _ in range(_CORRECTIONS):
+        x, v = span.at(time)
+        near = x[first : contact + 3].tolist()
+        before, here, *after = (max(a - b, 0.0) ** 1.5 for a, b in zip(near, near[1:], strict=False))
+        slowing = 2 * here - before - sum(after)
+        closing = float(v[contact] - v[contact + 1])
+        end = min(max(time + closing / slowing, span.begin), span.end) if slowing > 0 else time
+        shift = end - time
+        if abs(shift) < _NEAR:
+            break
+        time = end
+    return end, near[1] - near[2] + shift * (closing - shift * slowing / 2)
+
+
+def _sought(span: Span, contact: int) -> tuple[float, float]:
+    """Time and value of the greatest overlap, where the velocities are equal."""
+
+    def closing(time: float) -> float:
+        _, v = span.at(time)
+        return float(v[contact] - v[contact + 1])
+
+    # Interpolation and step agree to rounding only; at an end their signs may differ.
+    differ = closing(span.begin) * closing(span.end) < 0
+    time = brentq(closing, span.begin, span.end, xtol=1e-14, rtol=1e-14) if differ else span.end
+    x, _ = span.at(time)
+    return time, float(x[contact] - x[contact + 1])
+
+
+def _last(peaks: list[Peak] | tuple[()], least: float) -> Peak | None:
     return next((peak for peak in reversed(peaks) if peak.force >= least), None)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +12,9 @@ from attrs import frozen
 
 from shockwave.quadrature import FloatArray, Integral, Quadrature
 from shockwave.registry import load
+
+if TYPE_CHECKING:
+    from shockwave.profiles.free_path import FreePath
 
 __all__ = ["Areas", "ShockProfile"]
 
@@ -50,6 +54,8 @@ class ShockProfile(abc.ABC):
     6. ``singular_points`` lists the breakpoints at which the slope is unbounded. The default is none.
     7. ``closed_areas``, ``closed_running_impulse`` and ``closed_double_integral`` return None (the default: the
        integral is taken by quadrature) or the exact integral, good to a few units in the last place.
+       ``closed_free_path`` returns None (the default: polynomials are fitted to the force) or the table of
+       impulse and path on [0, n], as good.
     8. ``recorded_peak_force`` and ``recorded_rise_time`` are None (the default), or the newtons and seconds
        of the measurement that the shape was read from.
     9. ``notes`` are sentences on what was changed in the given data; none by default.
@@ -102,6 +108,10 @@ class ShockProfile(abc.ABC):
 
     def closed_double_integral(self, s: FloatArray) -> FloatArray | None:
         """Integral of the running impulse from 0 to s, 0 <= s <= n, exactly, or None."""
+        return None
+
+    def closed_free_path(self) -> FreePath | None:
+        """Impulse and path as a table that is read without the profile, exactly, or None to have one fitted."""
         return None
 
     # ---------------------------------------------------------------- final from here on
@@ -164,6 +174,19 @@ class ShockProfile(abc.ABC):
         if not np.any(beyond):
             return closed
         return closed + beyond * self.running_impulse(self.duration_ratio, quadrature)
+
+    def free_path(self) -> FreePath:
+        """Running impulse and double integral on [0, n] as a table, for those who need them at many s.
+
+        Raises
+        ------
+        NumericalError
+            When the force is not finite somewhere.
+        """
+        # Only a simulation needs it.
+        from shockwave.profiles.free_path import FreePath
+
+        return FreePath.of(self)
 
     def _integrals(
         self,

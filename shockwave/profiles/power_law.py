@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from attrs import frozen
 
 from shockwave.fields import quantity
 from shockwave.profiles.base import ShockProfile
 from shockwave.quadrature import FloatArray
+
+if TYPE_CHECKING:
+    from shockwave.profiles.free_path import FreePath
 
 __all__ = ["PowerLaw"]
 
@@ -54,6 +59,11 @@ class PowerLaw(ShockProfile):
         fading = (self.duration_ratio - 1) * (1 - self._left(s) ** (2 + self.decay_exponent))
         after = np.maximum(s - 1.0, 0.0)
         return np.asarray(rising + (a1 + a2) * after - a2 * fading / (2 + self.decay_exponent))
+
+    def closed_free_path(self) -> FreePath:
+        from shockwave.profiles.free_path import of_powers
+
+        return of_powers(self.rise_exponent, self.decay_exponent, self.duration_ratio)
 
     def _left(self, s: FloatArray) -> FloatArray:
         """Share of the decay still to come, 1 before the peak."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 import pathlib
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import islice
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
@@ -20,22 +20,25 @@ from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.record import read_record
 from shockwave.quadrature import FloatArray
 
+if TYPE_CHECKING:
+    from shockwave.profiles.free_path import FreePath
+
 __all__ = ["Tabulated"]
 
 # Shares of the peak: where a pulse has begun and where it has ended, and what a baseline may be.
 _BEGUN, _ENDED = 0.05, 0.01
 _HIGHEST_BASELINE, _WIDEST_NOISE = 0.2, 0.02
-_SHORTEST_LEAD = 5
 _ROUGH, _MANY = 0.01, 50  # scatter that hides where a pulse begins; samples that it takes to see it
 _ROUNDING = 1e-12
 # In standard deviations of the lead. A long tail holds a chance sample beyond 3, but none beyond 5.
 _QUIET, _CERTAIN = 3, 5
-_MOST_FAULTS = 20
+_SHORTEST_LEAD, _MOST_FAULTS = 5, 20
 
 _RATIO = Quantity("", "whole duration over rise time, stretches the decay", above=1.0, optional=True)
 _TIMES = Quantity("s", "sample times, ascending", samples=True)
 _FORCES = Quantity("N", "forces at these times", samples=True)
 _same = attrs.cmp_using(eq=np.array_equal)
+_shown = partial(np.array2string, separator=", ", threshold=8, precision=4, max_line_width=200)
 
 
 def _samples(value: Any) -> Any:
@@ -58,13 +61,8 @@ def _ratio(value: Any) -> Any:
     return _RATIO.convert(value)
 
 
-def _shown(samples: FloatArray) -> str:
-    return np.array2string(samples, separator=", ", threshold=8, precision=4, max_line_width=200)
-
-
 def _check_ratio(_: Any, attribute: attrs.Attribute[Any], value: Any) -> None:
-    problem = _RATIO.problem(value)
-    if problem is not None:
+    if (problem := _RATIO.problem(value)) is not None:
         raise InvalidValueError.of(attribute.name, problem)
 
 
@@ -166,6 +164,9 @@ class Tabulated(ShockProfile):
     def closed_double_integral(self, s: FloatArray) -> FloatArray:
         return self._pulse.double_integral(s)
 
+    def closed_free_path(self) -> FreePath:
+        return self._pulse.free_path
+
 
 # ---------------------------------------------------------------- the scaled pulse
 
@@ -198,6 +199,12 @@ class _Pulse:
     @cached_property
     def breakpoints(self) -> tuple[float, ...]:
         return tuple(self.knots.tolist())
+
+    @cached_property
+    def free_path(self) -> FreePath:
+        from shockwave.profiles.free_path import of_samples
+
+        return of_samples(self.knots, self.values, self.impulses, self.paths)
 
     def force(self, s: FloatArray) -> FloatArray:
         return np.asarray(self._at(s)[2])
@@ -312,9 +319,8 @@ def _cleaned(times: FloatArray, forces: FloatArray) -> tuple[FloatArray, float, 
     values = np.maximum(above, 0.0) / peak_force
     start, stop = _ends(values, noise / peak_force)
     kept, pulse = slice(start, stop + 1), values[start : stop + 1].copy()
-    ends = pulse[[0, -1]]
     # What lies within the noise of a quiet lead is as good as zero.
-    pulse[[0, -1]] = np.where(ends <= _QUIET * noise / peak_force, 0.0, ends)
+    pulse[[0, -1]] *= pulse[[0, -1]] > _QUIET * noise / peak_force
     impulse = _area(times[kept], pulse)
 
     def share(part: np.float64) -> str:
@@ -324,9 +330,8 @@ def _cleaned(times: FloatArray, forces: FloatArray) -> tuple[FloatArray, float, 
     if times[0] != 0:
         notes.append(f"the times start at {times[0]:g} s, and were shifted to start at zero")
     if baseline:
-        part = baseline / peak_force * (times[stop] - times[start])
         what = f"a baseline of {baseline:.4g} N, the mean of the {count} samples before the pulse"
-        notes.append(f"{what}, was subtracted ({share(part)})")
+        notes.append(f"{what}, was subtracted ({share(baseline / peak_force * (times[stop] - times[start]))})")
     if np.any(below):
         count_below = np.count_nonzero(below)
         lay = "lay below zero and was" if count_below == 1 else "lay below zero and were"
@@ -380,8 +385,7 @@ def _quiet_lead(forces: FloatArray) -> tuple[float, float, int]:
 
 def _is_flat(lead: FloatArray, peak: float) -> bool:
     """Whether samples scatter about one level, as those of a slowly rising force do not."""
-    mean, spread = abs(lead.mean()), lead.std()
-    steps = np.diff(lead)
+    mean, spread, steps = abs(lead.mean()), lead.std(), np.diff(lead)
     if spread <= _ROUNDING * peak:
         return bool(mean < _HIGHEST_BASELINE * peak)
     # Von Neumann's ratio is 2 for independent samples and near 0 for a smooth curve. Noise that passed a

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from attrs import frozen
 
 from shockwave.fields import quantity
 from shockwave.profiles.base import ShockProfile
 from shockwave.quadrature import FloatArray
+
+if TYPE_CHECKING:
+    from shockwave.profiles.free_path import FreePath
 
 __all__ = ["Triangular"]
 
@@ -41,6 +46,11 @@ class Triangular(ShockProfile):
         share, decay_time = self._share(s), self.duration_ratio - 1
         after = decay_time * share
         return np.asarray(np.minimum(s, 1.0) ** 3 / 6 + after / 2 + after**2 * (0.5 - share / 6))
+
+    def closed_free_path(self) -> FreePath:
+        from shockwave.profiles.free_path import of_powers
+
+        return of_powers(1.0, 1.0, self.duration_ratio)
 
     def _share(self, s: FloatArray) -> FloatArray:
         """Share of the decay that has passed, 0 before the peak."""

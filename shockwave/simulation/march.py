@@ -2,44 +2,36 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
-from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
-from attrs import define
+from attrs import define, field, frozen
 
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Integrator, Step
-from shockwave.simulation.problem import ChainProblem
+from shockwave.simulation.problem import ChainAcceleration, ChainProblem, overlaps
 
-__all__ = ["Samples", "Span", "march"]
+__all__ = ["Span", "Stretch", "free_granules", "march"]
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 _FIRST_WINDOW = 12
 _GROWTH = 16
-# A granule this near to the window's end must still be at rest, to within the least number that matters.
+# A granule this near to the window's end must still be at rest. The displacement ahead of it falls off as the power
+# 3/2 of itself from granule to granule, or faster: the last one has moved by 1e-36 at most.
 _MARGIN = 4
-_AT_REST = 1e-40
+_AT_REST = 1e-16
 # How far to integrate at a stretch once the force has ended.
 _STRETCH = 50.0
+# After so many steps it is seen which granules have come free.
+_PARTING = 16
 
 
-class Samples(NamedTuple):
-    """A step at its Gauss nodes: times and weights, shape (nodes,); positions and velocities, (nodes, granules)."""
-
-    times: FloatArray
-    weights: FloatArray
-    x: FloatArray
-    v: FloatArray
-
-
-@define(eq=False, slots=False)
+@frozen(eq=False)
 class Span:
     """One step of the chain, in true positions (the free path of the first granule put back).
 
     ``x0, v0`` and ``x1, v1`` are positions and velocities at its ends, shape (granules,); ``at(time)`` gives them
-    within.
+    within, as exactly as the integrator does.
     """
 
     begin: float
@@ -50,74 +42,166 @@ class Span:
     v1: FloatArray
     at: Callable[[float], tuple[FloatArray, FloatArray]]
 
-    @cached_property
-    def samples(self) -> Samples:
-        """The step at the nodes of a Gauss rule, taken once for all who ask."""
-        half = (self.end - self.begin) / 2
-        times = self.begin + half * (1 + _NODES)
-        states = [self.at(float(time)) for time in times]
-        return Samples(times, half * _WEIGHTS, np.array([x for x, _ in states]), np.array([v for _, v in states]))
+
+@frozen(eq=False)
+class Stretch:
+    """Spans that follow one another, as arrays of the states where they meet.
+
+    ``times`` has shape (spans + 1,), ``x`` and ``v`` (spans + 1, granules); granules that a window did not hold yet
+    are at rest.
+    """
+
+    spans: tuple[Span, ...]
+    times: FloatArray
+    x: FloatArray
+    v: FloatArray
+
+    @classmethod
+    def of(cls, *spans: Span) -> Stretch:
+        """The stretch of these spans, one at least."""
+        first, last = spans[0], spans[-1]
+        x, v = np.zeros((2, len(spans) + 1, len(last.x1)))
+        x[0, : len(first.x0)], v[0, : len(first.x0)] = first.x0, first.v0
+        for row, span in enumerate(spans, start=1):
+            x[row, : len(span.x1)], v[row, : len(span.x1)] = span.x1, span.v1
+        return cls(spans, np.array([first.begin, *(span.end for span in spans)]), x, v)
+
+    @property
+    def end(self) -> float:
+        """When the last span ends."""
+        return self.spans[-1].end
 
 
-def march(problem: ChainProblem, integrator: Integrator) -> Iterator[Span]:
-    """Steps of the chain from rest, without end: the caller stops when it knows enough.
+def march(problem: ChainProblem, integrator: Integrator, until: float | None = None) -> Iterator[Span]:
+    """Steps of the chain from rest, up to ``until`` or without end: the caller stops when it knows enough.
 
     Granules ahead of the front are at rest exactly, so the chain is only as long as the front needs; with
-    ``problem.granules`` it never grows beyond them.
+    ``problem.granules`` it never grows beyond them. Once the force has ended, granules that have come free at the
+    loaded end fly on at constant velocity, and only the others are integrated.
 
     Raises
     ------
     NumericalError
         When the integrator cannot go on.
     """
-    limit = problem.granules
-    window = _FIRST_WINDOW if limit is None else min(_FIRST_WINDOW, limit)
-    y, w = np.zeros(window), np.zeros(window)
-    time, size = 0.0, None
-    stops = iter(problem.stops)
-    driven = True
-    until = next(stops)
-    while True:
-        for step in integrator.steps(_acceleration(problem, driven), time, until, y, w, size):
-            yield _span(problem, driven, step, y, w)
-            y, w, time, size = step.x, step.v, step.end, step.next_size
-            if (limit is None or len(y) < limit) and _front_near_end(y, w):
-                more = _GROWTH if limit is None else min(_GROWTH, limit - len(y))
-                y, w = np.append(y, np.zeros(more)), np.append(w, np.zeros(more))
-                break
-        if time < until:
-            continue
-        if driven and time >= problem.duration:
-            # The force is over: from here on the first granule is followed in its true position.
-            y, w = _true(problem, driven, time, y, w)
-            driven = False
-        until = next(stops, time + _STRETCH)
+    window = _FIRST_WINDOW if problem.granules is None else min(_FIRST_WINDOW, problem.granules)
+    course = _Course(problem, integrator, np.zeros(window), np.zeros(window))
+    last = math.inf if until is None else until
+    for stop in problem.stops:
+        yield from course.spans(min(stop, last))
+    course.release()
+    while course.time < last:
+        yield from course.spans(min(course.time + _STRETCH, last))
 
 
-def _acceleration(problem: ChainProblem, driven: bool) -> Callable[[float, FloatArray], FloatArray]:
-    return lambda time, y: problem.acceleration(time, y, driven)
+def free_granules(x: FloatArray, v: FloatArray) -> int:
+    """How many granules at the loaded end fly free: out of contact, and no two of them closing in."""
+    apart = (overlaps(x) <= 0) & (v[:-1] <= v[1:])
+    return int(np.argmin(apart)) if not apart.all() else len(x)
 
 
-def _front_near_end(y: FloatArray, w: FloatArray) -> bool:
-    last = -min(_MARGIN, len(y))
-    return bool(max(abs(y[last]), abs(w[last])) > _AT_REST)
+@frozen(eq=False)
+class _Frame:
+    """What makes true positions of the integrated ones: the shock's free path, or the granules that have flown off."""
+
+    problem: ChainProblem
+    driven: bool = True
+    time: float = 0.0
+    x: FloatArray = field(factory=lambda: np.zeros(0))
+    v: FloatArray = field(factory=lambda: np.zeros(0))
+
+    @property
+    def acceleration(self) -> ChainAcceleration:
+        return ChainAcceleration(self.problem, self.driven)
+
+    def true(self, time: float, y: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
+        if self.driven:
+            x, v = y.copy(), w.copy()
+            path, impulse = self.problem.free(time)
+            x[0] += path
+            v[0] += impulse
+            return x, v
+        if not len(self.x):
+            return y, w
+        return np.concatenate((self.x + (time - self.time) * self.v, y)), np.concatenate((self.v, w))
+
+    def meets(self, step: Step, before: float) -> bool:
+        """Whether the last granule that flies may have been met, which had velocity ``before`` behind it."""
+        if not len(self.x):
+            return False
+        gap = step.x[0] - self.x[-1] - (step.end - self.time) * self.v[-1]
+        return bool(gap < (step.end - step.begin) * max(self.v[-1] - min(before, step.v[0]), 0.0))
 
 
-def _true(
-    problem: ChainProblem, driven: bool, time: float, y: FloatArray, w: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    if not driven:
-        return y, w
-    x, v = y.copy(), w.copy()
-    x[0] += problem.free_path(time)
-    v[0] += problem.impulse(time)
-    return x, v
+@define
+class _Course:
+    """Where the march has come to: ``y``, ``w`` are positions and velocities as they are integrated."""
+
+    problem: ChainProblem
+    integrator: Integrator
+    y: FloatArray
+    w: FloatArray
+    time: float = 0.0
+    size: float | None = None
+    frame: _Frame = field(init=False)
+
+    def __attrs_post_init__(self) -> None:
+        self.frame = _Frame(self.problem)
+
+    def release(self) -> None:
+        """The force is over: from here on the first granule is followed in its true position."""
+        self.y, self.w = self.frame.true(self.time, self.y, self.w)
+        self.frame = _Frame(self.problem, driven=False)
+
+    def spans(self, until: float) -> Iterator[Span]:
+        """Steps up to ``until``."""
+        while self.time < until:
+            yield from self._some(until)
+            self._grow()
+
+    def _some(self, until: float) -> Iterator[Span]:
+        """Steps until the granules to be integrated are others."""
+        frame = self.frame
+        x, v = frame.true(self.time, self.y, self.w)
+        steps = self.integrator.steps(frame.acceleration, self.time, until, self.y, self.w, self.size)
+        for count, step in enumerate(steps, start=1):
+            if frame.meets(step, self.w[0]):
+                self.y, self.w, self.frame = x, v, _Frame(self.problem, driven=False)
+                return
+            x0, v0 = x, v
+            x, v = frame.true(step.end, step.x, step.v)
+            self.y, self.w, self.time, self.size = step.x, step.v, step.end, step.next_size
+            yield Span(step.begin, step.end, x0, v0, x, v, _within(frame, step))
+            if count == _PARTING and not frame.driven:
+                self._part()
+                return
+            if self._front_is_near():
+                return
+
+    def _front_is_near(self) -> bool:
+        """Whether the window must grow."""
+        last = -min(_MARGIN, len(self.y))
+        reached = max(abs(self.y[last]), abs(self.w[last])) > _AT_REST
+        return bool(reached) and (self.problem.granules is None or self._length() < self.problem.granules)
+
+    def _grow(self) -> None:
+        if self._front_is_near():
+            limit = self.problem.granules
+            more = np.zeros(_GROWTH if limit is None else min(_GROWTH, limit - self._length()))
+            self.y, self.w = np.append(self.y, more), np.append(self.w, more)
+
+    def _length(self) -> int:
+        return len(self.frame.x) + len(self.y)
+
+    def _part(self) -> None:
+        """Let granules fly that have come free; two are left to be integrated."""
+        free = min(free_granules(self.y, self.w), len(self.y) - 2)
+        if free > 0:
+            x, v = self.frame.true(self.time, self.y, self.w)
+            flown = len(x) - len(self.y) + free
+            self.frame = _Frame(self.problem, False, self.time, x[:flown], v[:flown])
+            self.y, self.w = self.y[free:], self.w[free:]
 
 
-def _span(problem: ChainProblem, driven: bool, step: Step, y: FloatArray, w: FloatArray) -> Span:
-    def at(time: float) -> tuple[FloatArray, FloatArray]:
-        return _true(problem, driven, time, *step.interpolate(time))
-
-    x0, v0 = _true(problem, driven, step.begin, y, w)
-    x1, v1 = _true(problem, driven, step.end, step.x, step.v)
-    return Span(step.begin, step.end, x0, v0, x1, v1, at)
+def _within(frame: _Frame, step: Step) -> Callable[[float], tuple[FloatArray, FloatArray]]:
+    return lambda time: frame.true(time, *step.interpolate(time))

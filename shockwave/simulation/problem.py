@@ -7,19 +7,25 @@ first overlap, so neither a kink nor an infinite slope of the force reaches the 
 
 from __future__ import annotations
 
+from functools import cached_property
+from typing import TYPE_CHECKING
+
 import numpy as np
 from attrs import frozen
 
 from shockwave.profiles.base import ShockProfile
 from shockwave.quadrature import FloatArray
 
-__all__ = ["ChainProblem", "contact_forces", "overlaps"]
+if TYPE_CHECKING:
+    from shockwave.profiles.free_path import FreePath
+
+__all__ = ["ChainAcceleration", "ChainProblem", "contact_forces", "overlaps"]
 
 # More knots than this are a sampled record: its kinks are too small and too many to end steps on.
 _MOST_STOPS = 64
 
 
-@frozen(eq=False)
+@frozen(eq=False, slots=False)
 class ChainProblem:
     """A shock on a chain, in scaled units.
 
@@ -41,34 +47,55 @@ class ChainProblem:
     @property
     def duration(self) -> float:
         """When the force ends."""
-        return self.profile.duration_ratio * self.rise_time
+        return float(self.profile.duration_ratio) * self.rise_time
 
     @property
     def stops(self) -> tuple[float, ...]:
-        """Times at which steps must end: kinks of the force and its end."""
+        """Times at which steps must end: kinks of the force and, last of them, its end."""
         points = self.profile.breakpoints
         if len(points) > _MOST_STOPS:
             points = (0.0, 1.0, self.profile.duration_ratio)
-        return tuple(point * self.rise_time for point in points if point > 0)
+        return (*(point * self.rise_time for point in points[1:-1]), self.duration)
 
-    def force(self, time: float) -> float:
-        """Applied force."""
-        return self.peak_force * float(self.profile.force(time / self.rise_time))
+    @cached_property
+    def path(self) -> FreePath:
+        """Path and impulse of a free granule under the force, as a table in units of the profile."""
+        return self.profile.free_path()
+
+    def free(self, time: float) -> tuple[float, float]:
+        """Path and velocity of a free granule under the force."""
+        if time > self.duration:
+            path, impulse = self.path.at(float(self.profile.duration_ratio))
+            path += impulse * (time - self.duration) / self.rise_time
+        else:
+            path, impulse = self.path.at(time / self.rise_time)
+        unit = self.peak_force * self.rise_time
+        return unit * self.rise_time * path, unit * impulse
 
     def impulse(self, time: float) -> float:
         """Impulse applied up to ``time``: the velocity of a free granule."""
-        return self.peak_force * self.rise_time * float(self.profile.running_impulse(time / self.rise_time))
+        return self.free(time)[1]
 
     def free_path(self, time: float) -> float:
         """The path g of a free granule under the force."""
-        unit = self.peak_force * self.rise_time**2
-        return unit * float(self.profile.double_integral(time / self.rise_time))
+        return self.free(time)[0]
 
     def acceleration(self, time: float, y: FloatArray, driven: bool) -> FloatArray:
         """y'' of eq. (1), shape (granules,); while ``driven`` the first granule is at y1 + g."""
+        return ChainAcceleration(self, driven)(time, y)
+
+
+@frozen(eq=False)
+class ChainAcceleration:
+    """y'' of eq. (1) as a function of time and positions, shape (granules,), which the compiled step knows too."""
+
+    problem: ChainProblem
+    driven: bool
+
+    def __call__(self, time: float, y: FloatArray) -> FloatArray:
         overlap = y[:-1] - y[1:]
-        if driven:
-            overlap[0] += self.free_path(time)
+        if self.driven:
+            overlap[0] = (y[0] + self.problem.free_path(time)) - y[1]
         np.maximum(overlap, 0.0, out=overlap)
         force = overlap * np.sqrt(overlap)
         result = np.empty_like(y)

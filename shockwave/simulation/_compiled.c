@@ -1,0 +1,876 @@
+/* The march of many shocks into their chains, a shock a lane: the compiled twin of lanes.py.
+
+   Scaled units: mass and contact stiffness 1. Row j of an array holds granule j of every lane, so with LANES lanes
+   element e = j * lanes + lane; neighbours are `lanes` elements apart. The arithmetic of an element does not depend on
+   the number of lanes, so a shock alone and a shock among others come out alike to the last bit (as long as
+   products and sums are not fused: see setup.py).
+
+   The functions take buffers of float64 and keep no state; the interpreter's lock is released while they run. */
+
+#define Py_LIMITED_API 0x030B0000
+#define PY_SSIZE_T_CLEAN
+#include <Python.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* One source, compiled for each width of vector that processors have; the loader takes the widest. */
+#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
+#define WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
+#else
+#define WIDE
+#endif
+
+#define BLOCK 8       /* elements worked on at a time: the lanes of one granule, or eight granules of one lane */
+#define LEAST 1e-40   /* overlaps below it are none: no number may become so small that processors slow down */
+#define MOST_STAGES 17
+#define ROW 8         /* columns of a piece of the free path */
+
+/* A block as one value: GCC and Clang turn it into whatever vectors the processor has. */
+typedef double Vector __attribute__((vector_size(BLOCK * sizeof(double)), aligned(sizeof(double)), may_alias));
+typedef long long Choice __attribute__((vector_size(BLOCK * sizeof(double))));
+#define VECTOR(address) (*(Vector *)(address))
+#if defined(__clang__)
+#define NEXT_ELEMENTS(one, other) __builtin_shufflevector(one, other, 1, 2, 3, 4, 5, 6, 7, 8)
+#define LAST_ELEMENTS(one, other) __builtin_shufflevector(one, other, 7, 8, 9, 10, 11, 12, 13, 14)
+#else
+#define NEXT_ELEMENTS(one, other) __builtin_shuffle(one, other, (Choice){1, 2, 3, 4, 5, 6, 7, 8})
+#define LAST_ELEMENTS(one, other) __builtin_shuffle(one, other, (Choice){7, 8, 9, 10, 11, 12, 13, 14})
+#endif
+
+/* ---------------------------------------------------------------- the method */
+
+typedef struct {
+    int stages, error_order, last_is_next;
+    const double *c, *a, *b, *bp, *e, *ep; /* a: stages x stages, row by row */
+} Method;
+
+static int method_of(const double *data, Py_ssize_t size, Method *method)
+{
+    int s;
+    if (size < 3) return 0;
+    s = (int)data[0];
+    if (s < 2 || s > MOST_STAGES || size != 3 + s * (s + 5)) return 0;
+    method->stages = s;
+    method->error_order = (int)data[1];
+    method->last_is_next = (int)data[2];
+    method->c = data + 3;
+    method->a = method->c + s;
+    method->b = method->a + s * s;
+    method->bp = method->b + s;
+    method->e = method->bp + s;
+    method->ep = method->e + s;
+    return 1;
+}
+
+/* ---------------------------------------------------------------- the path of a free granule under the shock */
+
+typedef struct {
+    const double *rows, *coefficients;
+    long pieces, at;
+    double rise_time, force;
+} Path;
+
+/* Path and impulse at time t: a Chebyshev series (Clenshaw) and a power on each piece. */
+static void free_path(Path *path, double t, double *g, double *impulse)
+{
+    double s = t / path->rise_time, z, b1 = 0, b2 = 0, d1 = 0, d2 = 0, next;
+    const double *row, *c;
+    long k = path->at, low, high, i;
+
+    if (s < path->rows[ROW * k] || (k + 1 < path->pieces && s >= path->rows[ROW * (k + 1)])) {
+        for (low = 0, high = path->pieces; high - low > 1;) {
+            k = (low + high) / 2;
+            if (s >= path->rows[ROW * k]) low = k; else high = k;
+        }
+        path->at = k = low;
+    }
+    row = path->rows + ROW * k;
+    c = path->coefficients + 2 * (long)row[2];
+    z = ((s - row[0]) - (row[1] - s)) / (row[1] - row[0]);
+    for (i = (long)row[3] - 1; i > 0; i--) {
+        next = c[2 * i] + 2 * z * b1 - b2;
+        b2 = b1; b1 = next;
+        next = c[2 * i + 1] + 2 * z * d1 - d2;
+        d2 = d1; d1 = next;
+    }
+    if (row[3] > 0) {
+        b1 = c[0] + z * b1 - b2;
+        d1 = c[1] + z * d1 - d2;
+    }
+    if (row[4] != 0) {
+        const double u = fabs(s - row[6]) / row[7], power = row[4] * pow(u, row[5] - 1);
+        b1 += power * u;
+        d1 += (row[6] <= row[0] ? power : -power) * row[5] / row[7];
+    }
+    *g = path->force * path->rise_time * path->rise_time * b1;
+    *impulse = path->force * path->rise_time * d1;
+}
+
+/* ---------------------------------------------------------------- one step of all lanes */
+
+/* Arrays of a window; each has `lanes` zeros before its first element and spare ones behind its last. */
+typedef struct {
+    long lanes, room;            /* room: elements of each array */
+    double *block;
+    double *x, *v, *x1, *v1, *y, *f, *late, *since, *k[MOST_STAGES];
+} Window;
+
+static int window_of(Window *w, long lanes, long rows)
+{
+    long pad = (lanes + BLOCK - 1) / BLOCK * BLOCK, i;
+    double **const arrays[] = {&w->x, &w->v, &w->x1, &w->v1, &w->y, &w->f, &w->late, &w->since};
+    const long named = (long)(sizeof arrays / sizeof *arrays);
+    double *at;
+    w->lanes = lanes;
+    w->room = rows * lanes;
+    w->block = calloc((size_t)((named + MOST_STAGES) * (w->room + 3 * pad)), sizeof(double));
+    if (!w->block) return 0;
+    at = w->block + pad;
+    for (i = 0; i < named + MOST_STAGES; i++, at += w->room + 3 * pad)
+        *(i < named ? arrays[i] : &w->k[i - named]) = at;
+    return 1;
+}
+
+/* Accelerations k[terms] at the positions x + c h v + h^2 sum of a_j k_j, j < terms, with h of shape (BLOCK,). Positions
+   and contact forces live in registers alone, one block ahead and one behind. `shift` is what the first row lacks. */
+WIDE static void stage(long n, long lanes, int terms, double c, const double *a, const double *h, const double *shift,
+                       const double *x, const double *v, double *const *k)
+{
+    const Vector step = VECTOR(h) * c, square = VECTOR(h) * VECTOR(h);
+    Vector now = VECTOR(shift), force = {0}, next, before, sum, overlap;
+    double closed[BLOCK], root[BLOCK], *out = k[terms];
+    long e;
+    int j, l;
+    for (e = -BLOCK; e < n; e += BLOCK) {
+        /* beyond the window granules are at rest */
+        next = VECTOR(x + e + BLOCK);
+        if (e + BLOCK < n) {
+            sum = square - square;
+            for (j = 0; j < terms; j++) sum += VECTOR(k[j] + e + BLOCK) * a[j];
+            next = next + step * VECTOR(v + e + BLOCK) + square * sum;
+        }
+        if (e < 0) { now += next; continue; }
+        before = force;
+        overlap = now - (lanes == 1 ? NEXT_ELEMENTS(now, next) : next);
+        overlap = (Vector)((Choice)overlap & (overlap > LEAST));
+        VECTOR(closed) = overlap;
+#pragma GCC unroll 1
+        for (l = 0; l < BLOCK; l++) root[l] = sqrt(closed[l]);
+        force = overlap * VECTOR(root);
+        VECTOR(out + e) = (lanes == 1 ? LAST_ELEMENTS(before, force) : before) - force;
+        now = next;
+    }
+}
+
+/* The new state, and how far that of the embedded method is from it: `x1` and `v1`, `of_x` and `of_v`. */
+WIDE static void combine(long n, const Method *m, const double *h, const double *x, const double *v,
+                         double *const *k, double *x1, double *v1, double *of_x, double *of_v)
+{
+    long e;
+    int j;
+    for (e = 0; e < n; e += BLOCK) {
+        const Vector step = VECTOR(h), first = VECTOR(k[0] + e);
+        Vector b = first * m->b[0], bp = first * m->bp[0], d = first * m->e[0], dp = first * m->ep[0];
+        for (j = 1; j < m->stages; j++) {
+            const Vector kj = VECTOR(k[j] + e);
+            b += kj * m->b[j];
+            bp += kj * m->bp[j];
+            d += kj * m->e[j];
+            dp += kj * m->ep[j];
+        }
+        VECTOR(x1 + e) = VECTOR(x + e) + step * VECTOR(v + e) + step * step * b;
+        VECTOR(v1 + e) = VECTOR(v + e) + step * bp;
+        VECTOR(of_x + e) = step * step * d;
+        VECTOR(of_v + e) = step * dp;
+    }
+}
+
+/* The greatest absolute value of each element of a block; a NaN stays. */
+static void greatest(long n, const double *values, double *worst)
+{
+    long e;
+    int l;
+    for (e = 0; e < n; e += BLOCK)
+        for (l = 0; l < BLOCK; l++) {
+            const double size = fabs(values[e + l]);
+            worst[l] = size <= worst[l] ? worst[l] : size;
+        }
+}
+
+/* Tries a step of sizes h from x, v with accelerations k[0]. `shift`: stages x BLOCK, the free path at the stages.
+   Afterwards x1, v1 are the new state, `worst` the greatest error of each element of a block. */
+static void attempt(const Method *m, Window *w, long n, const double *h, const double *shift, double *worst)
+{
+    int i, l;
+    for (i = 1; i < m->stages; i++)
+        stage(n, w->lanes, i, m->c[i], m->a + i * m->stages, h, shift + i * BLOCK, w->x, w->v, w->k);
+    combine(n, m, h, w->x, w->v, w->k, w->x1, w->v1, w->y, w->f);
+    for (l = 0; l < BLOCK; l++) worst[l] = 0;
+    greatest(n, w->y, worst);
+    greatest(n, w->f, worst);
+}
+
+
+/* ---------------------------------------------------------------- a lane: one shock on its way */
+
+/* Columns of a job, and of what is found for it; lanes.py has the same. */
+enum { RISE_TIME, FORCE, DURATION, GRANULES, TOLERANCE, DOUBT, MOST_CONTACTS, MOST_ATTEMPTS, REAR, FIRST_PIECE, PIECES,
+       FIRST_COEFFICIENT, FIRST_STOP, FIRST_WANTED, WANTED, JOB };
+enum { WANTED_CONTACT, WANTED_TIME, WANTED_FORCE, PASSAGE };   /* contacts ascend */
+enum { STATUS, PEAK, CONTACT, TIME, DOUBT_LEFT, SPEED, MOMENTUM, ENERGY, FOOT, CHAIN_MOMENTUM, CHAIN_ENERGY, WORK,
+       IMPULSE, STEPS, EVALUATIONS, FOUND };
+enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
+
+#define STRIDE 4      /* contacts between the peaks that are followed to their limit */
+#define KEPT 5        /* how many of them are kept */
+#define MOST_RATIO 0.98 /* slower approaches cannot be told from noise */
+#define AT_REST 1e-16
+#define WALL 1e30      /* where a granule out of reach stands in for the free end */
+#define FEW 2         /* lanes that are not worth a whole vector */
+#define FLOOR 1e-4
+#define REACH 8
+#define FIRST_STEP 0.05
+#define LONGEST_STEP 1.0
+#define SAFETY 0.9
+#define GROWING 5     /* contacts over which a wave may go on growing as it did over the last one */
+#define TALLER 0.98   /* a wave of this share of the primary may be as tall as it */
+
+typedef struct {
+    long job, base, count, head, granules, stop, wanted, last_wanted, steps, attempts, evaluations;
+    int driven, status, kept, rejected;
+    double t, h, until, impulse, duration, tolerance;
+    double bank_momentum, bank_energy, work;
+    double peak[KEPT], time[KEPT];
+    long contact[KEPT];
+    Path path;
+} Lane;
+
+typedef struct {
+    const double *jobs, *rows, *coefficients, *stops;
+    double *wanted, *found;
+    long count, next;
+} Batch;
+
+static double overlap_force(double d) { return d > 0 ? d * sqrt(d) : 0; }
+
+/* Room for so many rows; what the arrays hold is kept. */
+static int make_room(Window *w, long rows)
+{
+    Window larger;
+    long i;
+    const size_t size = (size_t)w->room * sizeof(double);
+    if (rows * w->lanes <= w->room) return 1;
+    if (!window_of(&larger, w->lanes, rows + rows / 2)) return 0;
+    memcpy(larger.x, w->x, size);
+    memcpy(larger.v, w->v, size);
+    memcpy(larger.x1, w->x1, size);
+    memcpy(larger.v1, w->v1, size);
+    memcpy(larger.late, w->late, size);
+    memcpy(larger.since, w->since, size);
+    for (i = 0; i < MOST_STAGES; i++) memcpy(larger.k[i], w->k[i], size);
+    free(w->block);
+    *w = larger;
+    return 1;
+}
+
+/* Clears lane l from a row on: in the state, and in what will become the state. */
+static void clear(const Method *m, Window *w, long row, int l)
+{
+    double *const arrays[] = {w->x, w->v, w->k[0], w->x1, w->v1, w->k[m->stages - 1], w->late, w->since};
+    long e;
+    int i;
+    for (i = 0; i < 8; i++)
+        for (e = row * w->lanes + l; e < w->room; e += w->lanes) arrays[i][e] = 0;
+}
+
+/* Beyond a free end granules stand out of reach. */
+static void wall(Window *w, const Lane *lane, int l)
+{
+    long e = (lane->granules - lane->base) * w->lanes + l;
+    if (!lane->granules) return;
+    for (; e < w->room; e += w->lanes) w->x[e] = w->x1[e] = WALL;
+}
+
+/* Takes up the next job in lane l, or leaves it idle. */
+static void take_up(const Method *m, Batch *batch, Window *w, Lane *lane, int l)
+{
+    const double *job;
+    clear(m, w, 0, l);
+    memset(lane, 0, sizeof *lane);
+    lane->job = -1;
+    if (batch->next >= batch->count) return;
+    lane->job = batch->next++;
+    job = batch->jobs + JOB * lane->job;
+    lane->granules = (long)job[GRANULES];
+    lane->count = lane->granules && lane->granules < 8 ? lane->granules : 8;
+    lane->head = -1;
+    lane->driven = 1;
+    lane->h = FIRST_STEP;
+    lane->duration = job[DURATION];
+    lane->tolerance = job[TOLERANCE];
+    lane->path.rows = batch->rows + ROW * (long)job[FIRST_PIECE];
+    lane->path.coefficients = batch->coefficients + 2 * (long)job[FIRST_COEFFICIENT];
+    lane->path.pieces = (long)job[PIECES];
+    lane->path.rise_time = job[RISE_TIME];
+    lane->path.force = job[FORCE];
+    lane->stop = (long)job[FIRST_STOP];
+    lane->until = batch->stops[lane->stop];
+    lane->wanted = (long)job[FIRST_WANTED];
+    lane->last_wanted = lane->wanted + (long)job[WANTED];
+    wall(w, lane, l);
+}
+
+/* Force on contact j of lane l in state x. */
+static double contact_force(const Window *w, const double *x, long j, int l)
+{
+    return overlap_force(x[j * w->lanes + l] - x[(j + 1) * w->lanes + l]);
+}
+
+/* Whether something behind the front may still outgrow it: a wave as tall, or a granule in free flight as fast. */
+static int overtaken(const Window *w, const Lane *lane, int l)
+{
+    const long front = lane->head - lane->base - 2;
+    long j;
+    for (j = 0; j < front; j++) {
+        const long e = j * w->lanes + l;
+        const long behind = e - w->lanes;
+        /* what it may grow to, from its growth over the last contact */
+        const double growth = j > 0 && w->since[behind] < w->since[e] ? w->late[e] - w->late[behind] : 0;
+        if (lane->t - w->since[e] < 6 && w->late[e] + (growth > 0 ? GROWING * growth : 0) > TALLER * lane->peak[KEPT - 1])
+            return 1;
+        if (contact_force(w, w->x, j, l) > TALLER * lane->peak[KEPT - 1]) return 1;
+        if (w->v[e] > 0 && contact_force(w, w->x, j, l) == 0 && (j == 0 || contact_force(w, w->x, j - 1, l) == 0)
+            && 2.4 * pow(w->v[e], 1.2) > TALLER * lane->peak[KEPT - 1]) return 1;
+    }
+    return 0;
+}
+
+/* Drops granules far behind the front, and books what they hold. */
+static void cut(const Method *m, Window *w, Lane *lane, int l, long rear)
+{
+    const long rows = (lane->head - lane->base - rear) / 8 * 8, left = w->room / w->lanes - rows;
+    double *const state[] = {w->x, w->v, w->late, w->since, w->k[0]};
+    long j;
+    int i;
+    if (rear <= 0 || rows < 8 || overtaken(w, lane, l)) return;
+    for (j = 0; j < rows; j++) {
+        const double v = w->v[j * w->lanes + l], d = w->x[j * w->lanes + l] - w->x[(j + 1) * w->lanes + l];
+        lane->bank_momentum += v;
+        lane->bank_energy += 0.5 * v * v + 0.4 * overlap_force(d) * (d > 0 ? d : 0);
+    }
+    for (i = 0; i < 5; i++)
+        for (j = 0; j < left; j++) state[i][j * w->lanes + l] = state[i][(j + rows) * w->lanes + l];
+    clear(m, w, lane->count - rows, l);
+    w->k[0][l] = -contact_force(w, w->x, 0, l); /* the first granule has lost its neighbour */
+    lane->base += rows;
+    lane->count -= rows;
+    wall(w, lane, l);
+}
+
+/* ---------------------------------------------------------------- peaks */
+
+/* Where in a step, as a share of it, a contact stops closing, and how far it has closed till then: its velocity as the
+   cubic through velocities and slopes at both ends. */
+static double crossing(double v0, double v1, double slope0, double slope1, double *closed)
+{
+    const double c = 3 * (v1 - v0) - 2 * slope0 - slope1, d = slope0 + slope1 - 2 * (v1 - v0);
+    double share = v0 / (v0 - v1), low = 0, high = 1;
+    int i;
+    for (i = 0; i < 5; i++) {
+        const double v = v0 + share * (slope0 + share * (c + share * d)), slope = slope0 + share * (2 * c + share * 3 * d);
+        if (v > 0) low = share; else high = share;
+        share -= v / slope;
+        if (!(share > low && share < high)) share = (low + high) / 2;
+    }
+    *closed = share * (v0 + share * (slope0 / 2 + share * (c / 3 + share * d / 4)));
+    return share;
+}
+
+/* Reads the peak at local contact j of lane l by stepping again, from the state before a step of size h, to where the
+   contact stops closing. A step moves nothing further than its stages, so a part of the window is enough. */
+static int read_peak(const Method *m, Window *w, Window *part, Lane *lane, int l, long j, double h, double share,
+                     double *time, double *force)
+{
+    const long first = j > m->stages ? j - m->stages : 0, rows = j - first + m->stages + 2, at = j - first;
+    const long n = (rows + BLOCK - 1) / BLOCK * BLOCK;
+    double step[BLOCK], worst[BLOCK], shift[MOST_STAGES * BLOCK] = {0}, g = 0, impulse = 0, d = 0, v, a, left;
+    long r;
+    int i, turn;
+    if (!make_room(part, n)) return 0;
+    for (r = 0; r < part->room; r++) {
+        const long e = (first + r) * w->lanes + l;
+        const int inside = r < rows && e < w->room;
+        part->x[r] = inside ? w->x[e] : 0;
+        part->v[r] = inside ? w->v[e] : 0;
+        part->k[0][r] = inside ? w->k[0][e] : 0;
+    }
+    for (turn = 0; turn < 6; turn++) {
+        for (i = 0; i < BLOCK; i++) step[i] = share * h;
+        if (lane->driven && first == 0)
+            for (i = 1; i < m->stages; i++) {
+                free_path(&lane->path, lane->t + m->c[i] * share * h, &g, &impulse);
+                shift[i * BLOCK] = g;
+            }
+        attempt(m, part, n, step, shift, worst);
+        lane->evaluations += m->stages - m->last_is_next;
+        part->x1[0] += g;
+        part->v1[0] += impulse;
+        d = part->x1[at] - part->x1[at + 1];
+        v = part->v1[at] - part->v1[at + 1];
+        a = (at > 0 ? contact_force(part, part->x1, at - 1, 0) : 0) + contact_force(part, part->x1, at + 1, 0)
+            - 2 * overlap_force(d);
+        if (!(a < 0)) break;
+        left = -v / a;
+        *time = lane->t + share * h + left;
+        *force = overlap_force(d + 0.5 * v * left);
+        if (fabs(left) < 1e-4) return 1;
+        share += left / h;
+        if (!(share > 0 && share < 1.5)) break;
+    }
+    *time = lane->t + share * h;
+    *force = overlap_force(d);
+    return 1;
+}
+
+/* What is left to the limit of four peaks whose differences fall by a ratio, which may fall itself if it `bends`. */
+static double rest(const double *p, int bends)
+{
+    const double second = p[2] - p[1], last = p[3] - p[2], older = second / (p[1] - p[0]), newer = last / second;
+    const double fall = bends && newer < older ? newer / older : 1;
+    double sum = 0, term = last, ratio = newer;
+    int i;
+    if (!(older > 0 && newer > 0 && newer < MOST_RATIO)) return INFINITY;
+    for (i = 0; i < 100 && fabs(term) > 1e-17; i++) {
+        ratio *= fall;
+        term *= ratio;
+        sum += term;
+    }
+    return sum;
+}
+
+/* Whether the peaks of the front have come to their limit. What is doubted of it: half of what the last peak has
+   changed, half of what the bend of the ratio makes, and a hundredth of the way that is left. */
+static void judge(const double *job, const Window *w, Lane *lane, int l, double *found)
+{
+    const double *p = lane->peak, allowed = job[DOUBT] * p[KEPT - 1];
+    double left = 0, doubt = fabs(p[4] - p[3]) + fabs(p[3] - p[2]);
+    if (lane->kept < KEPT || lane->driven) return;
+    if (doubt > 0.2 * allowed) {
+        left = rest(p + 1, 1);
+        doubt = 0.5 * fabs(p[4] + left - p[3] - rest(p, 1)) + 0.5 * fabs(left - rest(p + 1, 0)) + 0.01 * fabs(left);
+    }
+    if (!(doubt <= allowed) || overtaken(w, lane, l)) return;
+    found[PEAK] = p[KEPT - 1] + left;
+    found[DOUBT_LEFT] = doubt / p[KEPT - 1];
+    found[CONTACT] = (double)lane->contact[KEPT - 1];
+    found[TIME] = lane->time[KEPT - 1];
+    found[SPEED] = STRIDE / (lane->time[KEPT - 1] - lane->time[KEPT - 2]);
+    lane->status = KNOWN;
+}
+
+/* Whether the force at local contact j has passed a maximum within a step of size h, and what follows; `before` and
+   `after`: path and impulse of the free granule at its ends. */
+static int observe(const Method *m, const Batch *batch, Window *w, Window *part, Lane *lane, int l, long j, double h,
+                   const double *before, const double *after)
+{
+    const double *job = batch->jobs + JOB * lane->job;
+    const long e = j * w->lanes + l, next = e + w->lanes, contact = lane->base + j;
+    const double v0 = w->v[e] - w->v[next] + (j ? 0 : before[1]), v1 = w->v1[e] - w->v1[next] + (j ? 0 : after[1]);
+    const double *first = w->k[0], *last = w->k[m->stages - 1];
+    double share, closed, force, time;
+    int i, wanted;
+    if (!(v0 > 0 && v1 <= 0)) return 1;
+    share = crossing(v0, v1, h * (first[e] - first[next]), h * (last[e] - last[next]), &closed);
+    force = overlap_force(w->x[e] - w->x[next] + (j ? 0 : before[0]) + h * closed);
+    if (force < FLOOR) return 1;
+    time = lane->t + share * h;
+    if (contact <= lane->head) {
+        w->late[e] = force;
+        w->since[e] = time;
+        return 1;
+    }
+    lane->head = contact;
+    while (lane->wanted < lane->last_wanted && batch->wanted[PASSAGE * lane->wanted] < contact) lane->wanted++;
+    wanted = lane->wanted < lane->last_wanted && batch->wanted[PASSAGE * lane->wanted] == contact;
+    if ((contact + 1) % STRIDE && !wanted) return 1;
+    if (!read_peak(m, w, part, lane, l, j, h, share, &time, &force)) return 0;
+    if (wanted) {
+        batch->wanted[PASSAGE * lane->wanted + WANTED_TIME] = time;
+        batch->wanted[PASSAGE * lane->wanted + WANTED_FORCE] = force;
+    }
+    if ((contact + 1) % STRIDE) return 1;
+    for (i = 0; i + 1 < KEPT; i++) {
+        lane->peak[i] = lane->peak[i + 1];
+        lane->time[i] = lane->time[i + 1];
+        lane->contact[i] = lane->contact[i + 1];
+    }
+    lane->peak[i] = force;
+    lane->time[i] = time;
+    lane->contact[i] = contact;
+    if (lane->kept < KEPT) lane->kept++;
+    judge(job, w, lane, l, batch->found + FOUND * lane->job);
+    return 1;
+}
+
+/* Marks the contacts, ones in `mark`, that closed before a step and do so no longer: all but those of the first row. */
+WIDE static void passed(long n, long lanes, const double *v, const double *v1, const double *x1, double *mark)
+{
+    long e;
+    for (e = 0; e < n; e++)
+        mark[e] = (v[e] > v[e + lanes]) & (v1[e] <= v1[e + lanes]) & (x1[e] - x1[e + lanes] > 1e-3) ? 1 : 0;
+}
+
+/* ---------------------------------------------------------------- the march */
+
+/* Books the end of a lane. */
+static void finish(const Batch *batch, const Window *w, const Lane *lane, int l)
+{
+    double *found = batch->found + FOUND * lane->job, momentum = lane->bank_momentum, energy = lane->bank_energy;
+    double wave_momentum = 0, wave_energy = 0;
+    long j, from = lane->head - lane->base;
+    while (from > 0 && contact_force(w, w->x, from - 1, l) < contact_force(w, w->x, from, l)) from--;
+    for (j = 0; j < lane->count; j++) {
+        const double v = w->v[j * w->lanes + l], d = w->x[j * w->lanes + l] - w->x[(j + 1) * w->lanes + l];
+        const double held = 0.5 * v * v + 0.4 * overlap_force(d) * (d > 0 ? d : 0);
+        momentum += v;
+        energy += held;
+        if (j > from) { wave_momentum += v; wave_energy += held; }
+    }
+    found[STATUS] = lane->status;
+    found[MOMENTUM] = wave_momentum;
+    found[ENERGY] = wave_energy;
+    found[FOOT] = from >= 0 ? contact_force(w, w->x, from, l) : 0;
+    found[CHAIN_MOMENTUM] = momentum;
+    found[CHAIN_ENERGY] = energy;
+    found[WORK] = lane->work;
+    found[IMPULSE] = lane->impulse;
+    found[STEPS] = (double)lane->steps;
+    found[EVALUATIONS] = (double)lane->evaluations;
+}
+
+/* The size of the next step, so that none is left a sliver before the next stop. */
+static double next_size(const Lane *lane)
+{
+    const double left = lane->until - lane->t;
+    if (lane->h >= left) return left;
+    return lane->h > left / 2 ? left / 2 : lane->h;
+}
+
+/* Takes over the step of size h in lane l; `after`: path and impulse of the free granule at its end. */
+static void accept(const Method *m, const Batch *batch, Window *w, Lane *lane, int l, double h, int at_stop,
+                   const double *after)
+{
+    const double *job = batch->jobs + JOB * lane->job;
+    long e;
+    lane->t = at_stop ? lane->until : lane->t + h;
+    lane->steps++;
+    if (at_stop && lane->t >= lane->duration) {
+        lane->driven = 0;
+        lane->until = INFINITY;
+        lane->impulse = after[1];
+        lane->work += after[1] * w->v[l] + 0.5 * after[1] * after[1];
+        w->x[l] += after[0];
+        w->v[l] += after[1];
+    } else if (at_stop) lane->until = batch->stops[++lane->stop];
+    e = (lane->count - 2) * w->lanes + l;
+    if ((fabs(w->x[e]) > AT_REST || fabs(w->v[e]) > AT_REST)
+        && (!lane->granules || lane->base + lane->count < lane->granules)) {
+        lane->count += 8;
+        if (lane->granules && lane->base + lane->count > lane->granules) lane->count = lane->granules - lane->base;
+    }
+    if (!lane->driven) cut(m, w, lane, l, (long)job[REAR]);
+    if (lane->status != RUNNING) return;
+    if (lane->granules && lane->head >= lane->granules - 1 - REACH) lane->status = AT_END;
+    if ((double)lane->head > job[MOST_CONTACTS] || (double)lane->attempts > job[MOST_ATTEMPTS]) lane->status = TOO_LONG;
+}
+
+/* What the free granules do in the steps h: at the stages `shift` and `impulses`, stages x BLOCK; path and impulse at
+   begin and end of the step in `path`. */
+static void drive(const Method *m, const Window *w, Lane *lanes, const double *h, const int *stop, double (*path)[4],
+                  double *shift, double *impulses)
+{
+    int i, l;
+    for (l = 0; l < w->lanes; l++) {
+        Lane *lane = lanes + l;
+        path[l][2] = path[l][3] = 0;
+        if (lane->job < 0 || !lane->driven) continue;
+        shift[l] = path[l][0];
+        impulses[l] = path[l][1];
+        for (i = 1; i < m->stages; i++) {
+            const double t = stop[l] && m->c[i] == 1 ? lane->until : lane->t + m->c[i] * h[l];
+            free_path(&lane->path, t, shift + i * BLOCK + l, impulses + i * BLOCK + l);
+        }
+        path[l][2] = shift[(m->stages - 1) * BLOCK + l];
+        path[l][3] = impulses[(m->stages - 1) * BLOCK + l];
+    }
+}
+
+/* The size of the next step in a lane, after one of size h with this error; whether that one holds. */
+static int control(const Method *m, const double *job, Lane *lane, double h, double worst, int at_stop)
+{
+    const double error = worst / lane->tolerance;
+    double factor = SAFETY * pow(error > 1e-12 ? error : 1e-12, -1.0 / (m->error_order + 1));
+    lane->attempts++;
+    lane->evaluations += m->stages - m->last_is_next;
+    if (!(error <= 1)) {
+        lane->h = h * (factor > 0.2 && factor < 1 ? factor : 0.2);
+        lane->rejected = 1;
+        if (lane->h < 1e-14 * (1 + lane->t) || (double)lane->attempts > job[MOST_ATTEMPTS]) lane->status = FAILED;
+        return 0;
+    }
+    if (factor > 4) factor = 4;
+    if (factor > 1 && lane->rejected) factor = 1;
+    lane->rejected = 0;
+    if (!(at_stop && h * factor < lane->h)) lane->h = h * factor;
+    if (lane->h > LONGEST_STEP) lane->h = LONGEST_STEP;
+    return 1;
+}
+
+static void swap(double **one, double **other)
+{
+    double *kept = *one;
+    *one = *other;
+    *other = kept;
+}
+
+/* One attempt in every lane, and what follows from it. Returns 0 when memory is short. */
+static int turn(const Method *m, Batch *batch, Window *w, Window *part, Lane *lanes, double (*path)[4])
+{
+    double h[BLOCK] = {0}, worst[BLOCK], shift[MOST_STAGES * BLOCK], impulses[MOST_STAGES * BLOCK];
+    const size_t used = (size_t)(m->stages * BLOCK) * sizeof(double);
+    const int width = (int)w->lanes;
+    long rows = 0, n, e;
+    int l, b, stop[BLOCK] = {0}, holds[BLOCK];
+    for (l = 0; l < width; l++) {
+        if (lanes[l].job < 0) continue;
+        if (lanes[l].count > rows) rows = lanes[l].count;
+        h[l] = next_size(lanes + l);
+        stop[l] = h[l] >= lanes[l].until - lanes[l].t;
+    }
+    for (l = width; l < BLOCK; l++) h[l] = h[0];
+    if ((rows + 24) * width > w->room) {
+        if (!make_room(w, rows + 24)) return 0;
+        for (l = 0; l < width; l++) if (lanes[l].job >= 0) wall(w, lanes + l, l);
+    }
+    n = ((rows + 1) * width + BLOCK - 1) / BLOCK * BLOCK;
+    memset(shift, 0, used);
+    memset(impulses, 0, used);
+    drive(m, w, lanes, h, stop, path, shift, impulses);
+    if (!m->last_is_next) stage(n, w->lanes, 0, 0, m->a, h, shift, w->x, w->v, w->k);
+    attempt(m, w, n, h, shift, worst);
+    for (l = width; l < BLOCK; l++) if (!(worst[l] <= worst[0])) worst[0] = worst[l];
+    for (l = 0; l < width; l++) {
+        holds[l] = lanes[l].job >= 0
+            && control(m, batch->jobs + JOB * lanes[l].job, lanes + l, h[l], worst[l], stop[l]);
+        for (b = 0; holds[l] && lanes[l].driven && b < m->stages; b++)
+            lanes[l].work -= h[l] * m->bp[b] * impulses[b * BLOCK + l] * w->k[b][l];
+        if (holds[l] && !observe(m, batch, w, part, lanes + l, l, 0, h[l], path[l], path[l] + 2))
+            return 0;
+    }
+    passed(n, w->lanes, w->v, w->v1, w->x1, w->f);
+    for (e = 0; e < n; e += BLOCK) {
+        double any = 0;
+        for (b = 0; b < BLOCK; b++) any += w->f[e + b];
+        if (any == 0) continue;
+        for (b = 0; b < BLOCK; b++) {
+            const long j = (e + b) / width;
+            l = (int)((e + b) % width);
+            if (w->f[e + b] == 0 || j == 0 || j + 1 >= lanes[l].count || !holds[l]) continue;
+            if (!observe(m, batch, w, part, lanes + l, l, j, h[l], path[l], path[l])) return 0;
+        }
+    }
+    for (l = 0; l < width; l++)
+        if (!holds[l])
+            for (e = l; e < n; e += width) {
+                w->x1[e] = w->x[e];
+                w->v1[e] = w->v[e];
+                w->k[m->stages - 1][e] = w->k[0][e];
+            }
+    swap(&w->x, &w->x1);
+    swap(&w->v, &w->v1);
+    swap(&w->k[0], &w->k[m->stages - 1]);
+    for (l = 0; l < width; l++) {
+        Lane *lane = lanes + l;
+        if (lane->job < 0) continue;
+        if (holds[l]) {
+            accept(m, batch, w, lane, l, h[l], stop[l], path[l] + 2);
+            path[l][0] = lane->driven ? path[l][2] : 0;
+            path[l][1] = lane->driven ? path[l][3] : 0;
+        }
+        if (lane->status == RUNNING) continue;
+        finish(batch, w, lane, l);
+        take_up(m, batch, w, lane, l);
+        memset(path[l], 0, sizeof path[l]);
+    }
+    return 1;
+}
+
+/* Goes on with lane l of a wide window in a window of its own. */
+static int narrow(const Window *wide, int l, Window *w)
+{
+    const long rows = wide->room / wide->lanes;
+    long j;
+    memset(w, 0, sizeof *w);
+    if (!window_of(w, 1, rows)) return 0;
+    for (j = 0; j < rows; j++) {
+        const long e = j * wide->lanes + l;
+        w->x[j] = wide->x[e];
+        w->v[j] = wide->v[e];
+        w->k[0][j] = wide->k[0][e];
+        w->late[j] = wide->late[e];
+        w->since[j] = wide->since[e];
+    }
+    return 1;
+}
+
+/* Runs all jobs to their end. Returns 0 when memory is short. */
+static int run(const Method *m, Batch *batch, long width)
+{
+    Window w, part, single;
+    Lane lanes[BLOCK];
+    double path[BLOCK][4] = {{0}};
+    int l, busy = (int)width, fine;
+    memset(&part, 0, sizeof part);
+    part.lanes = 1;
+    fine = window_of(&w, width, 64);
+    for (l = 0; fine && l < width; l++) take_up(m, batch, &w, lanes + l, l);
+    /* a few late shocks are better off alone */
+    while (fine && (width == 1 ? busy : busy > FEW)) {
+        fine = turn(m, batch, &w, &part, lanes, path);
+        for (l = busy = 0; l < width; l++) busy += lanes[l].job >= 0;
+    }
+    for (l = 0; fine && l < width; l++) {
+        if (lanes[l].job < 0) continue;
+        fine = narrow(&w, l, &single);
+        if (fine) wall(&single, lanes + l, 0);
+        while (fine && lanes[l].job >= 0) fine = turn(m, batch, &single, &part, lanes + l, path + l);
+        free(single.block);
+    }
+    free(w.block);
+    free(part.block);
+    return fine;
+}
+
+/* ---------------------------------------------------------------- for Python */
+
+/* Buffers of float64, contiguous; the last `writable` of them to be written. Releases them on failure. */
+static int buffers_of(PyObject *args, Py_ssize_t count, Py_ssize_t writable, Py_buffer *views)
+{
+    Py_ssize_t i;
+    for (i = 0; i < count; i++) {
+        PyObject *item = PyTuple_GetItem(args, i);
+        const int flags = i >= count - writable ? PyBUF_WRITABLE : PyBUF_SIMPLE;
+        if (!item || PyObject_GetBuffer(item, views + i, flags) < 0) {
+            while (i-- > 0) PyBuffer_Release(views + i);
+            return 0;
+        }
+    }
+    return 1;
+}
+
+PyDoc_STRVAR(primary_doc, "primary(method, jobs, rows, coefficients, stops, wanted, found, lanes)\n--\n\n"
+             "Runs every job (a row of `jobs`) until the primary is known; fills `wanted` and `found`. See lanes.py.");
+
+static PyObject *primary(PyObject *self, PyObject *args)
+{
+    Py_buffer view[7];
+    Method method;
+    Batch batch = {0};
+    long lanes;
+    int i, fine;
+    (void)self;
+    if (PyTuple_Size(args) != 8) return PyErr_Format(PyExc_TypeError, "primary takes 8 arguments");
+    lanes = PyLong_AsLong(PyTuple_GetItem(args, 7));
+    if (lanes == -1 && PyErr_Occurred()) return NULL;
+    if (!buffers_of(args, 7, 2, view)) return NULL;
+    batch.count = (long)(view[1].len / (Py_ssize_t)(JOB * sizeof(double)));
+    if (!method_of(view[0].buf, view[0].len / (Py_ssize_t)sizeof(double), &method)
+        || view[6].len != batch.count * (Py_ssize_t)(FOUND * sizeof(double)) || (lanes != 1 && lanes != BLOCK)) {
+        for (i = 0; i < 7; i++) PyBuffer_Release(view + i);
+        return PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
+    }
+    batch.jobs = view[1].buf;
+    batch.rows = view[2].buf;
+    batch.coefficients = view[3].buf;
+    batch.stops = view[4].buf;
+    batch.wanted = view[5].buf;
+    batch.found = view[6].buf;
+    Py_BEGIN_ALLOW_THREADS
+    fine = run(&method, &batch, lanes);
+    Py_END_ALLOW_THREADS
+    for (i = 0; i < 7; i++) PyBuffer_Release(view + i);
+    if (!fine) return PyErr_NoMemory();
+    Py_RETURN_NONE;
+}
+
+PyDoc_STRVAR(attempt_doc, "attempt(method, rows, coefficients, state, after, time, size, rise_time, force)\n--\n\n"
+             "One step of a chain; `state` and `after` hold x, v and accelerations, one after the other.\n"
+             "Without rows there is no force. Returns the greatest difference from the embedded method.");
+
+static PyObject *attempt_once(PyObject *self, PyObject *args)
+{
+    Py_buffer view[5];
+    Method m;
+    Window w;
+    Path path = {0};
+    double number[4], h[BLOCK], shift[MOST_STAGES * BLOCK] = {0}, worst[BLOCK], impulse, *state, *after;
+    long n, padded;
+    int i, fine;
+    (void)self;
+    if (PyTuple_Size(args) != 9) return PyErr_Format(PyExc_TypeError, "attempt takes 9 arguments");
+    for (i = 0; i < 4; i++) {
+        number[i] = PyFloat_AsDouble(PyTuple_GetItem(args, 5 + i));
+        if (number[i] == -1 && PyErr_Occurred()) return NULL;
+    }
+    if (!buffers_of(args, 5, 1, view)) return NULL;
+    n = (long)(view[3].len / (Py_ssize_t)(3 * sizeof(double)));
+    fine = method_of(view[0].buf, view[0].len / (Py_ssize_t)sizeof(double), &m) && n > 0 && view[4].len == view[3].len;
+    padded = (n + BLOCK) / BLOCK * BLOCK;
+    if (!fine || !window_of(&w, 1, padded + BLOCK)) {
+        for (i = 0; i < 5; i++) PyBuffer_Release(view + i);
+        return fine ? PyErr_NoMemory() : PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
+    }
+    path.rows = view[1].buf;
+    path.coefficients = view[2].buf;
+    path.pieces = (long)(view[1].len / (Py_ssize_t)(ROW * sizeof(double)));
+    path.rise_time = number[2];
+    path.force = number[3];
+    state = view[3].buf;
+    after = view[4].buf;
+    memcpy(w.x, state, (size_t)n * sizeof(double));
+    memcpy(w.v, state + n, (size_t)n * sizeof(double));
+    memcpy(w.k[0], state + 2 * n, (size_t)n * sizeof(double));
+    for (i = 0; n + i < w.room; i++) w.x[n + i] = WALL;
+    for (i = 0; i < BLOCK; i++) h[i] = number[1];
+    for (i = 1; i < m.stages && path.pieces; i++)
+        free_path(&path, number[0] + m.c[i] * number[1], shift + i * BLOCK, &impulse);
+    attempt(&m, &w, padded, h, shift, worst);
+    for (i = 1; i < BLOCK; i++) if (!(worst[i] <= worst[0])) worst[0] = worst[i];
+    if (!m.last_is_next) {
+        /* the state at the end, as that at the beginning of the next */
+        stage(padded, 1, 0, 0, m.a, h, shift + (m.stages - 1) * BLOCK, w.x1, w.v1, w.k);
+        memcpy(w.k[m.stages - 1], w.k[0], (size_t)n * sizeof(double));
+    }
+    memcpy(after, w.x1, (size_t)n * sizeof(double));
+    memcpy(after + n, w.v1, (size_t)n * sizeof(double));
+    memcpy(after + 2 * n, w.k[m.stages - 1], (size_t)n * sizeof(double));
+    free(w.block);
+    for (i = 0; i < 5; i++) PyBuffer_Release(view + i);
+    return PyFloat_FromDouble(worst[0]);
+}
+
+static PyMethodDef functions[] = {
+    {"primary", primary, METH_VARARGS, primary_doc},
+    {"attempt", attempt_once, METH_VARARGS, attempt_doc},
+    {NULL, NULL, 0, NULL},
+};
+
+static struct PyModuleDef module = {
+    PyModuleDef_HEAD_INIT, "_compiled", "The march of shocks into chains, compiled.", 0, functions, NULL, NULL, NULL, NULL,
+};
+
+PyMODINIT_FUNC PyInit__compiled(void)
+{
+    return PyModuleDef_Init(&module);
+}

@@ -1,0 +1,49 @@
+"""Which code steps a chain: the compiled file, or NumPy."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Literal, TypeAlias
+
+from shockwave.errors import InvalidValueError
+
+try:
+    from shockwave.simulation import _compiled as compiled
+except ImportError:  # built without a C compiler
+    compiled = None  # type: ignore[assignment]
+
+__all__ = ["BACKENDS", "Backend", "chosen", "compiled", "lack"]
+
+Backend: TypeAlias = Literal["compiled", "numpy"]
+
+#: Name -> what it is.
+BACKENDS = {
+    "compiled": "one C file, eight shocks side by side",
+    "numpy": "NumPy alone, the reference",
+}
+
+
+def lack() -> str:
+    """Why there is no compiled code; empty where there is."""
+    if compiled is not None:
+        return ""
+    return "not built: shockwave was installed without a C compiler (GCC or Clang)"
+
+
+def chosen(backend: str) -> ModuleType | None:
+    """The compiled module for ``auto`` (if it was built) and ``compiled``, None for ``numpy``.
+
+    Raises
+    ------
+    InvalidValueError
+        When the name is unknown, or ``compiled`` is asked for and was not built.
+    """
+    if backend == "auto":
+        return compiled
+    if backend == "numpy":
+        return None
+    if backend != "compiled":
+        raise InvalidValueError.of("backend", f"must be auto, compiled or numpy (got {backend!r})")
+    if compiled is None:
+        raise InvalidValueError.of("backend", f"must be auto or numpy here (got 'compiled', which is {lack()})")
+    return compiled

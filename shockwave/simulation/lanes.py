@@ -1,0 +1,396 @@
+"""The search for the primary in NumPy: the readable twin of the compiled code, step for step.
+
+The last axis of every array is the lane: each shock has its own time, step and window. Local row j of a lane is granule
+``base + j``; granules beyond the window are at rest.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from attrs import define, field
+
+from shockwave.quadrature import FloatArray
+from shockwave.simulation.nystroem import Nystroem
+from shockwave.simulation.one_step import Attempt
+from shockwave.simulation.peak import KEPT, STRIDE, crossing, hertz, limit
+from shockwave.simulation.primary import AT_END, FAILED, KNOWN, TOO_LONG, Passage, Primary, Request
+
+__all__ = ["run"]
+
+_WIDTH = 32
+_ROWS = 8  # a window grows and shrinks by so many granules
+_FIRST_STEP, _LONGEST_STEP = 0.05, 1.0
+_SAFETY, _LEAST_FACTOR, _MOST_FACTOR = 0.9, 0.2, 4.0
+_LEAST = 1e-40  # overlaps below it are none: no number may become so small that processors slow down
+_AT_REST = 1e-16
+_FLOOR = 1e-4  # weaker peaks are none
+_SLIGHT = 1e-3  # nor is a contact looked at that is closed by less
+_REACH = 8  # contacts from which a free end is felt
+_RECENT = 6.0  # a wave passes from one contact to the next in less
+_GROWING = 5  # contacts over which a wave may go on growing as it did over the last one
+_TALLER = 0.98  # a wave of this share of the primary may be as tall as it
+_FREE_FLIGHT = 2.4  # a granule in free flight at velocity v makes a wave of less than this times v^1.2
+_WALL = 1e30  # a granule out of reach stands in for the free end
+
+
+@define(eq=False, slots=False)
+class Lane:
+    """One shock on its way."""
+
+    index: int
+    request: Request
+    stops: tuple[float, ...] = ()
+    status: int = 0
+    base: int = 0
+    count: int = _ROWS
+    head: int = -1
+    stop: int = 0
+    driven: bool = True
+    rejected: bool = False
+    time: float = 0.0
+    size: float = _FIRST_STEP
+    free: tuple[float, float] = (0.0, 0.0)
+    impulse: float = 0.0
+    work: float = 0.0
+    bank_momentum: float = 0.0
+    bank_energy: float = 0.0
+    steps: int = 0
+    attempts: int = 0
+    evaluations: int = 0
+    peaks: list[Passage] = field(factory=list)
+    passages: list[Passage] = field(factory=list)
+    limit: tuple[float, float] = (0.0, 0.0)
+
+    def __attrs_post_init__(self) -> None:
+        self.stops = (*self.request.problem.stops, math.inf)
+        granules = self.request.problem.granules
+        self.count = _ROWS if granules is None else min(_ROWS, granules)
+
+    @property
+    def until(self) -> float:
+        return self.stops[self.stop]
+
+    def next_size(self) -> float:
+        """The next step, so that none is left a sliver before the next stop."""
+        left = self.until - self.time
+        if self.size >= left:
+            return left
+        return left / 2 if self.size > left / 2 else self.size
+
+    def control(self, size: float, error: float, at_stop: bool, method: Nystroem) -> bool:
+        """The size of the step after one of ``size`` with this error over the tolerance; whether that one holds."""
+        self.attempts += 1
+        self.evaluations += method.tableau.evaluations
+        factor = _SAFETY * max(error, 1e-12) ** (-1 / (method.error_order + 1)) if error == error else 0.0
+        if not error <= 1:
+            self.size = size * (factor if _LEAST_FACTOR < factor < 1 else _LEAST_FACTOR)
+            self.rejected = True
+            if self.size < 1e-14 * (1 + self.time) or self.attempts > self.request.most_attempts:
+                self.status = FAILED
+            return False
+        factor = min(factor, 1.0 if self.rejected else _MOST_FACTOR)
+        self.rejected = False
+        if not (at_stop and size * factor < self.size):
+            self.size = min(size * factor, _LONGEST_STEP)
+        return True
+
+
+def run(requests: Sequence[Request], method: type[Nystroem]) -> list[Primary]:
+    """The primary of each request, in their order."""
+    return _March(requests, method()).run()
+
+
+class _March:
+    """All lanes, and the arrays of their state: positions, velocities, accelerations, shape (rows, lanes).
+
+    ``late`` and ``since`` are force and time of the last peak at each contact that the front has left behind.
+    """
+
+    def __init__(self, requests: Sequence[Request], method: Nystroem) -> None:
+        self.method = method
+        self.waiting = [Lane(index, request) for index, request in enumerate(requests)]
+        self.waiting.sort(key=lambda lane: lane.request.problem.duration)
+        self.found: list[Primary | None] = [None] * len(requests)
+        width = min(len(requests), _WIDTH)
+        self.lanes: list[Lane | None] = [None] * width
+        self.x, self.v, self.a, self.late, self.since = (np.zeros((2 * _ROWS, width)) for _ in range(5))
+        for lane in range(width):
+            self._take_up(lane)
+
+    def run(self) -> list[Primary]:
+        with np.errstate(over="ignore", invalid="ignore"):
+            while any(lane is not None for lane in self.lanes):
+                self._turn()
+        return [primary for primary in self.found if primary is not None]
+
+    def _take_up(self, place: int) -> None:
+        for array in (self.x, self.v, self.a, self.late, self.since):
+            array[:, place] = 0.0
+        self.lanes[place] = self.waiting.pop() if self.waiting else None
+        self._wall(place)
+
+    def _wall(self, place: int) -> None:
+        lane = self.lanes[place]
+        if lane is not None and lane.request.problem.granules is not None:
+            self.x[lane.request.problem.granules - lane.base :, place] = _WALL
+
+    def _make_room(self, rows: int) -> None:
+        more = rows - len(self.x)
+        if more > 0:
+            for name in ("x", "v", "a", "late", "since"):
+                array = getattr(self, name)
+                setattr(self, name, np.concatenate((array, np.zeros((more, array.shape[1])))))
+            for place in range(len(self.lanes)):
+                self._wall(place)
+
+    def _turn(self) -> None:
+        """One attempt in every lane, and what follows from it."""
+        lanes = self.lanes
+        rows = max(lane.count for lane in lanes if lane is not None) + 1
+        self._make_room(rows + _ROWS)
+        sizes = np.array([0.0 if lane is None else lane.next_size() for lane in lanes])
+        times = np.array([0.0 if lane is None else lane.time for lane in lanes])
+        at_stop = [lane is not None and lane.time + size >= lane.until for lane, size in zip(lanes, sizes, strict=True)]
+        x, v, a = self.x[:rows], self.v[:rows], self.a[:rows]
+        ends = [lane.until if lane and stop else end for lane, stop, end in zip(lanes, at_stop, times + sizes, strict=True)]
+        force = _Force(lanes, times + sizes, ends)
+        tried = self.method.attempt(force, times, sizes, x, v, a)
+        for place, lane in enumerate(lanes):
+            if lane is None:
+                continue
+            size, stops = float(sizes[place]), at_stop[place]
+            end = float(ends[place])
+            holds = lane.control(size, float(tried.error[place]) / lane.request.tolerance, stops, self.method)
+            if holds:
+                free = lane.request.problem.free(end) if lane.driven else (0.0, 0.0)
+                self._book_work(lane, place, size, force, a)
+                self._observe(lane, place, size, free, tried)
+                self._accept(lane, place, end, stops, free, tried)
+            if lane.status:
+                self.found[lane.index] = self._finish(lane, place)
+                self._take_up(place)
+
+    def _book_work(self, lane: Lane, place: int, size: float, force: _Force, a: FloatArray) -> None:
+        """Work of the force by parts, I u1 + I^2/2 less the integral of I times the first granule's acceleration."""
+        if lane.driven:
+            first_rate, *rates = self.method.tableau.b_prime.tolist()
+            lane.work -= size * first_rate * lane.free[1] * a[0, place]
+            for rate, impulses, first in zip(rates, force.impulses, force.first, strict=False):
+                lane.work -= size * rate * impulses[place] * first[place]
+
+    def _observe(self, lane: Lane, place: int, size: float, free: tuple[float, float], tried: Attempt) -> None:
+        """Contacts whose force has passed a maximum within the step."""
+        rows = lane.count
+        x, v, a = (array[:rows, place].copy() for array in (self.x, self.v, self.a))
+        x1, v1, a1 = (array[:rows, place].copy() for array in (tried.x, tried.v, tried.a))
+        x[0], v[0] = x[0] + lane.free[0], v[0] + lane.free[1]
+        x1[0], v1[0] = x1[0] + free[0], v1[0] + free[1]
+        before, after = v[:-1] - v[1:], v1[:-1] - v1[1:]
+        closed = x1[:-1] - x1[1:] > _SLIGHT
+        closed[0] = True
+        for j in np.nonzero((before > 0) & (after <= 0) & closed)[0].tolist():
+            slopes = size * (a[j] - a[j + 1]), size * (a1[j] - a1[j + 1])
+            share, moved = crossing(float(before[j]), float(after[j]), *slopes)
+            force = hertz(float(x[j] - x[j + 1]) + size * moved)
+            if force >= _FLOOR:
+                self._note(lane, place, j, size, share, force)
+
+    def _note(self, lane: Lane, place: int, j: int, size: float, share: float, force: float) -> None:
+        """A peak at local contact j: of the front, or of something behind it."""
+        contact = lane.base + j
+        if contact <= lane.head:
+            self.late[j, place] = force
+            self.since[j, place] = lane.time + share * size
+            return
+        lane.head = contact
+        wanted, followed = contact in lane.request.contacts, (contact + 1) % STRIDE == 0
+        if not (wanted or followed):
+            return
+        peak = self._read_peak(lane, place, j, size, share)
+        if wanted:
+            lane.passages.append(peak)
+        if followed:
+            lane.peaks.append(peak)
+            self._judge(lane, place)
+
+    def _read_peak(self, lane: Lane, place: int, j: int, size: float, share: float) -> Passage:
+        """Step again, from the state before, to where the contact stops closing.
+
+        A step moves nothing further than its stages, so a part of the window is enough.
+        """
+        stages = len(self.method.tableau.nodes) + 1
+        first, last = max(j - stages, 0), j + stages + 2
+        self._make_room(last)
+        x, v, a = (array[first:last, place : place + 1].copy() for array in (self.x, self.v, self.a))
+        at = j - first
+        free = (0.0, 0.0)
+        for _ in range(6):
+            time = lane.time + share * size
+            times, sizes = np.array([lane.time]), np.array([share * size])
+            force = _Force([lane if first == 0 else None], times + sizes, times + sizes)
+            tried = self.method.attempt(force, times, sizes, x, v, a)
+            lane.evaluations += self.method.tableau.evaluations
+            if lane.driven and first == 0:
+                free = lane.request.problem.free(time)
+            positions, velocities = tried.x[:, 0], tried.v[:, 0]
+            positions[0] += free[0]
+            velocities[0] += free[1]
+            overlaps = (positions[:-1] - positions[1:]).tolist()
+            closing = float(velocities[at] - velocities[at + 1])
+            slope = (hertz(overlaps[at - 1]) if at else 0.0) + hertz(overlaps[at + 1]) - 2 * hertz(overlaps[at])
+            if not slope < 0:
+                break
+            left = -closing / slope
+            if abs(left) < 1e-4:
+                return Passage(lane.base + j, time + left, hertz(overlaps[at] + 0.5 * closing * left))
+            share += left / size
+            if not 0 < share < 1.5:
+                break
+        return Passage(lane.base + j, time, hertz(overlaps[at]))
+
+    def _judge(self, lane: Lane, place: int) -> None:
+        """Whether the peaks of the front have come to their limit."""
+        if len(lane.peaks) < KEPT or lane.driven:
+            return
+        peak = lane.peaks[-1].force
+        allowed = lane.request.doubt * peak
+        value, doubt = limit([passage.force for passage in lane.peaks[-KEPT:]], allowed)
+        if doubt <= allowed and not self._overtaken(lane, place):
+            lane.status = KNOWN
+            lane.limit = value, doubt / peak
+
+    def _overtaken(self, lane: Lane, place: int) -> bool:
+        """Whether something behind the front may still outgrow it: a wave as tall, or a granule in free flight as fast."""
+        front = lane.head - lane.base - 2
+        if front <= 0 or not lane.peaks:
+            return False
+        bound = _TALLER * lane.peaks[-1].force
+        late, since = self.late[:front, place], self.since[:front, place]
+        growth = np.zeros(front)
+        growth[1:] = np.where(since[:-1] < since[1:], np.maximum(late[1:] - late[:-1], 0.0), 0.0)
+        if np.any((lane.time - since < _RECENT) & (late + _GROWING * growth > bound)):
+            return True
+        x, v = self.x[: front + 1, place], self.v[:front, place]
+        closed = np.maximum(x[:-1] - x[1:], 0.0)
+        if np.any(closed * np.sqrt(closed) > bound):
+            return True
+        flying = (closed == 0) & (np.append(0.0, closed[:-1]) == 0) & (v > 0)
+        return bool(np.any(_FREE_FLIGHT * np.where(flying, v, 0.0) ** 1.2 > bound))
+
+    def _accept(
+        self, lane: Lane, place: int, end: float, at_stop: bool, free: tuple[float, float], tried: Attempt
+    ) -> None:
+        """Take the step over."""
+        rows = len(tried.x)
+        self.x[:rows, place], self.v[:rows, place], self.a[:rows, place] = (
+            array[:, place] for array in (tried.x, tried.v, tried.a)
+        )
+        lane.time, lane.free = end, free
+        lane.steps += 1
+        if at_stop:
+            lane.stop += 1
+            if lane.until == math.inf:
+                lane.driven = False
+                lane.impulse = free[1]
+                lane.work += free[1] * float(self.v[0, place]) + 0.5 * free[1] ** 2
+                self.x[0, place] += free[0]
+                self.v[0, place] += free[1]
+                lane.free = (0.0, 0.0)
+        self._grow(lane, place)
+        if not lane.driven:
+            self._cut(lane, place)
+        if lane.status:
+            return
+        request = lane.request
+        if request.problem.granules is not None and lane.head >= request.problem.granules - 1 - _REACH:
+            lane.status = AT_END
+        elif lane.head > request.most_contacts or lane.attempts > request.most_attempts:
+            lane.status = TOO_LONG
+
+    def _grow(self, lane: Lane, place: int) -> None:
+        row, granules = lane.count - 2, lane.request.problem.granules
+        if max(abs(self.x[row, place]), abs(self.v[row, place])) > _AT_REST:
+            lane.count += _ROWS
+            if granules is not None:
+                lane.count = min(lane.count, granules - lane.base)
+
+    def _cut(self, lane: Lane, place: int) -> None:
+        """Drop granules far behind the front, and book what they hold."""
+        rows = (lane.head - lane.base - lane.request.rear) // _ROWS * _ROWS
+        if rows < _ROWS or self._overtaken(lane, place):
+            return
+        lane.bank_momentum += float(self.v[:rows, place].sum())
+        lane.bank_energy += _energy(self.x[: rows + 1, place], self.v[:rows, place])
+        for array in (self.x, self.v, self.a, self.late, self.since):
+            array[:-rows, place] = array[rows:, place]
+            array[lane.count - rows :, place] = 0.0
+        self.a[0, place] = -hertz(float(self.x[0, place] - self.x[1, place]))  # it has lost its neighbour
+        lane.base += rows
+        lane.count -= rows
+        self._wall(place)
+
+    def _finish(self, lane: Lane, place: int) -> Primary:
+        """The books, and the wave: from the foot behind the head on."""
+        x, v = self.x[: lane.count + 1, place], self.v[: lane.count, place]
+        closed = np.maximum(x[:-1] - x[1:], 0.0)
+        forces = (closed * np.sqrt(closed)).tolist()
+        foot = max(lane.head - lane.base, 0)
+        while foot > 0 and forces[foot - 1] < forces[foot]:
+            foot -= 1
+        last = lane.peaks[-1] if lane.peaks else Passage(0, 0.0, 0.0)
+        previous = lane.peaks[-2] if len(lane.peaks) > 1 else last
+        return Primary(
+            status=lane.status,
+            peak=lane.limit[0],
+            contact=last.contact,
+            time=last.time,
+            doubt=lane.limit[1],
+            speed=STRIDE / (last.time - previous.time) if last is not previous else 0.0,
+            momentum=float(v[foot + 1 :].sum()),
+            energy=_energy(x[foot + 1 :], v[foot + 1 :]),
+            foot=forces[foot],
+            chain_momentum=lane.bank_momentum + float(v.sum()),
+            chain_energy=lane.bank_energy + _energy(x, v),
+            work=lane.work,
+            impulse=lane.impulse,
+            steps=lane.steps,
+            evaluations=lane.evaluations,
+            passages=tuple(lane.passages),
+        )
+
+
+class _Force:
+    """Accelerations of all lanes; keeps what the work of the force is made of, stage by stage."""
+
+    def __init__(self, lanes: Sequence[Lane | None], sums: FloatArray, ends: Sequence[float]) -> None:
+        self.driven = [(place, lane) for place, lane in enumerate(lanes) if lane is not None and lane.driven]
+        # begin and size may add up to a rounding less or more than the stop at which a step ends
+        self.sums, self.ends = sums.tolist(), ends
+        self.impulses: list[list[float]] = []
+        self.first: list[FloatArray] = []
+
+    def __call__(self, times: FloatArray, y: FloatArray) -> FloatArray:
+        overlap = np.empty_like(y)
+        np.subtract(y[:-1], y[1:], out=overlap[:-1])
+        overlap[-1] = 0.0
+        impulses = [0.0] * len(self.ends)
+        for place, lane in self.driven:
+            time = float(times[place])
+            path, impulses[place] = lane.request.problem.free(self.ends[place] if time == self.sums[place] else time)
+            overlap[0, place] = (y[0, place] + path) - y[1, place]
+        overlap[overlap <= _LEAST] = 0.0
+        force = overlap * np.sqrt(overlap)
+        result = -force
+        result[1:] += force[:-1]
+        self.impulses.append(impulses)
+        self.first.append(result[0])
+        return result
+
+
+def _energy(x: FloatArray, v: FloatArray) -> float:
+    """Of granules with velocities v, and of the contact of each with the next; x has one more."""
+    closed = np.maximum(x[:-1] - x[1:], 0.0)
+    return float(0.5 * (v @ v) + 0.4 * (closed * closed) @ np.sqrt(closed))

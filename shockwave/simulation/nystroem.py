@@ -1,0 +1,144 @@
+"""Embedded Runge-Kutta-Nystroem methods: x'' = a(t, x) is taken as it stands, no stage is spent on x' = v."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from attrs import define, field, frozen
+
+from shockwave.quadrature import FloatArray
+from shockwave.simulation.integrator import Acceleration
+from shockwave.simulation.one_step import Attempt, OneStep, Scalar
+from shockwave.simulation.tableaux import RKN64, RKN86, RKN1210, Fractions
+
+__all__ = ["Nystroem", "Rkn64", "Rkn86", "Rkn1210", "Tableau"]
+
+
+@frozen(eq=False)
+class Tableau:
+    """Coefficients in double precision.
+
+    Attributes
+    ----------
+    nodes : tuple of float
+        c of each stage after the first, in units of the step.
+    stages : tuple of arrays
+        a_i1, ..., a_i,i-1 of each stage after the first.
+    b, b_prime, error_b, error_b_prime : array, shape (stages,)
+        Weights of position and velocity, and what they exceed those of the embedded method by.
+    last_is_first : bool
+        Whether the last stage is the acceleration at the end, hence the first stage of the next step.
+    packed : array
+        All of it in a row, for the compiled code: number of stages, order of the embedded method, last_is_first, c, a
+        as a square, b, b', error_b, error_b'.
+    """
+
+    nodes: tuple[float, ...]
+    stages: tuple[FloatArray, ...]
+    b: FloatArray
+    b_prime: FloatArray
+    error_b: FloatArray
+    error_b_prime: FloatArray
+    last_is_first: bool
+    packed: FloatArray
+
+    @property
+    def evaluations(self) -> int:
+        """Evaluations of the acceleration in a step, that at its begin not counted."""
+        return len(self.nodes) + (not self.last_is_first)
+
+    @classmethod
+    def of(cls, exact: Fractions, error_order: int) -> Tableau:
+        """The tableau of exact fractions."""
+        nodes = _numbers(exact.c)
+        stages = [np.array(_numbers(row)) for row in exact.a]
+        weights = [
+            np.array(_numbers(text)) for text in (exact.b, exact.b_prime, exact.error_b, exact.error_b_prime)
+        ]
+        last_is_first = bool(np.array_equal([*stages[-1], 0.0], weights[0]))
+        square = np.zeros((len(nodes), len(nodes)))
+        for row, stage in enumerate(stages):
+            square[row, : len(stage)] = stage
+        packed = np.concatenate([[len(nodes), error_order, last_is_first], nodes, square.ravel(), *weights])
+        return cls(tuple(nodes[1:]), tuple(stages[1:]), *weights, last_is_first, packed)
+
+
+def _numbers(text: str) -> list[float]:
+    # A quotient of Python's integers, however long, is rounded once.
+    parts = (number.partition("/") for number in text.split())
+    return [int(above) / int(below or 1) for above, _, below in parts]
+
+
+@define
+class Nystroem(OneStep):
+    """Base class of the embedded pairs; with step h and stages k_i at x_i = x + c_i h v + h^2 sum_j a_ij k_j,
+
+    they lead to x + h v + h^2 sum_i b_i k_i and v + h sum_i b'_i k_i.
+    """
+
+    adaptive: ClassVar[bool] = True
+    symplectic: ClassVar[bool] = False
+    tableau: ClassVar[Tableau]
+
+    _work: FloatArray = field(factory=lambda: np.empty(0), init=False, repr=False)
+
+    def attempt(
+        self, acceleration: Acceleration, time: Scalar, size: Scalar, x: FloatArray, v: FloatArray, a: FloatArray
+    ) -> Attempt:
+        tableau = self.tableau
+        shape = (len(tableau.nodes) + 1, *x.shape)
+        if self._work.shape != (2, *shape):
+            self._work = np.empty((2, *shape))
+        rates, terms = self._work
+        square = size * size
+        column = (-1,) + (1,) * x.ndim
+
+        def total(weights: FloatArray) -> FloatArray:
+            # Term after term, as the compiled code adds them: the two agree to the last bit.
+            count = len(weights)
+            np.multiply(rates[:count], weights.reshape(column), out=terms[:count])
+            summed: FloatArray = np.add.reduce(terms[:count], axis=0)
+            return summed
+
+        rates[0] = a
+        for row, (node, weights) in enumerate(zip(tableau.nodes, tableau.stages, strict=True), start=1):
+            end = x + (size * node) * v + square * total(weights)
+            a = rates[row] = acceleration(time + node * size, end)
+        end = x + size * v + square * total(tableau.b)
+        velocity = v + size * total(tableau.b_prime)
+        if not tableau.last_is_first:
+            a = acceleration(time + size, end)
+        error_x, error_v = square * total(tableau.error_b), size * total(tableau.error_b_prime)
+        error = np.maximum(np.abs(error_x), np.abs(error_v)).max(axis=0)
+        return Attempt(end, velocity, a, error)
+
+
+@define
+class Rkn64(Nystroem):
+    """RKN6(4)6FM of Dormand & Prince: five evaluations a step."""
+
+    name: ClassVar[str] = "rkn64"
+    order: ClassVar[int] = 6
+    error_order: ClassVar[int] = 4
+    tableau: ClassVar[Tableau] = Tableau.of(RKN64, error_order)
+
+
+@define
+class Rkn86(Nystroem):
+    """RKN8(6)9FM of Dormand, El-Mikkawy & Prince: eight evaluations a step."""
+
+    name: ClassVar[str] = "rkn86"
+    order: ClassVar[int] = 8
+    error_order: ClassVar[int] = 6
+    tableau: ClassVar[Tableau] = Tableau.of(RKN86, error_order)
+
+
+@define
+class Rkn1210(Nystroem):
+    """RKN12(10)17M of Dormand, El-Mikkawy & Prince: seventeen evaluations a step, for tight tolerances."""
+
+    name: ClassVar[str] = "rkn1210"
+    order: ClassVar[int] = 12
+    error_order: ClassVar[int] = 10
+    tableau: ClassVar[Tableau] = Tableau.of(RKN1210, error_order)

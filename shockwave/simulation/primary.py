@@ -1,0 +1,195 @@
+"""The primary of a shock, and nothing else: the front is followed until the limit of its peak force is known.
+
+Two codes do the same: the compiled one, and `lanes` in NumPy. Both take many shocks at once, a shock a lane.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from types import ModuleType
+from typing import NamedTuple
+
+import numpy as np
+from attrs import frozen
+
+from shockwave.quadrature import FloatArray
+from shockwave.simulation.nystroem import Nystroem
+from shockwave.simulation.problem import ChainProblem
+
+__all__ = ["AT_END", "KNOWN", "Passage", "Primary", "Request", "find_primaries"]
+
+# How a search ended. TOO_LONG: the limit was not known after as many contacts as there may be.
+KNOWN, TOO_LONG, AT_END, FAILED = 1, 2, 3, 4
+
+_MOST_CONTACTS, _CONTACT_RATE = 600, 4
+_MOST_ATTEMPTS, _ATTEMPT_RATE = 50_000, 1000
+# How far behind the front granules are still followed once the force has ended. Shorter ones change the peak of the
+# longer shocks by more than 1e-10.
+_REAR, _LONG_REAR, _LONG = 16, 32, 10.0
+# Shocks that run side by side in the compiled code, and the fewest worth a thread of their own.
+_WIDTH = 8
+_FEWEST = 16
+
+
+class Passage(NamedTuple):
+    """The peak of the front at a contact, counted from 0, in scaled units."""
+
+    contact: int
+    time: float
+    force: float
+
+
+@frozen(eq=False)
+class Request:
+    """A shock and what is asked of it.
+
+    ``tolerance`` is the absolute error allowed in a step, ``doubt`` how far the peak may be from its limit,
+    relatively; ``contacts`` ascend: passages of the front that are wanted too.
+    """
+
+    problem: ChainProblem
+    tolerance: float
+    doubt: float
+    contacts: tuple[int, ...] = ()
+
+    @property
+    def most_contacts(self) -> float:
+        return _MOST_CONTACTS + _CONTACT_RATE * self.problem.duration
+
+    @property
+    def most_attempts(self) -> float:
+        return _MOST_ATTEMPTS + _ATTEMPT_RATE * self.problem.duration
+
+    @property
+    def rear(self) -> int:
+        return _REAR if self.problem.duration < _LONG else _LONG_REAR
+
+
+class Primary(NamedTuple):
+    """What was found, in scaled units.
+
+    ``peak`` is the limit along the chain, ``doubt`` a bound on its relative error as such; ``time`` is that of the
+    peak at ``contact``, the last that was read, ``speed`` that of the front there. ``momentum`` and ``energy`` are
+    those of the wave from its ``foot`` on, the force behind it. ``chain_momentum`` and ``chain_energy`` are those of
+    all granules, against ``impulse`` and ``work`` of the force.
+    """
+
+    status: float
+    peak: float
+    contact: float
+    time: float
+    doubt: float
+    speed: float
+    momentum: float
+    energy: float
+    foot: float
+    chain_momentum: float
+    chain_energy: float
+    work: float
+    impulse: float
+    steps: float
+    evaluations: float
+    passages: tuple[Passage, ...] = ()
+
+    @property
+    def energy_defect(self) -> float:
+        """Energy in the chain against the work of the force, relative."""
+        return abs(self.chain_energy / self.work - 1)
+
+    @property
+    def momentum_defect(self) -> float:
+        """Momentum in the chain against the impulse, relative."""
+        return abs(self.chain_momentum / self.impulse - 1)
+
+
+def find_primaries(
+    requests: Sequence[Request], method: type[Nystroem], compiled: ModuleType | None, threads: int = 1
+) -> list[Primary]:
+    """The primary of each request, in their order.
+
+    ``compiled`` is the compiled module, or None for NumPy; with it, ``threads`` share the work.
+    """
+    if compiled is None:
+        from shockwave.simulation.lanes import run
+
+        return run(requests, method)
+    # Shocks that take about as long side by side: none waits for a longer one.
+    order = sorted(range(len(requests)), key=lambda index: requests[index].problem.duration, reverse=True)
+    shares = max(1, min(threads, len(requests) // _FEWEST))
+    groups = [order[share::shares] for share in range(shares)]
+
+    def work(group: list[int]) -> list[Primary]:
+        return _compiled(compiled, method, [requests[index] for index in group])
+
+    if shares == 1:
+        found = [work(groups[0])]
+    else:
+        with ThreadPoolExecutor(shares) as pool:
+            found = list(pool.map(work, groups))
+    results: list[Primary] = [None] * len(requests)  # type: ignore[list-item]
+    for group, primaries in zip(groups, found, strict=True):
+        for index, primary in zip(group, primaries, strict=True):
+            results[index] = primary
+    return results
+
+
+def _compiled(compiled: ModuleType, method: type[Nystroem], requests: list[Request]) -> list[Primary]:
+    jobs: list[float] = []
+    rows: list[FloatArray] = []
+    coefficients: list[FloatArray] = []
+    stops: list[float] = []
+    wanted: list[float] = []
+    pieces = terms = 0
+    for request in requests:
+        problem = request.problem
+        path = problem.path
+        rows.append(path.rows)
+        coefficients.append(path.coefficients)
+        jobs += (
+            problem.rise_time,
+            problem.peak_force,
+            problem.duration,
+            problem.granules or 0,
+            request.tolerance,
+            request.doubt,
+            request.most_contacts,
+            request.most_attempts,
+            request.rear,
+            pieces,
+            len(path.rows),
+            terms,
+            len(stops),
+            len(wanted) // 3,
+            len(request.contacts),
+        )
+        pieces += len(path.rows)
+        terms += len(path.coefficients)
+        stops += problem.stops
+        for contact in request.contacts:
+            wanted += (contact, math.nan, math.nan)
+    one = len(requests) == 1
+    found = np.zeros((len(requests), len(Primary._fields) - 1))
+    passages = np.array(wanted)
+    compiled.primary(
+        method.tableau.packed,
+        np.array(jobs),
+        rows[0] if one else np.concatenate(rows),
+        coefficients[0] if one else np.concatenate(coefficients),
+        np.array(stops),
+        passages,
+        found,
+        1 if len(requests) < _WIDTH else _WIDTH,
+    )
+    if not wanted:
+        return [Primary(*row) for row in found.tolist()]
+    return [
+        Primary(*row, _passages(passages[3 * int(begin) : 3 * int(begin + count)]))
+        for row, (begin, count) in zip(found.tolist(), np.reshape(jobs, (len(requests), -1))[:, -2:], strict=True)
+    ]
+
+
+def _passages(flat: FloatArray) -> tuple[Passage, ...]:
+    triples = flat.reshape(-1, 3).tolist()
+    return tuple(Passage(int(contact), time, force) for contact, time, force in triples if not math.isnan(time))

@@ -1,0 +1,83 @@
+"""SciPy's solvers of first-order systems as integrators: the state is (x, v)."""
+
+from __future__ import annotations
+
+import abc
+from collections.abc import Callable, Iterator
+from typing import Any, ClassVar
+
+import numpy as np
+from attrs import define
+
+from shockwave.errors import NumericalError
+from shockwave.quadrature import FloatArray
+from shockwave.simulation.integrator import LONGEST_STEP, Acceleration, Integrator, Step
+
+__all__ = ["ScipySolver"]
+
+# SciPy's least: the error is to be absolute, in units in which a wave is of order one.
+_RELATIVE = 2.3e-14
+
+
+@define
+class ScipySolver(Integrator):
+    """Base class: a subclass names the solver and declares its order."""
+
+    adaptive: ClassVar[bool] = True
+    symplectic: ClassVar[bool] = False
+
+    @abc.abstractmethod
+    def _solver(self, granules: int) -> Callable[..., Any]:
+        """What makes the `scipy.integrate.OdeSolver` of a chain."""
+
+    def steps(
+        self,
+        acceleration: Acceleration,
+        begin: float,
+        until: float,
+        x: FloatArray,
+        v: FloatArray,
+        first_size: float | None,
+    ) -> Iterator[Step]:
+        granules = len(x)
+        counted = self._counted(acceleration, until)
+
+        def derivative(time: float, state: FloatArray) -> FloatArray:
+            return np.concatenate((state[granules:], counted(time, state[:granules])))
+
+        # Without a first step SciPy looks for one, and never ends where the acceleration is not finite.
+        with _quiet():
+            solver = self._solver(granules)(
+                derivative,
+                begin,
+                np.concatenate((x, v)),
+                until,
+                rtol=_RELATIVE,
+                atol=self.tolerance,
+                max_step=LONGEST_STEP,
+                first_step=self._first_size(until - begin, first_size),
+            )
+        time = begin
+        self._check(solver, time, None)
+        while solver.status == "running":
+            with _quiet():
+                message = solver.step()
+            self._check(solver, time, message)
+            dense = solver.dense_output()
+
+            def interpolate(time: float, dense: Any = dense) -> tuple[FloatArray, FloatArray]:
+                state = dense(time)
+                return state[:granules], state[granules:]
+
+            end, state, rate = float(solver.t), solver.y, solver.f
+            yield Step(time, end, state[:granules], state[granules:], rate[granules:], interpolate, solver.h_abs)
+            time = end
+
+    def _check(self, solver: Any, time: float, message: str | None) -> None:
+        if message is not None or not np.all(np.isfinite((solver.y, solver.f))):
+            raise NumericalError(f"{self.name} cannot step beyond t = {time:g} T0 ({message or 'not finite'})")
+
+
+def _quiet() -> np.errstate:
+    # What is not finite is looked for afterwards.
+    return np.errstate(over="ignore", invalid="ignore")

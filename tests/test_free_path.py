@@ -1,0 +1,373 @@
+"""The path of a free granule as a table, against 40 digits, closed forms and exact sums."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+
+import numpy as np
+import pytest
+from numpy.polynomial.chebyshev import chebval
+
+from shockwave.errors import NumericalError
+from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.exponential import Exponential
+from shockwave.profiles.free_path import FreePath
+from shockwave.profiles.power_law import PowerLaw
+from shockwave.profiles.tabulated import Tabulated
+from shockwave.profiles.triangular import Triangular
+from shockwave.quadrature import FloatArray
+from test_architecture import SCENE, command, loaded
+from test_profiles_digits import _exact
+
+#: What a table is to be good to, of impulse and path at the end of the shock.
+TOLERANCE = 1e-14
+
+RATIOS = (1.0001, 2.0, 30.0, 1e4)
+EXPONENTS = ((1e-5, 0.25), (0.25, 1e-5), (0.5, 1.0), (1.0, 0.5), (5.0, 50.0), (50.0, 5.0), (0.0, 0.0), (2.0, 4.0))
+RATES = ((1.0, 2.0), (1e-9, -1.0), (-1.0, 1e-9), (-20.0, 20.0), (20.0, -20.0), (1e4, 3.0))
+SHARES = (0.0, 1e-9, 1e-5, 1e-3, 0.1, 0.3, 0.5, 0.77, 0.97, 1 - 1e-4, 1 - 1e-9, 1.0)
+
+
+class Given(ShockProfile):
+    """What a third party writes at least: rise and decay, no closed form."""
+
+    def __init__(
+        self,
+        rise: Callable[[FloatArray], FloatArray],
+        decay: Callable[[FloatArray], FloatArray],
+        n: float = 2.0,
+        jumps: Iterable[float] = (),
+        steep: tuple[float, ...] = (),
+    ) -> None:
+        self._rise, self._decay, self.duration_ratio, self.jumps, self.steep = rise, decay, n, tuple(jumps), steep
+        self.points = self.calls = 0
+
+    def rise(self, s: FloatArray) -> FloatArray:
+        self.points += s.size
+        self.calls += 1
+        return self._rise(s)
+
+    def decay(self, s: FloatArray) -> FloatArray:
+        self.points += s.size
+        self.calls += 1
+        return self._decay(s)
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        return tuple(sorted({0.0, 1.0, self.duration_ratio, *self.jumps}))
+
+    @property
+    def singular_points(self) -> tuple[float, ...]:
+        return self.steep
+
+
+def open_form(profile: ShockProfile, hint: bool) -> Given:
+    """The force of a profile without its closed forms."""
+    steep = profile.singular_points if hint else ()
+    return Given(profile.rise, profile.decay, profile.duration_ratio, profile.breakpoints, steep)
+
+
+def sine() -> Given:
+    return Given(lambda s: np.sin(math.pi / 2 * s), lambda s: np.sin(math.pi / 2 * s))
+
+
+def record(size: int) -> Tabulated:
+    times = np.linspace(0, 3, size)
+    forces = np.sin(np.pi * times / 3) ** 2 * (1 + 0.3 * np.sin(40 * times))
+    forces[[0, -1]] = 0
+    return Tabulated(times, forces)
+
+
+def named(profile: ShockProfile) -> object:
+    values = (getattr(profile, name) for name in type(profile).__annotations__)
+    return pytest.param(profile, id="-".join([type(profile).__name__, *(f"{value:g}" for value in values)]))
+
+
+POWERS = [PowerLaw(rise_exponent=a, decay_exponent=b, duration_ratio=n) for a, b in EXPONENTS for n in RATIOS]
+EXPONENTIALS = [
+    *(Exponential(rise_rate=a, decay_rate=b, duration_ratio=n) for a, b in RATES for n in RATIOS),
+    *(Exponential(rise_rate=3.0, decay_rate=1e4, duration_ratio=n) for n in (1.0001, 2.0)),
+]
+EXACT = [*(Triangular(duration_ratio=n) for n in RATIOS), *POWERS]
+ONE_OF_EACH: dict[str, ShockProfile] = {
+    "triangle": Triangular(duration_ratio=3),
+    "power": PowerLaw(rise_exponent=0.5, decay_exponent=2.5, duration_ratio=10),
+    "polynomial-and-power": PowerLaw(rise_exponent=2, decay_exponent=0.5, duration_ratio=10),
+    "power-and-polynomial": PowerLaw(rise_exponent=0.5, decay_exponent=4, duration_ratio=10),
+    "exponential": Exponential(rise_rate=2, decay_rate=-1, duration_ratio=4),
+    "steep-exponential": Exponential(rise_rate=300, decay_rate=40, duration_ratio=4),
+    "sine": sine(),
+    "record": record(50),
+    "infinite-slopes": open_form(PowerLaw(rise_exponent=0.5, decay_exponent=0.25, duration_ratio=3), False),
+}
+each_kind = pytest.mark.parametrize("profile", ONE_OF_EACH.values(), ids=ONE_OF_EACH)
+
+
+def places(n: float) -> list[float]:
+    return [*SHARES, *(min(1 + share * (n - 1), n) for share in SHARES[1:])]
+
+
+def errors(table: FreePath, s: list[float], path: FloatArray, impulse: FloatArray) -> float:
+    """The greatest error of path and impulse, over their last value."""
+    found = np.array([table.at(each) for each in s])
+    return max(float(np.abs(got - true).max() / true[-1]) for got, true in zip(found.T, (path, impulse), strict=True))
+
+
+def digits_lost(profile: ShockProfile, table: FreePath) -> float:
+    s = places(profile.duration_ratio)
+    path, impulse = (np.array([_exact(profile, integrals, each) for each in s]) for integrals in (2, 1))
+    return errors(table, s, path, impulse)
+
+
+def closed_lost(profile: ShockProfile, table: FreePath, seed: int = 1) -> float:
+    n = profile.duration_ratio
+    inside = np.random.default_rng(seed).uniform(0, n, 300)
+    s = np.concatenate((inside, table.rows[:: max(1, len(table.rows) // 200), 0], [n]))
+    return errors(table, s.tolist(), profile.double_integral(s), profile.running_impulse(s))
+
+
+# ---------------------------------------------------------------- digits
+
+
+@pytest.mark.parametrize("profile", [named(profile) for profile in EXACT + EXPONENTIALS])
+def test_built_in_profiles_are_good_to_fourteen_digits(profile: ShockProfile) -> None:
+    table = profile.free_path()
+    lost = digits_lost(profile, table)
+    assert lost <= TOLERANCE
+    assert lost <= table.error
+
+
+@pytest.mark.parametrize("hint", [True, False], ids=["told", "found"])
+@pytest.mark.parametrize("closed", [named(profile) for profile in POWERS])
+def test_a_fit_is_good_to_fourteen_digits_next_to_infinite_slopes(closed: ShockProfile, hint: bool) -> None:
+    table = open_form(closed, hint).free_path()
+    lost = digits_lost(closed, table)
+    assert lost <= TOLERANCE
+    # The estimate adds up what every piece may err by; the sum is to stay of the order of the tolerance.
+    assert lost <= table.error <= 5 * TOLERANCE
+
+
+@pytest.mark.parametrize("rates", [(1e4, 1e4), (-700.0, 300.0), (1e6, 1e6)], ids=str)
+@pytest.mark.parametrize("n", RATIOS)
+def test_the_error_covers_a_force_that_is_rounded(rates: tuple[float, float], n: float) -> None:
+    # The share of the decay is rounded to 1e-16, and the rate multiplies that.
+    profile = Exponential(rise_rate=rates[0], decay_rate=rates[1], duration_ratio=n)
+    table = profile.free_path()
+    assert digits_lost(profile, table) <= table.error <= 1e-11
+
+
+@pytest.mark.parametrize("size", [3, 4, 50, 1001, 40_001])
+def test_records_are_good_to_fourteen_digits(size: int) -> None:
+    profile = record(size)
+    table = profile.free_path()
+    assert len(table.rows) == size - 1
+    assert closed_lost(profile, table) <= table.error <= TOLERANCE
+
+
+def test_a_record_on_uneven_samples_is_good_to_fourteen_digits() -> None:
+    rng = np.random.default_rng(7)
+    times = np.cumsum(10.0 ** rng.uniform(-6, 0, 3000))
+    profile = Tabulated(times, np.concatenate(([0.0], rng.uniform(1, 300, 2998), [0.0])))
+    assert closed_lost(profile, profile.free_path()) <= profile.free_path().error <= TOLERANCE
+
+
+def test_a_fit_of_many_pieces_is_good_to_fourteen_digits() -> None:
+    closed = record(5001)
+    table = open_form(closed, False).free_path()
+    assert closed_lost(closed, table) <= table.error <= TOLERANCE
+
+
+def test_a_sine_is_good_to_fourteen_digits() -> None:
+    s = np.linspace(0, 2, 501)
+    table = sine().free_path()
+    impulse = 4 / math.pi * np.sin(math.pi / 4 * s) ** 2
+    path = 2 / math.pi * (s - 2 / math.pi * np.sin(math.pi / 2 * s))
+    assert errors(table, s.tolist(), path, impulse) <= table.error <= TOLERANCE
+
+
+def test_plugin_profiles_are_good_to_fourteen_digits() -> None:
+    half_sine = pytest.importorskip("shockwave_pulses.half_sine").HalfSine()
+    haversine = pytest.importorskip("shockwave_pulses.haversine").Haversine()
+    assert closed_lost(half_sine, half_sine.free_path()) <= half_sine.free_path().error <= TOLERANCE
+    s = np.linspace(0, 2, 501)
+    impulse = s / 2 - np.sin(math.pi * s) / (2 * math.pi)
+    path = s**2 / 4 - np.sin(math.pi / 2 * s) ** 2 / math.pi**2
+    assert errors(haversine.free_path(), s.tolist(), path, impulse) <= haversine.free_path().error <= TOLERANCE
+
+
+def test_declared_jumps_cost_no_digit() -> None:
+    jumpy = Given(lambda s: np.where(s < 0.5, 0.25, 1.0), lambda s: np.where(s <= 3, 0.5, 0.125), 5.0, (0.5, 3.0))
+    table = jumpy.free_path()
+    assert table.rows[:, 0].tolist() == [0.0, 0.5, 1.0, 3.0]
+    s = np.array([0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0])
+    impulse = np.array([0.0625, 0.125, 0.625, 1.125, 1.625, 1.75, 1.875])
+    path = np.array([0.0078125, 0.03125, 0.21875, 1.09375, 2.46875, 4.15625, 5.96875])
+    assert errors(table, s.tolist(), path, impulse) <= table.error <= TOLERANCE
+
+
+def test_a_profile_that_has_a_table_gives_it() -> None:
+    table = Triangular(duration_ratio=2).free_path()
+
+    class Own(Given):
+        def closed_free_path(self) -> FreePath:
+            return table
+
+    assert Own(np.ones_like, np.ones_like).free_path() is table
+
+
+# ---------------------------------------------------------------- the table
+
+
+@each_kind
+def test_the_arrays_are_what_a_compiled_loop_reads(profile: ShockProfile) -> None:
+    table = profile.free_path()
+    begin, end, offset, count, amplitude, _, anchor, scale = table.rows.T
+    for array in (table.rows, table.coefficients):
+        assert array.dtype == np.float64
+        assert array.flags.c_contiguous
+        assert np.isfinite(array).all()
+    assert (begin[0], end[-1]) == (0.0, profile.duration_ratio)
+    assert begin[1:].tolist() == end[:-1].tolist()
+    assert (end > begin).all()
+    assert (scale > 0).all()
+    assert offset.tolist() == [0, *np.cumsum(count)[:-1].tolist()]
+    assert offset[-1] + count[-1] == len(table.coefficients)
+    assert ((amplitude == 0) | (anchor <= begin) | (anchor >= end)).all()
+
+
+@each_kind
+def test_one_s_gives_what_the_formula_gives(profile: ShockProfile) -> None:
+    table = profile.free_path()
+    for begin, end, offset, count, amplitude, exponent, anchor, scale in table.rows.tolist():
+        s = np.linspace(begin, end, 9)[:-1]
+        z, u = (2 * s - begin - end) / (end - begin), np.abs(s - anchor) / scale
+        used = table.coefficients[int(offset) : int(offset + count)]
+        path, impulse = (chebval(z, column) if count else np.zeros(8) for column in used.T)
+        path, impulse = path + amplitude * u**exponent, impulse.copy()
+        if amplitude:
+            impulse += math.copysign(amplitude * exponent / scale, begin - anchor) * u ** (exponent - 1)
+        found = np.array([table.at(each) for each in s.tolist()])
+        # z and sums are rounded: some units in the last place of the greatest value.
+        last = table.at(profile.duration_ratio)
+        np.testing.assert_allclose(found[:, 0], path, rtol=0, atol=4e-15 * last[0])
+        np.testing.assert_allclose(found[:, 1], impulse, rtol=0, atol=4e-15 * last[1])
+
+
+@each_kind
+def test_pieces_join(profile: ShockProfile) -> None:
+    table = profile.free_path()
+    last = table.at(profile.duration_ratio)
+    for joint in table.rows[1:, 0].tolist():
+        before, after = table.at(math.nextafter(joint, 0)), table.at(joint)
+        # Either side is good to the tolerance of the table.
+        assert before == pytest.approx(after, rel=0, abs=TOLERANCE * min(last))
+
+
+@each_kind
+def test_a_table_begins_at_rest(profile: ShockProfile) -> None:
+    path, impulse = profile.free_path().at(0.0)
+    last = profile.free_path().at(profile.duration_ratio)
+    assert abs(path) <= 1e-15 * last[0]
+    assert abs(impulse) <= 1e-15 * last[1]
+
+
+@pytest.mark.parametrize("s", [1e-12, 1e-6, 1e-3], ids=str)
+def test_a_power_keeps_its_digits_at_short_times(s: float) -> None:
+    profile = PowerLaw(rise_exponent=0.5, decay_exponent=2, duration_ratio=2)
+    # Relative, however small: one power and a few products.
+    assert profile.free_path().at(s) == pytest.approx((_exact(profile, 2, s), _exact(profile, 1, s)), rel=1e-15, abs=0)
+
+
+def test_exact_tables_are_two_pieces() -> None:
+    assert {len(profile.free_path().rows) for profile in EXACT} == {2}
+
+
+def test_small_whole_exponents_take_no_power() -> None:
+    for exponent in (0.0, 1.0, 2.0, 3.0, 4.0):
+        profile = PowerLaw(rise_exponent=exponent, decay_exponent=exponent, duration_ratio=3)
+        assert profile.free_path().rows[:, 4].tolist() == [0.0, 0.0]
+    profile = PowerLaw(rise_exponent=0.5, decay_exponent=5, duration_ratio=3)
+    assert (profile.free_path().rows[:, 4] > 0).all()
+
+
+def test_the_table_of_a_record_is_made_once() -> None:
+    profile = record(50)
+    assert profile.free_path() is profile.free_path()
+
+
+def test_a_smooth_force_takes_one_polynomial_for_rise_and_decay() -> None:
+    profile = sine()
+    assert len(profile.free_path().rows) == 2
+    assert profile.points == 66
+
+
+@pytest.mark.parametrize("hint", [True, False], ids=["told", "found"])
+def test_infinite_slopes_take_few_calls(hint: bool) -> None:
+    profile = open_form(PowerLaw(rise_exponent=1e-5, decay_exponent=0.25, duration_ratio=3), hint)
+    profile.free_path()
+    # One of rise and one of decay for every eight halvings, where fifty halvings leave a piece next to nothing.
+    assert profile.calls <= 2 * (3 + 50 // 8)
+
+
+# ---------------------------------------------------------------- rough forces
+
+
+def square_wave(rate: float) -> tuple[Given, float, float]:
+    """A force that jumps between 0 and 1 where sin(rate s) changes sign, untold; impulse and path at n = 2."""
+
+    def force(s: FloatArray) -> FloatArray:
+        return (np.sin(rate * s) > 0).astype(float)
+
+    start = np.arange(0, 2, 2 * math.pi / rate)
+    stop = np.minimum(start + math.pi / rate, 2)
+    return Given(force, force), math.fsum(stop - start), math.fsum((stop - start) * (2 - (start + stop) / 2))
+
+
+@pytest.mark.parametrize("rate", [3.0, 50.0, 1000.0, 1e6])
+def test_untold_jumps_end_soon_and_the_error_covers_them(rate: float) -> None:
+    profile, impulse, path = square_wave(rate)
+    table = profile.free_path()
+    found = table.at(2.0)
+    assert abs(found[0] - path) <= table.error * path
+    assert abs(found[1] - impulse) <= table.error * impulse
+    # Each of 1024 cuts leaves at most 18 pieces of 33 points.
+    assert profile.points <= 1024 * 18 * 33
+
+
+@pytest.mark.parametrize("rate", [3.0, 20.0])
+def test_a_few_untold_jumps_are_found(rate: float) -> None:
+    # A jump is closed in on up to the spacing of numbers, some of which remain.
+    assert square_wave(rate)[0].free_path().error <= 1e-12
+
+
+def test_more_jumps_than_pieces_are_told() -> None:
+    assert 1e-6 < square_wave(1e6)[0].free_path().error < 1
+
+
+@pytest.mark.parametrize("noise", [1e-13, 1e-8])
+def test_a_noisy_force_is_told(noise: float) -> None:
+    def force(s: FloatArray) -> FloatArray:
+        return np.asarray(np.sin(math.pi / 2 * s) * (1 + noise * np.sin(1e9 * s)))
+
+    table = Given(force, force).free_path()
+    path, impulse = table.at(2.0)
+    assert abs(path - 4 / math.pi) <= table.error * path
+    assert abs(impulse - 4 / math.pi) <= table.error * impulse
+    assert table.error <= 10 * noise
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+@pytest.mark.parametrize(("part", "lower"), [("rise", 0.25), ("decay", 1.25)])
+def test_a_force_that_is_not_finite_is_refused(part: str, lower: float, bad: float) -> None:
+    def faulty(s: FloatArray) -> FloatArray:
+        return np.where((s > lower) & (s < lower + 0.5), bad, 1.0)
+
+    profile = Given(faulty if part == "rise" else np.ones_like, faulty if part == "decay" else np.ones_like)
+    got = rf"Given: force over peak force must be finite \(got {bad:g} at s = {int(lower)}\.\d+\)"
+    with pytest.raises(NumericalError, match=got):
+        profile.free_path()
+
+
+def test_a_prediction_makes_no_table() -> None:
+    assert "shockwave.profiles.free_path" not in loaded(command("predict", SCENE))
