@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     )
     from shockwave.fields import quantity
     from shockwave.measurement.result import SimulationResult
-    from shockwave.measurement.simulate import simulate
+    from shockwave.measurement.simulate import simulate, simulate_many
     from shockwave.prediction.outcome import EjectionOutcome, Outcome, SingleOutcome, TrainOutcome
     from shockwave.prediction.predictor import Predictor
     from shockwave.profiles.base import ShockProfile
@@ -51,6 +51,7 @@ _HOMES = {
     "quantity": "fields",
     "SimulationResult": "measurement.result",
     "simulate": "measurement.simulate",
+    "simulate_many": "measurement.simulate",
     "EjectionOutcome": "prediction.outcome",
     "Outcome": "prediction.outcome",
     "SingleOutcome": "prediction.outcome",
@@ -98,6 +99,7 @@ __all__ = [
     "load_scenario",
     "quantity",
     "simulate",
+    "simulate_many",
 ]
 
 

@@ -2,16 +2,63 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Any, Literal
+
+import attrs
 from attrs import field, frozen
 
-from shockwave.fields import quantity
+from shockwave.errors import InvalidValueError
+from shockwave.fields import quantity, text_of
 from shockwave.registry import find
 
 __all__ = ["SimulateOptions"]
 
+Waves = Literal["train", "primary"]
+Backend = Literal["auto", "compiled", "numpy"]
+Recorded = Literal["forces", "field", "energies"]
 
-def _known_integrator(_: object, attribute: object, name: str) -> None:
-    find("integrators", name)
+_MOST_CONTACT = 10**12
+
+
+def _known_integrator(_: object, attribute: object, name: str | None) -> None:
+    if name is not None:
+        find("integrators", name)
+
+
+def _one_of(*known: str) -> Any:
+    def check(_: object, attribute: attrs.Attribute[Any], value: object) -> None:
+        if value not in known:
+            *most, last = known
+            raise InvalidValueError.of(
+                attribute.name, f"must be {', '.join(most)} or {last} (got {text_of(value)})"
+            )
+
+    return check
+
+
+def _contacts(values: Any) -> Any:
+    """Ascending numbers of contacts; anything else is left alone, for the check."""
+    try:
+        return tuple(sorted({int(value) for value in values if int(value) == value}))
+    except (TypeError, ValueError, OverflowError):
+        return values
+
+
+def _check_contacts(_: object, attribute: attrs.Attribute[Any], values: object) -> None:
+    if not isinstance(values, tuple) or any(not 0 <= value <= _MOST_CONTACT for value in values):
+        problem = f"must be whole numbers from 0 to {_MOST_CONTACT:g} (got {text_of(values)})"
+        raise InvalidValueError.of(attribute.name, problem)
+
+
+def _names(values: Any) -> Any:
+    return tuple(values) if isinstance(values, Iterable) and not isinstance(values, str) else values
+
+
+def _check_recorded(_: object, attribute: attrs.Attribute[Any], values: object) -> None:
+    known = ("forces", "field", "energies")
+    if not isinstance(values, tuple) or any(value not in known for value in values):
+        raise InvalidValueError.of(attribute.name, f"must be a list of {', '.join(known)} (got {text_of(values)})")
 
 
 @frozen(kw_only=True)
@@ -20,12 +67,25 @@ class SimulateOptions:
 
     Parameters
     ----------
-    integrator : str
-        Name of a registered integrator.
-    rtol : float
-        Relative error asked of the primary's peak force, 1e-9 to 1e-2.
+    integrator : str, optional
+        Name of a registered integrator. Left out: rkn86, for a tolerance below 1e-7 rkn1210.
+    rtol : float, optional
+        Relative error asked of the primary's peak force, 1e-13 to 1e-2, for adaptive methods. Left out: 1e-6.
+    step : float, optional
+        Step of a method of fixed step, up to 1, over the natural time of the wave. Left out: 0.02.
     wave_threshold : float
         Weakest wave that counts, over the primary, from 1e-3 to below 1.
+    waves : "train" or "primary"
+        All waves and the recoil, or the primary alone.
+    backend : "auto", "compiled" or "numpy"
+        Which code steps the chain. ``auto`` takes the compiled one where it was built.
+    contacts : sequence of int
+        Contacts, counted from 0, at which the passage of the primary is wanted.
+    record : sequence of "forces", "field", "energies"
+        Histories to be kept: forces at ``contacts``, positions and velocities of all granules, energies.
+    interval, until : float, optional
+        Sampling interval of the histories and their end [s]. Left out: a tenth of the natural time of the wave, and
+        when the primary has passed the last of ``contacts``, or was read.
 
     Raises
     ------
@@ -33,11 +93,25 @@ class SimulateOptions:
         When a value is out of range or the name unknown.
     """
 
-    integrator: str = field(default="dop853", validator=_known_integrator)
-    rtol: float = quantity(
-        "", "relative error asked of the primary's peak force", at_least=1e-9, at_most=1e-2, default=1e-6
+    integrator: str | None = field(default=None, validator=_known_integrator)
+    rtol: float | None = quantity(
+        "",
+        "relative error asked of the primary's peak force; 1e-6 unless given",
+        at_least=1e-13,
+        at_most=1e-2,
+        optional=True,
+        default=None,
+    )
+    step: float | None = quantity(
+        "", "step of a fixed-step method, over the wave's natural time", above=0, at_most=1, optional=True, default=None
     )
     # Below a thousandth, peaks drown in what a chain at rest stirs by itself.
     wave_threshold: float = quantity(
         "", "weakest wave that counts, over the primary", at_least=1e-3, below=1, default=5e-3
     )
+    waves: Waves = field(default="train", validator=_one_of("train", "primary"))
+    backend: Backend = field(default="auto", validator=_one_of("auto", "compiled", "numpy"))
+    contacts: tuple[int, ...] = field(default=(), converter=_contacts, validator=_check_contacts)
+    record: tuple[Recorded, ...] = field(default=(), converter=_names, validator=_check_recorded)
+    interval: float | None = quantity("s", "sampling interval of the histories", above=0, optional=True, default=None)
+    until: float | None = quantity("s", "end of the histories", above=0, optional=True, default=None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 from attrs import define, field, frozen
@@ -15,17 +16,23 @@ __all__ = ["Peak", "PeakLog", "force_rates", "history", "natural_time", "powers_
 
 # Peaks weaker than this, over the strongest so far, are the noise floor of a chain at rest.
 _FLOOR = 1e-4
-# Weaker ones than this are read off a polynomial: their waves are wide, and steps small against them.
-_EXACT = 0.03
+# A peak force read off the polynomial between the ends of a step errs by at most this share of itself, times the eighth
+# power of the step over the natural time of the wave; and it is read off so if that is this share of a step's error.
+_LOSS = 6e-5
+_NEGLIGIBLE = 0.1
 # Newton's corrections of the time of a peak; one smaller than this leaves no error but rounding in the force.
 _CORRECTIONS, _NEAR = 4, 1e-5
 # A wave that was followed keeps more than this share of its peak force from one contact to the next few.
 _SAME_WAVE = 0.5
 
-# Value and three derivatives at 0 and 1, each over its factorial, of the powers 0 to 7; and its inverse, which is whole.
-_ENDS = np.array([[math.comb(power, order) * end ** (power - order) if power >= order else 0 for power in range(8)]
-                  for end in (0, 1) for order in range(4)])
-_POWERS = np.rint(np.linalg.inv(_ENDS))
+# From value and first three derivatives at 0 and at 1, each over its factorial, to the powers 0 to 7.
+_POWERS = np.eye(8)
+_POWERS[4:] = [
+    [-35, -20, -10, -4, 35, -15, 5, -1],
+    [84, 45, 20, 6, -84, 39, -14, 3],
+    [-70, -36, -15, -4, 70, -34, 13, -3],
+    [20, 10, 4, 1, -20, 10, -4, 1],
+]
 _FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])
 
 
@@ -44,8 +51,13 @@ class Peak:
 
 @define
 class PeakLog:
-    """Every maximum in time of every contact force that matters, as the chain is stepped."""
+    """Every maximum in time of every contact force that matters, as the chain is stepped.
 
+    ``tolerance`` is the error allowed in a step: peaks are found on the integrator's interpolant where a polynomial
+    between the ends of the step would be worse than that. At 0 all of them are.
+    """
+
+    tolerance: float = 0.0
     peaks: dict[int, list[Peak]] = field(factory=dict)
     strongest: float = 0.0
 
@@ -67,7 +79,7 @@ class PeakLog:
             span = stretch.spans[steps[index]]
             if contact == 0:  # the force may drive one of its granules, which its neighbours do not tell
                 time, overlap = _sought(span, contact)
-            elif overlap**1.5 > _EXACT * self.strongest:
+            elif _loss(overlap, span) > _NEGLIGIBLE * self.tolerance:
                 time, overlap = _corrected(span, contact, time)
             self.add(contact, time, max(overlap, 0.0) ** 1.5)
 
@@ -94,10 +106,10 @@ class PeakLog:
         found = []
         passed = -math.inf
         for contact in range(max(self.peaks, default=-1), -1, -1):
-            peak = _last(self.peaks.get(contact, ()), share * strongest)
-            if peak is not None and peak.time > passed and now - peak.time < _patience(peak.force):
-                found.append(peak)
-            passed = -math.inf if peak is None else peak.time
+            last = _last(self.peaks.get(contact, []), share * strongest)
+            if last is not None and last.time > passed and now - last.time < _patience(last.force):
+                found.append(last)
+            passed = -math.inf if last is None else last.time
         return found
 
     def top(self) -> Peak:
@@ -122,8 +134,8 @@ class PeakLog:
 def history(head: Peak, contacts: int) -> list[Peak]:
     """Peaks of the wave at ``head`` and at the ``contacts`` behind it, as far as it can be followed."""
     trail = [head]
-    while len(trail) <= contacts and trail[-1].behind is not None:
-        trail.append(trail[-1].behind)
+    while len(trail) <= contacts and (behind := trail[-1].behind) is not None:
+        trail.append(behind)
     return trail
 
 
@@ -150,17 +162,15 @@ def powers_between(begin: FloatArray, end: FloatArray, size: FloatArray) -> Floa
     """
     scale = np.array([size**order / factorial for order, factorial in enumerate(_FACTORIALS)])
     scale = scale.reshape(*scale.shape, *(1,) * (begin.ndim - scale.ndim))
-    return np.tensordot(_POWERS, np.concatenate((begin * scale, end * scale)), axes=1)
+    return np.asarray(np.tensordot(_POWERS, np.concatenate((begin * scale, end * scale)), axes=1))
 
 
 def _maxima(stretch: Stretch, steps: np.ndarray, contacts: np.ndarray) -> tuple[FloatArray, FloatArray]:
     """Times and values of the greatest overlaps of these contacts in these steps, from the states at the ends."""
-    x = np.pad(stretch.x, ((0, 0), (1, 1)), mode="edge")
-    v = np.pad(stretch.v, ((0, 0), (1, 1)), mode="edge")
-    # Contacts before, at and behind; the chain's ends, doubled, carry no force.
-    rows, columns = np.array((steps, steps + 1))[..., None], contacts[:, None] + np.arange(3)
-    overlap = x[rows, columns] - x[rows, columns + 1]
-    closing = v[rows, columns] - v[rows, columns + 1]
+    # The granules of the contact and their neighbours; an end of the chain is doubled, with no force between the two.
+    rows = np.array((steps, steps + 1))[..., None]
+    columns = np.clip(contacts[:, None] + np.arange(-1, 3), 0, stretch.x.shape[1] - 1)
+    overlap, closing = -np.diff(stretch.x[rows, columns]), -np.diff(stretch.v[rows, columns])
     changes = [rate[..., 0] - 2 * rate[..., 1] + rate[..., 2] for rate in force_rates(overlap, closing)]
     jets = np.array((overlap[..., 1], closing[..., 1], *changes))
     size = np.diff(stretch.times)[steps]
@@ -175,10 +185,16 @@ def _maxima(stretch: Stretch, steps: np.ndarray, contacts: np.ndarray) -> tuple[
 
 
 def _value(powers: FloatArray, share: FloatArray) -> FloatArray:
-    result = powers[-1]
+    result: FloatArray = powers[-1]
     for power in powers[-2::-1]:
         result = result * share + power
     return result
+
+
+def _loss(overlap: float, span: Span) -> float:
+    """What the force at a maximum may err by when it is read off the polynomial."""
+    force = float(max(overlap, 0.0) ** 1.5)
+    return float(_LOSS * force * ((span.end - span.begin) / natural_time(force)) ** 8)
 
 
 def _corrected(span: Span, contact: int, time: float) -> tuple[float, float]:
@@ -187,7 +203,7 @@ def _corrected(span: Span, contact: int, time: float) -> tuple[float, float]:
     for _ in range(_CORRECTIONS):
         x, v = span.at(time)
         near = x[first : contact + 3].tolist()
-        before, here, *after = (max(a - b, 0.0) ** 1.5 for a, b in zip(near, near[1:], strict=False))
+        before, here, *after = (max(a - b, 0.0) ** 1.5 for a, b in pairwise(near))
         slowing = 2 * here - before - sum(after)
         closing = float(v[contact] - v[contact + 1])
         end = min(max(time + closing / slowing, span.begin), span.end) if slowing > 0 else time
@@ -212,8 +228,11 @@ def _sought(span: Span, contact: int) -> tuple[float, float]:
     return time, float(x[contact] - x[contact + 1])
 
 
-def _last(peaks: list[Peak] | tuple[()], least: float) -> Peak | None:
-    return next((peak for peak in reversed(peaks) if peak.force >= least), None)
+def _last(peaks: list[Peak], least: float) -> Peak | None:
+    for peak in reversed(peaks):
+        if peak.force >= least:
+            return peak
+    return None
 
 
 def natural_time(force: float) -> float:

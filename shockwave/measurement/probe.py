@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from attrs import define, field, frozen
 
-from shockwave.measurement.peaks import Peak, PeakLog
+from shockwave.measurement.peaks import Peak, PeakLog, force_rates, history, powers_between
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.march import Span
+from shockwave.simulation.march import Stretch
+from shockwave.simulation.problem import ChainProblem
 
 __all__ = ["PassingWave", "Probe"]
 
+# Gauss nodes of a step and their weights, as shares of it; the powers 0 to 7 and their slopes there.
+_LEGENDRE = np.polynomial.legendre.leggauss(8)
+_NODES, _WEIGHTS = (1 + _LEGENDRE[0]) / 2, _LEGENDRE[1] / 2
+_VALUES = np.vander(_NODES, 8, increasing=True)
+_SLOPES = np.pad(_VALUES[:, :-1] * np.arange(1, 8), ((0, 0), (1, 0)))
 # Samples on each side of a crossing or a maximum that its polynomial goes through.
 _NEIGHBOURS = 4
 # Over how many contacts the speed is taken.
@@ -38,26 +46,29 @@ class PassingWave:
 
 @define
 class Probe:
-    """Samples of the force at ``contact`` and of the granule behind it, at Gauss nodes of every step."""
+    """History of ``contact``: where its granules and their neighbours are at the ends of steps."""
 
     contact: int
-    _blocks: list[FloatArray] = field(factory=list)
+    problem: ChainProblem
+    _times: list[FloatArray] = field(factory=list)
+    _states: list[FloatArray] = field(factory=list)
 
-    def observe(self, span: Span) -> None:
-        """Sample ``span``, unless the contact has not been reached."""
-        if self.contact + 1 >= len(span.x1) or not span.x1[self.contact]:
+    def observe(self, stretch: Stretch) -> None:
+        """Take note of ``stretch``, unless the contact has not been reached."""
+        if self.contact + 1 >= stretch.x.shape[1] or not stretch.x[-1, self.contact]:
             return
-        samples = span.samples
-        pair = samples.x[:, self.contact : self.contact + 2]
-        force = np.maximum(pair[:, 0] - pair[:, 1], 0.0) ** 1.5
-        self._blocks.append(np.array((samples.times, force, samples.v[:, self.contact + 1], samples.weights)))
+        # An end of the chain is doubled: there is no force between the two.
+        near = np.clip(np.arange(self.contact - 1, self.contact + 3), 0, stretch.x.shape[1] - 1)
+        known = 1 if self._times else 0
+        self._times.append(stretch.times[known:])
+        self._states.append(np.array((stretch.x[known:, near], stretch.v[known:, near])))
 
     def wave(self, peak: Peak, log: PeakLog) -> PassingWave:
         """The wave whose maximum at this contact is ``peak``: from the least force before it to the least after."""
-        time, force, velocity, weight = np.concatenate(self._blocks, axis=1)
         others = [other.time for other in log.peaks[self.contact] if other.force > 0]
-        before = max((t for t in others if t < peak.time), default=time[0])
-        after = min((t for t in others if t > peak.time), default=time[-1])
+        before = max((t for t in others if t < peak.time), default=-math.inf)
+        after = min((t for t in others if t > peak.time), default=math.inf)
+        time, force, velocity, weight = self._samples(before, after)
         top = int(np.argmin(np.abs(time - peak.time)))
         left, right = int(np.searchsorted(time, before)), int(np.searchsorted(time, after))
         begin = left + int(np.argmin(force[left : top + 1]))
@@ -71,11 +82,34 @@ class Probe:
             peak_force=peak.force,
             momentum=float(weight[inside] @ force[inside]),
             energy=float(weight[inside] @ (force[inside] * velocity[inside])),
-            speed=_speed(log.history(peak, _SPEED_BASE)),
+            speed=_speed(history(peak, _SPEED_BASE)),
             width=fall - rise,
             granule_velocity=_maximum(time[inside], velocity[inside]),
             foot=float(max(force[begin], force[end])) / peak.force,
         )
+
+    def _samples(self, begin: float, end: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Times, forces, velocities of the granule behind the contact, and weights: at Gauss nodes of every step."""
+        times, states = np.concatenate(self._times), np.concatenate(self._states, axis=1)
+        used = slice(max(int(np.searchsorted(times, begin, "right")) - 1, 0), int(np.searchsorted(times, end)) + 1)
+        times, (x, v) = times[used], states[:, used]
+        forces, rates = force_rates(-np.diff(x), -np.diff(v))
+        jets = np.array((x[:, 1:3], v[:, 1:3], -np.diff(forces), -np.diff(rates)))
+        if self.contact == 0:  # only what the chain does to it is smooth
+            jets[:2, :, 0] -= self._driven(times)
+        size = np.diff(times)
+        powers = powers_between(jets[:, :-1], jets[:, 1:], size)
+        nodes = (times[:-1, None] + size[:, None] * _NODES).ravel()
+        positions = np.einsum("np,psg->gsn", _VALUES, powers).reshape(2, -1)
+        velocity = np.einsum("np,ps->sn", _SLOPES, powers[..., 1]) / size[:, None]
+        if self.contact == 0:
+            positions[0] += self._driven(nodes)[0]
+        force, _ = force_rates(positions[0] - positions[1], np.zeros_like(nodes))
+        return nodes, force, velocity.ravel(), (size[:, None] * _WEIGHTS).ravel()
+
+    def _driven(self, times: FloatArray) -> FloatArray:
+        """Path and velocity of a granule that only the shock drives, shape (2, times)."""
+        return np.array([self.problem.free(time) for time in times.tolist()]).T
 
 
 def _speed(trail: list[Peak]) -> float | None:

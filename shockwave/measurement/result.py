@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 from attrs import asdict, field, frozen
 
+from shockwave.chain.chain import Chain, Scales
+from shockwave.chain.solitary_wave import SPEED, SolitaryWave
+from shockwave.options import SimulateOptions
+from shockwave.profiles.shock import Shock
 from shockwave.scene import Scene
+from shockwave.simulation.primary import Primary
 from shockwave.text import indent, notes, si, table
 
-__all__ = ["Cost", "MeasuredWave", "SimulationResult"]
+if TYPE_CHECKING:
+    from shockwave.measurement.recording import Recording
+
+__all__ = ["Cost", "MeasuredWave", "Passage", "SimulationResult", "Train"]
 
 
 @frozen(kw_only=True)
@@ -19,7 +28,8 @@ class MeasuredWave:
     Attributes
     ----------
     peak_force, momentum, energy, width, granule_velocity : float
-        As in `SolitaryWave`, measured from the history of the contact force.
+        As in `SolitaryWave`, measured from the history of the contact force. Width and granule velocity of a primary
+        that was followed alone are those of the exact wave of its peak force.
     speed : float or None
         Of the peak along the chain [m/s]; None in a chain too short to tell.
     contact : int
@@ -47,70 +57,268 @@ class MeasuredWave:
 
 
 @frozen(kw_only=True)
+class Passage:
+    """The primary at a contact, in SI units.
+
+    ``exact`` says that the wave had come to its limit before: it is the exact solitary wave from there on, and was
+    not integrated further. ``error_estimate`` is relative, of time and peak force alike.
+    """
+
+    contact: int
+    arrival_time: float
+    peak_force: float
+    exact: bool
+    error_estimate: float
+
+
+@frozen(kw_only=True)
 class Cost:
-    """What a result cost: both runs together; ``seconds`` vary from run to run and are left out of comparisons."""
+    """What a result cost; ``seconds`` vary from run to run and are left out of comparisons."""
 
     steps: int
     force_evaluations: int
     seconds: float = field(eq=False)
 
+    def __add__(self, other: Cost) -> Cost:
+        return Cost(
+            steps=self.steps + other.steps,
+            force_evaluations=self.force_evaluations + other.force_evaluations,
+            seconds=self.seconds + other.seconds,
+        )
+
 
 @frozen(kw_only=True)
-class SimulationResult:
-    """What direct simulation of eq. (1) found.
+class Train:
+    """All waves, and what comes of the granules at the ends.
 
     Attributes
     ----------
-    peak_force, amplification : float
-        Of the primary [N]; over the shock's peak force.
-    error_estimate : float
-        Relative, of ``peak_force``: from a run with a looser step control and from the approach to the limit.
     waves : tuple of MeasuredWave
-        Primary first; weaker than ``wave_threshold`` times the primary are not counted.
+        Strongest first; weaker than ``wave_threshold`` times the primary are not counted.
     recoil_momentum, recoil_error : float
         Of the granules that fly backwards [N s], zero or negative; and an estimate of its error [N s], with what
         granules hold that had not come apart for good.
     recoil_velocities : tuple of float
-        Of the granules counted in ``ejected_granules`` [m/s], first granule first.
-    ejected_granules : int
-        Granules thrown back faster than a thousandth of the granules in the primary.
-    wave_threshold, rtol, integrator : float, float, str
-        What was asked for.
-    applied_momentum : float
-        Impulse of the shock [N s].
+        Of the ejected granules [m/s], first granule first: those that fly backwards faster than a thousandth of the
+        granules in the primary.
+    spall_velocities : tuple of float or None
+        Of the granules that fly off the free end [m/s], last granule first; None in a chain without end, or one whose
+        end the waves had not reached.
     cost : Cost
-        Steps, force evaluations and seconds of both runs.
+        Of the two runs.
     warnings : tuple of str
         What a reader must know before using the figures.
-    scene : Scene
-        The shock and the chain as they were understood.
-    scenario : str or None
-        Name of the scenario, if it came from one.
-    momentum_defect, energy_defect : float
-        Relative: what the granules hold at the end against the impulse and the work of the force.
     """
 
-    peak_force: float
-    amplification: float
-    error_estimate: float
     waves: tuple[MeasuredWave, ...]
-    wave_threshold: float
-    applied_momentum: float
     recoil_momentum: float
     recoil_error: float
     recoil_velocities: tuple[float, ...]
-    ejected_granules: int
-    momentum_defect: float
-    energy_defect: float
-    integrator: str
-    rtol: float
+    spall_velocities: tuple[float, ...] | None
     cost: Cost
     warnings: tuple[str, ...]
-    scene: Scene
+
+
+@frozen(kw_only=True, slots=False)
+class SimulationResult:
+    """What direct simulation of eq. (1) found.
+
+    The primary is known when the result is made. The rest of the train is integrated when something of it is first
+    looked at (``train``, ``waves``, ``recoil_momentum``, ``print``, ``to_dict``), and kept; so are histories
+    (``recording``). Results are equal when the same was asked of the same scene and the same found.
+
+    Attributes
+    ----------
+    shock, chain, options : Shock, Chain, SimulateOptions
+        What was asked; ``options`` name the integrator and the backend that were used.
+    scales : Scales
+        Units in which ``found`` is written.
+    found : Primary
+        The primary in scaled units, with the books of momentum and energy.
+    error_estimate : float
+        Relative, of ``peak_force``: from step control, the approach to the limit, and the table of the force.
+    seconds : float
+        Wall time; differs from run to run, and is left out of comparisons.
+    notes : tuple of str
+        What a reader must know before using the figures of the primary.
+    scenario : str or None
+        Name of the scenario, if it came from one.
+    """
+
+    shock: Shock
+    chain: Chain
+    options: SimulateOptions
+    scales: Scales
+    found: Primary
+    error_estimate: float
+    notes: tuple[str, ...]
+    seconds: float = field(eq=False, repr=False)
     scenario: str | None = None
+    _measured: Train | None = field(default=None, eq=False, repr=False)
+
+    # ---------------------------------------------------------------- the primary
+
+    @property
+    def peak_force(self) -> float:
+        """Of the primary [N]."""
+        return self.found.peak * self.scales.force
+
+    @property
+    def amplification(self) -> float:
+        """Peak force of the primary over that of the shock."""
+        return self.peak_force / self.shock.peak_force
+
+    @property
+    def applied_momentum(self) -> float:
+        """Impulse of the shock [N s]."""
+        return self.found.impulse * self.scales.momentum
+
+    @property
+    def momentum_defect(self) -> float:
+        """Momentum of the granules at the end against the impulse, relative."""
+        return self.found.momentum_defect
+
+    @property
+    def energy_defect(self) -> float:
+        """Energy of the granules at the end against the work of the force, relative."""
+        return self.found.energy_defect
+
+    @property
+    def integrator(self) -> str:
+        """Name of the method."""
+        return self.options.integrator or ""
+
+    @property
+    def backend(self) -> str:
+        """Which code has stepped the chain: compiled or numpy."""
+        return self.options.backend
+
+    @property
+    def rtol(self) -> float | None:
+        """Relative error asked for; None for a method of fixed step."""
+        return self.options.rtol
+
+    @property
+    def wave_threshold(self) -> float:
+        """Weakest wave that counts, over the primary."""
+        return self.options.wave_threshold
+
+    @property
+    def scene(self) -> Scene:
+        """Shock and chain as they were understood."""
+        return Scene.of(self.shock, self.chain)
+
+    @property
+    def primary(self) -> MeasuredWave:
+        """The primary where it was read."""
+        if self._measured is not None:
+            return self._measured.waves[0]
+        found, scales = self.found, self.scales
+        exact = SolitaryWave.of(self.peak_force, self.chain)
+        return MeasuredWave(
+            peak_force=self.peak_force,
+            momentum=found.momentum * scales.momentum,
+            energy=found.energy * scales.energy,
+            speed=found.speed * scales.wave_speed,
+            width=exact.width,
+            granule_velocity=exact.granule_velocity,
+            contact=int(found.contact),
+            arrival_time=found.time * scales.time,
+            error_estimate=self.error_estimate,
+            foot=found.foot / found.peak,
+        )
+
+    def passage(self, contact: int) -> Passage:
+        """The primary at a contact, counted from 0.
+
+        Beyond the contact where it was read the answer follows from the exact wave, at no cost; before, the chain is
+        integrated up to there once more.
+
+        Raises
+        ------
+        InvalidValueError
+            When the chain has no such contact.
+        NumericalError
+            When the front has no peak there of its own.
+        """
+        from shockwave.measurement.passage import passage
+
+        return passage(self, contact)
+
+    @cached_property
+    def passages(self) -> tuple[Passage, ...]:
+        """The primary at the contacts that were asked for."""
+        return tuple(self.passage(contact) for contact in self.options.contacts)
+
+    # ---------------------------------------------------------------- the rest
+
+    @cached_property
+    def train(self) -> Train:
+        """All waves and the recoil; integrated when first asked for."""
+        if self._measured is not None:
+            return self._measured
+        from shockwave.measurement.train import train_of
+
+        return train_of(self)
+
+    @property
+    def waves(self) -> tuple[MeasuredWave, ...]:
+        """Strongest first; the primary alone if no more was asked for."""
+        return (self.primary,) if self.options.waves == "primary" else self.train.waves
+
+    @property
+    def recoil_momentum(self) -> float:
+        """Of the granules that fly backwards [N s]."""
+        return self.train.recoil_momentum
+
+    @property
+    def recoil_error(self) -> float:
+        """Estimate of the error of ``recoil_momentum`` [N s]."""
+        return self.train.recoil_error
+
+    @property
+    def recoil_velocities(self) -> tuple[float, ...]:
+        """Of the ejected granules [m/s], first granule first."""
+        return self.train.recoil_velocities
+
+    @property
+    def ejected_granules(self) -> int:
+        """Granules thrown back faster than a thousandth of the granules in the primary."""
+        return len(self.recoil_velocities)
+
+    @property
+    def spall_velocities(self) -> tuple[float, ...] | None:
+        """Of the granules that fly off the free end [m/s], last granule first."""
+        return self.train.spall_velocities
+
+    @cached_property
+    def recording(self) -> Recording | None:
+        """The histories that were asked for."""
+        if not self.options.record:
+            return None
+        from shockwave.measurement.recording import record
+
+        return record(self)
+
+    @property
+    def cost(self) -> Cost:
+        """What all this has cost until now: the primary, and the train once it was looked at."""
+        own = Cost(
+            steps=int(self.found.steps), force_evaluations=int(self.found.evaluations), seconds=self.seconds
+        )
+        return own + self.train.cost if "train" in self.__dict__ and self._measured is None else own
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader must know before using the figures of the primary; the train has its own."""
+        return self.notes
+
+    # ---------------------------------------------------------------- for people and programs
 
     def to_dict(self) -> dict[str, Any]:
         """What ``simulate --json`` prints: SI floats, no NaN."""
+        whole = self.options.waves == "train"
+        train = self.train if whole else None
         return {
             "scenario": self.scenario,
             "peak_force": self.peak_force,
@@ -118,50 +326,26 @@ class SimulationResult:
             "error_estimate": self.error_estimate,
             "waves": [asdict(wave) for wave in self.waves],
             "wave_threshold": self.wave_threshold,
+            "passages": [asdict(passage) for passage in self.passages],
             "applied_momentum": self.applied_momentum,
-            "recoil_momentum": self.recoil_momentum,
-            "recoil_error": self.recoil_error,
-            "recoil_velocities": list(self.recoil_velocities),
-            "ejected_granules": self.ejected_granules,
+            "recoil_momentum": train.recoil_momentum if train else None,
+            "recoil_error": train.recoil_error if train else None,
+            "recoil_velocities": list(train.recoil_velocities) if train else None,
+            "ejected_granules": len(train.recoil_velocities) if train else None,
+            "spall_velocities": list(train.spall_velocities) if train and train.spall_velocities is not None else None,
             "momentum_defect": self.momentum_defect,
             "energy_defect": self.energy_defect,
+            "recording": self.recording.to_dict() if self.recording else None,
             "integrator": self.integrator,
+            "backend": self.backend,
             "rtol": self.rtol,
+            "step": self.options.step,
             "cost": asdict(self.cost),
-            "warnings": list(self.warnings),
+            "warnings": [*self.notes, *(train.warnings if train else ())],
             "scene": asdict(self.scene),
         }
 
     def __str__(self) -> str:
-        waves = (
-            (
-                si(wave.peak_force, "N", 8),
-                "not settled" if wave.error_estimate is None else f"{wave.error_estimate:.0e}",
-                si(wave.momentum, "N s"),
-                si(wave.energy, "J"),
-                "-" if wave.speed is None else si(wave.speed, "m/s"),
-                si(wave.width, "s"),
-                f"{wave.foot:.0e}",
-                str(wave.contact),
-                si(wave.arrival_time, "s"),
-            )
-            for wave in self.waves
-        )
-        header = ("peak force", "rel. error", "momentum", "energy", "speed", "width", "foot", "contact", "arrival")
-        lines = [
-            f"simulation by {self.integrator}" + (f" of {self.scenario}" if self.scenario else ""),
-            *self.scene.lines(),
-            f"  peak force        {si(self.peak_force, 'N', 8)} within {self.error_estimate:.0e} relative, "
-            f"{self.amplification:.8g} times the shock's",
-            f"  applied momentum  {si(self.applied_momentum, 'N s')}, momentum defect {self.momentum_defect:.0e}, "
-            f"energy defect {self.energy_defect:.0e}",
-            f"  recoil            {si(self.recoil_momentum, 'N s')} within {si(self.recoil_error, 'N s', 1)}, "
-            f"ejected granules: {self.ejected_granules}",
-            f"  cost              {self.cost.steps} steps, {self.cost.force_evaluations} force evaluations, "
-            f"{self.cost.seconds:.2g} s",
-            "",
-            indent(table(header, waves)),
-            f"  (waves above {self.wave_threshold:g} of the primary; contacts are counted from 0; rel. error: of",
-            "  the peak force; foot: force left between a wave and its neighbours over its peak, an error of the rest)",
-        ]
-        return "\n".join(lines + notes(self.warnings))
+        from shockwave.measurement.text import result_text
+
+        return result_text(self)

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from itertools import accumulate
 
 import numpy as np
 from attrs import frozen
 
 from shockwave.chain.solitary_wave import ENERGY
-from shockwave.measurement.peaks import Peak, PeakLog
+from shockwave.measurement.peaks import Peak, PeakLog, history
 from shockwave.quadrature import FloatArray
+from shockwave.simulation.march import free_granules
 from shockwave.simulation.problem import contact_forces, overlaps
 
-__all__ = ["Settling", "free_granules", "settling"]
+__all__ = ["Settling", "settling"]
 
 # Contacts between the peaks whose differences show how fast a wave nears its limit.
 _STRIDE = 10
@@ -59,11 +61,13 @@ def settling(log: PeakLog, now: float, x: FloatArray, v: FloatArray, threshold: 
     if not followed:
         return Settling((), (), False)
     least = threshold * max(head.force for head in followed)
-    doubts = [_doubt(log.history(head, 2 * _STRIDE), noise) for head in followed]
+    doubts = [_doubt(history(head, 2 * _STRIDE), noise) for head in followed]
     tallest = [head.force * (1 + min(doubt, 1.0)) for head, doubt in zip(followed, doubts, strict=True)]
+    behind = list(accumulate(reversed(tallest), max))[::-1][1:]
+    ahead = list(accumulate((head.force for head in followed), min))
     for i, head in enumerate(followed):
-        slower_ahead = any(_TALLER * ahead.force < head.force for ahead in followed[:i])
-        faster_behind = any(force > _TALLER * head.force for force in tallest[i + 1 :])
+        slower_ahead = i > 0 and _TALLER * ahead[i - 1] < head.force
+        faster_behind = i < len(behind) and behind[i] > _TALLER * head.force
         if slower_ahead or faster_behind:
             doubts[i] = math.inf
     counted = [i for i, head in enumerate(followed) if head.force >= least]
@@ -72,12 +76,6 @@ def settling(log: PeakLog, now: float, x: FloatArray, v: FloatArray, threshold: 
     )
     complete = not may_grow and _nothing_to_come(x, v, followed[-1].contact, least)
     return Settling(tuple(followed[i] for i in counted), tuple(doubts[i] for i in counted), complete)
-
-
-def free_granules(x: FloatArray, v: FloatArray) -> int:
-    """How many granules at the loaded end fly free: out of contact, and no two of them closing in."""
-    apart = (overlaps(x) <= 0) & (v[:-1] <= v[1:])
-    return int(np.argmin(apart)) if not apart.all() else len(x)
 
 
 def _doubt(trail: list[Peak], noise: float) -> float:
@@ -89,8 +87,9 @@ def _doubt(trail: list[Peak], noise: float) -> float:
     if len(trail) <= 2 * _STRIDE:
         return math.inf
     half = _STRIDE // 2
+    forces = [peak.force for peak in trail]
     recent, older, last, previous = (
-        _spread(trail[begin : end + 1])
+        _spread(forces[begin : end + 1])
         for begin, end in ((0, half), (half, _STRIDE), (0, _STRIDE), (_STRIDE, 2 * _STRIDE))
     )
     if last <= noise:
@@ -99,8 +98,7 @@ def _doubt(trail: list[Peak], noise: float) -> float:
     return last * max(ratio / (1 - ratio), 0.1) / trail[0].force
 
 
-def _spread(peaks: list[Peak]) -> float:
-    forces = [peak.force for peak in peaks]
+def _spread(forces: list[float]) -> float:
     return max(forces) - min(forces)
 
 

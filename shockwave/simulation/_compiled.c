@@ -7,7 +7,9 @@
 
    The functions take buffers of float64 and keep no state; the interpreter's lock is released while they run. */
 
+#ifndef Py_LIMITED_API
 #define Py_LIMITED_API 0x030B0000
+#endif
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 #include <math.h>
@@ -30,6 +32,11 @@
 typedef double Vector __attribute__((vector_size(BLOCK * sizeof(double)), aligned(sizeof(double)), may_alias));
 typedef long long Choice __attribute__((vector_size(BLOCK * sizeof(double))));
 #define VECTOR(address) (*(Vector *)(address))
+#define MAGNITUDE 0x7fffffffffffffffLL
+#define ABSOLUTE(v) ((Vector)((Choice)(v) & (Choice){MAGNITUDE, MAGNITUDE, MAGNITUDE, MAGNITUDE, \
+                                                     MAGNITUDE, MAGNITUDE, MAGNITUDE, MAGNITUDE}))
+/* the greater of two; a NaN stays */
+#define GREATER(one, other) ((Vector)(((Choice)(one) & ((other) <= (one))) | ((Choice)(other) & ~((other) <= (one)))))
 #if defined(__clang__)
 #define NEXT_ELEMENTS(one, other) __builtin_shufflevector(one, other, 1, 2, 3, 4, 5, 6, 7, 8)
 #define LAST_ELEMENTS(one, other) __builtin_shufflevector(one, other, 7, 8, 9, 10, 11, 12, 13, 14)
@@ -113,13 +120,13 @@ static void free_path(Path *path, double t, double *g, double *impulse)
 typedef struct {
     long lanes, room;            /* room: elements of each array */
     double *block;
-    double *x, *v, *x1, *v1, *y, *f, *late, *since, *k[MOST_STAGES];
+    double *x, *v, *x1, *v1, *f, *late, *since, *k[MOST_STAGES];
 } Window;
 
 static int window_of(Window *w, long lanes, long rows)
 {
     long pad = (lanes + BLOCK - 1) / BLOCK * BLOCK, i;
-    double **const arrays[] = {&w->x, &w->v, &w->x1, &w->v1, &w->y, &w->f, &w->late, &w->since};
+    double **const arrays[] = {&w->x, &w->v, &w->x1, &w->v1, &w->f, &w->late, &w->since};
     const long named = (long)(sizeof arrays / sizeof *arrays);
     double *at;
     w->lanes = lanes;
@@ -163,14 +170,16 @@ WIDE static void stage(long n, long lanes, int terms, double c, const double *a,
     }
 }
 
-/* The new state, and how far that of the embedded method is from it: `x1` and `v1`, `of_x` and `of_v`. */
+/* The new state x1, v1, and the greatest difference of the embedded method's from it at each element of a block. */
 WIDE static void combine(long n, const Method *m, const double *h, const double *x, const double *v,
-                         double *const *k, double *x1, double *v1, double *of_x, double *of_v)
+                         double *const *k, double *x1, double *v1, double *worst)
 {
+    const Vector step = VECTOR(h), square = step * step;
+    Vector most = step - step;
     long e;
     int j;
     for (e = 0; e < n; e += BLOCK) {
-        const Vector step = VECTOR(h), first = VECTOR(k[0] + e);
+        const Vector first = VECTOR(k[0] + e);
         Vector b = first * m->b[0], bp = first * m->bp[0], d = first * m->e[0], dp = first * m->ep[0];
         for (j = 1; j < m->stages; j++) {
             const Vector kj = VECTOR(k[j] + e);
@@ -179,36 +188,24 @@ WIDE static void combine(long n, const Method *m, const double *h, const double 
             d += kj * m->e[j];
             dp += kj * m->ep[j];
         }
-        VECTOR(x1 + e) = VECTOR(x + e) + step * VECTOR(v + e) + step * step * b;
+        VECTOR(x1 + e) = VECTOR(x + e) + step * VECTOR(v + e) + square * b;
         VECTOR(v1 + e) = VECTOR(v + e) + step * bp;
-        VECTOR(of_x + e) = step * step * d;
-        VECTOR(of_v + e) = step * dp;
+        d = ABSOLUTE(square * d);
+        dp = ABSOLUTE(step * dp);
+        most = GREATER(most, d);
+        most = GREATER(most, dp);
     }
-}
-
-/* The greatest absolute value of each element of a block; a NaN stays. */
-static void greatest(long n, const double *values, double *worst)
-{
-    long e;
-    int l;
-    for (e = 0; e < n; e += BLOCK)
-        for (l = 0; l < BLOCK; l++) {
-            const double size = fabs(values[e + l]);
-            worst[l] = size <= worst[l] ? worst[l] : size;
-        }
+    VECTOR(worst) = most;
 }
 
 /* Tries a step of sizes h from x, v with accelerations k[0]. `shift`: stages x BLOCK, the free path at the stages.
    Afterwards x1, v1 are the new state, `worst` the greatest error of each element of a block. */
 static void attempt(const Method *m, Window *w, long n, const double *h, const double *shift, double *worst)
 {
-    int i, l;
+    int i;
     for (i = 1; i < m->stages; i++)
         stage(n, w->lanes, i, m->c[i], m->a + i * m->stages, h, shift + i * BLOCK, w->x, w->v, w->k);
-    combine(n, m, h, w->x, w->v, w->k, w->x1, w->v1, w->y, w->f);
-    for (l = 0; l < BLOCK; l++) worst[l] = 0;
-    greatest(n, w->y, worst);
-    greatest(n, w->f, worst);
+    combine(n, m, h, w->x, w->v, w->k, w->x1, w->v1, worst);
 }
 
 
@@ -229,12 +226,15 @@ enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 #define WALL 1e30      /* where a granule out of reach stands in for the free end */
 #define FEW 2         /* lanes that are not worth a whole vector */
 #define FLOOR 1e-4
-#define REACH 8
+#define WEAK 0.2      /* overlap of what does not count behind the front */
+#define REACH 8       /* contacts from which a free end is felt */
 #define FIRST_STEP 0.05
 #define LONGEST_STEP 1.0
 #define SAFETY 0.9
-#define GROWING 5     /* contacts over which a wave may go on growing as it did over the last one */
-#define TALLER 0.98   /* a wave of this share of the primary may be as tall as it */
+#define SLACK 0.1     /* force of a contact that may be cut, over the primary */
+#define RECENT 6.0    /* a wave passes from one contact to the next in less */
+#define GROWING 20    /* contacts over which a wave may go on changing as it did over the last one */
+#define TALLER 0.999  /* a wave of this share of the primary may be as tall as it */
 
 typedef struct {
     long job, base, count, head, granules, stop, wanted, last_wanted, steps, attempts, evaluations;
@@ -335,10 +335,9 @@ static int overtaken(const Window *w, const Lane *lane, int l)
     for (j = 0; j < front; j++) {
         const long e = j * w->lanes + l;
         const long behind = e - w->lanes;
-        /* what it may grow to, from its growth over the last contact */
-        const double growth = j > 0 && w->since[behind] < w->since[e] ? w->late[e] - w->late[behind] : 0;
-        if (lane->t - w->since[e] < 6 && w->late[e] + (growth > 0 ? GROWING * growth : 0) > TALLER * lane->peak[KEPT - 1])
-            return 1;
+        /* what it may grow to, from its change over the last contact; one that shrinks gives to another */
+        const double change = j > 0 && w->since[behind] < w->since[e] ? fabs(w->late[e] - w->late[behind]) : 0;
+        if (lane->t - w->since[e] < RECENT && w->late[e] + GROWING * change > TALLER * lane->peak[KEPT - 1]) return 1;
         if (contact_force(w, w->x, j, l) > TALLER * lane->peak[KEPT - 1]) return 1;
         if (w->v[e] > 0 && contact_force(w, w->x, j, l) == 0 && (j == 0 || contact_force(w, w->x, j - 1, l) == 0)
             && 2.4 * pow(w->v[e], 1.2) > TALLER * lane->peak[KEPT - 1]) return 1;
@@ -346,14 +345,22 @@ static int overtaken(const Window *w, const Lane *lane, int l)
     return 0;
 }
 
-/* Drops granules far behind the front, and books what they hold. */
+/* Drops granules far behind the front, and books what they hold: at a contact that is all but open, for else what is cut
+   off would have been felt, and only if nothing behind may outgrow the front. */
 static void cut(const Method *m, Window *w, Lane *lane, int l, long rear)
 {
-    const long rows = (lane->head - lane->base - rear) / 8 * 8, left = w->room / w->lanes - rows;
+    const long most = lane->head - lane->base - rear;
     double *const state[] = {w->x, w->v, w->late, w->since, w->k[0]};
-    long j;
+    double least = SLACK * lane->peak[KEPT - 1];
+    long rows = 0, left, j;
     int i;
-    if (rear <= 0 || rows < 8 || overtaken(w, lane, l)) return;
+    if (most < BLOCK || overtaken(w, lane, l)) return;
+    for (j = most; j > most - BLOCK; j--) {
+        const double force = contact_force(w, w->x, j - 1, l);
+        if (force < least) { least = force; rows = j; }
+    }
+    if (!rows) return;
+    left = w->room / w->lanes - rows;
     for (j = 0; j < rows; j++) {
         const double v = w->v[j * w->lanes + l], d = w->x[j * w->lanes + l] - w->x[(j + 1) * w->lanes + l];
         lane->bank_momentum += v;
@@ -377,7 +384,7 @@ static double crossing(double v0, double v1, double slope0, double slope1, doubl
     const double c = 3 * (v1 - v0) - 2 * slope0 - slope1, d = slope0 + slope1 - 2 * (v1 - v0);
     double share = v0 / (v0 - v1), low = 0, high = 1;
     int i;
-    for (i = 0; i < 5; i++) {
+    for (i = 0; i < 2; i++) {
         const double v = v0 + share * (slope0 + share * (c + share * d)), slope = slope0 + share * (2 * c + share * 3 * d);
         if (v > 0) low = share; else high = share;
         share -= v / slope;
@@ -481,6 +488,7 @@ static int observe(const Method *m, const Batch *batch, Window *w, Window *part,
     double share, closed, force, time;
     int i, wanted;
     if (!(v0 > 0 && v1 <= 0)) return 1;
+    if (contact <= lane->head && w->x1[e] - w->x1[next] + (j ? 0 : after[0]) < WEAK) return 1;
     share = crossing(v0, v1, h * (first[e] - first[next]), h * (last[e] - last[next]), &closed);
     force = overlap_force(w->x[e] - w->x[next] + (j ? 0 : before[0]) + h * closed);
     if (force < FLOOR) return 1;
@@ -576,7 +584,7 @@ static void accept(const Method *m, const Batch *batch, Window *w, Lane *lane, i
     e = (lane->count - 2) * w->lanes + l;
     if ((fabs(w->x[e]) > AT_REST || fabs(w->v[e]) > AT_REST)
         && (!lane->granules || lane->base + lane->count < lane->granules)) {
-        lane->count += 8;
+        lane->count += w->lanes == 1 ? BLOCK : 2;
         if (lane->granules && lane->base + lane->count > lane->granules) lane->count = lane->granules - lane->base;
     }
     if (!lane->driven) cut(m, w, lane, l, (long)job[REAR]);
@@ -619,7 +627,7 @@ static int control(const Method *m, const double *job, Lane *lane, double h, dou
         if (lane->h < 1e-14 * (1 + lane->t) || (double)lane->attempts > job[MOST_ATTEMPTS]) lane->status = FAILED;
         return 0;
     }
-    if (factor > 4) factor = 4;
+    if (factor > 3) factor = 3;
     if (factor > 1 && lane->rejected) factor = 1;
     lane->rejected = 0;
     if (!(at_stop && h * factor < lane->h)) lane->h = h * factor;

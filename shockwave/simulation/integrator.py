@@ -10,7 +10,7 @@ from attrs import define, field, frozen
 
 from shockwave.quadrature import FloatArray
 
-__all__ = ["LONGEST_STEP", "Acceleration", "Integrator", "Step"]
+__all__ = ["LONGEST_STEP", "Acceleration", "Counted", "Integrator", "Step"]
 
 # The time is a number; it is an array, shape (batch,), only where a method is asked to try a batch at once.
 Acceleration: TypeAlias = Callable[[Any, FloatArray], FloatArray]
@@ -96,12 +96,20 @@ class Integrator(abc.ABC):
         """The first step of an adaptive method."""
         return min(_FIRST_STEP, _FIRST_SHARE * interval) if hint is None else min(hint, LONGEST_STEP, interval)
 
-    def _counted(self, acceleration: Acceleration, until: float) -> Acceleration:
+    def _counted(self, acceleration: Acceleration, until: float) -> Counted:
         """``acceleration`` with its calls counted."""
+        return Counted(self, acceleration, until)
 
-        def counted(time: float, x: FloatArray) -> FloatArray:
-            self.evaluations += 1
-            # begin + (until - begin) may be a rounding error beyond
-            return acceleration(min(time, until), x)
 
-        return counted
+@frozen(eq=False)
+class Counted:
+    """An acceleration whose calls are counted; for a method that has its own code for it, ``acceleration`` itself."""
+
+    integrator: Integrator
+    acceleration: Acceleration
+    until: float
+
+    def __call__(self, time: float, x: FloatArray) -> FloatArray:
+        self.integrator.evaluations += 1
+        # begin + (until - begin) may be a rounding error beyond
+        return self.acceleration(min(time, self.until), x)

@@ -23,15 +23,17 @@ __all__ = ["run"]
 _WIDTH = 32
 _ROWS = 8  # a window grows and shrinks by so many granules
 _FIRST_STEP, _LONGEST_STEP = 0.05, 1.0
-_SAFETY, _LEAST_FACTOR, _MOST_FACTOR = 0.9, 0.2, 4.0
+_SAFETY, _LEAST_FACTOR, _MOST_FACTOR = 0.9, 0.2, 3.0
 _LEAST = 1e-40  # overlaps below it are none: no number may become so small that processors slow down
 _AT_REST = 1e-16
 _FLOOR = 1e-4  # weaker peaks are none
 _SLIGHT = 1e-3  # nor is a contact looked at that is closed by less
+_WEAK = 0.2  # nor does something behind the front count that is closed by less
 _REACH = 8  # contacts from which a free end is felt
 _RECENT = 6.0  # a wave passes from one contact to the next in less
-_GROWING = 5  # contacts over which a wave may go on growing as it did over the last one
-_TALLER = 0.98  # a wave of this share of the primary may be as tall as it
+_GROWING = 20  # contacts over which a wave may go on changing as it did over the last one
+_SLACK = 0.1  # force of a contact that may be cut, over the primary
+_TALLER = 0.999  # a wave of this share of the primary may be as tall as it
 _FREE_FLIGHT = 2.4  # a granule in free flight at velocity v makes a wave of less than this times v^1.2
 _WALL = 1e30  # a granule out of reach stands in for the free end
 
@@ -156,7 +158,7 @@ class _March:
         at_stop = [lane is not None and lane.time + size >= lane.until for lane, size in zip(lanes, sizes, strict=True)]
         x, v, a = self.x[:rows], self.v[:rows], self.a[:rows]
         ends = [lane.until if lane and stop else end for lane, stop, end in zip(lanes, at_stop, times + sizes, strict=True)]
-        force = _Force(lanes, times + sizes, ends)
+        force = _Force(lanes, rows, times + sizes, ends)
         tried = self.method.attempt(force, times, sizes, x, v, a)
         for place, lane in enumerate(lanes):
             if lane is None:
@@ -176,7 +178,7 @@ class _March:
     def _book_work(self, lane: Lane, place: int, size: float, force: _Force, a: FloatArray) -> None:
         """Work of the force by parts, I u1 + I^2/2 less the integral of I times the first granule's acceleration."""
         if lane.driven:
-            first_rate, *rates = self.method.tableau.b_prime.tolist()
+            first_rate, *rates = self.method.tableau.weights[1].tolist()
             lane.work -= size * first_rate * lane.free[1] * a[0, place]
             for rate, impulses, first in zip(rates, force.impulses, force.first, strict=False):
                 lane.work -= size * rate * impulses[place] * first[place]
@@ -192,6 +194,8 @@ class _March:
         closed = x1[:-1] - x1[1:] > _SLIGHT
         closed[0] = True
         for j in np.nonzero((before > 0) & (after <= 0) & closed)[0].tolist():
+            if lane.base + j <= lane.head and x1[j] - x1[j + 1] < _WEAK:
+                continue
             slopes = size * (a[j] - a[j + 1]), size * (a1[j] - a1[j + 1])
             share, moved = crossing(float(before[j]), float(after[j]), *slopes)
             force = hertz(float(x[j] - x[j + 1]) + size * moved)
@@ -230,7 +234,7 @@ class _March:
         for _ in range(6):
             time = lane.time + share * size
             times, sizes = np.array([lane.time]), np.array([share * size])
-            force = _Force([lane if first == 0 else None], times + sizes, times + sizes)
+            force = _Force([lane if first == 0 else None], len(x), times + sizes, times + sizes)
             tried = self.method.attempt(force, times, sizes, x, v, a)
             lane.evaluations += self.method.tableau.evaluations
             if lane.driven and first == 0:
@@ -269,9 +273,9 @@ class _March:
             return False
         bound = _TALLER * lane.peaks[-1].force
         late, since = self.late[:front, place], self.since[:front, place]
-        growth = np.zeros(front)
-        growth[1:] = np.where(since[:-1] < since[1:], np.maximum(late[1:] - late[:-1], 0.0), 0.0)
-        if np.any((lane.time - since < _RECENT) & (late + _GROWING * growth > bound)):
+        change = np.zeros(front)  # a wave that shrinks gives to another
+        change[1:] = np.where(since[:-1] < since[1:], np.abs(late[1:] - late[:-1]), 0.0)
+        if np.any((lane.time - since < _RECENT) & (late + _GROWING * change > bound)):
             return True
         x, v = self.x[: front + 1, place], self.v[:front, place]
         closed = np.maximum(x[:-1] - x[1:], 0.0)
@@ -318,10 +322,22 @@ class _March:
                 lane.count = min(lane.count, granules - lane.base)
 
     def _cut(self, lane: Lane, place: int) -> None:
-        """Drop granules far behind the front, and book what they hold."""
-        rows = (lane.head - lane.base - lane.request.rear) // _ROWS * _ROWS
-        if rows < _ROWS or self._overtaken(lane, place):
+        """Drop granules far behind the front, and book what they hold.
+
+        The cut runs through a contact that is all but open, for else what is cut off would have been felt, and is made
+        only if nothing behind may outgrow the front.
+        """
+        most = lane.head - lane.base - lane.request.rear
+        if most < _ROWS or self._overtaken(lane, place):
             return
+        first = most - _ROWS
+        x = self.x[first : most + 1, place]
+        closed = np.maximum(x[:-1] - x[1:], 0.0)
+        forces = (closed * np.sqrt(closed))[::-1]
+        weakest = int(np.argmin(forces))
+        if not forces[weakest] < _SLACK * lane.peaks[-1].force:
+            return
+        rows = most - weakest
         lane.bank_momentum += float(self.v[:rows, place].sum())
         lane.bank_energy += _energy(self.x[: rows + 1, place], self.v[:rows, place])
         for array in (self.x, self.v, self.a, self.late, self.since):
@@ -365,26 +381,26 @@ class _March:
 class _Force:
     """Accelerations of all lanes; keeps what the work of the force is made of, stage by stage."""
 
-    def __init__(self, lanes: Sequence[Lane | None], sums: FloatArray, ends: Sequence[float]) -> None:
+    def __init__(self, lanes: Sequence[Lane | None], rows: int, sums: FloatArray, ends: Sequence[float]) -> None:
         self.driven = [(place, lane) for place, lane in enumerate(lanes) if lane is not None and lane.driven]
         # begin and size may add up to a rounding less or more than the stop at which a step ends
         self.sums, self.ends = sums.tolist(), ends
         self.impulses: list[list[float]] = []
         self.first: list[FloatArray] = []
+        self.overlaps = np.zeros((rows, len(lanes)))
+        self.forces = np.zeros((rows + 1, len(lanes)))
 
     def __call__(self, times: FloatArray, y: FloatArray) -> FloatArray:
-        overlap = np.empty_like(y)
+        overlap = self.overlaps
         np.subtract(y[:-1], y[1:], out=overlap[:-1])
-        overlap[-1] = 0.0
         impulses = [0.0] * len(self.ends)
         for place, lane in self.driven:
             time = float(times[place])
             path, impulses[place] = lane.request.problem.free(self.ends[place] if time == self.sums[place] else time)
             overlap[0, place] = (y[0, place] + path) - y[1, place]
-        overlap[overlap <= _LEAST] = 0.0
-        force = overlap * np.sqrt(overlap)
-        result = -force
-        result[1:] += force[:-1]
+        overlap *= overlap > _LEAST  # the last row has no granule ahead: it stays 0
+        np.multiply(overlap, np.sqrt(overlap), out=self.forces[1:])
+        result: FloatArray = self.forces[:-1] - self.forces[1:]
         self.impulses.append(impulses)
         self.first.append(result[0])
         return result

@@ -195,12 +195,11 @@ class _Course:
 
     def _part(self) -> None:
         """Let granules fly that have come free; two are left to be integrated."""
-        free = min(free_granules(self.y, self.w), len(self.y) - 2)
-        if free > 0:
-            x, v = self.frame.true(self.time, self.y, self.w)
-            flown = len(x) - len(self.y) + free
-            self.frame = _Frame(self.problem, False, self.time, x[:flown], v[:flown])
-            self.y, self.w = self.y[free:], self.w[free:]
+        x, v = self.frame.true(self.time, self.y, self.w)
+        free = min(free_granules(x, v), len(x) - 2)
+        if free > len(self.frame.x):
+            self.frame = _Frame(self.problem, False, self.time, x[:free], v[:free])
+            self.y, self.w = x[free:], v[free:]
 
 
 def _within(frame: _Frame, step: Step) -> Callable[[float], tuple[FloatArray, FloatArray]]:

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from types import ModuleType
 from typing import ClassVar
 
 import numpy as np
 from attrs import define, field, frozen
 
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.integrator import Acceleration
+from shockwave.simulation.integrator import Acceleration, Counted
 from shockwave.simulation.one_step import Attempt, OneStep, Scalar
+from shockwave.simulation.problem import ChainAcceleration
 from shockwave.simulation.tableaux import RKN64, RKN86, RKN1210, Fractions
 
 __all__ = ["Nystroem", "Rkn64", "Rkn86", "Rkn1210", "Tableau"]
+
+_NONE = np.empty(0)
 
 
 @frozen(eq=False)
@@ -21,25 +25,22 @@ class Tableau:
 
     Attributes
     ----------
-    nodes : tuple of float
-        c of each stage after the first, in units of the step.
+    nodes : array, shape (stages - 1,)
+        c of each stage after the first, in units of the step; the last is 1.
     stages : tuple of arrays
         a_i1, ..., a_i,i-1 of each stage after the first.
-    b, b_prime, error_b, error_b_prime : array, shape (stages,)
-        Weights of position and velocity, and what they exceed those of the embedded method by.
+    weights : array, shape (4, stages)
+        b and b' of position and velocity, and what they exceed those of the embedded method by.
     last_is_first : bool
         Whether the last stage is the acceleration at the end, hence the first stage of the next step.
     packed : array
         All of it in a row, for the compiled code: number of stages, order of the embedded method, last_is_first, c, a
-        as a square, b, b', error_b, error_b'.
+        as a square, the weights.
     """
 
-    nodes: tuple[float, ...]
+    nodes: FloatArray
     stages: tuple[FloatArray, ...]
-    b: FloatArray
-    b_prime: FloatArray
-    error_b: FloatArray
-    error_b_prime: FloatArray
+    weights: FloatArray
     last_is_first: bool
     packed: FloatArray
 
@@ -51,17 +52,17 @@ class Tableau:
     @classmethod
     def of(cls, exact: Fractions, error_order: int) -> Tableau:
         """The tableau of exact fractions."""
-        nodes = _numbers(exact.c)
+        nodes = np.array(_numbers(exact.c))
         stages = [np.array(_numbers(row)) for row in exact.a]
-        weights = [
-            np.array(_numbers(text)) for text in (exact.b, exact.b_prime, exact.error_b, exact.error_b_prime)
-        ]
+        weights = np.array(
+            [_numbers(text) for text in (exact.b, exact.b_prime, exact.error_b, exact.error_b_prime)]
+        )
         last_is_first = bool(np.array_equal([*stages[-1], 0.0], weights[0]))
         square = np.zeros((len(nodes), len(nodes)))
         for row, stage in enumerate(stages):
             square[row, : len(stage)] = stage
-        packed = np.concatenate([[len(nodes), error_order, last_is_first], nodes, square.ravel(), *weights])
-        return cls(tuple(nodes[1:]), tuple(stages[1:]), *weights, last_is_first, packed)
+        packed = np.concatenate([[len(nodes), error_order, last_is_first], nodes, square.ravel(), weights.ravel()])
+        return cls(nodes[1:], tuple(stages[1:]), weights, last_is_first, packed)
 
 
 def _numbers(text: str) -> list[float]:
@@ -80,38 +81,70 @@ class Nystroem(OneStep):
     adaptive: ClassVar[bool] = True
     symplectic: ClassVar[bool] = False
     tableau: ClassVar[Tableau]
+    #: Tolerance of a step over the relative error that is asked of a peak force.
+    caution: ClassVar[float] = 1.0
 
+    #: The compiled module, to step a chain with, or None.
+    compiled: ModuleType | None = field(default=None, repr=False)
     _work: FloatArray = field(factory=lambda: np.empty(0), init=False, repr=False)
 
     def attempt(
         self, acceleration: Acceleration, time: Scalar, size: Scalar, x: FloatArray, v: FloatArray, a: FloatArray
     ) -> Attempt:
+        if self.compiled is not None and isinstance(acceleration, Counted):
+            chain = acceleration.acceleration
+            if isinstance(chain, ChainAcceleration):
+                return self._compiled_attempt(self.compiled, chain, float(time), float(size), x, v, a)
         tableau = self.tableau
         shape = (len(tableau.nodes) + 1, *x.shape)
         if self._work.shape != (2, *shape):
             self._work = np.empty((2, *shape))
         rates, terms = self._work
-        square = size * size
         column = (-1,) + (1,) * x.ndim
-
-        def total(weights: FloatArray) -> FloatArray:
-            # Term after term, as the compiled code adds them: the two agree to the last bit.
-            count = len(weights)
-            np.multiply(rates[:count], weights.reshape(column), out=terms[:count])
-            summed: FloatArray = np.add.reduce(terms[:count], axis=0)
-            return summed
-
+        square = size * size
+        # Sums run term after term, as in the compiled code: the two agree to the last bit.
+        coasting = x + tableau.nodes.reshape(column) * size * v
         rates[0] = a
-        for row, (node, weights) in enumerate(zip(tableau.nodes, tableau.stages, strict=True), start=1):
-            end = x + (size * node) * v + square * total(weights)
-            a = rates[row] = acceleration(time + node * size, end)
-        end = x + size * v + square * total(tableau.b)
-        velocity = v + size * total(tableau.b_prime)
+        for row, weights in enumerate(tableau.stages, start=1):
+            np.multiply(rates[:row], weights.reshape(column), out=terms[:row])
+            end = np.add.reduce(terms[:row], axis=0)
+            end *= square
+            end += coasting[row - 1]
+            a = rates[row] = acceleration(time + tableau.nodes[row - 1] * size, end)
+        position, velocity, error_x, error_v = np.add.reduce(tableau.weights.reshape(4, *column) * rates, axis=1)
+        end = coasting[-1] + square * position
         if not tableau.last_is_first:
             a = acceleration(time + size, end)
-        error_x, error_v = square * total(tableau.error_b), size * total(tableau.error_b_prime)
-        error = np.maximum(np.abs(error_x), np.abs(error_v)).max(axis=0)
-        return Attempt(end, velocity, a, error)
+        error = np.maximum(np.abs(square * error_x), np.abs(size * error_v)).max(axis=0)
+        return Attempt(end, v + size * velocity, a, error)
+
+    def _compiled_attempt(
+        self,
+        compiled: ModuleType,
+        chain: ChainAcceleration,
+        time: float,
+        size: float,
+        x: FloatArray,
+        v: FloatArray,
+        a: FloatArray,
+    ) -> Attempt:
+        self.evaluations += self.tableau.evaluations
+        problem = chain.problem
+        state = np.concatenate((x, v, a))
+        after = np.empty_like(state)
+        rows, coefficients = (problem.path.rows, problem.path.coefficients) if chain.driven else (_NONE, _NONE)
+        error = compiled.attempt(
+            self.tableau.packed,
+            rows,
+            coefficients,
+            state,
+            after,
+            time,
+            size,
+            problem.rise_time,
+            problem.peak_force,
+        )
+        return Attempt(*after.reshape(3, -1), error)
 
 
 @define
@@ -122,6 +155,7 @@ class Rkn64(Nystroem):
     order: ClassVar[int] = 6
     error_order: ClassVar[int] = 4
     tableau: ClassVar[Tableau] = Tableau.of(RKN64, error_order)
+    caution: ClassVar[float] = 0.2
 
 
 @define
@@ -142,3 +176,4 @@ class Rkn1210(Nystroem):
     order: ClassVar[int] = 12
     error_order: ClassVar[int] = 10
     tableau: ClassVar[Tableau] = Tableau.of(RKN1210, error_order)
+    caution: ClassVar[float] = 0.2

@@ -59,7 +59,7 @@ def crossing(v0: float, v1: float, slope0: float, slope1: float) -> tuple[float,
     """
     c, d = 3 * (v1 - v0) - 2 * slope0 - slope1, slope0 + slope1 - 2 * (v1 - v0)
     share, low, high = v0 / (v0 - v1), 0.0, 1.0
-    for _ in range(5):
+    for _ in range(2):
         v = v0 + share * (slope0 + share * (c + share * d))
         slope = slope0 + share * (2 * c + share * 3 * d)
         if v > 0:

@@ -27,7 +27,7 @@ _MOST_CONTACTS, _CONTACT_RATE = 600, 4
 _MOST_ATTEMPTS, _ATTEMPT_RATE = 50_000, 1000
 # How far behind the front granules are still followed once the force has ended. Shorter ones change the peak of the
 # longer shocks by more than 1e-10.
-_REAR, _LONG_REAR, _LONG = 16, 32, 10.0
+_REAR, _LONG_REAR, _LONG = 16, 24, 10.0
 # Shocks that run side by side in the compiled code, and the fewest worth a thread of their own.
 _WIDTH = 8
 _FEWEST = 16

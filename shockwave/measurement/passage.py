@@ -1,0 +1,80 @@
+"""The primary at any contact: from the exact wave beyond where it was read, from the chain before."""
+
+from __future__ import annotations
+
+from attrs import evolve
+
+from shockwave.chain.solitary_wave import SPEED
+from shockwave.errors import InvalidValueError, NumericalError
+from shockwave.measurement.peaks import PeakLog
+from shockwave.measurement.result import Passage, SimulationResult
+from shockwave.measurement.simulate import Plan, plan_of, scaled
+from shockwave.simulation.march import Stretch, march
+from shockwave.simulation.primary import Request, find_primaries
+from shockwave.simulation.problem import ChainProblem
+
+__all__ = ["passage"]
+
+
+def passage(result: SimulationResult, contact: int) -> Passage:
+    """See `SimulationResult.passage`."""
+    contact = _checked(result, contact)
+    found, scales = result.found, result.scales
+    if contact >= found.contact:
+        # Slope and origin of the path of the exact wave: its speed goes with the sixth root of the peak force.
+        speed = SPEED * found.peak ** (1 / 6)
+        time = found.time + (contact - found.contact) / speed
+        return Passage(
+            contact=contact,
+            arrival_time=time * scales.time,
+            peak_force=result.peak_force,
+            exact=True,
+            error_estimate=result.error_estimate,
+        )
+    plan = plan_of(result.options)
+    problem = scaled(result.shock, result.chain)[0]
+    time, force = _searched(problem, plan, contact) if plan.searches else _marched(problem, plan, contact)
+    return Passage(
+        contact=contact,
+        arrival_time=time * scales.time,
+        peak_force=force * scales.force,
+        exact=False,
+        error_estimate=result.error_estimate,
+    )
+
+
+def _checked(result: SimulationResult, contact: int) -> int:
+    granules = result.chain.granules
+    last = None if granules is None else granules - 2
+    if isinstance(contact, bool) or contact != int(contact) or contact < 0 or (last is not None and contact > last):
+        most = "" if last is None else f" and at most {last}, the last of this chain"
+        raise InvalidValueError.of("contact", f"must be a whole number of at least 0{most} (got {contact!r})")
+    return int(contact)
+
+
+def _searched(problem: ChainProblem, plan: Plan, contact: int) -> tuple[float, float]:
+    """By the search for the primary, which reads the front wherever it is asked to."""
+    # as if the chain had no end: the front does not feel it before it is there
+    endless = evolve(problem, granules=None)
+    request = Request(endless, plan.tolerance(), plan.doubt(), (contact,))
+    (primary,) = find_primaries([request], plan.method, plan.compiled)
+    for found in primary.passages:
+        return found.time, found.force
+    raise _no_peak(contact)
+
+
+def _marched(problem: ChainProblem, plan: Plan, contact: int) -> tuple[float, float]:
+    from shockwave.measurement.train import methods_of
+
+    log = PeakLog()
+    for span in march(problem, methods_of(plan)(1.0)):
+        log.observe(Stretch.of(span))
+        if contact in log.peaks:
+            return log.peaks[contact][0].time, log.peaks[contact][0].force
+        if max(log.peaks, default=0) > contact + 8:
+            break
+    raise _no_peak(contact)
+
+
+def _no_peak(contact: int) -> NumericalError:
+    return NumericalError(f"the front has no peak of its own at contact {contact}: the force still rises there")
