@@ -30,19 +30,18 @@ def shockwave_quadratures() -> list[Entry]:
 def shockwave_integrators() -> list[Entry]:
     place = "shockwave.simulation"
     nystroem = f"{place}.nystroem"
+    rkn86 = "Runge-Kutta-Nystroem 8(6) of Dormand, El-Mikkawy & Prince, adaptive (default)"
+    rkn1210 = "Runge-Kutta-Nystroem 12(10) of the same, adaptive (default below rtol 1e-7)"
+    rkn64 = "Runge-Kutta-Nystroem 6(4) of Dormand & Prince, adaptive"
     return [
-        Entry(
-            "rkn86",
-            f"{nystroem}:Rkn86",
-            "Runge-Kutta-Nystroem 8(6) of Dormand, El-Mikkawy & Prince, adaptive (default)",
-        ),
-        Entry("rkn1210", f"{nystroem}:Rkn1210", "Runge-Kutta-Nystroem 12(10) of the same, adaptive"),
-        Entry("rkn64", f"{nystroem}:Rkn64", "Runge-Kutta-Nystroem 6(4) of Dormand & Prince, adaptive"),
-        Entry("verlet", f"{place}.verlet:Verlet", "velocity Verlet, order 2, fixed step, symplectic"),
-        Entry("pefrl", f"{place}.pefrl:Pefrl", "extended Forest-Ruth, order 4, fixed step, symplectic"),
-        Entry("rk4", f"{place}.rk4:Rk4", "classical Runge-Kutta, order 4, fixed step"),
-        Entry("dop853", f"{place}.dop853:Dop853", "Dormand-Prince 8(5,3), adaptive, from SciPy"),
-        Entry("radau", f"{place}.radau:Radau", "Radau IIA, order 5, implicit, adaptive, from SciPy"),
+        Entry("rkn86", f"{nystroem}:Rkn86", rkn86, takes="rtol"),
+        Entry("rkn1210", f"{nystroem}:Rkn1210", rkn1210, takes="rtol"),
+        Entry("rkn64", f"{nystroem}:Rkn64", rkn64, takes="rtol"),
+        Entry("verlet", f"{place}.verlet:Verlet", "velocity Verlet, order 2, fixed step, symplectic", takes="step"),
+        Entry("pefrl", f"{place}.pefrl:Pefrl", "extended Forest-Ruth, order 4, fixed step, symplectic", takes="step"),
+        Entry("rk4", f"{place}.rk4:Rk4", "classical Runge-Kutta, order 4, fixed step", takes="step"),
+        Entry("dop853", f"{place}.dop853:Dop853", "Dormand-Prince 8(5,3), adaptive, from SciPy", takes="rtol"),
+        Entry("radau", f"{place}.radau:Radau", "Radau IIA, order 5, implicit, adaptive, from SciPy", takes="rtol"),
     ]
 
 

@@ -18,11 +18,12 @@ from shockwave import __version__
 from shockwave.errors import Fault, FileAccessError, ScenarioError, ShockwaveError
 
 if TYPE_CHECKING:
+    from shockwave.options import SimulateOptions
     from shockwave.scenario.load import Scenario
 
 __all__ = ["main"]
 
-_KINDS = ("profiles", "integrators", "quadratures", "materials", "models", "plugins")
+_KINDS = ("profiles", "integrators", "backends", "quadratures", "materials", "models", "plugins")
 _EXITS = "exit status: 0 done; 1 a run failed; 2 usage; 3 invalid scenario; 4 faulty plugin; 5 file access"
 
 
@@ -79,7 +80,7 @@ def _parser() -> argparse.ArgumentParser:
         added.add_argument("files", nargs="+", metavar="FILE", help="scenario file (YAML)")
         added.add_argument("--json", action="store_true", help="one JSON document on stdout")
         if name in ("simulate", "compare"):
-            added.add_argument("--rtol", type=_rtol, help="relative error asked for, in place of the scenario's")
+            _add_simulate_options(added)
     listing = command("list", _list, "what is registered, built in and plugged in")
     listing.add_argument("kind", nargs="?", choices=_KINDS, help="only these")
     listing.add_argument("--json", action="store_true", help="one JSON document on stdout")
@@ -89,21 +90,44 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _rtol(text: str) -> float:
-    from attrs import fields
+def _add_simulate_options(command: argparse.ArgumentParser) -> None:
+    """What stands in place of the keys of the scenario's block ``simulate``."""
+    command.add_argument("--rtol", type=_number("rtol"), help="relative error asked for")
+    command.add_argument("--step", type=_number("step"), help="step of a method of fixed step, in natural times")
+    command.add_argument("--integrator", help="name of a method; see `shockwave list integrators`")
+    command.add_argument("--backend", choices=("auto", "compiled", "numpy"), help="which code steps the chain")
+    command.add_argument("--contacts", type=_contacts, metavar="N,N", help="contacts whose passage is wanted")
+    command.add_argument("--primary", action="store_true", help="the primary alone, not the whole train")
 
-    from shockwave.fields import quantity_of
-    from shockwave.options import SimulateOptions
 
-    spec = quantity_of(fields(SimulateOptions).rtol)
+def _number(name: str) -> Callable[[str], float]:
+    def parse(text: str) -> float:
+        from attrs import fields_dict
+
+        from shockwave.fields import quantity_of
+        from shockwave.options import SimulateOptions
+
+        spec = quantity_of(fields_dict(SimulateOptions)[name])
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        problem = spec.problem(value) if spec else None
+        if problem:
+            raise argparse.ArgumentTypeError(problem)
+        return value
+
+    return parse
+
+
+def _contacts(text: str) -> tuple[int, ...]:
     try:
-        value = float(text)
+        contacts = tuple(int(part) for part in text.split(","))
     except ValueError:
-        value = math.nan
-    problem = spec.problem(value) if spec else None
-    if problem:
-        raise argparse.ArgumentTypeError(problem)
-    return value
+        contacts = (-1,)
+    if min(contacts) < 0:
+        raise argparse.ArgumentTypeError(f"must be whole numbers from 0 on, such as 10,20 (got {text!r})")
+    return contacts
 
 
 def _scenarios(files: Sequence[str]) -> tuple[list[Scenario], int]:
@@ -176,11 +200,11 @@ def _predict(options: argparse.Namespace) -> int:
 def _simulate(options: argparse.Namespace) -> int:
     from attrs import evolve
 
-    from shockwave.measurement.simulate import simulate
+    from shockwave.measurement.simulate import simulate_with
     from shockwave.report import simulation_table
 
     def one(scenario: Scenario) -> Any:
-        result = simulate(scenario.shock, scenario.chain, **_settings(options, scenario))
+        result = simulate_with(_settings(options, scenario), scenario.shock, scenario.chain)
         return evolve(result, scenario=scenario.name)
 
     return _run(options, one, simulation_table)
@@ -193,7 +217,7 @@ def _compare(options: argparse.Namespace) -> int:
     from shockwave.report import comparison_table
 
     def one(scenario: Scenario) -> Any:
-        found = compare(scenario.shock, scenario.chain, scenario.predictor, **_settings(options, scenario))
+        found = compare(scenario.shock, scenario.chain, scenario.predictor, _settings(options, scenario))
         return evolve(
             found,
             published=scenario.published,
@@ -204,13 +228,18 @@ def _compare(options: argparse.Namespace) -> int:
     return _run(options, one, comparison_table)
 
 
-def _settings(options: argparse.Namespace, scenario: Scenario) -> dict[str, Any]:
-    chosen = scenario.simulate
-    return {
-        "rtol": chosen.rtol if options.rtol is None else options.rtol,
-        "integrator": chosen.integrator,
-        "wave_threshold": chosen.wave_threshold,
-    }
+def _settings(options: argparse.Namespace, scenario: Scenario) -> SimulateOptions:
+    """The scenario's block ``simulate``, with what the command line puts in its place."""
+    from attrs import evolve
+
+    names = ("rtol", "step", "integrator", "backend", "contacts")
+    given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+    if options.primary:
+        given["waves"] = "primary"
+    # a method named here has a use for its own settings, not for those of the one that it replaces
+    if "integrator" in given:
+        given = {"rtol": None, "step": None} | given
+    return evolve(scenario.simulate, **given)
 
 
 def _validate(options: argparse.Namespace) -> int:
@@ -240,26 +269,8 @@ def _validate(options: argparse.Namespace) -> int:
 
 
 def _list(options: argparse.Namespace) -> int:
-    from shockwave import registry
-
     kinds = [options.kind] if options.kind else list(_KINDS)
-    document: dict[str, list[dict[str, Any]]] = {}
-    for kind in kinds:
-        if kind == "plugins":
-            document[kind] = [
-                {
-                    "name": plugin.distribution,
-                    "summary": plugin.problem or ", ".join(entry.name for _, entry in plugin.entries),
-                    "distribution": f"{plugin.distribution} {plugin.version}",
-                    "problem": plugin.problem or None,
-                }
-                for plugin in registry.plugins()
-            ]
-        else:
-            document[kind] = [
-                {"name": entry.name, "summary": entry.summary, "distribution": entry.distribution}
-                for entry in registry.entries(kind)
-            ]
+    document = {kind: _listed(kind) for kind in kinds}
     if options.json:
         _print_json(document[options.kind] if options.kind else document)
         return 0
@@ -269,6 +280,33 @@ def _list(options: argparse.Namespace) -> int:
         rows = [(row["name"], row["summary"], row["distribution"]) for row in found]
         print(table((kind, "", "from"), rows) if rows else f"{kind}: none installed", end="\n\n")
     return 0
+
+
+def _listed(kind: str) -> list[dict[str, Any]]:
+    from shockwave import registry
+
+    if kind == "plugins":
+        return [
+            {
+                "name": plugin.distribution,
+                "summary": plugin.problem or ", ".join(entry.name for _, entry in plugin.entries),
+                "distribution": f"{plugin.distribution} {plugin.version}",
+                "problem": plugin.problem or None,
+            }
+            for plugin in registry.plugins()
+        ]
+    if kind == "backends":
+        from shockwave.simulation.backend import BACKENDS, lack
+
+        problems = {"compiled": lack() or None, "numpy": None}
+        return [
+            {"name": name, "summary": problems[name] or what, "distribution": "shockwave", "problem": problems[name]}
+            for name, what in BACKENDS.items()
+        ]
+    return [
+        {"name": entry.name, "summary": entry.summary, "distribution": entry.distribution}
+        for entry in registry.entries(kind)
+    ]
 
 
 def _new(options: argparse.Namespace) -> int:

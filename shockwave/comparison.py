@@ -8,7 +8,8 @@ from attrs import asdict, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.measurement.result import SimulationResult
-from shockwave.measurement.simulate import simulate
+from shockwave.measurement.simulate import simulate, simulate_with
+from shockwave.options import SimulateOptions
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
@@ -68,17 +69,24 @@ class Comparison:
 
 
 def compare(
-    shock: Shock,
-    chain: Chain,
-    predictor: Predictor | None = None,
-    rtol: float = 1e-6,
-    integrator: str = "dop853",
-    wave_threshold: float = 5e-3,
+    shock: Shock, chain: Chain, predictor: Predictor | None = None, options: SimulateOptions | None = None, **asked: Any
 ) -> Comparison:
-    """Predict and simulate ``shock`` on ``chain``; parameters as of `Predictor` and `simulate`."""
+    """Predict and simulate ``shock`` on ``chain``.
+
+    Parameters
+    ----------
+    shock, chain : Shock, Chain
+        The scene.
+    predictor : Predictor, optional
+        Left out, one with its defaults.
+    options : SimulateOptions, optional
+        How to simulate, such as ``scenario.simulate``; or else
+    **asked
+        the arguments of `simulate`.
+    """
     predictor = predictor or Predictor()
     predicted = predictor.predict(shock, chain)
-    simulated = simulate(shock, chain, rtol=rtol, integrator=integrator, wave_threshold=wave_threshold)
+    simulated = simulate_with(options, shock, chain) if options is not None else simulate(shock, chain, **asked)
     excess = simulated.amplification - 1
     relation: Relation = "greater" if excess > 0 else "less"
     if abs(excess) <= predictor.equal_tolerance:

@@ -30,9 +30,7 @@ def _one_of(*known: str) -> Any:
     def check(_: object, attribute: attrs.Attribute[Any], value: object) -> None:
         if value not in known:
             *most, last = known
-            raise InvalidValueError.of(
-                attribute.name, f"must be {', '.join(most)} or {last} (got {text_of(value)})"
-            )
+            raise InvalidValueError.of(attribute.name, f"must be {', '.join(most)} or {last} (got {text_of(value)})")
 
     return check
 
@@ -115,3 +113,18 @@ class SimulateOptions:
     record: tuple[Recorded, ...] = field(default=(), converter=_names, validator=_check_recorded)
     interval: float | None = quantity("s", "sampling interval of the histories", above=0, optional=True, default=None)
     until: float | None = quantity("s", "end of the histories", above=0, optional=True, default=None)
+
+    def __attrs_post_init__(self) -> None:
+        takes = "rtol" if self.integrator is None else find("integrators", self.integrator).takes
+        self.check(self.integrator or "the method that is chosen for a tolerance", takes)
+
+    def check(self, name: str, takes: str) -> None:
+        """Refuse the setting that the method called ``name`` has no use for, as it ``takes`` the other."""
+        for setting, other, why in (
+            ("step", "rtol", "chooses its own steps"),
+            ("rtol", "step", "is of fixed step"),
+        ):
+            value = getattr(self, setting)
+            if takes == other and value is not None:
+                problem = f"must be left out: {name} {why} (got {value:g}; give {other})"
+                raise InvalidValueError.of(setting, problem)

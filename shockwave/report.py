@@ -44,12 +44,12 @@ def simulation_table(results: Sequence[SimulationResult]) -> str:
             f"{r.error_estimate:.0e}",
             f"{r.amplification:.8g}",
             str(len(r.waves)),
-            str(r.ejected_granules),
+            "-" if r.options.waves == "primary" else str(r.ejected_granules),
             f"{r.momentum_defect:.0e}",
         )
         for r in results
     )
-    return "\n".join([table(header, rows), *_notes_by_name((r.scenario, r.warnings) for r in results)])
+    return "\n".join([table(header, rows), *_notes_by_name((r.scenario, r.all_warnings) for r in results)])
 
 
 def comparison_table(comparisons: Sequence[Comparison]) -> str:
@@ -79,7 +79,7 @@ def comparison_table(comparisons: Sequence[Comparison]) -> str:
                 "-" if printed is None or printed.virtual_rise_time is None else si(printed.virtual_rise_time, "s")
             ]
     notes = _notes_by_name(
-        (c.predicted.scenario, dict.fromkeys((*c.predicted.warnings, *c.simulated.warnings))) for c in comparisons
+        (c.predicted.scenario, dict.fromkeys((*c.predicted.warnings, *c.simulated.all_warnings))) for c in comparisons
     )
     legend = [
         "",

@@ -10,6 +10,7 @@ from shockwave.measurement.peaks import PeakLog
 from shockwave.measurement.result import Passage, SimulationResult
 from shockwave.measurement.simulate import Plan, plan_of, scaled
 from shockwave.simulation.march import Stretch, march
+from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.primary import Request, find_primaries
 from shockwave.simulation.problem import ChainProblem
 
@@ -33,7 +34,7 @@ def passage(result: SimulationResult, contact: int) -> Passage:
         )
     plan = plan_of(result.options)
     problem = scaled(result.shock, result.chain)[0]
-    time, force = _searched(problem, plan, contact) if plan.searches else _marched(problem, plan, contact)
+    time, force = _searched(problem, plan, plan.search, contact) if plan.search else _marched(problem, plan, contact)
     return Passage(
         contact=contact,
         arrival_time=time * scales.time,
@@ -52,12 +53,12 @@ def _checked(result: SimulationResult, contact: int) -> int:
     return int(contact)
 
 
-def _searched(problem: ChainProblem, plan: Plan, contact: int) -> tuple[float, float]:
+def _searched(problem: ChainProblem, plan: Plan, method: type[Nystroem], contact: int) -> tuple[float, float]:
     """By the search for the primary, which reads the front wherever it is asked to."""
     # as if the chain had no end: the front does not feel it before it is there
     endless = evolve(problem, granules=None)
     request = Request(endless, plan.tolerance(), plan.doubt(), (contact,))
-    (primary,) = find_primaries([request], plan.method, plan.compiled)
+    (primary,) = find_primaries([request], method, plan.compiled)
     for found in primary.passages:
         return found.time, found.force
     raise _no_peak(contact)

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 from attrs import asdict, field, frozen
 
 from shockwave.chain.chain import Chain, Scales
-from shockwave.chain.solitary_wave import SPEED, SolitaryWave
+from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
 from shockwave.scene import Scene
 from shockwave.simulation.primary import Primary
-from shockwave.text import indent, notes, si, table
 
 if TYPE_CHECKING:
     from shockwave.measurement.recording import Recording
@@ -303,15 +302,18 @@ class SimulationResult:
     @property
     def cost(self) -> Cost:
         """What all this has cost until now: the primary, and the train once it was looked at."""
-        own = Cost(
-            steps=int(self.found.steps), force_evaluations=int(self.found.evaluations), seconds=self.seconds
-        )
+        own = Cost(steps=int(self.found.steps), force_evaluations=int(self.found.evaluations), seconds=self.seconds)
         return own + self.train.cost if "train" in self.__dict__ and self._measured is None else own
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What a reader must know before using the figures of the primary; the train has its own."""
         return self.notes
+
+    @property
+    def all_warnings(self) -> tuple[str, ...]:
+        """Those of the primary, and of the train if it was asked for."""
+        return (*self.notes, *(self.train.warnings if self.options.waves == "train" else ()))
 
     # ---------------------------------------------------------------- for people and programs
 
@@ -341,7 +343,7 @@ class SimulationResult:
             "rtol": self.rtol,
             "step": self.options.step,
             "cost": asdict(self.cost),
-            "warnings": [*self.notes, *(train.warnings if train else ())],
+            "warnings": list(self.all_warnings),
             "scene": asdict(self.scene),
         }
 

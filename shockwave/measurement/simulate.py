@@ -6,7 +6,7 @@ import os
 import time
 from collections.abc import Iterable, Sequence
 from functools import cache, lru_cache
-from typing import Any
+from types import ModuleType
 
 from attrs import evolve, frozen
 
@@ -20,7 +20,7 @@ from shockwave.registry import load
 from shockwave.simulation.backend import chosen
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Nystroem
-from shockwave.simulation.primary import KNOWN, Primary, Request, find_primaries
+from shockwave.simulation.primary import KNOWN, TOO_LONG, Primary, Request, find_primaries
 from shockwave.simulation.problem import ChainProblem
 
 __all__ = ["Plan", "plan_of", "scaled", "simulate", "simulate_many", "simulate_with"]
@@ -49,8 +49,12 @@ class Plan:
 
     options: SimulateOptions
     method: type[Integrator]
-    compiled: Any
-    searches: bool
+    compiled: ModuleType | None
+
+    @property
+    def search(self) -> type[Nystroem] | None:
+        """The method, if the search for the primary knows it."""
+        return self.method if issubclass(self.method, Nystroem) else None
 
     def tolerance(self, tighter: float = 1.0) -> float:
         """Error allowed in a step of the search for the primary."""
@@ -77,16 +81,11 @@ def plan_of(options: SimulateOptions) -> Plan:
         tight = options.rtol is not None and options.rtol < _HIGH_ORDER
         name = "rkn1210" if tight else "rkn86"
     method = _method(name)
+    options.check(name, "rtol" if method.adaptive else "step")
     rtol, step = options.rtol, options.step
     if method.adaptive:
-        if step is not None:
-            problem = f"must be left out: {name} chooses its own steps (got {step:g}; give rtol)"
-            raise InvalidValueError.of("step", problem)
         rtol = _RTOL if rtol is None else rtol
     else:
-        if rtol is not None:
-            problem = f"must be left out: {name} is a method of fixed step (got {rtol:g}; give step)"
-            raise InvalidValueError.of("rtol", problem)
         step = _STEP if step is None else step
     ours = issubclass(method, Nystroem)
     if not ours and options.backend == "compiled":
@@ -95,7 +94,7 @@ def plan_of(options: SimulateOptions) -> Plan:
     settled = evolve(
         options, integrator=name, rtol=rtol, step=step, backend="numpy" if compiled is None else "compiled"
     )
-    return Plan(settled, method, compiled, ours)
+    return Plan(settled, method, compiled)
 
 
 @cache
@@ -221,7 +220,7 @@ def _simulate(
             known[index] = scaled(shock, chain)
         except ShockwaveError as error:
             results[index] = error
-    found = _search(known, plan, threads) if plan.searches else {}
+    found = _search(known, plan, plan.search, threads) if plan.search is not None else {}
     seconds = (time.perf_counter() - begin) / max(len(scenes), 1)
     for index, (problem, scales) in known.items():
         shock, chain = scenes[index]
@@ -257,22 +256,26 @@ def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
 
 
 def _search(
-    scaled: dict[int, tuple[ChainProblem, Scales]], plan: Plan, threads: int
+    scaled: dict[int, tuple[ChainProblem, Scales]], plan: Plan, method: type[Nystroem], threads: int
 ) -> dict[int, tuple[Primary, float]]:
     """The primaries that the search finds, each with its error estimate; again and tighter where it was missed."""
     found: dict[int, tuple[Primary, float]] = {}
+    lost: set[int] = set()
     left, tighter = list(scaled), 1.0
     rtol = plan.options.rtol or _RTOL
     for _ in range(1 + _REPEATS):
         tolerance, doubt = plan.tolerance(tighter), plan.doubt(tighter)
         requests = [Request(scaled[index][0], tolerance, doubt) for index in left]
-        for index, primary in zip(left, find_primaries(requests, plan.method, plan.compiled, threads), strict=True):
+        for index, primary in zip(tuple(left), find_primaries(requests, method, plan.compiled, threads), strict=True):
             if primary.status == KNOWN:
                 error = _error(primary, tolerance, scaled[index][0])
                 if index not in found or error < found[index][1]:
                     found[index] = primary, error
+            elif index in lost or primary.status != TOO_LONG:
+                left.remove(index)
+            else:
+                lost.add(index)
         left = [index for index in left if index not in found or found[index][1] > rtol]
-        left = [index for index in left if scaled[index][0].granules is None or index in found]
         if not left or tolerance <= _TIGHTEST_STEP:
             break
         tighter *= _TIGHTER

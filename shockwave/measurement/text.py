@@ -15,10 +15,8 @@ _PASSAGES = ("contact", "arrival", "peak force", "rel. error", "")
 
 def result_text(result: SimulationResult) -> str:
     """What ``print`` shows."""
-    train = result.train if result.options.waves == "train" else None
-    warnings = (*result.notes, *(train.warnings if train else ()))
     lines = [*_head(result), *_ends(result), *_foot(result)]
-    return "\n".join(lines + notes(warnings))
+    return "\n".join(lines + notes(result.all_warnings))
 
 
 def _head(result: SimulationResult) -> Iterator[str]:
@@ -52,9 +50,7 @@ def _ends(result: SimulationResult) -> Iterator[str]:
 def _foot(result: SimulationResult) -> Iterator[str]:
     waves = result.waves  # integrates the train, whose cost belongs to the line before
     cost = result.cost
-    yield (
-        f"  cost              {cost.steps} steps, {cost.force_evaluations} force evaluations, {cost.seconds:.2g} s"
-    )
+    yield (f"  cost              {cost.steps} steps, {cost.force_evaluations} force evaluations, {cost.seconds:.2g} s")
     yield ""
     yield indent(table(_WAVES, (_row(wave) for wave in waves)))
     yield f"  (waves above {result.wave_threshold:g} of the primary; contacts are counted from 0; rel. error: of"

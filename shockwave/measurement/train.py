@@ -111,9 +111,7 @@ def _train(problem: ChainProblem, scales: Scales, plan: Plan) -> tuple[Train, Ru
     begin = time.perf_counter()
     rtol = plan.options.rtol or _FIXED_RTOL
     most = int(_MOST_CONTACTS + _MOST_RATE * problem.duration)
-    primary, later = (
-        max(min(share * rtol, _MOST_DOUBT), _LEAST_DOUBT) for share in (_PRIMARY_DOUBT, _LATER_DOUBT)
-    )
+    primary, later = (max(min(share * rtol, _MOST_DOUBT), _LEAST_DOUBT) for share in (_PRIMARY_DOUBT, _LATER_DOUBT))
     demand = Demand(plan.options.wave_threshold, primary, later, most)
     make = methods_of(plan)
     fine, coarse = (run(problem, make(factor), demand) for factor in (1.0, _COARSE))
@@ -145,10 +143,10 @@ def methods_of(plan: Plan) -> Callable[[float], Integrator]:
     """What makes the method, its steps ``factor`` times as loose."""
     method = plan.method
     if not method.adaptive:
-        size = plan.options.step
+        size = plan.options.step or 0.0
         # a step twice as long tells more than ten times would: the method may not be stable there
-        return lambda factor: method(size=size if factor == 1.0 else 2 * size)  # type: ignore[operator]
-    share = _FINE if plan.searches else _OTHERS
+        return lambda factor: method(size=size if factor == 1.0 else 2 * size)
+    share = _FINE if plan.search is not None else _OTHERS
     tolerance = share * (plan.options.rtol or _FIXED_RTOL)
     settings = {"compiled": plan.compiled} if issubclass(method, Nystroem) else {}
     return lambda factor: method(tolerance=max(tolerance, _LEAST_TOLERANCE) * factor, **settings)

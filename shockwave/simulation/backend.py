@@ -7,10 +7,13 @@ from typing import Literal, TypeAlias
 
 from shockwave.errors import InvalidValueError
 
+compiled: ModuleType | None
 try:
-    from shockwave.simulation import _compiled as compiled
+    from shockwave.simulation import _compiled
 except ImportError:  # built without a C compiler
-    compiled = None  # type: ignore[assignment]
+    compiled = None
+else:
+    compiled = _compiled
 
 __all__ = ["BACKENDS", "Backend", "chosen", "compiled", "lack"]
 

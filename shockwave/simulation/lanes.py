@@ -155,17 +155,19 @@ class _March:
         self._make_room(rows + _ROWS)
         sizes = np.array([0.0 if lane is None else lane.next_size() for lane in lanes])
         times = np.array([0.0 if lane is None else lane.time for lane in lanes])
-        at_stop = [lane is not None and lane.time + size >= lane.until for lane, size in zip(lanes, sizes, strict=True)]
+        sums = times + sizes
+        at_stop = [lane is not None and end >= lane.until for lane, end in zip(lanes, sums, strict=True)]
+        ends = [lane.until if lane and stop else end for lane, stop, end in zip(lanes, at_stop, sums, strict=True)]
         x, v, a = self.x[:rows], self.v[:rows], self.a[:rows]
-        ends = [lane.until if lane and stop else end for lane, stop, end in zip(lanes, at_stop, times + sizes, strict=True)]
-        force = _Force(lanes, rows, times + sizes, ends)
+        force = _Force(lanes, rows, sums, ends)
         tried = self.method.attempt(force, times, sizes, x, v, a)
+        errors = np.asarray(tried.error).tolist()
         for place, lane in enumerate(lanes):
             if lane is None:
                 continue
             size, stops = float(sizes[place]), at_stop[place]
             end = float(ends[place])
-            holds = lane.control(size, float(tried.error[place]) / lane.request.tolerance, stops, self.method)
+            holds = lane.control(size, errors[place] / lane.request.tolerance, stops, self.method)
             if holds:
                 free = lane.request.problem.free(end) if lane.driven else (0.0, 0.0)
                 self._book_work(lane, place, size, force, a)
@@ -267,7 +269,7 @@ class _March:
             lane.limit = value, doubt / peak
 
     def _overtaken(self, lane: Lane, place: int) -> bool:
-        """Whether something behind the front may still outgrow it: a wave as tall, or a granule in free flight as fast."""
+        """Whether something behind the front may outgrow it: a wave as tall, or a granule in free flight as fast."""
         front = lane.head - lane.base - 2
         if front <= 0 or not lane.peaks:
             return False

@@ -54,9 +54,7 @@ class Tableau:
         """The tableau of exact fractions."""
         nodes = np.array(_numbers(exact.c))
         stages = [np.array(_numbers(row)) for row in exact.a]
-        weights = np.array(
-            [_numbers(text) for text in (exact.b, exact.b_prime, exact.error_b, exact.error_b_prime)]
-        )
+        weights = np.array([_numbers(text) for text in (exact.b, exact.b_prime, exact.error_b, exact.error_b_prime)])
         last_is_first = bool(np.array_equal([*stages[-1], 0.0], weights[0]))
         square = np.zeros((len(nodes), len(nodes)))
         for row, stage in enumerate(stages):
@@ -144,7 +142,8 @@ class Nystroem(OneStep):
             problem.rise_time,
             problem.peak_force,
         )
-        return Attempt(*after.reshape(3, -1), error)
+        x, v, a = after.reshape(3, -1)
+        return Attempt(x, v, a, error)
 
 
 @define

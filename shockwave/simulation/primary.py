@@ -18,7 +18,7 @@ from shockwave.quadrature import FloatArray
 from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.problem import ChainProblem
 
-__all__ = ["AT_END", "KNOWN", "Passage", "Primary", "Request", "find_primaries"]
+__all__ = ["AT_END", "FAILED", "KNOWN", "TOO_LONG", "Passage", "Primary", "Request", "find_primaries"]
 
 # How a search ended. TOO_LONG: the limit was not known after as many contacts as there may be.
 KNOWN, TOO_LONG, AT_END, FAILED = 1, 2, 3, 4
@@ -183,10 +183,11 @@ def _compiled(compiled: ModuleType, method: type[Nystroem], requests: list[Reque
         1 if len(requests) < _WIDTH else _WIDTH,
     )
     if not wanted:
-        return [Primary(*row) for row in found.tolist()]
+        return [Primary(*row) for row in found.tolist()]  # type: ignore[arg-type]
+    ends = np.cumsum([len(request.contacts) for request in requests]).tolist()
     return [
-        Primary(*row, _passages(passages[3 * int(begin) : 3 * int(begin + count)]))
-        for row, (begin, count) in zip(found.tolist(), np.reshape(jobs, (len(requests), -1))[:, -2:], strict=True)
+        Primary(*row, passages=_passages(passages[3 * (end - len(request.contacts)) : 3 * end]))  # type: ignore[misc, arg-type]
+        for row, end, request in zip(found.tolist(), ends, requests, strict=True)
     ]
 
 
