@@ -32,8 +32,8 @@ class Entry:
     name: str
     address: str
     summary: str
-    takes: str = ""
     distribution: str = ""
+    takes: str = ""
 
 
 @_hookspec

@@ -16,6 +16,9 @@ from shockwave.simulation.problem import ChainProblem
 
 __all__ = ["passage"]
 
+# By how much a peak nears its limit from contact to contact, at least.
+_FALL = 0.98**0.25
+
 
 def passage(result: SimulationResult, contact: int) -> Passage:
     """See `SimulationResult.passage`."""
@@ -25,12 +28,14 @@ def passage(result: SimulationResult, contact: int) -> Passage:
         # Slope and origin of the path of the exact wave: its speed goes with the sixth root of the peak force.
         speed = SPEED * found.peak ** (1 / 6)
         time = found.time + (contact - found.contact) / speed
+        # what the peak lacked of its limit where it was read, and how that falls off at the slowest
+        left = abs(found.last / found.peak - 1) * _FALL ** (contact - found.contact)
         return Passage(
             contact=contact,
             arrival_time=time * scales.time,
             peak_force=result.peak_force,
             exact=True,
-            error_estimate=result.error_estimate,
+            error_estimate=result.error_estimate + left,
         )
     plan = plan_of(result.options)
     problem = scaled(result.shock, result.chain)[0]

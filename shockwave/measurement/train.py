@@ -71,6 +71,7 @@ def measured(shock: Shock, chain: Chain, problem: ChainProblem, scales: Scales, 
     found = Primary(
         status=KNOWN,
         peak=strongest.peak_force,
+        last=strongest.peak_force,
         contact=strongest.contact,
         time=strongest.time,
         doubt=0.0,
@@ -148,8 +149,14 @@ def methods_of(plan: Plan) -> Callable[[float], Integrator]:
         return lambda factor: method(size=size if factor == 1.0 else 2 * size)
     share = _FINE if plan.search is not None else _OTHERS
     tolerance = share * (plan.options.rtol or _FIXED_RTOL)
-    settings = {"compiled": plan.compiled} if issubclass(method, Nystroem) else {}
-    return lambda factor: method(tolerance=max(tolerance, _LEAST_TOLERANCE) * factor, **settings)
+
+    def make(factor: float) -> Integrator:
+        allowed = max(tolerance, _LEAST_TOLERANCE) * factor
+        if issubclass(method, Nystroem):
+            return method(tolerance=allowed, compiled=plan.compiled)
+        return method(tolerance=allowed)
+
+    return make
 
 
 def _waves(fine: Run, coarse: Run, scales: Scales) -> tuple[MeasuredWave, ...]:

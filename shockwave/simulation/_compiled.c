@@ -215,7 +215,7 @@ static void attempt(const Method *m, Window *w, long n, const double *h, const d
 enum { RISE_TIME, FORCE, DURATION, GRANULES, TOLERANCE, DOUBT, MOST_CONTACTS, MOST_ATTEMPTS, REAR, FIRST_PIECE, PIECES,
        FIRST_COEFFICIENT, FIRST_STOP, FIRST_WANTED, WANTED, JOB };
 enum { WANTED_CONTACT, WANTED_TIME, WANTED_FORCE, PASSAGE };   /* contacts ascend */
-enum { STATUS, PEAK, CONTACT, TIME, DOUBT_LEFT, SPEED, MOMENTUM, ENERGY, FOOT, CHAIN_MOMENTUM, CHAIN_ENERGY, WORK,
+enum { STATUS, PEAK, LAST, CONTACT, TIME, DOUBT_LEFT, SPEED, MOMENTUM, ENERGY, FOOT, CHAIN_MOMENTUM, CHAIN_ENERGY, WORK,
        IMPULSE, STEPS, EVALUATIONS, FOUND };
 enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 
@@ -469,6 +469,7 @@ static void judge(const double *job, const Window *w, Lane *lane, int l, double 
     }
     if (!(doubt <= allowed) || overtaken(w, lane, l)) return;
     found[PEAK] = p[KEPT - 1] + left;
+    found[LAST] = p[KEPT - 1];
     found[DOUBT_LEFT] = doubt / p[KEPT - 1];
     found[CONTACT] = (double)lane->contact[KEPT - 1];
     found[TIME] = lane->time[KEPT - 1];

@@ -10,21 +10,17 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from attrs import define, field
 
 from shockwave.quadrature import FloatArray
+from shockwave.simulation.lane import ROWS, Force, Lane
 from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.one_step import Attempt
 from shockwave.simulation.peak import KEPT, STRIDE, crossing, hertz, limit
-from shockwave.simulation.primary import AT_END, FAILED, KNOWN, TOO_LONG, Passage, Primary, Request
+from shockwave.simulation.primary import AT_END, KNOWN, TOO_LONG, Passage, Primary, Request
 
 __all__ = ["run"]
 
 _WIDTH = 32
-_ROWS = 8  # a window grows and shrinks by so many granules
-_FIRST_STEP, _LONGEST_STEP = 0.05, 1.0
-_SAFETY, _LEAST_FACTOR, _MOST_FACTOR = 0.9, 0.2, 3.0
-_LEAST = 1e-40  # overlaps below it are none: no number may become so small that processors slow down
 _AT_REST = 1e-16
 _FLOOR = 1e-4  # weaker peaks are none
 _SLIGHT = 1e-3  # nor is a contact looked at that is closed by less
@@ -36,68 +32,6 @@ _SLACK = 0.1  # force of a contact that may be cut, over the primary
 _TALLER = 0.999  # a wave of this share of the primary may be as tall as it
 _FREE_FLIGHT = 2.4  # a granule in free flight at velocity v makes a wave of less than this times v^1.2
 _WALL = 1e30  # a granule out of reach stands in for the free end
-
-
-@define(eq=False, slots=False)
-class Lane:
-    """One shock on its way."""
-
-    index: int
-    request: Request
-    stops: tuple[float, ...] = ()
-    status: int = 0
-    base: int = 0
-    count: int = _ROWS
-    head: int = -1
-    stop: int = 0
-    driven: bool = True
-    rejected: bool = False
-    time: float = 0.0
-    size: float = _FIRST_STEP
-    free: tuple[float, float] = (0.0, 0.0)
-    impulse: float = 0.0
-    work: float = 0.0
-    bank_momentum: float = 0.0
-    bank_energy: float = 0.0
-    steps: int = 0
-    attempts: int = 0
-    evaluations: int = 0
-    peaks: list[Passage] = field(factory=list)
-    passages: list[Passage] = field(factory=list)
-    limit: tuple[float, float] = (0.0, 0.0)
-
-    def __attrs_post_init__(self) -> None:
-        self.stops = (*self.request.problem.stops, math.inf)
-        granules = self.request.problem.granules
-        self.count = _ROWS if granules is None else min(_ROWS, granules)
-
-    @property
-    def until(self) -> float:
-        return self.stops[self.stop]
-
-    def next_size(self) -> float:
-        """The next step, so that none is left a sliver before the next stop."""
-        left = self.until - self.time
-        if self.size >= left:
-            return left
-        return left / 2 if self.size > left / 2 else self.size
-
-    def control(self, size: float, error: float, at_stop: bool, method: Nystroem) -> bool:
-        """The size of the step after one of ``size`` with this error over the tolerance; whether that one holds."""
-        self.attempts += 1
-        self.evaluations += method.tableau.evaluations
-        factor = _SAFETY * max(error, 1e-12) ** (-1 / (method.error_order + 1)) if error == error else 0.0
-        if not error <= 1:
-            self.size = size * (factor if _LEAST_FACTOR < factor < 1 else _LEAST_FACTOR)
-            self.rejected = True
-            if self.size < 1e-14 * (1 + self.time) or self.attempts > self.request.most_attempts:
-                self.status = FAILED
-            return False
-        factor = min(factor, 1.0 if self.rejected else _MOST_FACTOR)
-        self.rejected = False
-        if not (at_stop and size * factor < self.size):
-            self.size = min(size * factor, _LONGEST_STEP)
-        return True
 
 
 def run(requests: Sequence[Request], method: type[Nystroem]) -> list[Primary]:
@@ -118,7 +52,7 @@ class _March:
         self.found: list[Primary | None] = [None] * len(requests)
         width = min(len(requests), _WIDTH)
         self.lanes: list[Lane | None] = [None] * width
-        self.x, self.v, self.a, self.late, self.since = (np.zeros((2 * _ROWS, width)) for _ in range(5))
+        self.x, self.v, self.a, self.late, self.since = (np.zeros((2 * ROWS, width)) for _ in range(5))
         for lane in range(width):
             self._take_up(lane)
 
@@ -152,14 +86,14 @@ class _March:
         """One attempt in every lane, and what follows from it."""
         lanes = self.lanes
         rows = max(lane.count for lane in lanes if lane is not None) + 1
-        self._make_room(rows + _ROWS)
+        self._make_room(rows + ROWS)
         sizes = np.array([0.0 if lane is None else lane.next_size() for lane in lanes])
         times = np.array([0.0 if lane is None else lane.time for lane in lanes])
         sums = times + sizes
         at_stop = [lane is not None and end >= lane.until for lane, end in zip(lanes, sums, strict=True)]
         ends = [lane.until if lane and stop else end for lane, stop, end in zip(lanes, at_stop, sums, strict=True)]
         x, v, a = self.x[:rows], self.v[:rows], self.a[:rows]
-        force = _Force(lanes, rows, sums, ends)
+        force = Force(lanes, rows, sums, ends)
         tried = self.method.attempt(force, times, sizes, x, v, a)
         errors = np.asarray(tried.error).tolist()
         for place, lane in enumerate(lanes):
@@ -177,7 +111,7 @@ class _March:
                 self.found[lane.index] = self._finish(lane, place)
                 self._take_up(place)
 
-    def _book_work(self, lane: Lane, place: int, size: float, force: _Force, a: FloatArray) -> None:
+    def _book_work(self, lane: Lane, place: int, size: float, force: Force, a: FloatArray) -> None:
         """Work of the force by parts, I u1 + I^2/2 less the integral of I times the first granule's acceleration."""
         if lane.driven:
             first_rate, *rates = self.method.tableau.weights[1].tolist()
@@ -236,7 +170,7 @@ class _March:
         for _ in range(6):
             time = lane.time + share * size
             times, sizes = np.array([lane.time]), np.array([share * size])
-            force = _Force([lane if first == 0 else None], len(x), times + sizes, times + sizes)
+            force = Force([lane if first == 0 else None], len(x), times + sizes, times + sizes)
             tried = self.method.attempt(force, times, sizes, x, v, a)
             lane.evaluations += self.method.tableau.evaluations
             if lane.driven and first == 0:
@@ -319,7 +253,7 @@ class _March:
     def _grow(self, lane: Lane, place: int) -> None:
         row, granules = lane.count - 2, lane.request.problem.granules
         if max(abs(self.x[row, place]), abs(self.v[row, place])) > _AT_REST:
-            lane.count += _ROWS
+            lane.count += ROWS
             if granules is not None:
                 lane.count = min(lane.count, granules - lane.base)
 
@@ -330,9 +264,9 @@ class _March:
         only if nothing behind may outgrow the front.
         """
         most = lane.head - lane.base - lane.request.rear
-        if most < _ROWS or self._overtaken(lane, place):
+        if most < ROWS or self._overtaken(lane, place):
             return
-        first = most - _ROWS
+        first = most - ROWS
         x = self.x[first : most + 1, place]
         closed = np.maximum(x[:-1] - x[1:], 0.0)
         forces = (closed * np.sqrt(closed))[::-1]
@@ -363,6 +297,7 @@ class _March:
         return Primary(
             status=lane.status,
             peak=lane.limit[0],
+            last=last.force,
             contact=last.contact,
             time=last.time,
             doubt=lane.limit[1],
@@ -378,34 +313,6 @@ class _March:
             evaluations=lane.evaluations,
             passages=tuple(lane.passages),
         )
-
-
-class _Force:
-    """Accelerations of all lanes; keeps what the work of the force is made of, stage by stage."""
-
-    def __init__(self, lanes: Sequence[Lane | None], rows: int, sums: FloatArray, ends: Sequence[float]) -> None:
-        self.driven = [(place, lane) for place, lane in enumerate(lanes) if lane is not None and lane.driven]
-        # begin and size may add up to a rounding less or more than the stop at which a step ends
-        self.sums, self.ends = sums.tolist(), ends
-        self.impulses: list[list[float]] = []
-        self.first: list[FloatArray] = []
-        self.overlaps = np.zeros((rows, len(lanes)))
-        self.forces = np.zeros((rows + 1, len(lanes)))
-
-    def __call__(self, times: FloatArray, y: FloatArray) -> FloatArray:
-        overlap = self.overlaps
-        np.subtract(y[:-1], y[1:], out=overlap[:-1])
-        impulses = [0.0] * len(self.ends)
-        for place, lane in self.driven:
-            time = float(times[place])
-            path, impulses[place] = lane.request.problem.free(self.ends[place] if time == self.sums[place] else time)
-            overlap[0, place] = (y[0, place] + path) - y[1, place]
-        overlap *= overlap > _LEAST  # the last row has no granule ahead: it stays 0
-        np.multiply(overlap, np.sqrt(overlap), out=self.forces[1:])
-        result: FloatArray = self.forces[:-1] - self.forces[1:]
-        self.impulses.append(impulses)
-        self.first.append(result[0])
-        return result
 
 
 def _energy(x: FloatArray, v: FloatArray) -> float:

@@ -70,14 +70,15 @@ class Request:
 class Primary(NamedTuple):
     """What was found, in scaled units.
 
-    ``peak`` is the limit along the chain, ``doubt`` a bound on its relative error as such; ``time`` is that of the
-    peak at ``contact``, the last that was read, ``speed`` that of the front there. ``momentum`` and ``energy`` are
-    those of the wave from its ``foot`` on, the force behind it. ``chain_momentum`` and ``chain_energy`` are those of
+    ``peak`` is the limit along the chain, ``doubt`` a bound on its relative error as such; ``last`` and ``time`` are
+    those of the peak at ``contact``, the last that was read, ``speed`` that of the front there. ``momentum`` and
+    ``energy`` are those of the wave from its ``foot`` on, the force behind it. ``chain_momentum`` and ``chain_energy`` are those of
     all granules, against ``impulse`` and ``work`` of the force.
     """
 
     status: float
     peak: float
+    last: float
     contact: float
     time: float
     doubt: float
@@ -186,7 +187,7 @@ def _compiled(compiled: ModuleType, method: type[Nystroem], requests: list[Reque
         return [Primary(*row) for row in found.tolist()]  # type: ignore[arg-type]
     ends = np.cumsum([len(request.contacts) for request in requests]).tolist()
     return [
-        Primary(*row, passages=_passages(passages[3 * (end - len(request.contacts)) : 3 * end]))  # type: ignore[misc, arg-type]
+        Primary(*row, passages=_passages(passages[3 * (end - len(request.contacts)) : 3 * end]))  # type: ignore
         for row, end, request in zip(found.tolist(), ends, requests, strict=True)
     ]
 
