@@ -20,7 +20,7 @@ myst_heading_anchors = 3
 
 napoleon_google_docstring = False
 napoleon_use_ivar = True
-napoleon_custom_sections = ["Contract for implementers"]
+napoleon_custom_sections = ["Contract for implementers", "Contract for implementers, beside that of `Integrator`"]
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"

@@ -131,13 +131,10 @@ def test_help_loads_no_numbers() -> None:
 
 def test_listing_imports_nothing_that_it_lists() -> None:
     modules = loaded(command("list"))
-    assert {
-        "numpy",
-        "scipy",
-        "shockwave.profiles",
-        "shockwave.chain",
-        "shockwave.simulation",
-    } & modules == set()
+    assert {"numpy", "scipy", "shockwave.profiles", "shockwave.chain"} & modules == set()
+    # whether the compiled code is there cannot be told without a look at it
+    simulation = {name for name in modules if name.startswith("shockwave.simulation.")}
+    assert simulation <= {"shockwave.simulation.backend", "shockwave.simulation._compiled"}
 
 
 def test_prediction_loads_no_simulator() -> None:

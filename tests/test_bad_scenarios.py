@@ -146,7 +146,7 @@ BAD = {
     "diameter-beyond-mass": (
         "chain: {material: copper, diameter: 1e-200}\n" + SHOCK, "1:37", "chain.diameter", "a mass that",
     ),
-    "rtol-too-fine": (_with("simulate: {rtol: 1e-16}"), "3:18", "simulate.rtol", "must be >= 1e-09 and <= 0.01"),
+    "rtol-too-fine": (_with("simulate: {rtol: 1e-16}"), "3:18", "simulate.rtol", "must be >= 1e-13 and <= 0.01"),
     "threshold-of-one": (_with("simulate: {wave_threshold: 1}"), "3:28", "simulate.wave_threshold", ">= 0.001 and < 1"),
     # names
     "unknown-material": (
@@ -155,7 +155,7 @@ BAD = {
     "unknown-profile": (CHAIN + SHOCK.replace("triangular", "triangle"), "2:18", "shock.profile", "did you mean"),
     "unknown-model": (_with("predict: {model: section4}"), "3:18", "predict.model", "did you mean 'section-4'?"),
     "unknown-quadrature": (_with("predict: {quadrature: gauss}"), "3:23", "predict.quadrature", "known: gauss"),
-    "unknown-integrator": (_with("simulate: {integrator: euler}"), "3:24", "simulate.integrator", "known: dop853"),
+    "unknown-integrator": (_with("simulate: {integrator: euler}"), "3:24", "simulate.integrator", "known: rkn86, rkn1210"),
     "unknown-alpha": (_with("predict: {alpha: liteal}"), "3:18", "predict.alpha", "must be 'constant' or 'literal'"),
     "unknown-relation": (
         _with("published: {source: x, relation: more}"), "3:34", "published.relation", "'less', 'equal' or 'greater'",

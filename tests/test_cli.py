@@ -123,7 +123,7 @@ def test_no_command_is_a_usage_error() -> None:
 def test_tolerance_out_of_range_is_a_usage_error(rtol: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):
         main(["simulate", "--rtol", rtol, SCENE])
-    assert "--rtol: must be >= 1e-09 and <= 0.01" in capsys.readouterr().err
+    assert "--rtol: must be >= 1e-13 and <= 0.01" in capsys.readouterr().err
 
 
 def test_validate_goes_on_after_a_missing_file(capsys: pytest.CaptureFixture[str]) -> None:
@@ -159,7 +159,7 @@ def test_a_run_that_fails_ends_with_1_and_keeps_the_others(
 ) -> None:
     import shockwave.measurement.simulate as module
 
-    real, calls = module.run, []
+    real, calls = module.simulate_with, []
 
     def failing(*arguments: object) -> object:
         calls.append(arguments)
@@ -167,7 +167,7 @@ def test_a_run_that_fails_ends_with_1_and_keeps_the_others(
             raise sw.NumericalError("the step size has vanished")
         return real(*arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(module, "run", failing)
+    monkeypatch.setattr(module, "simulate_with", failing)
     assert main(["simulate", "--json", "--rtol", "1e-2", SCENE, SCENE]) == 1
     out, err = capsys.readouterr()
     first, second = json.loads(out)
@@ -184,7 +184,7 @@ def test_a_fault_of_our_own_is_told_without_a_traceback(
     assert "internal error: ZeroDivisionError" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("kind", ["profiles", "integrators", "quadratures", "materials", "models"])
+@pytest.mark.parametrize("kind", ["profiles", "integrators", "backends", "quadratures", "materials", "models"])
 def test_list_tells_name_and_summary(kind: str, capsys: pytest.CaptureFixture[str]) -> None:
     rows = document(capsys, "list", kind, "--json")
     assert isinstance(rows, list)

@@ -151,12 +151,16 @@ def cells_of(key: blocks.Key) -> list[str]:
     """What docs/scenarios.md says of a key: name, type, unit, default, range."""
     members = typing.get_args(key.annotation)
     choices = [member for member in (key.annotation, *members) if typing.get_origin(member) is typing.Literal]
+    listed = typing.get_origin(key.annotation) in (list, tuple)
     rule = "-"
     if key.spec is not None:
         kind = "list of numbers" if key.spec.samples else "whole number" if key.spec.whole else "number"
         rule = key.spec.rule.removesuffix(f" {key.spec.unit}").removeprefix("a whole number ")
     elif choices:
-        kind, rule = "name", ", ".join(f"`{name}`" for name in typing.get_args(choices[0]))
+        kind, rule = (
+            "list of names" if listed else "name",
+            ", ".join(f"`{name}`" for name in typing.get_args(choices[0])),
+        )
     elif key.annotation is typing.Any:
         kind = "name or mapping" if key.name == "material" else "mapping"
     elif float in members and str in members:
@@ -164,7 +168,7 @@ def cells_of(key: blocks.Key) -> list[str]:
     elif float in members:
         kind = "number"
     else:
-        kind = "list of text" if typing.get_origin(key.annotation) is list else "text"
+        kind = "list of whole numbers" if listed and int in members else "list of text" if listed else "text"
     unit = key.spec.unit if key.spec is not None and key.spec.unit else "-"
     stated = key.default not in (None, "", blocks.UNSTATED)
     default = "required" if key.required else f"`{key.default:g}`" if isinstance(key.default, float) else "-"

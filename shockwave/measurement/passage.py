@@ -18,13 +18,15 @@ __all__ = ["passage"]
 
 # By how much a peak nears its limit from contact to contact, at least.
 _FALL = 0.98**0.25
+# A free end is felt so many contacts away, and followed up to one so far behind where the wave was read.
+_REACH, _FARTHEST = 8, 2000
 
 
 def passage(result: SimulationResult, contact: int) -> Passage:
     """See `SimulationResult.passage`."""
     contact = _checked(result, contact)
     found, scales = result.found, result.scales
-    if contact >= found.contact:
+    if contact >= found.contact and not _feels_the_end(result, contact):
         # Slope and origin of the path of the exact wave: its speed goes with the sixth root of the peak force.
         speed = SPEED * found.peak ** (1 / 6)
         time = found.time + (contact - found.contact) / speed
@@ -39,7 +41,14 @@ def passage(result: SimulationResult, contact: int) -> Passage:
         )
     plan = plan_of(result.options)
     problem = scaled(result.shock, result.chain)[0]
-    time, force = _searched(problem, plan, plan.search, contact) if plan.search else _marched(problem, plan, contact)
+    if plan.search is not None and not _feels_the_end(result, contact):
+        time, force = _searched(problem, plan, plan.search, contact)
+    elif contact - found.contact > _FARTHEST:
+        raise NumericalError(
+            f"contact {contact} feels a free end too far away to be integrated (ask for one before it)"
+        )
+    else:
+        time, force = _marched(problem, plan, contact)
     return Passage(
         contact=contact,
         arrival_time=time * scales.time,
@@ -47,6 +56,11 @@ def passage(result: SimulationResult, contact: int) -> Passage:
         exact=False,
         error_estimate=result.error_estimate,
     )
+
+
+def _feels_the_end(result: SimulationResult, contact: int) -> bool:
+    granules = result.chain.granules
+    return granules is not None and contact > granules - 2 - _REACH
 
 
 def _checked(result: SimulationResult, contact: int) -> int:

@@ -20,8 +20,9 @@ def result_text(result: SimulationResult) -> str:
 
 
 def _head(result: SimulationResult) -> Iterator[str]:
-    how = f"{result.integrator}, {result.backend}" if result.backend else result.integrator
-    yield f"simulation by {how}" + (f" of {result.scenario}" if result.scenario else "")
+    yield f"simulation by {result.integrator} ({result.backend})" + (
+        f" of {result.scenario}" if result.scenario else ""
+    )
     yield from result.scene.lines()
     yield (
         f"  peak force        {si(result.peak_force, 'N', 8)} within {result.error_estimate:.0e} relative, "

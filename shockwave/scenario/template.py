@@ -45,6 +45,10 @@ _EXAMPLES = {
     "duration_ratio": "10",
     "quadrature": "tanh-sinh",
     "rtol": "1e-6",
+    "integrator": "rkn1210",
+    "step": "0.02",
+    "interval": "1 us",
+    "until": "2 ms",
     "source": "the paper, Table 1",
     "virtual_rise_time": "28 us",
     "error": "3 %",
@@ -59,7 +63,11 @@ _MEANINGS = {
     "momentum_coefficient": "leading number of A, eq. (4c): exact (4.3445...), paper (13/3) or 0.01 to 1000",
     "alpha": "constant (of section 4.1) or literal (eq. (5c) as printed)",
     "quadrature": "for all integrals, even those with closed forms; see `shockwave list quadratures`",
-    "integrator": "see `shockwave list integrators`",
+    "integrator": "see `shockwave list integrators`; left out, rkn86, or rkn1210 where rtol is below 1e-7",
+    "waves": "train, or primary for the first wave alone",
+    "backend": "auto, compiled or numpy; see `shockwave list backends`",
+    "contacts": "where the passage of the primary is wanted, counted from 0",
+    "record": "histories to keep: forces (at the contacts), field, energies",
     "relation": "of the primary's peak to the shock's: less, equal or greater",
 }
 _RECORD_EXAMPLES = {"file": "pulse.csv", "times": "[0 s, 15 us, 150 us]", "forces": "[0 N, 100 N, 0 N]"}

@@ -335,9 +335,10 @@ static int overtaken(const Window *w, const Lane *lane, int l)
     for (j = 0; j < front; j++) {
         const long e = j * w->lanes + l;
         const long behind = e - w->lanes;
-        /* what it may grow to, from its change over the last contact; one that shrinks gives to another */
+        /* what it may grow to, from its change over the last contact: one that shrinks gives to another */
         const double change = j > 0 && w->since[behind] < w->since[e] ? fabs(w->late[e] - w->late[behind]) : 0;
-        if (lane->t - w->since[e] < RECENT && w->late[e] + GROWING * change > TALLER * lane->peak[KEPT - 1]) return 1;
+        const double grown = w->late[e] + (GROWING * change < w->late[e] ? GROWING * change : w->late[e]);
+        if (lane->t - w->since[e] < RECENT && grown > TALLER * lane->peak[KEPT - 1]) return 1;
         if (contact_force(w, w->x, j, l) > TALLER * lane->peak[KEPT - 1]) return 1;
         if (w->v[e] > 0 && contact_force(w, w->x, j, l) == 0 && (j == 0 || contact_force(w, w->x, j - 1, l) == 0)
             && 2.4 * pow(w->v[e], 1.2) > TALLER * lane->peak[KEPT - 1]) return 1;

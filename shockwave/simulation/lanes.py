@@ -209,9 +209,11 @@ class _March:
             return False
         bound = _TALLER * lane.peaks[-1].force
         late, since = self.late[:front, place], self.since[:front, place]
-        change = np.zeros(front)  # a wave that shrinks gives to another
+        # What a wave may grow to, from its change over the last contact: one that shrinks gives to another.
+        change = np.zeros(front)
         change[1:] = np.where(since[:-1] < since[1:], np.abs(late[1:] - late[:-1]), 0.0)
-        if np.any((lane.time - since < _RECENT) & (late + _GROWING * change > bound)):
+        grown = late + np.minimum(_GROWING * change, late)
+        if np.any((lane.time - since < _RECENT) & (grown > bound)):
             return True
         x, v = self.x[: front + 1, place], self.v[:front, place]
         closed = np.maximum(x[:-1] - x[1:], 0.0)
@@ -299,15 +301,15 @@ class _March:
             peak=lane.limit[0],
             last=last.force,
             contact=last.contact,
-            time=last.time,
+            time=float(last.time),
             doubt=lane.limit[1],
-            speed=STRIDE / (last.time - previous.time) if last is not previous else 0.0,
+            speed=STRIDE / float(last.time - previous.time) if last is not previous else 0.0,
             momentum=float(v[foot + 1 :].sum()),
             energy=_energy(x[foot + 1 :], v[foot + 1 :]),
             foot=forces[foot],
             chain_momentum=lane.bank_momentum + float(v.sum()),
             chain_energy=lane.bank_energy + _energy(x, v),
-            work=lane.work,
+            work=float(lane.work),
             impulse=lane.impulse,
             steps=lane.steps,
             evaluations=lane.evaluations,

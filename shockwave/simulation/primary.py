@@ -72,8 +72,8 @@ class Primary(NamedTuple):
 
     ``peak`` is the limit along the chain, ``doubt`` a bound on its relative error as such; ``last`` and ``time`` are
     those of the peak at ``contact``, the last that was read, ``speed`` that of the front there. ``momentum`` and
-    ``energy`` are those of the wave from its ``foot`` on, the force behind it. ``chain_momentum`` and ``chain_energy`` are those of
-    all granules, against ``impulse`` and ``work`` of the force.
+    ``energy`` are those of the wave from its ``foot`` on, the force behind it. ``chain_momentum`` and
+    ``chain_energy`` are those of all granules, against ``impulse`` and ``work`` of the force.
     """
 
     status: float
@@ -112,6 +112,8 @@ def find_primaries(
 
     ``compiled`` is the compiled module, or None for NumPy; with it, ``threads`` share the work.
     """
+    if not requests:
+        return []
     if compiled is None:
         from shockwave.simulation.lanes import run
 
