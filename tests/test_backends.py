@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from functools import cache
@@ -123,7 +124,7 @@ def test_backends_agree_on_the_loaded_contact_while_the_force_acts() -> None:
 
 @compiled_alone
 def test_backends_agree_on_the_train() -> None:
-    one, other = (sw.simulate(CASE_B, CHAIN, backend=name, rtol=1e-4) for name in ("compiled", "numpy"))
+    one, other = (sw.simulate(CASE_A, CHAIN, backend=name, rtol=1e-4) for name in ("compiled", "numpy"))
     assert [wave.peak_force for wave in one.waves] == pytest.approx(
         [wave.peak_force for wave in other.waves], rel=1e-12
     )
@@ -167,7 +168,9 @@ def test_backend_of_the_command_line_stands_in_place_of_the_scenario_s(
 
 @pytest.mark.parametrize("name", NAMES)
 def test_print_tells_the_backend(name: str) -> None:
-    assert f"by rkn86, {name}" in str(sw.simulate(CASE_A, CHAIN, backend=name))  # type: ignore[arg-type]
+    first, *_ = str(sw.simulate(CASE_A, CHAIN, backend=name, waves="primary")).splitlines()  # type: ignore[arg-type]
+    assert "rkn86" in first
+    assert name in first
 
 
 def test_a_method_of_another_kind_runs_in_numpy() -> None:
@@ -314,7 +317,7 @@ def test_a_wrong_number_of_arguments_is_refused(function: str, change: int) -> N
         getattr(backend.compiled, function)(*arguments)
 
 
-# Numbers that lead beyond a buffer: in an interpreter of its own, for they may end it.
+# Numbers that lead beyond a buffer: tried in processes of their own, for they may end them.
 LEADS = {
     "piece": ("primary", "a[1][9] = 1e6"),
     "negative-piece": ("primary", "a[1][9] = -1e6"),
@@ -322,34 +325,49 @@ LEADS = {
     "no-pieces": ("primary", "a[2] = np.empty(0)"),
     "coefficient": ("primary", "a[1][11] = 1e7"),
     "no-coefficients": ("primary", "a[3] = np.empty(0)"),
-    "row-of-coefficients": ("primary", "a[2][0, 2] = 1e9"),
-    "terms-of-a-row": ("primary", "a[2][0, 3] = 1e9"),
+    "begin-of-terms": ("primary", "a[2][0, 2] = 1e9"),
+    "number-of-terms": ("primary", "a[2][0, 3] = 1e9"),
     "stop": ("primary", "a[1][12] = 1e7"),
     "no-stops": ("primary", "a[4] = np.empty(0)"),
     "stops-before-the-end": ("primary", "a[4][-1] = 1.0"),
     "wanted": ("primary", "a[1][13] = 1e7"),
     "number-wanted": ("primary", "a[1][14] = 1e7"),
-    "not-a-number": ("primary", "a[1][:] = np.nan"),
     "step-without-coefficients": ("attempt", "a[2] = np.empty(0)"),
     "step-with-terms-beyond": ("attempt", "a[1][0, 3] = 1e9"),
     "step-with-part-of-a-row": ("attempt", "a[1] = np.zeros(3)"),
     "step-with-rows-of-nothing": ("attempt", "a[1] *= np.nan"),
 }
+TRIAL = """
+import sys; sys.path.insert(0, 'tests')
+import os
+from test_backends import *
+
+for name, (function, change) in LEADS.items():
+    child = os.fork()
+    if not child:
+        a = primary_buffers() if function == 'primary' else attempt_buffers()
+        exec(change)
+        try:
+            getattr(backend.compiled, function)(*a)
+        except ValueError:
+            os._exit(0)
+        os._exit(1)
+    _, status = os.waitpid(child, 0)
+    print(name, 'accepted' if status > 255 else 'crashed' if status else 'refused')
+"""
+
+
+@cache
+def outcomes() -> dict[str, str]:
+    done = subprocess.run([sys.executable, "-c", TRIAL], capture_output=True, text=True, check=True, timeout=120)
+    return dict(line.split() for line in done.stdout.splitlines())
 
 
 @compiled_alone
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a process for each")
 @pytest.mark.parametrize("name", LEADS)
 def test_numbers_that_lead_beyond_a_buffer_are_refused(name: str) -> None:
-    function, change = LEADS[name]
-    program = (
-        "import sys; sys.path.insert(0, 'tests')\n"
-        "from test_backends import *\n"
-        f"a = {function}_buffers()\n{change}\n"
-        f"try: backend.compiled.{function}(*a)\n"
-        "except ValueError: print('refused')"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
-    assert (done.returncode, done.stdout) == (0, "refused\n")
+    assert outcomes()[name] == "refused"
 
 
 # ---------------------------------------------------------------- no request at all

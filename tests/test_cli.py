@@ -176,6 +176,19 @@ def test_a_run_that_fails_ends_with_1_and_keeps_the_others(
     assert "the step size has vanished" in err
 
 
+@pytest.mark.parametrize("form", [["--json"], []], ids=["json", "text"])
+@pytest.mark.parametrize("block", ["{contacts: [500]}", "{record: [forces]}"], ids=["contact-beyond", "no-contacts"])
+def test_a_result_that_cannot_be_told_in_full_fails_alone(
+    form: list[str], block: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = tmp_path / "short.yaml"
+    scene.write_text(f"{SOFT.replace('radius: 1e-3', 'radius: 1e-3, granules: 100')}simulate: {block}\n")
+    assert main(["simulate", *form, str(scene), SCENE]) == 3
+    out, err = capsys.readouterr()
+    assert "table 2 row 1" in out
+    assert f"{scene}:" in err
+
+
 def test_a_fault_of_our_own_is_told_without_a_traceback(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from functools import cache
 
 import attrs
@@ -12,12 +13,9 @@ import numpy as np
 import pytest
 
 import shockwave as sw
-from scenes import CHAIN, FORCE, STEEL, UNITS
+from scenes import CASE_A, CHAIN, FORCE, POWER, STEEL, UNITS, power, triangle
 from shockwave.chain import Scales
 from shockwave.chain.solitary_wave import ENERGY, GRANULE_VELOCITY, MOMENTUM, SPEED, WIDTH
-
-POWER = sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3)
-
 
 def shock(profile: sw.ShockProfile, rise_time: float) -> sw.Shock:
     """A shock of 100 N whose rise time is given in natural units."""
@@ -108,13 +106,6 @@ def test_to_dict_has_the_keys_of_the_contract() -> None:
     assert set(f"{keys} energy_defect integrator cost".split()) <= set(document)
     assert set(document["cost"]) == {"steps", "force_evaluations", "seconds"}
     assert {"peak_force", "momentum", "energy", "speed", "width"} <= set(document["waves"][0])
-
-
-@pytest.mark.parametrize("granules", [2, 3, 4, 10, 20, 60])
-def test_finite_chain_keeps_its_momentum(granules: int) -> None:
-    result = sw.simulate(shock(POWER, 0.5), attrs.evolve(CHAIN, granules=granules))
-    assert result.momentum_defect < 1e-13
-    assert result.energy_defect < 1e-6
 
 
 def test_two_granules_agree_with_their_relative_motion() -> None:
@@ -255,3 +246,159 @@ def test_separated_waves_have_a_clean_foot() -> None:
 def test_recoil_is_known_to_its_error() -> None:
     loose, tight = (sw.simulate(shock(POWER, 0.5), CHAIN, rtol=rtol) for rtol in (1e-3, 1e-7))
     assert abs(loose.recoil_momentum - tight.recoil_momentum) <= loose.recoil_error
+
+
+# ---------------------------------------------------------------- nothing before it is asked for
+
+
+@pytest.fixture
+def no_train(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Integrating the train is an error."""
+
+    def refuse(*_: object) -> None:
+        raise AssertionError("the train was integrated")
+
+    monkeypatch.setattr("shockwave.measurement.train.train_of", refuse)
+
+
+@pytest.mark.usefixtures("no_train")
+@pytest.mark.parametrize(
+    "name",
+    ["peak_force", "amplification", "primary", "error_estimate", "momentum_defect", "energy_defect", "cost", "warnings"],
+)
+def test_figures_of_the_primary_integrate_no_train(name: str) -> None:
+    assert getattr(sw.simulate(CASE_A, CHAIN), name) is not None
+
+
+@pytest.mark.parametrize("name", ["waves", "train", "recoil_momentum", "recoil_velocities", "all_warnings"])
+def test_figures_of_the_train_integrate_it(name: str, no_train: None) -> None:
+    with pytest.raises(AssertionError, match="the train was integrated"):
+        getattr(sw.simulate(CASE_A, CHAIN), name)
+
+
+@pytest.mark.usefixtures("no_train")
+@pytest.mark.parametrize("show", [str, sw.SimulationResult.to_dict, repr], ids=["print", "json", "repr"])
+def test_a_result_of_the_primary_alone_is_told_without_the_train(show: Callable[[sw.SimulationResult], object]) -> None:
+    assert show(sw.simulate(CASE_A, CHAIN, waves="primary"))
+
+
+def test_waves_of_the_primary_alone_are_the_primary() -> None:
+    result = sw.simulate(CASE_A, CHAIN, waves="primary")
+    assert result.waves == (result.primary,)
+
+
+def test_json_of_the_primary_alone_leaves_the_recoil_open() -> None:
+    document = sw.simulate(CASE_A, CHAIN, waves="primary").to_dict()
+    names = ("recoil_momentum", "recoil_error", "recoil_velocities", "ejected_granules", "spall_velocities")
+    assert [document[name] for name in names] == [None] * 5
+
+
+def test_a_peak_force_loads_neither_scipy_nor_what_measures_a_train() -> None:
+    program = (
+        "import sys; sys.path.insert(0, 'tests')\n"
+        "import shockwave as sw\n"
+        "from scenes import CASE_A, CHAIN\n"
+        "assert sw.simulate(CASE_A, CHAIN).peak_force > 0\n"
+        "print(*sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    modules = set(done.stdout.split())
+    assert {"scipy", "shockwave.measurement.run", "shockwave.measurement.recording"} & modules == set()
+
+
+def test_cost_grows_by_that_of_the_train_once_it_was_looked_at() -> None:
+    result = sw.simulate(CASE_A, CHAIN)
+    before = result.cost
+    assert result.cost == before
+    train_cost = result.train.cost
+    assert train_cost.steps > 0
+    assert result.cost == before + train_cost
+
+
+def test_train_is_integrated_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    import shockwave.measurement.train as module
+
+    real, calls = module.train_of, []
+    monkeypatch.setattr(module, "train_of", lambda result: calls.append(result) or real(result))
+    result = sw.simulate(power(0.5), CHAIN)
+    assert result.waves == result.train.waves
+    assert result.recoil_momentum < 0
+    assert len(calls) == 1
+
+
+def test_a_result_that_was_looked_at_equals_one_that_was_not() -> None:
+    result = sw.simulate(power(0.5), CHAIN)
+    assert result.waves
+    assert result == sw.simulate(power(0.5), CHAIN)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        pytest.param({"rtol": 1e-5}, id="tolerance"),
+        pytest.param({"waves": "primary"}, id="waves"),
+        pytest.param({"contacts": [3]}, id="contacts"),
+        pytest.param({"wave_threshold": 0.1}, id="threshold"),
+    ],
+)
+def test_results_of_other_questions_differ(other: dict[str, object]) -> None:
+    assert sw.simulate(power(0.5), CHAIN, **other) != sw.simulate(power(0.5), CHAIN)  # type: ignore[arg-type]
+
+
+def test_a_result_with_another_name_keeps_its_figures() -> None:
+    result = train()
+    named = attrs.evolve(result, scenario="mine")
+    assert named.waves == result.waves
+    assert named.to_dict()["scenario"] == "mine"
+
+
+def test_primary_of_the_train_is_that_which_was_found_alone() -> None:
+    result = train()
+    assert result.train.waves[0].peak_force == result.peak_force
+
+
+# ---------------------------------------------------------------- free ends
+
+
+@cache
+def finite(granules: int) -> sw.SimulationResult:
+    return sw.simulate(power(0.5), attrs.evolve(CHAIN, granules=granules))
+
+
+@pytest.mark.parametrize("granules", [2, 3, 5, 9, 20, 50, 100, 200, 300])
+def test_finite_chain_keeps_momentum_and_energy(granules: int) -> None:
+    assert finite(granules).momentum_defect < 1e-13
+    assert finite(granules).energy_defect < 1e-6
+
+
+@pytest.mark.parametrize("granules", [2, 3, 5, 9, 20])
+def test_granules_of_a_short_chain_carry_all_momentum_away(granules: int) -> None:
+    result = finite(granules)
+    assert result.spall_velocities is not None
+    momentum = CHAIN.granule_mass * sum(result.spall_velocities)
+    # left out are granules slower than a thousandth of the fastest
+    assert momentum + result.recoil_momentum == pytest.approx(result.applied_momentum, rel=5e-3)
+
+
+def test_granule_at_the_free_end_flies_off_alike_in_chains_of_100_and_300() -> None:
+    first, second = (finite(granules).spall_velocities for granules in (100, 300))
+    assert first is not None
+    assert second is not None
+    # both see the primary alone, known to rtol 1e-6
+    assert first[0] == pytest.approx(second[0], rel=1e-6)
+
+
+def test_a_chain_without_end_has_no_spall() -> None:
+    assert sw.simulate(power(0.5), CHAIN).spall_velocities is None
+
+
+def test_second_of_two_granules_leaves_with_the_velocity_of_the_first() -> None:
+    result = sw.simulate(triangle(1e-4), attrs.evolve(CHAIN, granules=2), rtol=1e-8)
+    assert result.spall_velocities is not None
+    # an elastic collision of equals; the shock is short against it, to the square of the ratio of their durations
+    expected = result.applied_momentum / CHAIN.granule_mass
+    assert result.spall_velocities[0] == pytest.approx(expected, rel=1e-7)
+
+
+def test_primary_of_a_long_finite_chain_is_that_of_an_endless_one() -> None:
+    assert finite(300).found == sw.simulate(power(0.5), CHAIN).found

@@ -16,8 +16,9 @@ CHAOTIC_TAIL = 3
 
 
 @each_pulse
-def test_primary_peak_is_within_the_tolerance(index: int) -> None:
-    assert simulated(index, 1e-6).peak_force / FORCE == pytest.approx(TRUTH[index]["peaks"][0], rel=1e-6)
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
+def test_primary_peak_is_within_the_tolerance(index: int, rtol: float) -> None:
+    assert simulated(index, rtol).peak_force / FORCE == pytest.approx(TRUTH[index]["peaks"][0], rel=rtol)
 
 
 @each_pulse
@@ -51,7 +52,7 @@ def test_nothing_recoils_from_the_slow_train() -> None:
 
 
 @each_pulse
-@pytest.mark.parametrize("rtol", [1e-4, 1e-6])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
 def test_error_estimate_covers_the_error(index: int, rtol: float) -> None:
     result = simulated(index, rtol)
     error = abs(result.peak_force / FORCE / TRUTH[index]["peaks"][0] - 1)
@@ -60,13 +61,16 @@ def test_error_estimate_covers_the_error(index: int, rtol: float) -> None:
 
 
 @each_pulse
-def test_momentum_book_closes_to_rounding(index: int) -> None:
-    assert simulated(index, 1e-6).momentum_defect < 1e-13
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
+def test_momentum_book_closes_to_rounding(index: int, rtol: float) -> None:
+    assert simulated(index, rtol).momentum_defect < 1e-13
 
 
 @each_pulse
-def test_energy_book_closes_to_the_tolerance(index: int) -> None:
-    assert simulated(index, 1e-6).energy_defect < 1e-6
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
+def test_energy_book_closes_to_the_tolerance(index: int, rtol: float) -> None:
+    # a peak force goes with the 3/5 power of energy
+    assert simulated(index, rtol).energy_defect < rtol
 
 
 @each_pulse

@@ -83,6 +83,7 @@ def measured(shock: Shock, chain: Chain, problem: ChainProblem, scales: Scales, 
         chain_energy=books.energy,
         work=books.held,
         impulse=books.impulse,
+        free_path=0.0,
         steps=train.cost.steps,
         evaluations=train.cost.force_evaluations,
     )

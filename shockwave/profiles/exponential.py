@@ -72,6 +72,9 @@ def _ramp(rate: float, s: FloatArray, integrals: int) -> FloatArray:
 
 def _phi(x: FloatArray, order: int) -> FloatArray:
     """Sum of (-x)^j / (j + 1 + order)! over j >= 0, times e^x where x is negative: it never overflows."""
+    if order == 0:  # nothing cancels
+        size = np.where(x == 0, 1.0, np.abs(x))
+        return np.asarray(np.where(x == 0, 1.0, -np.expm1(-size) / size))
     small = np.abs(x) < _SMALL
     fading = np.exp(np.minimum(x, 0.0))
     near = np.where(small, x, 0.0)

@@ -216,7 +216,7 @@ enum { RISE_TIME, FORCE, DURATION, GRANULES, TOLERANCE, DOUBT, MOST_CONTACTS, MO
        FIRST_COEFFICIENT, FIRST_STOP, FIRST_WANTED, WANTED, JOB };
 enum { WANTED_CONTACT, WANTED_TIME, WANTED_FORCE, PASSAGE };   /* contacts ascend */
 enum { STATUS, PEAK, LAST, CONTACT, TIME, DOUBT_LEFT, SPEED, MOMENTUM, ENERGY, FOOT, CHAIN_MOMENTUM, CHAIN_ENERGY, WORK,
-       IMPULSE, STEPS, EVALUATIONS, FOUND };
+       IMPULSE, FREE_PATH, STEPS, EVALUATIONS, FOUND };
 enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 
 #define STRIDE 4      /* contacts between the peaks that are followed to their limit */
@@ -239,7 +239,7 @@ enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 typedef struct {
     long job, base, count, head, granules, stop, wanted, last_wanted, steps, attempts, evaluations;
     int driven, status, kept, rejected;
-    double t, h, until, impulse, duration, tolerance;
+    double t, h, until, impulse, free_path, duration, tolerance;
     double bank_momentum, bank_energy, work;
     double peak[KEPT], time[KEPT];
     long contact[KEPT];
@@ -555,6 +555,7 @@ static void finish(const Batch *batch, const Window *w, const Lane *lane, int l)
     found[CHAIN_ENERGY] = energy;
     found[WORK] = lane->work;
     found[IMPULSE] = lane->impulse;
+    found[FREE_PATH] = lane->free_path;
     found[STEPS] = (double)lane->steps;
     found[EVALUATIONS] = (double)lane->evaluations;
 }
@@ -578,6 +579,7 @@ static void accept(const Method *m, const Batch *batch, Window *w, Lane *lane, i
     if (at_stop && lane->t >= lane->duration) {
         lane->driven = 0;
         lane->until = INFINITY;
+        lane->free_path = after[0];
         lane->impulse = after[1];
         lane->work += after[1] * w->v[l] + 0.5 * after[1] * after[1];
         w->x[l] += after[0];

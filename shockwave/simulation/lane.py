@@ -18,7 +18,6 @@ __all__ = ["ROWS", "Force", "Lane"]
 ROWS = 8
 _FIRST_STEP, _LONGEST_STEP = 0.05, 1.0
 _SAFETY, _LEAST_FACTOR, _MOST_FACTOR = 0.9, 0.2, 3.0
-_LEAST = 1e-40  # overlaps below it are none: no number may become so small that processors slow down
 
 
 @define(eq=False, slots=False)
@@ -39,6 +38,7 @@ class Lane:
     size: float = _FIRST_STEP
     free: tuple[float, float] = (0.0, 0.0)
     impulse: float = 0.0
+    free_path: float = 0.0
     work: float = 0.0
     bank_momentum: float = 0.0
     bank_energy: float = 0.0
@@ -93,19 +93,27 @@ class Force:
         self.impulses: list[list[float]] = []
         self.first: list[FloatArray] = []
         self.overlaps = np.zeros((rows, len(lanes)))
-        self.forces = np.zeros((rows + 1, len(lanes)))
+        self.inner = self.overlaps[:-1]  # the last row has no granule ahead: it stays 0
+        forces = np.zeros((rows + 1, len(lanes)))
+        self.behind, self.ahead = forces[:-1], forces[1:]
 
     def __call__(self, times: FloatArray, y: FloatArray) -> FloatArray:
-        overlap = self.overlaps
-        np.subtract(y[:-1], y[1:], out=overlap[:-1])
+        np.subtract(y[:-1], y[1:], out=self.inner)
+        if self.driven:
+            self._drive(np.ravel(times), y)
+        np.maximum(self.overlaps, 0.0, out=self.overlaps)
+        np.sqrt(self.overlaps, out=self.ahead)
+        np.multiply(self.ahead, self.overlaps, out=self.ahead)
+        result: FloatArray = self.behind - self.ahead
+        if self.driven:
+            self.first.append(result[0])
+        return result
+
+    def _drive(self, times: FloatArray, y: FloatArray) -> None:
+        """Add the free path to the first overlap of each lane that is driven."""
         impulses = [0.0] * len(self.ends)
         for place, lane in self.driven:
             time = float(times[place])
             path, impulses[place] = lane.request.problem.free(self.ends[place] if time == self.sums[place] else time)
-            overlap[0, place] = (y[0, place] + path) - y[1, place]
-        overlap *= overlap > _LEAST  # the last row has no granule ahead: it stays 0
-        np.multiply(overlap, np.sqrt(overlap), out=self.forces[1:])
-        result: FloatArray = self.forces[:-1] - self.forces[1:]
+            self.overlaps[0, place] = (y[0, place] + path) - y[1, place]
         self.impulses.append(impulses)
-        self.first.append(result[0])
-        return result

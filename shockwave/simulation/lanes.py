@@ -94,7 +94,11 @@ class _March:
         ends = [lane.until if lane and stop else end for lane, stop, end in zip(lanes, at_stop, sums, strict=True)]
         x, v, a = self.x[:rows], self.v[:rows], self.a[:rows]
         force = Force(lanes, rows, sums, ends)
-        tried = self.method.attempt(force, times, sizes, x, v, a)
+        # one lane alone goes faster with plain numbers
+        alone = len(lanes) == 1
+        tried = self.method.attempt(
+            force, float(times[0]) if alone else times, float(sizes[0]) if alone else sizes, x, v, a
+        )
         errors = np.asarray(tried.error).tolist()
         for place, lane in enumerate(lanes):
             if lane is None:
@@ -121,20 +125,20 @@ class _March:
 
     def _observe(self, lane: Lane, place: int, size: float, free: tuple[float, float], tried: Attempt) -> None:
         """Contacts whose force has passed a maximum within the step."""
-        rows = lane.count
-        x, v, a = (array[:rows, place].copy() for array in (self.x, self.v, self.a))
-        x1, v1, a1 = (array[:rows, place].copy() for array in (tried.x, tried.v, tried.a))
-        x[0], v[0] = x[0] + lane.free[0], v[0] + lane.free[1]
-        x1[0], v1[0] = x1[0] + free[0], v1[0] + free[1]
+        v, v1 = self.v[: lane.count, place], tried.v[: lane.count, place]
         before, after = v[:-1] - v[1:], v1[:-1] - v1[1:]
-        closed = x1[:-1] - x1[1:] > _SLIGHT
-        closed[0] = True
-        for j in np.nonzero((before > 0) & (after <= 0) & closed)[0].tolist():
-            if lane.base + j <= lane.head and x1[j] - x1[j + 1] < _WEAK:
+        before[0] += lane.free[1]
+        after[0] += free[1]
+        for j in np.flatnonzero((before > 0) & (after <= 0)).tolist():
+            closed = tried.x.item(j, place) - tried.x.item(j + 1, place)
+            if j and closed <= _SLIGHT:
                 continue
-            slopes = size * (a[j] - a[j + 1]), size * (a1[j] - a1[j + 1])
-            share, moved = crossing(float(before[j]), float(after[j]), *slopes)
-            force = hertz(float(x[j] - x[j + 1]) + size * moved)
+            if lane.base + j <= lane.head and closed + (0.0 if j else free[0]) < _WEAK:
+                continue
+            slopes = (size * (a.item(j, place) - a.item(j + 1, place)) for a in (self.a, tried.a))
+            share, moved = crossing(before.item(j), after.item(j), *slopes)
+            overlap = self.x.item(j, place) - self.x.item(j + 1, place) + (0.0 if j else lane.free[0])
+            force = hertz(overlap + size * moved)
             if force >= _FLOOR:
                 self._note(lane, place, j, size, share, force)
 
@@ -236,7 +240,7 @@ class _March:
             lane.stop += 1
             if lane.until == math.inf:
                 lane.driven = False
-                lane.impulse = free[1]
+                lane.free_path, lane.impulse = free
                 lane.work += free[1] * float(self.v[0, place]) + 0.5 * free[1] ** 2
                 self.x[0, place] += free[0]
                 self.v[0, place] += free[1]
@@ -311,6 +315,7 @@ class _March:
             chain_energy=lane.bank_energy + _energy(x, v),
             work=float(lane.work),
             impulse=lane.impulse,
+            free_path=lane.free_path,
             steps=lane.steps,
             evaluations=lane.evaluations,
             passages=tuple(lane.passages),

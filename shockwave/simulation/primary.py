@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from types import ModuleType
 from typing import NamedTuple
 
@@ -23,14 +22,14 @@ __all__ = ["AT_END", "FAILED", "KNOWN", "TOO_LONG", "Passage", "Primary", "Reque
 # How a search ended. TOO_LONG: the limit was not known after as many contacts as there may be.
 KNOWN, TOO_LONG, AT_END, FAILED = 1, 2, 3, 4
 
-_MOST_CONTACTS, _CONTACT_RATE = 600, 4
+_MOST_CONTACTS, _CONTACT_RATE = 20_000, 400
 _MOST_ATTEMPTS, _ATTEMPT_RATE = 50_000, 1000
-# How far behind the front granules are still followed once the force has ended. Shorter ones change the peak of the
-# longer shocks by more than 1e-10.
-_REAR, _LONG_REAR, _LONG = 16, 24, 10.0
-# Shocks that run side by side in the compiled code, and the fewest worth a thread of their own.
+# How far behind the front granules are still followed once the force has ended: so many, or if the shock is long so
+# many and some more for the time that its force was near its peak, which makes many waves of about the same height.
+# Less would change peaks by more than 1e-10.
+_REAR, _LONG_REAR, _LONG, _FLAT_RATE = 16, 24, 10.0, 1.25
+# Shocks that run side by side in the compiled code.
 _WIDTH = 8
-_FEWEST = 16
 
 
 class Passage(NamedTuple):
@@ -64,7 +63,9 @@ class Request:
 
     @property
     def rear(self) -> int:
-        return _REAR if self.problem.duration < _LONG else _LONG_REAR
+        if self.problem.duration < _LONG:
+            return _REAR
+        return _LONG_REAR + int(_FLAT_RATE * self.problem.time_near_peak)
 
 
 class Primary(NamedTuple):
@@ -73,7 +74,8 @@ class Primary(NamedTuple):
     ``peak`` is the limit along the chain, ``doubt`` a bound on its relative error as such; ``last`` and ``time`` are
     those of the peak at ``contact``, the last that was read, ``speed`` that of the front there. ``momentum`` and
     ``energy`` are those of the wave from its ``foot`` on, the force behind it. ``chain_momentum`` and
-    ``chain_energy`` are those of all granules, against ``impulse`` and ``work`` of the force.
+    ``chain_energy`` are those of all granules, against ``impulse`` and ``work`` of the force; ``free_path`` is how far
+    it would have moved a granule by itself.
     """
 
     status: float
@@ -90,6 +92,7 @@ class Primary(NamedTuple):
     chain_energy: float
     work: float
     impulse: float
+    free_path: float
     steps: float
     evaluations: float
     passages: tuple[Passage, ...] = ()
@@ -105,13 +108,8 @@ class Primary(NamedTuple):
         return abs(self.chain_momentum / self.impulse - 1)
 
 
-def find_primaries(
-    requests: Sequence[Request], method: type[Nystroem], compiled: ModuleType | None, threads: int = 1
-) -> list[Primary]:
-    """The primary of each request, in their order.
-
-    ``compiled`` is the compiled module, or None for NumPy; with it, ``threads`` share the work.
-    """
+def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled: ModuleType | None) -> list[Primary]:
+    """The primary of each request, in their order; ``compiled`` is the compiled module, or None for NumPy."""
     if not requests:
         return []
     if compiled is None:
@@ -120,22 +118,8 @@ def find_primaries(
         return run(requests, method)
     # Shocks that take about as long side by side: none waits for a longer one.
     order = sorted(range(len(requests)), key=lambda index: requests[index].problem.duration, reverse=True)
-    shares = max(1, min(threads, len(requests) // _FEWEST))
-    groups = [order[share::shares] for share in range(shares)]
-
-    def work(group: list[int]) -> list[Primary]:
-        return _compiled(compiled, method, [requests[index] for index in group])
-
-    if shares == 1:
-        found = [work(groups[0])]
-    else:
-        with ThreadPoolExecutor(shares) as pool:
-            found = list(pool.map(work, groups))
-    results: list[Primary] = [None] * len(requests)  # type: ignore[list-item]
-    for group, primaries in zip(groups, found, strict=True):
-        for index, primary in zip(group, primaries, strict=True):
-            results[index] = primary
-    return results
+    found = _compiled(compiled, method, [requests[index] for index in order])
+    return [primary for _, primary in sorted(zip(order, found, strict=True), key=lambda pair: pair[0])]
 
 
 def _compiled(compiled: ModuleType, method: type[Nystroem], requests: list[Request]) -> list[Primary]:

@@ -23,6 +23,7 @@ __all__ = ["ChainAcceleration", "ChainProblem", "contact_forces", "overlaps"]
 
 # More knots than this are a sampled record: its kinks are too small and too many to end steps on.
 _MOST_STOPS = 64
+_SAMPLES = 200
 
 
 @frozen(eq=False, slots=False)
@@ -61,6 +62,14 @@ class ChainProblem:
     def path(self) -> FreePath:
         """Path and impulse of a free granule under the force, as a table in units of the profile."""
         return self.profile.free_path()
+
+    @property
+    def time_near_peak(self) -> float:
+        """How long the force is above nine tenths of its peak, about."""
+        # Midpoints, so that neither end is a point of its own.
+        shares = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+        force = self.profile.force(shares * float(self.profile.duration_ratio))
+        return float(np.mean(force > 0.9)) * self.duration
 
     def free(self, time: float) -> tuple[float, float]:
         """Path and velocity of a free granule under the force."""

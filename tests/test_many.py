@@ -1,0 +1,98 @@
+"""Many shocks at once: as one by one, in order, each failing alone."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import attrs
+import pytest
+
+import shockwave as sw
+from scenes import CHAIN, power, random_pulses
+
+# More than share a vector, and enough for two threads.
+PULSES = random_pulses(seed=5, count=40)
+FEW = PULSES[:5]
+
+
+@cache
+def singles() -> list[sw.SimulationResult]:
+    return [sw.simulate(pulse, CHAIN) for pulse in PULSES]
+
+
+def test_many_are_equal_to_single_runs() -> None:
+    assert sw.simulate_many(PULSES, CHAIN) == singles()
+
+
+@pytest.mark.parametrize("integrator", ["rkn64", "rkn1210"])
+def test_many_by_another_pair_are_equal_to_single_runs(integrator: str) -> None:
+    many = sw.simulate_many(PULSES[:20], CHAIN, integrator=integrator)
+    assert many == [sw.simulate(pulse, CHAIN, integrator=integrator) for pulse in PULSES[:20]]
+
+
+@pytest.mark.parametrize("threads", [1, 2, 4, None])
+def test_number_of_threads_changes_nothing(threads: int | None) -> None:
+    assert sw.simulate_many(PULSES, CHAIN, threads=threads) == singles()
+
+
+def test_many_in_numpy_are_equal_to_single_runs_in_numpy() -> None:
+    many = sw.simulate_many(FEW, CHAIN, rtol=1e-4, backend="numpy")
+    assert many == [sw.simulate(pulse, CHAIN, rtol=1e-4, backend="numpy") for pulse in FEW]
+
+
+def test_results_come_in_the_order_of_the_shocks() -> None:
+    assert [result.shock for result in sw.simulate_many(PULSES[::-1], CHAIN)] == PULSES[::-1]
+
+
+BAD = {
+    "weightless": (attrs.evolve(power(1.0), peak_force=1e-300), sw.InvalidValueError, "peak_force: must give waves"),
+    "endless": (attrs.evolve(power(1.0), rise_time=1e3), sw.NumericalError, "the shock lasts"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+@pytest.mark.parametrize("integrator", [None, "verlet"], ids=["search", "march"])
+def test_a_shock_that_fails_stands_as_an_error_in_its_place(name: str, integrator: str | None) -> None:
+    shock, kind, message = BAD[name]
+    before, error, after = sw.simulate_many([PULSES[0], shock, PULSES[4]], CHAIN, integrator=integrator)
+    assert isinstance(error, kind)
+    assert message in str(error)
+    assert (before.shock, after.shock) == (PULSES[0], PULSES[4])
+
+
+@pytest.mark.parametrize("name", BAD)
+@pytest.mark.parametrize("backend", ["auto", "numpy"])
+def test_shocks_that_all_fail_are_all_errors(name: str, backend: str) -> None:
+    shock, kind, _ = BAD[name]
+    errors = sw.simulate_many([shock, shock], CHAIN, backend=backend)  # type: ignore[arg-type]
+    assert [type(error) for error in errors] == [kind, kind]
+
+
+@pytest.mark.parametrize("backend", ["auto", "numpy"])
+def test_no_shock_gives_no_result(backend: str) -> None:
+    assert sw.simulate_many([], CHAIN, backend=backend) == []  # type: ignore[arg-type]
+
+
+def test_each_shock_may_have_a_chain_of_its_own() -> None:
+    chains = [attrs.evolve(CHAIN, granules=granules) for granules in (None, 5, 20, 100, 300)]
+    many = sw.simulate_many(FEW, chains)
+    assert many == [sw.simulate(pulse, chain) for pulse, chain in zip(FEW, chains, strict=True)]
+
+
+def test_a_wrong_number_of_chains_is_refused() -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"chain: must be one, or one for each shock \(got 2\)"):
+        sw.simulate_many(FEW, [CHAIN, CHAIN])
+
+
+def test_shocks_may_come_from_a_generator() -> None:
+    assert sw.simulate_many((pulse for pulse in FEW), CHAIN) == singles()[:5]
+
+
+def test_many_by_a_method_of_fixed_step_are_equal_to_single_runs() -> None:
+    shocks = [power(0.5), power(0.6)]
+    many = sw.simulate_many(shocks, CHAIN, integrator="verlet", step=0.1)
+    assert many == [sw.simulate(pulse, CHAIN, integrator="verlet", step=0.1) for pulse in shocks]
+
+
+def test_seconds_are_left_out_of_comparisons() -> None:
+    assert attrs.evolve(singles()[0], seconds=1e9) == singles()[0]
