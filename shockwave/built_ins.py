@@ -34,9 +34,9 @@ def shockwave_integrators() -> list[Entry]:
     rkn1210 = "Runge-Kutta-Nystroem 12(10) of the same, adaptive (default below rtol 1e-7)"
     rkn64 = "Runge-Kutta-Nystroem 6(4) of Dormand & Prince, adaptive"
     return [
-        Entry("rkn86", f"{nystroem}:Rkn86", rkn86, takes="rtol"),
-        Entry("rkn1210", f"{nystroem}:Rkn1210", rkn1210, takes="rtol"),
-        Entry("rkn64", f"{nystroem}:Rkn64", rkn64, takes="rtol"),
+        Entry("rkn86", f"{nystroem}:Rkn86", rkn86, takes="rtol backend"),
+        Entry("rkn1210", f"{nystroem}:Rkn1210", rkn1210, takes="rtol backend"),
+        Entry("rkn64", f"{nystroem}:Rkn64", rkn64, takes="rtol backend"),
         Entry("verlet", f"{place}.verlet:Verlet", "velocity Verlet, order 2, fixed step, symplectic", takes="step"),
         Entry("pefrl", f"{place}.pefrl:Pefrl", "extended Forest-Ruth, order 4, fixed step, symplectic", takes="step"),
         Entry("rk4", f"{place}.rk4:Rk4", "classical Runge-Kutta, order 4, fixed step", takes="step"),

@@ -161,6 +161,8 @@ def _run(
             print(f"{number} of {len(scenarios)}: {scenario.name}", file=sys.stderr)
         try:
             result = one(scenario)
+            # whatever the result leaves until it is looked at is looked at here
+            document = result.to_dict()
         except ShockwaveError as error:
             print(f"{scenario.path}: {error}", file=sys.stderr)
             documents.append({"scenario": scenario.name, "error": str(error)})
@@ -171,7 +173,7 @@ def _run(
             break
         else:
             done.append(result)
-            documents.append(result.to_dict())
+            documents.append(document)
     if options.json:
         if documents:
             _print_json(documents if len(options.files) > 1 else documents[0])

@@ -25,8 +25,8 @@ _hookspec = pluggy.HookspecMarker("shockwave")
 class Entry:
     """A registered noun: its ``name``, its ``address`` (``package.module:attribute``) and one line on it.
 
-    ``takes`` names the one setting among those of its kind that it has a use for, where it has not for all: of an
-    integrator ``rtol`` if it is adaptive, ``step`` if not. ``distribution`` is filled in by the registry.
+    ``takes`` names the settings that it has a use for, where not all of its kind have the same: of an integrator
+    ``rtol`` if it is adaptive, ``step`` if not. ``distribution`` is filled in by the registry.
     """
 
     name: str

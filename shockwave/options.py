@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import Any, Literal
 
 import attrs
@@ -36,15 +36,18 @@ def _one_of(*known: str) -> Any:
 
 
 def _contacts(values: Any) -> Any:
-    """Ascending numbers of contacts; anything else is left alone, for the check."""
-    try:
-        return tuple(sorted({int(value) for value in values if int(value) == value}))
-    except (TypeError, ValueError, OverflowError):
+    """Ascending numbers of contacts; what is none is left alone, for the check."""
+    if isinstance(values, str | bytes) or not isinstance(values, Iterable):
         return values
+    values = tuple(values)
+    if any(isinstance(value, bool) or not hasattr(value, "__index__") for value in values):
+        return values
+    return tuple(sorted({int(value) for value in values}))
 
 
 def _check_contacts(_: object, attribute: attrs.Attribute[Any], values: object) -> None:
-    if not isinstance(values, tuple) or any(not 0 <= value <= _MOST_CONTACT for value in values):
+    fits = isinstance(values, tuple) and all(type(value) is int and 0 <= value <= _MOST_CONTACT for value in values)
+    if not fits:
         problem = f"must be whole numbers from 0 to {_MOST_CONTACT:g} (got {text_of(values)})"
         raise InvalidValueError.of(attribute.name, problem)
 
@@ -115,16 +118,17 @@ class SimulateOptions:
     until: float | None = quantity("s", "end of the histories", above=0, optional=True, default=None)
 
     def __attrs_post_init__(self) -> None:
-        takes = "rtol" if self.integrator is None else find("integrators", self.integrator).takes
-        self.check(self.integrator or "the method that is chosen for a tolerance", takes)
+        takes = "rtol backend" if self.integrator is None else find("integrators", self.integrator).takes
+        if takes:
+            self.check(self.integrator or "the method that is chosen for a tolerance", takes.split())
 
-    def check(self, name: str, takes: str) -> None:
-        """Refuse the setting that the method called ``name`` has no use for, as it ``takes`` the other."""
-        for setting, other, why in (
-            ("step", "rtol", "chooses its own steps"),
-            ("rtol", "step", "is of fixed step"),
-        ):
+    def check(self, name: str, takes: Collection[str]) -> None:
+        """Refuse a setting that the method called ``name``, which ``takes`` these, has no use for."""
+        other = "rtol" if "rtol" in takes else "step"
+        why = "chooses its own steps" if other == "rtol" else "is of fixed step"
+        for setting in {"rtol", "step"} - set(takes):
             value = getattr(self, setting)
-            if takes == other and value is not None:
-                problem = f"must be left out: {name} {why} (got {value:g}; give {other})"
-                raise InvalidValueError.of(setting, problem)
+            if value is not None:
+                raise InvalidValueError.of(setting, f"must be left out: {name} {why} (got {value:g}; give {other})")
+        if self.backend == "compiled" and "backend" not in takes:
+            raise InvalidValueError.of("backend", f"must be auto or numpy: {name} is not in the compiled code")

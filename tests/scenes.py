@@ -32,9 +32,7 @@ def power(rise_time: float) -> sw.Shock:
 
 def triangle(duration: float) -> sw.Shock:
     """A triangular shock of 100 N; its duration is in natural units."""
-    return sw.Shock(
-        profile=sw.Triangular(duration_ratio=3), peak_force=FORCE, rise_time=duration / 3 * UNITS.time
-    )
+    return sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=FORCE, rise_time=duration / 3 * UNITS.time)
 
 
 #: A short shock, and a long one that makes a train; both are known to 20 digits.
@@ -58,9 +56,7 @@ def _random_pulse(draw: np.random.Generator, kind: int, shortest: float, longest
     if kind == 2:  # a record of one to ten peaks
         forces = np.concatenate(([0.0], draw.uniform(0.05, 1.0, draw.integers(2, 12)), [0.0]))
         times = np.append(0.0, np.cumsum(draw.uniform(0.1, 1.0, len(forces) - 1)))
-        return sw.Shock(
-            profile=sw.Tabulated(times=total * times / times[-1], forces=FORCE * forces / forces.max())
-        )
+        return sw.Shock(profile=sw.Tabulated(times=total * times / times[-1], forces=FORCE * forces / forces.max()))
     ratio = draw.uniform(1.2, 12.0)
     if kind == 0:
         profile = sw.PowerLaw(

@@ -155,7 +155,7 @@ BAD = {
     "unknown-profile": (CHAIN + SHOCK.replace("triangular", "triangle"), "2:18", "shock.profile", "did you mean"),
     "unknown-model": (_with("predict: {model: section4}"), "3:18", "predict.model", "did you mean 'section-4'?"),
     "unknown-quadrature": (_with("predict: {quadrature: gauss}"), "3:23", "predict.quadrature", "known: gauss"),
-    "unknown-integrator": (_with("simulate: {integrator: euler}"), "3:24", "simulate.integrator", "known: rkn86, rkn1210"),
+    "unknown-integrator": (_with("simulate: {integrator: euler}"), "3:24", "simulate.integrator", "known: rkn86,"),
     "unknown-alpha": (_with("predict: {alpha: liteal}"), "3:18", "predict.alpha", "must be 'constant' or 'literal'"),
     "unknown-relation": (
         _with("published: {source: x, relation: more}"), "3:34", "published.relation", "'less', 'equal' or 'greater'",

@@ -17,6 +17,7 @@ from scenes import CASE_A, CHAIN, FORCE, POWER, STEEL, UNITS, power, triangle
 from shockwave.chain import Scales
 from shockwave.chain.solitary_wave import ENERGY, GRANULE_VELOCITY, MOMENTUM, SPEED, WIDTH
 
+
 def shock(profile: sw.ShockProfile, rise_time: float) -> sw.Shock:
     """A shock of 100 N whose rise time is given in natural units."""
     return sw.Shock(profile=profile, peak_force=FORCE, rise_time=rise_time * UNITS.time)
@@ -264,7 +265,16 @@ def no_train(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("no_train")
 @pytest.mark.parametrize(
     "name",
-    ["peak_force", "amplification", "primary", "error_estimate", "momentum_defect", "energy_defect", "cost", "warnings"],
+    [
+        "peak_force",
+        "amplification",
+        "primary",
+        "error_estimate",
+        "momentum_defect",
+        "energy_defect",
+        "cost",
+        "warnings",
+    ],
 )
 def test_figures_of_the_primary_integrate_no_train(name: str) -> None:
     assert getattr(sw.simulate(CASE_A, CHAIN), name) is not None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from attrs import evolve
 
 from shockwave.chain.solitary_wave import SPEED
@@ -14,7 +15,7 @@ from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.primary import Request, find_primaries
 from shockwave.simulation.problem import ChainProblem
 
-__all__ = ["passage"]
+__all__ = ["checked", "passage"]
 
 # By how much a peak nears its limit from contact to contact, at least.
 _FALL = 0.98**0.25
@@ -24,7 +25,7 @@ _REACH, _FARTHEST = 8, 2000
 
 def passage(result: SimulationResult, contact: int) -> Passage:
     """See `SimulationResult.passage`."""
-    contact = _checked(result, contact)
+    contact = checked(result, contact)
     found, scales = result.found, result.scales
     if contact >= found.contact and not _feels_the_end(result, contact):
         # Slope and origin of the path of the exact wave: its speed goes with the sixth root of the peak force.
@@ -63,10 +64,11 @@ def _feels_the_end(result: SimulationResult, contact: int) -> bool:
     return granules is not None and contact > granules - 2 - _REACH
 
 
-def _checked(result: SimulationResult, contact: int) -> int:
+def checked(result: SimulationResult, contact: int) -> int:
     granules = result.chain.granules
     last = None if granules is None else granules - 2
-    if isinstance(contact, bool) or contact != int(contact) or contact < 0 or (last is not None and contact > last):
+    whole = isinstance(contact, int | np.integer) and not isinstance(contact, bool)
+    if not whole or contact < 0 or (last is not None and contact > last):
         most = "" if last is None else f" and at most {last}, the last of this chain"
         raise InvalidValueError.of("contact", f"must be a whole number of at least 0{most} (got {contact!r})")
     return int(contact)
@@ -76,7 +78,7 @@ def _searched(problem: ChainProblem, plan: Plan, method: type[Nystroem], contact
     """By the search for the primary, which reads the front wherever it is asked to."""
     # as if the chain had no end: the front does not feel it before it is there
     endless = evolve(problem, granules=None)
-    request = Request(endless, plan.tolerance(), plan.doubt(), (contact,))
+    request = Request(endless, plan.tolerance(problem.duration), plan.doubt(), (contact,))
     (primary,) = find_primaries([request], method, plan.compiled)
     for found in primary.passages:
         return found.time, found.force

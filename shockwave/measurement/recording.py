@@ -9,6 +9,7 @@ import numpy as np
 from attrs import define, field, frozen
 
 from shockwave.errors import InvalidValueError
+from shockwave.measurement.passage import checked
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import plan_of, scaled
 from shockwave.measurement.train import methods_of
@@ -82,6 +83,8 @@ def record(result: SimulationResult) -> Recording:
     options, scales = result.options, result.scales
     if "forces" in options.record and not options.contacts:
         raise InvalidValueError.of("contacts", "must be given where record has forces (got none)")
+    for contact in options.contacts:
+        checked(result, contact)
     until = _end(result)
     interval = 1 / _SAMPLES if options.interval is None else options.interval / scales.time
     count = int(until / interval * (1 + 1e-12)) + 1
@@ -109,7 +112,7 @@ def _end(result: SimulationResult) -> float:
     if result.options.until is not None:
         return result.options.until / result.scales.time
     last = max(result.options.contacts, default=0)
-    passed = result.passage(last).arrival_time if last else 0.0
+    passed = result.passage(last).arrival_time if result.options.contacts else 0.0
     read = 0.0 if result.options.contacts else result.primary.arrival_time
     return max(passed, read) / result.scales.time + _AFTER
 

@@ -30,7 +30,8 @@ _RTOL, _STEP = 1e-6, 0.02
 # Below this tolerance the method of high order takes fewer evaluations.
 _HIGH_ORDER = 1e-7
 # Shares of the tolerance, and how much of it a loose one may be at most: waves must still be told from noise.
-_DOUBT, _MOST_DOUBT, _LOOSEST_STEP = 0.5, 3e-5, 2e-4
+# The waves of a long shock are nearly alike.
+_DOUBT, _MOST_DOUBT, _LOOSEST_STEP, _LOOSEST_LONG = 0.5, 3e-5, 2e-4, 1e-3
 # Below this step control gains nothing: rounding is all that is left.
 _TIGHTEST_STEP = 3e-15
 # What a peak force errs by: so many energy defects (1.7 would follow from F ~ E^(3/5), were all of it the primary's),
@@ -44,6 +45,8 @@ _DIGITS = 13
 _SHARE, _FEWEST = 128, 16
 #: The longest shock, in natural times of its wave: the work grows with the square.
 _LONGEST = 2e4
+# Longer ones are not measured on the whole chain where the search has failed: it would take hours.
+_MEASURABLE = 300.0
 
 
 @frozen
@@ -59,11 +62,12 @@ class Plan:
         """The method, if the search for the primary knows it."""
         return self.method if issubclass(self.method, Nystroem) else None
 
-    def tolerance(self, tighter: float = 1.0) -> float:
-        """Error allowed in a step of the search for the primary."""
+    def tolerance(self, duration: float, tighter: float = 1.0) -> float:
+        """Error allowed in a step of the search for the primary of a shock of this duration."""
         rtol = self.options.rtol or _RTOL
         caution: float = getattr(self.method, "caution", 1.0)
-        return max(min(caution * rtol, _LOOSEST_STEP) * tighter, _TIGHTEST_STEP)
+        loosest = min(_LOOSEST_STEP, _LOOSEST_LONG / duration)
+        return max(min(caution * rtol, loosest) * tighter, _TIGHTEST_STEP)
 
     def doubt(self, tighter: float = 1.0) -> float:
         """How far the primary may be from its limit."""
@@ -84,15 +88,13 @@ def plan_of(options: SimulateOptions) -> Plan:
         tight = options.rtol is not None and options.rtol < _HIGH_ORDER
         name = "rkn1210" if tight else "rkn86"
     method = _method(name)
-    options.check(name, "rtol" if method.adaptive else "step")
+    ours = issubclass(method, Nystroem)
+    options.check(name, ["rtol" if method.adaptive else "step", *(["backend"] if ours else [])])
     rtol, step = options.rtol, options.step
     if method.adaptive:
         rtol = _RTOL if rtol is None else rtol
     else:
         step = _STEP if step is None else step
-    ours = issubclass(method, Nystroem)
-    if not ours and options.backend == "compiled":
-        raise InvalidValueError.of("backend", f"must be auto or numpy: {name} is not in the compiled code")
     compiled = chosen(options.backend) if ours else None
     settled = evolve(
         options, integrator=name, rtol=rtol, step=step, backend="numpy" if compiled is None else "compiled"
@@ -272,19 +274,23 @@ def _search(
     left, tighter = list(scaled), 1.0
     rtol = plan.options.rtol or _RTOL
     for _ in range(1 + _REPEATS):
-        tolerance, doubt = plan.tolerance(tighter), plan.doubt(tighter)
-        requests = [Request(scaled[index][0], tolerance, doubt) for index in left]
-        for index, primary in zip(tuple(left), find_primaries(requests, method, plan.compiled), strict=True):
+        problems = [scaled[index][0] for index in left]
+        doubt = plan.doubt(tighter)
+        requests = [Request(problem, plan.tolerance(problem.duration, tighter), doubt) for problem in problems]
+        primaries = find_primaries(requests, method, plan.compiled)
+        for index, request, primary in zip(tuple(left), requests, primaries, strict=True):
             if primary.status == KNOWN:
-                error = _error(primary, tolerance, scaled[index][0])
+                error = _error(primary, request.tolerance, request.problem)
                 if index not in found or error < found[index][1]:
                     found[index] = primary, error
             elif index in lost or primary.status != TOO_LONG:
                 left.remove(index)
+                if primary.status == TOO_LONG and request.problem.duration > _MEASURABLE:
+                    found[index] = primary, 1.0
             else:
                 lost.add(index)
         left = [index for index in left if index not in found or found[index][1] > rtol]
-        if not left or tolerance <= _TIGHTEST_STEP:
+        if not left:
             break
         tighter *= _TIGHTER
     return found

@@ -212,7 +212,7 @@ static void attempt(const Method *m, Window *w, long n, const double *h, const d
 /* ---------------------------------------------------------------- a lane: one shock on its way */
 
 /* Columns of a job, and of what is found for it; lanes.py has the same. */
-enum { RISE_TIME, FORCE, DURATION, GRANULES, TOLERANCE, DOUBT, MOST_CONTACTS, MOST_ATTEMPTS, REAR, FIRST_PIECE, PIECES,
+enum { RISE_TIME, FORCE, DURATION, GRANULES, TOLERANCE, DOUBT, MOST_CONTACTS, MOST_WORK, REAR, FIRST_PIECE, PIECES,
        FIRST_COEFFICIENT, FIRST_STOP, FIRST_WANTED, WANTED, JOB };
 enum { WANTED_CONTACT, WANTED_TIME, WANTED_FORCE, PASSAGE };   /* contacts ascend */
 enum { STATUS, PEAK, LAST, CONTACT, TIME, DOUBT_LEFT, SPEED, MOMENTUM, ENERGY, FOOT, CHAIN_MOMENTUM, CHAIN_ENERGY, WORK,
@@ -232,15 +232,16 @@ enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 #define LONGEST_STEP 1.0
 #define SAFETY 0.9
 #define SLACK 0.1     /* force of a contact that may be cut, over the primary */
+#define TREND 4        /* contacts over which its change is taken: a single one tells little more than noise */
 #define RECENT 6.0    /* a wave passes from one contact to the next in less */
 #define GROWING 20    /* contacts over which a wave may go on changing as it did over the last one */
 #define TALLER 0.999  /* a wave of this share of the primary may be as tall as it */
 
 typedef struct {
-    long job, base, count, head, granules, stop, wanted, last_wanted, steps, attempts, evaluations;
+    long job, base, count, head, granules, stop, wanted, last_wanted, steps, evaluations;
     int driven, status, kept, rejected;
     double t, h, until, impulse, free_path, duration, tolerance;
-    double bank_momentum, bank_energy, work;
+    double effort, bank_momentum, bank_energy, work;
     double peak[KEPT], time[KEPT];
     long contact[KEPT];
     Path path;
@@ -334,9 +335,12 @@ static int overtaken(const Window *w, const Lane *lane, int l)
     long j;
     for (j = 0; j < front; j++) {
         const long e = j * w->lanes + l;
-        const long behind = e - w->lanes;
-        /* what it may grow to, from its change over the last contact: one that shrinks gives to another */
-        const double change = j > 0 && w->since[behind] < w->since[e] ? fabs(w->late[e] - w->late[behind]) : 0;
+        /* what it may grow to, from its change over the last contacts: one that shrinks gives to another */
+        long back = 0;
+        double change;
+        while (back < TREND && j > back && w->since[e - (back + 1) * w->lanes] < w->since[e - back * w->lanes]
+               && w->late[e - (back + 1) * w->lanes] > 0) back++;
+        change = back ? fabs(w->late[e] - w->late[e - back * w->lanes]) / (double)back : 0;
         const double grown = w->late[e] + (GROWING * change < w->late[e] ? GROWING * change : w->late[e]);
         if (lane->t - w->since[e] < RECENT && grown > TALLER * lane->peak[KEPT - 1]) return 1;
         if (contact_force(w, w->x, j, l) > TALLER * lane->peak[KEPT - 1]) return 1;
@@ -395,6 +399,17 @@ static double crossing(double v0, double v1, double slope0, double slope1, doubl
     return share;
 }
 
+/* The applied force at time t, from the impulse about it, within the step of size h. */
+static double applied(Lane *lane, double t, double h)
+{
+    const double about = 1e-4 * h, end = lane->t + h;
+    const double from = t - about > lane->t ? t - about : lane->t, to = t + about < end ? t + about : end;
+    double g, before, after;
+    free_path(&lane->path, from, &g, &before);
+    free_path(&lane->path, to, &g, &after);
+    return to > from ? (after - before) / (to - from) : 0;
+}
+
 /* Reads the peak at local contact j of lane l by stepping again, from the state before a step of size h, to where the
    contact stops closing. A step moves nothing further than its stages, so a part of the window is enough. */
 static int read_peak(const Method *m, Window *w, Window *part, Lane *lane, int l, long j, double h, double share,
@@ -428,6 +443,7 @@ static int read_peak(const Method *m, Window *w, Window *part, Lane *lane, int l
         v = part->v1[at] - part->v1[at + 1];
         a = (at > 0 ? contact_force(part, part->x1, at - 1, 0) : 0) + contact_force(part, part->x1, at + 1, 0)
             - 2 * overlap_force(d);
+        if (lane->driven && j == 0) a += applied(lane, lane->t + share * h, h);
         if (!(a < 0)) break;
         left = -v / a;
         *time = lane->t + share * h + left;
@@ -548,6 +564,13 @@ static void finish(const Batch *batch, const Window *w, const Lane *lane, int l)
         if (j > from) { wave_momentum += v; wave_energy += held; }
     }
     found[STATUS] = lane->status;
+    if (lane->status != KNOWN && lane->kept == KEPT) {
+        found[PEAK] = found[LAST] = lane->peak[KEPT - 1];
+        found[CONTACT] = (double)lane->contact[KEPT - 1];
+        found[TIME] = lane->time[KEPT - 1];
+        found[SPEED] = STRIDE / (lane->time[KEPT - 1] - lane->time[KEPT - 2]);
+        found[DOUBT_LEFT] = 1;
+    }
     found[MOMENTUM] = wave_momentum;
     found[ENERGY] = wave_energy;
     found[FOOT] = from >= 0 ? contact_force(w, w->x, from, l) : 0;
@@ -594,7 +617,7 @@ static void accept(const Method *m, const Batch *batch, Window *w, Lane *lane, i
     if (!lane->driven) cut(m, w, lane, l, (long)job[REAR]);
     if (lane->status != RUNNING) return;
     if (lane->granules && lane->head >= lane->granules - 1 - REACH) lane->status = AT_END;
-    if ((double)lane->head > job[MOST_CONTACTS] || (double)lane->attempts > job[MOST_ATTEMPTS]) lane->status = TOO_LONG;
+    if ((double)lane->head > job[MOST_CONTACTS] || lane->effort > job[MOST_WORK]) lane->status = TOO_LONG;
 }
 
 /* What the free granules do in the steps h: at the stages `shift` and `impulses`, stages x BLOCK; path and impulse at
@@ -623,12 +646,12 @@ static int control(const Method *m, const double *job, Lane *lane, double h, dou
 {
     const double error = worst / lane->tolerance;
     double factor = SAFETY * pow(error > 1e-12 ? error : 1e-12, -1.0 / (m->error_order + 1));
-    lane->attempts++;
+    lane->effort += (double)lane->count * m->stages;
     lane->evaluations += m->stages - m->last_is_next;
     if (!(error <= 1)) {
         lane->h = h * (factor > 0.2 && factor < 1 ? factor : 0.2);
         lane->rejected = 1;
-        if (lane->h < 1e-14 * (1 + lane->t) || (double)lane->attempts > job[MOST_ATTEMPTS]) lane->status = FAILED;
+        if (lane->h < 1e-14 * (1 + lane->t) || lane->effort > job[MOST_WORK]) lane->status = FAILED;
         return 0;
     }
     if (factor > 3) factor = 3;
@@ -766,6 +789,33 @@ static int run(const Method *m, Batch *batch, long width)
 
 /* ---------------------------------------------------------------- for Python */
 
+/* Whether `count` pieces that begin at `first` lie in the table, and their series among its `terms` coefficients. */
+static int pieces_fit(const double *rows, Py_ssize_t all, double first, double count, double offset, Py_ssize_t terms)
+{
+    Py_ssize_t k;
+    if (!(first >= 0 && count >= 1 && first + count <= (double)all && offset >= 0)) return 0;
+    for (k = 0; k < (Py_ssize_t)count; k++) {
+        const double *row = rows + ROW * ((Py_ssize_t)first + k);
+        if (!(row[2] >= 0 && row[3] >= 0 && offset + row[2] + row[3] <= (double)terms)) return 0;
+    }
+    return 1;
+}
+
+/* Whether everything that a job points to is there: its pieces, a stop at its end, the contacts wanted. */
+static int job_fits(const double *job, const Py_buffer *view)
+{
+    const Py_ssize_t unit = sizeof(double), stops = view[4].len / unit, wanted = view[5].len / (PASSAGE * unit);
+    const double *stop = view[4].buf;
+    Py_ssize_t k;
+    for (k = 0; k < JOB; k++) if (!(job[k] >= 0 && job[k] < 1e300)) return 0;
+    if (!(job[RISE_TIME] > 0 && job[DURATION] > 0 && job[TOLERANCE] > 0 && job[GRANULES] != 1 && job[REAR] >= BLOCK)) return 0;
+    if (!pieces_fit(view[2].buf, view[2].len / (ROW * unit), job[FIRST_PIECE], job[PIECES], job[FIRST_COEFFICIENT],
+                    view[3].len / (2 * unit))) return 0;
+    if (job[FIRST_WANTED] + job[WANTED] > (double)wanted) return 0;
+    for (k = (Py_ssize_t)job[FIRST_STOP]; k < stops; k++) if (stop[k] >= job[DURATION]) return 1;
+    return 0;
+}
+
 /* Buffers of float64, contiguous; the last `writable` of them to be written. Releases them on failure. */
 static int buffers_of(PyObject *args, Py_ssize_t count, Py_ssize_t writable, Py_buffer *views)
 {
@@ -778,6 +828,13 @@ static int buffers_of(PyObject *args, Py_ssize_t count, Py_ssize_t writable, Py_
             return 0;
         }
     }
+    return 1;
+}
+
+static int jobs_fit(const Py_buffer *view, long count)
+{
+    long k;
+    for (k = 0; k < count; k++) if (!job_fits((const double *)view[1].buf + JOB * k, view)) return 0;
     return 1;
 }
 
@@ -798,7 +855,8 @@ static PyObject *primary(PyObject *self, PyObject *args)
     if (!buffers_of(args, 7, 2, view)) return NULL;
     batch.count = (long)(view[1].len / (Py_ssize_t)(JOB * sizeof(double)));
     if (!method_of(view[0].buf, view[0].len / (Py_ssize_t)sizeof(double), &method)
-        || view[6].len != batch.count * (Py_ssize_t)(FOUND * sizeof(double)) || (lanes != 1 && lanes != BLOCK)) {
+        || view[6].len != batch.count * (Py_ssize_t)(FOUND * sizeof(double)) || (lanes != 1 && lanes != BLOCK)
+        || view[1].len % (Py_ssize_t)(JOB * sizeof(double)) || !jobs_fit(view, batch.count)) {
         for (i = 0; i < 7; i++) PyBuffer_Release(view + i);
         return PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
     }
@@ -837,7 +895,10 @@ static PyObject *attempt_once(PyObject *self, PyObject *args)
     }
     if (!buffers_of(args, 5, 1, view)) return NULL;
     n = (long)(view[3].len / (Py_ssize_t)(3 * sizeof(double)));
-    fine = method_of(view[0].buf, view[0].len / (Py_ssize_t)sizeof(double), &m) && n > 0 && view[4].len == view[3].len;
+    fine = method_of(view[0].buf, view[0].len / (Py_ssize_t)sizeof(double), &m) && n > 1 && view[4].len == view[3].len && view[3].len == 3 * n * (Py_ssize_t)sizeof(double)
+        && (view[1].len == 0 || pieces_fit(view[1].buf, view[1].len / (Py_ssize_t)(ROW * sizeof(double)), 0,
+                                           (double)(view[1].len / (Py_ssize_t)(ROW * sizeof(double))), 0,
+                                           view[2].len / (Py_ssize_t)(2 * sizeof(double))));
     padded = (n + BLOCK) / BLOCK * BLOCK;
     if (!fine || !window_of(&w, 1, padded + BLOCK)) {
         for (i = 0; i < 5; i++) PyBuffer_Release(view + i);

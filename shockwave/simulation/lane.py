@@ -43,7 +43,7 @@ class Lane:
     bank_momentum: float = 0.0
     bank_energy: float = 0.0
     steps: int = 0
-    attempts: int = 0
+    effort: int = 0
     evaluations: int = 0
     peaks: list[Passage] = field(factory=list)
     passages: list[Passage] = field(factory=list)
@@ -67,13 +67,13 @@ class Lane:
 
     def control(self, size: float, error: float, at_stop: bool, method: Nystroem) -> bool:
         """The size of the step after one of ``size`` with this error over the tolerance; whether that one holds."""
-        self.attempts += 1
+        self.effort += self.count * (len(method.tableau.nodes) + 1)
         self.evaluations += method.tableau.evaluations
         factor = _SAFETY * max(error, 1e-12) ** (-1 / (method.error_order + 1)) if error == error else 0.0
         if not error <= 1:
             self.size = size * (factor if _LEAST_FACTOR < factor < 1 else _LEAST_FACTOR)
             self.rejected = True
-            if self.size < 1e-14 * (1 + self.time) or self.attempts > self.request.most_attempts:
+            if self.size < 1e-14 * (1 + self.time) or self.effort > self.request.most_work:
                 self.status = FAILED
             return False
         factor = min(factor, 1.0 if self.rejected else _MOST_FACTOR)

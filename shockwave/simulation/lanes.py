@@ -27,6 +27,7 @@ _SLIGHT = 1e-3  # nor is a contact looked at that is closed by less
 _WEAK = 0.2  # nor does something behind the front count that is closed by less
 _REACH = 8  # contacts from which a free end is felt
 _RECENT = 6.0  # a wave passes from one contact to the next in less
+_TREND = 4  # contacts over which its change is taken: a single one tells little more than noise
 _GROWING = 20  # contacts over which a wave may go on changing as it did over the last one
 _SLACK = 0.1  # force of a contact that may be cut, over the primary
 _TALLER = 0.999  # a wave of this share of the primary may be as tall as it
@@ -90,7 +91,7 @@ class _March:
         sizes = np.array([0.0 if lane is None else lane.next_size() for lane in lanes])
         times = np.array([0.0 if lane is None else lane.time for lane in lanes])
         sums = times + sizes
-        at_stop = [lane is not None and end >= lane.until for lane, end in zip(lanes, sums, strict=True)]
+        at_stop = [lane is not None and size >= lane.until - lane.time for lane, size in zip(lanes, sizes, strict=True)]
         ends = [lane.until if lane and stop else end for lane, stop, end in zip(lanes, at_stop, sums, strict=True)]
         x, v, a = self.x[:rows], self.v[:rows], self.a[:rows]
         force = Force(lanes, rows, sums, ends)
@@ -185,6 +186,8 @@ class _March:
             overlaps = (positions[:-1] - positions[1:]).tolist()
             closing = float(velocities[at] - velocities[at + 1])
             slope = (hertz(overlaps[at - 1]) if at else 0.0) + hertz(overlaps[at + 1]) - 2 * hertz(overlaps[at])
+            if lane.driven and j == 0:
+                slope += _applied(lane, time, size)
             if not slope < 0:
                 break
             left = -closing / slope
@@ -213,9 +216,12 @@ class _March:
             return False
         bound = _TALLER * lane.peaks[-1].force
         late, since = self.late[:front, place], self.since[:front, place]
-        # What a wave may grow to, from its change over the last contact: one that shrinks gives to another.
-        change = np.zeros(front)
-        change[1:] = np.where(since[:-1] < since[1:], np.abs(late[1:] - late[:-1]), 0.0)
+        # What a wave may grow to, from its change over the last contacts: one that shrinks gives to another.
+        change, same = np.zeros(front), np.ones(front, dtype=bool)
+        for back in range(1, min(_TREND, front - 1) + 1):
+            same[back:] &= (since[:-back] < since[1 : front - back + 1]) & (late[:-back] > 0)
+            same[:back] = False
+            change[same] = np.abs(late[same] - late[np.flatnonzero(same) - back]) / back
         grown = late + np.minimum(_GROWING * change, late)
         if np.any((lane.time - since < _RECENT) & (grown > bound)):
             return True
@@ -253,7 +259,7 @@ class _March:
         request = lane.request
         if request.problem.granules is not None and lane.head >= request.problem.granules - 1 - _REACH:
             lane.status = AT_END
-        elif lane.head > request.most_contacts or lane.attempts > request.most_attempts:
+        elif lane.head > request.most_contacts or lane.effort > request.most_work:
             lane.status = TOO_LONG
 
     def _grow(self, lane: Lane, place: int) -> None:
@@ -300,6 +306,8 @@ class _March:
             foot -= 1
         last = lane.peaks[-1] if lane.peaks else Passage(0, 0.0, 0.0)
         previous = lane.peaks[-2] if len(lane.peaks) > 1 else last
+        if lane.status != KNOWN:
+            lane.limit = last.force, 1.0
         return Primary(
             status=lane.status,
             peak=lane.limit[0],
@@ -320,6 +328,14 @@ class _March:
             evaluations=lane.evaluations,
             passages=tuple(lane.passages),
         )
+
+
+def _applied(lane: Lane, time: float, size: float) -> float:
+    """The applied force, from the impulse about ``time``, within the step of this size."""
+    about, end = 1e-4 * size, lane.time + size
+    before, after = max(time - about, lane.time), min(time + about, end)
+    impulse = lane.request.problem.impulse
+    return (impulse(after) - impulse(before)) / (after - before) if after > before else 0.0
 
 
 def _energy(x: FloatArray, v: FloatArray) -> float:

@@ -23,7 +23,8 @@ __all__ = ["AT_END", "FAILED", "KNOWN", "TOO_LONG", "Passage", "Primary", "Reque
 KNOWN, TOO_LONG, AT_END, FAILED = 1, 2, 3, 4
 
 _MOST_CONTACTS, _CONTACT_RATE = 20_000, 400
-_MOST_ATTEMPTS, _ATTEMPT_RATE = 50_000, 1000
+# Evaluations of a contact force: seconds of the compiled code, minutes of NumPy.
+_MOST_WORK = 2e9
 # How far behind the front granules are still followed once the force has ended: so many, or if the shock is long so
 # many and some more for the time that its force was near its peak, which makes many waves of about the same height.
 # Less would change peaks by more than 1e-10.
@@ -58,8 +59,8 @@ class Request:
         return _MOST_CONTACTS + _CONTACT_RATE * self.problem.duration
 
     @property
-    def most_attempts(self) -> float:
-        return _MOST_ATTEMPTS + _ATTEMPT_RATE * self.problem.duration
+    def most_work(self) -> float:
+        return _MOST_WORK
 
     @property
     def rear(self) -> int:
@@ -142,7 +143,7 @@ def _compiled(compiled: ModuleType, method: type[Nystroem], requests: list[Reque
             request.tolerance,
             request.doubt,
             request.most_contacts,
-            request.most_attempts,
+            request.most_work,
             request.rear,
             pieces,
             len(path.rows),
