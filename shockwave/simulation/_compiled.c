@@ -669,67 +669,101 @@ static void swap(double **one, double **other)
     *other = kept;
 }
 
-/* One attempt in every lane, and what follows from it. Returns 0 when memory is short. */
-static int turn(const Method *m, Batch *batch, Window *w, Window *part, Lane *lanes, double (*path)[4])
+/* A step that is being tried in all lanes: sizes, whether it ends at a stop, whether it holds, and the free granules. */
+typedef struct {
+    double h[BLOCK], worst[BLOCK], shift[MOST_STAGES * BLOCK], impulses[MOST_STAGES * BLOCK];
+    int stop[BLOCK], holds[BLOCK];
+    long n;
+} Trial;
+
+/* Chooses the steps, and tries them. Returns 0 when memory is short. */
+static int try_steps(const Method *m, Window *w, Lane *lanes, double (*path)[4], Trial *trial)
 {
-    double h[BLOCK] = {0}, worst[BLOCK], shift[MOST_STAGES * BLOCK], impulses[MOST_STAGES * BLOCK];
     const size_t used = (size_t)(m->stages * BLOCK) * sizeof(double);
     const int width = (int)w->lanes;
-    long rows = 0, n, e;
-    int l, b, stop[BLOCK] = {0}, holds[BLOCK];
+    long rows = 0;
+    int l;
+    memset(trial->h, 0, sizeof trial->h);
     for (l = 0; l < width; l++) {
         if (lanes[l].job < 0) continue;
         if (lanes[l].count > rows) rows = lanes[l].count;
-        h[l] = next_size(lanes + l);
-        stop[l] = h[l] >= lanes[l].until - lanes[l].t;
+        trial->h[l] = next_size(lanes + l);
+        trial->stop[l] = trial->h[l] >= lanes[l].until - lanes[l].t;
     }
-    for (l = width; l < BLOCK; l++) h[l] = h[0];
+    for (l = width; l < BLOCK; l++) trial->h[l] = trial->h[0];
     if ((rows + 24) * width > w->room) {
         if (!make_room(w, rows + 24)) return 0;
         for (l = 0; l < width; l++) if (lanes[l].job >= 0) wall(w, lanes + l, l);
     }
-    n = ((rows + 1) * width + BLOCK - 1) / BLOCK * BLOCK;
-    memset(shift, 0, used);
-    memset(impulses, 0, used);
-    drive(m, w, lanes, h, stop, path, shift, impulses);
-    if (!m->last_is_next) stage(n, w->lanes, 0, 0, m->a, h, shift, w->x, w->v, w->k);
-    attempt(m, w, n, h, shift, worst);
-    for (l = width; l < BLOCK; l++) if (!(worst[l] <= worst[0])) worst[0] = worst[l];
-    for (l = 0; l < width; l++) {
-        holds[l] = lanes[l].job >= 0
-            && control(m, batch->jobs + JOB * lanes[l].job, lanes + l, h[l], worst[l], stop[l]);
-        for (b = 0; holds[l] && lanes[l].driven && b < m->stages; b++)
-            lanes[l].work -= h[l] * m->bp[b] * impulses[b * BLOCK + l] * w->k[b][l];
-        if (holds[l] && !observe(m, batch, w, part, lanes + l, l, 0, h[l], path[l], path[l] + 2))
-            return 0;
-    }
-    passed(n, w->lanes, w->v, w->v1, w->x1, w->f);
-    for (e = 0; e < n; e += BLOCK) {
+    trial->n = ((rows + 1) * width + BLOCK - 1) / BLOCK * BLOCK;
+    memset(trial->shift, 0, used);
+    memset(trial->impulses, 0, used);
+    drive(m, w, lanes, trial->h, trial->stop, path, trial->shift, trial->impulses);
+    if (!m->last_is_next) stage(trial->n, width, 0, 0, m->a, trial->h, trial->shift, w->x, w->v, w->k);
+    attempt(m, w, trial->n, trial->h, trial->shift, trial->worst);
+    for (l = width; l < BLOCK; l++) if (!(trial->worst[l] <= trial->worst[0])) trial->worst[0] = trial->worst[l];
+    return 1;
+}
+
+/* Looks for peaks in the lanes whose step holds. Returns 0 when memory is short. */
+static int watch(const Method *m, const Batch *batch, Window *w, Window *part, Lane *lanes, double (*path)[4],
+                 const Trial *trial)
+{
+    const int width = (int)w->lanes;
+    long e, j;
+    int l, b;
+    for (l = 0; l < width; l++)
+        if (trial->holds[l] && !observe(m, batch, w, part, lanes + l, l, 0, trial->h[l], path[l], path[l] + 2)) return 0;
+    passed(trial->n, width, w->v, w->v1, w->x1, w->f);
+    for (e = 0; e < trial->n; e += BLOCK) {
         double any = 0;
         for (b = 0; b < BLOCK; b++) any += w->f[e + b];
-        if (any == 0) continue;
-        for (b = 0; b < BLOCK; b++) {
-            const long j = (e + b) / width;
+        for (b = 0; any > 0 && b < BLOCK; b++) {
+            j = (e + b) / width;
             l = (int)((e + b) % width);
-            if (w->f[e + b] == 0 || j == 0 || j + 1 >= lanes[l].count || !holds[l]) continue;
-            if (!observe(m, batch, w, part, lanes + l, l, j, h[l], path[l], path[l])) return 0;
+            if (w->f[e + b] == 0 || j == 0 || j + 1 >= lanes[l].count || !trial->holds[l]) continue;
+            if (!observe(m, batch, w, part, lanes + l, l, j, trial->h[l], path[l], path[l])) return 0;
         }
     }
-    for (l = 0; l < width; l++)
-        if (!holds[l])
-            for (e = l; e < n; e += width) {
-                w->x1[e] = w->x[e];
-                w->v1[e] = w->v[e];
-                w->k[m->stages - 1][e] = w->k[0][e];
-            }
+    return 1;
+}
+
+/* Makes the new state the state, except in lanes whose step does not hold. */
+static void take_over(const Method *m, Window *w, const Trial *trial)
+{
+    long e;
+    int l;
+    for (l = 0; l < w->lanes; l++)
+        for (e = l; !trial->holds[l] && e < trial->n; e += w->lanes) {
+            w->x1[e] = w->x[e];
+            w->v1[e] = w->v[e];
+            w->k[m->stages - 1][e] = w->k[0][e];
+        }
     swap(&w->x, &w->x1);
     swap(&w->v, &w->v1);
     swap(&w->k[0], &w->k[m->stages - 1]);
-    for (l = 0; l < width; l++) {
+}
+
+/* One attempt in every lane, and what follows from it. Returns 0 when memory is short. */
+static int turn(const Method *m, Batch *batch, Window *w, Window *part, Lane *lanes, double (*path)[4])
+{
+    Trial trial;
+    int l, i;
+    if (!try_steps(m, w, lanes, path, &trial)) return 0;
+    for (l = 0; l < w->lanes; l++) {
+        Lane *lane = lanes + l;
+        trial.holds[l] = lane->job >= 0
+            && control(m, batch->jobs + JOB * lane->job, lane, trial.h[l], trial.worst[l], trial.stop[l]);
+        for (i = 0; trial.holds[l] && lane->driven && i < m->stages; i++)
+            lane->work -= trial.h[l] * m->bp[i] * trial.impulses[i * BLOCK + l] * w->k[i][l];
+    }
+    if (!watch(m, batch, w, part, lanes, path, &trial)) return 0;
+    take_over(m, w, &trial);
+    for (l = 0; l < w->lanes; l++) {
         Lane *lane = lanes + l;
         if (lane->job < 0) continue;
-        if (holds[l]) {
-            accept(m, batch, w, lane, l, h[l], stop[l], path[l] + 2);
+        if (trial.holds[l]) {
+            accept(m, batch, w, lane, l, trial.h[l], trial.stop[l], path[l] + 2);
             path[l][0] = lane->driven ? path[l][2] : 0;
             path[l][1] = lane->driven ? path[l][3] : 0;
         }
