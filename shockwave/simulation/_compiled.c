@@ -212,7 +212,7 @@ static void attempt(const Method *m, Window *w, long n, const double *h, const d
 /* ---------------------------------------------------------------- a lane: one shock on its way */
 
 /* Columns of a job, and of what is found for it; lanes.py has the same. */
-enum { RISE_TIME, FORCE, DURATION, GRANULES, TOLERANCE, DOUBT, MOST_CONTACTS, MOST_WORK, REAR, FIRST_PIECE, PIECES,
+enum { RISE_TIME, FORCE, DURATION, GRANULES, TOLERANCE, DOUBT, MOST_CONTACTS, MOST_WORK, REAR, KNOWN_FROM, FIRST_PIECE, PIECES,
        FIRST_COEFFICIENT, FIRST_STOP, FIRST_WANTED, WANTED, JOB };
 enum { WANTED_CONTACT, WANTED_TIME, WANTED_FORCE, PASSAGE };   /* contacts ascend */
 enum { STATUS, PEAK, LAST, CONTACT, TIME, DOUBT_LEFT, SPEED, MOMENTUM, ENERGY, FOOT, CHAIN_MOMENTUM, CHAIN_ENERGY, WORK,
@@ -479,7 +479,7 @@ static void judge(const double *job, const Window *w, Lane *lane, int l, double 
 {
     const double *p = lane->peak, allowed = job[DOUBT] * p[KEPT - 1];
     double left = 0, doubt = fabs(p[4] - p[3]) + fabs(p[3] - p[2]);
-    if (lane->kept < KEPT || lane->driven) return;
+    if (lane->kept < KEPT || lane->driven || lane->t < job[KNOWN_FROM]) return;
     if (doubt > 0.2 * allowed) {
         left = rest(p + 1, 1);
         doubt = 0.5 * fabs(p[4] + left - p[3] - rest(p, 1)) + 0.5 * fabs(left - rest(p + 1, 0)) + 0.01 * fabs(left);

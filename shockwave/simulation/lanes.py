@@ -200,7 +200,7 @@ class _March:
 
     def _judge(self, lane: Lane, place: int) -> None:
         """Whether the peaks of the front have come to their limit."""
-        if len(lane.peaks) < KEPT or lane.driven:
+        if len(lane.peaks) < KEPT or lane.driven or lane.time < lane.request.known_from:
             return
         peak = lane.peaks[-1].force
         allowed = lane.request.doubt * peak

@@ -63,6 +63,13 @@ class Request:
         return _MOST_WORK
 
     @property
+    def known_from(self) -> float:
+        """Time before which the primary is not taken as known: a later pulse of the shock must have made its wave."""
+        problem = self.problem
+        again = problem.duration >= _LONG and problem.rises_again
+        return 2 * problem.duration if again else problem.duration
+
+    @property
     def rear(self) -> int:
         if self.problem.duration < _LONG:
             return _REAR
@@ -145,6 +152,7 @@ def _compiled(compiled: ModuleType, method: type[Nystroem], requests: list[Reque
             request.most_contacts,
             request.most_work,
             request.rear,
+            request.known_from,
             pieces,
             len(path.rows),
             terms,

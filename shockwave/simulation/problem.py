@@ -23,7 +23,7 @@ __all__ = ["ChainAcceleration", "ChainProblem", "contact_forces", "overlaps"]
 
 # More knots than this are a sampled record: its kinks are too small and too many to end steps on.
 _MOST_STOPS = 64
-_SAMPLES = 200
+_SAMPLES, _LITTLE = 200, 0.05
 
 
 @frozen(eq=False, slots=False)
@@ -63,13 +63,30 @@ class ChainProblem:
         """Path and impulse of a free granule under the force, as a table in units of the profile."""
         return self.profile.free_path()
 
+    @cached_property
+    def course(self) -> FloatArray:
+        """The force over its peak at equal intervals, shape (200,)."""
+        # Midpoints, so that neither end is a point of its own.
+        shares = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+        return self.profile.force(shares * float(self.profile.duration_ratio))
+
     @property
     def time_near_peak(self) -> float:
         """How long the force is above nine tenths of its peak, about."""
-        # Midpoints, so that neither end is a point of its own.
-        shares = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
-        force = self.profile.force(shares * float(self.profile.duration_ratio))
-        return float(np.mean(force > 0.9)) * self.duration
+        return float(np.mean(self.course > 0.9)) * self.duration
+
+    @property
+    def rises_again(self) -> bool:
+        """Whether the force rises once more after it has fallen, by more than a little."""
+        least = self.course[0]
+        highest = least
+        for force in self.course.tolist():
+            if force > highest:
+                highest = least = force
+            elif force > least + _LITTLE:
+                return True
+            least = min(least, force)
+        return False
 
     def free(self, time: float) -> tuple[float, float]:
         """Path and velocity of a free granule under the force."""
