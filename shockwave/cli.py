@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -111,7 +110,7 @@ def _number(name: str) -> Callable[[str], float]:
         try:
             value = float(text)
         except ValueError:
-            value = math.nan
+            raise argparse.ArgumentTypeError(f"must be a number (got {text!r})") from None
         problem = spec.problem(value) if spec else None
         if problem:
             raise argparse.ArgumentTypeError(problem)
@@ -178,7 +177,8 @@ def _run(
         if documents:
             _print_json(documents if len(options.files) > 1 else documents[0])
     elif len(options.files) == 1:
-        print(*done, sep="\n")
+        for result in done:
+            print(result)
     elif done:
         print(several(done))
     return status

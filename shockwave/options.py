@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Collection, Iterable
 from typing import Any, Literal
 
@@ -40,9 +41,11 @@ def _contacts(values: Any) -> Any:
     if isinstance(values, str | bytes) or not isinstance(values, Iterable):
         return values
     values = tuple(values)
-    if any(isinstance(value, bool) or not hasattr(value, "__index__") for value in values):
+    try:
+        numbers = {operator.index(value) for value in values}
+    except TypeError:
         return values
-    return tuple(sorted({int(value) for value in values}))
+    return values if any(isinstance(value, bool) for value in values) else tuple(sorted(numbers))
 
 
 def _check_contacts(_: object, attribute: attrs.Attribute[Any], values: object) -> None:
@@ -118,6 +121,8 @@ class SimulateOptions:
     until: float | None = quantity("s", "end of the histories", above=0, optional=True, default=None)
 
     def __attrs_post_init__(self) -> None:
+        if "forces" in self.record and not self.contacts:
+            raise InvalidValueError.of("contacts", "must be given where record has forces (got none)")
         takes = "rtol backend" if self.integrator is None else find("integrators", self.integrator).takes
         if takes:
             self.check(self.integrator or "the method that is chosen for a tolerance", takes.split())

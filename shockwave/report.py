@@ -43,7 +43,7 @@ def simulation_table(results: Sequence[SimulationResult]) -> str:
             si(r.peak_force, "N", 8),
             f"{r.error_estimate:.0e}",
             f"{r.amplification:.8g}",
-            str(len(r.waves)),
+            _count(r),
             "-" if r.options.waves == "primary" else str(r.ejected_granules),
             f"{r.momentum_defect:.0e}",
         )
@@ -105,9 +105,15 @@ def _comparison_row(comparison: Comparison) -> list[str]:
         f"{comparison.error:+.2%}",
         range_text(predicted.expected_error),
         si(ejection["virtual_rise_time"], "s") if ejection else "-",
-        f"{len(predicted.waves)} / {len(simulated.waves)}",
+        f"{len(predicted.waves)} / {_count(simulated)}",
         _standing(predicted.conditions),
     ]
+
+
+def _count(result: SimulationResult) -> str:
+    """How many waves; a plus for more that had not settled."""
+    settled = sum(wave.error_estimate is not None for wave in result.waves)
+    return f"{settled}{'+' if settled < len(result.waves) else ''}"
 
 
 def _standing(conditions: Iterable[Condition]) -> str:

@@ -40,7 +40,8 @@ class Midpoint(OneStep):
         return Attempt(x, v, acceleration(time + size, x), 0.0)
 
 
-METHODS = [*(load("integrators", entry.name) for entry in entries("integrators")), Midpoint]
+BUILT_IN = [entry for entry in entries("integrators") if entry.distribution == "shockwave"]
+METHODS = [*(load("integrators", entry.name) for entry in BUILT_IN), Midpoint]
 ONE_STEP = [method for method in METHODS if issubclass(method, OneStep)]
 PAIRS = [method for method in ONE_STEP if method.adaptive]
 FIXED = [method for method in ONE_STEP if not method.adaptive]
@@ -145,7 +146,7 @@ def test_error_estimates_exceed_the_error(method: type[OneStep]) -> None:
     assert np.all(np.max(np.abs(np.subtract(state, path(BEGINS + size))), axis=(0, 1)) < error)
 
 
-@pytest.mark.parametrize("entry", entries("integrators"), ids=lambda entry: entry.name)
+@pytest.mark.parametrize("entry", BUILT_IN, ids=lambda entry: entry.name)
 def test_summary_tells_order_and_trait(entry: Entry) -> None:
     method = load("integrators", entry.name)
     order = re.search(r"\b(?:order )?(\d+)(?:\(|,)", entry.summary)

@@ -12,7 +12,7 @@ from shockwave.measurement.result import Passage, SimulationResult
 from shockwave.measurement.simulate import Plan, plan_of, scaled
 from shockwave.simulation.march import Stretch, march
 from shockwave.simulation.nystroem import Nystroem
-from shockwave.simulation.primary import Request, find_primaries
+from shockwave.simulation.primary import find_primaries
 from shockwave.simulation.problem import ChainProblem
 
 __all__ = ["checked", "passage"]
@@ -27,7 +27,8 @@ def passage(result: SimulationResult, contact: int) -> Passage:
     """See `SimulationResult.passage`."""
     contact = checked(result, contact)
     found, scales = result.found, result.scales
-    if contact >= found.contact and not _feels_the_end(result, contact):
+    limited = result.chain.granules is None or not result.was_measured
+    if contact >= found.contact and limited and not _feels_the_end(result, contact):
         # Slope and origin of the path of the exact wave: its speed goes with the sixth root of the peak force.
         speed = SPEED * found.peak ** (1 / 6)
         time = found.time + (contact - found.contact) / speed
@@ -42,7 +43,7 @@ def passage(result: SimulationResult, contact: int) -> Passage:
         )
     plan = plan_of(result.options)
     problem = scaled(result.shock, result.chain)[0]
-    if plan.search is not None and not _feels_the_end(result, contact):
+    if plan.search is not None and limited and not _feels_the_end(result, contact):
         time, force = _searched(problem, plan, plan.search, contact)
     elif contact - found.contact > _FARTHEST:
         raise NumericalError(
@@ -78,7 +79,7 @@ def _searched(problem: ChainProblem, plan: Plan, method: type[Nystroem], contact
     """By the search for the primary, which reads the front wherever it is asked to."""
     # as if the chain had no end: the front does not feel it before it is there
     endless = evolve(problem, granules=None)
-    request = Request(endless, plan.tolerance(problem.duration), plan.doubt(), (contact,))
+    request = plan.request(endless, contacts=(contact,))
     (primary,) = find_primaries([request], method, plan.compiled)
     for found in primary.passages:
         return found.time, found.force

@@ -81,8 +81,6 @@ def record(result: SimulationResult) -> Recording:
         When forces are wanted and no contacts named, or the histories would not fit into memory.
     """
     options, scales = result.options, result.scales
-    if "forces" in options.record and not options.contacts:
-        raise InvalidValueError.of("contacts", "must be given where record has forces (got none)")
     for contact in options.contacts:
         checked(result, contact)
     until = _end(result)

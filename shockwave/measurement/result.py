@@ -244,6 +244,11 @@ class SimulationResult:
 
         return passage(self, contact)
 
+    @property
+    def was_measured(self) -> bool:
+        """Whether the primary was measured on the whole chain, and not by the search for it."""
+        return self._measured is not None
+
     @cached_property
     def passages(self) -> tuple[Passage, ...]:
         """The primary at the contacts that were asked for."""

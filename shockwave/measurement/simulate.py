@@ -24,29 +24,30 @@ from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.primary import KNOWN, TOO_LONG, Primary, Request, find_primaries
 from shockwave.simulation.problem import ChainProblem
 
-__all__ = ["Plan", "plan_of", "scaled", "simulate", "simulate_many", "simulate_with"]
+__all__ = ["MEASURABLE", "Plan", "plan_of", "scaled", "simulate", "simulate_many", "simulate_with"]
 
 _RTOL, _STEP = 1e-6, 0.02
 # Below this tolerance the method of high order takes fewer evaluations.
 _HIGH_ORDER = 1e-7
 # Shares of the tolerance, and how much of it a loose one may be at most: waves must still be told from noise.
-# The waves of a long shock are nearly alike.
-_DOUBT, _MOST_DOUBT, _LOOSEST_STEP, _LOOSEST_LONG = 0.5, 3e-5, 2e-4, 1e-3
+_DOUBT, _MOST_DOUBT, _LOOSEST_STEP = 0.5, 3e-5, 2e-4
+# The first waves of a longer shock are nearly alike, and part slowly: no looser search tells them from one another.
+_LONG, _LONG_RTOL = 10.0, 1e-6
 # Below this step control gains nothing: rounding is all that is left.
 _TIGHTEST_STEP = 3e-15
 # What a peak force errs by: so many energy defects (1.7 would follow from F ~ E^(3/5), were all of it the primary's),
 # and a share of the step tolerance; measured on 400 shocks, 98 % are covered.
-_DEFECTS, _TOLERANCE_SHARE = 2.0, 0.1
+_DEFECTS, _TOLERANCE_SHARE = 2.0, 0.3
 _ROUNDING, _EPSILON = 2e-13, 2e-16
 # A search that misses its tolerance is repeated with a tighter one.
-_TIGHTER, _REPEATS = 0.1, 2
+_TIGHTER, _REPEATS, _PATIENCE = 0.1, 2, 10.0
 _DIGITS = 13
 # Shocks in a share of the work of a thread, and the fewest worth one.
 _SHARE, _FEWEST = 128, 16
 #: The longest shock, in natural times of its wave: the work grows with the square.
 _LONGEST = 2e4
-# Longer ones are not measured on the whole chain where the search has failed: it would take hours.
-_MEASURABLE = 300.0
+#: Longer ones, in the same unit, are not measured on the whole chain: it would take hours.
+MEASURABLE = 300.0
 
 
 @frozen
@@ -62,16 +63,20 @@ class Plan:
         """The method, if the search for the primary knows it."""
         return self.method if issubclass(self.method, Nystroem) else None
 
-    def tolerance(self, duration: float, tighter: float = 1.0) -> float:
-        """Error allowed in a step of the search for the primary of a shock of this duration."""
+    def request(self, problem: ChainProblem, repeats: int = 0, contacts: tuple[int, ...] = ()) -> Request:
+        """What is asked of the search for the primary; tighter if it is repeated."""
         rtol = self.options.rtol or _RTOL
+        if problem.duration >= _LONG:
+            rtol = min(rtol, _LONG_RTOL)
+        tighter = _TIGHTER**repeats
         caution: float = getattr(self.method, "caution", 1.0)
-        loosest = min(_LOOSEST_STEP, _LOOSEST_LONG / duration)
-        return max(min(caution * rtol, loosest) * tighter, _TIGHTEST_STEP)
-
-    def doubt(self, tighter: float = 1.0) -> float:
-        """How far the primary may be from its limit."""
-        return max(min(_DOUBT * (self.options.rtol or _RTOL), _MOST_DOUBT) * max(tighter, 0.3), 2e-14)
+        return Request(
+            problem,
+            tolerance=max(min(caution * rtol, _LOOSEST_STEP) * tighter, _TIGHTEST_STEP),
+            doubt=max(min(_DOUBT * rtol, _MOST_DOUBT) * max(tighter, 0.3), 2e-14),
+            contacts=contacts,
+            patience=_PATIENCE if repeats else 1.0,
+        )
 
 
 @lru_cache(maxsize=64)
@@ -249,6 +254,9 @@ def _simulate(scenes: Sequence[tuple[Shock, Chain]], plan: Plan) -> list[Simulat
 
 def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
     """The problem in units of the wave to come: of F0, or of what a short shock makes of it if that is less."""
+    if not (isinstance(shock, Shock) and isinstance(chain, Chain)):
+        got = f"got {type(shock).__name__} and {type(chain).__name__}"
+        raise InvalidValueError.of("shock", f"must be a Shock, and the chain a Chain ({got})")
     natural = Scales.of(chain, shock.peak_force)
     # One number governs everything. Its last digits are the rounding of units: cut off, so that the same scene
     # in other units, or scaled to another chain, is the same problem to the last bit.
@@ -271,12 +279,10 @@ def _search(
     """The primaries that the search finds, each with its error estimate; again and tighter where it was missed."""
     found: dict[int, tuple[Primary, float]] = {}
     lost: set[int] = set()
-    left, tighter = list(scaled), 1.0
+    left = list(scaled)
     rtol = plan.options.rtol or _RTOL
-    for _ in range(1 + _REPEATS):
-        problems = [scaled[index][0] for index in left]
-        doubt = plan.doubt(tighter)
-        requests = [Request(problem, plan.tolerance(problem.duration, tighter), doubt) for problem in problems]
+    for repeats in range(1 + _REPEATS):
+        requests = [plan.request(scaled[index][0], repeats) for index in left]
         primaries = find_primaries(requests, method, plan.compiled)
         for index, request, primary in zip(tuple(left), requests, primaries, strict=True):
             if primary.status == KNOWN:
@@ -285,14 +291,13 @@ def _search(
                     found[index] = primary, error
             elif index in lost or primary.status != TOO_LONG:
                 left.remove(index)
-                if primary.status == TOO_LONG and request.problem.duration > _MEASURABLE:
+                if primary.status == TOO_LONG and request.problem.duration > MEASURABLE:
                     found[index] = primary, 1.0
             else:
                 lost.add(index)
         left = [index for index in left if index not in found or found[index][1] > rtol]
         if not left:
             break
-        tighter *= _TIGHTER
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from shockwave.measurement.result import MeasuredWave, SimulationResult
@@ -10,7 +11,7 @@ from shockwave.text import indent, notes, si, table
 __all__ = ["result_text"]
 
 _WAVES = ("peak force", "rel. error", "momentum", "energy", "speed", "width", "foot", "contact", "arrival")
-_PASSAGES = ("contact", "arrival", "peak force", "rel. error", "")
+_PASSAGES = ("contact", "arrival", "peak force", "rel. error", "from")
 
 
 def result_text(result: SimulationResult) -> str:
@@ -24,9 +25,13 @@ def _head(result: SimulationResult) -> Iterator[str]:
         f" of {result.scenario}" if result.scenario else ""
     )
     yield from result.scene.lines()
+    digits = min(max(8, 2 - math.floor(math.log10(result.error_estimate))), 15)
+    known = (
+        f"within {result.error_estimate:.0e} relative" if result.error_estimate < 1 else "(how far off is not known)"
+    )
     yield (
-        f"  peak force        {si(result.peak_force, 'N', 8)} within {result.error_estimate:.0e} relative, "
-        f"{result.amplification:.8g} times the shock's"
+        f"  peak force        {si(result.peak_force, 'N', digits)} {known}, "
+        f"{result.amplification:.{digits}g} times the shock's"
     )
     yield (
         f"  applied momentum  {si(result.applied_momentum, 'N s')}, momentum defect {result.momentum_defect:.0e}, "
@@ -49,13 +54,18 @@ def _ends(result: SimulationResult) -> Iterator[str]:
 
 
 def _foot(result: SimulationResult) -> Iterator[str]:
-    waves = result.waves  # integrates the train, whose cost belongs to the line before
+    # integrates the train, whose cost belongs to the line before
+    waves = [wave for wave in result.waves if wave.error_estimate is not None] or list(result.waves[:1])
+    unsettled = len(result.waves) - len(waves)
     cost = result.cost
     yield (f"  cost              {cost.steps} steps, {cost.force_evaluations} force evaluations, {cost.seconds:.2g} s")
     yield ""
     yield indent(table(_WAVES, (_row(wave) for wave in waves)))
-    yield f"  (waves above {result.wave_threshold:g} of the primary; contacts are counted from 0; rel. error: of"
-    yield "  the peak force; foot: force left between a wave and its neighbours over its peak, an error of the rest)"
+    if unsettled:
+        yield f"  and {unsettled} more that had not settled: their figures mean little, and are left to the JSON output"
+    yield f"  (waves above {result.wave_threshold:g} of the primary; contacts are counted from 0;"
+    yield "  rel. error: of the peak force; foot: force left between a wave and its neighbours over its peak,"
+    yield "  an error of the other figures)"
     if result.passages:
         rows = (
             (
@@ -70,6 +80,7 @@ def _foot(result: SimulationResult) -> Iterator[str]:
         yield ""
         yield indent(table(_PASSAGES, rows))
     if result.recording is not None:
+        yield ""
         yield f"  recorded          {result.recording.summary}"
 
 

@@ -11,7 +11,7 @@ from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import NumericalError
 from shockwave.measurement.result import Cost, MeasuredWave, SimulationResult, Train
 from shockwave.measurement.run import EJECTED, Demand, Run, run
-from shockwave.measurement.simulate import Plan, plan_of, scaled
+from shockwave.measurement.simulate import MEASURABLE, Plan, plan_of, scaled
 from shockwave.profiles.shock import Shock
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Nystroem
@@ -38,6 +38,8 @@ _UNSETTLED = 0.1
 # The longest chain: so many contacts, and so many for each unit of time that the force lasts.
 _MOST_CONTACTS = 1000
 _MOST_RATE = 10
+# Share of the recoil that may be held by granules that still meet, before it is told.
+_UNFINISHED = 0.01
 # What stands for the relative error of a method of fixed step, which is asked for none.
 _FIXED_RTOL = 1e-5
 
@@ -46,19 +48,34 @@ def train_of(result: SimulationResult) -> Train:
     """All waves of a result whose primary is known."""
     plan = plan_of(result.options)
     problem = scaled(result.shock, result.chain)[0]
+    if problem.duration > MEASURABLE:
+        return _too_long(result, problem)
     train, _, _ = _train(problem, result.scales, plan)
     strongest, *others = train.waves
     apart = abs(strongest.peak_force / result.peak_force - 1)
     warnings = train.warnings
     if apart > 10 * (result.error_estimate + (strongest.error_estimate or _UNSETTLED)):
-        warnings = (
-            *warnings,
-            f"the strongest wave of the train is {apart:.0e} off the primary as it was found alone: trust neither"
-            " further than that",
-        )
+        warning = f"the strongest wave of the train is {apart:.0e} off the primary as it was found alone: trust neither"
+        return evolve(train, warnings=(*warnings, f"{warning} further than that"))
     # The search for the primary knows it better than the runs for all waves do.
     primary = evolve(strongest, peak_force=result.peak_force, error_estimate=result.error_estimate)
     return evolve(train, waves=(primary, *others), warnings=warnings)
+
+
+def _too_long(result: SimulationResult, problem: ChainProblem) -> Train:
+    """The primary alone, of a shock whose train nobody would wait for."""
+    return Train(
+        waves=(result.primary,),
+        recoil_momentum=0.0,
+        recoil_error=result.applied_momentum,
+        recoil_velocities=(),
+        spall_velocities=None,
+        cost=Cost(steps=0, force_evaluations=0, seconds=0.0),
+        warnings=(
+            f"the shock lasts {problem.duration:.3g} natural times of its wave: beyond {MEASURABLE:g} the train is not"
+            " integrated, and neither later waves nor the recoil are known",
+        ),
+    )
 
 
 def measured(shock: Shock, chain: Chain, problem: ChainProblem, scales: Scales, plan: Plan) -> SimulationResult:
@@ -90,6 +107,9 @@ def measured(shock: Shock, chain: Chain, problem: ChainProblem, scales: Scales, 
     error_estimate = 1.0 if primary.error_estimate is None else primary.error_estimate
     rtol = plan.options.rtol
     warnings = [*shock.profile.notes, *notes]
+    if rtol is None and error_estimate > _UNSETTLED:
+        got = f"got {plan.options.step:g}; give a smaller one"
+        warnings.append(f"the step is too coarse for {plan.options.integrator} ({got})")
     if rtol is not None and error_estimate > rtol:
         warnings.append(
             f"the tolerance was not met: the primary's peak force is known to {error_estimate:.1e},"
@@ -136,7 +156,7 @@ def _train(problem: ChainProblem, scales: Scales, plan: Plan) -> tuple[Train, Ru
             force_evaluations=fine.evaluations + coarse.evaluations,
             seconds=time.perf_counter() - begin,
         ),
-        warnings=tuple(_warnings(fine, waves)),
+        warnings=(*_warnings(fine, waves), *_about_recoil(fine)),
     )
     return train, fine, _about_the_end(fine, waves, scales)
 
@@ -193,6 +213,15 @@ def _about_the_end(fine: Run, waves: tuple[MeasuredWave, ...], scales: Scales) -
         "the waves reach the free end before they are known to be steady: they are read at contact"
         f" {waves[0].contact} of this chain; its greatest contact force is"
         f" {si(top.force * scales.force, 'N')}, at contact {top.contact}"
+    ]
+
+
+def _about_recoil(fine: Run) -> list[str]:
+    if fine.unfinished_recoil <= _UNFINISHED * abs(sum(fine.recoils)):
+        return []
+    return [
+        "granules thrown back had not all come apart when the last wave was read: the velocities of the later ones"
+        " may still change"
     ]
 
 

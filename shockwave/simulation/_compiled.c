@@ -212,7 +212,8 @@ static void attempt(const Method *m, Window *w, long n, const double *h, const d
 /* ---------------------------------------------------------------- a lane: one shock on its way */
 
 /* Columns of a job, and of what is found for it; lanes.py has the same. */
-enum { RISE_TIME, FORCE, DURATION, GRANULES, TOLERANCE, DOUBT, MOST_CONTACTS, MOST_WORK, REAR, KNOWN_FROM, FIRST_PIECE, PIECES,
+enum { RISE_TIME, FORCE, DURATION, GRANULES, TOLERANCE, DOUBT, MOST_CONTACTS, MOST_WORK, REAR, KNOWN_FROM,
+       GROWING, ABOVE, FIRST_PIECE = ABOVE + 10, PIECES,
        FIRST_COEFFICIENT, FIRST_STOP, FIRST_WANTED, WANTED, JOB };
 enum { WANTED_CONTACT, WANTED_TIME, WANTED_FORCE, PASSAGE };   /* contacts ascend */
 enum { STATUS, PEAK, LAST, CONTACT, TIME, DOUBT_LEFT, SPEED, MOMENTUM, ENERGY, FOOT, CHAIN_MOMENTUM, CHAIN_ENERGY, WORK,
@@ -221,6 +222,9 @@ enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 
 #define STRIDE 4      /* contacts between the peaks that are followed to their limit */
 #define KEPT 5        /* how many of them are kept */
+#define SLOW 200       /* differences that hardly fall may add up to so many of the last */
+#define NOISE 0.2      /* share of the doubt allowed below which peaks that rise and fall are at their limit */
+#define STEADY 1.002   /* by how much the ratio of the differences may seem to rise */
 #define MOST_RATIO 0.98 /* slower approaches cannot be told from noise */
 #define AT_REST 1e-16
 #define WALL 1e30      /* where a granule out of reach stands in for the free end */
@@ -234,7 +238,6 @@ enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 #define SLACK 0.1     /* force of a contact that may be cut, over the primary */
 #define TREND 4        /* contacts over which its change is taken: a single one tells little more than noise */
 #define RECENT 6.0    /* a wave passes from one contact to the next in less */
-#define GROWING 20    /* contacts over which a wave may go on changing as it did over the last one */
 #define TALLER 0.999  /* a wave of this share of the primary may be as tall as it */
 
 typedef struct {
@@ -263,6 +266,7 @@ static int make_room(Window *w, long rows)
     const size_t size = (size_t)w->room * sizeof(double);
     if (rows * w->lanes <= w->room) return 1;
     if (!window_of(&larger, w->lanes, rows + rows / 2)) return 0;
+    if (!w->block) { *w = larger; return 1; }
     memcpy(larger.x, w->x, size);
     memcpy(larger.v, w->v, size);
     memcpy(larger.x1, w->x1, size);
@@ -329,7 +333,7 @@ static double contact_force(const Window *w, const double *x, long j, int l)
 }
 
 /* Whether something behind the front may still outgrow it: a wave as tall, or a granule in free flight as fast. */
-static int overtaken(const Window *w, const Lane *lane, int l)
+static int overtaken(const double *job, const Window *w, const Lane *lane, int l)
 {
     const long front = lane->head - lane->base - 2;
     long j;
@@ -341,7 +345,7 @@ static int overtaken(const Window *w, const Lane *lane, int l)
         while (back < TREND && j > back && w->since[e - (back + 1) * w->lanes] < w->since[e - back * w->lanes]
                && w->late[e - (back + 1) * w->lanes] > 0) back++;
         change = back ? fabs(w->late[e] - w->late[e - back * w->lanes]) / (double)back : 0;
-        const double grown = w->late[e] + (GROWING * change < w->late[e] ? GROWING * change : w->late[e]);
+        const double grown = w->late[e] + (job[GROWING] * change < w->late[e] ? job[GROWING] * change : w->late[e]);
         if (lane->t - w->since[e] < RECENT && grown > TALLER * lane->peak[KEPT - 1]) return 1;
         if (contact_force(w, w->x, j, l) > TALLER * lane->peak[KEPT - 1]) return 1;
         if (w->v[e] > 0 && contact_force(w, w->x, j, l) == 0 && (j == 0 || contact_force(w, w->x, j - 1, l) == 0)
@@ -350,16 +354,25 @@ static int overtaken(const Window *w, const Lane *lane, int l)
     return 0;
 }
 
+/* How far behind the front granules may be cut off. A force f that lasts makes a first wave of about 2.33 f and others
+   nearly as tall, which feel one another for long: as long as the force is near what the front could come from. */
+static long rear_of(const double *job, const Lane *lane)
+{
+    const double level = 0.9 * lane->peak[KEPT - 1] / (2.33 * job[FORCE]);
+    const int tenth = level < 0.9 ? (int)(10 * level) : 9;
+    return (long)(job[REAR] + 1.25 * job[ABOVE + tenth]);
+}
+
 /* Drops granules far behind the front, and books what they hold: at a contact that is all but open, for else what is cut
    off would have been felt, and only if nothing behind may outgrow the front. */
-static void cut(const Method *m, Window *w, Lane *lane, int l, long rear)
+static void cut(const Method *m, const double *job, Window *w, Lane *lane, int l)
 {
-    const long most = lane->head - lane->base - rear;
+    const long most = lane->head - lane->base - rear_of(job, lane);
     double *const state[] = {w->x, w->v, w->late, w->since, w->k[0]};
     double least = SLACK * lane->peak[KEPT - 1];
     long rows = 0, left, j;
     int i;
-    if (most < BLOCK || overtaken(w, lane, l)) return;
+    if (most < BLOCK || overtaken(job, w, lane, l)) return;
     for (j = most; j > most - BLOCK; j--) {
         const double force = contact_force(w, w->x, j - 1, l);
         if (force < least) { least = force; rows = j; }
@@ -478,13 +491,18 @@ static double rest(const double *p, int bends)
 static void judge(const double *job, const Window *w, Lane *lane, int l, double *found)
 {
     const double *p = lane->peak, allowed = job[DOUBT] * p[KEPT - 1];
-    double left = 0, doubt = fabs(p[4] - p[3]) + fabs(p[3] - p[2]);
+    const double first = p[2] - p[1], second = p[3] - p[2], last = p[4] - p[3];
+    double left = 0, doubt = fabs(last) + fabs(second);
     if (lane->kept < KEPT || lane->driven || lane->t < job[KNOWN_FROM]) return;
-    if (doubt > 0.2 * allowed) {
-        left = rest(p + 1, 1);
-        doubt = 0.5 * fabs(p[4] + left - p[3] - rest(p, 1)) + 0.5 * fabs(left - rest(p + 1, 0)) + 0.01 * fabs(left);
-    }
-    if (!(doubt <= allowed) || overtaken(w, lane, l)) return;
+    if (first * second > 0 && second * last > 0) {
+        if (last / second < MOST_RATIO) {
+            left = rest(p + 1, 1);
+            doubt = 0.5 * fabs(last + left - rest(p, 1)) + 0.5 * fabs(left - rest(p + 1, 0)) + 0.01 * fabs(left);
+            /* a ratio that rises is on its way to another */
+            if (last * first > STEADY * second * second) doubt += fabs(left);
+        } else doubt = SLOW * fabs(last);
+    } else if (doubt > NOISE * allowed) return;
+    if (!(doubt <= allowed) || overtaken(job, w, lane, l)) return;
     found[PEAK] = p[KEPT - 1] + left;
     found[LAST] = p[KEPT - 1];
     found[DOUBT_LEFT] = doubt / p[KEPT - 1];
@@ -614,7 +632,7 @@ static void accept(const Method *m, const Batch *batch, Window *w, Lane *lane, i
         lane->count += w->lanes == 1 ? BLOCK : 2;
         if (lane->granules && lane->base + lane->count > lane->granules) lane->count = lane->granules - lane->base;
     }
-    if (!lane->driven) cut(m, w, lane, l, (long)job[REAR]);
+    if (!lane->driven) cut(m, job, w, lane, l);
     if (lane->status != RUNNING) return;
     if (lane->granules && lane->head >= lane->granules - 1 - REACH) lane->status = AT_END;
     if ((double)lane->head > job[MOST_CONTACTS] || lane->effort > job[MOST_WORK]) lane->status = TOO_LONG;

@@ -28,7 +28,6 @@ _WEAK = 0.2  # nor does something behind the front count that is closed by less
 _REACH = 8  # contacts from which a free end is felt
 _RECENT = 6.0  # a wave passes from one contact to the next in less
 _TREND = 4  # contacts over which its change is taken: a single one tells little more than noise
-_GROWING = 20  # contacts over which a wave may go on changing as it did over the last one
 _SLACK = 0.1  # force of a contact that may be cut, over the primary
 _TALLER = 0.999  # a wave of this share of the primary may be as tall as it
 _FREE_FLIGHT = 2.4  # a granule in free flight at velocity v makes a wave of less than this times v^1.2
@@ -222,7 +221,7 @@ class _March:
             same[back:] &= (since[:-back] < since[1 : front - back + 1]) & (late[:-back] > 0)
             same[:back] = False
             change[same] = np.abs(late[same] - late[np.flatnonzero(same) - back]) / back
-        grown = late + np.minimum(_GROWING * change, late)
+        grown = late + np.minimum(lane.request.growing * change, late)
         if np.any((lane.time - since < _RECENT) & (grown > bound)):
             return True
         x, v = self.x[: front + 1, place], self.v[:front, place]
@@ -275,7 +274,7 @@ class _March:
         The cut runs through a contact that is all but open, for else what is cut off would have been felt, and is made
         only if nothing behind may outgrow the front.
         """
-        most = lane.head - lane.base - lane.request.rear
+        most = lane.head - lane.base - lane.request.rear_of(lane.peaks[-1].force) if lane.peaks else 0
         if most < ROWS or self._overtaken(lane, place):
             return
         first = most - ROWS

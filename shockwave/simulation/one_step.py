@@ -89,6 +89,8 @@ class OneStep(Integrator):
                 time, x, v, a = end, tried.x, tried.v, tried.a
             elif not self.adaptive or size < least:
                 reason = "its error stays above the tolerance" if good else "not finite"
+                if not self.adaptive:
+                    reason += "; give a smaller step"
                 raise NumericalError(f"{self.name} cannot step beyond t = {time:g} T0 ({reason})")
 
     def _next_size(self, size: float, error: float, good: bool) -> float:

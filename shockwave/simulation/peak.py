@@ -12,8 +12,12 @@ STRIDE, KEPT = 4, 5
 # Slower approaches cannot be told from noise.
 _MOST_RATIO = 0.98
 _MOST_TERMS = 100
-# Differences of the peaks that are so small beside the doubt allowed need no extrapolation.
-_NEGLIGIBLE = 0.2
+# By how much the ratio of the differences may seem to rise.
+_STEADY = 1.002
+# Share of the doubt allowed below which peaks that rise and fall are at their limit.
+_NOISE = 0.2
+# Differences that hardly fall may add up to so many of the last.
+_SLOW = 200
 
 
 def limit(peaks: Sequence[float], allowed: float) -> tuple[float, float]:
@@ -24,12 +28,17 @@ def limit(peaks: Sequence[float], allowed: float) -> tuple[float, float]:
     way that is left. ``allowed`` is the doubt that would do. The doubt is infinite where no limit shows.
     """
     p = peaks[-KEPT:]
-    doubt = abs(p[4] - p[3]) + abs(p[3] - p[2])
-    if doubt <= _NEGLIGIBLE * allowed:
-        return p[4], doubt
+    first, second, last = p[2] - p[1], p[3] - p[2], p[4] - p[3]
+    doubt = abs(last) + abs(second)
+    if not (first * second > 0 and second * last > 0):
+        return p[4], doubt if doubt <= _NOISE * allowed else math.inf
+    if not last / second < _MOST_RATIO:
+        return p[4], _SLOW * abs(last)
     left = _rest(p[1:], bends=True)
-    changed = p[4] + left - p[3] - _rest(p[:4], bends=True)
-    doubt = 0.5 * abs(changed) + 0.5 * abs(left - _rest(p[1:], bends=False)) + 0.01 * abs(left)
+    doubt = 0.5 * abs(last + left - _rest(p[:4], bends=True))
+    doubt = doubt + 0.5 * abs(left - _rest(p[1:], bends=False)) + 0.01 * abs(left)
+    if last * first > _STEADY * second * second:
+        doubt += abs(left)  # a ratio that rises is on its way to another
     return (p[4] + left, doubt) if math.isfinite(doubt) else (p[4], math.inf)
 
 

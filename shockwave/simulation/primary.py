@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 from types import ModuleType
 from typing import NamedTuple
 
@@ -23,14 +24,18 @@ __all__ = ["AT_END", "FAILED", "KNOWN", "TOO_LONG", "Passage", "Primary", "Reque
 KNOWN, TOO_LONG, AT_END, FAILED = 1, 2, 3, 4
 
 _MOST_CONTACTS, _CONTACT_RATE = 20_000, 400
-# Evaluations of a contact force: seconds of the compiled code, minutes of NumPy.
-_MOST_WORK = 2e9
-# How far behind the front granules are still followed once the force has ended: so many, or if the shock is long so
-# many and some more for the time that its force was near its peak, which makes many waves of about the same height.
-# Less would change peaks by more than 1e-10.
-_REAR, _LONG_REAR, _LONG, _FLAT_RATE = 16, 24, 10.0, 1.25
+# Evaluations of a contact force: at most seconds of the compiled code, minutes of NumPy.
+_WORK, _WORK_RATE, _MOST_WORK = 3e7, 3e4, 2e9
+# How far behind the front granules are still followed once the force has ended: so many, and if the shock is long some
+# more for the time that its force was near what the front may come from, a 2.33rd of its peak. Less would change peaks
+# by more than 1e-10.
+_REAR, _LONG_REAR, _LONG, _LASTING, _RATE = 16, 24, 10.0, 2.33, 1.25
+# Contacts over which a wave may go on changing as it did over the last few: of a shock that rises again, long.
+_GROWING, _GROWING_AGAIN = 20.0, 200.0
+_TENTHS = np.arange(10) / 10
 # Shocks that run side by side in the compiled code.
 _WIDTH = 8
+_SHORT = 16.0
 
 
 class Passage(NamedTuple):
@@ -41,18 +46,20 @@ class Passage(NamedTuple):
     force: float
 
 
-@frozen(eq=False)
+@frozen(eq=False, slots=False)
 class Request:
     """A shock and what is asked of it.
 
     ``tolerance`` is the absolute error allowed in a step, ``doubt`` how far the peak may be from its limit,
-    relatively; ``contacts`` ascend: passages of the front that are wanted too.
+    relatively; ``contacts`` ascend: passages of the front that are wanted too. ``patience`` multiplies the work that it
+    may take.
     """
 
     problem: ChainProblem
     tolerance: float
     doubt: float
     contacts: tuple[int, ...] = ()
+    patience: float = 1.0
 
     @property
     def most_contacts(self) -> float:
@@ -60,7 +67,7 @@ class Request:
 
     @property
     def most_work(self) -> float:
-        return _MOST_WORK
+        return min(self.patience * (_WORK + _WORK_RATE * self.problem.duration**2), _MOST_WORK)
 
     @property
     def known_from(self) -> float:
@@ -71,9 +78,26 @@ class Request:
 
     @property
     def rear(self) -> int:
-        if self.problem.duration < _LONG:
-            return _REAR
-        return _LONG_REAR + int(_FLAT_RATE * self.problem.time_near_peak)
+        return _REAR if self.problem.duration < _LONG else _LONG_REAR
+
+    @property
+    def growing(self) -> float:
+        return _GROWING_AGAIN if self.problem.duration >= _LONG and self.problem.rises_again else _GROWING
+
+    @cached_property
+    def above(self) -> list[float]:
+        """How long the force is above 0, 1, ... 9 tenths of its peak; zeros for a short shock."""
+        problem = self.problem
+        if problem.duration < _LONG:
+            return [0.0] * 10
+        below = np.searchsorted(np.sort(problem.course), _TENTHS, side="right")
+        times: list[float] = ((1 - below / len(problem.course)) * problem.duration).tolist()
+        return times
+
+    def rear_of(self, peak: float) -> int:
+        """How far behind a front of this peak force granules may be cut off."""
+        level = 0.9 * peak / (_LASTING * self.problem.peak_force)
+        return int(self.rear + _RATE * self.above[int(10 * level) if level < 0.9 else 9])
 
 
 class Primary(NamedTuple):
@@ -124,10 +148,16 @@ def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled
         from shockwave.simulation.lanes import run
 
         return run(requests, method)
-    # Shocks that take about as long side by side: none waits for a longer one.
-    order = sorted(range(len(requests)), key=lambda index: requests[index].problem.duration, reverse=True)
-    found = _compiled(compiled, method, [requests[index] for index in order])
-    return [primary for _, primary in sorted(zip(order, found, strict=True), key=lambda pair: pair[0])]
+    # Shocks that take about as long side by side, and those that take far longer apart: none waits for another.
+    groups: dict[int, list[int]] = {}
+    for index, request in enumerate(requests):
+        groups.setdefault(int(math.log(max(request.problem.duration, _SHORT), 4)), []).append(index)
+    found: list[Primary] = [None] * len(requests)  # type: ignore[list-item]
+    for group in groups.values():
+        group.sort(key=lambda index: requests[index].problem.duration, reverse=True)
+        for index, primary in zip(group, _compiled(compiled, method, [requests[i] for i in group]), strict=True):
+            found[index] = primary
+    return found
 
 
 def _compiled(compiled: ModuleType, method: type[Nystroem], requests: list[Request]) -> list[Primary]:
@@ -153,6 +183,8 @@ def _compiled(compiled: ModuleType, method: type[Nystroem], requests: list[Reque
             request.most_work,
             request.rear,
             request.known_from,
+            request.growing,
+            *request.above,
             pieces,
             len(path.rows),
             terms,

@@ -70,23 +70,11 @@ class ChainProblem:
         shares = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
         return self.profile.force(shares * float(self.profile.duration_ratio))
 
-    @property
-    def time_near_peak(self) -> float:
-        """How long the force is above nine tenths of its peak, about."""
-        return float(np.mean(self.course > 0.9)) * self.duration
-
-    @property
+    @cached_property
     def rises_again(self) -> bool:
         """Whether the force rises once more after it has fallen, by more than a little."""
-        least = self.course[0]
-        highest = least
-        for force in self.course.tolist():
-            if force > highest:
-                highest = least = force
-            elif force > least + _LITTLE:
-                return True
-            least = min(least, force)
-        return False
+        fallen = np.maximum.accumulate(self.course) - self.course
+        return bool((np.maximum.accumulate(fallen) - fallen).max() > _LITTLE)
 
     def free(self, time: float) -> tuple[float, float]:
         """Path and velocity of a free granule under the force."""
