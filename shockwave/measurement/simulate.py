@@ -46,7 +46,10 @@ _DIGITS = 13
 _SHARE, _FEWEST = 128, 16
 #: The longest shock, in natural times of its wave: the work grows with the square.
 _LONGEST = 2e4
-#: Longer ones, in the same unit, are not measured on the whole chain: it would take hours.
+# Longer ones, in the same unit, are not measured on the whole chain where the search has failed: its waves are nearly
+# alike, and would not be told from one another there either.
+_WORTHWHILE = 60.0
+#: The train of longer ones is not integrated: it would take hours.
 MEASURABLE = 300.0
 
 
@@ -291,7 +294,7 @@ def _search(
                     found[index] = primary, error
             elif index in lost or primary.status != TOO_LONG:
                 left.remove(index)
-                if primary.status == TOO_LONG and request.problem.duration > MEASURABLE:
+                if primary.status == TOO_LONG and request.problem.duration > _WORTHWHILE:
                     found[index] = primary, 1.0
             else:
                 lost.add(index)
