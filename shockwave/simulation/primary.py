@@ -69,7 +69,7 @@ class Request:
     def most_work(self) -> float:
         return min(self.patience * (_WORK + _WORK_RATE * self.problem.duration**2), _MOST_WORK)
 
-    @property
+    @cached_property
     def known_from(self) -> float:
         """Time before which the primary is not taken as known: a later pulse of the shock must have made its wave."""
         problem = self.problem

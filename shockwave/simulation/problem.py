@@ -45,12 +45,12 @@ class ChainProblem:
     peak_force: float
     granules: int | None = None
 
-    @property
+    @cached_property
     def duration(self) -> float:
         """When the force ends."""
         return float(self.profile.duration_ratio) * self.rise_time
 
-    @property
+    @cached_property
     def stops(self) -> tuple[float, ...]:
         """Times at which steps must end: kinks of the force and, last of them, its end."""
         points = self.profile.breakpoints
