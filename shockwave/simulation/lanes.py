@@ -285,7 +285,7 @@ class _March:
         if not forces[weakest] < _SLACK * lane.peaks[-1].force:
             return
         rows = most - weakest
-        lane.bank_momentum += float(self.v[:rows, place].sum())
+        lane.bank_momentum += math.fsum(self.v[:rows, place].tolist())
         lane.bank_energy += _energy(self.x[: rows + 1, place], self.v[:rows, place])
         for array in (self.x, self.v, self.a, self.late, self.since):
             array[:-rows, place] = array[rows:, place]
@@ -315,10 +315,10 @@ class _March:
             time=float(last.time),
             doubt=lane.limit[1],
             speed=STRIDE / float(last.time - previous.time) if last is not previous else 0.0,
-            momentum=float(v[foot + 1 :].sum()),
+            momentum=math.fsum(v[foot + 1 :].tolist()),
             energy=_energy(x[foot + 1 :], v[foot + 1 :]),
             foot=forces[foot],
-            chain_momentum=lane.bank_momentum + float(v.sum()),
+            chain_momentum=lane.bank_momentum + math.fsum(v.tolist()),
             chain_energy=lane.bank_energy + _energy(x, v),
             work=float(lane.work),
             impulse=lane.impulse,
@@ -340,4 +340,5 @@ def _applied(lane: Lane, time: float, size: float) -> float:
 def _energy(x: FloatArray, v: FloatArray) -> float:
     """Of granules with velocities v, and of the contact of each with the next; x has one more."""
     closed = np.maximum(x[:-1] - x[1:], 0.0)
-    return float(0.5 * (v @ v) + 0.4 * (closed * closed) @ np.sqrt(closed))
+    # summed without rounding, so that it does not matter how many lanes lie between two granules
+    return math.fsum((0.5 * v * v + 0.4 * closed * closed * np.sqrt(closed)).tolist())
