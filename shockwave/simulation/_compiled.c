@@ -359,8 +359,9 @@ static int overtaken(const double *job, const Window *w, const Lane *lane, int l
 static long rear_of(const double *job, const Lane *lane)
 {
     const double level = 0.9 * lane->peak[KEPT - 1] / (2.33 * job[FORCE]);
-    const int tenth = level < 0.9 ? (int)(10 * level) : 9;
-    return (long)(job[REAR] + 1.25 * job[ABOVE + tenth]);
+    const int tenth = level < 0.9 ? (int)(10 * level) : 8;
+    const double share = level < 0.9 ? 10 * level - tenth : 1, *above = job + ABOVE + tenth;
+    return (long)(job[REAR] + 1.25 * (above[0] + share * (above[1] - above[0])));
 }
 
 /* Drops granules far behind the front, and books what they hold: at a contact that is all but open, for else what is cut

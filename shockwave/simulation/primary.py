@@ -28,8 +28,10 @@ _MOST_CONTACTS, _CONTACT_RATE = 20_000, 400
 _WORK, _WORK_RATE, _MOST_WORK = 3e7, 3e4, 2e9
 # How far behind the front granules are still followed once the force has ended: so many, and if the shock is long some
 # more for the time that its force was near what the front may come from, a 2.33rd of its peak. Less would change peaks
-# by more than 1e-10.
-_REAR, _LONG_REAR, _LONG, _LASTING, _RATE = 16, 24, 10.0, 2.33, 1.25
+# by more than they are asked for.
+_REAR, _LONG, _LASTING, _RATE = 16, 10.0, 2.33, 1.25
+# Of a long shock, by the least tolerance of a step for which it will do.
+_LONG_REARS = ((1e-7, 18), (1e-10, 24), (0.0, 32))
 # Contacts over which a wave may go on changing as it did over the last few: of a shock that rises again, long.
 _GROWING, _GROWING_AGAIN = 20.0, 200.0
 _TENTHS = np.arange(10) / 10
@@ -78,7 +80,9 @@ class Request:
 
     @property
     def rear(self) -> int:
-        return _REAR if self.problem.duration < _LONG else _LONG_REAR
+        if self.problem.duration < _LONG:
+            return _REAR
+        return next(rear for least, rear in _LONG_REARS if self.tolerance >= least)
 
     @property
     def growing(self) -> float:
@@ -97,7 +101,10 @@ class Request:
     def rear_of(self, peak: float) -> int:
         """How far behind a front of this peak force granules may be cut off."""
         level = 0.9 * peak / (_LASTING * self.problem.peak_force)
-        return int(self.rear + _RATE * self.above[int(10 * level) if level < 0.9 else 9])
+        tenth = int(10 * level) if level < 0.9 else 8
+        share = 10 * level - tenth if level < 0.9 else 1.0
+        above, further = self.above[tenth : tenth + 2]
+        return int(self.rear + _RATE * (above + share * (further - above)))
 
 
 class Primary(NamedTuple):
