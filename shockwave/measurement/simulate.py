@@ -66,6 +66,16 @@ class Plan:
         """The method, if the search for the primary knows it."""
         return self.method if issubclass(self.method, Nystroem) else None
 
+    def missed(self, error_estimate: float) -> list[str]:
+        """What there is to say where the peak force of the primary is not known to what was asked for."""
+        rtol = self.options.rtol
+        if rtol is None or error_estimate <= rtol:
+            return []
+        return [
+            f"the tolerance was not met: the primary's peak force is known to {error_estimate:.1e},"
+            f" {rtol:.1e} was asked for"
+        ]
+
     def request(self, problem: ChainProblem, repeats: int = 0, contacts: tuple[int, ...] = ()) -> Request:
         """What is asked of the search for the primary; tighter if it is repeated."""
         rtol = self.options.rtol or _RTOL
@@ -315,14 +325,6 @@ def _error(primary: Primary, tolerance: float, problem: ChainProblem) -> float:
 def _result(
     shock: Shock, chain: Chain, scales: Scales, plan: Plan, primary: Primary, error_estimate: float, seconds: float
 ) -> SimulationResult:
-    rtol = plan.options.rtol or _RTOL
-    warnings = shock.profile.notes
-    if error_estimate > rtol:
-        warnings = (
-            *warnings,
-            f"the tolerance was not met: the primary's peak force is known to {error_estimate:.1e},"
-            f" {rtol:.1e} was asked for",
-        )
     return SimulationResult(
         shock=shock,
         chain=chain,
@@ -330,6 +332,6 @@ def _result(
         scales=scales,
         found=primary,
         error_estimate=error_estimate,
-        notes=warnings,
+        notes=(*shock.profile.notes, *plan.missed(error_estimate)),
         seconds=seconds,
     )

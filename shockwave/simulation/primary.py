@@ -179,26 +179,7 @@ def _compiled(compiled: ModuleType, method: type[Nystroem], requests: list[Reque
         path = problem.path
         rows.append(path.rows)
         coefficients.append(path.coefficients)
-        jobs += (
-            problem.rise_time,
-            problem.peak_force,
-            problem.duration,
-            problem.granules or 0,
-            request.tolerance,
-            request.doubt,
-            request.most_contacts,
-            request.most_work,
-            request.rear,
-            request.known_from,
-            request.growing,
-            *request.above,
-            pieces,
-            len(path.rows),
-            terms,
-            len(stops),
-            len(wanted) // 3,
-            len(request.contacts),
-        )
+        jobs += _job(request, pieces, terms, len(stops), len(wanted) // 3)
         pieces += len(path.rows)
         terms += len(path.coefficients)
         stops += problem.stops
@@ -224,6 +205,31 @@ def _compiled(compiled: ModuleType, method: type[Nystroem], requests: list[Reque
         Primary(*row, passages=_passages(passages[3 * (end - len(request.contacts)) : 3 * end]))  # type: ignore
         for row, end, request in zip(found.tolist(), ends, requests, strict=True)
     ]
+
+
+def _job(request: Request, pieces: int, terms: int, stops: int, wanted: int) -> tuple[float, ...]:
+    """The row of a request: its numbers, and where its share of the other tables begins."""
+    problem = request.problem
+    return (
+        problem.rise_time,
+        problem.peak_force,
+        problem.duration,
+        problem.granules or 0,
+        request.tolerance,
+        request.doubt,
+        request.most_contacts,
+        request.most_work,
+        request.rear,
+        request.known_from,
+        request.growing,
+        *request.above,
+        pieces,
+        len(problem.path.rows),
+        terms,
+        stops,
+        wanted,
+        len(request.contacts),
+    )
 
 
 def _passages(flat: FloatArray) -> tuple[Passage, ...]:
