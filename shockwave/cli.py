@@ -1,4 +1,4 @@
-"""The command line: predict, simulate, compare, validate, list, new.
+"""The command line: predict, simulate, compare, validate, list, new, schema.
 
 Heavy imports stand inside the commands, so that help costs nothing and a prediction loads no simulator.
 """
@@ -9,12 +9,13 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from shockwave import __version__
-from shockwave.errors import Fault, FileAccessError, ScenarioError, ShockwaveError
+from shockwave.errors import Fault, FileAccessError, PluginError, ScenarioError, ShockwaveError, UsageError
 
 if TYPE_CHECKING:
     from shockwave.options import SimulateOptions
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["main"]
 
 _KINDS = ("profiles", "integrators", "backends", "quadratures", "materials", "models", "plugins")
+_NO_PLUGINS = "use nothing but what is built in"
 _EXITS = "exit status: 0 done; 1 a run failed; 2 usage; 3 invalid scenario; 4 faulty plugin; 5 file access"
 
 
@@ -30,9 +32,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status; no exception leaves it."""
     options = _parser().parse_args(arguments)
     try:
-        status: int = options.command(options)
-        sys.stdout.flush()
-        return status
+        with _without_plugins() if options.no_plugins else nullcontext():
+            status: int = options.command(options)
+            sys.stdout.flush()
+            return status
     except ShockwaveError as error:
         print(error, file=sys.stderr)
         return error.exit_code
@@ -57,15 +60,32 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 1
 
 
+@contextmanager
+def _without_plugins() -> Iterator[None]:
+    """All plugins are disabled, here and in processes that are begun meanwhile."""
+    from shockwave.registry import DISABLE, EVERY, forget
+
+    before = os.environ.get(DISABLE)
+    os.environ[DISABLE] = EVERY
+    forget()
+    try:
+        yield
+    finally:
+        forget()
+        os.environ.update({DISABLE: before or ""})
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="shockwave", description="Solitary waves in granular chains under shocks.", epilog=_EXITS
     )
     parser.add_argument("--version", action="version", version=f"shockwave {__version__}")
+    parser.add_argument("--no-plugins", action="store_true", help=_NO_PLUGINS)
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
 
     def command(name: str, run: Callable[[argparse.Namespace], int], summary: str) -> argparse.ArgumentParser:
         added = commands.add_parser(name, help=summary, description=summary, epilog=_EXITS)
+        added.add_argument("--no-plugins", action="store_true", default=argparse.SUPPRESS, help=_NO_PLUGINS)
         added.set_defaults(command=run)
         return added
 
@@ -83,9 +103,14 @@ def _parser() -> argparse.ArgumentParser:
     listing = command("list", _list, "what is registered, built in and plugged in")
     listing.add_argument("kind", nargs="?", choices=_KINDS, help="only these")
     listing.add_argument("--json", action="store_true", help="one JSON document on stdout")
+    listing.add_argument(
+        "--check", action="store_true", help="import everything that plugins register, and tell faults"
+    )
     new = command("new", _new, "write a scenario with every key and its meaning")
     new.add_argument("--profile", default="power-law", help="name of a profile (default: power-law)")
-    new.add_argument("-o", "--output", metavar="FILE", help="write to FILE, which must not exist, not to stdout")
+    schema = command("schema", _schema, "write a JSON Schema of scenarios, with what is installed, for editors")
+    for added, kept in ((new, "which must not exist, "), (schema, "")):
+        added.add_argument("-o", "--output", metavar="FILE", help=f"write to FILE, {kept}not to stdout")
     return parser
 
 
@@ -252,8 +277,8 @@ def _validate(options: argparse.Namespace) -> int:
         faults: tuple[Fault, ...] = ()
         try:
             load_scenario(file)
-        except ScenarioError as error:
-            faults, status = error.faults, max(status, error.exit_code)
+        except (ScenarioError, PluginError) as error:
+            faults, status = error.faults or (Fault("", str(error)),), max(status, error.exit_code)
         except ShockwaveError as error:
             faults, status = (Fault("", str(error)),), max(status, error.exit_code)
         documents.append(
@@ -271,32 +296,49 @@ def _validate(options: argparse.Namespace) -> int:
 
 
 def _list(options: argparse.Namespace) -> int:
+    if options.check and options.kind not in (None, "plugins"):
+        raise UsageError("--check is for plugins: shockwave list plugins --check")
     kinds = [options.kind] if options.kind else list(_KINDS)
-    document = {kind: _listed(kind) for kind in kinds}
+    document = {kind: _plugins(options.check) if kind == "plugins" else _listed(kind) for kind in kinds}
     if options.json:
         _print_json(document[options.kind] if options.kind else document)
-        return 0
-    from shockwave.text import table
+    else:
+        from shockwave.text import table
 
-    for kind, found in document.items():
-        rows = [(row["name"], row["summary"], row["distribution"]) for row in found]
-        print(table((kind, "", "from"), rows) if rows else f"{kind}: none installed", end="\n\n")
-    return 0
+        for kind, found in document.items():
+            rows = [(row["name"], row["summary"], row["distribution"]) for row in found]
+            print(table((kind, "", "from"), rows) if rows else f"{kind}: none installed", end="\n\n")
+    faulty = options.check and any(row["problem"] for row in document["plugins"])
+    return PluginError.exit_code if faulty else 0
+
+
+def _plugins(check: bool) -> list[dict[str, Any]]:
+    """A row for each installed plugin; ``check`` imports what it registers, in a process of its own."""
+    from shockwave import registry
+
+    rows = []
+    for found in registry.plugins():
+        plugin = registry.checked(found) if check else found
+        names = ", ".join(entry.name for _, entry in plugin.entries)
+        state = "disabled" if plugin.disabled else f"AT FAULT: {plugin.problem}" if plugin.problem else ""
+        rows.append(
+            {
+                "name": plugin.distribution,
+                "summary": "; ".join(part for part in (names, state) if part),
+                "distribution": f"{plugin.distribution} {plugin.version}".rstrip(),
+                "version": plugin.version,
+                "entries": [{"kind": kind, "name": entry.name} for kind, entry in plugin.entries],
+                "disabled": plugin.disabled,
+                "checked": check and not plugin.disabled,
+                "problem": plugin.problem or None,
+            }
+        )
+    return rows
 
 
 def _listed(kind: str) -> list[dict[str, Any]]:
     from shockwave import registry
 
-    if kind == "plugins":
-        return [
-            {
-                "name": plugin.distribution,
-                "summary": plugin.problem or ", ".join(entry.name for _, entry in plugin.entries),
-                "distribution": f"{plugin.distribution} {plugin.version}",
-                "problem": plugin.problem or None,
-            }
-            for plugin in registry.plugins()
-        ]
     if kind == "backends":
         from shockwave.simulation.backend import BACKENDS, lack
 
@@ -314,15 +356,25 @@ def _listed(kind: str) -> list[dict[str, Any]]:
 def _new(options: argparse.Namespace) -> int:
     from shockwave.scenario.template import template
 
-    text = template(options.profile)
-    if not options.output:
+    return _written(template(options.profile), options.output, anew=True)
+
+
+def _schema(options: argparse.Namespace) -> int:
+    from shockwave.scenario.schema import schema
+
+    return _written(json.dumps(schema(), indent=2, allow_nan=False) + "\n", options.output, anew=False)
+
+
+def _written(text: str, output: str | None, anew: bool) -> int:
+    """Write ``text`` to the file ``output``, which ``anew`` must not exist, or to stdout."""
+    if not output:
         print(text, end="")
         return 0
     try:
-        with Path(options.output).open("x", encoding="utf-8") as file:
+        with Path(output).open("x" if anew else "w", encoding="utf-8") as file:
             file.write(text)
     except OSError as error:
         reason = "it exists already; choose another name" if isinstance(error, FileExistsError) else error.strerror
-        raise FileAccessError(f"{options.output}: cannot be written ({reason})") from error
-    print(f"{options.output}: written", file=sys.stderr)
+        raise FileAccessError(f"{output}: cannot be written ({reason})") from error
+    print(f"{output}: written", file=sys.stderr)
     return 0

@@ -79,23 +79,33 @@ class ScenarioError(_FaultsError):
 
 
 class UnknownNameError(ShockwaveError, LookupError):
-    """A name is not in its registry."""
+    """A name is not in its registry.
+
+    ``hints`` are what else may help. ``faulty`` says that a plugin cannot be read, whose name it may be: unless
+    it is like one that is known, that plugin is at fault and not the user.
+    """
 
     exit_code = 3
 
-    def __init__(self, kind: str, name: str, known: Iterable[str], faulty: Iterable[str] = ()) -> None:
+    def __init__(
+        self, kind: str, name: str, known: Iterable[str], hints: Iterable[str] = (), faulty: bool = False
+    ) -> None:
         self.kind, self.name, self.known = kind, name, tuple(known)
-        unread = ", ".join(faulty)
-        hint = f"; plugins that could not be read: {unread}" if unread else ""
-        super().__init__(
-            f"unknown {kind} (got {name!r}; {nearest(name, self.known)}known: {', '.join(self.known)}{hint})"
-        )
+        like = nearest(name, self.known)
+        if faulty and not like:
+            self.exit_code = PluginError.exit_code
+        more = "".join(f"; {hint}" for hint in hints)
+        super().__init__(f"unknown {kind} (got {name!r}; {like}known: {', '.join(self.known)}{more})")
 
 
 class PluginError(ShockwaveError):
-    """An installed plugin is at fault, not the user's input."""
+    """An installed plugin is at fault, not the user's input; ``faults`` tell where it shows in a scenario."""
 
     exit_code = 4
+
+    def __init__(self, problem: str, faults: Iterable[Fault] = ()) -> None:
+        self.faults = tuple(faults)
+        super().__init__(problem)
 
 
 class FileAccessError(ShockwaveError):

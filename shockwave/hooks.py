@@ -12,8 +12,9 @@ more of the functions below, marked with `hookimpl`, and should import nothing h
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import pluggy
-from attrs import frozen
 
 __all__ = ["Entry", "hookimpl"]
 
@@ -21,8 +22,7 @@ hookimpl = pluggy.HookimplMarker("shockwave")
 _hookspec = pluggy.HookspecMarker("shockwave")
 
 
-@frozen
-class Entry:
+class Entry(NamedTuple):
     """A registered noun: its ``name``, its ``address`` (``package.module:attribute``) and one line on it.
 
     ``takes`` names the settings that it has a use for, where not all of its kind have the same: of an integrator

@@ -152,9 +152,9 @@ def workplace(folder: Path) -> Iterator[pytest.MonkeyPatch]:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.setattr(metadata, "entry_points", entry_points)
-        registry.plugins.cache_clear()
+        registry.forget()
         yield patch
-    registry.plugins.cache_clear()
+    registry.forget()
     for name in set(sys.modules) - before:
         file = Path(getattr(sys.modules[name], "__file__", None) or "")
         if file.is_relative_to(folder) or file.is_relative_to(ROOT / "plugins"):
@@ -185,7 +185,7 @@ def install(folder: Path, project: Path, patch: pytest.MonkeyPatch) -> None:
     points = [f"{name} = {module}" for name, module in about["entry-points"]["shockwave"].items()]
     (info / "entry_points.txt").write_text("\n".join(["[shockwave]", *points, ""]), encoding="utf-8")
     patch.syspath_prepend(project.parent / "src")
-    registry.plugins.cache_clear()
+    registry.forget()
 
 
 def run(command: str, status: int) -> tuple[str, int]:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import importlib
 import importlib.metadata
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import attrs
 import pytest
 
 from shockwave import registry
@@ -23,54 +21,11 @@ BUILT_IN = {
     "materials": "paper-steel",
     "models": "section-4",
 }
+
+if TYPE_CHECKING:
+    from conftest import Install
+
 EVERY_KIND = pytest.mark.parametrize("kind", BUILT_IN)
-
-#: A hooks module that registers one profile and imports nothing heavy.
-GOOD = """
-from shockwave.hooks import Entry, hookimpl
-
-@hookimpl
-def shockwave_profiles():
-    return [Entry("{name}", "{module}_pulse:Pulse", "a pulse")]
-"""
-PULSE = """
-from shockwave.profiles.triangular import Triangular
-
-class Pulse(Triangular):
-    pass
-"""
-
-Install = Callable[..., str]
-
-
-@pytest.fixture
-def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install]:
-    """Put a distribution with a hooks module on the path; gives the name of its module."""
-    place = tmp_path / "site"
-    place.mkdir()
-    monkeypatch.syspath_prepend(place)
-    before = set(sys.modules)
-
-    def installed(
-        distribution: str, hooks: str = GOOD, pulse: str = PULSE, name: str = "", version: str = "1.2"
-    ) -> str:
-        module = distribution.replace("-", "_")
-        (place / f"{module}.py").write_text(hooks.format(name=name or distribution, module=module))
-        (place / f"{module}_pulse.py").write_text(pulse)
-        info = place / f"{module}-{version}.dist-info"
-        info.mkdir()
-        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: {version}\n")
-        (info / "entry_points.txt").write_text(f"[shockwave]\n{distribution} = {module}\n")
-        registry.plugins.cache_clear()
-        importlib.invalidate_caches()
-        return module
-
-    registry.plugins.cache_clear()
-    yield installed
-    registry.plugins.cache_clear()
-    for module in set(sys.modules) - before:
-        if getattr(sys.modules[module], "__file__", None) and str(place) in str(sys.modules[module].__file__):
-            del sys.modules[module]
 
 
 def _plugin(distribution: str) -> registry.Plugin:
@@ -87,7 +42,7 @@ def test_a_built_in_is_found_without_looking_for_plugins(kind: str, monkeypatch:
         raise AssertionError("entry points were scanned")
 
     monkeypatch.setattr(importlib.metadata, "entry_points", scanned)
-    registry.plugins.cache_clear()
+    registry.forget()
     assert registry.find(kind, BUILT_IN[kind]).name == BUILT_IN[kind]
 
 
@@ -146,7 +101,7 @@ def test_an_unknown_name_carries_what_is_known() -> None:
 
 
 def test_an_entry_is_frozen() -> None:
-    with pytest.raises(attrs.exceptions.FrozenInstanceError):
+    with pytest.raises(AttributeError):
         registry.find("profiles", "tabulated").address = "elsewhere:Thing"  # type: ignore[misc]
 
 
@@ -169,11 +124,10 @@ def test_what_a_plugin_registers_can_be_loaded(install: Install) -> None:
     assert registry.load("profiles", "test-pulse") is sys.modules[f"{module}_pulse"].Pulse
 
 
-def test_a_plugin_s_class_is_not_imported_before_it_is_loaded(install: Install) -> None:
+def test_nothing_of_a_plugin_is_imported_before_it_is_loaded(install: Install) -> None:
     module = install("test-pulses", name="test-pulse")
     registry.find("profiles", "test-pulse")
-    assert module in sys.modules
-    assert f"{module}_pulse" not in sys.modules
+    assert {module, f"{module}_pulse"} & set(sys.modules) == set()
 
 
 def test_plugins_are_listed_after_built_ins_by_name(install: Install) -> None:
@@ -276,7 +230,8 @@ def test_what_cannot_be_loaded_is_the_plugin_s_fault(install: Install, pulse: st
     with pytest.raises(PluginError) as caught:
         registry.load("profiles", "test-pulse")
     message = str(caught.value)
-    assert message.startswith(f"profile 'test-pulse' of test-pulses: {module}_pulse:Pulse ")
+    start = f"plugin test-pulses 1.2 is at fault: profile 'test-pulse': {module}_pulse:Pulse: "
+    assert message.startswith(start)
     assert problem in message
 
 

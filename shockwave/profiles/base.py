@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
+from shockwave.profiles.guard import guarded
 from shockwave.quadrature import FloatArray, Integral, Quadrature
 from shockwave.registry import load
 
@@ -60,7 +62,8 @@ class ShockProfile(abc.ABC):
        of the measurement that the shape was read from.
     9. ``notes`` are sentences on what was changed in the given data; none by default.
 
-    A subclass writes only these; every other method is final.
+    A subclass writes only these; every other method is final. What the profile of another than shockwave returns is
+    checked where it enters; a violation is a `PluginError`.
     """
 
     duration_ratio: float
@@ -122,8 +125,8 @@ class ShockProfile(abc.ABC):
         rising = (s >= 0) & (s <= 1)
         decaying = (s > 1) & (s <= self.duration_ratio)
         result = np.zeros_like(s)
-        result[rising] = self.rise(s[rising])
-        result[decaying] = self.decay(s[decaying])
+        result[rising] = guarded(self, "rise", s[rising])
+        result[decaying] = guarded(self, "decay", s[decaying])
         return result
 
     def areas(self, quadrature: str | None = None) -> Areas:
@@ -142,12 +145,12 @@ class ShockProfile(abc.ABC):
         """
         closed = self.closed_areas() if quadrature is None else None
         if closed is not None:
-            rise, decay = (Integral(a, _ROUNDING * abs(a), 0, "closed form") for a in closed)
-            return Areas(rise, decay)
+            return Areas(*(Integral(a, _ROUNDING * abs(a), 0, "closed form") for a in closed))
         method = _quadrature(quadrature)
         before = [p for p in self.breakpoints if p <= 1]
         after = [p for p in self.breakpoints if p >= 1]
-        return Areas(method.integrate(self.rise, before), method.integrate(self.decay, after))
+        rise, decay = (partial(guarded, self, name) for name in ("rise", "decay"))
+        return Areas(method.integrate(rise, before), method.integrate(decay, after))
 
     def running_impulse(self, s: npt.ArrayLike, quadrature: str | None = None) -> FloatArray:
         """Integral of the force from 0 to ``s``, in units of F0 t0; constant before 0 and after n.

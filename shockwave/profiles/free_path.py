@@ -14,6 +14,7 @@ from numpy.polynomial import chebyshev
 
 from shockwave.errors import NumericalError
 from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.guard import guarded, is_value
 from shockwave.quadrature import FloatArray
 
 __all__ = ["FreePath", "of_powers", "of_samples"]
@@ -83,7 +84,9 @@ class FreePath:
             When the force is not finite somewhere.
         """
         closed = profile.closed_free_path()
-        return closed if closed is not None else _fitted(profile)
+        if closed is not None:
+            return closed
+        return _fitted(profile) if is_value(profile) else _fitted.__wrapped__(profile)
 
     def at(self, s: float) -> tuple[float, float]:
         """(path, impulse) at one s, 0 <= s <= n."""
@@ -273,6 +276,8 @@ class _Totals:
         return np.minimum(np.where(rising, a1, a), np.where(rising, p1, p) / (pieces.stop - pieces.begin))
 
 
+# Scenes of one shape come in series.
+@functools.lru_cache(maxsize=64)
 def _fitted(profile: ShockProfile) -> FreePath:
     """The table from values of the force alone: polynomials on pieces, cut where they do not fit."""
     n = profile.duration_ratio
@@ -313,12 +318,9 @@ def _sampled(profile: ShockProfile, begin: FloatArray, end: FloatArray) -> _Piec
     s[:, 0], s[:, -1] = np.nextafter(begin, end), np.nextafter(end, begin)
     values = np.empty_like(s)
     rising = begin < 1
-    for which, shape in ((rising, profile.rise), (~rising, profile.decay)):
+    for which, name in ((rising, "rise"), (~rising, "decay")):
         if which.any():
-            # A ravelled copy: shapes that take one axis only will do, and none can change the points.
-            values[which] = np.reshape(
-                np.broadcast_to(shape(s[which].ravel()), which.sum() * s.shape[1]), s[which].shape
-            )
+            values[which] = guarded(profile, name, s[which].ravel()).reshape(-1, s.shape[1])
     if not np.isfinite(values).all():
         worst = np.flatnonzero(~np.isfinite(values))[0]
         got = f"got {values.flat[worst]:g} at s = {s.flat[worst]:.17g}"

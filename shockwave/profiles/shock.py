@@ -5,10 +5,14 @@ from __future__ import annotations
 from attrs import field, frozen
 
 from shockwave.errors import InvalidValueError
-from shockwave.fields import quantity, text_of
+from shockwave.fields import Quantity, quantity, text_of
 from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.guard import examine
 
-__all__ = ["Shock"]
+__all__ = ["DURATION", "Shock"]
+
+#: The whole duration, which may stand in place of the rise time.
+DURATION = Quantity("s", "whole duration n t0, in place of the rise time", above=0)
 
 
 @frozen(kw_only=True)
@@ -28,6 +32,8 @@ class Shock:
     ------
     InvalidValueError
         When a value is out of range, or missing for a profile that is not a record.
+    PluginError
+        When the profile is not shockwave's own and breaks the contract of `ShockProfile`.
     """
 
     profile: ShockProfile = field()
@@ -45,6 +51,23 @@ class Shock:
                 if recorded is None:
                     raise InvalidValueError.of(name, "must be given: this profile is not a record that brings one")
                 object.__setattr__(self, name, recorded)
+        examine(self.profile, self.rise_time)
+
+    @classmethod
+    def of_duration(cls, *, profile: ShockProfile, duration: float, peak_force: float | None = None) -> Shock:
+        """The shock that lasts ``duration`` [s], n t0: its rise time is the n-th part of that.
+
+        Raises
+        ------
+        InvalidValueError
+            When a value is out of range.
+        """
+        problem = DURATION.problem(duration)
+        if problem is not None:
+            raise InvalidValueError.of("duration", problem)
+        if not isinstance(profile, ShockProfile):
+            return cls(profile=profile)
+        return cls(profile=profile, peak_force=peak_force, rise_time=duration / float(profile.duration_ratio))  # type: ignore[arg-type]
 
     @property
     def duration(self) -> float:

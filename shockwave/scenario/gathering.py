@@ -9,7 +9,15 @@ from typing import Any
 from attrs import define
 
 from shockwave.document.reader import MOST_FAULTS, Document, Steps, dotted
-from shockwave.errors import Fault, FileAccessError, InvalidValueError, ScenarioError, UnknownNameError
+from shockwave.errors import (
+    Fault,
+    FileAccessError,
+    InvalidValueError,
+    PluginError,
+    ScenarioError,
+    ShockwaveError,
+    UnknownNameError,
+)
 from shockwave.scenario.blocks import keys_of
 from shockwave.scenario.values import Wrong, structure
 
@@ -22,12 +30,14 @@ _STEP = re.compile(r"([^.\[\]]+)|\[([0-9]{1,9})\]")
 class Gathering:
     """Builds parts of the scenario in ``document`` and keeps their ``faults``.
 
-    ``access`` is the error of another file that the scenario names and that cannot be read.
+    ``access`` is the error of another file that the scenario names and that cannot be read; ``plugin`` says that one
+    of the faults is a plugin's.
     """
 
     document: Document
     faults: list[Fault]
     access: FileAccessError | None = None
+    plugin: bool = False
 
     # ---------------------------------------------------------------- faults
 
@@ -36,6 +46,11 @@ class Gathering:
         if any(path[:end] in self.document.unreadable for end in range(len(path) + 1)):
             return
         self.faults.append(Fault(dotted(path), problem, self.document.locate(path, at_key)))
+
+    def blame(self, path: Steps, error: ShockwaveError) -> None:
+        """Add what was wrong with a name at ``path``: unknown, or a plugin's whose fault it is."""
+        self.plugin |= error.exit_code == PluginError.exit_code
+        self.add(path, str(error))
 
     def report(self, path: Steps, wrongs: Sequence[Wrong]) -> None:
         for wrong in wrongs:
@@ -51,6 +66,8 @@ class Gathering:
         if len(faults) > MOST_FAULTS:
             rest = Fault("", f"and {len(faults) - MOST_FAULTS} more faults", self.document.name)
             faults = [*faults[:MOST_FAULTS], rest]
+        if self.plugin:
+            raise PluginError("\n".join(map(str, faults)), faults)
         raise ScenarioError(faults)
 
     def _order(self, fault: Fault) -> tuple[bool, int, int]:
@@ -78,7 +95,11 @@ class Gathering:
             try:
                 made = make(**left)
             except UnknownNameError as error:
+                self.plugin |= error.exit_code == PluginError.exit_code
                 found: tuple[Fault, ...] = (Fault(error.kind, str(error)),)
+            except PluginError as error:
+                self.blame(where(()), error)
+                return None
             except InvalidValueError as error:
                 found = error.faults
             except ArithmeticError as error:

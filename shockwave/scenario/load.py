@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from attrs import define, frozen
+from attrs import define, evolve, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.material import Material
@@ -26,7 +26,7 @@ from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
-from shockwave.registry import find, load
+from shockwave.registry import DISABLE, find, load, plugins, same_distribution
 from shockwave.scenario.blocks import (
     CHAIN,
     RECORD,
@@ -151,19 +151,32 @@ class _Loading(Gathering):
         return made
 
     def requires(self, given: Any) -> None:
-        from importlib.metadata import PackageNotFoundError, version
+        from importlib.metadata import PackageNotFoundError, distribution
 
         for index, name in enumerate(given if isinstance(given, list) else ()):
             if not isinstance(name, str):
                 continue  # reported by its type
+            path: Steps = ("requires", index)
             if not _DISTRIBUTION.fullmatch(name):
-                self.add(("requires", index), f"must be the name of a distribution (got {text_of(name)})")
+                self.add(path, f"must be the name of a distribution (got {text_of(name)})")
                 continue
             try:
-                version(name)
+                points = distribution(name).entry_points
             except PackageNotFoundError:
                 remedy = "install it if you trust it: an index may hold another of that name"
-                self.add(("requires", index), f"must be installed (got nothing of this name; {remedy})")
+                self.add(path, f"must be installed (got nothing of this name; {remedy})")
+                continue
+            if points.select(group="shockwave"):
+                self._usable(path, name)
+
+    def _usable(self, path: Steps, name: str) -> None:
+        """Whether the plugin that the scenario requires can be used."""
+        for plugin in plugins():
+            if same_distribution(plugin.distribution, name) and not plugin.entries:
+                if plugin.disabled:
+                    self.add(path, f"must not be disabled (got {DISABLE}={os.environ.get(DISABLE)})")
+                else:
+                    self.blame(path, PluginError(f"must be a plugin that works (got {plugin.problem})"))
 
     def chain(self, data: Any) -> Chain | None:
         if data is None and "chain" not in self.document.data:
@@ -202,13 +215,10 @@ class _Loading(Gathering):
             made = None if wrongs else self.build(Material, values, lambda steps: (*path, *steps))
             return made if isinstance(made, Material) else None
         try:
-            material = load("materials", data)
-        except UnknownNameError as error:
-            self.add(path, str(error))
+            material: Material = load("materials", data)
+        except (UnknownNameError, PluginError) as error:
+            self.blame(path, error)
             return None
-        if not isinstance(material, Material):
-            owner = find("materials", data).distribution
-            raise PluginError(f"material {data!r} of {owner}: must be a Material (got {text_of(material)})")
         return material
 
     # ---------------------------------------------------------------- shock
@@ -219,8 +229,14 @@ class _Loading(Gathering):
         given = data if isinstance(data, dict) else {}
         cls = self._profile_class(given.get("profile"))
         keys = shock_keys(cls)
+        if "duration" in given:
+            keys = tuple(evolve(key, required=key.required and key.name != "rise_time") for key in keys)
         values, wrongs = structure(data, keys)
         self.report(("shock",), wrongs)
+        if "duration" in given and "rise_time" in given:
+            problem = "must be left out where rise_time is given (got both; delete one)"
+            self.add(("shock", "duration"), problem, at_key=True)
+            return None
         if cls is None:
             return None
         name = given["profile"]
@@ -234,13 +250,14 @@ class _Loading(Gathering):
         profile = self._profile(name, cls, parameters)
         if profile is None or wrongs:
             return None
-        sizes: dict[str, Any] = {key: values[key] for key in ("peak_force", "rise_time") if key in values}
+        sizes: dict[str, Any] = {key: values[key] for key in ("peak_force", "rise_time", "duration") if key in values}
+        kind = Shock.of_duration if "duration" in sizes else Shock
 
         def make(**sizes: float) -> Shock:
             with _blame(name):
-                return Shock(profile=profile, **sizes)
+                return kind(profile=profile, **sizes)
 
-        shock: Shock | None = self.build(make, sizes, lambda steps: ("shock", *steps))
+        shock: Shock | None = self.build(make, sizes, lambda steps: ("shock", *(steps or ("profile",))))
         return shock
 
     def _profile_class(self, name: Any) -> type[ShockProfile] | None:
@@ -248,8 +265,8 @@ class _Loading(Gathering):
             return None
         try:
             return profile_class(name)
-        except UnknownNameError as error:
-            self.add(("shock", "profile"), str(error))
+        except (UnknownNameError, PluginError) as error:
+            self.blame(("shock", "profile"), error)
             return None
 
     def _profile(self, name: str, cls: type[ShockProfile], values: dict[str, Any]) -> ShockProfile | None:
@@ -273,7 +290,7 @@ class _Loading(Gathering):
 
         def guarded(**values: Any) -> Any:
             with _blame(name):
-                return _checked(make(**values))
+                return make(**values)
 
         try:
             profile: ShockProfile | None = self.build(
@@ -319,13 +336,6 @@ class _Loading(Gathering):
             self.add(path, problem)
             return None
         return file
-
-
-def _checked(profile: ShockProfile) -> ShockProfile:
-    """``profile``, whose first promise is a ratio above 1."""
-    if not 1 < float(profile.duration_ratio) < float("inf"):
-        raise ValueError(f"duration_ratio must be > 1 (got {profile.duration_ratio!r})")
-    return profile
 
 
 @contextmanager
