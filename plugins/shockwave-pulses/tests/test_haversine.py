@@ -1,4 +1,4 @@
-"""The haversine: integrals by quadrature, and where it stands to the conditions (3)."""
+"""The haversine: closed forms, and where it stands to the conditions (3)."""
 
 from __future__ import annotations
 
@@ -19,17 +19,21 @@ def test_the_force_is_half_a_versed_sine() -> None:
     np.testing.assert_allclose(PROFILE.force(s), (1 - np.cos(math.pi * s)) / 2, rtol=0, atol=4e-16)
 
 
-def test_it_gives_no_closed_form() -> None:
-    assert PROFILE.closed_areas() is None
-    assert PROFILE.closed_running_impulse(ENDS) is None
-    assert PROFILE.closed_double_integral(ENDS) is None
-
-
-def test_areas_come_by_the_default_quadrature() -> None:
+def test_areas_are_closed_forms() -> None:
     areas = PROFILE.areas()
-    assert areas.rise.method == areas.decay.method == "gauss-legendre"
-    assert areas.rise.value == pytest.approx(0.5, rel=1e-12)
-    assert areas.decay.value == pytest.approx(0.5, rel=1e-12)
+    assert [areas.rise.value, areas.decay.value] == [0.5, 0.5]
+    assert areas.rise.method == areas.decay.method == "closed form"
+
+
+def test_integrals_keep_their_digits_near_the_beginning() -> None:
+    s = np.array([1e-100, 1e-10, 1e-6])
+    # What the series leave out is below (pi s)^4, here 1e-22.
+    square = (math.pi * s) ** 2
+    np.testing.assert_allclose(
+        PROFILE.running_impulse(s), math.pi**2 / 12 * s**3 * (1 - square / 20), rtol=2e-15, atol=0
+    )
+    expected = math.pi**2 / 48 * s[1:] ** 4 * (1 - square[1:] / 30)
+    np.testing.assert_allclose(PROFILE.double_integral(s[1:]), expected, rtol=2e-15, atol=0)
 
 
 @pytest.mark.parametrize("quadrature", [None, "tanh-sinh", "quadpack"])

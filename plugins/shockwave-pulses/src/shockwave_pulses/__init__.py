@@ -1,1 +1,1 @@
-"""Pulses of shock testing for shockwave: half-sine and haversine."""
+"""Pulses that shocks are specified by, for shockwave: sines, straight lines, the impact of a ball."""

@@ -10,11 +10,9 @@ from attrs import frozen
 from shockwave.profiles.base import ShockProfile
 from shockwave.quadrature import FloatArray
 
-__all__ = ["HalfSine"]
+from shockwave_pulses.sines import less_sine
 
-# Below this argument x - sin(x) loses digits, and so many terms of its series are exact to rounding.
-_SMALL = 1.0
-_TERMS = 8
+__all__ = ["HalfSine"]
 
 
 @frozen
@@ -59,13 +57,4 @@ class HalfSine(ShockProfile):
         return np.asarray(4 / math.pi * np.sin(math.pi / 4 * s) ** 2)
 
     def closed_double_integral(self, s: FloatArray) -> FloatArray:
-        return np.asarray(4 / math.pi**2 * _less_sine(math.pi / 2 * s))
-
-
-def _less_sine(x: FloatArray) -> FloatArray:
-    """x - sin(x) for x >= 0, to rounding."""
-    small = np.minimum(x, _SMALL)
-    series = np.ones_like(small)
-    for k in reversed(range(2, _TERMS + 2)):
-        series = 1.0 - small**2 / (2 * k * (2 * k + 1)) * series
-    return np.where(x < _SMALL, small**3 / 6 * series, x - np.sin(x))
+        return np.asarray(4 / math.pi**2 * less_sine(math.pi / 2 * s))
