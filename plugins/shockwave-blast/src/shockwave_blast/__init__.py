@@ -1,0 +1,1 @@
+"""Pulses of explosions for shockwave: the Friedlander pulse, and the same by charge and standoff."""
