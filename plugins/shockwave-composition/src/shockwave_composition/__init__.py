@@ -1,0 +1,1 @@
+"""Integrators for shockwave: composition and extrapolation of the velocity Verlet method."""
