@@ -308,6 +308,9 @@ def _list(options: argparse.Namespace) -> int:
         for kind, found in document.items():
             rows = [(row["name"], row["summary"], row["distribution"]) for row in found]
             print(table((kind, "", "from"), rows) if rows else f"{kind}: none installed", end="\n\n")
+            for row in found if kind == "plugins" else ():
+                if row["problem"]:
+                    print(f"{row['distribution']} is at fault: {row['problem']}", end="\n\n")
     faulty = options.check and any(row["problem"] for row in document["plugins"])
     return PluginError.exit_code if faulty else 0
 
@@ -320,7 +323,7 @@ def _plugins(check: bool) -> list[dict[str, Any]]:
     for found in registry.plugins():
         plugin = registry.checked(found) if check else found
         names = ", ".join(entry.name for _, entry in plugin.entries)
-        state = "disabled" if plugin.disabled else f"AT FAULT: {plugin.problem}" if plugin.problem else ""
+        state = "disabled" if plugin.disabled else "AT FAULT" if plugin.problem else ""
         rows.append(
             {
                 "name": plugin.distribution,

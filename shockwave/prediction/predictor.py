@@ -18,10 +18,10 @@ from shockwave.registry import find, load
 from shockwave.scene import Scene
 from shockwave.theory.scaled import ScaledAnswer, ScaledShock, Settings
 
-__all__ = ["Predictor", "coefficient_of"]
+__all__ = ["MOMENTUM_COEFFICIENT", "MOMENTUM_COEFFICIENTS", "Predictor", "coefficient_of"]
 
-_NAMED = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
-_NUMBER = Quantity("", "leading number of A", at_least=0.01, at_most=1000)
+MOMENTUM_COEFFICIENTS = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
+MOMENTUM_COEFFICIENT = Quantity("", "leading number of A", at_least=0.01, at_most=1000)
 # Errors were measured with the exact coefficient; they hold for others as near as the paper's.
 _NEAR = 0.01
 # Below this many granules the steady wave that a prediction speaks of has not formed.
@@ -36,11 +36,11 @@ def coefficient_of(choice: str | float) -> float:
     InvalidValueError
         For anything else.
     """
-    if isinstance(choice, str) and choice in _NAMED:
-        return _NAMED[choice]
-    if _NUMBER.problem(choice) is not None:
+    if isinstance(choice, str) and choice in MOMENTUM_COEFFICIENTS:
+        return MOMENTUM_COEFFICIENTS[choice]
+    if MOMENTUM_COEFFICIENT.problem(choice) is not None:
         raise InvalidValueError.of(
-            "momentum_coefficient", f"must be 'exact', 'paper' or a number {_NUMBER.rule} (got {choice!r})"
+            "momentum_coefficient", f"must be 'exact', 'paper' or a number {MOMENTUM_COEFFICIENT.rule} (got {choice!r})"
         )
     return float(choice)
 

@@ -110,7 +110,7 @@ def _fields(cls: type) -> Iterator[Key]:
             required = default is attrs.NOTHING
             known = not required and not isinstance(default, attrs.Factory)  # type: ignore[arg-type]
             annotation = hints.get(attribute.name, Any)
-            yield Key(attribute.alias or attribute.name, required, spec, annotation, default if known else None)
+            yield Key(attribute.alias or attribute.name, required, spec, annotation, default if known else UNSTATED)
 
 
 def _parameters(cls: type, maker: type) -> Iterator[Key]:

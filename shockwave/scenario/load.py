@@ -40,9 +40,9 @@ from shockwave.scenario.blocks import (
 from shockwave.scenario.gathering import Gathering
 from shockwave.scenario.values import missing, structure
 
-__all__ = ["Published", "Scenario", "load_scenario", "scenario_of"]
+__all__ = ["DISTRIBUTION", "Published", "Scenario", "load_scenario", "scenario_of"]
 
-_DISTRIBUTION = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9._-]{0,100}[A-Za-z0-9])?")
+DISTRIBUTION = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9._-]{0,100}[A-Za-z0-9])?")
 _SWEEP = (
     "must be left out: a scenario with a sweep stands for many, and this version runs single scenes only"
     " (got a sweep; remove the block)"
@@ -128,8 +128,8 @@ def scenario_of(document: Document, path: Path | None, faults: Sequence[Fault] =
 
 def _without_empty(data: Mapping[str, Any]) -> dict[str, Any]:
     """``data`` without the optional blocks that hold nothing, all of whose keys may be commented out."""
-    needed = [key.name for key in SCENARIO if key.required or key.annotation is str]
-    return {name: value for name, value in data.items() if value is not None or name in needed}
+    spare = [key.name for key in SCENARIO if not key.required and key.annotation is not str]
+    return {name: value for name, value in data.items() if value is not None or name not in spare}
 
 
 @define(eq=False)
@@ -157,7 +157,7 @@ class _Loading(Gathering):
             if not isinstance(name, str):
                 continue  # reported by its type
             path: Steps = ("requires", index)
-            if not _DISTRIBUTION.fullmatch(name):
+            if not DISTRIBUTION.fullmatch(name):
                 self.add(path, f"must be the name of a distribution (got {text_of(name)})")
                 continue
             try:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import re
+import types
 import typing
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 from shockwave.chain.material import Material
 from shockwave.fields import Quantity
@@ -25,7 +26,7 @@ from shockwave.scenario.blocks import (
     shock_keys,
 )
 
-__all__ = ["template"]
+__all__ = ["purpose_of", "template", "within"]
 
 _DEFAULT = "power-law"
 _HEAD = """\
@@ -42,6 +43,7 @@ _EXAMPLES = {
     "granules": "200",
     "peak_force": "100 N",
     "rise_time": "15 us",
+    "duration": "150 us",
     "duration_ratio": "10",
     "quadrature": "tanh-sinh",
     "rtol": "1e-6",
@@ -54,6 +56,10 @@ _EXAMPLES = {
     "error": "3 %",
 }
 _MEANINGS = {
+    "parameters": "what the profile takes besides",
+    "predict": "how the waves are to be predicted",
+    "simulate": "how the scene is to be simulated",
+    "published": "figures printed in a source, shown beside ours",
     "name": "what it is called",
     "source": "where the figures come from",
     "radius": "in place of the diameter",
@@ -70,10 +76,19 @@ _MEANINGS = {
     "record": "histories to keep: forces (at the contacts), field, energies",
     "relation": "of the primary's peak to the shock's: less, equal or greater",
 }
+#: Quantities of which more is to be said than their declaration does.
+_TOLD_TOO = ("radius", "granules")
 _RECORD_EXAMPLES = {"file": "pulse.csv", "times": "[0 s, 15 us, 150 us]", "forces": "[0 N, 100 N, 0 N]"}
 _OWN = "shockwave"
-_OWN = "shockwave"
-_PLAIN = re.compile(r"(?!(?:true|false|null)\Z)[a-z][a-z0-9-]*")
+_PLAIN = re.compile(r"(?!(?i:true|false|null)\Z)[A-Za-z_][A-Za-z0-9_-]*")
+#: Kind of a parameter that is no quantity -> how it is called, and one of its values.
+_KINDS: Final[dict[Any, tuple[str, Any]]] = {
+    bool: ("true or false", False),
+    int: ("a whole number", 1),
+    float: ("a number", 1.0),
+    str: ("text", "text"),
+}
+_ARRAYS, _UNIONS = (list, tuple, Sequence), (typing.Union, types.UnionType)
 
 
 def template(profile: str | None = None) -> str:
@@ -101,7 +116,7 @@ def template(profile: str | None = None) -> str:
         ["predict:", *_lines(keys_of(Predictor))],
         ["simulate:", *_lines(keys_of(SimulateOptions))],
         [_requires(owner)],
-        ["# published:  # figures printed in a source, shown beside ours", *_published()],
+        [f"# published:  # {_MEANINGS['published']}", *_published()],
     )
     return "\n".join([_HEAD, *("\n".join(block) + "\n" for block in blocks)])
 
@@ -120,7 +135,7 @@ def _shock(name: str, cls: Any) -> Iterator[str]:
     yield f"  profile: {_text(name)}  # a name that `shockwave list profiles` shows"
     has_ratio = any(key.name == "duration_ratio" for key in keys_of(cls))
     for key in shock_keys(cls):
-        if key.name in ("peak_force", "rise_time") or (key.name == "duration_ratio" and has_ratio):
+        if key.name not in ("profile", "parameters") and (key.name != "duration_ratio" or has_ratio):
             usual = key.spec is None or key.spec.problem(10) is None
             yield _line("  " if key.required else "  # ", key, _example(key, _EXAMPLES if usual else {}))
     parameters = parameters_of(name, cls)
@@ -134,10 +149,10 @@ def _shock(name: str, cls: Any) -> Iterator[str]:
 
 def _parameters(name: str, keys: Sequence[Key]) -> Iterator[str]:
     if name != RECORD:
-        yield from _lines(keys, "    ", behind="    # ", examples={})
+        yield from _lines(keys, "    ", behind="    # ", own=False)
         return
     for key in keys:
-        yield _line("    # " if key.name == "file" else "    ", key, _RECORD_EXAMPLES[key.name])
+        yield _line("    # " if key.name == "file" else "    ", key, _RECORD_EXAMPLES[key.name], own=False)
 
 
 def _published() -> Iterator[str]:
@@ -149,25 +164,34 @@ def _requires(owner: str) -> str:
     return f"{'# ' if owner == _OWN else ''}requires: [{_text(owner)}]  # {meaning}"
 
 
-def _lines(
-    keys: Sequence[Key],
-    indent: str = "  ",
-    behind: str = "  # ",
-    examples: Mapping[str, str] = _EXAMPLES,
-) -> Iterator[str]:
-    """A line for each key; those without a value of their own stand ``behind`` a mark."""
+def _lines(keys: Sequence[Key], indent: str = "  ", behind: str = "  # ", own: bool = True) -> Iterator[str]:
+    """A line for each key; those without a value of their own stand ``behind`` a mark.
+
+    Keys that are not shockwave's ``own``, but a profile's, have neither its examples nor its meanings.
+    """
     for key in keys:
         live = key.required or _default(key) is not None
-        yield _line(indent if live else behind, key, _example(key, examples))
+        yield _line(indent if live else behind, key, _example(key, _EXAMPLES if own else {}), own)
 
 
-def _line(indent: str, key: Key, value: str) -> str:
-    meaning = _MEANINGS.get(key.name) if key.spec is None else None
-    purpose = "; ".join(part for part in (key.purpose, meaning) if part)
-    if key.spec is not None and key.name in ("radius", "granules"):
-        purpose = f"{purpose}; {_MEANINGS[key.name]}"
-    comment = " ".join(purpose.split())
-    return f"{indent}{key.name}: {value}" + (f"  # {comment}" if comment else "")
+def _line(indent: str, key: Key, value: str, own: bool = True) -> str:
+    comment = " ".join(purpose_of(key, own).split())
+    return f"{indent}{_text(key.name)}: {value}" + (f"  # {comment}" if comment else "")
+
+
+def purpose_of(key: Key, own: bool = True) -> str:
+    """What a key is for, in words: meaning, unit and range, and what else there is to know.
+
+    Where nothing is declared, its kind. ``own`` is False for parameters of profiles.
+    """
+    spec = key.spec
+    if spec is not None and spec.samples:
+        bounds = (spec.above, spec.at_least, spec.below, spec.at_most)
+        bounded = any(bound is not None for bound in bounds)
+        return f"{spec.meaning}, each {spec.rule}" if bounded else f"{spec.meaning}, {spec.unit}".rstrip(", ")
+    told = own and (not key.purpose or key.name in _TOLD_TOO)
+    more = _MEANINGS.get(key.name, "") if told else ""
+    return "; ".join(part for part in (key.purpose, more) if part) or _called(key.annotation)
 
 
 def _example(key: Key, examples: Mapping[str, str] = _EXAMPLES) -> str:
@@ -178,8 +202,12 @@ def _example(key: Key, examples: Mapping[str, str] = _EXAMPLES) -> str:
     if key.name in examples:
         return examples[key.name]
     if key.spec is None:
-        return _text(_of_kind(key.annotation))
-    return "[0, 1, 2]" if key.spec.samples else _text(_within(key.spec))
+        value = _of_kind(key.annotation)
+        return _text(1 if value is None and key.required else value)
+    if not key.spec.samples:
+        return _text(within(key.spec))
+    fit = [number for number in (0, 1, 2, 3, 4) if key.spec.problem(number) is None]
+    return _text(fit[:3] or [within(key.spec)])
 
 
 def _default(key: Key) -> str | None:
@@ -192,20 +220,34 @@ def _default(key: Key) -> str | None:
         return None
 
 
+def _called(annotation: Any) -> str:
+    """The kind of an annotated value, in words; nothing for one that a document has no word for."""
+    origin, members = typing.get_origin(annotation) or annotation, typing.get_args(annotation)
+    if origin is Literal:
+        return f"one of {', '.join(map(str, members))}"
+    if origin in _ARRAYS:
+        item = _called(members[0]) if members else ""
+        return f"a list, each {item}" if item else "a list"
+    if origin in _KINDS:
+        return _KINDS[origin][0]
+    kinds = [_called(member) for member in members] if origin in _UNIONS else []
+    return " or ".join(dict.fromkeys(kind for kind in kinds if kind))
+
+
 def _of_kind(annotation: Any) -> Any:
-    """A value of an annotated type."""
+    """A value of an annotated type; None where none is known."""
     origin, members = typing.get_origin(annotation) or annotation, typing.get_args(annotation)
     if origin is Literal:
         return members[0]
-    if origin in (list, tuple, dict):
+    if origin in _ARRAYS or origin is dict:
         return {} if origin is dict else []
-    simple: dict[Any, Any] = {bool: False, int: 1, float: 1.0, str: "text"}
-    if typing.get_args(next(iter(members), None)):  # an optional type, such as Literal[...] | None
-        return _of_kind(members[0])
-    return next((simple[kind] for kind in (origin, *members) if kind in simple), 1)
+    if origin in _KINDS:
+        return _KINDS[origin][1]
+    values = [_of_kind(member) for member in members] if origin in _UNIONS else []
+    return next((value for value in values if value is not None), None)
 
 
-def _within(spec: Quantity) -> float:
+def within(spec: Quantity) -> float:
     """A number inside the range of ``spec``, a simple one where there is one."""
     low = next((bound for bound in (spec.above, spec.at_least) if bound is not None), None)
     high = next((bound for bound in (spec.below, spec.at_most) if bound is not None), None)

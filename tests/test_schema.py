@@ -1,0 +1,333 @@
+"""The schema: it admits what the loader admits, and of what the loader refuses all that a schema can see."""
+
+from __future__ import annotations
+
+import copy
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from hypothesis import HealthCheck, event, given, settings
+from hypothesis import strategies as st
+from jsonschema import Draft7Validator
+
+from pages import PAGES, ROOT, Block, blocks_of, prepare, workplace
+from shockwave import registry
+from shockwave.document.reader import Document, parse_document, read_document
+from shockwave.errors import ScenarioError, ShockwaveError
+from shockwave.fields import Quantity
+from shockwave.scenario import blocks
+from shockwave.scenario.load import load_scenario, scenario_of
+from shockwave.scenario.schema import _quantity, schema
+from shockwave.scenario.template import template
+from shockwave.scenario.values import structure
+from test_bad_scenarios import BAD, CHAIN, GOOD, RECORD, SHOCK
+
+#: Faults that no schema sees -> why. Of the first ones there is nothing to look at: the text cannot be read.
+READING = (
+    *("syntax", "tab-indent", "colon-in-text", "at-sign", "empty", "only-comments", "list-at-top", "two-documents"),
+    *("control-character", "duplicate-key", "duplicate-inner-key", "alias", "tag", "merge", "number-as-key"),
+    *("infinite", "not-a-number", "beyond-floats"),
+)
+UNSEEN = {
+    "wrong-dimension": "units are not looked at",
+    "no-such-unit": "units are not looked at",
+    "incompressible": "the range is that of the number, and the text has a unit",
+    "radius-beyond-mass": "the mass follows from two values",
+    "diameter-beyond-mass": "the mass follows from two values",
+    "not-installed": "what is installed may differ where the scenario runs",
+    "two-samples": "the profile judges its samples together",
+    "times-backwards": "the profile judges its samples together",
+    "peak-at-start": "the profile judges its samples together",
+    "file-above": "where a path leads depends on the scenario's folder",
+    "file-through-a-link": "where a path leads depends on the file system",
+    "file-of-endless-name": "the file system limits names",
+}
+
+
+@cache
+def _validator() -> Draft7Validator:
+    return Draft7Validator(schema())
+
+
+def _faults(text: str, validator: Draft7Validator | None = None) -> list[str]:
+    """What the schema finds wrong with a scenario, read as the loader reads it."""
+    return _faults_of(parse_document(text, "scenario.yaml").data, validator)
+
+
+def _faults_of(data: Any, validator: Draft7Validator | None = None) -> list[str]:
+    return [f"{fault.json_path}: {fault.message}" for fault in (validator or _validator()).iter_errors(data)]
+
+
+# ---------------------------------------------------------------- the schema itself
+
+
+def test_schema_is_one_of_draft_07() -> None:
+    Draft7Validator.check_schema(schema())
+    assert schema()["$schema"] == Draft7Validator.META_SCHEMA["$schema"]
+
+
+def test_schema_is_plain_json() -> None:
+    assert json.loads(json.dumps(schema(), allow_nan=False)) == schema()
+
+
+def test_schema_is_the_same_in_every_process(tmp_path: Path) -> None:
+    program = "import json; from shockwave.scenario.schema import schema; print(json.dumps(schema()))"
+    environment = {**os.environ, "PYTHONHASHSEED": "1"}
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=environment)
+    assert json.loads(done.stdout) == schema()
+
+
+def test_every_key_of_a_scenario_but_the_refused_one_is_there() -> None:
+    assert [*schema()["properties"], "sweep"] == [key.name for key in blocks.SCENARIO]
+
+
+def _properties(form: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    if isinstance(form, dict):
+        for name, inner in form.get("properties", {}).items():
+            yield f"{path}.{name}", inner
+        for name, inner in form.items():
+            if name not in ("if", "not"):
+                yield from _properties(inner, f"{path}.{name}")
+    elif isinstance(form, list):
+        for index, inner in enumerate(form):
+            yield from _properties(inner, f"{path}[{index}]")
+
+
+def test_every_key_says_what_it_is_for() -> None:
+    inner = (*schema()["properties"].items(), *_properties(schema()))
+    # what stands beside the name of a profile or method only narrows what is told of the key
+    silent = [path for path, form in inner if form and "enum" not in form and not form.get("description")]
+    assert [path for path in silent if not path.endswith("then.parameters")] == []
+
+
+@pytest.mark.parametrize("kind", ["profiles", "materials", "models", "quadratures", "integrators"])
+def test_names_are_those_of_the_registry_each_with_its_summary(kind: str) -> None:
+    top = schema()["properties"]
+    forms = {
+        "profiles": top["shock"]["properties"]["profile"],
+        "materials": top["chain"]["properties"]["material"]["anyOf"][0],
+        "models": top["predict"]["properties"]["model"],
+        "quadratures": top["predict"]["properties"]["quadrature"],
+        "integrators": top["simulate"]["properties"]["integrator"],
+    }
+    told = dict(zip(forms[kind]["enum"], forms[kind]["enumDescriptions"], strict=True))
+    entries = registry.entries(kind)
+    assert [name for name in told if name is not None] == [entry.name for entry in entries]
+    assert all(told[entry.name].startswith(entry.summary) for entry in entries)
+
+
+# ---------------------------------------------------------------- what is admitted
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "profiles").rglob("*.yaml")), ids=lambda file: file.name)
+def test_scenarios_of_profiles_are_admitted(file: Path) -> None:
+    assert _faults_of(read_document(file).data) == []
+
+
+@pytest.fixture
+def patch(tmp_path: Path) -> Iterator[pytest.MonkeyPatch]:
+    """A working folder, which is the current one, and where alone plugins are."""
+    with workplace(tmp_path) as patch:
+        yield patch
+
+
+SCENARIOS = [
+    block
+    for page in PAGES
+    for block in blocks_of(page)
+    if block.language == "yaml" and "faulty" not in block.directives
+]
+
+
+@pytest.mark.parametrize("block", SCENARIOS, ids=str)
+def test_scenarios_of_the_pages_are_admitted(block: Block, tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
+    prepare(tmp_path, block, patch)
+    text = block.text
+    if "fragment" in block.directives:
+        base = Path(block.directives["fragment"])
+        text = yaml.safe_dump({**yaml.safe_load(base.read_text(encoding="utf-8")), **yaml.safe_load(text)})
+    assert _faults(text, Draft7Validator(schema())) == []
+
+
+@pytest.mark.parametrize("profile", [entry.name for entry in registry.own_entries("profiles")])
+def test_templates_are_admitted(profile: str) -> None:
+    assert _faults(template(profile)) == []
+
+
+ADMITTED = {
+    "empty-blocks": CHAIN + SHOCK + "predict:\nsimulate:\nrequires:\npublished:\n",
+    "text-with-a-line-break": CHAIN + SHOCK.replace("1 N", '"\\n 1\\tN \\n"'),
+    "number-as-text": CHAIN.replace("1 mm", '"1e-3"') + SHOCK,
+    "whole-number-as-text": CHAIN.replace("}", ', granules: "50"}') + SHOCK,
+    "whole-number-as-float": CHAIN.replace("}", ", granules: 50.0}") + SHOCK,
+    "rare-unit": CHAIN.replace("1 mm", "1 thou") + SHOCK.replace("1 us", "3 /GHz"),
+    "coefficient-as-number": CHAIN + SHOCK + "predict: {momentum_coefficient: 4.2}",
+    "coefficient-as-text": CHAIN + SHOCK + 'predict: {momentum_coefficient: "420 %"}',
+    "duration": CHAIN + SHOCK.replace("rise_time", "duration"),
+    "record-of-its-own-size": CHAIN + "shock: {profile: tabulated, parameters: {times: [0, 1, 2], forces: [0, 1, 0]}}",
+    "record-of-a-duration": CHAIN
+    + "shock: {profile: tabulated, duration: 1 s, parameters: {times: [0, 1, 2], forces: [0, 1, 0]}}",
+    "fixed-step": CHAIN + SHOCK + "simulate: {integrator: verlet, step: 0.01, rtol: null}",
+    "no-name": CHAIN + SHOCK + "predict: {quadrature: null}\nsimulate: {integrator: null}",
+    "no-rtol": CHAIN + SHOCK + "predict: {rtol: null}",
+}
+
+
+@pytest.mark.parametrize("name", ADMITTED)
+def test_what_the_loader_admits_is_admitted(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "scenario.yaml"
+    path.write_text(ADMITTED[name], encoding="utf-8")
+    assert load_scenario(path).shock.peak_force > 0
+    assert _faults(ADMITTED[name]) == []
+
+
+# ---------------------------------------------------------------- what is rejected
+
+
+@pytest.mark.parametrize("name", [name for name in BAD if name not in UNSEEN and name not in READING])
+def test_bad_scenarios_are_rejected(name: str) -> None:
+    assert _faults(BAD[name][0]) != []
+
+
+@pytest.mark.parametrize("name", UNSEEN)
+def test_faults_that_no_schema_sees_are_left_to_the_loader(name: str) -> None:
+    assert _faults(BAD[name][0]) == []
+
+
+@pytest.mark.parametrize("name", READING)
+def test_faults_of_reading_are_the_reader_s(name: str) -> None:
+    with pytest.raises(ScenarioError):
+        parse_document(BAD[name][0], "bad.yaml")
+
+
+REJECTED = {
+    "both-times": (CHAIN + SHOCK.replace("rise_time", "duration: 1 s, rise_time"), "$.shock"),
+    "both-times-of-a-record": (
+        CHAIN + "shock: {profile: tabulated, rise_time: 1, duration: 2, parameters: {file: x.csv}}", "$.shock",
+    ),
+    "neither-time": (CHAIN + SHOCK.replace("rise_time: 1 us, ", ""), "$.shock"),
+    "rtol-at-fixed-step": (CHAIN + SHOCK + "simulate: {integrator: pefrl, rtol: 1e-6}", "$.simulate.rtol"),
+    "step-of-an-adaptive-method": (CHAIN + SHOCK + "simulate: {integrator: radau, step: 0.1}", "$.simulate.step"),
+    "step-without-a-method": (CHAIN + SHOCK + "simulate: {step: 0.1}", "$.simulate.step"),
+    "not-in-the-compiled-code": (
+        CHAIN + SHOCK + "simulate: {integrator: verlet, backend: compiled}", "$.simulate.backend",
+    ),
+    "unknown-history": (CHAIN + SHOCK + "simulate: {record: [forces, speeds]}", "$.simulate.record[1]"),
+    "half-a-contact": (CHAIN + SHOCK + "simulate: {contacts: [1, 2.5]}", "$.simulate.contacts[1]"),
+    "zero-as-text": (CHAIN + SHOCK.replace("1 us", "0.00 us"), "$.shock.rise_time"),
+    "unit-alone": (CHAIN + SHOCK.replace("1 us", "us"), "$.shock.rise_time"),
+    "key-of-a-material": (
+        "chain: {radius: 1, material: {youngs_modulus: 1, poisson_ratio: 0, density: 1, x: 1}}\n" + SHOCK,
+        "$.chain.material",
+    ),
+    "parameters-of-another-profile": (
+        CHAIN + SHOCK.replace("}", ", parameters: {rise_rate: 1, decay_rate: 1}}"), "$.shock.parameters",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REJECTED)
+def test_more_that_the_loader_refuses_is_rejected_in_its_place(tmp_path: Path, name: str) -> None:
+    text, place = REJECTED[name]
+    path = tmp_path / "bad.yaml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ShockwaveError):
+        load_scenario(path)
+    assert [fault.split(": ")[0] for fault in _faults(text)] == [place]
+
+
+# ---------------------------------------------------------------- whatever comes
+
+_SOUND = settings(
+    derandomize=True, deadline=None, max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+_BLANK = st.sampled_from(["", " ", "  ", "\n", "\t"])
+_TEXT = st.tuples(
+    _BLANK,
+    st.sampled_from(["", "+", "-"]),
+    st.from_regex(r"(?:[0-9]{1,4}\.?[0-9]{0,3}|\.[0-9]{1,3})(?:[eE][-+]?[0-9]{1,3})?", fullmatch=True),
+    _BLANK,
+    st.sampled_from(
+        ["", "s", "us", "µs", "ms", "minute", "1/Hz", "/ GHz", "1 / kHz", "(m/s)*s/m", "s**2/s", "%", "N", "x"]
+    ),
+    _BLANK,
+).map("".join)
+
+
+@_SOUND
+@given(
+    value=_TEXT
+    | st.integers()
+    | st.floats(allow_nan=False, allow_infinity=False)
+    | st.sampled_from([None, True, [], {}]),
+    spec=st.builds(
+        Quantity,
+        unit=st.sampled_from(["", "s"]),
+        meaning=st.just("a time"),
+        above=st.sampled_from([None, -1.0, 0.0, 1e-3]),
+        at_least=st.sampled_from([None, -1.0, 0.0, 1e-3]),
+        below=st.sampled_from([None, 1.0, 1e3]),
+        at_most=st.sampled_from([None, 1.0]),
+        optional=st.booleans(),
+    ),
+)
+def test_quantities_that_the_loader_takes_are_admitted(value: Any, spec: Quantity) -> None:
+    _, wrongs = structure({"x": value}, [blocks.Key("x", required=True, spec=spec)])
+    event("taken" if not wrongs else "refused")
+    assert wrongs or _faults_of(value, Draft7Validator(_quantity(spec))) == []
+
+
+def _paths(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    for key, inner in data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ():
+        yield (*path, key)
+        yield from _paths(inner, (*path, key))
+
+
+_NAMES = sorted(
+    {key.name for keys in (blocks.SCENARIO, blocks.CHAIN, blocks.SHOCK) for key in keys}
+    | {"file", "times", "rise_exponent", "rise_rate", "rtol", "step", "backend", "quadrature", "relation", "record"}
+)
+_VALUES: st.SearchStrategy[Any] = st.one_of(
+    _TEXT,
+    st.sampled_from(
+        [None, {}, [], 0, 1, 2, 2.0, 0.5, 1e-3, -1, True, "exact", "paper", "verlet", "radau", "triangular"]
+    ),
+    st.sampled_from(
+        ["exponential", "tabulated", "copper", "compiled", "less", "primary", "", " a ", [0, "1 us", 3], ["numpy"]]
+    ),
+)
+
+
+@_SOUND
+@given(
+    text=st.sampled_from([GOOD, RECORD, template("exponential")]),
+    moves=st.lists(st.tuples(st.floats(0, 1, exclude_max=True), st.sampled_from(["set", "add", "delete"]),
+                             st.sampled_from(_NAMES), _VALUES), min_size=1, max_size=2),
+)  # fmt: skip
+def test_scenarios_that_the_loader_takes_are_admitted(tmp_path: Path, text: str, moves: list[Any]) -> None:
+    data = copy.deepcopy(parse_document(text, "scenario.yaml").data)
+    for share, move, name, value in moves:
+        paths = list(_paths(data))
+        *above, last = paths[int(share * len(paths))] if paths else ("name",)
+        place: Any = data
+        for step in above:
+            place = place[step]
+        if move == "delete":
+            place.pop(last)
+        else:
+            place[last if move == "set" or isinstance(place, list) else name] = copy.deepcopy(value)
+    try:
+        scenario_of(Document("scenario.yaml", data), tmp_path / "scenario.yaml")
+    except ShockwaveError:
+        event("refused")
+        return
+    event("taken")
+    assert _faults_of(data) == []

@@ -1,0 +1,240 @@
+"""The schema and the templates of what a plugin brings: its parameters work like shockwave's own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from jsonschema import Draft7Validator
+
+from pages import install, workplace
+from shockwave.document.reader import parse_document
+from shockwave.errors import ScenarioError
+from shockwave.scenario.load import scenario_of
+from shockwave.scenario.schema import schema
+from shockwave.scenario.template import template
+from test_bad_scenarios import CHAIN, SHOCK
+
+HOOKS = """
+from shockwave.hooks import Entry, hookimpl
+
+@hookimpl
+def shockwave_profiles():
+    return [Entry(name, f"{module}.pulses:{{name.title()}}", f"a pulse, {{name}}") for name in {names}]
+
+@hookimpl
+def shockwave_integrators():
+    names = ("", "step", "rtol")
+    return [Entry("{module}-" + takes, "nowhere:Method", "a method", takes=takes) for takes in names]
+"""
+PULSES = """
+import math
+from typing import Literal
+
+import attrs
+from attrs import frozen
+from shockwave import quantity
+from shockwave.fields import Quantity
+from shockwave.profiles.triangular import Triangular
+
+KNOTS = Quantity("s", "knots", above=0, samples=True, optional=True)
+
+@frozen(kw_only=True)
+class Declared(Triangular):
+    delay: float = quantity("s", "a delay", above=1e-3, at_most=5e-3)
+    # of the same name as an option, and nothing to do with it
+    step: float = quantity("m", "a step", below=float("inf"), optional=True, default=None)
+    knots: tuple = attrs.field(default=None, converter=attrs.converters.optional(tuple), metadata={"shockwave": KNOTS})
+    duration_ratio: float = quantity("", "n", above=20, default=30)
+
+@frozen(kw_only=True)
+class Undeclared(Triangular):
+    count: int
+    kind: Literal["odd", "even"] = "odd"
+    source: str = "me"
+    weights: tuple[float, ...] = attrs.Factory(tuple)
+    flag: bool | None = None
+    limit: float = math.inf
+    shape: object = attrs.Factory(object)
+
+class Plain(Triangular):
+    def __init__(self, power: float = 1.0) -> None:
+        super().__init__(duration_ratio=3.0)
+"""
+PROJECT = '[project]\nname = "{name}"\nversion = "1.0"\nentry-points.shockwave.hooks = "{module}.hooks"\n'
+PROFILES = ("declared", "undeclared", "plain")
+
+
+def _plug(folder: Path, patch: pytest.MonkeyPatch, name: str = "fake-pulses", pulses: str = PULSES) -> Draft7Validator:
+    """Put a distribution with profiles on the path; gives the validator that includes it."""
+    module = name.replace("-", "_")
+    package = folder / name / "src" / module
+    package.mkdir(parents=True)
+    (package / "__init__.py").touch()
+    (package / "hooks.py").write_text(HOOKS.format(module=module, names=PROFILES))
+    (package / "pulses.py").write_text(pulses)
+    project = folder / name / "pyproject.toml"
+    project.write_text(PROJECT.format(name=name, module=module))
+    install(folder, project, patch)
+    patch.syspath_prepend(folder)
+    made = schema()
+    Draft7Validator.check_schema(made)
+    return Draft7Validator(made)
+
+
+def _faults(text: str, validator: Draft7Validator) -> list[str]:
+    """Where the schema finds a scenario wrong, read as the loader reads it."""
+    data = parse_document(text, "scenario.yaml").data
+    return [str(fault.json_path) for fault in validator.iter_errors(data)]
+
+
+def _pulse(profile: str, parameters: str, more: str = "") -> str:
+    head = f"shock: {{profile: {profile}, peak_force: 1 N, rise_time: 1 s{more}"
+    return f"{CHAIN}{head}, parameters: {{{parameters}}}}}\n"
+
+
+def _parameters_of(validator: Draft7Validator, profile: str) -> Any:
+    rules = validator.schema["properties"]["shock"]["allOf"]
+    (rule,) = [rule for rule in rules if rule["if"]["properties"]["profile"]["const"] == profile]
+    return rule["then"]["properties"]["parameters"]
+
+
+@pytest.fixture
+def patch(tmp_path: Path) -> Iterator[pytest.MonkeyPatch]:
+    """A working folder, which is the current one, and where alone plugins are."""
+    with workplace(tmp_path) as patch:
+        yield patch
+
+
+@pytest.fixture(scope="class")
+def validator(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Draft7Validator]:
+    """The validator that includes a plugin, which is installed as long."""
+    folder = tmp_path_factory.mktemp("plugin")
+    with workplace(folder) as patch:
+        yield _plug(folder, patch)
+
+
+class TestPlugin:
+    @pytest.mark.parametrize(
+        ("profile", "parameters", "more"),
+        [
+            ("declared", "delay: 2 ms", ""),
+            ("declared", "delay: 2 ms, step: null, knots: [1, 2 s]", ""),
+            ("declared", "delay: 0.002, step: -3", ", duration_ratio: 25"),
+            ("undeclared", "count: 3", ", duration_ratio: 2"),
+            ("undeclared", "count: '3', kind: even, weights: [1, 50 %], flag: null, limit: 2", ", duration_ratio: 2"),
+            ("undeclared", "count: 3, shape: anything, flag: true", ", duration_ratio: 2"),
+            ("plain", "", ""),
+            ("plain", "power: 2", ""),
+        ],
+    )
+    def test_its_parameters_are_admitted(
+        self, tmp_path: Path, validator: Draft7Validator, profile: str, parameters: str, more: str
+    ) -> None:
+        text = _pulse(profile, parameters, more)
+        assert _faults(text, validator) == []
+        assert scenario_of(parse_document(text, "scenario.yaml"), tmp_path / "scenario.yaml").shock.peak_force == 1.0
+
+    @pytest.mark.parametrize(
+        ("profile", "parameters", "more", "place"),
+        [
+            ("declared", "", "", "parameters"),
+            ("declared", "delay: 0.001", "", "parameters.delay"),
+            ("declared", "delay: 0.006", "", "parameters.delay"),
+            ("declared", "delay: null", "", "parameters.delay"),
+            ("declared", "delay: 2 ms, knots: [1, -2 s]", "", "parameters.knots[1]"),
+            ("declared", "delay: 2 ms, knots: 1", "", "parameters.knots"),
+            ("declared", "delay: 2 ms, dealy: 2", "", "parameters"),
+            ("declared", "delay: 2 ms", ", duration_ratio: 20", "duration_ratio"),
+            ("undeclared", "count: 1.5", ", duration_ratio: 2", "parameters.count"),
+            ("undeclared", "count: 1, kind: none", ", duration_ratio: 2", "parameters.kind"),
+            ("undeclared", "count: 1, flag: yes", ", duration_ratio: 2", "parameters.flag"),
+            ("undeclared", "count: 1, source: 5", ", duration_ratio: 2", "parameters.source"),
+            ("undeclared", "count: 1, weights: [1, x]", ", duration_ratio: 2", "parameters.weights[1]"),
+            ("undeclared", "count: 1", "", ""),
+            ("plain", "power: strong", "", "parameters.power"),
+            ("plain", "", ", duration_ratio: 3", "duration_ratio"),
+        ],
+    )
+    def test_its_bad_parameters_are_rejected_in_their_place(
+        self, tmp_path: Path, validator: Draft7Validator, profile: str, parameters: str, more: str, place: str
+    ) -> None:
+        text = _pulse(profile, parameters, more)
+        assert _faults(text, validator) == [f"$.shock.{place}".rstrip(".")]
+        with pytest.raises(ScenarioError):
+            scenario_of(parse_document(text, "scenario.yaml"), tmp_path / "scenario.yaml")
+
+    def test_its_parameters_say_what_they_are_for(self, validator: Draft7Validator) -> None:
+        forms = _parameters_of(validator, "declared")["properties"]
+        assert {name: form["description"] for name, form in forms.items()} == {
+            "delay": "a delay, > 0.001 and <= 0.005 s",
+            "step": "a step, < inf m",
+            "knots": "knots, each > 0 s",
+        }
+
+    def test_its_defaults_are_told_where_json_can(self, validator: Draft7Validator) -> None:
+        forms = _parameters_of(validator, "undeclared")["properties"]
+        told = {name: form["default"] for name, form in forms.items() if "default" in form}
+        assert told == {"kind": "odd", "source": "me"}
+
+    def test_it_is_named_with_its_version(self, validator: Draft7Validator) -> None:
+        assert "fake-pulses 1.0" in validator.schema["$comment"]
+
+    @pytest.mark.parametrize(
+        ("takes", "refused"), [("", []), ("step", ["$.simulate.rtol"]), ("rtol", ["$.simulate.step"])]
+    )
+    def test_its_integrators_have_the_setting_that_they_take(
+        self, validator: Draft7Validator, takes: str, refused: list[str]
+    ) -> None:
+        text = f"{CHAIN}{SHOCK}simulate: {{integrator: fake_pulses-{takes}, rtol: 1e-6, step: 0.1}}"
+        assert _faults(text, validator) == refused
+
+    @pytest.mark.parametrize("profile", PROFILES)
+    def test_templates_of_its_profiles_are_admitted(
+        self, tmp_path: Path, validator: Draft7Validator, profile: str
+    ) -> None:
+        assert _faults(template(profile), validator) == []
+        assert scenario_of(parse_document(template(profile), "x"), tmp_path / "x").shock.peak_force == 100.0
+
+    @pytest.mark.parametrize(
+        ("profile", "line"),
+        [
+            ("declared", "    delay: 0.003  # a delay, > 0.001 and <= 0.005 s"),
+            ("declared", "    # step: 1  # a step, < inf m"),
+            ("declared", "    # knots: [1, 2, 3]  # knots, each > 0 s"),
+            ("undeclared", "    count: 1  # a whole number"),
+            ("undeclared", "    kind: odd  # one of odd, even"),
+            ("undeclared", "    source: me  # text"),
+            ("undeclared", "    # weights: []  # a list, each a number"),
+            ("undeclared", "    # flag: false  # true or false"),
+            ("undeclared", "    # limit: 1  # a number"),
+            ("undeclared", "    # shape: null"),
+            ("plain", "    power: 1  # a number"),
+            ("plain", "  # duration: 150 us  # whole duration n t0, in place of the rise time, > 0 s"),
+        ],
+    )
+    def test_templates_tell_each_of_its_parameters(self, validator: Draft7Validator, profile: str, line: str) -> None:
+        assert line in template(profile).splitlines()
+
+
+def test_a_profile_that_is_not_installed_is_rejected(patch: pytest.MonkeyPatch) -> None:
+    assert _faults(_pulse("declared", "delay: 2 ms"), Draft7Validator(schema())) != []
+
+
+def test_a_profile_that_cannot_be_imported_may_have_any_parameters(tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
+    validator = _plug(tmp_path, patch, pulses="raise RuntimeError('out of order')")
+    assert _faults(_pulse("declared", "delay: x, more: 1", ", duration_ratio: 2"), validator) == []
+    assert "out of order" in _parameters_of(validator, "declared")["description"]
+
+
+def test_a_profile_that_cannot_be_imported_leaves_the_rest_as_it_is(tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
+    validator = _plug(tmp_path, patch, pulses="raise RuntimeError('out of order')")
+    assert _faults(CHAIN + SHOCK.replace("1 us", "-1"), validator) == ["$.shock.rise_time"]
+
+
+def test_a_name_that_two_plugins_claim_stands_once(tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
+    _plug(tmp_path, patch, "first-pulses")
+    names = _plug(tmp_path, patch, "second-pulses").schema["properties"]["shock"]["properties"]["profile"]["enum"]
+    assert names.count("declared") == 1
