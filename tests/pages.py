@@ -213,7 +213,7 @@ def agree(shown: str, printed: str) -> bool:
 
     The pages show what the compiled code prints; where it was not built, the other names itself.
     """
-    printed = printed.replace("(numpy)", "(compiled)")
+    shown, printed = (text.replace("(numpy)", "(compiled)") for text in (shown, printed))
     plain = ("\n".join(line.rstrip() for line in text.rstrip().splitlines()) + "\n" for text in (shown, printed))
     return doctest.OutputChecker().check_output(*plain, doctest.ELLIPSIS)
 

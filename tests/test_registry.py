@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import importlib.metadata
 import subprocess
 import sys
@@ -10,9 +11,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from shockwave import registry
+from shockwave import registration, registry
 from shockwave.errors import PluginError, UnknownNameError
 from shockwave.hooks import Entry
+from shockwave.registry.elsewhere import ELSEWHERE
 
 BUILT_IN = {
     "profiles": "power-law",
@@ -161,6 +163,28 @@ def test_a_plugin_cannot_take_the_name_of_a_built_in(install: Install) -> None:
     install("test-usurper", name="triangular")
     assert registry.load("profiles", "triangular").__module__ == "shockwave.profiles.triangular"
     assert "triangular" in _plugin("test-usurper").problem
+
+
+SAMPLES = sorted((Path(registry.__file__).parents[2] / "plugins").glob("*/src/*/hooks.py"))
+
+
+def test_names_of_the_sample_plugins_are_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    registered = {}
+    for file in SAMPLES:
+        monkeypatch.syspath_prepend(file.parents[1])
+        entries = registration.registered(importlib.import_module(f"{file.parent.name}.hooks"))
+        registered |= {(kind, entry.name): file.parents[2].name for kind, entry in entries}
+    assert registered == ELSEWHERE
+
+
+def test_an_unknown_name_that_a_sample_has_tells_which(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.metadata, "entry_points", lambda **_: ())
+    registry.forget()
+    with pytest.raises(
+        UnknownNameError, match="it comes with the distribution shockwave-blast, which is to be installed"
+    ):
+        registry.find("profiles", "friedlander")
+    registry.forget()
 
 
 # ---------------------------------------------------------------- faults
