@@ -180,7 +180,8 @@ def _maxima(stretch: Stretch, steps: np.ndarray, contacts: np.ndarray) -> tuple[
     share = jets[1, 0] / (jets[1, 0] - jets[1, 1])
     for _ in range(_CORRECTIONS):
         bend = np.minimum(_value(bends, share), -1e-300)
-        share = np.clip(share - _value(slopes, share) / bend, 0.0, 1.0)
+        with np.errstate(over="ignore"):  # of a straight piece, whose greatest value is at an end
+            share = np.clip(share - _value(slopes, share) / bend, 0.0, 1.0)
     return stretch.times[steps] + share * size, _value(powers, share)
 
 

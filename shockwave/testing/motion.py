@@ -1,0 +1,145 @@
+"""Motions whose answers are known, on which integrators are tried."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from attrs import define, field
+
+from shockwave.measurement.run import Demand, run
+from shockwave.profiles.triangular import Triangular
+from shockwave.quadrature import FloatArray
+from shockwave.simulation.integrator import Acceleration, Integrator, Step
+from shockwave.simulation.nystroem import Rkn1210
+from shockwave.simulation.one_step import OneStep
+from shockwave.simulation.problem import ChainProblem
+
+__all__ = ["PENDULUM", "SPAN", "STRUCK", "STRUCK_UNTIL", "Watched", "coupled", "hertz", "path"]
+
+_PHASES = np.arange(5) * 0.7
+#: How long a motion is followed to tell the order of its error.
+SPAN = 6.0
+# Runs begin at several times: their mean error is not the accident of one.
+_BEGINS = (0.0, 0.9, 2.3, 3.1, 4.7, 5.6)
+# Numbers of steps in a run, each the double of one before, and the fewest that tell a slope.
+_COUNTS, _FEWEST = (4, 5, 6, 7, 8, 10, 12, 14, 16, 24, 32, 64, 128, 256), 8
+# An error as small is rounding in part.
+_LEAST = 2e-13
+#: A pendulum, as its positions and velocities begin.
+PENDULUM = np.array([2.0]), np.zeros(1)
+#: Granules at rest that the first one strikes, and how long it takes them to come apart.
+STRUCK, STRUCK_UNTIL = (np.zeros(5), np.array([1.0, 0.0, 0.0, 0.0, 0.0])), 12.0
+
+
+def path(time: Any) -> tuple[FloatArray, FloatArray]:
+    """A motion chosen beforehand: positions and velocities, shape (granules,) and that of ``time``."""
+    angle = time + _PHASES.reshape(-1, *[1] * np.ndim(time))
+    return np.asarray(np.cos(angle) + 0.3 * np.sin(2 * angle)), np.asarray(0.6 * np.cos(2 * angle) - np.sin(angle))
+
+
+def _between_neighbours(x: FloatArray) -> FloatArray:
+    """A smooth force between neighbours."""
+    force, nothing = np.sin(x[:-1] - x[1:]), np.zeros_like(x[:1])
+    return np.asarray(np.concatenate((nothing, force)) - np.concatenate((force, nothing)))
+
+
+def coupled(time: Any, x: FloatArray) -> FloatArray:
+    """The acceleration of a chain that is driven so that it takes the path."""
+    angle = time + _PHASES.reshape(-1, *[1] * (x.ndim - 1))
+    driven = np.cos(angle) + 1.2 * np.sin(2 * angle)
+    return np.asarray(_between_neighbours(x) - _between_neighbours(path(time)[0]) - driven)
+
+
+def hertz(_: Any, x: FloatArray) -> FloatArray:
+    """Eq. (1) without a force: contacts that open."""
+    force = np.maximum(x[:-1] - x[1:], 0.0) ** 1.5
+    return np.asarray(np.append(0.0, force) - np.append(force, 0.0))
+
+
+def pendulum(_: Any, x: FloatArray) -> FloatArray:
+    """The pendulum's."""
+    return np.asarray(-np.sin(x))
+
+
+def broken(since: float, value: float) -> Acceleration:
+    """An acceleration that is ``value`` from a time on."""
+    return lambda time, x: coupled(time, x) if time < since else np.full_like(x, value)
+
+
+@define
+class Watched:
+    """An acceleration that keeps the times and shapes it was called with."""
+
+    acceleration: Acceleration
+    times: list[float] = field(factory=list)
+    shapes: list[tuple[int, ...]] = field(factory=list)
+
+    def __call__(self, time: Any, x: FloatArray) -> FloatArray:
+        self.times.append(float(time))
+        self.shapes.append(np.shape(x))
+        return self.acceleration(time, x)
+
+
+# ---------------------------------------------------------------- order
+
+
+def slope(error: Callable[[float], float]) -> float:
+    """The power of the step with which ``error`` goes: from the two last, one half the other, above rounding."""
+    errors: dict[int, float] = {}
+    for count in _COUNTS:
+        errors[count] = error(SPAN / count)
+        if count > _FEWEST and not errors[count] > _LEAST:
+            break
+    fine = max((count for count in errors if count // 2 in errors and errors[count] > _LEAST), default=_FEWEST)
+    before, last = errors[fine // 2], errors[fine]
+    return math.log2(before / last) if last > 0 and before > 0 else math.nan
+
+
+def error_of_attempts(method: OneStep, size: float) -> float:
+    """Error of the path after equal attempts, root mean square over the runs."""
+    count, squares = round(SPAN / size), []
+    for begin in _BEGINS:
+        (x, v), a = path(begin), coupled(begin, path(begin)[0])
+        for index in range(count):
+            x, v, a, _ = method.attempt(coupled, begin + index * size, size, x, v, a)
+        squares.append(np.mean(np.subtract((x, v), path(begin + count * size)) ** 2))
+    return float(np.sqrt(np.mean(squares)))
+
+
+def estimate(method: OneStep, size: float) -> float:
+    """Mean of the error estimates of one attempt."""
+    states = ((begin, *path(begin)) for begin in _BEGINS)
+    return float(np.mean([method.attempt(coupled, t, size, x, v, coupled(t, x)).error for t, x, v in states]))
+
+
+def energy_drift(steps: Sequence[Step]) -> float:
+    """Change of a pendulum's mean energy from the first tenth of a run to the last."""
+    energies = np.array([step.v[0] ** 2 / 2 - np.cos(step.x[0]) for step in steps])
+    tenth = len(steps) // 10
+    return abs(float(np.mean(energies[-tenth:]) - np.mean(energies[:tenth])))
+
+
+# ---------------------------------------------------------------- chains
+
+
+@functools.cache
+def struck() -> tuple[FloatArray, FloatArray]:
+    """Positions and velocities of the granules that were struck, by the method of the highest order."""
+    last = list(Rkn1210(tolerance=1e-13).steps(hertz, 0.0, STRUCK_UNTIL, *STRUCK, None))[-1]
+    return last.x, last.v
+
+
+def peak_with(method: Integrator) -> float:
+    """Peak force of the primary behind a triangular shock that lasts three natural times, over that of the shock."""
+    problem = ChainProblem(Triangular(duration_ratio=3), rise_time=1.0, peak_force=1.0)
+    found = run(problem, method, Demand(wave_threshold=0.05, primary=1e-4, later=1e-2, most_contacts=200))
+    return max(wave.peak_force for wave in found.waves)
+
+
+@functools.cache
+def reference_peak() -> float:
+    return peak_with(Rkn1210(tolerance=1e-10))
