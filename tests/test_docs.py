@@ -39,6 +39,7 @@ from pages import (
     workplace,
 )
 from shockwave import cli, registry
+from shockwave.cli.parser import KINDS, parser
 from shockwave.fields import quantity_of
 from shockwave.options import SimulateOptions
 from shockwave.scenario import blocks
@@ -261,7 +262,7 @@ def test_json_keys_of_other_commands_are_those_printed(
 
 
 def commands() -> list[str]:
-    action = next(a for a in cli._parser()._actions if isinstance(a, argparse._SubParsersAction))
+    action = next(a for a in parser()._actions if isinstance(a, argparse._SubParsersAction))
     return list(action.choices)
 
 
@@ -281,7 +282,7 @@ def test_help_tells_the_options_that_the_page_tells(command: str, capsys: pytest
 
 def test_kinds_that_list_takes_are_told() -> None:
     row = next(row for row in table("docs/commands.md", "options of list") if code_in(row[0]) == ["KIND"])
-    assert set(code_in(row[1])) == set(cli._KINDS)
+    assert set(code_in(row[1])) == set(KINDS)
 
 
 def test_exit_statuses_are_those_of_the_errors() -> None:

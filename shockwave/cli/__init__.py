@@ -1,0 +1,62 @@
+"""The command line. What a command needs is imported when it is run, so that help costs nothing."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+
+from shockwave.cli.parser import parser
+from shockwave.errors import FileAccessError, ShockwaveError
+
+__all__ = ["main"]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit status; no exception leaves it."""
+    options = parser().parse_args(arguments)
+    try:
+        with _without_plugins() if options.no_plugins else nullcontext():
+            module, _, name = options.command.partition(":")
+            status: int = getattr(importlib.import_module(module), name)(options)
+            sys.stdout.flush()
+            return status
+    except ShockwaveError as error:
+        print(error, file=sys.stderr)
+        return error.exit_code
+    except BrokenPipeError:
+        # The reader of our output has gone; Python must not complain about it again on exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return 130
+    except OSError as error:
+        print(f"the output cannot be written ({error.strerror or error})", file=sys.stderr)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FileAccessError.exit_code
+    except Exception as error:
+        if os.environ.get("SHOCKWAVE_DEBUG"):
+            raise
+        print(
+            f"internal error: {type(error).__name__}: {error} (SHOCKWAVE_DEBUG=1 shows where; please report it)",
+            file=sys.stderr,
+        )
+        return 1
+
+
+@contextmanager
+def _without_plugins() -> Iterator[None]:
+    """All plugins are disabled, here and in processes that are begun meanwhile."""
+    from shockwave.registry import DISABLE, EVERY, forget
+
+    before = os.environ.get(DISABLE)
+    os.environ[DISABLE] = EVERY
+    forget()
+    try:
+        yield
+    finally:
+        forget()
+        os.environ.update({DISABLE: before or ""})

@@ -1,0 +1,86 @@
+"""Commands on what is registered: list, new, schema."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import Any
+
+from shockwave.cli.output import print_json, written
+from shockwave.cli.parser import KINDS
+from shockwave.errors import PluginError, UsageError
+
+__all__ = ["listed", "new", "schema"]
+
+
+def listed(options: argparse.Namespace) -> int:
+    if options.check and options.kind not in (None, "plugins"):
+        raise UsageError("--check is for plugins: shockwave list plugins --check")
+    kinds = [options.kind] if options.kind else list(KINDS)
+    document = {kind: _plugins(options.check) if kind == "plugins" else _rows(kind) for kind in kinds}
+    if options.json:
+        print_json(document[options.kind] if options.kind else document)
+    else:
+        from shockwave.text import table
+
+        for kind, found in document.items():
+            rows = [(row["name"], row["summary"], row["distribution"]) for row in found]
+            print(table((kind, "", "from"), rows) if rows else f"{kind}: none installed", end="\n\n")
+            for row in found if kind == "plugins" else ():
+                if row["problem"]:
+                    print(f"{row['distribution']} is at fault: {row['problem']}", end="\n\n")
+    faulty = options.check and any(row["problem"] for row in document["plugins"])
+    return PluginError.exit_code if faulty else 0
+
+
+def _plugins(check: bool) -> list[dict[str, Any]]:
+    """A row for each installed plugin; ``check`` imports what it registers, in a process of its own."""
+    from shockwave import registry
+
+    rows = []
+    for found in registry.plugins():
+        plugin = registry.checked(found) if check else found
+        names = ", ".join(entry.name for _, entry in plugin.entries)
+        state = "disabled" if plugin.disabled else "AT FAULT" if plugin.problem else ""
+        rows.append(
+            {
+                "name": plugin.distribution,
+                "summary": "; ".join(part for part in (names, state) if part),
+                "distribution": f"{plugin.distribution} {plugin.version}".rstrip(),
+                "version": plugin.version,
+                "entries": [{"kind": kind, "name": entry.name} for kind, entry in plugin.entries],
+                "disabled": plugin.disabled,
+                "checked": check and not plugin.disabled,
+                "problem": plugin.problem or None,
+            }
+        )
+    return rows
+
+
+def _rows(kind: str) -> list[dict[str, Any]]:
+    from shockwave import registry
+
+    if kind == "backends":
+        from shockwave.simulation.backend import BACKENDS, lack
+
+        problems = {"compiled": lack() or None, "numpy": None}
+        return [
+            {"name": name, "summary": problems[name] or what, "distribution": "shockwave", "problem": problems[name]}
+            for name, what in BACKENDS.items()
+        ]
+    return [
+        {"name": entry.name, "summary": entry.summary, "distribution": entry.distribution}
+        for entry in registry.entries(kind)
+    ]
+
+
+def new(options: argparse.Namespace) -> int:
+    from shockwave.scenario.template import template
+
+    return written(template(options.profile), options.output, anew=True)
+
+
+def schema(options: argparse.Namespace) -> int:
+    from shockwave.scenario.schema import schema as of_scenarios
+
+    return written(json.dumps(of_scenarios(), indent=2, allow_nan=False) + "\n", options.output, anew=False)

@@ -1,0 +1,30 @@
+"""What commands print and write."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+from shockwave.errors import FileAccessError
+
+__all__ = ["print_json", "written"]
+
+
+def print_json(document: object) -> None:
+    print(json.dumps(document, indent=2, allow_nan=False))
+
+
+def written(text: str, output: str | None, anew: bool) -> int:
+    """Write ``text`` to the file ``output``, which ``anew`` must not exist, or to stdout."""
+    if not output:
+        print(text, end="")
+        return 0
+    try:
+        with Path(output).open("x" if anew else "w", encoding="utf-8") as file:
+            file.write(text)
+    except OSError as error:
+        reason = "it exists already; choose another name" if isinstance(error, FileExistsError) else error.strerror
+        raise FileAccessError(f"{output}: cannot be written ({reason})") from error
+    print(f"{output}: written", file=sys.stderr)
+    return 0

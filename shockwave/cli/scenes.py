@@ -1,0 +1,154 @@
+"""Commands on scenario files: predict, simulate, compare, validate."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from shockwave.cli.output import print_json
+from shockwave.errors import Fault, PluginError, ScenarioError, ShockwaveError
+
+if TYPE_CHECKING:
+    from shockwave.options import SimulateOptions
+    from shockwave.scenario.load import Scenario
+
+__all__ = ["compare", "predict", "simulate", "validate"]
+
+
+def _scenarios(files: Sequence[str]) -> tuple[list[Scenario], int]:
+    """All scenarios and 0; or, after every fault of every file was told, the greatest exit status of them."""
+    from shockwave.scenario.load import load_scenario
+
+    scenarios: list[Scenario] = []
+    status = 0
+    for file in files:
+        try:
+            scenarios.append(load_scenario(file))
+        except ShockwaveError as error:
+            print(error, file=sys.stderr)
+            status = max(status, error.exit_code)
+    return scenarios, status
+
+
+def _run(
+    options: argparse.Namespace,
+    one: Callable[[Scenario], Any],
+    several: Callable[[list[Any]], str],
+) -> int:
+    """Do ``one`` for every scenario and print the results; a failure is told and does not stop the others."""
+    scenarios, status = _scenarios(options.files)
+    if status:
+        return status
+    done: list[Any] = []
+    documents: list[dict[str, Any]] = []
+    for number, scenario in enumerate(scenarios, start=1):
+        if sys.stderr.isatty():
+            print(f"{number} of {len(scenarios)}: {scenario.name}", file=sys.stderr)
+        try:
+            result = one(scenario)
+            # whatever the result leaves until it is looked at is looked at here
+            document = result.to_dict()
+        except ShockwaveError as error:
+            print(f"{scenario.path}: {error}", file=sys.stderr)
+            documents.append({"scenario": scenario.name, "error": str(error)})
+            status = max(status, error.exit_code)
+        except KeyboardInterrupt:
+            print(f"{scenario.path}: interrupted; what was done before follows", file=sys.stderr)
+            status = 130
+            break
+        else:
+            done.append(result)
+            documents.append(document)
+    if options.json:
+        if documents:
+            print_json(documents if len(options.files) > 1 else documents[0])
+    elif len(options.files) == 1:
+        for result in done:
+            print(result)
+    elif done:
+        print(several(done))
+    return status
+
+
+def predict(options: argparse.Namespace) -> int:
+    from attrs import evolve
+
+    from shockwave.report import outcome_table
+
+    def one(scenario: Scenario) -> Any:
+        return evolve(scenario.predictor.predict(scenario.shock, scenario.chain), scenario=scenario.name)
+
+    return _run(options, one, outcome_table)
+
+
+def simulate(options: argparse.Namespace) -> int:
+    from attrs import evolve
+
+    from shockwave.measurement.simulate import simulate_with
+    from shockwave.report import simulation_table
+
+    def one(scenario: Scenario) -> Any:
+        result = simulate_with(_settings(options, scenario), scenario.shock, scenario.chain)
+        return evolve(result, scenario=scenario.name)
+
+    return _run(options, one, simulation_table)
+
+
+def compare(options: argparse.Namespace) -> int:
+    from attrs import evolve
+
+    from shockwave.comparison import compare as compared
+    from shockwave.report import comparison_table
+
+    def one(scenario: Scenario) -> Any:
+        found = compared(scenario.shock, scenario.chain, scenario.predictor, _settings(options, scenario))
+        return evolve(
+            found,
+            published=scenario.published,
+            predicted=evolve(found.predicted, scenario=scenario.name),
+            simulated=evolve(found.simulated, scenario=scenario.name),
+        )
+
+    return _run(options, one, comparison_table)
+
+
+def _settings(options: argparse.Namespace, scenario: Scenario) -> SimulateOptions:
+    """The scenario's block ``simulate``, with what the command line puts in its place."""
+    from attrs import evolve
+
+    names = ("rtol", "step", "integrator", "backend", "contacts")
+    given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+    if options.primary:
+        given["waves"] = "primary"
+    # a method named here has a use for its own settings, not for those of the one that it replaces
+    if "integrator" in given:
+        given = {"rtol": None, "step": None} | given
+    return evolve(scenario.simulate, **given)
+
+
+def validate(options: argparse.Namespace) -> int:
+    from shockwave.scenario.load import load_scenario
+
+    status, documents = 0, []
+    for file in options.files:
+        faults: tuple[Fault, ...] = ()
+        try:
+            load_scenario(file)
+        except (ScenarioError, PluginError) as error:
+            faults, status = error.faults or (Fault("", str(error)),), max(status, error.exit_code)
+        except ShockwaveError as error:
+            faults, status = (Fault("", str(error)),), max(status, error.exit_code)
+        documents.append(
+            {
+                "file": file,
+                "valid": not faults,
+                "faults": [{"location": f.location, "path": f.path, "problem": f.problem} for f in faults],
+            }
+        )
+        if not options.json:
+            print(*(faults or [f"{file}: valid"]), sep="\n")
+    if options.json:
+        print_json(documents if len(documents) > 1 else documents[0])
+    return status
