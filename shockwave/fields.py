@@ -24,7 +24,8 @@ class Quantity:
     """What a number means: SI ``unit`` ("" when it has no dimension), ``meaning``, range.
 
     ``above`` and ``below`` exclude their bound, ``at_least`` and ``at_most`` include it. ``whole``
-    asks for an integer, ``optional`` admits None. ``samples`` marks a sequence of numbers.
+    asks for an integer, ``optional`` admits None. ``samples`` marks a sequence of numbers. ``example`` is what a
+    template shows where there is no default.
     """
 
     unit: str
@@ -36,6 +37,7 @@ class Quantity:
     whole: bool = False
     optional: bool = False
     samples: bool = False
+    example: str = ""
 
     @property
     def rule(self) -> str:
@@ -63,7 +65,8 @@ class Quantity:
             and (self.below is None or number < self.below)
             and (self.at_most is None or number <= self.at_most)
         )
-        return None if fits else f"must be {self.rule} (got {text_of(value)})"
+        remedy = f"; give a number{f' in {self.unit}' if self.unit else ''}" if isinstance(value, str) else ""
+        return None if fits else f"must be {self.rule} (got {text_of(value)}{remedy})"
 
     def convert(self, value: Any) -> Any:
         """``value`` as a float or int; a wrong one is left alone, for the check to report."""
@@ -83,6 +86,7 @@ def quantity(
     at_most: float | None = None,
     whole: bool = False,
     optional: bool = False,
+    example: str = "",
 ) -> Any:
     """An attrs field that holds a checked number.
 
@@ -98,13 +102,15 @@ def quantity(
         The range, without and with the bound itself.
     whole, optional : bool
         Ask for an integer; admit None.
+    example : str
+        What ``shockwave new`` shows, such as ``"9.5 mm"``, where there is no default; left out, one by the unit.
 
     Raises
     ------
     InvalidValueError
         From the constructor of the class, when a value is out of range.
     """
-    spec = Quantity(unit, meaning, above, at_least, below, at_most, whole, optional)
+    spec = Quantity(unit, meaning, above, at_least, below, at_most, whole, optional, example=example)
 
     def check(_: Any, attribute: attrs.Attribute[Any], value: Any) -> None:
         problem = spec.problem(value)

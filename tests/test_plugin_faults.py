@@ -29,7 +29,7 @@ ON_IMPORT = {
     "is no Python": ("def (:", "SyntaxError"),
     "lacks a module": ("import a_module_that_is_nowhere", "ModuleNotFoundError"),
     "exits": ("import sys; sys.exit(3)", "SystemExit: 3"),
-    "leaves": (LEAVES, "ends the process that imports it (status 7)"),
+    "leaves": (LEAVES, "the process that imports it (status 7)"),
     "hangs": (HANG, "does not end (stopped after"),
     "segfaults": (SEGFAULT, "crashes the process that imports it (SIGSEGV)"),
     "aborts": (ABORT, "crashes the process that imports it (SIGABRT)"),
@@ -47,8 +47,8 @@ HOOKS = {
 #: Classes that are wrong.
 PULSES = {
     "is missing": ("x = 1", "AttributeError"),
-    "is no profile": ("class Pulse:\n    pass", "must be a ShockProfile"),
-    "is an instance": ("Pulse = 3.0", "must be a ShockProfile"),
+    "is no profile": ("class Pulse:\n    pass", "must be a subclass of ShockProfile"),
+    "is an instance": ("Pulse = 3.0", "must be a subclass of ShockProfile"),
     "is abstract": (
         "from shockwave import ShockProfile\nclass Pulse(ShockProfile):\n    def rise(self, s): return s",
         "must write decay too",
@@ -145,10 +145,10 @@ def test_another_plugin_goes_on_working(install: Install, scene: Path, fault: st
 def test_a_plugin_for_another_version_is_not_read(install: Install, scene: Path) -> None:
     install("test-faulty", name="faulty-pulse", requires="shockwave>=99.1,<100 ; python_version>'3'")
     (plugin,) = [plugin for plugin in registry.plugins() if plugin.distribution == "test-faulty"]
-    assert plugin.problem.startswith("needs shockwave >=99.1,<100 (this is ")
+    assert plugin.problem.startswith("needs shockwave <100,>=99.1 (this is ")
     needs = shockwave("predict", "foreign.yaml", cwd=scene)
     assert needs.returncode == 4
-    assert "needs shockwave >=99.1,<100" in needs.stderr
+    assert "needs shockwave <100,>=99.1" in needs.stderr
 
 
 @pytest.mark.parametrize("requires", ["shockwave>=0.0.1", "shockwave", "shockwave[test]>0", "shockwave-other>=99"])

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import importlib
+import io
 import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 
+from shockwave.cli.output import DEBUG, internal
 from shockwave.cli.parser import parser
 from shockwave.errors import FileAccessError, ShockwaveError
 
@@ -16,6 +18,9 @@ __all__ = ["main"]
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status; no exception leaves it."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a name in letters that the terminal does not have is no error
+            stream.reconfigure(errors="backslashreplace")
     options = parser().parse_args(arguments)
     try:
         with _without_plugins() if options.no_plugins else nullcontext():
@@ -38,12 +43,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FileAccessError.exit_code
     except Exception as error:
-        if os.environ.get("SHOCKWAVE_DEBUG"):
+        if os.environ.get(DEBUG):
             raise
-        print(
-            f"internal error: {type(error).__name__}: {error} (SHOCKWAVE_DEBUG=1 shows where; please report it)",
-            file=sys.stderr,
-        )
+        print(internal(error), file=sys.stderr)
         return 1
 
 

@@ -38,7 +38,7 @@ def _plugins(check: bool) -> list[dict[str, Any]]:
     from shockwave import registry
 
     rows = []
-    for found in registry.plugins():
+    for found in registry.plugins(anew=check):
         plugin = registry.checked(found) if check else found
         names = ", ".join(entry.name for _, entry in plugin.entries)
         state = "disabled" if plugin.disabled else "AT FAULT" if plugin.problem else ""

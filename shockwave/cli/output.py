@@ -8,7 +8,15 @@ from pathlib import Path
 
 from shockwave.errors import FileAccessError
 
-__all__ = ["print_json", "written"]
+__all__ = ["DEBUG", "internal", "print_json", "written"]
+
+#: The variable that shows where an internal error comes from.
+DEBUG = "SHOCKWAVE_DEBUG"
+
+
+def internal(error: Exception) -> str:
+    """A sentence on an error that nobody foresaw."""
+    return f"internal error: {type(error).__name__}: {error} ({DEBUG}=1 shows where; please report it)"
 
 
 def print_json(document: object) -> None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from shockwave.cli.output import print_json
+from shockwave.cli.output import DEBUG, internal, print_json
 from shockwave.errors import Fault, PluginError, ScenarioError, ShockwaveError
 
 if TYPE_CHECKING:
@@ -54,6 +55,13 @@ def _run(
             print(f"{scenario.path}: {error}", file=sys.stderr)
             documents.append({"scenario": scenario.name, "error": str(error)})
             status = max(status, error.exit_code)
+        except Exception as error:
+            if os.environ.get(DEBUG):
+                raise
+            told = internal(error)
+            print(f"{scenario.path}: {told}", file=sys.stderr)
+            documents.append({"scenario": scenario.name, "error": told})
+            status = max(status, 1)
         except KeyboardInterrupt:
             print(f"{scenario.path}: interrupted; what was done before follows", file=sys.stderr)
             status = 130

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import abc
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Sequence
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.profiles.guard import guarded
-from shockwave.quadrature import FloatArray, Integral, Quadrature
-from shockwave.registry import load
+from shockwave.profiles.guard import guarded, is_value
+from shockwave.quadrature import FloatArray, Integral, Integrand, Quadrature
+from shockwave.registry import blame, load
 
 if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath
@@ -49,7 +49,7 @@ class ShockProfile(abc.ABC):
        property or an attrs field. With attrs, every other field is a parameter of the profile.
     2. ``rise(s)`` is F1 on 0 <= s <= 1 and ``decay(s)`` is F2 on 1 <= s <= n. Both are vectorised: they take
        a float array of any shape and return one of the same shape. They are not called outside their range.
-    3. Values are finite, never negative, and at most 1; ``decay(1)`` is 1, and ``rise(1)`` is 1 or tends to it.
+    3. Values are finite, never negative, and at most 1; ``rise(1)`` and ``decay(1)`` are 1.
     4. Both are pure: the same s gives the same value, in every process.
     5. ``breakpoints`` ascends from 0 to n, contains 1 and every s at which the force or one of its first few
        derivatives jumps. The default is (0, 1, n).
@@ -146,11 +146,7 @@ class ShockProfile(abc.ABC):
         closed = self.closed_areas() if quadrature is None else None
         if closed is not None:
             return Areas(*(Integral(a, _ROUNDING * abs(a), 0, "closed form") for a in closed))
-        method = _quadrature(quadrature)
-        before = [p for p in self.breakpoints if p <= 1]
-        after = [p for p in self.breakpoints if p >= 1]
-        rise, decay = (partial(guarded, self, name) for name in ("rise", "decay"))
-        return Areas(method.integrate(rise, before), method.integrate(decay, after))
+        return _kept_areas(self, quadrature) if is_value(self) else _areas(self, quadrature)
 
     def running_impulse(self, s: npt.ArrayLike, quadrature: str | None = None) -> FloatArray:
         """Integral of the force from 0 to ``s``, in units of F0 t0; constant before 0 and after n.
@@ -197,14 +193,25 @@ class ShockProfile(abc.ABC):
         quadrature: str | None,
         integrand: Callable[[float], Callable[[FloatArray], FloatArray]],
     ) -> FloatArray:
-        method = _quadrature(quadrature)
         result = np.empty_like(ends)
         for index, end in np.ndenumerate(ends):
             points = [p for p in self.breakpoints if p < end] + [float(end)]
-            result[index] = method.integrate(integrand(float(end)), points).value
+            result[index] = _integral(quadrature, integrand(float(end)), points).value
         return result
 
 
-def _quadrature(name: str | None) -> Quadrature:
-    quadrature: Quadrature = load("quadratures", name or _DEFAULT_QUADRATURE)()
-    return quadrature
+def _areas(profile: ShockProfile, quadrature: str | None) -> Areas:
+    before = [p for p in profile.breakpoints if p <= 1]
+    after = [p for p in profile.breakpoints if p >= 1]
+    rise, decay = (partial(guarded, profile, name) for name in ("rise", "decay"))
+    return Areas(_integral(quadrature, rise, before), _integral(quadrature, decay, after))
+
+
+# Scenes of one shape come in series.
+_kept_areas = lru_cache(maxsize=64)(_areas)
+
+
+def _integral(name: str | None, integrand: Integrand, points: Sequence[float]) -> Integral:
+    method: type[Quadrature] = load("quadratures", name or _DEFAULT_QUADRATURE)
+    with blame("quadratures", method):
+        return method().integrate(integrand, points)

@@ -6,6 +6,7 @@ import functools
 from bisect import bisect_right
 from collections.abc import Iterable
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +27,8 @@ _ROUNDING = 8 * _EPSILON
 _SHARE_ROUNDINGS = 1.5
 # Up to this exponent of the path a polynomial takes less time than a power.
 _HIGHEST_POLYNOMIAL = 6
+# Pieces of a long record, of which a shock reads but a few.
+_MANY = 10_000
 
 _DEGREE = 32
 # So many of the last coefficients tell what is missing. A jump moves each of them; fewer may vanish by symmetry.
@@ -112,10 +115,11 @@ class FreePath:
         return path, impulse
 
     @cached_property
-    def _plain(self) -> tuple[list[float], list[list[float]], list[float], list[float]]:
-        """Begins, rows, c_k and d_k as lists, which Python reads faster than arrays."""
-        paths, impulses = self.coefficients.T.tolist()
-        return self.rows[:, 0].tolist(), self.rows.tolist(), paths, impulses
+    def _plain(self) -> tuple[Any, Any, Any, Any]:
+        """Begins, rows, c_k and d_k as lists, which Python reads faster than arrays; but making them takes time too."""
+        columns = (self.rows[:, 0], self.rows, *self.coefficients.T)
+        begins, rows, paths, impulses = columns if len(self.rows) > _MANY else (part.tolist() for part in columns)
+        return begins, rows, paths, impulses
 
 
 # ---------------------------------------------------------------- closed forms

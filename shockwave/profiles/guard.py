@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
+import attrs
 import numpy as np
 
 from shockwave.errors import PluginError, ShockwaveError
@@ -20,19 +22,19 @@ from shockwave.registry import owner_of
 if TYPE_CHECKING:
     from shockwave.profiles.base import ShockProfile
 
-__all__ = ["examine", "guarded", "is_value", "trusted"]
+__all__ = ["ViolationError", "examine", "guarded", "is_value", "trusted"]
 
 #: How far a value may be off a bound, or its like: what rounding does to formulas written without much care.
 _ROUNDING = 1e-9
-_SAMPLES = 65
-#: A closed area that is further than this from what a quadrature finds is another one's.
-_AREA_ERROR = 1e-6
+_SAMPLES = 233
+#: A closed integral that is further than this from what a quadrature finds, relatively, is another one's.
+_CLOSED_ERROR = 1e-6
 _FINAL = ("force", "areas", "running_impulse", "double_integral", "free_path")
 _MOST_KNOWN = 256
 _known: OrderedDict[Hashable, None] = OrderedDict()
 
 
-class _ViolationError(PluginError):
+class ViolationError(PluginError):
     """A value that breaks the contract, at the time ``s``."""
 
     def __init__(self, problem: str, s: float) -> None:
@@ -42,7 +44,7 @@ class _ViolationError(PluginError):
 
 def trusted(profile: ShockProfile) -> bool:
     """Whether its class is shockwave's own."""
-    return type(profile).__module__.startswith("shockwave.")
+    return trusted_class(type(profile))
 
 
 def guarded(profile: ShockProfile, name: str, s: FloatArray) -> FloatArray:
@@ -84,49 +86,33 @@ def _called(profile: ShockProfile, what: str, call: Callable[[], Any]) -> Any:
         return call()
     except ShockwaveError:
         raise
-    except Exception as error:
-        got = f"{type(error).__name__}: {text_of(str(error), 200)}"
-        raise _fault(profile, f"{what} must take an array of any shape, and not raise (got {got})") from error
+    except (Exception, SystemExit) as error:
+        if isinstance(error, TypeError) and "'method' object" in str(error):
+            rule = "must be a property or a field"
+        else:
+            rule = "must take an array of any shape, and not raise" if what.endswith("(s)") else "must not raise"
+        raise _fault(profile, f"{what} {rule} (got {type(error).__name__}: {_text(error)})") from error
 
 
-def examine(profile: ShockProfile, rise_time: float) -> None:
+def _text(error: BaseException) -> str:
+    try:
+        return text_of(str(error), 200)
+    except Exception:
+        return "with a text that cannot be made"
+
+
+def examine(profile: ShockProfile) -> None:
     """Check the contract of a profile that is not shockwave's own, before it is used.
 
-    Parameters
-    ----------
-    profile : ShockProfile
-        One that is equal to one examined before is not examined again.
-    rise_time : float
-        t0 [s], to tell times in seconds.
+    One that is equal to one examined before is not examined again.
 
     Raises
     ------
     PluginError
-        When it breaks the contract.
+        When it breaks the contract; a `ViolationError` when that is at a time.
     """
-    if trusted(profile):
+    if trusted(profile) or (is_value(profile) and profile in _known):
         return
-    if is_value(profile) and profile in _known:
-        return
-    try:
-        _examine(profile)
-    except _ViolationError as error:
-        raise PluginError(f"{error}, t = {error.s * rise_time:.6g} s") from error
-    if is_value(profile):
-        _known[profile] = None
-        while len(_known) > _MOST_KNOWN:
-            _known.popitem(last=False)
-
-
-def is_value(profile: ShockProfile) -> bool:
-    """Whether it has a hash and an equality that work, so that what is known of it can be kept."""
-    try:
-        return bool(profile == profile) and isinstance(hash(profile), int)
-    except Exception:  # of its own making
-        return False
-
-
-def _examine(profile: ShockProfile) -> None:
     for name in _FINAL:
         home = next(base for base in type(profile).__mro__ if name in vars(base))
         if not home.__module__.startswith("shockwave."):
@@ -134,32 +120,74 @@ def _examine(profile: ShockProfile) -> None:
     _check_points(profile)
     _check_values(profile)
     _check_closed(profile)
+    if is_value(profile):
+        _known[profile] = None
+        while len(_known) > _MOST_KNOWN:
+            _known.popitem(last=False)
+
+
+def is_value(profile: ShockProfile) -> bool:
+    """Whether nothing of it can change and all of it counts for equality, so that what is known of it can be kept."""
+    if not _of_values(type(profile)):
+        return False
+    try:
+        return isinstance(hash(profile), int)
+    except TypeError:  # of a field that is a list
+        return False
+
+
+@cache
+def _of_values(cls: type) -> bool:
+    """Whether instances are frozen by attrs, with an equality made by attrs from every field."""
+    frozen = getattr(cls.__setattr__, "__module__", "").startswith("attr") or trusted_class(cls)
+    code = getattr(cls.__eq__, "__code__", None)
+    made = code is not None and code.co_filename.startswith("<attrs generated")
+    fields = attrs.fields(cls) if attrs.has(cls) else ()
+    whole = all((field.eq and field.hash is not False) or not field.init for field in fields)
+    return frozen and whole and (made or trusted_class(cls))
+
+
+def trusted_class(cls: type) -> bool:
+    """Whether it is shockwave's own."""
+    return cls.__module__.startswith("shockwave.")
 
 
 def _check_points(profile: ShockProfile) -> None:
-    n = _called(profile, "duration_ratio", lambda: float(profile.duration_ratio))
-    if not 1 < n < float("inf"):
-        raise _fault(profile, f"duration_ratio must be finite and > 1 (got {profile.duration_ratio!r})")
-    points = _called(profile, "breakpoints", lambda: [float(point) for point in profile.breakpoints])
-    if len(points) < 3 or points[0] != 0 or points[-1] != n or 1.0 not in points or (np.diff(points) <= 0).any():
+    n = _called(profile, "duration_ratio", lambda: profile.duration_ratio)
+    if not (_is_number(n) and 1 < n < float("inf")):
+        raise _fault(profile, f"duration_ratio must be a finite number > 1 (got {text_of(n)})")
+    points = _numbers(profile, "breakpoints")
+    if len(points) < 3 or points[0] != 0 or points[-1] != n or 1.0 not in points or not (np.diff(points) > 0).all():
         rule = f"must ascend from 0 to n = {n:g} and contain 1"
-        raise _fault(profile, f"breakpoints {rule} (got {text_of(tuple(points))})")
-    singular = _called(profile, "singular_points", lambda: [float(point) for point in profile.singular_points])
+        raise _fault(profile, f"breakpoints {rule} (got {text_of(points)})")
+    singular = _numbers(profile, "singular_points")
     if not set(singular) <= set(points):
-        raise _fault(profile, f"singular_points must be among the breakpoints (got {text_of(tuple(singular))})")
+        raise _fault(profile, f"singular_points must be among the breakpoints (got {text_of(singular)})")
     for name in ("recorded_peak_force", "recorded_rise_time"):
-        value = _called(profile, name, lambda name=name: getattr(profile, name))  # type: ignore[misc]
-        if value is not None and not (isinstance(value, float | int) and 0 < value < float("inf")):
-            raise _fault(profile, f"{name} must be None, or finite and > 0 (got {value!r})")
-    notes = _called(profile, "notes", lambda: tuple(profile.notes))
-    if isinstance(profile.notes, str) or not all(isinstance(note, str) for note in notes):
-        raise _fault(profile, f"notes must be a tuple of sentences (got {text_of(profile.notes)})")
+        value = _called(profile, name, partial(getattr, profile, name))
+        if value is not None and not (_is_number(value) and 0 < value < float("inf")):
+            raise _fault(profile, f"{name} must be None, or finite and > 0 (got {text_of(value)})")
+    notes = _called(profile, "notes", lambda: profile.notes)
+    if not isinstance(notes, tuple) or not all(isinstance(note, str) for note in notes):
+        raise _fault(profile, f"notes must be a tuple of sentences (got {text_of(notes)})")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, float | int | np.floating | np.integer) and not isinstance(value, bool)
+
+
+def _numbers(profile: ShockProfile, name: str) -> tuple[float, ...]:
+    found = _called(profile, name, partial(getattr, profile, name))
+    if not isinstance(found, tuple | list) or not all(map(_is_number, found)):
+        raise _fault(profile, f"{name} must be a tuple of numbers (got {text_of(found)})")
+    return tuple(float(point) for point in found)
 
 
 def _check_values(profile: ShockProfile) -> None:
     n = float(profile.duration_ratio)
     for name, begin, end in (("rise", 0.0, 1.0), ("decay", 1.0, n)):
-        s = np.linspace(begin, end, _SAMPLES)
+        s = np.sort(np.append(_shares() * (end - begin), [0.0, end - begin])) + begin
+        s[-1] = end
         values = guarded(profile, name, s)
         again = guarded(profile, name, s)
         if not np.array_equal(values, again):
@@ -172,43 +200,68 @@ def _check_values(profile: ShockProfile) -> None:
             raise _violation(profile, f"{name}(1) must be 1, the peak", peak, 1.0)
 
 
+@cache
+def _shares() -> FloatArray:
+    """Where rise and decay are looked at: irregular, so that nothing regular hides, and close to both ends."""
+    spread = np.arange(1, _SAMPLES + 1) * ((5**0.5 - 1) / 2) % 1.0
+    near = 10.0 ** np.arange(-12.0, -1.0)
+    return np.concatenate((spread, near, 1.0 - near))
+
+
 def _check_shapes(profile: ShockProfile, name: str, s: FloatArray, values: FloatArray) -> None:
     """Whether a value depends on s alone, not on what else is in the array."""
     guarded(profile, name, s[:0])
-    square = guarded(profile, name, s[:-1].reshape(8, -1)).ravel()
-    middle = _SAMPLES // 2
+    few, middle = np.arange(0, s.size - 1, s.size // 8)[:8], s.size // 2
+    square = guarded(profile, name, s[few].reshape(2, -1)).ravel()
+    places = np.append(few, middle)
     alone = np.append(square, guarded(profile, name, s[middle, None]))
-    off = np.abs(alone - np.append(values[:-1], values[middle]))
+    off = np.abs(alone - values[places])
     if (off > _ROUNDING).any():
         index = int(np.argmax(off))
         rule = f"{name}(s) must depend on s alone, not on the array that it stands in"
-        raise _violation(profile, rule, alone[index], s[min(index, middle) if index == len(square) else index])
+        raise _violation(profile, rule, alone[index], s[places[index]])
 
 
 def _check_closed(profile: ShockProfile) -> None:
+    """Whether integrals in closed form are those of the force, by quadrature, to what a misprint is larger than."""
+    n = float(profile.duration_ratio)
     given = _called(profile, "closed_areas()", profile.closed_areas)
     if given is not None:
         closed = _called(profile, "closed_areas()", lambda: [float(area) for area in given])
-        if len(closed) != 2:
+        if len(closed) != 2 or isinstance(given, str):
             raise _fault(profile, f"closed_areas() must return a1 and a2 (got {text_of(given)})")
         areas = profile.areas("gauss-legendre")
         for name, value, area in zip(("rise", "decay"), closed, (areas.rise, areas.decay), strict=True):
-            if not abs(value - area.value) <= _AREA_ERROR * area.value + area.error:
+            if not abs(value - area.value) <= _CLOSED_ERROR * area.value + area.error:
                 rule = f"closed_areas() must give the area under the {name}, {area.value:.9g} by quadrature"
                 raise _fault(profile, f"{rule} (got {value!r})")
-    s = np.linspace(0.0, float(profile.duration_ratio), _SAMPLES)
-    for name in ("closed_running_impulse", "closed_double_integral"):
-        if _called(profile, f"{name}(s)", lambda name=name: getattr(profile, name)(s)) is None:  # type: ignore[misc]
-            continue
-        values = _array(profile, name, s)
-        if not np.isfinite(values).all():
-            index = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise _violation(profile, f"{name}(s) must be finite", values[index], s[index])
+    s = np.array([0.0, 0.3, 0.9, 1.0, 1.0 + 0.1 * (n - 1), 1.0 + 0.6 * (n - 1), n])
+    for name, right in (("running_impulse", profile.running_impulse), ("double_integral", profile.double_integral)):
+        method = f"closed_{name}"
+        if _called(profile, f"{method}(s)", lambda method=method: getattr(profile, method)(s)) is not None:  # type: ignore[misc]
+            _check_integral(profile, f"{method}(s)", s, _array(profile, method, s), right)
+    path = _called(profile, "closed_free_path()", profile.closed_free_path)
+    if path is not None:
+        if type(path).__name__ != "FreePath" or not trusted_class(type(path)):
+            raise _fault(profile, f"closed_free_path() must return a FreePath (got {text_of(path)})")
+        at = _called(profile, "closed_free_path()", lambda: np.array([path.at(float(one)) for one in s]))
+        _check_integral(profile, "path of closed_free_path()", s, at[:, 0], profile.double_integral)
+        _check_integral(profile, "impulse of closed_free_path()", s, at[:, 1], profile.running_impulse)
+
+
+def _check_integral(
+    profile: ShockProfile, what: str, s: FloatArray, values: FloatArray, right: Callable[..., FloatArray]
+) -> None:
+    known = right(s, "gauss-legendre")
+    off = ~(np.abs(values - known) <= _CLOSED_ERROR * (known + known[-1] * (s > 1)) + _ROUNDING * known[-1])
+    if off.any():
+        index = int(np.flatnonzero(off)[0])
+        raise _violation(profile, f"{what} must be {known[index]:.9g}, by quadrature", values[index], s[index])
 
 
 def _fault(profile: ShockProfile, problem: str) -> PluginError:
     return PluginError(f"profile {owner_of('profiles', type(profile))}: {problem}")
 
 
-def _violation(profile: ShockProfile, rule: str, value: float, s: float) -> _ViolationError:
-    return _ViolationError(f"{_fault(profile, rule)} (got {float(value):.9g}) at s = {float(s):.6g}", float(s))
+def _violation(profile: ShockProfile, rule: str, value: float, s: float) -> ViolationError:
+    return ViolationError(f"{_fault(profile, rule)} (got {float(value):.9g}) at s = {float(s):.6g}", float(s))

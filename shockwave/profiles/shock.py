@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from attrs import field, frozen
 
-from shockwave.errors import InvalidValueError
+from shockwave.errors import InvalidValueError, PluginError
 from shockwave.fields import Quantity, quantity, text_of
 from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.guard import examine
+from shockwave.profiles.guard import ViolationError, examine
 
 __all__ = ["DURATION", "Shock"]
 
@@ -43,15 +43,18 @@ class Shock:
     def __attrs_post_init__(self) -> None:
         if not isinstance(self.profile, ShockProfile):
             raise InvalidValueError.of("profile", f"must be a ShockProfile (got {text_of(self.profile)})")
-        for name, recorded in (
-            ("peak_force", self.profile.recorded_peak_force),
-            ("rise_time", self.profile.recorded_rise_time),
-        ):
+        try:
+            examine(self.profile)
+        except ViolationError as error:
+            if self.rise_time is None:
+                raise
+            raise PluginError(f"{error}, t = {error.s * self.rise_time:.6g} s") from error
+        for name in ("peak_force", "rise_time"):
             if getattr(self, name) is None:
+                recorded = getattr(self.profile, f"recorded_{name}")
                 if recorded is None:
                     raise InvalidValueError.of(name, "must be given: this profile is not a record that brings one")
                 object.__setattr__(self, name, recorded)
-        examine(self.profile, self.rise_time)
 
     @classmethod
     def of_duration(cls, *, profile: ShockProfile, duration: float, peak_force: float | None = None) -> Shock:
@@ -67,7 +70,11 @@ class Shock:
             raise InvalidValueError.of("duration", problem)
         if not isinstance(profile, ShockProfile):
             return cls(profile=profile)
-        return cls(profile=profile, peak_force=peak_force, rise_time=duration / float(profile.duration_ratio))  # type: ignore[arg-type]
+        examine(profile)
+        rise_time = duration / float(profile.duration_ratio)
+        if not rise_time > 0:
+            raise InvalidValueError.of("duration", f"must be longer: its n-th part is 0 (got {duration!r})")
+        return cls(profile=profile, peak_force=peak_force, rise_time=rise_time)  # type: ignore[arg-type]
 
     @property
     def duration(self) -> float:

@@ -9,22 +9,25 @@ from __future__ import annotations
 
 import importlib
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
 from functools import cache
 from typing import Any
 
 from attrs import evolve
 
-from shockwave.errors import PluginError, UnknownNameError
+from shockwave.errors import PluginError, ShockwaveError, UnknownNameError
 from shockwave.hooks import Entry
 from shockwave.registration import KINDS, at, noun_at, registered
 from shockwave.registry.elsewhere import ELSEWHERE
-from shockwave.registry.installed import DISABLE, EVERY, Plugin, checked, plugins, same_distribution
+from shockwave.registry.installed import DISABLE, EVERY, Plugin, checked, plugins, same_distribution, twice
 
 __all__ = [
     "DISABLE",
     "EVERY",
     "KINDS",
     "Plugin",
+    "blame",
     "checked",
     "entries",
     "find",
@@ -58,8 +61,7 @@ def find(kind: str, name: str) -> Entry:
     if not owners:
         raise _unknown(kind, name)
     if len(owners) > 1:
-        both = " and ".join(dict.fromkeys(entry.distribution for entry in owners))
-        raise PluginError(f"{KINDS[kind]} {name!r} is registered twice, by {both}: uninstall one of them")
+        raise PluginError(twice(kind, name, (entry.distribution for entry in owners)))
     return owners[0]
 
 
@@ -74,7 +76,9 @@ def _unknown(kind: str, name: str) -> UnknownNameError:
         hints.append(f"plugins that are disabled: {', '.join(disabled)}")
     if faulty:
         hints.append(f"plugins that cannot be read: {', '.join(faulty)}")
-    return UnknownNameError(KINDS[kind], name, [entry.name for entry in entries(kind)], hints, faulty=bool(faulty))
+    return UnknownNameError(
+        KINDS[kind], name, dict.fromkeys(entry.name for entry in entries(kind)), hints, faulty=bool(faulty)
+    )
 
 
 def load(kind: str, name: str) -> Any:
@@ -89,8 +93,13 @@ def load(kind: str, name: str) -> Any:
     PluginError
         When a plugin's module cannot be imported or does not hold what it registered.
     """
-    entry = find(kind, name)
-    return at(entry.address) if entry.distribution == _OWN else _of_plugin(kind, entry)
+    own = _own(kind, name)
+    return own if own is not None else _of_plugin(kind, find(kind, name))
+
+
+@cache
+def _own(kind: str, name: str) -> Any:
+    return next((at(entry.address) for entry in own_entries(kind) if entry.name == name), None)
 
 
 @cache
@@ -99,7 +108,8 @@ def _of_plugin(kind: str, entry: Entry) -> Any:
     problem = checked(evolve(plugin, entries=((kind, entry),), problem=""), anew=False).problem
     if not problem:
         try:
-            return noun_at(kind, entry.address)
+            with redirect_stdout(sys.stderr):  # what it prints is no part of a result
+                return noun_at(kind, entry.address, entry.takes)
         except _PLUGIN_FAULTS as error:
             problem = f"{KINDS[kind]} {entry.name!r}: {entry.address}: {type(error).__name__}: {error}"
     raise PluginError(f"plugin {plugin.distribution} {plugin.version} is at fault: {problem}")
@@ -116,13 +126,27 @@ def entries(kind: str) -> list[Entry]:
     return [*own_entries(kind), *sorted(_plugin_entries(kind), key=lambda entry: entry.name)]
 
 
-def owner_of(kind: str, cls: type) -> str:
-    """Name and distribution under which a class is registered, in words; else its address."""
+def owner_of(kind: str, noun: Any) -> str:
+    """Name and distribution under which a class or function is registered, in words; else its address."""
     for entry in entries(kind):
         module, _, attribute = entry.address.partition(":")
-        if getattr(sys.modules.get(module), attribute, None) is cls:
+        if getattr(sys.modules.get(module), attribute, None) is noun:
             return f"{entry.name!r} of {entry.distribution}"
-    return f"{cls.__module__}:{cls.__qualname__}"
+    return f"{noun.__module__}:{noun.__qualname__}"
+
+
+@contextmanager
+def blame(kind: str, noun: Any) -> Iterator[None]:
+    """Whatever the code of another than shockwave raises, and did not mean for the user, is that plugin's fault."""
+    try:
+        yield
+    except ShockwaveError:
+        raise
+    except _PLUGIN_FAULTS as error:
+        if noun.__module__.startswith(f"{_OWN}."):
+            raise
+        got = f"got {type(error).__name__}: {' '.join(str(error).split())[:200]}"
+        raise PluginError(f"{KINDS[kind]} {owner_of(kind, noun)}: must not raise ({got})") from error
 
 
 def _plugin_entries(kind: str) -> list[Entry]:

@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from attrs import evolve, frozen
 
@@ -19,14 +19,14 @@ from shockwave.registry.isolation import Isolated
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
-__all__ = ["DISABLE", "EVERY", "Plugin", "checked", "plugins", "same_distribution"]
+__all__ = ["DISABLE", "EVERY", "Plugin", "checked", "plugins", "same_distribution", "twice"]
 
 #: The variable that names, with commas between them, distributions not to be used.
 DISABLE = "SHOCKWAVE_DISABLE_PLUGINS"
 #: Its value that means all of them.
 EVERY = "*"
 _GROUP = "shockwave"
-_REQUIREMENT = re.compile(r"shockwave\s*(?:\[[^]]*\]\s*)?\(?([<>=!~][^;)]*)\)?\s*(?:;(.*))?\Z", re.IGNORECASE)
+_REQUIREMENT = re.compile(r"shockwave\s*(?:\[[^]]*\]\s*)?\(?[<>=!~]", re.IGNORECASE)
 
 
 @frozen
@@ -67,24 +67,53 @@ def _plain(name: str) -> str:
 
 
 @cache
-def plugins() -> tuple[Plugin, ...]:
-    """Every installed plugin; its hooks are read in a process of their own, and nothing of it is imported here."""
-    from importlib.metadata import entry_points
+def plugins(anew: bool = False) -> tuple[Plugin, ...]:
+    """Every installed plugin; its hooks are read in a process of their own, and nothing of it is imported here.
 
-    points = sorted(entry_points(group=_GROUP), key=lambda point: (point.name, point.value))
+    ``anew``, even if they were read before.
+    """
     disabled = {_plain(name.strip()) for name in os.environ.get(DISABLE, "").split(",") if name.strip()}
-    disabled = {_plain(name.strip()) for name in os.environ.get(DISABLE, "").split(",") if name.strip()}
-    read = [point for point in points if not disabled & {EVERY, _plain(_name(point))}] if disabled else points
-    reading = Isolated([("read", point.value) for point in read])
-    # While the other process reads the hooks, this one reads the metadata.
-    found = {point: _described(point) for point in points}
-    for point, answer in zip(read, reading.answers(), strict=True):
-        plugin = found[point]
-        read_entries = ((kind, Entry(*entry)) for kind, *entry in answer.get("entries", ()))
-        entries = [(kind, entry._replace(distribution=plugin.distribution)) for kind, entry in read_entries]
-        problem = plugin.problem or answer.get("problem", "")
-        found[point] = evolve(plugin, entries=() if problem else tuple(entries), problem=problem, disabled=False)
-    return _without_clashes(found.values())
+    points, unreadable = _points()
+    read = [not disabled & {EVERY, _plain(_name(point))} if disabled else True for point in points]
+    reading = Isolated([("read", point.module) for point, wanted in zip(points, read, strict=True) if wanted], anew)
+    try:
+        # While the other process reads the hooks, this one reads the metadata.
+        found = [_described(point) for point in points]
+        answers = iter(reading.answers())
+    finally:
+        reading.stop()
+    for index, wanted in enumerate(read):
+        if wanted:
+            found[index] = _with_entries(found[index], next(answers), points[index])
+    return _without_clashes([*found, *unreadable])
+
+
+def _points() -> tuple[list[EntryPoint], list[Plugin]]:
+    """The entry points of all distributions, and the distributions whose entry points cannot be read."""
+    from importlib import metadata
+
+    faulty: list[Plugin] = []
+    try:
+        points = list(metadata.entry_points(group=_GROUP))
+    except Exception:  # of one distribution: the others are well
+        points = []
+        for distribution in metadata.distributions():
+            try:
+                points += distribution.entry_points.select(group=_GROUP)
+            except Exception as error:
+                name = getattr(distribution, "_path", None)
+                problem = f"its entry points cannot be read ({type(error).__name__}: {error})"
+                faulty.append(Plugin(str(getattr(name, "name", "unknown")), "", (), problem))
+    return sorted(points, key=lambda point: (point.name, point.value)), faulty
+
+
+def _with_entries(plugin: Plugin, answer: dict[str, Any], point: EntryPoint) -> Plugin:
+    entries = [(kind, Entry(*entry)) for kind, *entry in answer.get("entries", ())]
+    problem = plugin.problem or answer.get("problem", "")
+    if point.attr:
+        problem = problem or f"the entry point {point.name!r} must name a module (got {point.value})"
+    owned = tuple((kind, entry._replace(distribution=plugin.distribution)) for kind, entry in entries)
+    return evolve(plugin, entries=() if problem else owned, problem=problem, disabled=False)
 
 
 def _name(point: EntryPoint) -> str:
@@ -93,7 +122,10 @@ def _name(point: EntryPoint) -> str:
 
 def _described(point: EntryPoint) -> Plugin:
     """What the metadata of its distribution tell; ``disabled`` as long as it is not read."""
-    text = (point.dist.read_text("METADATA") or point.dist.read_text("PKG-INFO") or "") if point.dist else ""
+    try:
+        text = (point.dist.read_text("METADATA") or point.dist.read_text("PKG-INFO") or "") if point.dist else ""
+    except (OSError, ValueError) as error:
+        return Plugin(point.name, "", (), f"its metadata cannot be read ({error})", disabled=True)
     fields: dict[str, list[str]] = {}
     # Only the head is read: a parser of messages takes longer for many plugins than all else together.
     for line in text.partition("\n\n")[0].splitlines():
@@ -105,18 +137,19 @@ def _described(point: EntryPoint) -> Plugin:
 
 def _unmet(requirements: Iterable[str]) -> str:
     """What is wrong, if the plugin asks for another version of shockwave."""
-    for requirement in requirements:
-        match = _REQUIREMENT.match(requirement)
-        if match and not (match[2] and "extra" in match[2]):
-            from packaging.specifiers import InvalidSpecifier, SpecifierSet
+    for text in requirements:
+        if _REQUIREMENT.match(text) is None:
+            continue
+        from packaging.requirements import InvalidRequirement, Requirement
 
-            try:
-                fits = SpecifierSet(match[1]).contains(shockwave.__version__, prereleases=True)
-            except InvalidSpecifier:
-                fits = True  # not ours to judge
-            if not fits:
-                this = f"this is {shockwave.__version__}; install a version that fits"
-                return f"needs shockwave {match[1].strip()} ({this})"
+        try:
+            needed = Requirement(text)
+        except InvalidRequirement:
+            continue  # not ours to judge
+        applies = needed.marker is None or needed.marker.evaluate({"extra": ""})
+        if applies and not needed.specifier.contains(shockwave.__version__, prereleases=True):
+            this = f"this is {shockwave.__version__}; install a version that fits"
+            return f"needs shockwave {needed.specifier} ({this})"
     return ""
 
 
@@ -134,19 +167,23 @@ def _without_clashes(found: Iterable[Plugin]) -> tuple[Plugin, ...]:
         problems = []
         for kind, entry in plugin.entries:
             if (kind, entry.name) in own:
-                problems.append(f"{KINDS[kind]} {entry.name!r} is one of shockwave itself, and stays so")
+                problems.append(f"{KINDS[kind]} {entry.name!r} is a name of shockwave itself: choose another")
             elif claims[kind, entry.name] > 1:
-                owners = _owners(plugins, kind, entry.name)
-                problems.append(f"{KINDS[kind]} {entry.name!r} is registered twice, by {owners}: uninstall one of them")
+                problems.append(twice(kind, entry.name, _owners(plugins, kind, entry.name)))
         kept = tuple((kind, entry) for kind, entry in plugin.entries if (kind, entry.name) not in own)
         problem = "; ".join([*filter(None, [plugin.problem]), *dict.fromkeys(problems)])
         plugins[index] = evolve(plugin, entries=kept, problem=problem)
     return tuple(plugins)
 
 
-def _owners(plugins: Iterable[Plugin], kind: str, name: str) -> str:
-    owners = (plugin.distribution for plugin in plugins for claimed in plugin.entries if _is(claimed, kind, name))
-    return " and ".join(dict.fromkeys(owners))
+def twice(kind: str, name: str, distributions: Iterable[str]) -> str:
+    """What is wrong with a name that several ``distributions`` claim, or one of them twice."""
+    owners = " and ".join(dict.fromkeys(distributions))
+    return f"{KINDS[kind]} {name!r} is registered twice, by {owners}: uninstall one, or give it another name there"
+
+
+def _owners(plugins: Iterable[Plugin], kind: str, name: str) -> list[str]:
+    return [plugin.distribution for plugin in plugins for claimed in plugin.entries if _is(claimed, kind, name)]
 
 
 def _is(claimed: tuple[str, Entry], kind: str, name: str) -> bool:
@@ -158,7 +195,7 @@ def checked(plugin: Plugin, anew: bool = True) -> Plugin:
 
     ``anew``, even those that could be before.
     """
-    answers = Isolated([("load", kind, entry.address) for kind, entry in plugin.entries], anew).answers()
+    answers = Isolated([("load", kind, entry.address, entry.takes) for kind, entry in plugin.entries], anew).answers()
     problems = [
         f"{KINDS[kind]} {entry.name!r}: {entry.address}: {answer['problem']}"
         for (kind, entry), answer in zip(plugin.entries, answers, strict=True)

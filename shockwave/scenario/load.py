@@ -158,13 +158,13 @@ class _Loading(Gathering):
                 continue  # reported by its type
             path: Steps = ("requires", index)
             if not DISTRIBUTION.fullmatch(name):
-                self.add(path, f"must be the name of a distribution (got {text_of(name)})")
+                self.add(path, f"must be the name of a distribution, without a version (got {text_of(name)})")
                 continue
             try:
                 points = distribution(name).entry_points
             except PackageNotFoundError:
                 remedy = "install it if you trust it: an index may hold another of that name"
-                self.add(path, f"must be installed (got nothing of this name; {remedy})")
+                self.add(path, f"must be installed (got nothing of the name {name}; {remedy})")
                 continue
             if points.select(group="shockwave"):
                 self._usable(path, name)
@@ -174,7 +174,7 @@ class _Loading(Gathering):
         for plugin in plugins():
             if same_distribution(plugin.distribution, name) and not plugin.entries:
                 if plugin.disabled:
-                    self.add(path, f"must not be disabled (got {DISABLE}={os.environ.get(DISABLE)})")
+                    self.add(path, f"must be in use (got {name}, disabled by {DISABLE} or --no-plugins)")
                 else:
                     self.blame(path, PluginError(f"must be a plugin that works (got {plugin.problem})"))
 
@@ -345,7 +345,7 @@ def _blame(name: str) -> Iterator[None]:
         yield
     except ShockwaveError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         owner = find("profiles", name).distribution
         if owner == "shockwave":
             raise

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final, Literal
 
 from shockwave.chain.material import Material
+from shockwave.document.units import to_si
 from shockwave.fields import Quantity
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
@@ -88,6 +89,15 @@ _KINDS: Final[dict[Any, tuple[str, Any]]] = {
     float: ("a number", 1.0),
     str: ("text", "text"),
 }
+#: Sizes that are met in chains of spheres, where nothing else is told.
+_BY_UNIT = {
+    "s": ("10 us", "1 ms", "1 s"),
+    "m": ("5 mm", "1 m"),
+    "N": ("100 N",),
+    "kg": ("1 g", "1 kg"),
+    "Pa": ("200 GPa", "1 MPa"),
+    "m/s": ("1 m/s",),
+}
 _ARRAYS, _UNIONS = (list, tuple, Sequence), (typing.Union, types.UnionType)
 
 
@@ -134,10 +144,14 @@ def _chain() -> Iterator[str]:
 def _shock(name: str, cls: Any) -> Iterator[str]:
     yield f"  profile: {_text(name)}  # a name that `shockwave list profiles` shows"
     has_ratio = any(key.name == "duration_ratio" for key in keys_of(cls))
+    # One that can bring its own force and time, but does not as it stands here.
+    bare = not any(key.required for key in (*shock_keys(cls)[1:], *keys_of(cls)))
+    brings_none = bare and cls().recorded_rise_time is None
     for key in shock_keys(cls):
         if key.name not in ("profile", "parameters") and (key.name != "duration_ratio" or has_ratio):
             usual = key.spec is None or key.spec.problem(10) is None
-            yield _line("  " if key.required else "  # ", key, _example(key, _EXAMPLES if usual else {}))
+            live = key.required or (key.name in ("peak_force", "rise_time") and brings_none)
+            yield _line("  " if live else "  # ", key, _example(key, _EXAMPLES if usual else {}))
     parameters = parameters_of(name, cls)
     if not parameters:
         return
@@ -204,8 +218,13 @@ def _example(key: Key, examples: Mapping[str, str] = _EXAMPLES) -> str:
     if key.spec is None:
         value = _of_kind(key.annotation)
         return _text(1 if value is None and key.required else value)
+    if key.spec.example:
+        return key.spec.example
     if not key.spec.samples:
-        return _text(within(key.spec))
+        usual = (
+            text for text in _BY_UNIT.get(key.spec.unit, ()) if key.spec.problem(to_si(text, key.spec.unit)) is None
+        )
+        return next(usual, _text(within(key.spec)))
     fit = [number for number in (0, 1, 2, 3, 4) if key.spec.problem(number) is None]
     return _text(fit[:3] or [within(key.spec)])
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 from attrs import define, field, frozen
 
 from shockwave.quadrature import FloatArray
+from shockwave.registry import blame
 from shockwave.simulation.integrator import Integrator, Step
 from shockwave.simulation.problem import ChainAcceleration, ChainProblem, overlaps
 
@@ -163,7 +165,7 @@ class _Course:
         """Steps until the granules to be integrated are others."""
         frame = self.frame
         x, v = frame.true(self.time, self.y, self.w)
-        steps = self.integrator.steps(frame.acceleration, self.time, until, self.y, self.w, self.size)
+        steps = _blamed(self.integrator, frame.acceleration, self.time, until, self.y, self.w, self.size)
         for count, step in enumerate(steps, start=1):
             if frame.meets(step, self.w[0]):
                 self.y, self.w, self.frame = x, v, _Frame(self.problem, driven=False)
@@ -171,7 +173,7 @@ class _Course:
             x0, v0 = x, v
             x, v = frame.true(step.end, step.x, step.v)
             self.y, self.w, self.time, self.size = step.x, step.v, step.end, step.next_size
-            yield Span(step.begin, step.end, x0, v0, x, v, _within(frame, step))
+            yield Span(step.begin, step.end, x0, v0, x, v, _within(frame, step, self.integrator))
             if count == _PARTING and not frame.driven:
                 self._part()
                 return
@@ -202,5 +204,19 @@ class _Course:
             self.y, self.w = x[free:], v[free:]
 
 
-def _within(frame: _Frame, step: Step) -> Callable[[float], tuple[FloatArray, FloatArray]]:
-    return lambda time: frame.true(time, *step.interpolate(time))
+def _blamed(integrator: Integrator, *given: Any) -> Iterator[Step]:
+    """The steps of ``integrator``, of the form that its contract promises, or else its own fault."""
+    with blame("integrators", type(integrator)):
+        for step in integrator.steps(*given):
+            if not isinstance(step, Step) or not np.shape(step.x) == np.shape(step.v) == np.shape(given[-3]):
+                raise TypeError(f"a step must be a Step with x and v of the shape given, not {step!r:.80}")
+            yield step
+
+
+def _within(frame: _Frame, step: Step, integrator: Integrator) -> Callable[[float], tuple[FloatArray, FloatArray]]:
+    def at(time: float) -> tuple[FloatArray, FloatArray]:
+        with blame("integrators", type(integrator)):
+            x, v = step.interpolate(time)
+        return frame.true(time, x, v)
+
+    return at

@@ -98,11 +98,13 @@ class KingeryBulmash(BlastWaveform):
     Swisdak, M. M. (1994). Simplified Kingery airblast calculations. 26th DoD Explosives Safety Seminar.
     """
 
-    charge_mass: float = quantity("kg", "mass of TNT", above=0)
-    standoff: float = quantity("m", "distance from the centre of the charge", above=0)
+    charge_mass: float = quantity("kg", "mass of TNT", above=0, example="1 g")
+    standoff: float = quantity("m", "distance from the centre of the charge", above=0, example="10 cm")
     burst: Burst = attrs.field(validator=_one_of(get_args(Burst)))
     loading: Loading = attrs.field(validator=_one_of(get_args(Loading)))
-    loaded_radius: float = quantity("m", "radius of the loaded sphere, that of the chain's", above=0)
+    loaded_radius: float = quantity(
+        "m", "radius of the loaded sphere, that of the chain's", above=0, example="4.75 mm"
+    )
     rise_fraction: float = quantity(
         "", "rise time over whole duration", default=1e-3, at_least=1e-6, at_most=0.05
     )

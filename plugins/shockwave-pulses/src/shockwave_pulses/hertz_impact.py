@@ -94,25 +94,40 @@ class HertzImpact(ShockProfile):
     Johnson, K. L. (1985). Contact Mechanics, section 11.4. Cambridge University Press.
     """
 
-    ball_mass: float | None = quantity("kg", "mass of the ball", above=0, optional=True, default=None)
-    ball_speed: float | None = quantity(
-        "m/s", "speed of the ball at first touch", above=0, optional=True, default=None
+    ball_mass: float | None = quantity(
+        "kg", "mass of the ball", above=0, optional=True, default=None, example="0.11 g"
     )
-    ball_radius: float | None = quantity("m", "radius of the ball", above=0, optional=True, default=None)
+    ball_speed: float | None = quantity(
+        "m/s", "speed of the ball at first touch", above=0, optional=True, default=None, example="2 m/s"
+    )
+    ball_radius: float | None = quantity(
+        "m", "radius of the ball", above=0, optional=True, default=None, example="1.5 mm"
+    )
     ball_youngs_modulus: float | None = quantity(
-        "Pa", "Young's modulus E of the ball", above=0, optional=True, default=None
+        "Pa", "Young's modulus E of the ball", above=0, optional=True, default=None, example="193 GPa"
     )
     ball_poisson_ratio: float | None = quantity(
-        "", "Poisson's ratio nu of the ball", above=-1, below=0.5, optional=True, default=None
+        "", "Poisson's ratio nu of the ball", above=-1, below=0.5, optional=True, default=None, example="0.3"
     )
     struck_radius: float | None = quantity(
-        "m", "radius of the struck body, flat if left out", above=0, optional=True, default=None
+        "m",
+        "radius of the struck body, flat if left out",
+        above=0,
+        optional=True,
+        default=None,
+        example="4.75 mm",
     )
     struck_youngs_modulus: float | None = quantity(
-        "Pa", "Young's modulus E of the struck body", above=0, optional=True, default=None
+        "Pa", "Young's modulus E of the struck body", above=0, optional=True, default=None, example="193 GPa"
     )
     struck_poisson_ratio: float | None = quantity(
-        "", "Poisson's ratio nu of the struck body", above=-1, below=0.5, optional=True, default=None
+        "",
+        "Poisson's ratio nu of the struck body",
+        above=-1,
+        below=0.5,
+        optional=True,
+        default=None,
+        example="0.3",
     )
     duration_ratio: float = attrs.field(init=False, default=2.0)
     _impact: tuple[float, float] | None = attrs.field(init=False, repr=False, eq=False, default=None)
