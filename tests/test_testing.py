@@ -96,9 +96,9 @@ class TestQuadratures(QuadratureContract):
 
 
 def numbers(contract: type[Contract], kind: str) -> list[int]:
-    """Numbers of the clauses for which the contract has a test, as often as it has one."""
+    """Numbers of the clauses for which the contract has a test."""
     names = [re.fullmatch(rf"test_{kind}clause_(\d+)_\w+", name) for name in dir(contract)]
-    return sorted(int(name[1]) for name in names if name)
+    return sorted({int(name[1]) for name in names if name})
 
 
 @pytest.mark.parametrize(
@@ -110,9 +110,7 @@ def numbers(contract: type[Contract], kind: str) -> list[int]:
         (QuadratureContract, "", "Quadrature", 5),
     ],
 )
-def test_each_clause_of_the_docstring_has_one_test(
-    contract: type[Contract], kind: str, signed: str, count: int
-) -> None:
+def test_each_clause_of_the_docstring_has_a_test(contract: type[Contract], kind: str, signed: str, count: int) -> None:
     classes = {cls.__name__: cls for cls in (*Triangular.__mro__, Integrator, OneStep, Quadrature)}
     clauses = clauses_of(classes[signed])
     # The count is written out, for a docstring that cannot be read would agree with no tests at all.
@@ -131,8 +129,22 @@ def test_the_docstring_shows_a_test_of_four_lines(contract: type[Contract]) -> N
 # ---------------------------------------------------------------- lists, and what is left out
 
 MODULE = """
-from shockwave import Triangular
+from shockwave import ShockProfile, Triangular
 from shockwave.testing import IntegratorContract, ProfileContract, QuadratureContract
+
+class ForOneNumber(ShockProfile):
+    duration_ratio = 3.0
+
+    def rise(self, s):
+        if s < 0.5:
+            return 0.8 * s
+        return 1.2 * s - 0.2
+
+    def decay(self, s):
+        return (3 - s) / 2
+
+class TestForOneNumber(ProfileContract):
+    profiles = [ForOneNumber()]
 
 class TestFourLines(ProfileContract):
     profiles = [Triangular(duration_ratio=3)]
@@ -163,7 +175,7 @@ def test_four_lines_are_a_test(said: str) -> None:
 
 
 def test_contracts_that_a_module_imports_are_no_tests_themselves(said: str) -> None:
-    assert set(re.findall(r"test_it\.py::(\w+)", said)) == {"TestFourLines", "TestLeftOut"}
+    assert set(re.findall(r"test_it\.py::(\w+)", said)) == {"TestForOneNumber", "TestFourLines", "TestLeftOut"}
 
 
 def test_a_class_without_a_list_is_an_error_of_pytest(said: str) -> None:
@@ -171,10 +183,22 @@ def test_a_class_without_a_list_is_an_error_of_pytest(said: str) -> None:
     assert "1 error" in said.splitlines()[-1]
 
 
+def test_one_fault_is_one_failure_without_code_of_the_kit(said: str) -> None:
+    assert "1 failed" in said.splitlines()[-1]
+    report = said.split("= FAILURES =")[1].split("= short test summary")[0]
+    assert "found: rise(s) raises ValueError('The truth value of an array with more than one element" in report
+    assert "(in test_it.py, line 9, `if s < 0.5:`) for an s of shape (5,)" in " ".join(report.split())
+    # its heading, the five parts of the message, and no traceback
+    assert len(report.strip().splitlines()) < 20
+    assert "/testing/" not in report
+    assert "During handling" not in said
+    assert said.count("see clause 2 first") == 8 + 1
+
+
 def test_what_is_left_out_is_skipped_with_its_reason(said: str) -> None:
     skipped = re.findall(r"TestLeftOut::test_(\w+?)_\w+\[.*\] SKIPPED \((.*)\)", said)
     assert sorted(skipped) == [("clause", "left out: good to 1e-9 only"), ("it", "left out: it is none")]
-    assert "2 skipped" in said.splitlines()[-1]
+    assert "10 skipped" in said.splitlines()[-1]
 
 
 class NoOrder(Integrator):  # type: ignore[misc]

@@ -19,18 +19,36 @@ from shockwave.testing import ProfileContract
 from shockwave.testing.contract import Contract
 
 
-def broken_clauses(contract: type[Contract], member: Any) -> dict[str, str]:
-    """The clauses that do not hold for ``member``, with what is said of each."""
-    found = {}
+@pytest.fixture(autouse=True)
+def _nothing_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was found in another test does not count: classes are registered in one and not in the next."""
+    monkeypatch.setattr("shockwave.testing.contract._known", {})
+
+
+def outcomes(contract: type[Contract], member: Any) -> tuple[dict[str, str], dict[str, str]]:
+    """The tests that fail for ``member`` and those that are skipped, with what is said of each."""
+    failures, skipped = {}, {}
     for name in dir(contract):
-        match = re.match(r"test_(one_step_)?clause_(\d+)_", name)
-        if match:
+        if name.startswith("test_"):
             try:
                 getattr(contract(), name)(member)
-            except pytest.skip.Exception:
-                continue
+            except pytest.skip.Exception as skip:
+                skipped[name] = str(skip)
             except pytest.fail.Exception as failure:
-                found[("one-step " if match[1] else "") + match[2]] = " ".join(str(failure).split())
+                failures[name] = failure
+    # Neither a traceback nor what led to the failure is printed.
+    assert not any(failure.pytrace or failure.__context__ for failure in failures.values())
+    return {name: " ".join(str(failure).split()) for name, failure in failures.items()}, skipped
+
+
+def broken_clauses(contract: type[Contract], member: Any) -> dict[str, str]:
+    """The clauses that do not hold for ``member``, with what is said of each; all that is no clause holds."""
+    found = {}
+    for name, text in outcomes(contract, member)[0].items():
+        match = re.match(r"test_(one_step_)?clause_(\d+)_", name)
+        clause = ("one-step " if match[1] else "") + match[2] if match else name
+        assert clause not in found
+        found[clause] = text
     return found
 
 
@@ -63,7 +81,10 @@ class Pulse(ShockProfile):
 
 def pulse(**methods: Any) -> Any:
     """A pulse of which some methods are others; what is no function is a property."""
-    made = {name: value if callable(value) else property(lambda _, v=value: v) for name, value in methods.items()}
+    made = {
+        name: value if callable(value) or isinstance(value, property) else property(lambda _, v=value: v)
+        for name, value in methods.items()
+    }
     return type("Broken", (Pulse,), made)()
 
 
@@ -110,6 +131,27 @@ def one_axis_only(_: Any, s: FloatArray) -> FloatArray:
     return 1.0 * s
 
 
+def for_one_number(_: Any, s: FloatArray) -> FloatArray:
+    if s < 1:
+        return 1.0 * s
+    return np.ones_like(s)
+
+
+def of_math(_: Any, s: Any) -> Any:
+    return math.cos(s - 1)
+
+
+DRAW = np.random.default_rng(1)
+
+
+def at_random(_: Any, s: FloatArray) -> FloatArray:
+    return s * (1 - 1e-3 * DRAW.random(s.shape))
+
+
+def no_copy(*_: Any) -> None:
+    raise TypeError("no copies")
+
+
 class Fickle(Pulse):
     """It has another rise after it was called for other times than at first."""
 
@@ -128,9 +170,28 @@ def wrong_path(_: Any) -> FreePath:
 
 PROFILES: dict[str, tuple[Any, str, str]] = {
     "whole-number": (pulse(duration_ratio=3), "1", "duration_ratio is 3"),
-    "no-meaning": (Meaningless(), "1", "the field size has unit 'm' and meaning ''"),
-    "no-unit": (UnknownUnit(), "1", "the field size has unit 'smoots'"),
-    "two-axes": (pulse(rise=one_axis_only), "2", "rise(s) raises TypeError('one axis, please') for an s of shape ()"),
+    "no-meaning": (Meaningless(), "1", "the field size has no meaning: it is ''"),
+    "no-unit": (UnknownUnit(), "1", "the field size has the unit 'smoots', and there is no such unit"),
+    "two-axes": (
+        pulse(rise=one_axis_only),
+        "2",
+        """raises TypeError('one axis, please') (in test_testing_broken.py, line""",
+    ),
+    "if": (pulse(rise=for_one_number), "2", "to mend: s is an array: write numpy.where(s < 1, one, other) in place"),
+    "math": (pulse(decay=of_math), "2", "to mend: s is an array: take numpy.sin, numpy.exp, ... in place of those"),
+    "constant": (pulse(decay=lambda *_: 1.0), "2", "decay(s) for an s of shape (5,) of floats has shape () of float64"),
+    "of-all": (
+        pulse(rise=lambda _, s: s / max(s.max(initial=0), 0.5)),
+        "2",
+        "is 1.0 in an array of one, and 0.6000000000000001 in an array of shape (5,)",
+    ),
+    "axes": (
+        pulse(rise=lambda _, s: 1.0 * s if s.ndim else np.asarray(0.54)),
+        "2",
+        "in an array of one, and 0.54 as a number without axes, of shape ()",
+    ),
+    "random": (pulse(rise=at_random), "4", "when called again"),
+    "no-copy": (pulse(__deepcopy__=no_copy), "4", "it cannot be copied (TypeError('no copies') (in test_testing_br"),
     "an-axis-more": (
         pulse(decay=lambda _, s: np.atleast_1d((3 - s) / 2)),
         "2",
@@ -152,6 +213,8 @@ PROFILES: dict[str, tuple[Any, str, str]] = {
         "5",
         "decay(s) has a kink at s = 2",
     ),
+    "no-points": (pulse(breakpoints=None), "5", "breakpoints is None"),
+    "raising": (pulse(breakpoints=property(lambda self: self.corner)), "5", "AttributeError("),
     "jump": (pulse(decay=lambda _, s: np.where(s < 2.3, 1.0, 0.5)), "5", "decay(s) has a jump at s = 2.3"),
     "not-to-n": (pulse(breakpoints=(0.0, 1.0, 2.0)), "5", "must begin with 0, hold 1 and end with duration_ratio, 3.0"),
     "without-1": (pulse(breakpoints=(0.0, 3.0)), "5", "hold 1 and end with duration_ratio, 3.0 (got (0.0, 3.0))"),
@@ -159,6 +222,9 @@ PROFILES: dict[str, tuple[Any, str, str]] = {
     "root": (pulse(rise=lambda _, s: s**0.5), "6", "the slope of rise(s) next to s = 0.0 grows without end"),
     "end": (pulse(decay=lambda _, s: ((3 - s) / 2) ** 0.5), "6", "the slope of decay(s) next to s = 3.0 grows"),
     "no-breakpoint": (pulse(singular_points=(0.5,)), "6", "0.5 is in singular_points, and not in breakpoints"),
+    "no-tuple": (pulse(singular_points=1.0), "6", "singular_points is 1.0"),
+    "one-area": (pulse(closed_areas=lambda _: 1.5), "7", "closed_areas() gives 1.5"),
+    "area-of-other": (pulse(closed_areas=lambda _: (0.5, 2.0)), "7", "gives a2 = 2.0, quadrature 1.0"),
     "area": (
         pulse(closed_areas=lambda _: (0.5, 1.0 + 1e-9)),
         "7",
@@ -178,7 +244,7 @@ PROFILES: dict[str, tuple[Any, str, str]] = {
     "impulse-shape": (
         pulse(closed_running_impulse=lambda _, s: np.array([3.0 if s.ndim == 0 else 4.0])),
         "7",
-        "closed_running_impulse(s) for an s of shape () has shape (1,)",
+        "closed_running_impulse(s) for an s of shape (5,) has shape (1,)",
     ),
     "table": (pulse(closed_free_path=wrong_path), "7", "closed_free_path() gives the path at s = "),
     "negative-record": (pulse(recorded_peak_force=-1.0), "8", "recorded_peak_force is -1.0"),
@@ -212,6 +278,61 @@ def test_what_is_no_value_is_found(profile: ShockProfile, message: str) -> None:
         ProfileContract().test_it_is_a_value(profile)
 
 
+class CornersLeftOut(ProfileContract):
+    leave_out: ClassVar[dict[str, str]] = {"clause 5": "to see what else would tell of a corner"}
+
+
 def test_a_corner_that_is_not_told_shows_in_the_simulation_alone_if_at_all() -> None:
     # What the fifth clause is for: the answer is nearly right, and nothing else would tell.
-    ProfileContract().test_it_is_simulated(PROFILES["corner"][0])
+    CornersLeftOut().test_it_is_simulated(PROFILES["corner"][0])
+
+
+# ---------------------------------------------------------------- one fault, one failure
+
+
+@pytest.mark.parametrize(
+    ("key", "first", "count"),
+    [
+        ("if", "see clause 2 first (test_clause_2_rise_and_decay_keep_the_shape_of_their_argument)", 8),
+        ("constant", "see clause 2 first (test_clause_2_rise_and_decay_keep_the_shape_of_their_argument)", 8),
+        ("area-of-other", "see clause 7 first (test_clause_7_closed_forms_agree_with_quadrature)", 2),
+        ("negative-record", "see clause 8 first (test_clause_8_recorded_values_are_positive_or_none)", 2),
+    ],
+)
+def test_what_stands_on_a_broken_clause_is_skipped(key: str, first: str, count: int) -> None:
+    failed, skipped = outcomes(ProfileContract, PROFILES[key][0])
+    assert len(failed) == 1
+    assert list(skipped.values()) == [first] * count
+
+
+def test_a_clause_that_is_left_out_is_no_ground_to_skip_others() -> None:
+    left_out = type("TestIt", (ProfileContract,), {"leave_out": {"clause 7": "a wrong area on purpose"}})
+    failed, skipped = outcomes(left_out, PROFILES["area"][0])
+    # The seventh test itself is skipped by a mark of pytest, which does not count here.
+    assert list(failed) == ["test_clause_7_closed_forms_agree_with_quadrature"]
+    assert skipped == {}
+
+
+def test_an_error_that_no_clause_foresees_is_told_with_its_line() -> None:
+    def notes(self: Any) -> Any:
+        return self.source.upper()
+
+    text = broken_clauses(ProfileContract, pulse(notes=property(notes)))["9"]
+    assert "AttributeError(\"'Broken' object has no attribute 'source'\") (in test_testing_broken.py, line" in text
+    assert "`return self.source.upper()`) is raised to mend: see to that line" in text
+
+
+# ---------------------------------------------------------------- a forgotten decorator
+
+
+class Loose(Pulse):
+    """A class that declares a field, and was not made by attrs."""
+
+    hump: float = quantity("", "height of the hump", default=1.0)
+
+
+@pytest.mark.parametrize("member", [Loose(), Loose], ids=["object", "class"])
+def test_a_forgotten_decorator_is_told_of_what_is_listed(member: Any) -> None:
+    made = type("TestIt", (ProfileContract,), {"profiles": [member]})()
+    with pytest.raises(pytest.fail.Exception, match=r"^TestIt.profiles\[0\]: Loose declares the field hump, and lacks"):
+        made._members()

@@ -2,30 +2,63 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 import re
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar, NoReturn
+from typing import Any, ClassVar, NoReturn, TypeVar, cast
 
 import pytest
 
 from shockwave.errors import UnknownNameError
 from shockwave.fields import text_of
 from shockwave.registry import KINDS, find, load
+from shockwave.testing.faults import loose_field, told
 
-__all__ = ["Contract", "clauses_of"]
+__all__ = ["Contract", "after", "clauses_of"]
+
+_Test = TypeVar("_Test", bound=Callable[..., None])
 
 _WIDTH = 110
 _LONGEST_REPR, _LONGEST_ID = 300, 80
 _CLAUSE = re.compile(r"^ *(\d+)\. +(.+?)(?=^ *\d+\. |^ *$|\Z)", re.MULTILINE | re.DOTALL)
 _TEST = re.compile(r"test_(?:(.+)_)?clause_(\d+)_")
+_SEE = "see "
+
+# What a test has found, by contract, test and member: why it failed, why it was skipped. What stands on a test asks for
+# it, and code that remembers its calls would not answer a second time as it did at first. The member is kept, for
+# another could be given its id.
+_known: dict[tuple[type, str, int], tuple[object, str, str]] = {}
 
 
 def clauses_of(cls: type) -> dict[int, str]:
     """The numbered clauses of the contract in the docstring of ``cls``; none where docstrings are stripped."""
     found = _CLAUSE.findall(inspect.cleandoc(cls.__doc__ or ""))
     return {int(number): " ".join(text.split()) for number, text in found}
+
+
+def after(*grounds: str) -> Callable[[_Test], _Test]:
+    """A test whose failures are told in words, and which is skipped where one of its ``grounds`` does not hold.
+
+    A ground is the beginning of names of tests, without ``test_``: ``clause_2``, ``clause_1_order``. One fault so fails
+    one test: what would fail on account of it says which test to see first.
+    """
+
+    def decorated(test: _Test) -> _Test:
+        @functools.wraps(test)
+        def run(self: Contract, *args: object, **kwargs: object) -> None:
+            (member,) = (*args, *kwargs.values())
+            failed, skipped = self._outcome(test, grounds, member)
+            # Outside of any handler of exceptions: pytest would show what led here, too.
+            if failed:
+                pytest.fail(failed, pytrace=False)
+            if skipped:
+                pytest.skip(skipped)
+
+        return cast(_Test, run)
+
+    return decorated
 
 
 class Contract:
@@ -63,6 +96,9 @@ class Contract:
         if not isinstance(members, list | tuple) or not members:
             pytest.fail(f"{where} must be a list with one member at least (got {members!r}): {wanted}", pytrace=False)
         for index, member in enumerate(members):
+            loose = loose_field(member if isinstance(member, type) else type(member))
+            if loose:
+                pytest.fail(f"{where}[{index}]: {loose}", pytrace=False)
             problem = self._problem(member)
             if problem:
                 got = text_of(member, _LONGEST_REPR)
@@ -71,21 +107,64 @@ class Contract:
 
     def _left_out(self) -> dict[str, str]:
         """Names of the tests that are left out, with the reasons."""
-        tests = {name for name in dir(Contract if type(self) is Contract else type(self)) if name.startswith("test_")}
-        names = {name: name for name in tests} | {label: name for name in tests if (label := _label(name))}
+        tests = self._tests()
+        names: dict[str, list[str]] = {name: [name] for name in tests}
+        for name in tests:
+            if _label(name):
+                names.setdefault(_label(name), []).append(name)
         where = f"{type(self).__name__}.leave_out"
         if not isinstance(self.leave_out, Mapping):
             pytest.fail(f"{where} must be a dict of clauses and reasons (got {self.leave_out!r})", pytrace=False)
-        found = {}
+        found: dict[str, str] = {}
         for key, reason in self.leave_out.items():
             if key not in names:
-                known = ", ".join(sorted(names.keys() - tests, key=_ascending))
+                known = ", ".join(sorted(names.keys() - set(tests), key=_ascending))
                 rule = f"must be one of {known}, or the name of a test"
                 pytest.fail(f"{where}: {rule} (got {key!r})", pytrace=False)
             if not isinstance(reason, str) or not reason.strip():
                 pytest.fail(f"{where}[{key!r}] must be a reason in words (got {reason!r})", pytrace=False)
-            found[names[key]] = reason
+            found |= dict.fromkeys(names[key], reason)
         return found
+
+    @classmethod
+    def _tests(cls) -> list[str]:
+        return [name for name in dir(cls) if name.startswith("test_")]
+
+    # ---------------------------------------------------------------- what a test finds
+
+    def _outcome(self, test: Callable[..., None], grounds: Sequence[str], member: object) -> tuple[str, str]:
+        """Why ``test`` fails for ``member``, or why it is skipped; texts that are empty if it passes."""
+        key = type(self), test.__name__, id(member)
+        if key not in _known:
+            reason = next(filter(None, (self._broken_ground(ground, member) for ground in grounds)), "")
+            _known[key] = (member, "", reason) if reason else (member, *self._tried(test, member))
+        return _known[key][1:]
+
+    def _broken_ground(self, ground: str, member: object) -> str:
+        """Which test is to be seen first, if one of ``ground`` does not hold; those left out are taken to hold."""
+        names = [name for name in self._tests() if f"{name}_".startswith(f"test_{ground}_")]
+        if not names:
+            raise LookupError(ground)
+        left_out = self._left_out()
+        for name in names:
+            failed, skipped = ("", "") if name in left_out else self._tried(getattr(type(self), name), member)
+            if failed:
+                return f"{_SEE}{_label(name) or name} first ({name})"
+            if skipped.startswith(_SEE):
+                return skipped
+        return ""
+
+    def _tried(self, test: Callable[..., None], member: object) -> tuple[str, str]:
+        try:
+            test(self, member)
+        except pytest.fail.Exception as failure:
+            return str(failure), ""
+        except pytest.skip.Exception as skipped:
+            return "", str(skipped)
+        except Exception as error:
+            label = _label(test.__name__) or test.__name__
+            return self._message(label, member, f"{told(error)} is raised", "see to that line"), ""
+        return "", ""
 
     # ---------------------------------------------------------------- what a kind of contract says
 
@@ -103,27 +182,33 @@ class Contract:
 
     def _broken(self, label: str, member: Any, what: str, mend: str) -> NoReturn:
         """Fail the test of ``label`` ("clause 3"): ``what`` is wrong, and how to ``mend`` it."""
+        pytest.fail(self._message(label, member, what, mend), pytrace=False)
+
+    def _message(self, label: str, member: Any, what: str, mend: str) -> str:
         kind, clause, number = label.rpartition("clause ")
         signed = self._signed[kind.strip()] if clause else None
-        told = label if signed is None else f"clause {number} of the contract of {signed.__name__}"
+        of = label if signed is None else f"clause {number} of the contract of {signed.__name__}"
         shown = _cut(self._shown(member), _LONGEST_REPR)
-        lines = [f"{type(self).__name__}: {told} does not hold for {shown}", f"found: {what}", f"to mend: {mend}"]
+        lines = [f"{type(self).__name__}: {of} does not hold for {shown}", f"found: {what}", f"to mend: {mend}"]
         if signed is not None:
             lines.append(f"the clause: {clauses_of(signed).get(int(number), '')}")
-        pytest.fail("\n".join(map(_folded, lines)), pytrace=False)
+        return "\n".join(map(_folded, lines))
 
-    def _check_name(self, kind: str, member: Any, cls: type) -> None:
-        """Fail clause 1 unless the name of ``cls`` is a text under which the class is registered."""
-        name = getattr(cls, "name", None)
+    def _check_name(self, member: Any) -> None:
+        """Fail clause 1 unless the name of the class is a text."""
+        name = getattr(member, "name", None)
         if not isinstance(name, str) or not name:
             self._broken("clause 1", member, f"name is {name!r}", 'write  name = "my-name"  in the class')
-        hook = f"shockwave_{kind}"
+
+    def _check_registered(self, kind: str, member: Any) -> None:
+        """Fail clause 1 unless the class is registered under its name."""
+        name, hook = member.name, f"shockwave_{kind}"
         try:
             loaded = load(kind, name)
         except UnknownNameError:
             mend = f"return an Entry({name!r}, ...) from {hook} in your hooks, and install the distribution"
             self._broken("clause 1", member, f"no {KINDS[kind]} is registered as {name!r}", mend)
-        if loaded is not cls:
+        if loaded is not member:
             mend = f"let the Entry({name!r}, ...) that {hook} returns hold the address of this class"
             at = find(kind, name).address
             self._broken("clause 1", member, f"{name!r} is registered for another class, {at}", mend)

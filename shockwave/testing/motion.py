@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from shockwave.simulation.nystroem import Rkn1210
 from shockwave.simulation.one_step import OneStep
 from shockwave.simulation.problem import ChainProblem
 
-__all__ = ["PENDULUM", "SPAN", "STRUCK", "STRUCK_UNTIL", "Watched", "coupled", "hertz", "path"]
+__all__ = ["SPAN", "STRUCK", "STRUCK_UNTIL", "Watched", "coupled", "hertz", "path", "taken"]
 
 _PHASES = np.arange(5) * 0.7
 #: How long a motion is followed to tell the order of its error.
@@ -27,10 +27,15 @@ SPAN = 6.0
 _BEGINS = (0.0, 0.9, 2.3, 3.1, 4.7, 5.6)
 # Numbers of steps in a run, each the double of one before, and the fewest that tell a slope.
 _COUNTS, _FEWEST = (4, 5, 6, 7, 8, 10, 12, 14, 16, 24, 32, 64, 128, 256), 8
+# What makes a step of size 1 a long one: methods of order 12 then miss the symplectic form by 1e-5.
+_STIFFNESS = 1.5
+_BETWEEN_WALLS = np.array([0.4, -0.3, 0.5]), np.array([0.3, -0.5, 0.4])
+# Central differences of order 8: truncation and rounding leave errors of 1e-12.
+_WEIGHTS, _SHIFTS = (4 / 5, -1 / 5, 4 / 105, -1 / 280), (0.01, 0.02, 0.03, 0.04)
+# No method takes so many steps for what is asked of it here.
+_MOST_STEPS = 200_000
 # An error as small is rounding in part.
 _LEAST = 2e-13
-#: A pendulum, as its positions and velocities begin.
-PENDULUM = np.array([2.0]), np.zeros(1)
 #: Granules at rest that the first one strikes, and how long it takes them to come apart.
 STRUCK, STRUCK_UNTIL = (np.zeros(5), np.array([1.0, 0.0, 0.0, 0.0, 0.0])), 12.0
 
@@ -60,9 +65,10 @@ def hertz(_: Any, x: FloatArray) -> FloatArray:
     return np.asarray(np.append(0.0, force) - np.append(force, 0.0))
 
 
-def pendulum(_: Any, x: FloatArray) -> FloatArray:
-    """The pendulum's."""
-    return np.asarray(-np.sin(x))
+def between_walls(time: Any, x: FloatArray) -> FloatArray:
+    """Granules between walls under smooth forces, one of which is the time's: a Hamiltonian system, far from linear."""
+    force = np.sin(_STIFFNESS * np.diff(x, prepend=0.0, append=0.0))
+    return np.asarray(_STIFFNESS * np.diff(force) + 0.3 * np.sin(2 * time))
 
 
 def broken(since: float, value: float) -> Acceleration:
@@ -82,6 +88,45 @@ class Watched:
         self.times.append(float(time))
         self.shapes.append(np.shape(x))
         return self.acceleration(time, x)
+
+
+# ---------------------------------------------------------------- runs
+
+
+class EndlessError(Exception):
+    """More steps were taken than there can be need of."""
+
+
+def limited(steps: Iterator[Step]) -> Iterator[Step]:
+    """The steps, as long as they come to an end."""
+    for count, step in enumerate(steps):
+        if count == _MOST_STEPS:
+            raise EndlessError(f"steps does not come to an end: {_MOST_STEPS} up to t = {step.end!r}")
+        yield step
+
+
+def taken(
+    method: Integrator,
+    acceleration: Acceleration = coupled,
+    until: float = 3.0,
+    x: FloatArray | None = None,
+    v: FloatArray | None = None,
+    begin: float = 0.0,
+) -> list[Step]:
+    """All steps of a run; without a state, of the smooth motion."""
+    first = path(begin)
+    state = first[0] if x is None else x.copy(), first[1] if v is None else v.copy()
+    return list(limited(method.steps(acceleration, begin, until, *state, None)))
+
+
+def ends(method: Integrator, until: float) -> list[float]:
+    """Where the steps of a run end."""
+    return [step.end for step in taken(method, until=until)]
+
+
+def off(step: Step) -> float:
+    """How far the end of a step is off the smooth motion."""
+    return float(np.max(np.abs(np.subtract((step.x, step.v), path(step.end)))))
 
 
 # ---------------------------------------------------------------- order
@@ -116,11 +161,36 @@ def estimate(method: OneStep, size: float) -> float:
     return float(np.mean([method.attempt(coupled, t, size, x, v, coupled(t, x)).error for t, x, v in states]))
 
 
-def energy_drift(steps: Sequence[Step]) -> float:
-    """Change of a pendulum's mean energy from the first tenth of a run to the last."""
-    energies = np.array([step.v[0] ** 2 / 2 - np.cos(step.x[0]) for step in steps])
-    tenth = len(steps) // 10
-    return abs(float(np.mean(energies[-tenth:]) - np.mean(energies[:tenth])))
+# ---------------------------------------------------------------- the symplectic form
+
+
+def form_defect(integrator: type[Integrator]) -> float:
+    """How far a step of size 1 is from keeping the symplectic form: the greatest element of M^T J M - J.
+
+    M is the derivative of the step's end by its beginning, positions and velocities, by central differences of order 8.
+    """
+    state = np.concatenate(_BETWEEN_WALLS)
+    columns = []
+    for axis in np.eye(state.size):
+        differences = [
+            weight * (_mapped(integrator, state + shift * axis) - _mapped(integrator, state - shift * axis))
+            for weight, shift in zip(_WEIGHTS, _SHIFTS, strict=True)
+        ]
+        columns.append(sum(differences) / _SHIFTS[0])
+    derivative, unit, nothing = np.array(columns).T, np.eye(state.size // 2), np.zeros((state.size // 2,) * 2)
+    form = np.block([[nothing, unit], [-unit, nothing]])
+    return float(np.max(np.abs(derivative.T @ form @ derivative - form)))
+
+
+def _mapped(integrator: type[Integrator], state: FloatArray) -> FloatArray:
+    """Positions and velocities at the end of one step."""
+    x, v = np.split(state, 2)
+    time, size = 0.4, 1.0
+    if issubclass(integrator, OneStep):
+        end: Any = integrator().attempt(between_walls, time, size, x, v, between_walls(time, x))
+    else:
+        end = taken(integrator(size=size), between_walls, time + size, x, v, begin=time)[-1]
+    return np.concatenate((end.x, end.v))
 
 
 # ---------------------------------------------------------------- chains
