@@ -7,7 +7,6 @@ import os
 import sysconfig
 import traceback
 from pathlib import Path
-from typing import Any
 
 import attrs
 import numpy as np
