@@ -1,84 +1,275 @@
-"""The ranges of error that predictions tell, on shocks that were not used to make them."""
+"""The ranges of error that predictions tell, on shocks that were not used to make them; and the data behind them."""
 
 from __future__ import annotations
 
+import importlib.util
+import json
+import math
 from functools import cache
-from itertools import islice
+from pathlib import Path
+from types import ModuleType
+from typing import Any
 
+import numpy as np
 import pytest
 
 import shockwave as sw
-from measure_trust import draws, judge
+from measure_trust import Verdict, told
+from pages import table as table_of
 from scenes import CHAIN, FORCE, UNITS
-from shockwave.prediction.trust import expected_error
-from shockwave.profiles.conditions import Condition
+from shockwave.chain.solitary_wave import MOMENTUM
+from shockwave.prediction import trust
+from shockwave.prediction.trust import Measures, laws, measures
+from shockwave.quadrature import FloatArray
+from shockwave.theory.scaled import ScaledShock
 
-COUNT = 40
+DOCS = Path(__file__).parent.parent / "docs"
+# a thousand shocks that are told a range, drawn with a seed of their own; they hold one single by chance, so that these
+# are drawn as well
+COUNTS = {"built-in": 440, "recorded": 350, "composed": 60, "single": 150}
+CLAIMED = 0.95
 
 
 @cache
-def verdicts() -> list[tuple[str, str, float]]:
-    return [judge(shock) for shock in islice(draws(2026), COUNT)]
+def study() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("map_section4", DOCS / "map_section4.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
-def test_errors_lie_in_the_ranges_told() -> None:
-    told = [standing for _, standing, _ in verdicts() if standing != "not told"]
-    # of 645 ranges told in 800 draws of another seed, 644 held; 95 % are promised
-    assert told.count("in") >= 0.95 * len(told)
+@cache
+def table(name: str) -> dict[str, Any]:
+    return dict(study().read(name))
 
 
-def test_most_shocks_are_told_a_range() -> None:
-    assert sum(standing != "not told" for _, standing, _ in verdicts()) > 0.9 * COUNT
+@cache
+def resource() -> dict[str, Any]:
+    return dict(json.loads((Path(trust.__file__).parent / trust.RESOURCE).read_text(encoding="utf-8")))
 
 
-def test_ranges_are_narrow_where_one_wave_forms() -> None:
-    low, high = expected_error("ejection", 0.1, 0.3, 0.3**1.2, [])[0] or (0, 0)
-    assert high - low < 0.1
+@cache
+def verdicts(family: str) -> list[Verdict]:
+    return told(family, 2026, COUNTS[family])[0]
 
 
-@pytest.mark.parametrize("trust", [0.17, 0.5])
-def test_no_range_is_told_beyond_the_widest_window(trust: float) -> None:
-    bounds, sentences = expected_error("ejection", trust, 0.3, 0.3, [])
-    assert bounds is None
-    assert "simulate instead" in sentences[0]
+def lasting(profile: sw.ShockProfile, duration: float) -> sw.Shock:
+    return sw.Shock.of_duration(profile=profile, peak_force=FORCE, duration=duration * UNITS.time)
 
 
-def test_no_range_is_told_outside_the_conditions() -> None:
-    broken = Condition("steep-rise", "a1 >= 1/2", -0.1, False)
-    bounds, sentences = expected_error("train", 2.0, 1.0, 1.0, [broken])
-    assert bounds is None
-    assert "a1 >= 1/2 fails by 0.1" in sentences[0]
+def predicted(profile: sw.ShockProfile, duration: float, **settings: Any) -> sw.Outcome:
+    return sw.Predictor(**settings).predict(lasting(profile, duration), CHAIN)
 
 
-def test_a_correction_larger_than_the_shock_is_told() -> None:
-    bounds, sentences = expected_error("ejection", 0.05, 0.01, 0.01, [])
-    assert bounds is not None
-    assert bounds[0] > 0.5
-    assert "simulate instead" in sentences[0]
+def measured(profile: sw.ShockProfile, duration: float) -> Measures:
+    found = measures(ScaledShock(profile, profile.areas(), duration / profile.duration_ratio, MOMENTUM))
+    assert found is not None
+    return found
 
 
-def test_no_range_is_told_for_a_shock_with_two_peaks() -> None:
-    record = sw.Tabulated(times=[0, 1e-5, 3e-5, 5e-5, 9e-5], forces=[0, 100, 20, 60, 0])
-    outcome = sw.Predictor().predict(sw.Shock(profile=record), CHAIN)
-    assert outcome.expected_error is None
-    assert any("several peaks (it turns by 40% of its peak)" in warning for warning in outcome.warnings)
+# ---------------------------------------------------------------- whether the ranges hold
 
 
-def test_no_range_is_told_for_a_coefficient_of_one_s_own() -> None:
-    shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=100.0, rise_time=1e-5)
-    assert sw.Predictor(momentum_coefficient=8.0).predict(shock, CHAIN).expected_error is None
+@pytest.mark.parametrize("family", COUNTS)
+def test_errors_of_a_family_lie_in_the_ranges_told(family: str) -> None:
+    assert np.mean([verdict.holds for verdict in verdicts(family)]) >= CLAIMED
+
+
+@pytest.mark.parametrize("regime", ["ejection", "single", "train"])
+def test_errors_of_a_regime_lie_in_the_ranges_told(regime: str) -> None:
+    own = [verdict.holds for family in COUNTS for verdict in verdicts(family) if verdict.regime == regime]
+    assert len(own) >= 150
+    assert np.mean(own) >= CLAIMED
+
+
+# Medians were 0.2, 2.8 and 9 % over 6 000 shocks.
+@pytest.mark.parametrize(("regime", "width"), [("ejection", 0.004), ("single", 0.04), ("train", 0.12)])
+def test_ranges_are_narrow(regime: str, width: float) -> None:
+    own = [each.told for family in COUNTS for each in verdicts(family) if each.regime == regime]
+    assert np.median([high - low for low, high in filter(None, own)]) < width
 
 
 @pytest.mark.parametrize("ratio", [2.25, 2.3148, 4.0])
 @pytest.mark.parametrize("duration", [5.0, 8.0, 14.0])
 def test_errors_of_triangles_lie_in_the_ranges_told(ratio: float, duration: float) -> None:
-    shock = sw.Shock(
-        profile=sw.Triangular(duration_ratio=ratio), peak_force=FORCE, rise_time=duration / ratio * UNITS.time
-    )
-    found = sw.compare(shock, CHAIN, rtol=1e-2, wave_threshold=0.5)
+    found = sw.compare(lasting(sw.Triangular(duration_ratio=ratio), duration), CHAIN, rtol=1e-2, wave_threshold=0.5)
     bounds = found.predicted.expected_error
     if max(found.predicted.waves, key=lambda wave: wave.peak_force) != found.predicted.waves[0]:
         assert bounds is None  # (5i) puts a later wave above the primary: the formula has left its ground
     else:
         assert bounds is not None
         assert bounds[0] <= found.error <= bounds[1]
+
+
+def test_a_vanishing_shock_is_told_the_error_of_5f_in_the_impulse_limit() -> None:
+    low, high = predicted(sw.Triangular(duration_ratio=1e6), 1e-4).expected_error or (math.nan, math.nan)
+    assert low < 1 / 1.1681817 - 1 < high
+    assert high - low < 0.002
+
+
+def test_the_range_is_that_of_the_simulated_force_whatever_the_coefficient() -> None:
+    exact, paper = (predicted(sw.Triangular(duration_ratio=5), 3.0, momentum_coefficient=c) for c in ("exact", "paper"))
+    assert exact.expected_error is not None
+    assert paper.expected_error is not None
+    # both say between which forces the simulated one lies
+    for end, other in zip(exact.expected_error, paper.expected_error, strict=True):
+        assert exact.peak_force / (1 + end) == pytest.approx(paper.peak_force / (1 + other), rel=1e-12)
+
+
+# ---------------------------------------------------------------- where none is told
+
+TRIANGLE = sw.Triangular(duration_ratio=4)
+SPIKE = sw.Tabulated(times=[0, 1, 2, 99, 100], forces=[0, 100, 3, 3, 0])
+TWO_PEAKS = sw.Tabulated(times=[0, 1, 3, 5, 9], forces=[0, 100, 20, 60, 0])
+
+
+@pytest.mark.parametrize(
+    ("profile", "duration", "settings", "sentence"),
+    [
+        (sw.PowerLaw(rise_exponent=3, decay_exponent=2, duration_ratio=3), 2.0, {}, "a1 >= 1/2 fails by 0.25"),
+        (TWO_PEAKS, 6.0, {}, "several peaks (it turns by 40% of its peak)"),
+        (sw.Triangular(duration_ratio=2), 1.0, {}, "beyond 0.165 its error has no useful bound"),
+        (TRIANGLE, 6.0, {"momentum_coefficient": 8.0}, "this reading"),
+        (TRIANGLE, 6.0, {"alpha": "literal"}, "this reading"),
+        (sw.PowerLaw(rise_exponent=0.1, decay_exponent=1, duration_ratio=50), 61.0, {}, "longer"),
+        (SPIKE, 50.0, {}, "of another shape"),
+    ],
+    ids=["outside-3", "two-peaks", "window", "coefficient", "literal", "long", "shape"],
+)
+def test_no_range_is_told(profile: sw.ShockProfile, duration: float, settings: dict[str, Any], sentence: str) -> None:
+    outcome = predicted(profile, duration, **settings)
+    assert outcome.expected_error is None
+    assert any(sentence in warning for warning in outcome.warnings)
+
+
+def test_a_correction_larger_than_the_shock_is_told() -> None:
+    outcome = predicted(sw.Triangular(duration_ratio=7), 0.02)
+    assert outcome.expected_error is not None
+    assert outcome.expected_error[0] > 0.5
+    assert any("simulate instead" in warning for warning in outcome.warnings)
+
+
+# ---------------------------------------------------------------- measures
+
+
+def test_measures_of_a_symmetric_triangle() -> None:
+    found = measured(sw.Triangular(duration_ratio=2), 3.0)
+    assert found.strength == pytest.approx(1.5 / MOMENTUM, rel=1e-12)
+    # a triangle of base 3 has the standard deviation 3/sqrt(24)
+    assert found.spread == pytest.approx(3 / math.sqrt(24) / MOMENTUM * (1.5 / MOMENTUM) ** 0.2, rel=1e-12)
+    assert found.skewness == pytest.approx(0, abs=1e-12)
+    assert found.mean_force == pytest.approx(2 / 3, rel=1e-12)
+    assert found.cubic_mean_force == pytest.approx((2 / 5) ** (1 / 3), rel=1e-12)
+
+
+def test_skewness_of_a_right_triangle() -> None:
+    # 2 sqrt(2)/5, for the rise is next to none
+    assert measured(sw.Triangular(duration_ratio=1e9), 3.0).skewness == pytest.approx(2 * math.sqrt(2) / 5, rel=1e-6)
+
+
+@pytest.mark.parametrize("rate", [1e3, 1e5])
+def test_measures_of_a_steep_decay(rate: float) -> None:
+    # With next to no rise and a whole decay: a standard deviation of 1/rate, skewness 2, and means of exp(-rate u)
+    found = measured(sw.Exponential(rise_rate=0, decay_rate=rate, duration_ratio=1e12), 1.0)
+    assert found.spread == pytest.approx((1 / MOMENTUM / rate) ** 1.2, rel=1e-5)
+    assert found.skewness == pytest.approx(2, rel=1e-5)
+    assert found.mean_force == pytest.approx(1 / 2, rel=1e-5)
+
+
+def test_a_finer_record_has_the_same_measures() -> None:
+    def record(samples: int) -> Measures:
+        s = np.concatenate((np.linspace(0, 1, samples), np.linspace(1, 4, 2 * samples)[1:]))
+        force = np.where(s < 1, np.sin(np.pi / 2 * s), np.exp(-(s - 1)) * (4 - s) / 3)
+        return measured(sw.Tabulated(times=s, forces=force), 5.0)
+
+    coarse, fine = record(400), record(40_000)
+    for name in study().MEASURES:
+        # a chord lies below a curve by a share of the square of 1/400
+        assert getattr(coarse, name) == pytest.approx(getattr(fine, name), rel=1e-4, abs=1e-4)
+
+
+def test_a_shock_whose_force_is_missed_has_no_measures() -> None:
+    class Spike(sw.Triangular):
+        def rise(self, s: FloatArray) -> FloatArray:
+            return np.where(np.abs(s - 0.3) < 1e-7, 1.0, 0.0)
+
+    profile = Spike(duration_ratio=2)
+    assert measures(ScaledShock(profile, profile.areas(), 1.0, MOMENTUM)) is None
+
+
+# ---------------------------------------------------------------- the data behind it
+
+
+def test_laws_are_those_that_the_shipped_shocks_give() -> None:
+    again = study().fitted(table("pulses.csv"))
+    assert {key: again[key] for key in ("about", "provenance")} == {
+        key: resource()[key] for key in ("about", "provenance")
+    }
+    for name, entries in resource()["laws"].items():
+        for key in ("centre", "scale", "farthest", "bounds", "low", "high", "longest", "coefficients"):
+            if key in entries:
+                # sums of a few thousand terms differ in their last digits from machine to machine
+                assert np.allclose(again["laws"][name][key], entries[key], rtol=1e-5, atol=1e-8), f"{name}.{key}"
+
+
+@pytest.mark.parametrize("name", ["short", "long"])
+def test_the_page_shows_the_bands_of_the_laws(name: str) -> None:
+    entries = resource()["laws"][name]
+    bounds = np.exp(entries["bounds"]) if name == "long" else entries["bounds"]
+    own = zip(bounds, entries["low"], entries["high"], entries["shocks"], strict=True)
+    shown = [[float(cell) for cell in row] for row in table_of("docs/trust.md", f"{name} law")]
+    # two decimals of a percent, two digits of a bound
+    assert shown == [[float(f"{b:.2g}"), round(100 * low, 2), round(100 * high, 2), n] for b, low, high, n in own]
+
+
+@pytest.mark.parametrize("name", ["short", "long"])
+def test_every_band_rests_on_many_shocks(name: str) -> None:
+    assert min(resource()["laws"][name]["shocks"]) >= 50
+
+
+def test_shipped_shocks_are_those_of_the_seed() -> None:
+    module = study()
+    shocks = [shock for _, shock in module.random_shocks(module.SEED, 40)]
+    for i, (shock, peak) in enumerate(zip(shocks, module.simulated(shocks), strict=True)):
+        found = measures(module.scaled(shock))
+        assert found is not None
+        assert table("pulses.csv")["spread"][i] == pytest.approx(found.spread, rel=1e-5)
+        assert table("pulses.csv")["simulated"][i] == pytest.approx(peak, rel=2 * module.RTOL)
+
+
+@pytest.mark.parametrize("shape", range(12))
+def test_the_map_shows_what_is_predicted_and_simulated(shape: int) -> None:
+    module = study()
+    name, maker = list(module.SHAPES.items())[shape]
+    rows = np.flatnonzero(table("map.csv")["shape"] == name)[7::97]
+    cells = [{key: column[row] for key, column in table("map.csv").items()} for row in rows]
+    # n and duration are written with four digits, and simulated to RTOL
+    shocks = [lasting(maker(cell["n"]), cell["duration"]) for cell in cells]
+    for cell, shock, peak in zip(cells, shocks, module.simulated(shocks), strict=True):
+        assert cell["simulated"] == pytest.approx(peak, rel=2e-3)
+        if cell["regime"] == module.answered(shock).regime:
+            assert cell["predicted"] == pytest.approx(module.answered(shock).amplitudes[0], rel=1e-2)
+
+
+def test_errors_of_the_map_lie_in_the_ranges_told() -> None:
+    module, plane = study(), table("map.csv")
+    holding = []
+    for row in np.flatnonzero(plane["conditions"])[3::11]:
+        outcome = predicted(module.SHAPES[plane["shape"][row]](plane["n"][row]), plane["duration"][row])
+        if outcome.expected_error is not None:
+            low, high = outcome.expected_error
+            # figures of the table are rounded to four digits
+            holding.append(low - 1e-3 <= outcome.amplification / plane["simulated"][row] - 1 <= high + 1e-3)
+    assert len(holding) > 300
+    assert np.mean(holding) >= CLAIMED
+
+
+def test_laws_meet_where_one_takes_over_from_the_other() -> None:
+    short, long = laws()
+    # a triangle whose spread is where the short law ends
+    ends = [law.bounds_of(measured(sw.Triangular(duration_ratio=10), 5.0)) for law in (short, long)]
+    (low, high), (other_low, other_high) = (end or (math.nan, math.nan) for end in ends)
+    assert low < other_high
+    assert other_low < high

@@ -60,8 +60,8 @@ class Outcome:
     trace : tuple of Inequality
         The inequalities that decided; both sides in seconds.
     expected_error : tuple of float or None
-        Lowest and highest relative error of ``peak_force`` that was measured where this shock lies; None where
-        nothing was measured or the errors have no useful bound.
+        Lowest and highest relative error of ``peak_force`` to be expected of such a shock, from simulated ones; None
+        where nothing was measured or the errors have no useful bound.
     exponents : Exponents or None
         How the answer depends on radius, density and stiffness; None where the relation has no derivative.
     areas : Areas

@@ -12,9 +12,9 @@ from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity, quantity
 from shockwave.prediction.outcome import EjectionOutcome, Exponents, Outcome, SingleOutcome, TrainOutcome
 from shockwave.prediction.trust import expected_error
-from shockwave.profiles.conditions import conditions, reversal
+from shockwave.profiles.conditions import conditions
 from shockwave.profiles.shock import Shock
-from shockwave.registry import find, load
+from shockwave.registry import blame, find, load
 from shockwave.scene import Scene
 from shockwave.theory.scaled import ScaledAnswer, ScaledShock, Settings
 
@@ -139,7 +139,9 @@ class Predictor:
             momentum_parameter=MOMENTUM * coefficient / EXACT_COEFFICIENT,
         )
         settings = Settings(self.alpha, self.equal_tolerance, self.wave_threshold)
-        answer: ScaledAnswer = load("models", self.model)(scaled, settings)
+        model = load("models", self.model)
+        with blame("models", model):
+            answer: ScaledAnswer = model(scaled, settings)
         return self._outcome(shock, chain, scales, scaled, answer, coefficient)
 
     def _outcome(
@@ -152,10 +154,8 @@ class Predictor:
         coefficient: float,
     ) -> Outcome:
         checked = conditions(scaled.areas, shock.profile.duration_ratio)
-        trust = answer.trust if abs(coefficient / EXACT_COEFFICIENT - 1) < _NEAR else None
-        error, doubts = expected_error(
-            answer.regime, trust, scaled.impulse / MOMENTUM, answer.amplitudes[0], checked, reversal(shock.profile)
-        )
+        near = abs(coefficient / EXACT_COEFFICIENT - 1) < _NEAR
+        error, doubts = expected_error(answer, scaled, checked, near)
         waves = tuple(
             SolitaryWave.of(amplitude * shock.peak_force, chain, coefficient) for amplitude in answer.amplitudes
         )

@@ -1,52 +1,35 @@
-"""How far section 4 can be trusted: errors of the primary's peak force measured against direct simulation.
+"""How far section 4 can be trusted: errors of the primary's peak force, as direct simulation has shown them.
 
-The shocks were random, of the built-in kinds, and met the conditions (3); ``docs/trust.md`` tells how many, and how
-often the error lay in the range told for shocks that were not used to make the tables.
+What simulation gives was measured for random shocks of the built-in kinds and put into two laws, each a polynomial in
+integrals of the shock with the spread of the simulated figures about it; ``section4.json`` holds them, and
+``docs/map_section4.py`` makes that file. A range of errors is the predicted peak force over both ends of the simulated
+one. ``docs/trust.md`` tells how often the error lay in the range for shocks that had no part in the laws.
 """
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
+from functools import cache
+from importlib import resources
+from itertools import combinations_with_replacement
+from typing import Any
 
+import numpy as np
 from attrs import frozen
 
-from shockwave.profiles.conditions import Condition
-from shockwave.theory.scaled import Regime
+from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
+from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.conditions import Condition, reversal
+from shockwave.quadrature import FloatArray
+from shockwave.theory.scaled import ScaledAnswer, ScaledShock
 
-__all__ = ["expected_error"]
+__all__ = ["RESOURCE", "Law", "Measures", "expected_error", "laws", "measures"]
 
+#: Name of the file with the laws, beside this one.
+RESOURCE = "section4.json"
 
-@frozen
-class _Row:
-    """Holds for values of its table's measure up to ``upto``."""
-
-    upto: float
-    low: float
-    high: float
-
-
-# One wave: what simulation gives for F / (F0 S^(6/5)), by the strength S = L / (A F0^(5/6)) with A exact. It tends
-# to the impulse limit 1.16818 as S -> 0. A formula's error follows by division.
-_TRUE_FACTOR = (
-    _Row(0.1, 1.165, 1.16819),
-    _Row(0.2, 1.150, 1.16819),
-    _Row(0.4, 1.09, 1.167),
-    _Row(0.6, 1.03, 1.155),
-    _Row(0.8, 0.98, 1.13),
-    _Row(1.0, 0.92, 1.08),
-    _Row(math.inf, 0.93, 1.05),
-)
-# Train: relative error, by n t0 over alphaF0 A F0^(-1/6).
-_TRAIN = (
-    _Row(1.6, -0.15, 0.20),
-    _Row(2.0, -0.30, 0.15),
-    _Row(2.5, -0.50, 0.13),
-    _Row(3.5, -0.70, 0.09),
-    _Row(5.0, -0.80, 0.06),
-    _Row(10.0, -0.93, 0.03),
-    _Row(math.inf, -1.0, 0.0),
-)
 # Window of (5h) over the virtual shock: beyond, its added momentum means nothing, whatever the range would say.
 _WIDEST_WINDOW = 0.165
 # Noise turns a record by so much; more is a second peak.
@@ -54,57 +37,223 @@ _MOST_REVERSAL = 0.05
 # An upper end above this is a warning of its own.
 _USELESS = 0.5
 
+# Pieces of a smooth part of the force halve towards both its ends so many times, for infinite slopes and steep decays;
+# a record of more parts than the next number needs none of it, and of more than the last not every sample.
+_HALVINGS, _SMOOTH_PARTS, _MOST_PARTS = 36, 16, 2048
+# Impulse by these points against the exact one: if they differ by more, they have missed something.
+_MOST_MISSED = 1e-3
+
+
+@frozen
+class Measures:
+    """Integrals of a shock by which what simulation gives is ordered.
+
+    Attributes
+    ----------
+    strength : float
+        S, impulse over that of a wave of the shock's peak force, L / (A F0^(5/6)) with A exact.
+    spread : float
+        tau, standard deviation of the force as a density in time, over A F0^(-1/6) S^(-1/5), the time that a wave of
+        the shock's impulse takes to pass.
+    skewness : float
+        Of that density.
+    mean_force, cubic_mean_force : float
+        Mean and cubic mean of the force over F0, each instant counting with its impulse: int F^2 / int F, and the
+        cube root of int F^4 / int F.
+    duration : float
+        n t0/T0.
+    """
+
+    strength: float
+    spread: float
+    skewness: float
+    mean_force: float
+    cubic_mean_force: float
+    duration: float
+
+    def logarithms(self) -> FloatArray:
+        """Of strength, mean force and cubic mean force, shape (3,)."""
+        return np.log([self.strength, self.mean_force, self.cubic_mean_force])
+
+
+@frozen(eq=False)
+class Law:
+    """ln of F / (1.1681817 F0 S^(6/5)): a polynomial, the spread about it, and how far out it holds.
+
+    Attributes
+    ----------
+    name : str
+        ``short``: tau^2 times a polynomial in tau and the skewness; ``long``: a polynomial in the logarithms of
+        strength, mean force and cubic mean force.
+    degree : int
+        Of the polynomial.
+    centre, scale : numpy.ndarray, shape (inputs,)
+        The inputs are shifted and divided by these.
+    basis : numpy.ndarray, shape (terms, terms)
+        Makes of the monomials, a row, polynomials that are orthonormal over the shocks that were simulated.
+    coefficients : numpy.ndarray, shape (terms,)
+        Of these polynomials.
+    farthest : float
+        Mean square of the polynomials, 1 on average, beyond which a shock is unlike those that were simulated.
+    bounds, low, high : numpy.ndarray, shape (bands,)
+        Of the first input before shift: upper ends of its bands; lowest and highest difference from the polynomial.
+    longest : float
+        Of the durations n t0/T0.
+    """
+
+    name: str
+    degree: int
+    centre: FloatArray
+    scale: FloatArray
+    basis: FloatArray
+    coefficients: FloatArray
+    farthest: float
+    bounds: FloatArray
+    low: FloatArray
+    high: FloatArray
+    longest: float = math.inf
+
+    @classmethod
+    def of(cls, name: str, entries: dict[str, Any]) -> Law:
+        """From what the file holds under ``name``."""
+        known: dict[str, Any] = {key: value for key, value in entries.items() if key != "shocks"}
+        known |= {key: np.array(value) for key, value in known.items() if isinstance(value, list)}
+        return cls(name, **known)
+
+    def inputs(self, found: Measures) -> FloatArray:
+        """The inputs of this law, shape (inputs,)."""
+        return np.array([found.spread, found.skewness]) if self.name == "short" else found.logarithms()
+
+    def polynomials(self, inputs: FloatArray) -> FloatArray:
+        """The orthonormal polynomials at ``inputs``, shape (..., inputs): shape (..., terms)."""
+        return monomials((inputs - self.centre) / self.scale, self.degree) @ self.basis
+
+    def bounds_of(self, found: Measures) -> tuple[float, float] | None:
+        """Lowest and highest simulated peak force over F0, or None where the law was not measured."""
+        inputs = self.inputs(found)
+        terms = self.polynomials(inputs)
+        if inputs[0] > self.bounds[-1] or np.mean(terms**2) > self.farthest or found.duration > self.longest:
+            return None
+        band = int(np.searchsorted(self.bounds, inputs[0]))
+        logarithm = float(terms @ self.coefficients) * (found.spread**2 if self.name == "short" else 1.0)
+        impulse_limit = IMPULSE_LIMIT * found.strength**1.2
+        low, high = (impulse_limit * math.exp(logarithm + float(ends[band])) for ends in (self.low, self.high))
+        return low, high
+
+
+def monomials(inputs: FloatArray, degree: int) -> FloatArray:
+    """All products of up to ``degree`` of the inputs, shape (..., inputs): shape (..., terms)."""
+    count = inputs.shape[-1]
+    picks = [pick for power in range(degree + 1) for pick in combinations_with_replacement(range(count), power)]
+    return np.stack([np.prod(inputs[..., list(pick)], axis=-1) for pick in picks], axis=-1)
+
+
+@cache
+def laws() -> tuple[Law, Law]:
+    """The laws of short and of long shocks, read once."""
+    text = resources.files(__package__).joinpath(RESOURCE).read_text(encoding="utf-8")
+    entries = json.loads(text)["laws"]
+    return Law.of("short", entries["short"]), Law.of("long", entries["long"])
+
+
+def measures(shock: ScaledShock) -> Measures | None:
+    """The measures of ``shock``; None where it is too fine, or too extreme, to have them to three digits."""
+    s, weights = _points(shock.profile)
+    force = shock.profile.force(s)
+    with np.errstate(all="ignore"):
+        density = weights * force
+        total = float(density.sum())
+        if not abs(total / shock.areas.total - 1) <= _MOST_MISSED:
+            return None
+        off = s - float(density @ s) / total
+        variance = float(density @ off**2) / total
+        skewness = float(density @ off**3) / total / variance**1.5
+        strength = shock.impulse / MOMENTUM
+        found = Measures(
+            strength,
+            math.sqrt(variance) * shock.rise_time / MOMENTUM * strength**0.2,
+            skewness,
+            float(density @ force) / total,
+            (float(density @ force**3) / total) ** (1 / 3),
+            shock.duration,
+        )
+        numbers = (found.spread, found.skewness, *found.logarithms())
+    return found if all(math.isfinite(number) for number in numbers) else None
+
 
 def expected_error(
-    regime: Regime,
-    trust: float | None,
-    strength: float,
-    amplitude: float,
-    conditions: Sequence[Condition],
-    reversal: float = 0.0,
+    answer: ScaledAnswer, shock: ScaledShock, conditions: Sequence[Condition], near: bool = True
 ) -> tuple[tuple[float, float] | None, list[str]]:
-    """The measured range of the relative error, or None; and sentences on it.
+    """The measured range of the relative error of the primary's peak force, or None; and sentences on it.
 
     Parameters
     ----------
-    regime : str
-        Of the outcome.
-    trust : float or None
-        The measure of that regime; None when errors were not measured for the reading in use.
-    strength : float
-        S, the shock's impulse over A F0^(5/6) with A exact.
-    amplitude : float
-        Predicted peak force over the shock's.
+    answer : ScaledAnswer
+        What section 4 makes of the shock; its ``trust`` is None when errors were not measured for the reading in use.
+    shock : ScaledShock
+        The shock.
     conditions : sequence of Condition
         The inequalities (3): errors were measured only where all hold.
-    reversal : float
-        How far the force falls back before its peak or rises again after it, over the peak: errors were measured
-        for shocks with one peak.
+    near : bool
+        Whether the coefficient of A is near the exact one.
     """
-    broken = [condition for condition in conditions if not condition.holds]
-    if broken:
-        listed = "; ".join(f"{c.statement} fails by {-c.margin:.3g}" for c in broken)
-        return None, [f"outside the conditions (3) no error was measured for section 4: {listed}"]
-    if reversal > _MOST_REVERSAL:
-        return None, [f"the shock has several peaks (it turns by {reversal:.0%} of its peak): simulate to know"]
-    if trust is None:
-        return None, ["no error was measured for this reading of section 4: simulate to know"]
-    if regime == "train":
-        row = _row(_TRAIN, trust)
-        return (row.low, row.high), []
-    if regime == "ejection" and trust > _WIDEST_WINDOW:
+    doubts = _why_not(answer, shock.profile, conditions, near)
+    if doubts:
+        return None, doubts
+    found = measures(shock)
+    simulated = None if found is None else _simulated(found)
+    if simulated is None:
         return None, [
-            f"the correction window of (5h) is {trust:.2f} of the virtual shock; beyond 0.165 its error has"
-            " no useful bound (+2277 % was measured, and it grows as the shock shortens): simulate instead"
+            "the shock is longer, or of another shape, than those whose errors were measured: simulate to know"
         ]
-    row = _row(_TRUE_FACTOR, strength)
-    impulse_law = strength**1.2
-    low, high = (amplitude / (factor * impulse_law) - 1 for factor in (row.high, row.low))
-    doubts = []
-    if high > _USELESS:
+    low, high = (answer.amplitudes[0] / end - 1 for end in reversed(simulated))
+    if high > _USELESS and answer.regime == "ejection":
         doubts.append("(5h) adds more momentum than the shock has to give: simulate instead")
     return (low, high), doubts
 
 
-def _row(table: Sequence[_Row], measure: float) -> _Row:
-    return next(row for row in table if measure <= row.upto)
+def _simulated(found: Measures) -> tuple[float, float] | None:
+    short, long = laws()
+    return (short if found.spread <= short.bounds[-1] else long).bounds_of(found)
+
+
+def _why_not(answer: ScaledAnswer, profile: ShockProfile, conditions: Sequence[Condition], near: bool) -> list[str]:
+    """Why no range is told; empty if one may be."""
+    broken = [condition for condition in conditions if not condition.holds]
+    if broken:
+        listed = "; ".join(f"{c.statement} fails by {-c.margin:.3g}" for c in broken)
+        return [f"outside the conditions (3) no error was measured for section 4: {listed}"]
+    turns = reversal(profile)
+    if turns > _MOST_REVERSAL:
+        return [f"the shock has several peaks (it turns by {turns:.0%} of its peak): simulate to know"]
+    if answer.trust is None or not near:
+        return ["no error was measured for this reading of section 4: simulate to know"]
+    if answer.regime == "ejection" and answer.trust > _WIDEST_WINDOW:
+        return [
+            f"the correction window of (5h) is {answer.trust:.2f} of the virtual shock; beyond 0.165 its error has"
+            " no useful bound (+2277 % was measured, and it grows as the shock shortens): simulate instead"
+        ]
+    return []
+
+
+@cache
+def _rule(nodes: int, graded: bool) -> tuple[FloatArray, FloatArray]:
+    """Gauss-Legendre nodes and weights on [0, 1], on the whole of it or on pieces that halve towards both ends."""
+    x, weights = np.polynomial.legendre.leggauss(nodes)
+    towards = np.append(0.0, 0.5 ** np.arange(_HALVINGS, 0, -1))
+    edges = np.concatenate((towards, 1 - towards[-2::-1])) if graded else np.array([0.0, 1.0])
+    widths = np.diff(edges)[:, None]
+    return (edges[:-1, None] + widths * (1 + x) / 2).ravel(), (widths * weights / 2).ravel()
+
+
+def _points(profile: ShockProfile) -> tuple[FloatArray, FloatArray]:
+    """Points s and weights for integrals over a whole profile."""
+    breakpoints = profile.breakpoints
+    parts = len(breakpoints) - 1
+    if parts > _MOST_PARTS:
+        breakpoints = (*breakpoints[: -1 : -(-parts // _MOST_PARTS)], breakpoints[-1])
+    edges = np.array(breakpoints, dtype=float)
+    # Between the samples of a record the force is linear: three nodes are exact for its fourth power.
+    nodes, weights = _rule(4, True) if parts <= _SMOOTH_PARTS else _rule(3, False)
+    widths = np.diff(edges)[:, None]
+    return (edges[:-1, None] + widths * nodes).ravel(), (widths * weights).ravel()
