@@ -77,12 +77,12 @@ class Run:
     """What one run found, in scaled units.
 
     ``waves`` are in the order in which they pass; ``doubts`` bound how far each peak is from its limit along
-    the chain (zero where the chain ends: its answer is the peak itself). ``recoils`` are the velocities of the
-    granules thrown back, first granule first, and ``unfinished_recoil`` the momentum of those that may still meet
-    others. ``spalls`` are the velocities of the granules that fly off the free end faster than `EJECTED` times the
-    granules in the waves, last granule first, as far as they have come free by the end of the run; None where the
-    waves were not followed there. ``strongest`` is the
-    greatest contact force anywhere. ``settled`` is False when the chain's limit came first.
+    the chain (where the chain ends its answer is the peak itself, doubted by the error allowed in a step).
+    ``recoils`` are the velocities of the granules thrown back, first granule first, and ``unfinished_recoil`` the
+    momentum of those that may still meet others. ``spalls`` are the velocities of the granules that fly off the free
+    end faster than `EJECTED` times the granules in the waves, last granule first, as far as they have come free by the
+    end of the run; None where the waves were not followed there. ``strongest`` is the greatest contact force anywhere.
+    ``settled`` is False when the chain's limit came first.
     """
 
     waves: tuple[PassingWave, ...]
@@ -287,7 +287,9 @@ class _Watch:
         peaks = self.log.peaks.get(self.free_end.contact, [])
         least = self.demand.wave_threshold * max((peak.force for peak in peaks), default=0.0)
         waves = tuple(self.free_end.wave(peak, self.log) for peak in peaks if peak.force >= least)
-        return waves, (0.0,) * len(waves)
+        # The peak is the answer itself, and a slow force may hold both runs to their longest step: alike, they do not
+        # tell by how much they err.
+        return waves, (self.tolerance,) * len(waves)
 
     def books(self, stretch: Stretch) -> Books:
         """The books at the end of ``stretch``."""

@@ -6,7 +6,7 @@ import os
 import time
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import cache, lru_cache
+from functools import lru_cache
 from types import ModuleType
 
 from attrs import evolve, frozen
@@ -79,9 +79,11 @@ class Plan:
     def request(self, problem: ChainProblem, repeats: int = 0, contacts: tuple[int, ...] = ()) -> Request:
         """What is asked of the search for the primary; tighter if it is repeated."""
         rtol = self.options.rtol or _RTOL
+        tighter = _TIGHTER**repeats
         if problem.duration >= _LONG:
             rtol = min(rtol, _LONG_RTOL)
-        tighter = _TIGHTER**repeats
+            # Such a primary is judged late, when it changes by no more than step errors make of it.
+            tighter *= _TIGHTER if problem.rises_again else 1.0
         caution: float = getattr(self.method, "caution", 1.0)
         return Request(
             problem,
@@ -105,7 +107,7 @@ def plan_of(options: SimulateOptions) -> Plan:
     if name is None:
         tight = options.rtol is not None and options.rtol < _HIGH_ORDER
         name = "rkn1210" if tight else "rkn86"
-    method = _method(name)
+    method: type[Integrator] = load("integrators", name)
     ours = issubclass(method, Nystroem)
     options.check(name, ["rtol" if method.adaptive else "step", *(["backend"] if ours else [])])
     rtol, step = options.rtol, options.step
@@ -118,12 +120,6 @@ def plan_of(options: SimulateOptions) -> Plan:
         options, integrator=name, rtol=rtol, step=step, backend="numpy" if compiled is None else "compiled"
     )
     return Plan(settled, method, compiled)
-
-
-@cache
-def _method(name: str) -> type[Integrator]:
-    method: type[Integrator] = load("integrators", name)
-    return method
 
 
 def simulate(

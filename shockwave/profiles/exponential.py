@@ -9,6 +9,7 @@ from attrs import frozen
 
 from shockwave.fields import quantity
 from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.layers import edges
 from shockwave.quadrature import FloatArray
 
 __all__ = ["Exponential"]
@@ -40,6 +41,11 @@ class Exponential(ShockProfile):
     def decay(self, s: FloatArray) -> FloatArray:
         # Seen from its end the decay is a rise with the opposite rate: no difference of near-equal numbers.
         return _ramp(-self.decay_rate, 1.0 - self._share(s), 0)
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        n = self.duration_ratio
+        return (0.0, *edges(0.0, 1.0, self.rise_rate, n), 1.0, *edges(1.0, n, self.decay_rate, n), n)
 
     def closed_areas(self) -> tuple[float, float]:
         one = np.ones(())

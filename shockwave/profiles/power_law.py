@@ -9,6 +9,7 @@ from attrs import frozen
 
 from shockwave.fields import quantity
 from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.layers import edges
 from shockwave.quadrature import FloatArray
 
 if TYPE_CHECKING:
@@ -38,6 +39,12 @@ class PowerLaw(ShockProfile):
 
     def decay(self, s: FloatArray) -> FloatArray:
         return np.asarray(self._left(s) ** self.decay_exponent)
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        n = self.duration_ratio
+        # a high power is an exponential next to its peak
+        return (0.0, *edges(0.0, 1.0, -self.rise_exponent, n), 1.0, *edges(1.0, n, self.decay_exponent, n), n)
 
     @property
     def singular_points(self) -> tuple[float, ...]:

@@ -763,6 +763,21 @@ static void take_over(const Method *m, Window *w, const Trial *trial)
     swap(&w->k[0], &w->k[m->stages - 1]);
 }
 
+/* Work of the force by parts, I u1 + I^2/2 less the integral of I times the first granule's acceleration. Of an impulse
+   that is too rough for the stages, the exact integral is put in place of theirs, under the mean acceleration. */
+static void book_work(const Method *m, const Window *w, Lane *lane, int l, const Trial *trial, const double *path)
+{
+    double mean = 0, summed = 0;
+    int i;
+    for (i = 0; i < m->stages; i++) {
+        const double impulse = trial->impulses[i * BLOCK + l], a = w->k[i][l];
+        lane->work -= trial->h[l] * m->bp[i] * impulse * a;
+        mean += m->bp[i] * a;
+        summed += m->bp[i] * impulse;
+    }
+    lane->work -= mean * ((path[2] - path[0]) - trial->h[l] * summed);
+}
+
 /* One attempt in every lane, and what follows from it. Returns 0 when memory is short. */
 static int turn(const Method *m, Batch *batch, Window *w, Window *part, Lane *lanes, double (*path)[4])
 {
@@ -773,8 +788,7 @@ static int turn(const Method *m, Batch *batch, Window *w, Window *part, Lane *la
         Lane *lane = lanes + l;
         trial.holds[l] = lane->job >= 0
             && control(m, batch->jobs + JOB * lane->job, lane, trial.h[l], trial.worst[l], trial.stop[l]);
-        for (i = 0; trial.holds[l] && lane->driven && i < m->stages; i++)
-            lane->work -= trial.h[l] * m->bp[i] * trial.impulses[i * BLOCK + l] * w->k[i][l];
+        if (trial.holds[l] && lane->driven) book_work(m, w, lane, l, &trial, path[l]);
     }
     if (!watch(m, batch, w, part, lanes, path, &trial)) return 0;
     take_over(m, w, &trial);

@@ -108,20 +108,29 @@ class _March:
             holds = lane.control(size, errors[place] / lane.request.tolerance, stops, self.method)
             if holds:
                 free = lane.request.problem.free(end) if lane.driven else (0.0, 0.0)
-                self._book_work(lane, place, size, force, a)
+                self._book_work(lane, place, size, free[0], force, a)
                 self._observe(lane, place, size, free, tried)
                 self._accept(lane, place, end, stops, free, tried)
             if lane.status:
                 self.found[lane.index] = self._finish(lane, place)
                 self._take_up(place)
 
-    def _book_work(self, lane: Lane, place: int, size: float, force: Force, a: FloatArray) -> None:
-        """Work of the force by parts, I u1 + I^2/2 less the integral of I times the first granule's acceleration."""
-        if lane.driven:
-            first_rate, *rates = self.method.tableau.weights[1].tolist()
-            lane.work -= size * first_rate * lane.free[1] * a[0, place]
-            for rate, impulses, first in zip(rates, force.impulses, force.first, strict=False):
-                lane.work -= size * rate * impulses[place] * first[place]
+    def _book_work(self, lane: Lane, place: int, size: float, path: float, force: Force, a: FloatArray) -> None:
+        """Work of the force by parts, I u1 + I^2/2 less the integral of I times the first granule's acceleration.
+
+        Of an impulse that is too rough for the stages, the exact integral is put in place of theirs, under the mean
+        acceleration; ``path`` is that of the free granule at the end of the step.
+        """
+        if not lane.driven:
+            return
+        impulses = [lane.free[1], *(row[place] for row in force.impulses)]
+        rates = [a[0, place], *(row[place] for row in force.first)]
+        mean = summed = 0.0
+        for weight, impulse, rate in zip(self.method.tableau.weights[1].tolist(), impulses, rates, strict=False):
+            lane.work -= size * weight * impulse * rate
+            mean += weight * rate
+            summed += weight * impulse
+        lane.work -= mean * ((path - lane.free[0]) - size * summed)
 
     def _observe(self, lane: Lane, place: int, size: float, free: tuple[float, float], tried: Attempt) -> None:
         """Contacts whose force has passed a maximum within the step."""
