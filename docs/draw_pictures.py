@@ -1,0 +1,192 @@
+"""Draw the pictures that the documentation shows.
+
+    python docs/draw_pictures.py
+    python docs/draw_pictures.py --folder elsewhere
+
+writes docs/pictures/*.svg anew, the same to the byte as long as matplotlib and the simulated figures are the same. It
+needs shockwave with its extra ``plot`` and takes some ten seconds.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from attrs import frozen
+from matplotlib.figure import Figure
+
+import shockwave as sw
+from shockwave import pictures
+from shockwave.chain import Scales
+
+ROOT = Path(__file__).parent.parent
+PROFILES = ROOT / "profiles"
+FOLDER = ROOT / "docs" / "pictures"
+
+
+@frozen
+class Run:
+    """A row of a table of runs, as `pictures.work_precision` takes it."""
+
+    method: str
+    error: float | None
+    seconds: float | None
+    problem: str = ""
+
+
+@cache
+def scene(name: str) -> sw.Scenario:
+    """A scenario of the source tree."""
+    return sw.load_scenario(PROFILES / f"{name}.yaml")
+
+
+EJECTION, RECORD = "paper/table2-row1", "examples/hammer"
+
+
+@cache
+def recorded(name: str, record: tuple[str, ...], contacts: tuple[int, ...]) -> sw.SimulationResult:
+    """A simulation with histories."""
+    return sw.simulate(scene(name).shock, scene(name).chain, contacts=contacts, record=record)  # type: ignore[arg-type]
+
+
+@cache
+def compared(name: str) -> sw.Comparison:
+    """Prediction and simulation of a scene."""
+    return sw.compare(scene(name).shock, scene(name).chain, scene(name).predictor)
+
+
+def pulse() -> Figure:
+    """A record of a hammer, with its areas, and how the conditions (3) stand."""
+    figure, (left, right) = pictures.figure(1, 2, "page")
+    pictures.pulse(left, scene(RECORD).shock)
+    pictures.conditions(right, scene(RECORD).shock)
+    return figure
+
+
+def contact_forces() -> Figure:
+    """What the hammer makes at five contacts."""
+    figure, (ax,) = pictures.figure(size="page")
+    pictures.contact_forces(ax, recorded(RECORD, ("forces",), (0, 5, 10, 20, 30)))
+    return figure
+
+
+def space_time() -> Figure:
+    """The same at every contact."""
+    figure, (ax,) = pictures.figure(size="page")
+    pictures.space_time(ax, recorded(RECORD, ("forces",), tuple(range(60))))
+    return figure
+
+
+def train() -> Figure:
+    """Waves of a hammer and of a power law."""
+    figure, (left, right) = pictures.figure(1, 2, "page")
+    pictures.train(left, compared(RECORD))
+    pictures.train(right, compared("examples/power-law"))
+    return figure
+
+
+def correction_area() -> Figure:
+    """Figure 1 of the paper, for the first row of its Table 2."""
+    figure, (ax,) = pictures.figure(size=(5.0, 3.0))
+    pictures.correction_area(ax, scene(EJECTION).shock, compared(EJECTION).predicted)
+    return figure
+
+
+def approach() -> Figure:
+    """A short shock and a longer one."""
+    figure, (left, right) = pictures.figure(1, 2, "page")
+    pictures.approach(left, compared(EJECTION).simulated)
+    pictures.approach(right, compared(RECORD).simulated)
+    return figure
+
+
+def books() -> Figure:
+    """Energy and momentum of the first row of Table 2, which throws the first granule back."""
+    result = recorded(EJECTION, ("field", "energies"), (3,))
+    figure, (left, right) = pictures.figure(1, 2, "page")
+    pictures.books(left, result)
+    pictures.books(right, result, of="momentum")
+    return figure
+
+
+def amplification() -> Figure:
+    """The triangle of a tenth of whose duration is its rise, and the shape of the first row of Table 2."""
+    figure, places = pictures.figure(1, 2, "page")
+    for ax, profile in zip(places, (sw.Triangular(duration_ratio=10), scene(EJECTION).shock.profile), strict=True):
+        pictures.amplification(ax, profile, sw.Predictor(), scene(EJECTION).chain)
+    return figure
+
+
+def work_precision() -> Figure:
+    """Invented runs, with every mark that there is."""
+    slopes = {"order 4": 0.25, "order 8": 0.125, "order 12": 1 / 12}
+    runs = [
+        Run(name, 10.0**-digits, 2e-4 * 10 ** (0.6 * digits * 4 * slope) * (1 + index))
+        for index, (name, slope) in enumerate(slopes.items())
+        for digits in range(2, 13, 2)
+        if index or digits < 9
+    ]
+    runs += [Run("formula", 0.03, 2e-5), Run("order 12", 0.0, 0.02), Run("order 4", None, 0.08, "too many steps")]
+    figure, (ax,) = pictures.figure(size=(5.0, 3.2))
+    pictures.work_precision(
+        ax, [*runs, Run("another", None, None, "not installed")], "relative error of the peak force"
+    )
+    return figure
+
+
+def trust_map() -> Figure:
+    """The error of section 4 for the power law with a square root for its rise and a straight decay."""
+    chain = scene(EJECTION).chain
+    unit = Scales.of(chain, 1.0).time
+    x, n = np.geomspace(0.3, 30.0, 28), np.geomspace(1.25, 20.0, 20)
+    shapes = [sw.PowerLaw(rise_exponent=0.5, decay_exponent=1.0, duration_ratio=ratio) for ratio in n]
+    shocks = [
+        sw.Shock(profile=shape, peak_force=1.0, rise_time=duration / shape.duration_ratio * unit)
+        for duration in x
+        for shape in shapes
+    ]
+    predicted = [sw.Predictor().predict(shock, chain) for shock in shocks]
+    simulated = sw.simulate_many(shocks, chain, waves="primary", rtol=1e-4)
+    error = [
+        told.peak_force / found.peak_force - 1 if isinstance(found, sw.SimulationResult) else np.nan
+        for told, found in zip(predicted, simulated, strict=True)
+    ]
+    regime = [told.regime for told in predicted]
+    holds = [all(condition.holds for condition in told.conditions) for told in predicted]
+    plane = (len(x), len(n))
+    figure, (ax,) = pictures.figure(size=(5.0, 3.4))
+    pictures.trust_map(ax, x, n, *(np.reshape(values, plane) for values in (error, regime, holds)))
+    return figure
+
+
+#: Files by name, and what draws them.
+PICTURES: dict[str, Callable[[], Figure]] = {
+    "pulse": pulse,
+    "contact-forces": contact_forces,
+    "space-time": space_time,
+    "train": train,
+    "correction-area": correction_area,
+    "approach": approach,
+    "books": books,
+    "amplification": amplification,
+    "work-precision": work_precision,
+    "trust-map": trust_map,
+}
+
+
+def main() -> None:
+    """Draw all of them."""
+    parser = argparse.ArgumentParser(description="Draw the pictures that the documentation shows.")
+    parser.add_argument("--folder", type=Path, default=FOLDER, help="where to write them")
+    folder = parser.parse_args().folder
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, draw in PICTURES.items():
+        pictures.save(draw(), folder / f"{name}.svg")
+        print(folder / f"{name}.svg")
+
+
+if __name__ == "__main__":
+    main()

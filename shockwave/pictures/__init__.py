@@ -1,0 +1,31 @@
+"""Pictures of shocks, predictions and simulations.
+
+A picture takes data and an ``Axes`` of matplotlib, draws on it, and returns it; `figure` makes Axes, `svg` and `save`
+write what was drawn. matplotlib is the extra ``plot``: it is loaded when a figure is made, not by this package.
+"""
+
+from shockwave.pictures.amplification import amplification
+from shockwave.pictures.approach import approach
+from shockwave.pictures.books import books
+from shockwave.pictures.canvas import figure, save, svg
+from shockwave.pictures.precision import work_precision
+from shockwave.pictures.pulse import conditions, correction_area, pulse
+from shockwave.pictures.trust import trust_map
+from shockwave.pictures.waves import contact_forces, space_time, train
+
+__all__ = [
+    "amplification",
+    "approach",
+    "books",
+    "conditions",
+    "contact_forces",
+    "correction_area",
+    "figure",
+    "pulse",
+    "save",
+    "space_time",
+    "svg",
+    "train",
+    "trust_map",
+    "work_precision",
+]

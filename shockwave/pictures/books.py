@@ -1,0 +1,132 @@
+"""The books of energy and momentum: what the shock has put in, and where it is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from shockwave.errors import InvalidValueError
+from shockwave.pictures.style import BLACK, BLUE, GREY, ORANGE, SKY, dress, key, measure, thinned
+from shockwave.pictures.waves import recorded
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from shockwave.measurement.result import SimulationResult
+    from shockwave.quadrature import FloatArray
+
+__all__ = ["books"]
+
+
+def books(ax: Axes, result: SimulationResult, of: Literal["energy", "momentum"] = "energy") -> Axes:
+    """What the shock has put into the chain and where it is, against time; with the defect of the book at the end.
+
+    Energy is stacked, of contacts upon kinetic, under the work of the shock: while it acts, where the ``field`` was
+    recorded too, else its final amount. Momentum is that of granules that move forward and backward, and their sum,
+    on the impulse of the shock.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    result : SimulationResult
+        With ``energies`` recorded, for the momentum the ``field``; time in s, energy in J, momentum in N s.
+    of : "energy" or "momentum"
+        Which book.
+
+    Raises
+    ------
+    InvalidValueError
+        When it is another, or what it needs was not recorded.
+    """
+    if of == "energy":
+        defect = result.energy_defect
+        _energy(ax, result)
+    elif of == "momentum":
+        defect = result.momentum_defect
+        _momentum(ax, result)
+    else:
+        raise InvalidValueError.of("of", f"must be energy or momentum (got {of!r})")
+    kept = recorded(result, "energies", "field")
+    ax.axvline(result.shock.duration, color=GREY, linewidth=0.8, linestyle=":", label="end of shock")
+    ax.plot([], [], " ", label=f"defect {defect:.1e}".replace("-", "\N{MINUS SIGN}"))
+    ax.set_xlim(0, float(kept.times[-1]))
+    measure(ax, "x", float(kept.times[-1]), "s", "time")
+    key(ax)
+    return dress(ax)
+
+
+def _energy(ax: Axes, result: SimulationResult) -> None:
+    kept = recorded(result, "energies")
+    times, kinetic, contact = kept.times, kept.kinetic_energy, kept.contact_energy
+    assert kinetic is not None
+    assert contact is not None
+    # what is stacked has its points in common
+    x, total = thinned(times, kinetic + contact)
+    own = kinetic[np.searchsorted(times, x)]
+    ax.fill_between(x, own, color=SKY, alpha=0.6, linewidth=0, label="kinetic")
+    ax.fill_between(
+        x, own, total, facecolor=ORANGE, alpha=0.6, hatch="////", edgecolor="white", linewidth=0, label="in contacts"
+    )
+    ax.plot(x, total, color=BLUE, linewidth=1.2, label="sum")
+    work = float(result.found.work * result.scales.energy)
+    if kept.displacements is not None and kept.velocities is not None:
+        put_in = _work(result, times, kept.displacements, kept.velocities)
+        ax.plot(*thinned(times, put_in), color=BLACK, linewidth=1.2, linestyle="--", label="work of shock")
+    else:
+        begin = min(result.shock.duration, float(times[-1]))
+        ax.plot(
+            [begin, float(times[-1])],
+            [work, work],
+            color=BLACK,
+            linewidth=1.2,
+            linestyle="--",
+            label="work of shock",
+        )
+    ax.set_ylim(0, 1.1 * max(work, float(total.max())))
+    measure(ax, "y", work, "J", "energy")
+
+
+def _momentum(ax: Axes, result: SimulationResult) -> None:
+    kept = recorded(result, "field")
+    assert kept.velocities is not None
+    momenta, times = result.chain.granule_mass * kept.velocities, kept.times
+    forward, backward = np.maximum(momenta, 0).sum(axis=1), np.minimum(momenta, 0).sum(axis=1)
+    for values, colour, hatch, name in (
+        (forward, SKY, "", "forward"),
+        (backward, ORANGE, "////", "backward"),
+    ):
+        x, y = thinned(times, values)
+        ax.fill_between(x, y, facecolor=colour, alpha=0.6, hatch=hatch, edgecolor="white", linewidth=0, label=name)
+    ax.plot(*thinned(times, momenta.sum(axis=1)), color=BLUE, linewidth=1.2, label="sum")
+    impulse = _impulse(result, times)
+    ax.plot(*thinned(times, impulse), color=BLACK, linewidth=1.2, linestyle="--", label="impulse of shock")
+    ax.axhline(0, color=BLACK, linewidth=0.6)
+    lowest, highest = min(float(backward.min()), 0.0), max(float(forward.max()), float(impulse.max()))
+    ax.set_ylim(1.2 * lowest - 0.02 * highest, 1.1 * highest)
+    measure(ax, "y", highest, "N s", "momentum")
+
+
+def _impulse(result: SimulationResult, times: FloatArray) -> FloatArray:
+    """Of the shock up to each of ``times`` [N s]."""
+    shock = result.shock
+    path = shock.profile.free_path()
+    n = float(shock.profile.duration_ratio)
+    shares = [path.at(float(s))[1] for s in np.minimum(times / shock.rise_time, n)]
+    return shock.peak_force * shock.rise_time * np.array(shares)
+
+
+def _work(result: SimulationResult, times: FloatArray, moved: FloatArray, velocities: FloatArray) -> FloatArray:
+    """Of the shock up to each of ``times`` [J].
+
+    With J the impulse, f the first contact force, m and v mass and velocity of the first granule,
+    W = int F v dt = J v - J^2/2m + int J f dt / m: smooth under the integral, where F v has the kinks of the shock.
+    """
+    from scipy.interpolate import CubicSpline
+
+    impulse, mass = _impulse(result, times), result.chain.granule_mass
+    overlap = np.maximum(moved[:, 0] - (moved[:, 1] if moved.shape[1] > 1 else 0.0), 0.0)
+    force = result.chain.contact_stiffness * overlap * np.sqrt(overlap)
+    integral = CubicSpline(times, impulse * force).antiderivative()(times)
+    return np.asarray(impulse * velocities[:, 0] - impulse**2 / (2 * mass) + integral / mass)

@@ -1,0 +1,125 @@
+"""Where pictures are drawn and how they leave: figures, and SVG that is the same on every run."""
+
+from __future__ import annotations
+
+import io
+import re
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from shockwave.errors import FileAccessError, InvalidValueError, UsageError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["figure", "save", "svg"]
+
+# Widths of a column and of a page in print [in], and a height that suits one row.
+_WIDTHS = {"column": 3.4, "page": 7.0}
+_HEIGHT = 2.6
+_DOTS = 200
+_FORMATS = ("svg", "png", "pdf")
+
+
+def figure(
+    rows: int = 1, columns: int = 1, size: str | tuple[float, float] = "column"
+) -> tuple[Figure, tuple[Axes, ...]]:
+    """A figure with ``rows`` times ``columns`` places to draw on.
+
+    Parameters
+    ----------
+    rows, columns : int
+        How many, at least 1.
+    size : "column", "page" or (float, float)
+        As wide as a column or a page in print, 3.4 and 7 in, and as high as the rows need; or width and height [in].
+
+    Returns
+    -------
+    Figure, tuple of Axes
+        The places row by row, from the left.
+
+    Raises
+    ------
+    InvalidValueError
+        When the size is none of these.
+    UsageError
+        When matplotlib is not installed.
+    """
+    if isinstance(size, str):
+        if size not in _WIDTHS:
+            raise InvalidValueError.of("size", f"must be column, page or width and height in inches (got {size!r})")
+        size = (_WIDTHS[size], _HEIGHT * rows)
+    try:
+        from matplotlib.figure import Figure
+    except ImportError as missing:
+        raise UsageError("pictures need matplotlib: pip install 'shockwave[plot]'") from missing
+    drawn = Figure(figsize=size, layout="constrained")
+    places: Any = drawn.subplots(rows, columns, squeeze=False)
+    return drawn, tuple(places.flat)
+
+
+def svg(figure: Figure, name: str = "picture", description: str = "") -> str:
+    """The figure as an ``<svg>`` element that can stand in a page, the same to the byte on every run.
+
+    Parameters
+    ----------
+    figure : Figure
+        What was drawn.
+    name : str
+        Letters, digits and hyphens; begins all names within, so that several pictures can stand in one page.
+    description : str
+        What it shows, for those who cannot see it.
+
+    Raises
+    ------
+    InvalidValueError
+        When the name holds anything else.
+    """
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9-]*", name):
+        raise InvalidValueError.of("name", f"must be a letter, then letters, digits and hyphens (got {name!r})")
+    import matplotlib as mpl
+
+    written = io.StringIO()
+    # The names of what is drawn more than once are hashes, salted anew on every run unless told otherwise.
+    unsigned = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+    with mpl.rc_context({"svg.hashsalt": "shockwave", "svg.fonttype": "path"}):
+        figure.savefig(written, format="svg", metadata=unsigned, dpi=_DOTS)
+    text = written.getvalue()
+    text = text[text.index("<svg") :]
+    referred = set(re.findall(r'(?:href="|url\()#([^")]+)', text))
+
+    def named(match: re.Match[str]) -> str:
+        return f' id="{name}-{match[1]}"' if match[1] in referred else ""
+
+    text = re.sub(r' id="([^"]+)"', named, text)
+    text = re.sub(r'(href="|url\()#', rf"\1#{name}-", text)
+    text = re.sub(r"\s*<!--.*?-->", "", text, flags=re.DOTALL)
+    label = f' aria-label="{escape(description)}"' if description else ""
+    return text.replace("<svg ", f'<svg role="img"{label} ', 1)
+
+
+def save(figure: Figure, file: str | Path) -> None:
+    """Write the figure to ``file``, whose ending tells the format: svg, png or pdf.
+
+    Raises
+    ------
+    FileAccessError
+        When the file cannot be written.
+    InvalidValueError
+        When the ending is another.
+    """
+    file = Path(file)
+    kind = file.suffix.removeprefix(".").lower()
+    if kind not in _FORMATS:
+        raise InvalidValueError.of("file", f"must end in .{', .'.join(_FORMATS)} (got {file.name!r})")
+    try:
+        if kind == "svg":
+            head = '<?xml version="1.0" encoding="utf-8"?>\n'
+            file.write_text(head + svg(figure), encoding="utf-8")
+        else:
+            dated = {"CreationDate": None} if kind == "pdf" else {"Software": None}
+            figure.savefig(file, format=kind, metadata=dated, dpi=_DOTS)
+    except OSError as error:
+        raise FileAccessError(f"{file}: cannot be written: {error.strerror}") from error
