@@ -13,7 +13,7 @@ KINDS = ("profiles", "integrators", "backends", "quadratures", "materials", "mod
 _NO_PLUGINS = "use nothing but what is built in"
 _EXITS = "exit status: 0 done; 1 a run failed; 2 usage; 3 invalid scenario; 4 faulty plugin; 5 file access"
 # Where the commands live.
-_SCENES, _LISTING = "shockwave.cli.scenes", "shockwave.cli.listing"
+_SCENES, _LISTING, _CHECKS = "shockwave.cli.scenes", "shockwave.cli.listing", "shockwave.cli.checks"
 
 
 def parser() -> argparse.ArgumentParser:
@@ -41,6 +41,7 @@ def parser() -> argparse.ArgumentParser:
         added.add_argument("--json", action="store_true", help="one JSON document on stdout")
         if name in ("simulate", "compare"):
             _add_simulate_options(added)
+    _add_checks(command)
     listing = command("list", f"{_LISTING}:listed", "what is registered, built in and plugged in")
     listing.add_argument("kind", nargs="?", choices=KINDS, help="only these")
     listing.add_argument("--json", action="store_true", help="one JSON document on stdout")
@@ -55,6 +56,32 @@ def parser() -> argparse.ArgumentParser:
     for added, kept in ((new, "which must not exist, "), (schema, "")):
         added.add_argument("-o", "--output", metavar="FILE", help=f"write to FILE, {kept}not to stdout")
     return made
+
+
+def _add_checks(command: Callable[[str, str, str], argparse.ArgumentParser]) -> None:
+    bench = command("bench", f"{_CHECKS}:bench", "error against run time: quadratures, predictors, integrators")
+    bench.add_argument("files", nargs="*", metavar="FILE", help="scenario files, in place of the named problems")
+    bench.add_argument(
+        "--family", action="append", default=[], choices=("quadratures", "predictors", "integrators"), help="only these"
+    )
+    bench.add_argument("--quick", action="store_true", help="fewer problems and settings; ends within a minute")
+    bench.add_argument("--longest", type=_seconds, metavar="SECONDS", help="longest time of one run")
+    bench.add_argument("-o", "--output", metavar="FILE", help="write a page (.html), or its figures alone (.svg)")
+    stress = command("stress", f"{_CHECKS}:stress", "run the catalogue of extreme cases")
+    stress.add_argument("names", nargs="*", metavar="NAME", help="cases or themes; left out, all")
+    stress.add_argument("--backend", choices=("auto", "compiled", "numpy"), help="only this one; left out, both")
+    for added in (bench, stress):
+        added.add_argument("--json", action="store_true", help="one JSON document on stdout")
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value <= 3600:
+        raise argparse.ArgumentTypeError(f"must be a number of seconds > 0 and <= 3600 (got {text!r})")
+    return value
 
 
 def _add_simulate_options(command: argparse.ArgumentParser) -> None:

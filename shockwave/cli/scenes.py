@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from shockwave.options import SimulateOptions
     from shockwave.scenario.load import Scenario
 
-__all__ = ["compare", "predict", "simulate", "validate"]
+__all__ = ["compare", "loaded", "predict", "simulate", "validate"]
 
 
-def _scenarios(files: Sequence[str]) -> tuple[list[Scenario], int]:
+def loaded(files: Sequence[str]) -> tuple[list[Scenario], int]:
     """All scenarios and 0; or, after every fault of every file was told, the greatest exit status of them."""
     from shockwave.scenario.load import load_scenario
 
@@ -39,7 +39,7 @@ def _run(
     several: Callable[[list[Any]], str],
 ) -> int:
     """Do ``one`` for every scenario and print the results; a failure is told and does not stop the others."""
-    scenarios, status = _scenarios(options.files)
+    scenarios, status = loaded(options.files)
     if status:
         return status
     done: list[Any] = []

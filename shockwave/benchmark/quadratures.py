@@ -1,0 +1,173 @@
+"""Quadratures: error of areas and impulse against evaluations and time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from functools import partial
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+
+from shockwave.benchmark.rows import Problem, Row, setting_text
+from shockwave.benchmark.timing import Clock, Limits, tried
+from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.exponential import Exponential
+from shockwave.profiles.power_law import PowerLaw
+from shockwave.profiles.tabulated import Tabulated
+from shockwave.profiles.triangular import Triangular
+from shockwave.quadrature import Integral, Integrand
+from shockwave.registry import entries, load
+from shockwave.scenario.load import Scenario
+
+__all__ = ["NAMED", "Areas", "of_scenario", "rows"]
+
+_QUANTITIES = ("areas", "impulse")
+_LADDER = tuple(10.0**-power for power in range(2, 15, 2))
+_QUICK = (1e-3, 1e-6, 1e-9, 1e-12)
+_TIGHTEST = 1e-15
+_DIGITS = 2e-16
+
+
+@frozen(eq=False)
+class Areas:
+    """Integrals whose values are known: integrands, the points that are told to the quadrature, and values.
+
+    The impulse is the sum of all.
+    """
+
+    name: str
+    description: str
+    integrands: tuple[Integrand, ...]
+    points: tuple[tuple[float, ...], ...]
+    values: tuple[float, ...]
+    reference: str
+    reference_error: float = _DIGITS
+
+    @property
+    def problem(self) -> Problem:
+        """The problem in words."""
+        return Problem(
+            family="quadratures",
+            name=self.name,
+            description=self.description,
+            quantities=_QUANTITIES,
+            reference=self.reference,
+            reference_error=self.reference_error,
+        )
+
+    def errors(self, found: Sequence[Integral]) -> dict[str, float | None]:
+        """Relative errors: the worst of the areas, and that of their sum."""
+        areas = max(abs(integral.value / value - 1) for integral, value in zip(found, self.values, strict=True))
+        total = math.fsum(self.values)
+        return {"areas": areas, "impulse": abs(math.fsum(integral.value for integral in found) / total - 1)}
+
+
+def _of_profile(name: str, description: str, profile: ShockProfile, values: tuple[float, float], source: str) -> Areas:
+    return Areas(name, description, (profile.rise, profile.decay), _points(profile), values, source)
+
+
+def _points(profile: ShockProfile) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    points = profile.breakpoints
+    return tuple(p for p in points if p <= 1), tuple(p for p in points if p >= 1)
+
+
+_KNOTS = (0.0, 0.1, 0.25, 0.3, 0.55, 0.6, 0.8, 1.1, 1.15, 1.6, 1.9, 2.0)
+_HEIGHTS = (0.0, 0.3, 0.2, 0.7, 0.65, 1.0, 0.6, 0.7, 0.35, 0.3, 0.1, 0.0)
+
+
+def _kinked() -> Areas:
+    profile = Tabulated(times=_KNOTS, forces=_HEIGHTS)
+    trapezoids = [
+        (right - left) * (low + high) / 2
+        for (left, right), (low, high) in zip(pairwise(_KNOTS), pairwise(_HEIGHTS), strict=True)
+    ]
+    top = _HEIGHTS.index(1.0)
+    values = math.fsum(trapezoids[:top]) / _KNOTS[top], math.fsum(trapezoids[top:]) / _KNOTS[top]
+    description = "a record of 12 samples, its kinks told"
+    # A dozen roundings of the samples, as multiples of the rise time.
+    return Areas(
+        "kinked", description, (profile.rise, profile.decay), _points(profile), values, "sum of trapezoids", 1e-15
+    )
+
+
+def _untold() -> Areas:
+    triangle = Triangular(duration_ratio=3.0)
+    description = "a triangle, n = 3, over its whole length: its kink is not told"
+    return Areas("kink untold", description, (triangle.force,), ((0.0, 3.0),), (1.5,), "closed form")
+
+
+def _named() -> tuple[Areas, ...]:
+    return (
+        _of_profile(
+            "smooth",
+            "exponential, rates 2 and 3, n = 4",
+            Exponential(rise_rate=2.0, decay_rate=3.0, duration_ratio=4.0),
+            (0.6565176427496656518, 0.8428129105262321441),
+            "closed form in 40 digits",
+        ),
+        _kinked(),
+        _untold(),
+        _of_profile(
+            "singular ends",
+            "power law, eta 0.1 and 0.3, n = 3: infinite slope at both ends",
+            PowerLaw(rise_exponent=0.1, decay_exponent=0.3, duration_ratio=3.0),
+            (1 / 1.1, 2 / 1.3),
+            "closed form",
+        ),
+        _of_profile(
+            "nearly a jump",
+            "power law, eta 0.001 and 1, n = 3: the rise is all but a jump",
+            PowerLaw(rise_exponent=1e-3, decay_exponent=1.0, duration_ratio=3.0),
+            (1 / 1.001, 1.0),
+            "closed form",
+        ),
+    )
+
+
+#: The named problems.
+NAMED = _named()
+
+
+def of_scenario(scenario: Scenario) -> Areas:
+    """Rise and decay of the profile of a scenario."""
+    profile = scenario.shock.profile
+    closed, description = profile.closed_areas(), type(profile).__name__
+    if closed is not None:
+        return _of_profile(scenario.name, description, profile, closed, "closed form of the profile")
+    rise, decay = (partial(_values, profile, name) for name in ("rise", "decay"))
+    both = [
+        [
+            load("quadratures", name)().integrate(f, p, _TIGHTEST)
+            for f, p in zip((rise, decay), _points(profile), strict=True)
+        ]
+        for name in ("gauss-legendre", "tanh-sinh")
+    ]
+    apart = max(abs(other.value / best.value - 1) for best, other in zip(*both, strict=True))
+    source = f"gauss-legendre at a tolerance of {_TIGHTEST:g}, cross-checked by tanh-sinh"
+    values = tuple(integral.value for integral in both[0])
+    return Areas(scenario.name, description, (rise, decay), _points(profile), values, source, max(apart, _DIGITS))
+
+
+def _values(profile: ShockProfile, name: str, s: np.ndarray) -> np.ndarray:
+    return np.asarray(getattr(profile, name)(s))
+
+
+def rows(areas: Areas, limits: Limits, quick: bool) -> Iterator[Row]:
+    """A row for every registered quadrature at every tolerance."""
+    for entry in entries("quadratures"):
+
+        def run(tolerance: float, _: Clock, name: str = entry.name) -> list[Integral]:
+            quadrature = load("quadratures", name)()
+            pairs = zip(areas.integrands, areas.points, strict=True)
+            return [quadrature.integrate(integrand, points, tolerance) for integrand, points in pairs]
+
+        for found in tried(_QUICK if quick else _LADDER, run, limits):
+            told: dict[str, Any] = {}
+            if found.result is not None:
+                told = {"errors": areas.errors(found.result), "evaluations": sum(i.evaluations for i in found.result)}
+            yield Row.of(
+                areas.problem, entry.name, setting_text("tolerance", found.setting), found, found.setting, **told
+            )
