@@ -65,8 +65,7 @@ class Quantity:
             and (self.below is None or number < self.below)
             and (self.at_most is None or number <= self.at_most)
         )
-        remedy = f"; give a number{f' in {self.unit}' if self.unit else ''}" if isinstance(value, str) else ""
-        return None if fits else f"must be {self.rule} (got {text_of(value)}{remedy})"
+        return None if fits else f"must be {self.rule} (got {text_of(value)})"
 
     def convert(self, value: Any) -> Any:
         """``value`` as a float or int; a wrong one is left alone, for the check to report."""

@@ -30,7 +30,7 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 def range_text(bounds: tuple[float, float] | None) -> str:
     """A range of relative errors in percent, or that it is not known."""
-    return "not known" if bounds is None else f"{bounds[0]:+.0%} to {bounds[1]:+.0%}"
+    return "not known" if bounds is None else f"{bounds[0]:+.1%} to {bounds[1]:+.1%}"
 
 
 def indent(text: str) -> str:

@@ -309,26 +309,6 @@ def test_limits_for_files_from_others_are_told(module: str, limit: str) -> None:
     assert re.search(rf"\b{value}\b", text.partition("## Materials")[0])
 
 
-def test_ranges_of_trust_are_those_told_with_predictions() -> None:
-    from shockwave.prediction import trust
-
-    rows = table("docs/trust.md", "one wave")
-    assert [[float(cell) for cell in row[1:]] for row in rows] == [[r.low, r.high] for r in trust._TRUE_FACTOR]
-    rows = table("docs/trust.md", "train")
-    assert [[float(cell) for cell in row[1:]] for row in rows] == [
-        [round(100 * r.low, 9), round(100 * r.high, 9)] for r in trust._TRAIN
-    ]
-
-
-@pytest.mark.parametrize("name", ["one wave", "train"])
-def test_bounds_of_trust_are_those_told_with_predictions(name: str) -> None:
-    from shockwave.prediction import trust
-
-    own = {"one wave": trust._TRUE_FACTOR, "train": trust._TRAIN}[name]
-    told = [float(number) for row in table("docs/trust.md", name) for number in re.findall(r"to ([\d.]+)", row[0])]
-    assert told == [row.upto for row in own[:-1]]
-
-
 def test_table_of_rooms_is_the_one_that_imports_are_checked_against() -> None:
     told = [(depth, room) for depth, row in enumerate(table("CONTRIBUTING.md", "rooms")) for room in code_in(row[1])]
     assert sorted(room for _, room in told) == sorted(room for room in FLOORS if room != "__main__")

@@ -202,7 +202,7 @@ class TestPlugin:
         ("profile", "line"),
         [
             ("declared", "    delay: 0.003  # a delay, > 0.001 and <= 0.005 s"),
-            ("declared", "    # step: 1  # a step, < inf m"),
+            ("declared", "    # step: 5 mm  # a step, < inf m"),
             ("declared", "    # knots: [1, 2, 3]  # knots, each > 0 s"),
             ("undeclared", "    count: 1  # a whole number"),
             ("undeclared", "    kind: odd  # one of odd, even"),

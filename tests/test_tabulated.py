@@ -109,7 +109,7 @@ NO_PULSES = {
     "none": ([], [], r"times: must have at least three samples.*got 0"),
     "nan": ([0, 1, float("nan")], [0, 1, 0], r"times\[2\]: must be a finite number s \(got nan\)"),
     "inf": ([0, 1, 2], [0, float("inf"), 0], r"forces\[1\]: must be a finite number N \(got inf\)"),
-    "words": ([0, 1, 2], [0, "1", None], r"forces\[1\]: .*got '1'; give a number in N\)\nforces\[2\]: .*got nothing"),
+    "words": ([0, 1, 2], [0, "1", None], r"forces\[1\]: .*got '1'\)\nforces\[2\]: .*got nothing"),
     "matrix": ([[0, 1], [1, 2]], [0, 1], r"times: must be a sequence of numbers \(got \[\[0.0, 1.0\]"),
     "no-lists": ("012", 3, r"times: must be a sequence.*\nforces: must be a sequence of numbers \(got 3.0\)"),
     "unsorted": ([0, 2, 1, 1], [0, 1, 1, 0], r"times\[2\]: must be greater.*\ntimes\[3\]: must be greater"),

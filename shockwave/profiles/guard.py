@@ -132,7 +132,7 @@ def is_value(profile: ShockProfile) -> bool:
         return False
     try:
         return isinstance(hash(profile), int)
-    except TypeError:  # of a field that is a list
+    except Exception:  # of a field that is a list, or that its constructor has left out
         return False
 
 
