@@ -39,10 +39,10 @@ FLOORS = {
     "benchmark": 7,
     "stress": 7,
     "report": 7,
-    "cli": 8,
     "page": 8,
     "testing": 8,
-    "__main__": 9,
+    "cli": 9,
+    "__main__": 10,
 }
 A_PRIORI = {"theory", "prediction", "scenario"}
 DIRECT = {"simulation", "measurement"}

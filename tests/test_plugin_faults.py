@@ -65,7 +65,7 @@ SHOCK = "shock: {profile: PROFILE, peak_force: 100 N, rise_time: 5 us, duration_
 @pytest.fixture(autouse=True)
 def short_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     # Enough for an interpreter to start on a busy machine, and little for a plugin that hangs.
-    monkeypatch.setenv("SHOCKWAVE_PLUGIN_TIMEOUT", "2.5")
+    monkeypatch.setenv("SHOCKWAVE_PLUGIN_TIMEOUT", "4")
 
 
 def begun(*arguments: str, cwd: Path) -> subprocess.Popen[str]:

@@ -26,7 +26,7 @@ GOOD_HOOK = (
 
 @pytest.fixture(autouse=True)
 def short_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("SHOCKWAVE_PLUGIN_TIMEOUT", "2.5")
+    monkeypatch.setenv("SHOCKWAVE_PLUGIN_TIMEOUT", "4")
 
 
 def plugin(distribution: str) -> registry.Plugin:

@@ -41,6 +41,9 @@ def parser() -> argparse.ArgumentParser:
         added.add_argument("--json", action="store_true", help="one JSON document on stdout")
         if name in ("simulate", "compare"):
             _add_simulate_options(added)
+    report = command("report", f"{_SCENES}:report", "write one page on a scenario, with pictures")
+    report.add_argument("file", metavar="FILE", help="scenario file (YAML)")
+    report.add_argument("-o", "--output", metavar="FILE", help="write to FILE, not to stdout")
     _add_checks(command)
     listing = command("list", f"{_LISTING}:listed", "what is registered, built in and plugged in")
     listing.add_argument("kind", nargs="?", choices=KINDS, help="only these")

@@ -8,14 +8,14 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from shockwave.cli.output import DEBUG, internal, print_json
+from shockwave.cli.output import DEBUG, internal, print_json, written
 from shockwave.errors import Fault, PluginError, ScenarioError, ShockwaveError
 
 if TYPE_CHECKING:
     from shockwave.options import SimulateOptions
     from shockwave.scenario.load import Scenario
 
-__all__ = ["compare", "loaded", "predict", "simulate", "validate"]
+__all__ = ["compare", "loaded", "predict", "report", "simulate", "validate"]
 
 
 def loaded(files: Sequence[str]) -> tuple[list[Scenario], int]:
@@ -134,6 +134,23 @@ def _settings(options: argparse.Namespace, scenario: Scenario) -> SimulateOption
     if "integrator" in given:
         given = {"rtol": None, "step": None} | given
     return evolve(scenario.simulate, **given)
+
+
+def report(options: argparse.Namespace) -> int:
+    """One page on a scenario."""
+    from shockwave.page import findings
+    from shockwave.page import written as page
+    from shockwave.pictures import figure
+
+    scenarios, status = loaded([options.file])
+    if status:
+        return status
+    figure()  # what the page needs is looked for before anything is computed
+    found = findings(scenarios[0])
+    for failure in found.failures:
+        print(f"{options.file}: {failure}", file=sys.stderr)
+    status = written(page(found), options.output, anew=False)
+    return status or (1 if found.failures else 0)
 
 
 def validate(options: argparse.Namespace) -> int:

@@ -1,0 +1,34 @@
+"""The figure of error against run time that stands in the README.
+
+    python docs/draw_benchmark.py
+
+runs the predictors' quick round and draws formulae, simulation and SciPy on common axes, a problem a panel. Times are
+those of the machine that draws it.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from shockwave.benchmark.bench import run
+from shockwave.pictures import figure, save, work_precision
+
+FILE = Path(__file__).parent / "benchmarks" / "predictors.svg"
+ERROR = "peak force"
+#: Problem -> what it is, in words.
+TITLES = {"short": "short shock", "A": "a wave and its tail", "B": "a train"}
+
+
+def main() -> None:
+    """Run and draw."""
+    result = run(families=["predictors"], quick=True)
+    panels, axes = figure(1, len(TITLES), (9.0, 3.6))
+    for ax, (name, title) in zip(axes, TITLES.items(), strict=True):
+        rows = [row for row in result.rows if row.case == name and not row.problem]
+        work_precision(ax, rows, f"error of the {ERROR}, {title}")
+    FILE.parent.mkdir(exist_ok=True)
+    save(panels, FILE)
+
+
+if __name__ == "__main__":
+    main()

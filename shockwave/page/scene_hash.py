@@ -1,0 +1,104 @@
+"""What a scenario asks, in one form and in SI units, and the hash of that."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+
+from shockwave.prediction.predictor import coefficient_of
+from shockwave.profiles.base import ShockProfile
+from shockwave.scenario.blocks import keys_of
+from shockwave.scenario.load import Scenario
+
+__all__ = ["normalised", "scene_hash"]
+
+# Digits that a change of units leaves alone; the last ones are its rounding.
+_DIGITS = 12
+# Longer lists stand as their hash.
+_LONGEST = 64
+# Where a profile that keeps no parameters is looked at: so many points of rise and decay each.
+_POINTS = 129
+
+
+def scene_hash(scenario: Scenario) -> str:
+    """SHA-256 of the normalised scenario, in hexadecimal digits."""
+    return hashlib.sha256(normalised(scenario).encode()).hexdigest()
+
+
+def normalised(scenario: Scenario) -> str:
+    """The scenario as canonical JSON: sorted keys, SI units, numbers to 12 digits, defaults written out.
+
+    It holds what the answers depend on. Names, comments, sources and printed figures are left out, and it makes no
+    difference in which units the scenario was written. Lists of more than 64 numbers stand as their length and hash.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The scenario.
+    """
+    material = scenario.chain.material
+    predict = _settings(scenario.predictor)
+    predict["momentum_coefficient"] = coefficient_of(scenario.predictor.momentum_coefficient)
+    simulate = _settings(scenario.simulate)
+    simulate["record"] = sorted(set(simulate["record"]))
+    whole = {
+        "chain": {
+            "material": {name: getattr(material, name) for name in ("youngs_modulus", "poisson_ratio", "density")},
+            "radius": scenario.chain.radius,
+            "granules": scenario.chain.granules,
+        },
+        "shock": {
+            "profile": f"{type(scenario.shock.profile).__module__}:{type(scenario.shock.profile).__qualname__}",
+            "parameters": parameters(scenario.shock.profile),
+            "peak_force": scenario.shock.peak_force,
+            "rise_time": scenario.shock.rise_time,
+        },
+        "predict": predict,
+        "simulate": simulate,
+    }
+    return json.dumps(_canonical(whole), sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def parameters(profile: ShockProfile) -> dict[str, Any]:
+    """What makes the profile of its class: what its constructor takes, or else its force at some points."""
+    names = [key.name for key in keys_of(type(profile))]
+    if all(hasattr(profile, name) for name in names):
+        return {name: getattr(profile, name) for name in names}
+    n = float(profile.duration_ratio)
+    places = np.concatenate((np.linspace(0, 1, _POINTS), np.linspace(1, n, _POINTS)))
+    return {"duration_ratio": n, "force": profile.force(places)}
+
+
+def _settings(block: attrs.AttrsInstance) -> dict[str, Any]:
+    return {field.name: getattr(block, field.name) for field in attrs.fields(type(block)) if field.init}
+
+
+def _canonical(value: Any) -> Any:
+    if value is None or isinstance(value, bool | str):
+        return value
+    if isinstance(value, np.generic):
+        return _canonical(value.item())
+    if isinstance(value, int | float):
+        return _rounded(value)
+    if isinstance(value, Mapping):
+        return {str(key): _canonical(inner) for key, inner in value.items()}
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, Sequence):
+        inner = [_canonical(one) for one in value]
+        if len(inner) <= _LONGEST:
+            return inner
+        return {"length": len(inner), "sha256": hashlib.sha256(json.dumps(inner).encode()).hexdigest()}
+    if attrs.has(type(value)):
+        return {"class": type(value).__qualname__, **_canonical(_settings(value))}
+    return str(value)
+
+
+def _rounded(value: float) -> float:
+    # adding zero takes the sign from a zero
+    return float(f"{value:.{_DIGITS - 1}e}") + 0.0
