@@ -116,7 +116,7 @@ def _tabulated(times: list[float], forces: list[float]) -> SimulationResult:
 
 def _no_pulse(name: str, asked: str, times: list[float], forces: list[float], words: str) -> Case:
     check = refused(lambda backend: _tabulated(times, forces), InvalidValueError, words)
-    return Case(name=name, theme="records", asked=asked, must=f"InvalidValueError: '{words}'", check=check)
+    return Case(name=name, theme="records", asked=asked, must=f"InvalidValueError: '{words}'", check=check, twice=False)
 
 
 CASES = (

@@ -26,6 +26,8 @@ _PROGRAM = (
     "import sys; sys.path[:] = {path!r}; from shockwave.stress.worker import answer; answer({name!r}, {backend!r})"
 )
 _MOST_ERROR_TEXT, _WIDEST = 300, 60
+#: Processes of cases that are running; they end with an interrupt.
+_under_way: set[subprocess.Popen[bytes]] = set()
 
 
 @frozen(kw_only=True)
@@ -190,6 +192,8 @@ def stress(names: Iterable[str] = (), backend: str | None = None, tell: Callable
             rows = tuple(pool.map(one, jobs))
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
+            for process in tuple(_under_way):
+                process.kill()
             raise
     return Stress(rows=rows, seconds=time.perf_counter() - begin)
 
@@ -207,6 +211,7 @@ def run_case(case: Case, backend: Backend) -> Row:
     with subprocess.Popen(
         [sys.executable, "-c", program], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE
     ) as process:
+        _under_way.add(process)
         try:
             output, complaint = process.communicate(timeout=case.limit)
         except subprocess.TimeoutExpired:
@@ -214,6 +219,7 @@ def run_case(case: Case, backend: Backend) -> Row:
             return Row.of(case, backend, Finding(outcome=outcome, faults=(outcome,)), time.perf_counter() - begin)
         finally:
             process.kill()
+            _under_way.discard(process)
     seconds = time.perf_counter() - begin
     try:
         document = json.loads(output)
