@@ -83,4 +83,5 @@ def shockwave_materials() -> list[Entry]:
 def shockwave_models() -> list[Entry]:
     return [
         Entry("section-4", "shockwave.theory.section4:predict", "relations of section 4 of Hasan & Nemat-Nasser"),
+        Entry("moments", "shockwave.theory.moments:predict", "law of the primary by the moments of the shock"),
     ]

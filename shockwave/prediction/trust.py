@@ -19,10 +19,11 @@ from typing import Any
 import numpy as np
 from attrs import frozen
 
-from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
+from shockwave.chain.solitary_wave import IMPULSE_LIMIT
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import Condition, reversal
 from shockwave.quadrature import FloatArray
+from shockwave.theory.measures import Measures, measures
 from shockwave.theory.scaled import ScaledAnswer, ScaledShock
 
 __all__ = ["RESOURCE", "Law", "Measures", "expected_error", "laws", "measures"]
@@ -36,44 +37,6 @@ _WIDEST_WINDOW = 0.165
 _MOST_REVERSAL = 0.05
 # An upper end above this is a warning of its own.
 _USELESS = 0.5
-
-# Pieces of a smooth part of the force halve towards both its ends so many times, for infinite slopes and steep decays;
-# a record of more parts than the next number needs none of it, and of more than the last not every sample.
-_HALVINGS, _SMOOTH_PARTS, _MOST_PARTS = 36, 16, 2048
-# Impulse by these points against the exact one: if they differ by more, they have missed something.
-_MOST_MISSED = 1e-3
-
-
-@frozen
-class Measures:
-    """Integrals of a shock by which what simulation gives is ordered.
-
-    Attributes
-    ----------
-    strength : float
-        S, impulse over that of a wave of the shock's peak force, L / (A F0^(5/6)) with A exact.
-    spread : float
-        tau, standard deviation of the force as a density in time, over A F0^(-1/6) S^(-1/5), the time that a wave of
-        the shock's impulse takes to pass.
-    skewness : float
-        Of that density.
-    mean_force, cubic_mean_force : float
-        Mean and cubic mean of the force over F0, each instant counting with its impulse: int F^2 / int F, and the
-        cube root of int F^4 / int F.
-    duration : float
-        n t0/T0.
-    """
-
-    strength: float
-    spread: float
-    skewness: float
-    mean_force: float
-    cubic_mean_force: float
-    duration: float
-
-    def logarithms(self) -> FloatArray:
-        """Of strength, mean force and cubic mean force, shape (3,)."""
-        return np.log([self.strength, self.mean_force, self.cubic_mean_force])
 
 
 @frozen(eq=False)
@@ -156,31 +119,6 @@ def laws() -> tuple[Law, Law]:
     return Law.of("short", entries["short"]), Law.of("long", entries["long"])
 
 
-def measures(shock: ScaledShock) -> Measures | None:
-    """The measures of ``shock``; None where it is too fine, or too extreme, to have them to three digits."""
-    s, weights = _points(shock.profile)
-    force = shock.profile.force(s)
-    with np.errstate(all="ignore"):
-        density = weights * force
-        total = float(density.sum())
-        if not abs(total / shock.areas.total - 1) <= _MOST_MISSED:
-            return None
-        off = s - float(density @ s) / total
-        variance = float(density @ off**2) / total
-        skewness = float(density @ off**3) / total / variance**1.5
-        strength = shock.impulse / MOMENTUM
-        found = Measures(
-            strength,
-            math.sqrt(variance) * shock.rise_time / MOMENTUM * strength**0.2,
-            skewness,
-            float(density @ force) / total,
-            (float(density @ force**3) / total) ** (1 / 3),
-            shock.duration,
-        )
-        numbers = (found.spread, found.skewness, *found.logarithms())
-    return found if all(math.isfinite(number) for number in numbers) else None
-
-
 def expected_error(
     answer: ScaledAnswer, shock: ScaledShock, conditions: Sequence[Condition], near: bool = True
 ) -> tuple[tuple[float, float] | None, list[str]]:
@@ -234,26 +172,3 @@ def _why_not(answer: ScaledAnswer, profile: ShockProfile, conditions: Sequence[C
             " no useful bound (+2277 % was measured, and it grows as the shock shortens): simulate instead"
         ]
     return []
-
-
-@cache
-def _rule(nodes: int, graded: bool) -> tuple[FloatArray, FloatArray]:
-    """Gauss-Legendre nodes and weights on [0, 1], on the whole of it or on pieces that halve towards both ends."""
-    x, weights = np.polynomial.legendre.leggauss(nodes)
-    towards = np.append(0.0, 0.5 ** np.arange(_HALVINGS, 0, -1))
-    edges = np.concatenate((towards, 1 - towards[-2::-1])) if graded else np.array([0.0, 1.0])
-    widths = np.diff(edges)[:, None]
-    return (edges[:-1, None] + widths * (1 + x) / 2).ravel(), (widths * weights / 2).ravel()
-
-
-def _points(profile: ShockProfile) -> tuple[FloatArray, FloatArray]:
-    """Points s and weights for integrals over a whole profile."""
-    breakpoints = profile.breakpoints
-    parts = len(breakpoints) - 1
-    if parts > _MOST_PARTS:
-        breakpoints = (*breakpoints[: -1 : -(-parts // _MOST_PARTS)], breakpoints[-1])
-    edges = np.array(breakpoints, dtype=float)
-    # Between the samples of a record the force is linear: three nodes are exact for its fourth power.
-    nodes, weights = _rule(4, True) if parts <= _SMOOTH_PARTS else _rule(3, False)
-    widths = np.diff(edges)[:, None]
-    return (edges[:-1, None] + widths * nodes).ravel(), (widths * weights).ravel()

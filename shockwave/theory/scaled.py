@@ -87,7 +87,9 @@ class ScaledAnswer:
 
     ``amplitudes`` are peak forces of the waves, primary first. ``sensitivity`` is d ln F / d ln A of the
     primary, or None where the relation has no derivative. ``roots`` are all peak forces that satisfy the
-    relation read. ``trust`` is the number by which measured errors are ordered (None: not measured).
+    relation read. ``trust`` is the number by which measured errors are ordered (None: not measured). A model that
+    ``tells_error`` brings the lowest and highest relative error of the primary's peak force itself, or None where it
+    does not know.
     """
 
     regime: Regime
@@ -99,3 +101,5 @@ class ScaledAnswer:
     ejection: ScaledEjection | None = None
     roots: tuple[float, ...] = ()
     warnings: tuple[str, ...] = field(default=())
+    tells_error: bool = False
+    expected_error: tuple[float, float] | None = None
