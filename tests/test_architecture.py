@@ -37,6 +37,7 @@ FLOORS = {
     "scenario": 6,
     "comparison": 7,
     "benchmark": 7,
+    "curve": 7,
     "stress": 7,
     "report": 7,
     "page": 8,

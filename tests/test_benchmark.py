@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import gc
 import json
+import math
 import time
 
 import pytest
 
 from shockwave.benchmark import smooth
-from shockwave.benchmark.rows import Order, Problem, Row, WorkPrecision, order
+from shockwave.benchmark.rows import Order, Problem, Row, WorkPrecision, order, worst
 from shockwave.benchmark.timing import Clock, Limits, TooSlowError, tried
 from shockwave.errors import NumericalError
 from shockwave.registry import load
@@ -184,3 +185,19 @@ def test_table_has_a_line_for_each_row_and_the_reason_of_a_failure() -> None:
     lines = result(row(0.1, 1e-4), row(0.05, None, problem="not finite")).table().splitlines()
     assert lines[-2].split() == ["m", "step", "0.1", "1.0e-04", "1", "ms", "500", "us", "..", "2", "ms", "-"]
     assert lines[-1].endswith("not finite")
+
+
+@pytest.mark.parametrize("error", [float("nan"), float("inf"), -float("inf")])
+def test_an_error_that_is_not_finite_is_a_problem(error: float) -> None:
+    wrong = row(0.1, error)
+    assert (wrong.errors, wrong.problem) == ({"state": None}, "not finite")
+    json.dumps(result(wrong).to_dict(), allow_nan=False)
+
+
+def test_a_problem_known_before_is_kept() -> None:
+    assert row(0.1, float("nan"), problem="stopped").problem == "stopped"
+
+
+@pytest.mark.parametrize("errors", [(float("nan"), 1.0), (1.0, float("nan"))])
+def test_the_worst_of_errors_is_one_that_is_none(errors: tuple[float, float]) -> None:
+    assert math.isnan(worst(*errors))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
+from collections.abc import Sequence
 from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
@@ -13,10 +15,11 @@ import pytest
 from attrs import evolve
 
 import shockwave as sw
-from shockwave.benchmark import bench, outside
+from shockwave.benchmark import bench, outside, quadratures, smooth
 from shockwave.benchmark.rows import Order, Problem, Row, WorkPrecision
 from shockwave.errors import FileAccessError, InvalidValueError, UsageError
-from shockwave.registry import entries
+from shockwave.quadrature import Integral, Integrand
+from shockwave.registry import entries, load
 
 ROOT = Path(__file__).parent.parent
 LITTLE = 0.02
@@ -104,6 +107,34 @@ def test_scenes_of_one_name_are_told_apart() -> None:
     result = bench.run([scenario()] * 2, ["quadratures"], quick=True, longest=LITTLE)
     assert [problem.name for problem in result.problems] == [scenario().name, f"{scenario().name} (2)"]
     assert len(result.of(result.problems[0])) == len(result.of(result.problems[1])) > 0
+
+
+def test_names_made_for_scenes_are_those_of_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(quadratures, "rows", lambda *_: iter(()))
+    scenes = [evolve(scenario(), name=name) for name in ("x", "x", "x (2)", "x")]
+    names = [problem.name for problem in bench.run(scenes, ["quadratures"], True, longest=LITTLE).problems]
+    assert names == ["x", "x (3)", "x (2)", "x (4)"]
+
+
+@pytest.mark.usefixtures("only_scipy")
+def test_a_scene_may_be_called_as_the_problem_of_the_orders() -> None:
+    scene = evolve(scenario(), name=smooth.NAME)
+    result = bench.run([scene], ["integrators"], quick=True, longest=LITTLE)
+    assert (result.problems[0].name, result.orders) == (smooth.NAME, ())
+
+
+def test_a_quadrature_that_finds_no_number_is_a_row_that_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Nan(load("quadratures", "tanh-sinh")):  # type: ignore[misc]
+        def integrate(self, integrand: Integrand, points: Sequence[float], tolerance: float = 1e-14) -> Integral:
+            found: Integral = super().integrate(integrand, points, tolerance)
+            # in the second place, which a greatest that is taken one by one passes over
+            return found if points[0] < 1 else evolve(found, value=float("nan"))
+
+    monkeypatch.setattr(quadratures, "load", lambda _, name: Nan)
+    monkeypatch.setattr(quadratures, "NAMED", quadratures.NAMED[:1])
+    result = bench.run(families=["quadratures"], quick=True, longest=LITTLE)
+    assert {row.problem for row in result.rows} == {"not finite"}
+    json.dumps(result.to_dict(), allow_nan=False)
 
 
 # ---------------------------------------------------------------- what is refused
@@ -219,10 +250,48 @@ def test_output_is_written(ending: str, tmp_path: Path) -> None:
     assert re.search(r"</(html|svg)>\s*$", file.read_text(encoding="utf-8"))
 
 
-def test_output_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+@pytest.mark.parametrize("place", ["missing/page.svg", "folder.html"])
+def test_output_that_cannot_be_written_is_told_before_anything_is_run(place: str, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
+    (tmp_path / "folder.html").mkdir()
+    run: list[str] = []
     with pytest.raises(FileAccessError, match="cannot be written"):
-        bench.run([scenario()], ["quadratures"], True, tmp_path / "missing" / "page.svg", LITTLE)
+        bench.run([scenario()], ["quadratures"], True, tmp_path / place, LITTLE, run.append)
+    assert run == []
+
+
+def test_what_was_found_is_not_lost_with_the_page(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    with pytest.raises(FileAccessError, match="cannot be written") as caught:
+        bench.run([scenario()], ["quadratures"], True, folder / "page.svg", LITTLE, lambda _: folder.rmdir())
+    assert isinstance(caught.value, bench.NotWrittenError)
+    assert "tanh-sinh" in caught.value.result.table()
+
+
+def test_dollars_in_names_begin_no_formula() -> None:
+    pytest.importorskip("matplotlib")
+    from shockwave.benchmark.page import page
+
+    result = made(name=r"$\frac{a}{$")
+    rows = tuple(evolve(row, method="$x^{$") for row in result.rows)
+    assert "<figure>" in page(evolve(result, rows=rows))
+
+
+def test_errors_and_times_of_any_size_are_drawn() -> None:
+    pytest.importorskip("matplotlib")
+    from shockwave.benchmark.page import page
+
+    result = made()
+    rows = [
+        evolve(result.rows[0], errors={"peak force": size}, seconds=size) for size in (5e-324, 1e-300, 1e300, 1.7e308)
+    ]
+    assert "<figure>" in page(evolve(result, rows=tuple(rows)))
+
+
+def test_page_names_the_problem_of_the_orders() -> None:
+    assert f"<em>{smooth.NAME}</em>" in parsed()[0]
 
 
 # ---------------------------------------------------------------- what it costs others

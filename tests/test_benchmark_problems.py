@@ -10,13 +10,14 @@ from attrs import evolve
 
 import shockwave as sw
 from scenes import CHAIN, FORCE, UNITS, triangle
-from shockwave.benchmark import chains, outside, quadratures
+from shockwave.benchmark import chains, outside, predictors, quadratures
 from shockwave.benchmark.chains import Case, Reading, method_of, read_front
 from shockwave.benchmark.outside import Code, ladder
 from shockwave.benchmark.timing import Clock, Limits, TooSlowError
 from shockwave.benchmark.whole import Whole
 from shockwave.errors import NumericalError
 from shockwave.registry import load
+from shockwave.simulation.nystroem import Nystroem
 
 ONCE = Limits(run=60.0, method=0.0, repeats=0)
 PATIENT = Clock(Limits(float("inf"), 0.0, 0), 0.0)
@@ -86,6 +87,27 @@ def test_a_march_is_stopped_by_its_clock() -> None:
         read_front(CASES["A"], load("integrators", "verlet")(size=1e-3), Clock(Limits(0.01, 0.0, 0), 0.0))
 
 
+def test_a_reference_that_is_late_is_looser_and_states_its_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    def read(case: Case, integrator: Nystroem, clock: Clock | None) -> Reading:
+        if clock is not None and integrator.tolerance < 1e-10:
+            raise TooSlowError("stopped")
+        return read_front(case, integrator, clock)
+
+    monkeypatch.setattr(chains, "read_front", read)
+    reference = evolve(CASES["short"], limits=ONCE).reference
+    assert "1e-09" in reference.source
+    # what two methods err by whose steps, some hundred, each err by 1e-9
+    assert 1e-13 < reference.error < 1e-6
+    assert reference.force == pytest.approx(CASES["short"].reference.force, rel=10 * reference.error)
+
+
+def test_a_limit_that_is_late_is_looser_and_states_its_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(predictors, "patience", lambda _: Limits(run=0.0, method=0.0, repeats=0))
+    problem, _ = predictors.rows(CASES["short"], ONCE, quick=True)
+    assert "rtol 1e-06" in problem.reference
+    assert 1e-9 < problem.reference_error < 1e-5
+
+
 # ---------------------------------------------------------------- the whole chain
 
 
@@ -135,6 +157,20 @@ def test_any_profile_is_given_to_scipy(name: str) -> None:
     assert worst(case, found.result) < 1e-6
 
 
+def test_energy_is_that_of_the_time_of_the_peak() -> None:
+    # a run that goes on beyond has the same steps up to the peak, so the same energy there
+    due, long = (outside.SCIPY.prepare(Whole(CASES["A"], due))(1e-3, PATIENT) for due in (63.7, 70.0))
+    assert due.drift is not None
+    assert due.drift == long.drift
+
+
+@pytest.mark.parametrize(("granules", "given"), [(None, 99), (10**9, 99), (70, 70)])
+def test_peers_get_no_more_of_the_chain_than_is_needed(granules: int | None, given: int) -> None:
+    case = CASES["A"]
+    # contact 59, and 40 granules ahead
+    assert evolve(case, chain=evolve(case.chain, granules=granules)).granules == given
+
+
 def test_a_solver_that_is_late_finds_no_peak() -> None:
     run: Callable[[float, Clock], Reading] = outside.SCIPY.prepare(Whole(CASES["A"], 30.0))
     with pytest.raises(NumericalError, match="no peak at contact 59"):
@@ -174,6 +210,24 @@ def test_areas_of_a_profile_without_a_closed_form_are_cross_checked() -> None:
     assert "cross-checked" in areas.reference
     # to rounding
     assert areas.values == pytest.approx(profile.closed_areas(), rel=1e-14)
+
+
+@pytest.mark.parametrize("wrong", [0.0, 1e-8])
+def test_a_closed_form_is_cross_checked_and_its_difference_stated(wrong: float) -> None:
+    scenario = _scenario("exponential")
+    profile = scenario.shock.profile
+
+    class Claimed(sw.ShockProfile):
+        duration_ratio = float(profile.duration_ratio)
+        rise, decay = profile.rise, profile.decay
+
+        def closed_areas(self) -> tuple[float, float]:
+            rise, decay = profile.closed_areas() or (1.0, 1.0)
+            return rise, decay * (1 + wrong)
+
+    areas = quadratures.of_scenario(evolve(scenario, shock=evolve(scenario.shock, profile=Claimed())))
+    # rounding of both
+    assert areas.reference_error == pytest.approx(wrong, rel=1e-6, abs=1e-14)
 
 
 def _scenario(name: str) -> sw.Scenario:

@@ -6,6 +6,7 @@ import os
 import platform
 import time
 from collections.abc import Callable, Iterator, Sequence
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ from shockwave.registry import plugins
 from shockwave.scenario.load import Scenario
 from shockwave.simulation.backend import compiled
 
-__all__ = ["LONGEST", "run"]
+__all__ = ["LONGEST", "NotWrittenError", "run"]
 
 #: The longest that one run may take.
 LONGEST = Quantity("s", "longest time of one run", above=0, at_most=3600)
@@ -36,6 +37,12 @@ _CASES = {"predictors": ("short", "A", "B", "slow"), "integrators": ("A", "B", "
 _SUFFIXES = (".html", ".htm", ".svg")
 
 _Part = tuple[Problem, Iterator[Row]]
+
+
+class NotWrittenError(FileAccessError):
+    """Everything was run, and the page cannot be written; ``result`` is what was found."""
+
+    result: WorkPrecision
 
 
 def run(
@@ -70,7 +77,8 @@ def run(
     UsageError
         When ``output`` is neither, or matplotlib is missing.
     FileAccessError
-        When ``output`` cannot be written.
+        When ``output`` cannot be written; before anything is run if that is seen, else `NotWrittenError`, which holds
+        what was found.
     """
     chosen = _checked(families)
     path = None if output is None else _writable(output)
@@ -78,15 +86,23 @@ def run(
     scenes = _distinct(files)
     problems: list[Problem] = []
     rows: list[Row] = []
+    steps: list[Row] = []
+    tell = progress or (lambda _: None)
     for family in chosen:
+        if family == "integrators" and not scenes:
+            tell(f"{family}: {smooth.NAME}")
+            problems.append(smooth.problem())
+            steps = [row for name in smooth.names() for row in smooth.rows(name, limits, quick)]
+            rows += steps
         for about, found in _parts(family, scenes, limits, quick):
-            if progress is not None:
-                progress(f"{family}: {about.name}")
+            tell(f"{family}: {about.name}")
             problems.append(about)
             rows += found
-    orders = smooth.orders([row for row in rows if row.case == smooth.NAME])
     result = WorkPrecision(
-        problems=tuple(problems), rows=tuple(rows), orders=orders, provenance=_provenance(quick, limits)
+        problems=tuple(problems),
+        rows=tuple(rows),
+        orders=smooth.orders(steps),
+        provenance=_provenance(quick, limits),
     )
     if path is not None:
         _write(result, path)
@@ -112,15 +128,13 @@ def _limits(quick: bool, longest: float | None) -> Limits:
 
 def _parts(family: str, scenes: Sequence[Scenario], limits: Limits, quick: bool) -> Iterator[_Part]:
     """Problems and their rows; a scene that cannot be run is a problem with one row that says why."""
-    if family == "integrators" and not scenes:
-        yield smooth.problem(), (row for name in smooth.names() for row in smooth.rows(name, limits, quick))
     for scene in scenes or _named(family, quick):
         try:
             if family == "quadratures":
                 areas = scene if isinstance(scene, Areas) else quadratures.of_scenario(scene)
                 yield areas.problem, quadratures.rows(areas, limits, quick)
                 continue
-            case = scene if isinstance(scene, Case) else chains.of_scenario(scene)
+            case = scene if isinstance(scene, Case) else chains.of_scenario(scene, limits)
             if family == "predictors":
                 yield predictors.rows(case, limits, quick)
             else:
@@ -138,11 +152,16 @@ def _named(family: str, quick: bool) -> Sequence[Any]:
 
 def _distinct(scenarios: Sequence[Scenario]) -> list[Scenario]:
     """With names of their own: rows are told apart by them."""
-    seen: dict[str, int] = {}
+    given = {scenario.name for scenario in scenarios}
+    used: set[str] = set()
     found = []
     for scenario in scenarios:
-        count = seen[scenario.name] = seen.get(scenario.name, 0) + 1
-        found.append(scenario if count == 1 else evolve(scenario, name=f"{scenario.name} ({count})"))
+        name = scenario.name
+        if name in used:
+            others = (f"{name} ({number})" for number in count(2))
+            name = next(other for other in others if other not in given and other not in used)
+        used.add(name)
+        found.append(scenario if name == scenario.name else evolve(scenario, name=name))
     return found
 
 
@@ -183,19 +202,42 @@ def _writable(output: str | os.PathLike[str]) -> Path:
     from shockwave.benchmark.figure import need_matplotlib
 
     need_matplotlib()
+    try:
+        problem = _hindrance(path)
+    except OSError as error:
+        problem = error.strerror or type(error).__name__
+    if problem:
+        raise FileAccessError(f"{path}: cannot be written ({problem})")
     return path
 
 
+def _hindrance(path: Path) -> str:
+    """Why a file cannot be written; "" if nothing is seen that hinders. Nothing is made or changed."""
+    if path.is_dir():
+        return "it is a folder"
+    if path.exists():
+        return "" if os.access(path, os.W_OK) else "permission denied"
+    if not path.parent.is_dir():
+        return f"there is no folder {path.parent}"
+    return "" if os.access(path.parent, os.W_OK | os.X_OK) else "permission denied"
+
+
 def _write(result: WorkPrecision, path: Path) -> None:
+    try:
+        path.write_text(_drawn(result, path), encoding="utf-8")
+    # Whatever is wrong with a page, what was found is not lost with it.
+    except Exception as error:
+        why = error.strerror if isinstance(error, OSError) else f"{type(error).__name__}: {error}"
+        late = NotWrittenError(f"{path}: cannot be written ({why})")
+        late.result = result
+        raise late from error
+
+
+def _drawn(result: WorkPrecision, path: Path) -> str:
     if path.suffix.lower() == ".svg":
         from shockwave.benchmark.figure import column
 
-        text = '<?xml version="1.0" encoding="utf-8"?>\n' + column(result)
-    else:
-        from shockwave.benchmark.page import page
+        return '<?xml version="1.0" encoding="utf-8"?>\n' + column(result)
+    from shockwave.benchmark.page import page
 
-        text = page(result)
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise FileAccessError(f"{path}: cannot be written ({error.strerror})") from error
+    return page(result)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterator
 from functools import cached_property
 from typing import NamedTuple
 
-from attrs import frozen
+from attrs import evolve, frozen
 from scipy.optimize import brentq
 
-from shockwave.benchmark.timing import Clock
+from shockwave.benchmark.rows import worst
+from shockwave.benchmark.timing import Clock, Limits, TooSlowError
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.material import Material
 from shockwave.errors import NumericalError
@@ -37,6 +39,7 @@ __all__ = [
     "energy",
     "method_of",
     "of_scenario",
+    "patience",
     "read_front",
 ]
 
@@ -45,7 +48,10 @@ _STEEL = Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0)
 _CHAIN, _FORCE = Chain(material=_STEEL, radius=4.75e-3), 100.0
 #: A maximum of a contact force below this, in units of the wave to come, is none of the front.
 FLOOR = 0.05
-_TIGHTEST = 1e-13
+# Step tolerances of references: the first that two methods reach in time.
+_TIGHT = (1e-13, 1e-11, 1e-9, 1e-7)
+# How many runs' time a reference may take, and how long at least [s].
+_PATIENCE, _AT_LEAST = 4.0, 1.0
 # Digits of a double.
 _DIGITS = 2e-16
 # The contact of a scenario at which it is read, at most; how far behind it the chain goes on; how much of that is free.
@@ -79,7 +85,8 @@ class Reference(NamedTuple):
 class Case:
     """A shock on a chain, and the contact at which the front is read, counted from 0.
 
-    ``known`` are peak force and time there, in natural units, where they are known to 20 digits.
+    ``known`` are peak force and time there, in natural units, where they are known to 20 digits; ``limits`` are
+    those of runs, to which the reference has to keep, None where it has none.
     """
 
     name: str
@@ -88,6 +95,7 @@ class Case:
     chain: Chain
     contact: int
     known: tuple[float, float] | None = None
+    limits: Limits | None = None
 
     @cached_property
     def scaled(self) -> tuple[ChainProblem, Scales]:
@@ -102,17 +110,35 @@ class Case:
     @property
     def granules(self) -> int:
         """Granules of a whole chain that has not felt its end when the front is read."""
-        return self.problem.granules or self.contact + _AHEAD
+        enough = self.contact + _AHEAD
+        return min(self.problem.granules or enough, enough)
 
     @cached_property
     def reference(self) -> Reference:
-        """The answer: the digits that are known, or the tightest run, cross-checked by another method."""
+        """The answer: the digits that are known, or the tightest run in time, cross-checked by another method.
+
+        Raises
+        ------
+        NumericalError
+            When there is none, or none in time.
+        """
         if self.known is not None:
             source = "two integrators in quadruple precision that agree to 20 digits"
             return Reference(*self.known, _DIGITS, source)
-        best, other = (read_front(self, method(tolerance=_TIGHTEST, compiled=compiled)) for method in (Rkn1210, Rkn86))
-        apart = max(abs(other.force / best.force - 1), abs(other.time / best.time - 1))
-        source = f"rkn1210 at a step tolerance of {_TIGHTEST:g}, cross-checked by rkn86"
+        for tolerance in _TIGHT:
+            try:
+                return self._reference(tolerance)
+            except TooSlowError as error:
+                late = error
+        raise NumericalError(f"there is no reference in time ({late})")
+
+    def _reference(self, tolerance: float) -> Reference:
+        clock = None if self.limits is None else Clock(patience(self.limits), time.perf_counter())
+        best, other = (
+            read_front(self, method(tolerance=tolerance, compiled=compiled), clock) for method in (Rkn1210, Rkn86)
+        )
+        apart = worst(abs(other.force / best.force - 1), abs(other.time / best.time - 1))
+        source = f"rkn1210 at a step tolerance of {tolerance:g}, cross-checked by rkn86"
         return Reference(best.force, best.time, max(apart, _DIGITS), source)
 
     def errors(self, reading: Reading) -> dict[str, float | None]:
@@ -122,6 +148,11 @@ class Case:
             "arrival time": abs(reading.time / self.reference.time - 1),
             "energy": reading.drift,
         }
+
+
+def patience(limits: Limits) -> Limits:
+    """How long a reference may take, where runs have these limits."""
+    return evolve(limits, run=max(_PATIENCE * limits.run, _AT_LEAST))
 
 
 def _power_law(rise: float, decay: float, ratio: float, rise_time: float) -> Shock:
@@ -166,8 +197,10 @@ NAMED = (
 )
 
 
-def of_scenario(scenario: Scenario) -> Case:
+def of_scenario(scenario: Scenario, limits: Limits | None = None) -> Case:
     """The scene of a scenario, read where its primary is known, or at contact 200 if that is farther.
+
+    ``limits`` are those of runs, which its reference has to keep to.
 
     Raises
     ------
@@ -179,7 +212,7 @@ def of_scenario(scenario: Scenario) -> Case:
     if scenario.chain.granules is not None:
         contact = max(min(contact, scenario.chain.granules - 2 - _REACH), 0)
     description = f"{type(scenario.shock.profile).__name__}, read at contact {contact}"
-    return Case(scenario.name, description, scenario.shock, scenario.chain, contact)
+    return Case(scenario.name, description, scenario.shock, scenario.chain, contact, limits=limits)
 
 
 def read_front(case: Case, integrator: Integrator, clock: Clock | None = None) -> Reading:
@@ -214,8 +247,8 @@ def _peak(span: Span, contact: int) -> tuple[float, float] | None:
     if len(span.v0) < contact + 2:
         return None
 
-    def closing(time: float) -> float:
-        _, v = span.at(time)
+    def closing(at: float) -> float:
+        _, v = span.at(at)
         return float(v[contact] - v[contact + 1])
 
     before, after = (float(v[contact] - v[contact + 1]) for v in (span.v0, span.v1))
@@ -223,8 +256,8 @@ def _peak(span: Span, contact: int) -> tuple[float, float] | None:
         return None
     # Interpolation and step agree to rounding only.
     opposite = closing(span.begin) * closing(span.end) < 0
-    time = brentq(closing, span.begin, span.end, xtol=1e-14, rtol=1e-14) if opposite else span.end
-    return _force(span.at(time)[0], contact), float(time)
+    top = brentq(closing, span.begin, span.end, xtol=1e-14, rtol=1e-14) if opposite else span.end
+    return _force(span.at(top)[0], contact), float(top)
 
 
 def _force(x: FloatArray, contact: int) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
+from shockwave.benchmark import smooth
 from shockwave.benchmark.figure import drawing, panels_of
 from shockwave.benchmark.rows import FAMILIES, Problem, Row, WorkPrecision, cells, columns
 
@@ -120,7 +121,7 @@ def _orders(result: WorkPrecision) -> str:
         "The slope of the error against the step, of methods of fixed step, over the convergent range of the problem"
     )
     table = _html_table(("method", "declared", "fitted"), rows)
-    return f"<h2>Orders</h2><p>{escape(about)} <em>smooth</em>.</p>{table}"
+    return f"<h2>Orders</h2><p>{escape(about)} <em>{escape(smooth.NAME)}</em>.</p>{table}"
 
 
 def _provenance(result: WorkPrecision) -> str:

@@ -7,12 +7,23 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
-from attrs import field, frozen
+from attrs import converters, field, frozen
 
 from shockwave.benchmark.timing import Tried
 from shockwave.text import indent, si, table
 
-__all__ = ["FAMILIES", "Order", "Problem", "Row", "WorkPrecision", "cells", "columns", "order", "setting_text"]
+__all__ = [
+    "FAMILIES",
+    "Order",
+    "Problem",
+    "Row",
+    "WorkPrecision",
+    "cells",
+    "columns",
+    "order",
+    "setting_text",
+    "worst",
+]
 
 FAMILIES = ("quadratures", "predictors", "integrators")
 
@@ -21,6 +32,11 @@ _ABOVE_REFERENCE = 30.0
 # Of the slopes between neighbouring steps, how far they may be apart in the convergent range; the finest so many steps.
 _ALIKE, _FINEST = 0.25, 4
 _COST = ("time", "spread", "evaluations", "note")
+
+
+def worst(*errors: float) -> float:
+    """The greatest of the errors; NaN if any is, which ``max`` would pass over."""
+    return float(np.max(errors))
 
 
 @frozen(kw_only=True)
@@ -59,7 +75,8 @@ class Row:
     family, case, method, setting : str
         Of the problem, and what was run; ``value`` is the setting as a number, None where there is none to choose.
     errors : dict of float or None
-        Relative errors by quantity, those of the problem; None for a quantity that the method does not tell.
+        Relative errors by quantity, those of the problem; None for a quantity that the method does not tell, and for
+        one that is not finite, of which ``problem`` speaks.
     seconds, least, most : float or None
         Median, shortest and longest of ``runs`` runs [s].
     evaluations, steps : int or None
@@ -80,10 +97,16 @@ class Row:
     least: float | None = None
     most: float | None = None
     runs: int = 0
-    evaluations: int | None = None
-    steps: int | None = None
+    evaluations: int | None = field(default=None, converter=converters.optional(int))
+    steps: int | None = field(default=None, converter=converters.optional(int))
     reference_error: float = 0.0
     problem: str = ""
+
+    def __attrs_post_init__(self) -> None:
+        wrong = [name for name, error in self.errors.items() if error is not None and not math.isfinite(error)]
+        if wrong:
+            object.__setattr__(self, "errors", {**self.errors, **dict.fromkeys(wrong)})
+            object.__setattr__(self, "problem", self.problem or "not finite")
 
     @classmethod
     def of(

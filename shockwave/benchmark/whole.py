@@ -133,6 +133,7 @@ class Whole:
         """
         state = np.zeros(2 * self.granules)
         held: float | None = None
+        drift: float | None = None
         evaluations: int | None = 0
         steps, found = 0, None
         for begin, end in pairwise(self.ends):
@@ -143,40 +144,43 @@ class Whole:
                 raise NumericalError("not finite")
             steps += len(piece.times) - 1
             evaluations = _sum(evaluations, piece.evaluations)
-            found = found or self._front(piece, solve, tolerance)
+            step = None if found is not None else self._front(piece)
+            if step is not None:
+                found = self._top(piece, step, solve, tolerance)
+                drift = None if held is None else abs(self._energy(piece.states[step + 1]) / held - 1)
             if end == self.case.problem.duration:
                 held = self._energy(state)
         if found is None:
             raise NumericalError(f"no peak at contact {self.case.contact} by t = {self.until:.4g} T0, when one is due")
-        drift = None if held is None else abs(self._energy(state) / held - 1)
         return Reading(*found, drift, evaluations, steps)
 
     def _energy(self, state: FloatArray) -> float:
         return energy(state[: self.granules], state[self.granules :])
 
-    def _front(self, piece: Piece, solve: Solve, tolerance: float) -> tuple[float, float] | None:
-        contact, granules = self.case.contact, self.granules
-        closing = piece.states[:, granules + contact] - piece.states[:, granules + contact + 1]
+    def _front(self, piece: Piece) -> int | None:
+        """The step in which the force at the contact has its first maximum, if it has one."""
+        contact = self.case.contact
+        closing = self._closing(piece)
         overlap = np.maximum(piece.states[:, contact] - piece.states[:, contact + 1], 0.0)
         tops = np.nonzero((closing[:-1] > 0) & (closing[1:] <= 0) & (overlap[1:] ** 1.5 > FLOOR))[0]
-        if not len(tops):
-            return None
-        step = int(tops[0])
-        begin, end = piece.times[step : step + 2].tolist()
-        first = begin + (end - begin) * float(closing[step] / (closing[step] - closing[step + 1]))
-        return self._top((begin, first, end), piece.states[step], solve, tolerance)
+        return int(tops[0]) if len(tops) else None
 
-    def _top(
-        self, times: tuple[float, float, float], state: FloatArray, solve: Solve, tolerance: float
-    ) -> tuple[float, float]:
+    def _closing(self, piece: Piece) -> FloatArray:
+        """How fast the contact closes, at each step's end."""
+        place = self.granules + self.case.contact
+        return np.asarray(piece.states[:, place] - piece.states[:, place + 1])
+
+    def _top(self, piece: Piece, step: int, solve: Solve, tolerance: float) -> tuple[float, float]:
         """Peak force and its time by Newton's method, within a step and from its beginning each time.
 
         At a loose tolerance a step is as long as the whole wave: where Newton's method leads out of the interval in
         which the maximum is known to be, that is halved.
         """
         contact, granules = self.case.contact, self.granules
-        begin, time, end = times
-        low, high = begin, end
+        begin, end = piece.times[step : step + 2].tolist()
+        before, after = self._closing(piece)[step : step + 2].tolist()
+        state = piece.states[step]
+        time, low, high = begin + (end - begin) * before / (before - after), begin, end
         for _ in range(_CORRECTIONS):
             y = solve(begin, time, state, tolerance).states[-1]
             closing = float(y[granules + contact] - y[granules + contact + 1])

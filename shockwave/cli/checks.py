@@ -17,17 +17,23 @@ __all__ = ["bench", "stress"]
 
 def bench(options: argparse.Namespace) -> int:
     """Work and precision."""
-    from shockwave.benchmark.bench import run
+    from shockwave.benchmark.bench import NotWrittenError, run
 
     scenarios, status = loaded(options.files)
     if status:
         return status
     tell = _tell if sys.stderr.isatty() else None
-    found = run(scenarios, options.family, options.quick, options.output, options.longest, tell)
+    failure = None
+    try:
+        found = run(scenarios, options.family, options.quick, options.output, options.longest, tell)
+    except NotWrittenError as error:  # what was found is not lost with the page
+        found, failure = error.result, error
     if options.json:
         print_json(found.to_dict())
     else:
         print(found)
+    if failure is not None:
+        raise failure
     if options.output:
         print(f"{options.output}: written", file=sys.stderr)
     return 0

@@ -44,6 +44,17 @@ def parser() -> argparse.ArgumentParser:
     report = command("report", f"{_SCENES}:report", "write one page on a scenario, with pictures")
     report.add_argument("file", metavar="FILE", help="scenario file (YAML)")
     report.add_argument("-o", "--output", metavar="FILE", help="write to FILE, not to stdout")
+    curve = command(
+        "curve", f"{_SCENES}:curve", "the primary's amplification against rise time, for a scenario's shape"
+    )
+    curve.add_argument("file", metavar="FILE", help="scenario file (YAML)")
+    curve.add_argument(
+        "--rtol", type=_between(1e-8, 0.1), default=1e-4, help="relative error asked for (default: 1e-4)"
+    )
+    curve.add_argument(
+        "--longest", type=_between(1e-3, 1000), default=50.0, help="longest duration, in natural times (default: 50)"
+    )
+    curve.add_argument("-o", "--output", metavar="FILE", help="write it (.json), or a picture (.svg, .png, .pdf)")
     _add_checks(command)
     listing = command("list", f"{_LISTING}:listed", "what is registered, built in and plugged in")
     listing.add_argument("kind", nargs="?", choices=KINDS, help="only these")
@@ -68,7 +79,7 @@ def _add_checks(command: Callable[[str, str, str], argparse.ArgumentParser]) -> 
         "--family", action="append", default=[], choices=("quadratures", "predictors", "integrators"), help="only these"
     )
     bench.add_argument("--quick", action="store_true", help="fewer problems and settings; ends within a minute")
-    bench.add_argument("--longest", type=_seconds, metavar="SECONDS", help="longest time of one run")
+    bench.add_argument("--longest", type=_between(1e-6, 3600), metavar="SECONDS", help="longest time of one run")
     bench.add_argument("-o", "--output", metavar="FILE", help="write a page (.html), or its figures alone (.svg)")
     stress = command("stress", f"{_CHECKS}:stress", "run the catalogue of extreme cases")
     stress.add_argument("names", nargs="*", metavar="NAME", help="cases or themes; left out, all")
@@ -77,14 +88,17 @@ def _add_checks(command: Callable[[str, str, str], argparse.ArgumentParser]) -> 
         added.add_argument("--json", action="store_true", help="one JSON document on stdout")
 
 
-def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = 0.0
-    if not 0 < value <= 3600:
-        raise argparse.ArgumentTypeError(f"must be a number of seconds > 0 and <= 3600 (got {text!r})")
-    return value
+def _between(low: float, high: float) -> Callable[[str], float]:
+    def parse(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = float("nan")
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"must be a number >= {low:g} and <= {high:g} (got {text!r})")
+        return value
+
+    return parse
 
 
 def _add_simulate_options(command: argparse.ArgumentParser) -> None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from shockwave.options import SimulateOptions
     from shockwave.scenario.load import Scenario
 
-__all__ = ["compare", "loaded", "predict", "report", "simulate", "validate"]
+__all__ = ["compare", "curve", "loaded", "predict", "report", "simulate", "validate"]
 
 
 def loaded(files: Sequence[str]) -> tuple[list[Scenario], int]:
@@ -151,6 +151,24 @@ def report(options: argparse.Namespace) -> int:
         print(f"{options.file}: {failure}", file=sys.stderr)
     status = written(page(found), options.output, anew=False)
     return status or (1 if found.failures else 0)
+
+
+def curve(options: argparse.Namespace) -> int:
+    """The universal curve of a scenario's shape."""
+    from shockwave.chain import Scales
+    from shockwave.curve import UniversalCurve, write
+
+    scenarios, status = loaded([options.file])
+    if status:
+        return status
+    shock, chain = scenarios[0].shock, scenarios[0].chain
+    found = UniversalCurve(shock.profile, rtol=options.rtol, longest=options.longest)
+    if not options.output:
+        print(found)
+        return 0
+    write(found, options.output, mark=Scales.of(chain, shock.peak_force).rise_time(shock.rise_time))
+    print(f"{options.output}: written", file=sys.stderr)
+    return 0
 
 
 def validate(options: argparse.Namespace) -> int:

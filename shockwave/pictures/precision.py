@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Row", "work_precision"]
 
+# Errors and times beyond these stand at them: nobody tells them apart, and an axis needs room beyond.
+_LEAST, _GREATEST = 1e-100, 1e100
 # How far below the least error, and above the greatest, a mark stands that has no place on a logarithmic axis: so many
 # times at least, and this power of the range of errors.
 _APART, _POWER = 8.0, 0.12
@@ -71,7 +73,16 @@ def work_precision(ax: Axes, rows: Iterable[Row], name: str = "relative error") 
     measure(ax, "x", math.sqrt(min(times) * max(times)) if times else 1.0, "s", "time")
     ratio(ax, "y", name)
     key(ax)
+    _literally(ax)
     return dress(ax)
+
+
+def _literally(ax: Axes) -> None:
+    """Names are anybody's: a dollar in them is a dollar, and begins no formula."""
+    ax.yaxis.label.set_parse_math(False)
+    legend = ax.get_legend()
+    for text in () if legend is None else legend.get_texts():
+        text.set_parse_math(False)
 
 
 def _method(ax: Axes, index: int, method: str, own: Sequence[Row], ends: tuple[float, float]) -> None:
@@ -97,9 +108,14 @@ def _method(ax: Axes, index: int, method: str, own: Sequence[Row], ends: tuple[f
 
 def _error(row: Row) -> float:
     """Of a run, its size; -1 of one that failed."""
-    return -1.0 if row.problem or row.error is None or not math.isfinite(row.error) else abs(row.error)
+    return -1.0 if row.problem or row.error is None or not math.isfinite(row.error) else _drawn(abs(row.error))
 
 
 def _time(row: Row) -> float:
     """Of a run; 0 where none was taken."""
-    return 0.0 if row.seconds is None or not math.isfinite(row.seconds) else row.seconds
+    return 0.0 if row.seconds is None or not math.isfinite(row.seconds) else _drawn(row.seconds)
+
+
+def _drawn(value: float) -> float:
+    """Where it stands on its axis; 0 has no place there."""
+    return min(max(value, _LEAST), _GREATEST) if value > 0 else 0.0

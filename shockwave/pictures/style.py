@@ -59,6 +59,7 @@ LABEL, SMALL = 8.0, 7.0
 _FEW_DECADES = 2000.0
 # Width of a letter over its size, of the mark before an entry of the key, and what the axes' labels take [in].
 _LETTER, _MARK, _MARGIN = 0.55, 4.2, 0.6
+_DECADE = 10.0
 
 
 def measure(ax: Axes, axis: Literal["x", "y"], largest: float, unit: str, name: str) -> None:
@@ -68,7 +69,18 @@ def measure(ax: Axes, axis: Literal["x", "y"], largest: float, unit: str, name: 
     factor, prefixed = _prefixed(largest, unit)
     chosen = ax.xaxis if axis == "x" else ax.yaxis
     chosen.set_label_text(f"{name} ({prefixed})")
-    chosen.set_major_formatter(FuncFormatter(lambda value, _: f"{value / factor:.6g}".replace("-", "\N{MINUS SIGN}")))
+
+    def prefixed_text(value: float, _: object) -> str:
+        return f"{value / factor:.6g}".replace("-", "\N{MINUS SIGN}")
+
+    def between(value: float, _: object) -> str:
+        low, high = chosen.get_view_interval()
+        return prefixed_text(value, _) if high < _DECADE * low else ""
+
+    chosen.set_major_formatter(FuncFormatter(prefixed_text))
+    if chosen.get_scale() == "log":
+        # Of the small ticks only those are told without which an axis might tell none.
+        chosen.set_minor_formatter(FuncFormatter(between))
 
 
 def thousandths(value: float, unit: str, digits: int = 3) -> str:

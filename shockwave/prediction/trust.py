@@ -119,6 +119,12 @@ def laws() -> tuple[Law, Law]:
     return Law.of("short", entries["short"]), Law.of("long", entries["long"])
 
 
+_LATER_ABOVE = (
+    "no error was measured for this reading of section 4 where a later wave is predicted above the primary: simulate,"
+    " or take model moments"
+)
+
+
 def expected_error(
     answer: ScaledAnswer, shock: ScaledShock, conditions: Sequence[Condition], near: bool = True
 ) -> tuple[tuple[float, float] | None, list[str]]:
@@ -164,6 +170,8 @@ def _why_not(answer: ScaledAnswer, profile: ShockProfile, conditions: Sequence[C
     turns = reversal(profile)
     if turns > _MOST_REVERSAL:
         return [f"the shock has several peaks (it turns by {turns:.0%} of its peak): simulate to know"]
+    if answer.trust is None and near and answer.regime == "train" and max(answer.amplitudes) > answer.amplitudes[0]:
+        return [_LATER_ABOVE]
     if answer.trust is None or not near:
         return ["no error was measured for this reading of section 4: simulate to know"]
     if answer.regime == "ejection" and answer.trust > _WIDEST_WINDOW:
