@@ -81,7 +81,9 @@ def shockwave_materials() -> list[Entry]:
 
 @hookimpl
 def shockwave_models() -> list[Entry]:
+    place = "shockwave.theory"
+    relations = "relations of section 4 of Hasan & Nemat-Nasser"
     return [
-        Entry("section-4", "shockwave.theory.section4:predict", "relations of section 4 of Hasan & Nemat-Nasser"),
-        Entry("moments", "shockwave.theory.moments:predict", "law of the primary by the moments of the shock"),
+        Entry("section-4", f"{place}.section4:predict", relations, takes="alpha"),
+        Entry("moments", f"{place}.moments:predict", "law of the primary by the moments of the shock"),
     ]

@@ -244,3 +244,8 @@ def test_the_range_told_for_a_long_triangle_holds_the_simulated_error(rise_time:
 def test_a_chain_too_short_for_a_steady_wave_is_warned_of(granules: int | None, warned: bool) -> None:
     outcome = sw.Predictor().predict(SHOCKS["single"], attrs.evolve(CHAIN, granules=granules))
     assert any("granules" in warning for warning in outcome.warnings) is warned
+
+
+def test_a_model_without_an_alpha_takes_none() -> None:
+    with pytest.raises(sw.InvalidValueError, match="alpha: must be left out for model 'moments', which has none"):
+        sw.Predictor(model="moments", alpha="literal")

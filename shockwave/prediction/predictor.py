@@ -72,6 +72,13 @@ def _no_tolerance(instance: Predictor, attribute: Any, value: object) -> None:
         )
 
 
+def _known_alpha(instance: Predictor, attribute: Any, value: str) -> None:
+    _one_of("constant", "literal")(instance, attribute, value)
+    if value != "constant" and "alpha" not in find("models", instance.model).takes.split():
+        problem = f"must be left out for model {instance.model!r}, which has none (got {value!r})"
+        raise InvalidValueError.of("alpha", problem)
+
+
 @frozen
 class Predictor:
     """Says a priori which solitary waves a shock makes, by section 4 of Hasan & Nemat-Nasser.
@@ -104,7 +111,7 @@ class Predictor:
     momentum_coefficient: str | float = field(
         default="exact", validator=lambda _, __, value: coefficient_of(value) and None
     )
-    alpha: Literal["constant", "literal"] = field(default="constant", validator=_one_of("constant", "literal"))
+    alpha: Literal["constant", "literal"] = field(default="constant", validator=_known_alpha)
     equal_tolerance: float = quantity("", "relative difference called equal", at_least=0, below=1, default=0.05)
     wave_threshold: float = quantity("", "weakest later wave listed, over the primary", above=0, below=1, default=5e-3)
     quadrature: str | None = field(default=None, validator=_known_quadrature)
