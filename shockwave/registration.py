@@ -100,15 +100,18 @@ def registered(module: ModuleType) -> list[tuple[str, Entry]]:
     TypeError, ValueError
         When a hook is misspelt or takes arguments, when it returns no list of entries, or when there is nothing.
     """
+    # pluggy looks long at whatever a module holds, so it is shown the hooks alone.
+    shown = ModuleType(module.__name__)
     for name, function in vars(module).items():
         if hasattr(function, f"{_GROUP}_impl"):
             _check_hook(name, function)
+            setattr(shown, name, function)
     manager = _manager()
-    manager.register(module)
+    manager.register(shown)
     try:
         found = [claimed for kind in KINDS for claimed in _entries(manager, kind)]
     finally:
-        manager.unregister(module)
+        manager.unregister(shown)
     if not found:
         raise ValueError("registers nothing (a hook without @hookimpl, or one that returns nothing?)")
     return found
