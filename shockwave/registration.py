@@ -72,7 +72,7 @@ def noun_at(kind: str, address: str, takes: str = "") -> Any:
     if kind == "profiles":
         at("shockwave.document.declared:check_declared")(found)
         _check_ratio(found)
-    if kind == "integrators" and not address.startswith(f"{_GROUP}."):
+    if kind == "integrators":
         _check_takes(found, takes)
     return found
 

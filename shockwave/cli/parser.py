@@ -12,11 +12,14 @@ __all__ = ["KINDS", "parser"]
 KINDS = ("profiles", "integrators", "backends", "quadratures", "materials", "models", "plugins")
 _NO_PLUGINS = "use nothing but what is built in"
 _EXITS = "exit status: 0 done; 1 a run failed; 2 usage; 3 invalid scenario; 4 faulty plugin; 5 file access"
+# Adds a command of a name, where it lives and what it does.
+_Command = Callable[[str, str, str], argparse.ArgumentParser]
 # Where the commands live.
 _SCENES, _LISTING, _CHECKS = "shockwave.cli.scenes", "shockwave.cli.listing", "shockwave.cli.checks"
 
 
 def parser() -> argparse.ArgumentParser:
+    """The parser of all commands; each sets ``command`` to the place of the function that runs it."""
     made = argparse.ArgumentParser(
         prog="shockwave", description="Solitary waves in granular chains under shocks.", epilog=_EXITS
     )
@@ -30,13 +33,20 @@ def parser() -> argparse.ArgumentParser:
         added.set_defaults(command=run)
         return added
 
-    for name, place, summary in (
-        ("predict", _SCENES, "say a priori which waves a shock makes"),
-        ("simulate", _SCENES, "integrate the equations of motion and measure the waves"),
-        ("compare", _SCENES, "prediction beside simulation"),
-        ("validate", _SCENES, "check scenario files and tell every fault"),
+    _add_scenes(command)
+    _add_checks(command)
+    _add_listing(command)
+    return made
+
+
+def _add_scenes(command: _Command) -> None:
+    for name, summary in (
+        ("predict", "say a priori which waves a shock makes"),
+        ("simulate", "integrate the equations of motion and measure the waves"),
+        ("compare", "prediction beside simulation"),
+        ("validate", "check scenario files and tell every fault"),
     ):
-        added = command(name, f"{place}:{name}", summary)
+        added = command(name, f"{_SCENES}:{name}", summary)
         added.add_argument("files", nargs="+", metavar="FILE", help="scenario file (YAML)")
         added.add_argument("--json", action="store_true", help="one JSON document on stdout")
         if name in ("simulate", "compare"):
@@ -55,24 +65,9 @@ def parser() -> argparse.ArgumentParser:
         "--longest", type=_between(1e-3, 1000), default=50.0, help="longest duration, in natural times (default: 50)"
     )
     curve.add_argument("-o", "--output", metavar="FILE", help="write it (.json), or a picture (.svg, .png, .pdf)")
-    _add_checks(command)
-    listing = command("list", f"{_LISTING}:listed", "what is registered, built in and plugged in")
-    listing.add_argument("kind", nargs="?", choices=KINDS, help="only these")
-    listing.add_argument("--json", action="store_true", help="one JSON document on stdout")
-    listing.add_argument(
-        "--check", action="store_true", help="import everything that plugins register, and tell faults"
-    )
-    new = command("new", f"{_LISTING}:new", "write a scenario with every key and its meaning")
-    new.add_argument("--profile", default="power-law", help="name of a profile (default: power-law)")
-    schema = command(
-        "schema", f"{_LISTING}:schema", "write a JSON Schema of scenarios, with what is installed, for editors"
-    )
-    for added, kept in ((new, "which must not exist, "), (schema, "")):
-        added.add_argument("-o", "--output", metavar="FILE", help=f"write to FILE, {kept}not to stdout")
-    return made
 
 
-def _add_checks(command: Callable[[str, str, str], argparse.ArgumentParser]) -> None:
+def _add_checks(command: _Command) -> None:
     bench = command("bench", f"{_CHECKS}:bench", "error against run time: quadratures, predictors, integrators")
     bench.add_argument("files", nargs="*", metavar="FILE", help="scenario files, in place of the named problems")
     bench.add_argument(
@@ -99,6 +94,22 @@ def _between(low: float, high: float) -> Callable[[str], float]:
         return value
 
     return parse
+
+
+def _add_listing(command: _Command) -> None:
+    listing = command("list", f"{_LISTING}:listed", "what is registered, built in and plugged in")
+    listing.add_argument("kind", nargs="?", choices=KINDS, help="only these")
+    listing.add_argument("--json", action="store_true", help="one JSON document on stdout")
+    listing.add_argument(
+        "--check", action="store_true", help="import everything that plugins register, and tell faults"
+    )
+    new = command("new", f"{_LISTING}:new", "write a scenario with every key and its meaning")
+    new.add_argument("--profile", default="power-law", help="name of a profile (default: power-law)")
+    schema = command(
+        "schema", f"{_LISTING}:schema", "write a JSON Schema of scenarios, with what is installed, for editors"
+    )
+    for added, kept in ((new, "which must not exist, "), (schema, "")):
+        added.add_argument("-o", "--output", metavar="FILE", help=f"write to FILE, {kept}not to stdout")
 
 
 def _add_simulate_options(command: argparse.ArgumentParser) -> None:

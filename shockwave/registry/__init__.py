@@ -18,7 +18,7 @@ from attrs import evolve
 
 from shockwave.errors import PluginError, ShockwaveError, UnknownNameError
 from shockwave.hooks import Entry
-from shockwave.registration import KINDS, at, noun_at, registered
+from shockwave.registration import KINDS, at, registered
 from shockwave.registry.elsewhere import ELSEWHERE
 from shockwave.registry.installed import DISABLE, EVERY, Plugin, checked, plugins, same_distribution, twice
 
@@ -109,7 +109,7 @@ def _of_plugin(kind: str, entry: Entry) -> Any:
     if not problem:
         try:
             with redirect_stdout(sys.stderr):  # what it prints is no part of a result
-                return noun_at(kind, entry.address, entry.takes)
+                return at(entry.address)
         except _PLUGIN_FAULTS as error:
             problem = f"{KINDS[kind]} {entry.name!r}: {entry.address}: {type(error).__name__}: {error}"
     raise PluginError(f"plugin {plugin.distribution} {plugin.version} is at fault: {problem}")
