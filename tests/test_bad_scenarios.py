@@ -170,7 +170,7 @@ BAD = {
     "requires-no-name": (_with("requires: ['../x']"), "3:12", "requires[0]", "must be the name of a distribution"),
     "requires-text": (_with("requires: numpy"), "3:11", "requires", "must be a list"),
     "published-without-source": (_with("published: {error: 1 %}"), "3:1", "published.source", "must be given"),
-    "sweep": (_with("sweep: {grid: {shock.duration_ratio: [2, 4]}}"), "3:1", "sweep", "remove the block"),
+    "sweep": (_with("sweep: {grid: {shock.duration_rati: [2, 4]}}"), "3:16", "sweep.grid.'shock.duration_rati'", "did"),
     # records
     "record-of-nothing": (TABULATED % "", "2:29", "shock.parameters.file", "give times and forces, or a file"),
     "times-alone": (TABULATED % "times: [0, 1, 2]", "2:29", "shock.parameters.forces", "give forces, or a file"),
@@ -243,7 +243,7 @@ def test_all_faults_are_told_at_once_in_the_order_of_the_file(tmp_path: Path) ->
         ":11:24 simulate.integrator",
         ":11:36 simulate.rtol",
         ":12:1 predict",
-        ":13:1 sweep",
+        ":13:8 sweep",
     ]
 
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from shockwave.cli.output import DEBUG, internal, print_json, written
-from shockwave.errors import Fault, PluginError, ScenarioError, ShockwaveError
+from shockwave.errors import Fault, PluginError, ScenarioError, ShockwaveError, UsageError
 
 if TYPE_CHECKING:
     from shockwave.options import SimulateOptions
@@ -19,14 +19,21 @@ __all__ = ["compare", "curve", "loaded", "predict", "report", "simulate", "valid
 
 
 def loaded(files: Sequence[str]) -> tuple[list[Scenario], int]:
-    """All scenarios and 0; or, after every fault of every file was told, the greatest exit status of them."""
+    """All scenarios and 0; or, after every fault of every file was told, the greatest exit status of them.
+
+    One that stands for many is a fault here.
+    """
     from shockwave.scenario.load import load_scenario
 
     scenarios: list[Scenario] = []
     status = 0
     for file in files:
         try:
-            scenarios.append(load_scenario(file))
+            scenario = load_scenario(file)
+            if scenario.sweep is not None:
+                problem = f"must be a single scene (got a sweep of {len(scenario.sweep)}; run `shockwave sweep {file}`)"
+                raise UsageError(f"{file}: {problem}")
+            scenarios.append(scenario)
         except ShockwaveError as error:
             print(error, file=sys.stderr)
             status = max(status, error.exit_code)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import re
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -89,6 +89,23 @@ class Document:
             if path[:end] in self._values:
                 return self._values[path[:end]]
         return (1, 1)
+
+    def having(self, values: Mapping[Steps, Any], places: Mapping[Steps, Place] | None = None) -> Document:
+        """The document with other ``values`` at their paths; mappings on the way are made where there are none.
+
+        ``places`` are where they stand, if they are to be located elsewhere than what is above them.
+        """
+        data = dict(self.data)
+        for path, value in values.items():
+            block = data
+            for step in path[:-1]:
+                inner = block.get(str(step))
+                block[str(step)] = dict(inner) if isinstance(inner, dict) else {}
+                block = block[str(step)]
+            block[str(path[-1])] = value
+        places = places or {}
+        changed = {path: place for path, place in self._values.items() if path not in values} | dict(places)
+        return Document(self.name, data, self.unreadable, changed, {**self._keys, **places})
 
 
 def read_document(path: str | os.PathLike[str], faults: list[Fault] | None = None) -> Document:

@@ -4,7 +4,7 @@ It needs the extra ``plot``. Nothing in the page is loaded from elsewhere, and e
 """
 
 from shockwave.page.findings import Findings, findings
-from shockwave.page.scene_hash import normalised, scene_hash
 from shockwave.page.whole import page, written
+from shockwave.scenario.scene_hash import normalised, scene_hash
 
 __all__ = ["Findings", "findings", "normalised", "page", "scene_hash", "written"]

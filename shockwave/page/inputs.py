@@ -12,9 +12,9 @@ from shockwave.errors import ShockwaveError
 from shockwave.fields import quantity_of
 from shockwave.page.markup import Html, density, facts, formula, joined, quantity, table, tag
 from shockwave.page.provenance import profile_name
-from shockwave.page.scene_hash import parameters
 from shockwave.profiles.conditions import TOLERANCE, Condition, conditions
 from shockwave.scenario.load import Scenario
+from shockwave.scenario.scene_hash import parameters
 
 __all__ = ["asked", "judged"]
 

@@ -11,9 +11,9 @@ from shockwave.errors import ShockwaveError
 from shockwave.hooks import Entry
 from shockwave.page.findings import Findings
 from shockwave.page.markup import Html, facts, joined, table, tag
-from shockwave.page.scene_hash import scene_hash
 from shockwave.profiles.base import ShockProfile
 from shockwave.registry import entries, find, load, own_entries
+from shockwave.scenario.scene_hash import scene_hash
 
 __all__ = ["profile_name", "provenance"]
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import inspect
 import typing
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from typing import Any, Final, Literal
 
 import attrs
@@ -122,6 +123,7 @@ def _parameters(cls: type, maker: type) -> Iterator[Key]:
             yield Key(name, required, spec, hints.get(name, Any), UNSTATED if required else parameter.default)
 
 
+@lru_cache(maxsize=128)
 def _hints(source: Any) -> dict[str, Any]:
     try:
         return typing.get_type_hints(source)
@@ -150,7 +152,7 @@ SCENARIO = (
     Key("simulate"),
     Key("requires", annotation=list[str], meaning="distributions that must be installed"),
     Key("published"),
-    Key("sweep"),
+    Key("sweep", meaning="a mapping of grid, zip or points: the scenario stands for many"),
 )
 CHAIN = (
     Key("material", required=True, meaning="a name of the material library, or a mapping"),

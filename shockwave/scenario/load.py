@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from attrs import define, evolve, frozen
+from attrs import define, evolve, field, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.material import Material
@@ -38,15 +38,12 @@ from shockwave.scenario.blocks import (
     shock_keys,
 )
 from shockwave.scenario.gathering import Gathering
+from shockwave.scenario.sweep import Sweep, named, read
 from shockwave.scenario.values import missing, structure
 
 __all__ = ["DISTRIBUTION", "Published", "Scenario", "load_scenario", "scenario_of"]
 
 DISTRIBUTION = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9._-]{0,100}[A-Za-z0-9])?")
-_SWEEP = (
-    "must be left out: a scenario with a sweep stands for many, and this version runs single scenes only"
-    " (got a sweep; remove the block)"
-)
 
 
 @frozen(kw_only=True)
@@ -69,6 +66,10 @@ class Scenario:
         As the block ``simulate`` wants it.
     published : Published or None
         Figures of a source for the same scene.
+    sweep : Sweep or None
+        The scenes that it stands for; shock, chain and settings are then those of the first one.
+    document : Document or None
+        What it was read from, without the block ``sweep``.
     """
 
     name: str
@@ -78,6 +79,8 @@ class Scenario:
     predictor: Predictor
     simulate: SimulateOptions
     published: Published | None = None
+    sweep: Sweep | None = None
+    document: Document | None = field(default=None, eq=False, repr=False)
 
 
 def load_scenario(path: str | os.PathLike[str]) -> Scenario:
@@ -107,6 +110,8 @@ def scenario_of(document: Document, path: Path | None, faults: Sequence[Fault] =
     ``faults`` are those that reading it has found.
     """
     loading = _Loading(document, list(faults), path=path)
+    sweep = read(loading, document.data) if document.data.get("sweep") is not None else None
+    document = loading.document = _first(document, sweep)
     data, wrongs = structure(_without_empty(document.data), SCENARIO)
     loading.report((), wrongs)
     # What is wrong at the top must not hide what is wrong in a block.
@@ -120,10 +125,24 @@ def scenario_of(document: Document, path: Path | None, faults: Sequence[Fault] =
         "published": loading.published(data),
     }
     loading.requires(data.get("requires"))
-    if "sweep" in data:
-        loading.add(("sweep",), _SWEEP, at_key=True)
     loading.finish()
-    return Scenario(path=path, **parts)
+    return Scenario(path=path, sweep=sweep, document=document, **parts)
+
+
+def _first(document: Document, sweep: Sweep | None) -> Document:
+    """The first of the scenes that the document stands for, as one that stands for itself."""
+    rest = {name: value for name, value in document.data.items() if name != "sweep"}
+    if sweep is None:
+        # what a sweep with faults would have brought is not missing
+        brought = {tuple(name.split(".")) for name in named(document.data.get("sweep"))}
+        return evolve(document, data=rest, unreadable=document.unreadable | brought)
+    document = evolve(document, data=rest)
+    by_name = isinstance(rest.get("chain"), dict) and isinstance(rest["chain"].get("material"), str)
+    values: dict[Steps, Any] = {tuple(name.split(".")): value for name, value in sweep.point(0).items()}
+    # a material called by its name has no place for its values, and needs none
+    own = {path: value for path, value in values.items() if not (by_name and path[:2] == ("chain", "material"))}
+    place = document.place(("sweep",), key=True)
+    return document.having(own, dict.fromkeys(own, place))
 
 
 def _without_empty(data: Mapping[str, Any]) -> dict[str, Any]:

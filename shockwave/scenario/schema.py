@@ -33,6 +33,7 @@ from shockwave.scenario.blocks import (
     shock_keys,
 )
 from shockwave.scenario.load import DISTRIBUTION
+from shockwave.scenario.schema_dotted import parted, sweep
 from shockwave.scenario.template import purpose_of, within
 
 __all__ = ["schema"]
@@ -42,8 +43,6 @@ _ABOUT = (
     "One shock on one chain of equal elastic spheres. A bare number is in SI units; text is a number with a unit"
     " of the same dimension, such as 15 us."
 )
-#: What the loader knows in order to refuse it.
-_REFUSED = ("sweep",)
 #: Keys whose value is a name -> where it is registered.
 _REGISTRIES = {singular: kind for kind, singular in registry.KINDS.items()}
 _OWN_RATIO: Final = {"not": {}, "description": "to be left out, as the profile has its own"}
@@ -71,7 +70,7 @@ def schema() -> Form:
         Plain data for `json.dumps`, the same for the same installation. A profile that cannot be imported may be
         named in a scenario, with any parameters.
     """
-    keys = [key for key in SCENARIO if key.name not in _REFUSED]
+    keys = SCENARIO
     blocks = {
         "name": {"pattern": _LINE},
         "chain": _chain(),
@@ -80,17 +79,25 @@ def schema() -> Form:
         "simulate": _options(SimulateOptions),
         "requires": {"items": {"type": "string", "pattern": f"^(?:{DISTRIBUTION.pattern}){_END}"}},
         "published": _mapping(keys_of(Published)),
+        "sweep": sweep(),
     }
     forms = {key.name: {**_value(key), **blocks[key.name]} for key in keys}
     # An optional block that holds nothing is taken for one that is left out.
     spare = [key.name for key in keys if not key.required and key.annotation is not str]
     forms |= {name: _or_null(forms[name]) for name in spare}
+    brought = {name: parted(forms[name]) for name in ("chain", "shock")}
+    needed = _mapping(keys)["required"]
     return {
         "$schema": _DRAFT,
         "$comment": _installed(),
         "title": "Scenario of shockwave",
         "description": _ABOUT,
-        **_mapping(keys, forms),
+        "type": "object",
+        "properties": forms | {name: rest for name, (rest, _) in brought.items()},
+        "additionalProperties": False,
+        # the scenes of a sweep may have from it what is missing here
+        "if": {"properties": {"sweep": {"type": "object"}}, "required": ["sweep"]},
+        "else": {"required": needed, "properties": {name: needs for name, (_, needs) in brought.items()}},
     }
 
 

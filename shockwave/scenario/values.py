@@ -5,7 +5,7 @@ from __future__ import annotations
 import types
 import typing
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, Literal
 
 import attrs
@@ -62,7 +62,7 @@ def structure(data: Any, keys: Sequence[Key]) -> tuple[dict[str, Any], list[Wron
     if not isinstance(data, dict):
         names = ", ".join(key.name for key in keys)
         return {}, [Wrong((), f"must be a mapping of {names or 'nothing'} (got {text_of(data)})")]
-    form, hook = _form(tuple(keys))
+    form, hook = _form_of(tuple(keys))
     try:
         block = hook(data, form)
     except BaseValidationError as error:
@@ -83,6 +83,15 @@ def _converter() -> Converter:
     return converter
 
 
+def _form_of(keys: tuple[Key, ...]) -> tuple[type, Callable[[Mapping[str, Any], Any], Any]]:
+    """As `_form`, which takes most of the time of loading and is therefore done once for the same keys."""
+    try:
+        return _form(keys)
+    except TypeError:  # the default of a plugin's parameter may have no hash
+        return _form.__wrapped__(keys)
+
+
+@lru_cache(maxsize=128)
 def _form(keys: tuple[Key, ...]) -> tuple[type, Callable[[Mapping[str, Any], Any], Any]]:
     """A class with one attribute for each key, and the function that fills it and finds every fault."""
     attributes = {key.name: field() if key.required else field(default=None) for key in sorted(keys, key=_order)}
