@@ -27,6 +27,7 @@ from shockwave.profiles.shock import Shock
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.scenario.blocks import CHAIN, SCENARIO, keys_of, parameters_of, profile_class, shock_keys
 from shockwave.scenario.load import Published, Scenario, load_scenario
+from shockwave.scenario.sweep import SWEEP
 from shockwave.scenario.template import template
 
 if TYPE_CHECKING:
@@ -284,7 +285,7 @@ def test_templates_load_and_have_every_key(tmp_path: Path, profile: str | None) 
     assert _load(tmp_path, text).shock.profile.__class__ is profile_class(name)
     blocks = [CHAIN, shock_keys(profile_class(name)), parameters_of(name, profile_class(name))]
     blocks += [keys_of(cls) for cls in (Material, Predictor, SimulateOptions, Published)]
-    keys = {key.name for block in (SCENARIO, *blocks) for key in block} - {"sweep"}
+    keys = {key.name for block in (SCENARIO, SWEEP, *blocks) for key in block}
     if not parameters_of(name, profile_class(name)):
         keys.remove("parameters")
     assert {key for key in keys if f" {key}:" not in text.replace("\n", " ")} == set()
@@ -299,11 +300,14 @@ def test_templates_state_the_defaults(tmp_path: Path) -> None:
 def test_what_a_template_comments_out_is_valid_too(tmp_path: Path) -> None:
     text = template("exponential").replace("material: paper-steel", "").replace("\n  # material:", "\n  material:")
     text = text.replace("\n  #   ", "\n    ").replace("\n#   ", "\n  ").replace("\n# published", "\npublished")
+    text = text.replace("\n# sweep", "\nsweep")
     text = text.replace("\n  # granules", "\n  granules").replace("\n  # quadrature", "\n  quadrature")
     scenario = _load(tmp_path, text)
     assert isinstance(scenario.shock.profile, Exponential)
     assert (scenario.chain.granules, scenario.predictor.quadrature) == (200, "tanh-sinh")
     assert scenario.published is not None
+    assert scenario.sweep is not None
+    assert scenario.sweep.shape == (10, 2, 2, 2)
 
 
 def test_a_template_of_an_unknown_profile_tells_the_nearest() -> None:

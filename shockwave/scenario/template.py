@@ -26,6 +26,7 @@ from shockwave.scenario.blocks import (
     profile_class,
     shock_keys,
 )
+from shockwave.scenario.sweep import SWEEP
 
 __all__ = ["purpose_of", "template", "within"]
 
@@ -61,6 +62,7 @@ _MEANINGS = {
     "predict": "how the waves are to be predicted",
     "simulate": "how the scene is to be simulated",
     "published": "figures printed in a source, shown beside ours",
+    "sweep": "many scenes in one file, for `shockwave sweep`",
     "name": "what it is called",
     "source": "where the figures come from",
     "radius": "in place of the diameter",
@@ -76,6 +78,12 @@ _MEANINGS = {
     "contacts": "where the passage of the primary is wanted, counted from 0",
     "record": "histories to keep: forces (at the contacts), field, energies",
     "relation": "of the primary's peak to the shock's: less, equal or greater",
+}
+_SWEPT = {
+    "run": "simulate",
+    "grid": "{shock.rise_time: {linspace: [5 us, 50 us, 10]}, chain.diameter: [5 mm, 10 mm]}",
+    "zip": "{chain.material: [paper-steel, brass-260], chain.granules: [200, 400]}",
+    "points": "[{shock.peak_force: 50 N}, {shock.peak_force: 100 N}]",
 }
 #: Quantities of which more is to be said than their declaration does.
 _TOLD_TOO = ("radius", "granules")
@@ -127,6 +135,7 @@ def template(profile: str | None = None) -> str:
         ["simulate:", *_lines(keys_of(SimulateOptions))],
         [_requires(owner)],
         [f"# published:  # {_MEANINGS['published']}", *_published()],
+        [f"# sweep:  # {_MEANINGS['sweep']}", *(f"#   {k.name}: {_SWEPT[k.name]}  # {k.meaning}" for k in SWEEP)],
     )
     return "\n".join([_HEAD, *("\n".join(block) + "\n" for block in blocks)])
 
