@@ -17,7 +17,7 @@ from shockwave.scenario.blocks import Published
 from shockwave.text import range_text, si
 from shockwave.theory.scaled import Relation
 
-__all__ = ["Comparison", "compare"]
+__all__ = ["Comparison", "beside", "compare"]
 
 
 @frozen(kw_only=True)
@@ -87,9 +87,14 @@ def compare(
     predictor = predictor or Predictor()
     predicted = predictor.predict(shock, chain)
     simulated = simulate_with(options, shock, chain) if options is not None else simulate(shock, chain, **asked)
+    return beside(predicted, simulated, predictor.equal_tolerance)
+
+
+def beside(predicted: Outcome, simulated: SimulationResult, equal_tolerance: float) -> Comparison:
+    """The two answers side by side; forces that differ by less than ``equal_tolerance`` are called equal."""
     excess = simulated.amplification - 1
     relation: Relation = "greater" if excess > 0 else "less"
-    if abs(excess) <= predictor.equal_tolerance:
+    if abs(excess) <= equal_tolerance:
         relation = "equal"
     return Comparison(
         predicted=predicted,

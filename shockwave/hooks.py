@@ -26,8 +26,8 @@ class Entry(NamedTuple):
     """A registered noun: its ``name``, its ``address`` (``package.module:attribute``) and one line on it.
 
     ``takes`` names the settings that it has a use for, where not all of its kind have the same: of an integrator
-    ``rtol`` if it is adaptive, ``step`` if not; of a model ``alpha`` if it has one to choose. ``distribution`` is
-    filled in by the registry.
+    ``rtol`` if it is adaptive, ``step`` if not; of a model ``alpha`` if it has one to choose, ``rtol`` if it chooses by
+    it. ``distribution`` is filled in by the registry.
     """
 
     name: str

@@ -29,8 +29,12 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def range_text(bounds: tuple[float, float] | None) -> str:
-    """A range of relative errors in percent, or that it is not known."""
-    return "not known" if bounds is None else f"{bounds[0]:+.1%} to {bounds[1]:+.1%}"
+    """A range of relative errors, in percent unless it is far below, or that it is not known."""
+    if bounds is None:
+        return "not known"
+    # more digits where these would show nothing
+    form = "+.1%" if max(map(abs, bounds)) >= 5e-4 else "+.1e"
+    return f"{bounds[0]:{form}} to {bounds[1]:{form}}"
 
 
 def indent(text: str) -> str:

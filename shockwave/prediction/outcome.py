@@ -45,6 +45,8 @@ class Outcome:
     ----------
     model, scenario : str, str or None
         What predicted it; the name of the scenario, if it came from one.
+    method, reason : str
+        What the peak force was found by: the model itself, unless that chooses; then why, in a sentence.
     peak_force : float
         Of the primary [N].
     amplification : float
@@ -90,6 +92,8 @@ class Outcome:
     momentum_coefficient: float
     warnings: tuple[str, ...]
     scene: Scene
+    method: str
+    reason: str = ""
     scenario: str | None = None
 
     def to_dict(self) -> dict[str, Any]:
@@ -97,6 +101,8 @@ class Outcome:
         return {
             "scenario": self.scenario,
             "model": self.model,
+            "method": self.method,
+            "reason": self.reason or None,
             "regime": self.regime,
             "relation": self.relation,
             "peak_force": self.peak_force,
@@ -121,6 +127,7 @@ class Outcome:
         lines = [
             f"prediction by {self.model}" + (f" of {self.scenario}" if self.scenario else ""),
             *self.scene.lines(),
+            *([f"  taken             {self.method}: {self.reason}"] if self.reason else []),
             f"  regime            {self.regime}",
             f"  relation          primary {_RELATIONS[self.relation]} the shock's peak force",
             f"  peak force        {si(self.peak_force, 'N')}, {self.amplification:.5g} times the shock's",

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any, Literal
 
 from attrs import evolve, field, frozen
 
@@ -11,19 +12,20 @@ from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, MOMENTUM, PAPER_COE
 from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity, quantity
 from shockwave.prediction.outcome import EjectionOutcome, Exponents, Outcome, SingleOutcome, TrainOutcome
-from shockwave.prediction.trust import expected_error
+from shockwave.prediction.trust import told
 from shockwave.profiles.conditions import conditions
 from shockwave.profiles.shock import Shock
 from shockwave.registry import blame, find, load
 from shockwave.scene import Scene
 from shockwave.theory.scaled import ScaledAnswer, ScaledShock, Settings
 
+if TYPE_CHECKING:
+    from shockwave.prediction.many import Predictions
+
 __all__ = ["MOMENTUM_COEFFICIENT", "MOMENTUM_COEFFICIENTS", "Predictor", "coefficient_of"]
 
 MOMENTUM_COEFFICIENTS = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
 MOMENTUM_COEFFICIENT = Quantity("", "leading number of A", at_least=0.01, at_most=1000)
-# Errors were measured with the exact coefficient; they hold for others as near as the paper's.
-_NEAR = 0.01
 # Below this many granules the steady wave that a prediction speaks of has not formed.
 _SHORT_CHAIN = 25
 
@@ -63,15 +65,6 @@ def _known_quadrature(_: object, attribute: Any, value: str | None) -> None:
         find("quadratures", value)
 
 
-def _no_tolerance(instance: Predictor, attribute: Any, value: object) -> None:
-    if value is not None:
-        raise InvalidValueError.of(
-            "rtol",
-            f"must be left out for model {instance.model!r}: its formulae have no tolerance to choose"
-            f" (got {value!r}; simulate to a tolerance instead)",
-        )
-
-
 def _known_alpha(instance: Predictor, attribute: Any, value: str) -> None:
     _one_of("constant", "literal")(instance, attribute, value)
     if value != "constant" and "alpha" not in find("models", instance.model).takes.split():
@@ -87,8 +80,9 @@ class Predictor:
     ----------
     model : str
         Name of a registered model.
-    rtol : None
-        Reserved for models with a tolerance; section 4 has none and refuses it.
+    rtol : float, optional
+        Relative error allowed of the primary's peak force, 1e-8 to 0.5, for a model that chooses by it, as ``auto``
+        does (left out, 1e-3); the others refuse it.
     momentum_coefficient : "exact", "paper" or float
         The leading number of A, eq. (4c): 4.344507853978653, 13/3, or another.
     alpha : "constant" or "literal"
@@ -107,7 +101,14 @@ class Predictor:
     """
 
     model: str = field(default="section-4", validator=_known_model)
-    rtol: float | None = field(default=None, validator=_no_tolerance)
+    rtol: float | None = quantity(
+        "",
+        "relative error allowed of the primary's peak force; for model auto, 1e-3 unless given",
+        at_least=1e-8,
+        at_most=0.5,
+        optional=True,
+        default=None,
+    )
     momentum_coefficient: str | float = field(
         default="exact", validator=lambda _, __, value: coefficient_of(value) and None
     )
@@ -115,6 +116,14 @@ class Predictor:
     equal_tolerance: float = quantity("", "relative difference called equal", at_least=0, below=1, default=0.05)
     wave_threshold: float = quantity("", "weakest later wave listed, over the primary", above=0, below=1, default=5e-3)
     quadrature: str | None = field(default=None, validator=_known_quadrature)
+
+    def __attrs_post_init__(self) -> None:
+        if self.rtol is not None and "rtol" not in find("models", self.model).takes.split():
+            raise InvalidValueError.of(
+                "rtol",
+                f"must be left out for model {self.model!r}: its formulae have no tolerance to choose"
+                f" (got {self.rtol!r}; take model auto, or simulate to a tolerance instead)",
+            )
 
     def predict(self, shock: Shock, chain: Chain) -> Outcome:
         """The outcome of ``shock`` on ``chain``.
@@ -134,7 +143,7 @@ class Predictor:
         Raises
         ------
         NumericalError
-            When a root of the train relations is not found.
+            When a root of the train relations is not found, or no method has an answer.
         """
         coefficient = coefficient_of(self.momentum_coefficient)
         scales = Scales.of(chain, shock.peak_force)
@@ -145,11 +154,42 @@ class Predictor:
             rise_time=scales.rise_time(shock.rise_time),
             momentum_parameter=MOMENTUM * coefficient / EXACT_COEFFICIENT,
         )
-        settings = Settings(self.alpha, self.equal_tolerance, self.wave_threshold)
         model = load("models", self.model)
         with blame("models", model):
-            answer: ScaledAnswer = model(scaled, settings)
+            answer: ScaledAnswer = model(scaled, self._settings)
         return self._outcome(shock, chain, scales, scaled, answer, coefficient)
+
+    def predict_many(self, shocks: Iterable[Shock], chain: Chain | Sequence[Chain]) -> Predictions:
+        """The primaries of many shocks, as arrays.
+
+        What depends on the shape alone is worked out once for shocks that share a profile, or have equal ones.
+
+        Parameters
+        ----------
+        shocks : iterable of Shock
+            The shocks.
+        chain : Chain or sequence of Chain
+            One for all of them, or one each.
+
+        Returns
+        -------
+        Predictions
+            In the order of the shocks. One that cannot be had is told among its ``failures``.
+
+        Raises
+        ------
+        InvalidValueError
+            When there are not as many chains as shocks, or one of these is something else.
+        """
+        # Who asks for one shock needs none of it.
+        from shockwave.prediction.many import predicted
+
+        parameter = MOMENTUM * coefficient_of(self.momentum_coefficient) / EXACT_COEFFICIENT
+        return predicted(self.model, self._settings, self.quadrature, parameter, list(shocks), chain)
+
+    @property
+    def _settings(self) -> Settings:
+        return Settings(self.alpha, self.equal_tolerance, self.wave_threshold, self.rtol)
 
     def _outcome(
         self,
@@ -161,14 +201,14 @@ class Predictor:
         coefficient: float,
     ) -> Outcome:
         checked = conditions(scaled.areas, shock.profile.duration_ratio)
-        near = abs(coefficient / EXACT_COEFFICIENT - 1) < _NEAR
-        told = (answer.expected_error, []) if answer.tells_error else expected_error(answer, scaled, checked, near)
-        error, doubts = told
+        error, doubts = told(answer, scaled, checked)
         waves = tuple(
             SolitaryWave.of(amplitude * shock.peak_force, chain, coefficient) for amplitude in answer.amplitudes
         )
         common: dict[str, Any] = {
             "model": self.model,
+            "method": answer.method or self.model,
+            "reason": answer.reason,
             "peak_force": waves[0].peak_force,
             "amplification": answer.amplitudes[0],
             "relation": answer.relation,

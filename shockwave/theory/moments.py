@@ -34,10 +34,34 @@ from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
 from shockwave.errors import NumericalError
 from shockwave.quadrature import FloatArray
 from shockwave.theory.pulse import Pulse, padded, pulse_of
-from shockwave.theory.scaled import Inequality, Regime, Relation, ScaledAnswer, ScaledEjection, ScaledShock, Settings
+from shockwave.theory.scaled import (
+    Inequality,
+    Model,
+    Peaks,
+    Regime,
+    Relation,
+    ScaledAnswer,
+    ScaledEjection,
+    ScaledShock,
+    Settings,
+    Shocks,
+)
 from shockwave.theory.train import constant_alpha
 
-__all__ = ["COLUMNS", "RESOURCE", "Law", "columns", "evaluated", "kernel_force", "law", "predict"]
+__all__ = [
+    "COLUMNS",
+    "MODEL",
+    "RESOURCE",
+    "Law",
+    "answer",
+    "columns",
+    "evaluated",
+    "kernel_force",
+    "law",
+    "peaks",
+    "predict",
+    "regime",
+]
 
 #: Name of the file with the coefficients, beside this one.
 RESOURCE = "moments.json"
@@ -105,6 +129,10 @@ class Law:
         known = np.interp(logarithm, np.log(self.spreads), np.log(self.errors))
         short = _POWER * np.minimum(logarithm - math.log(self.spreads[0]), 0)
         return np.asarray(np.exp(known + short) + _least(self))
+
+    def bound(self, pulse: Pulse) -> float | None:
+        """The error to be expected of a pulse; None where none was measured."""
+        return float(self.error(pulse.spread)) if pulse.known and pulse.spread <= self.spreads[-1] else None
 
     def amplification(self, pulses: Sequence[Pulse]) -> FloatArray:
         """F/F0 of pulses, shape (pulses,)."""
@@ -247,26 +275,52 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     peak, longer, shorter = made.amplification(stretched).tolist()
     sensitivity = -math.log(longer / shorter) / (2 * _STEP)
     warnings = ["the law of moments tells the primary alone: later waves of a train are not listed"]
-    bound = float(made.error(pulse.spread)) if pulse.known and pulse.spread <= made.spreads[-1] else None
+    bound = made.bound(pulse)
     if bound is None:
         warnings.append("the shock is longer, or finer, than those on which the law was judged: simulate to know")
-    regime, trace = _regime(shock)
+    return answer(shock, settings, peak, bound, sensitivity, warnings)
+
+
+def answer(
+    shock: ScaledShock,
+    settings: Settings,
+    peak: float,
+    bound: float | None,
+    sensitivity: float | None,
+    warnings: Sequence[str] = (),
+) -> ScaledAnswer:
+    """What there is to say of a shock whose primary alone is known, of amplification ``peak`` within ``bound``."""
+    split, trace = regime(shock)
     relation: Relation = "greater" if peak > 1 else "less"
     return ScaledAnswer(
-        regime,
+        split,
         "equal" if abs(peak - 1) <= settings.equal_tolerance else relation,
         (peak,),
         trace,
         sensitivity,
-        ejection=_ejection(shock, peak) if regime == "ejection" else None,
-        roots=(peak,) if regime == "train" else (),
+        ejection=_ejection(shock, peak) if split == "ejection" else None,
+        roots=(peak,) if split == "train" else (),
         warnings=tuple(warnings),
         tells_error=True,
         expected_error=None if bound is None else (-bound, bound),
     )
 
 
-def _regime(shock: ScaledShock) -> tuple[Regime, tuple[Inequality, ...]]:
+def peaks(shocks: Shocks, settings: Settings) -> Peaks:
+    """The primaries of many shocks by the law."""
+    made, results = law(), Peaks.of(len(shocks))
+    pulses = [pulse_of(shocks.shock(index)) for index in range(len(shocks))]
+    if pulses:
+        bounds = np.array([np.inf if (bound := made.bound(pulse)) is None else bound for pulse in pulses])
+        results.fill(np.arange(len(shocks)), made.amplification(pulses), bounds, "moments")
+    return results
+
+
+#: The model as it is registered.
+MODEL = Model(predict, peaks)
+
+
+def regime(shock: ScaledShock) -> tuple[Regime, tuple[Inequality, ...]]:
     """The decision of section 4 between train, ejection and one wave of the whole impulse."""
     time_of_wave, alpha = shock.momentum_parameter, constant_alpha(shock)
     train = alpha * time_of_wave < shock.duration
@@ -280,10 +334,10 @@ def _regime(shock: ScaledShock) -> tuple[Regime, tuple[Inequality, ...]]:
     if train:
         return "train", (split,)
     ejects = shock.impulse < time_of_wave
-    regime: Regime = "ejection" if ejects else "single"
+    kind: Regime = "ejection" if ejects else "single"
     statement = f"whole impulse over F0 {'<' if ejects else '>='} A F0^(-1/6)"
-    momentum = Inequality(statement, shock.impulse, time_of_wave, "4.2.2" if ejects else "4.2.3", regime)
-    return regime, (split, momentum)
+    momentum = Inequality(statement, shock.impulse, time_of_wave, "4.2.2" if ejects else "4.2.3", kind)
+    return kind, (split, momentum)
 
 
 def _ejection(shock: ScaledShock, peak: float) -> ScaledEjection:

@@ -2,13 +2,31 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Literal
 
 from attrs import field, frozen
 
 from shockwave.profiles.base import Areas, ShockProfile
 
-__all__ = ["Inequality", "Regime", "Relation", "ScaledAnswer", "ScaledEjection", "ScaledShock", "Settings"]
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from shockwave.quadrature import FloatArray
+
+__all__ = [
+    "Inequality",
+    "Model",
+    "Peaks",
+    "Regime",
+    "Relation",
+    "ScaledAnswer",
+    "ScaledEjection",
+    "ScaledShock",
+    "Settings",
+    "Shocks",
+]
 
 Regime = Literal["ejection", "single", "train"]
 Relation = Literal["less", "equal", "greater"]
@@ -59,6 +77,7 @@ class Settings:
     alpha: Literal["constant", "literal"] = "constant"
     equal_tolerance: float = 0.05
     wave_threshold: float = 5e-3
+    rtol: float | None = None
 
 
 @frozen
@@ -89,7 +108,7 @@ class ScaledAnswer:
     primary, or None where the relation has no derivative. ``roots`` are all peak forces that satisfy the
     relation read. ``trust`` is the number by which measured errors are ordered (None: not measured). A model that
     ``tells_error`` brings the lowest and highest relative error of the primary's peak force itself, or None where it
-    does not know.
+    does not know. One that chooses among others tells the ``method`` that it took, and the ``reason`` in a sentence.
     """
 
     regime: Regime
@@ -103,3 +122,78 @@ class ScaledAnswer:
     warnings: tuple[str, ...] = field(default=())
     tells_error: bool = False
     expected_error: tuple[float, float] | None = None
+    method: str = ""
+    reason: str = ""
+
+
+@frozen(eq=False)
+class Shocks:
+    """Many scaled shocks of few shapes.
+
+    Attributes
+    ----------
+    profiles, areas : tuple
+        Of each shape.
+    shapes : numpy.ndarray of int, shape (shocks,)
+        Of each shock the index of its shape.
+    rise_times : numpy.ndarray, shape (shocks,)
+        t0/T0 of each.
+    momentum_parameter : float
+        As of `ScaledShock`.
+    """
+
+    profiles: tuple[ShockProfile, ...]
+    areas: tuple[Areas, ...]
+    shapes: npt.NDArray[np.intp]
+    rise_times: FloatArray
+    momentum_parameter: float
+
+    def __len__(self) -> int:
+        return len(self.rise_times)
+
+    def shock(self, index: int) -> ScaledShock:
+        """One of them."""
+        shape = self.shapes[index]
+        return ScaledShock(
+            self.profiles[shape], self.areas[shape], float(self.rise_times[index]), self.momentum_parameter
+        )
+
+
+@frozen(eq=False)
+class Peaks:
+    """The primaries of many shocks: arrays of the shape (shocks,), to be filled.
+
+    ``low`` and ``high`` are the ends of the relative error, infinite where it is not known. ``failures`` tell of which
+    shocks there is no answer, and why.
+    """
+
+    amplification: FloatArray
+    low: FloatArray
+    high: FloatArray
+    method: npt.NDArray[np.str_]
+    failures: dict[int, str]
+
+    @classmethod
+    def of(cls, count: int) -> Peaks:
+        """With nothing known yet."""
+        import numpy as np
+
+        far = np.full(count, np.inf)
+        return cls(np.full(count, np.nan), -far, far, np.full(count, "", dtype="U16"), {})
+
+    def fill(self, where: npt.NDArray[np.intp], amplification: FloatArray, bound: FloatArray, method: str) -> None:
+        """Put in answers of one method, those of the shocks ``where``."""
+        self.amplification[where], self.low[where], self.high[where] = amplification, -bound, bound
+        self.method[where] = method
+
+
+@frozen
+class Model:
+    """A model that has an answer for many shocks at once; called, it answers one as any other does."""
+
+    one: Callable[[ScaledShock, Settings], ScaledAnswer]
+    many: Callable[[Shocks, Settings], Peaks]
+
+    def __call__(self, shock: ScaledShock, settings: Settings) -> ScaledAnswer:
+        """The answer for one shock."""
+        return self.one(shock, settings)

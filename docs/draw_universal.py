@@ -1,0 +1,251 @@
+"""The pictures of ``docs/universal.md``.
+
+    python docs/draw_universal.py
+
+writes ``docs/universal/collapse.svg``, random pulses of many kinds on one curve, the same to the byte as long as
+matplotlib and the simulated figures are the same; and ``docs/universal/cost.svg``, error against run time of all ways
+to the primary's peak force, timed side by side on the machine that draws it. Half a minute or so. The kinds of pulses
+are those of ``fit_moments.py``, which stands beside it.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+from fit_moments import CHAIN, NEW, OLD, SCALES, Array, lasting
+from matplotlib.axes import Axes
+
+import shockwave as sw
+from shockwave import pictures
+from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
+from shockwave.curve import UniversalCurve
+from shockwave.pictures import style
+from shockwave.theory.measures import measures
+from shockwave.theory.scaled import ScaledShock, Shocks
+from shockwave.theory.short import CORRECTION, integrals, short_law
+
+FOLDER = Path(__file__).parent / "universal"
+SEED, COUNT = 6401, 260
+#: What kinds are called, and their marks.
+FAMILIES = {
+    "power laws, exponentials": ("power_law", "exponential"),
+    "records of random peaks": ("one_peak", "several_peaks"),
+    "half-sine, haversine, Hertz, blast": ("half_sine", "haversine", "hertz", "friedlander"),
+    "trapezoid, sawtooth": ("trapezoid", "sawtooth"),
+    "two humps": ("two_humps",),
+    "records with noise": ("noisy",),
+}
+SHORTEST, LONGEST = 0.3, 40.0
+TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+KNOWN = 1e-11
+
+
+@frozen(eq=False)
+class Drawn:
+    """Pulses: family, tau, x of the short law, skewness, F over the impulse limit by simulation and by section 4."""
+
+    family: list[str]
+    spread: Array
+    x: Array
+    skewness: Array
+    simulated: Array
+    predicted: Array
+
+
+def drawn() -> Drawn:
+    """Random pulses of every kind, tau from 0.01 to 5."""
+    draw, kinds = np.random.default_rng(SEED), (*OLD, *NEW)
+    rows: list[tuple[Any, ...]] = []
+    shocks = []
+    while len(rows) < COUNT:
+        kind = kinds[len(rows) % len(kinds)]
+        try:
+            profile = kind(draw)
+        except sw.InvalidValueError:  # noise may leave no pulse
+            continue
+        areas, duration = profile.areas(), math.exp(draw.uniform(math.log(SHORTEST), math.log(LONGEST)))
+        shock = lasting(profile, duration)
+        ratio = shock.rise_time / SCALES.time
+        found = measures(ScaledShock(profile, areas, ratio, MOMENTUM))
+        if found is None:
+            continue
+        correction, skewness = integrals([profile], [areas.total])[0]
+        family = next(name for name, known in FAMILIES.items() if kind.__name__ in known)
+        limit = IMPULSE_LIMIT * found.strength**1.2
+        peak = sw.Predictor().predict(shock, CHAIN).amplification
+        rows.append((family, found.spread, CORRECTION * correction * ratio**3, skewness, limit, peak / limit))
+        shocks.append(shock)
+    results = sw.simulate_many(shocks, CHAIN, rtol=1e-5, waves="primary")
+    peaks = np.array([result.amplification for result in results if isinstance(result, sw.SimulationResult)])
+    family, *numbers = zip(*rows, strict=True)
+    spread, x, skewness, limit, predicted = (np.array(each) for each in numbers)
+    return Drawn(list(family), spread, x, skewness, peaks / limit, predicted)
+
+
+def points(ax: Axes, made: Drawn, across: Array, values: Array, top: float) -> None:
+    """A mark for each pulse; those above the picture stand at its edge."""
+    for index, family in enumerate(FAMILIES):
+        own = np.array([each == family for each in made.family])
+        look = {"color": style.COLOURS[index], "marker": style.MARKERS[index], "linestyle": "none", "markersize": 2.6}
+        inside = own & (values <= top)
+        ax.plot(across[inside], values[inside], label=family, alpha=0.8, markeredgewidth=0, **look)
+    low, high = float(np.quantile(across, 0.03)), float(np.max(across)) * 1.5
+    beyond = (values > top) & (across > low)
+    ax.plot(across[beyond], np.full(beyond.sum(), top), "^", color=style.BLACK, markersize=3, clip_on=False)
+    if beyond.any():
+        ax.text(0.98, 0.95, f"{beyond.sum()} above", transform=ax.transAxes, ha="right", fontsize=style.SMALL)
+    ax.set_xscale("log")
+    ax.set_xlim(low, high)
+    ax.set_ylim(0, top)
+
+
+def collapse(made: Drawn) -> None:
+    """Simulation on one curve, the paper's formulae beside it, and what the law leaves of the scatter."""
+    figure, (left, middle, right) = pictures.figure(1, 3, (9.6, 3.8))
+    points(left, made, made.spread, made.simulated, 1.6)
+    points(middle, made, made.spread, made.predicted, 1.6)
+    short = made.x < short_law().farthest
+    at = np.geomspace(made.x[short].min(), short_law().farthest, 100)
+    points(right, made, made.x, made.simulated, 1.6)
+    for skewness, line in zip((-1.0, 0.0, 1.0), style.LINES[1:], strict=False):
+        ones = np.ones_like(at) * IMPULSE_LIMIT ** (-1 / 1.2)
+        curve = short_law().amplification(ones, at, skewness)
+        right.plot(at, curve, color=style.BLACK, linestyle=line, linewidth=0.9, label=f"law, skewness {skewness:g}")
+    names = ("simulated", "by section 4", "simulated")
+    across = (r"spread $\tau$", r"spread $\tau$", r"$x = 1.1445\, q\,(t_0/T_0)^3$")
+    for ax, name, below in zip((left, middle, right), names, across, strict=True):
+        style.ratio(ax, "y", rf"$F / (1.168\, F_0 S^{{6/5}})$, {name}")
+        style.ratio(ax, "x", below)
+        style.dress(ax)
+    figure.set_layout_engine(None)
+    figure.subplots_adjust(left=0.06, right=0.985, bottom=0.13, top=0.8, wspace=0.28)
+    figure.legend(*right.get_legend_handles_labels(), loc="upper center", ncols=3, fontsize=style.SMALL, frameon=False)
+    pictures.save(figure, FOLDER / "collapse.svg")
+
+
+# ---------------------------------------------------------------- error against run time
+
+
+def shocks_of(profiles: list[sw.ShockProfile], count: int) -> list[sw.Shock]:
+    """So many durations of each shape, even in their logarithm."""
+    draw = np.random.default_rng(SEED + 1)
+    durations = np.exp(draw.uniform(math.log(0.05), math.log(20), (len(profiles), count)))
+    return [lasting(profile, value) for profile, own in zip(profiles, durations, strict=True) for value in own]
+
+
+def best(calls: dict[Any, Callable[[], Array]], repeats: int = 3) -> dict[Any, tuple[float, Array]]:
+    """The shortest time of each call, taken in turn, and what it gave."""
+    found: dict[Any, tuple[float, Array]] = {}
+    for _ in range(repeats):
+        for name, call in calls.items():
+            begin = time.perf_counter()
+            values = call()
+            seconds = time.perf_counter() - begin
+            found[name] = min(seconds, found[name][0] if name in found else math.inf), values
+    return found
+
+
+def ways(profiles: list[sw.ShockProfile], shocks: list[sw.Shock]) -> dict[Any, Callable[[], Array]]:
+    """All ways to the amplification, by name and tolerance."""
+    each = len(shocks) // len(profiles)
+
+    def model(name: str) -> Callable[[], Array]:
+        return lambda: np.array([sw.Predictor(model=name).predict(shock, CHAIN).amplification for shock in shocks])
+
+    def many(name: str) -> Callable[[], Array]:
+        return lambda: sw.Predictor(model=name).predict_many(shocks, CHAIN).amplification
+
+    def one_by_one(rtol: float) -> Callable[[], Array]:
+        return lambda: np.array([sw.simulate(s, CHAIN, rtol=rtol, waves="primary").amplification for s in shocks])
+
+    def together(rtol: float) -> Callable[[], Array]:
+        return lambda: np.array(
+            [result.amplification for result in sw.simulate_many(shocks, CHAIN, rtol=rtol, waves="primary")]  # type: ignore[union-attr]
+        )
+
+    ratios = np.array([shock.rise_time / SCALES.time for shock in shocks]).reshape(len(profiles), each)
+
+    def curve(rtol: float) -> Callable[[], Array]:
+        made = [UniversalCurve(profile, rtol) for profile in profiles]
+        return lambda: np.concatenate([one.amplification(own) for one, own in zip(made, ratios, strict=True)])
+
+    def auto(rtol: float) -> Callable[[], Array]:
+        return lambda: sw.Predictor(model="auto", rtol=rtol).predict_many(shocks, CHAIN).amplification
+
+    areas = tuple(profile.areas() for profile in profiles)
+    shapes = np.repeat(np.arange(len(profiles)), each)
+
+    def short_form() -> Array:
+        values, bounds, _ = short_law().of(Shocks(tuple(profiles), areas, shapes, ratios.ravel(), MOMENTUM))
+        return np.where(bounds <= 1e-2, values, np.nan)
+
+    calls: dict[Any, Callable[[], Array]] = {("section 4", 0): model("section-4")}
+    calls[("short form of the law, where it holds", 0)] = short_form
+    calls[("law of moments", 0)] = model("moments")
+    calls[("law of moments, many at once", 0)] = many("moments")
+    calls |= {("curve, once made", rtol): curve(rtol) for rtol in TOLERANCES[:5]}
+    calls |= {("auto, many at once", rtol): auto(rtol) for rtol in TOLERANCES[:5]}
+    calls |= {("simulation", rtol): one_by_one(rtol) for rtol in TOLERANCES}
+    calls |= {("simulation, many at once", rtol): together(rtol) for rtol in TOLERANCES}
+    return calls
+
+
+def cost() -> None:
+    """The 99th percentile of the error against the time a pulse takes, over that of one simulation to 1e-6."""
+    profiles: list[sw.ShockProfile] = [
+        sw.Triangular(duration_ratio=3),
+        sw.PowerLaw(rise_exponent=0.5, decay_exponent=2, duration_ratio=4),
+        sw.Exponential(rise_rate=2, decay_rate=4, duration_ratio=8),
+        sw.Tabulated(times=[0, 1, 2, 3, 5], forces=[0, 0.6, 1, 0.5, 0]),
+    ]
+    shocks = shocks_of(profiles, 60)
+    results = sw.simulate_many(shocks, CHAIN, rtol=KNOWN, waves="primary")
+    true = np.array([result.amplification for result in results if isinstance(result, sw.SimulationResult)])
+    found = best(ways(profiles, shocks))
+    unit = found[("simulation", 1e-6)][0]
+    figure, (ax,) = pictures.figure(1, 1, (7.4, 3.6))
+    names = list(dict.fromkeys(name for name, _ in found))
+    for index, name in enumerate(names):
+        own = [
+            (seconds / unit, np.abs(values / true - 1)) for (of, _), (seconds, values) in found.items() if of == name
+        ]
+        across = [seconds for seconds, _ in own]
+        look = {"color": (*style.COLOURS, style.GREY)[index], "marker": style.MARKERS[index], "markersize": 4}
+        ax.plot(across, [np.nanquantile(error, 0.99) for _, error in own], label=name, linewidth=1, **look)
+        if len(own) == 1:
+            median = float(np.nanmedian(own[0][1]))
+            ax.plot(across * 2, [median, np.nanquantile(own[0][1], 0.99)], color=look["color"], linewidth=0.8)
+            ax.plot(across, [median], marker="_", color=look["color"], markersize=7)
+        print(
+            name, [(f"{seconds:.2g}", f"{np.nanmedian(e):.1e}", f"{np.nanquantile(e, 0.99):.1e}") for seconds, e in own]
+        )
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    style.ratio(ax, "x", "time of a pulse, over that of one simulation to 1e-6")
+    style.ratio(ax, "y", "relative error, 99th percentile")
+    style.dress(ax)
+    figure.set_layout_engine(None)
+    figure.subplots_adjust(left=0.09, right=0.66, bottom=0.13, top=0.97)
+    figure.legend(loc="upper right", fontsize=style.SMALL, frameon=False)
+    pictures.save(figure, FOLDER / "cost.svg")
+
+
+def main() -> None:
+    """Draw both."""
+    FOLDER.mkdir(exist_ok=True)
+    made = drawn()
+    for low, high in ((0, 0.1), (0.1, 0.3), (0.3, 0.7), (0.7, 12)):
+        here = (made.spread >= low) & (made.spread < high)
+        print(f"tau {low} to {high}: {here.sum()} pulses, section 4 above 1.6: {(made.predicted[here] > 1.6).sum()}")
+    collapse(made)
+    cost()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,163 @@
+"""The model ``auto`` judged: how often it meets its tolerance, by what, and at what cost.
+
+    python docs/judge_auto.py
+
+draws 1 000 random pulses of every kind, those of the sample plugins among them, holds ``auto`` against simulations to
+1e-9, and times it side by side with simulation; a minute or so. It writes two tables of ``docs/auto.md``. Times are
+those of the machine, and told as ratios.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from attrs import evolve
+from fit_moments import CHAIN, FORCE, Draw, exponential, lasting, one_peak, power_law, ratio, several_peaks
+
+import shockwave as sw
+from shockwave import auto
+from shockwave.profiles import base
+from shockwave.registry import load
+from shockwave.theory import short
+
+PAGE = Path(__file__).parent / "auto.md"
+SEED, COUNT, SHORTEST, LONGEST = 6301, 1000, 1e-2, 20.0
+TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-6)
+KNOWN = 1e-9
+
+
+def triangular(draw: Draw) -> sw.ShockProfile:
+    """A triangle."""
+    return sw.Triangular(duration_ratio=ratio(draw))
+
+
+def plugged(draw: Draw) -> sw.ShockProfile:
+    """A profile of a sample plugin."""
+    share = float(10 ** draw.uniform(-3, -0.5))
+    kinds: dict[str, dict[str, Any]] = {
+        "half-sine": {},
+        "haversine": {},
+        "trapezoid": {"rise_fraction": share, "fall_fraction": float(draw.uniform(0.05, 0.5))},
+        "initial-peak-sawtooth": {"rise_fraction": share},
+        "final-peak-sawtooth": {"fall_fraction": share},
+        "rectangular": {"rise_fraction": min(share, 0.1), "fall_fraction": 0.02},
+        "hertz-impact": {},
+        "friedlander": {"decay_coefficient": float(draw.uniform(0, 5)), "rise_fraction": share},
+    }
+    name = list(kinds)[draw.integers(len(kinds))]
+    profile: sw.ShockProfile = load("profiles", name)(**kinds[name])
+    return profile
+
+
+KINDS = (power_law, exponential, triangular, one_peak, several_peaks, plugged)
+
+
+def drawn(seed: int, count: int) -> list[sw.Shock]:
+    """Random pulses of the kinds in turn, n t0/T0 even in its logarithm."""
+    draw = np.random.default_rng(seed)
+    logs = draw.uniform(math.log(SHORTEST), math.log(LONGEST), count)
+    return [lasting(KINDS[index % len(KINDS)](draw), math.exp(log)) for index, log in enumerate(logs)]
+
+
+def fresh() -> None:
+    """Forget what is known of shapes, so that each time counts all of the work."""
+    auto.forget()
+    base._kept_areas.cache_clear()
+    short._known.clear()
+
+
+def best(calls: Sequence[Callable[[], Any]], repeats: int) -> list[float]:
+    """The shortest time of each call [s], taken in turn."""
+    times = [math.inf] * len(calls)
+    for _ in range(repeats):
+        for index, call in enumerate(calls):
+            fresh()
+            begin = time.perf_counter()
+            call()
+            times[index] = min(times[index], time.perf_counter() - begin)
+    return times
+
+
+def timed(predictor: sw.Predictor, shocks: list[sw.Shock], rtol: float, alone: bool) -> float:
+    """Time of predictions over that of simulations to ``rtol``, one by one or all at once."""
+    calls: list[Callable[[], Any]] = [
+        lambda: predictor.predict_many(shocks, CHAIN),
+        lambda: sw.simulate_many(shocks, CHAIN, rtol=rtol, waves="primary"),
+    ]
+    if alone:
+        calls = [
+            lambda: [predictor.predict(shock, CHAIN) for shock in shocks],
+            lambda: [sw.simulate(shock, CHAIN, rtol=rtol, waves="primary") for shock in shocks],
+        ]
+    mine, theirs = best(calls, 2 if alone else 5)
+    return mine / theirs
+
+
+def accuracy(shocks: list[sw.Shock]) -> list[str]:
+    """How often the tolerance is met, by what, and the time over that of simulating to the tolerance."""
+    known = sw.simulate_many(shocks, CHAIN, rtol=KNOWN, waves="primary")
+    true = np.array([result.amplification for result in known if isinstance(result, sw.SimulationResult)])
+    assert len(true) == len(shocks)
+    rows = []
+    for rtol in TOLERANCES:
+        predictor = sw.Predictor(model="auto", rtol=rtol)
+        outcomes = [predictor.predict(shock, CHAIN) for shock in shocks]
+        many = predictor.predict_many(shocks, CHAIN)
+        error = np.abs([outcome.amplification for outcome in outcomes] / true - 1)
+        bound = np.array([outcome.expected_error[1] for outcome in outcomes if outcome.expected_error])
+        both = np.abs(many.amplification / true - 1)
+        taken = Counter(outcome.method for outcome in outcomes)
+        counts = " | ".join(str(taken[name]) for name in ("moments", "section-4", "simulation"))
+        met = " | ".join(f"{100 * np.mean(each <= rtol):.1f}" for each in (error, both))
+        figures = f"{100 * np.mean(error <= bound + KNOWN):.1f} | {error.max():.1e}"
+        costs = " | ".join(f"{timed(predictor, shocks, min(rtol, 1e-2), alone):.1f}" for alone in (True, False))
+        rows.append(f"| {rtol:g} | {met} | {figures} | {counts} | {costs} |")
+    return rows
+
+
+def throughput() -> list[str]:
+    """Many pulses where the short law holds, against `simulate_many`, both at 1e-2."""
+    draw, predictor = np.random.default_rng(SEED + 1), sw.Predictor(model="auto", rtol=1e-2)
+    shapes = [kind(draw) for kind in KINDS[:5]]
+    durations, longer = (np.exp(draw.uniform(math.log(0.05), math.log(most), 4000)) for most in (1.2, 20.0))
+    few, all_ = ([lasting(shapes[i % 5], value) for i, value in enumerate(each)] for each in (durations, longer))
+    forces = draw.uniform(0.5, 2, len(few)) * FORCE
+    own = [lasting(KINDS[index % 5](draw), value) for index, value in enumerate(durations[:1000])]
+    named = [
+        ("five shapes, 800 durations each", few),
+        ("the same, each with its own peak force", [evolve(s, peak_force=f) for s, f in zip(few, forces, strict=True)]),
+        ("five shapes, 800 durations up to 20 each, curves made anew", all_),
+    ]
+    named += [
+        (f"each of its own shape: {kind.__name__.replace('_', ' ')}", own[i::5]) for i, kind in enumerate(KINDS[:5])
+    ]
+    rows = []
+    for name, shocks in named:
+        share = 100 * np.mean(predictor.predict_many(shocks, CHAIN).method == "moments")
+        rows.append(f"| {name} | {len(shocks)} | {share:.0f} | {1 / timed(predictor, shocks, 1e-2, False):.1f} |")
+    return rows
+
+
+def tell(name: str, rows: list[str]) -> None:
+    """Put a table into the page."""
+    text, body = PAGE.read_text(encoding="utf-8"), "".join(row + "\n" for row in rows)
+    pattern = rf"(<!-- table: {name} -->\n.*\n\|---.*\n)(?:\|.*\n)*"
+    PAGE.write_text(re.sub(pattern, lambda match: match[1] + body, text), encoding="utf-8")
+
+
+def main() -> None:
+    """Judge, print, and put the tables into the page."""
+    for name, rows in {"auto": accuracy(drawn(SEED, COUNT)), "auto: many": throughput()}.items():
+        print(name, *rows, sep="\n")
+        tell(name, rows)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,206 @@
+"""Predictions of many shocks at once, as arrays."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from attrs import cmp_using, field, frozen
+
+from shockwave.chain.chain import Chain, Scales
+from shockwave.errors import InvalidValueError, PluginError, ShockwaveError
+from shockwave.fields import text_of
+from shockwave.prediction.trust import told
+from shockwave.profiles.base import Areas, ShockProfile
+from shockwave.profiles.conditions import conditions
+from shockwave.profiles.guard import is_value
+from shockwave.profiles.shock import Shock
+from shockwave.quadrature import FloatArray
+from shockwave.registry import blame, load
+from shockwave.text import range_text
+from shockwave.theory.scaled import Model, Peaks, Settings, Shocks
+
+__all__ = ["Predictions", "predicted"]
+
+
+_SAME = cmp_using(eq=np.array_equal)
+_SAME_OR_NAN = cmp_using(eq=partial(np.array_equal, equal_nan=True))
+
+
+@frozen(kw_only=True)
+class Predictions:
+    """The primaries of many shocks, in their order.
+
+    Attributes
+    ----------
+    model : str
+        What predicted them.
+    peak_force, amplification : numpy.ndarray, shape (shocks,)
+        Of the primary [N]; over the peak force of the shock. NaN for a shock among ``failures``.
+    expected_error : numpy.ndarray, shape (shocks, 2)
+        Lowest and highest relative error of ``peak_force`` to be expected; infinite where it is not known.
+    method : numpy.ndarray of str, shape (shocks,)
+        By what each was found; empty for a shock among ``failures``.
+    failures : tuple of (int, str)
+        Indices of shocks that have no answer, ascending, each with the reason.
+    """
+
+    model: str
+    peak_force: FloatArray = field(eq=_SAME_OR_NAN)
+    amplification: FloatArray = field(eq=_SAME_OR_NAN)
+    expected_error: FloatArray = field(eq=_SAME)
+    method: npt.NDArray[np.str_] = field(eq=_SAME)
+    failures: tuple[tuple[int, str], ...]
+
+    def __len__(self) -> int:
+        return len(self.peak_force)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Lists of SI floats, None where there is no number."""
+        return {
+            "model": self.model,
+            "peak_force": _plain(self.peak_force),
+            "amplification": _plain(self.amplification),
+            "expected_error": [pair if None not in pair else None for pair in map(_plain, self.expected_error)],
+            "method": self.method.tolist(),
+            "failures": [{"index": index, "reason": reason} for index, reason in self.failures],
+        }
+
+    def __str__(self) -> str:
+        good = np.isfinite(self.peak_force)
+        known = good & np.isfinite(self.expected_error).all(axis=1)
+        lines = [f"{len(self)} predictions by {self.model}"]
+        for name, count in Counter(self.method[good].tolist()).most_common():
+            lines.append(f"  by {name:<15}{count}")
+        if good.any():
+            own = self.amplification[good]
+            lines.append(f"  amplification     {own.min():.5g} to {own.max():.5g}")
+        if known.any():
+            ends = self.expected_error[known]
+            within = range_text((float(ends[:, 0].min()), float(ends[:, 1].max())))
+            lines.append(f"  expected error    {within}, known of {known.sum()}")
+        if self.failures:
+            index, reason = self.failures[0]
+            lines.append(f"  no answer         {len(self.failures)}; the first, shock {index}: {reason}")
+        return "\n".join(lines)
+
+
+def _plain(values: FloatArray) -> list[float | None]:
+    return [value if np.isfinite(value) else None for value in values.tolist()]
+
+
+def predicted(
+    name: str,
+    settings: Settings,
+    quadrature: str | None,
+    momentum_parameter: float,
+    shocks: Sequence[Shock],
+    chain: Chain | Sequence[Chain],
+) -> Predictions:
+    """What `Predictor.predict_many` returns."""
+    chains = [chain] * len(shocks) if isinstance(chain, Chain) else list(chain)
+    if len(chains) != len(shocks):
+        raise InvalidValueError.of("chain", f"must be one, or one for each shock (got {len(chains)})")
+    failures: dict[int, str] = {}
+    ratios = _rise_times(shocks, chains, failures)
+    places, given = _by_shape(shocks, ratios, quadrature, momentum_parameter, failures)
+    model = load("models", name)
+    with blame("models", model):
+        found = model.many(given, settings) if isinstance(model, Model) else _one_by_one(model, given, settings, name)
+    amplification = np.full(len(shocks), np.nan)
+    error = np.tile([-np.inf, np.inf], (len(shocks), 1))
+    method = np.full(len(shocks), "", dtype="U16")
+    amplification[places], method[places] = found.amplification, found.method
+    error[places, 0], error[places, 1] = found.low, found.high
+    failures |= {int(places[index]): reason for index, reason in found.failures.items()}
+    forces = np.array([shock.peak_force for shock in shocks], dtype=float)
+    return Predictions(
+        model=name,
+        peak_force=amplification * forces,
+        amplification=amplification,
+        expected_error=error,
+        method=method,
+        failures=tuple(sorted(failures.items())),
+    )
+
+
+def _rise_times(shocks: Sequence[Shock], chains: Sequence[Chain], failures: dict[int, str]) -> FloatArray:
+    """t0/T0 of each, zero for one that has none."""
+    known: dict[tuple[int, float], Scales] = {}
+    ratios = np.zeros(len(shocks))
+    for index, (shock, chain) in enumerate(zip(shocks, chains, strict=True)):
+        if not (isinstance(shock, Shock) and isinstance(chain, Chain)):
+            got = f"got {text_of(shock)} and {text_of(chain)}"
+            raise InvalidValueError.of(f"shocks[{index}]", f"must be a Shock, and the chain a Chain ({got})")
+        key = id(chain), shock.peak_force
+        try:
+            if key not in known:
+                known[key] = Scales.of(chain, shock.peak_force)
+            ratios[index] = known[key].rise_time(shock.rise_time)
+        except ShockwaveError as error:
+            failures[index] = str(error)
+    return ratios
+
+
+def _by_shape(
+    shocks: Sequence[Shock],
+    ratios: FloatArray,
+    quadrature: str | None,
+    momentum_parameter: float,
+    failures: dict[int, str],
+) -> tuple[npt.NDArray[np.intp], Shocks]:
+    """Those that have a rise time and whose shape is not at fault, and their indices."""
+    profiles: list[ShockProfile] = []
+    areas: list[Areas] = []
+    by_object: dict[int, int | str] = {}
+    by_value: dict[ShockProfile | int, int | str] = {}
+    places, shapes = [], []
+    for index, shock in enumerate(shocks):
+        if not ratios[index] > 0:
+            continue
+        profile = shock.profile
+        shape = by_object.get(id(profile))
+        if shape is None:
+            key = profile if is_value(profile) else id(profile)
+            shape = by_value.setdefault(key, len(areas))
+            if shape == len(areas):
+                try:
+                    areas.append(profile.areas(quadrature))
+                    profiles.append(profile)
+                except ShockwaveError as error:
+                    shape = by_value[key] = str(error)
+            by_object[id(profile)] = shape
+        if isinstance(shape, str):
+            failures[index] = shape
+        else:
+            places.append(index)
+            shapes.append(shape)
+    where = np.array(places, dtype=np.intp)
+    return where, Shocks(
+        tuple(profiles), tuple(areas), np.array(shapes, dtype=np.intp), ratios[where], momentum_parameter
+    )
+
+
+def _one_by_one(model: Any, shocks: Shocks, settings: Settings, name: str) -> Peaks:
+    """What a model says that answers one shock at a time."""
+    peaks = Peaks.of(len(shocks))
+    pairs = zip(shocks.areas, shocks.profiles, strict=True)
+    checked = [conditions(areas, profile.duration_ratio) for areas, profile in pairs]
+    for index in range(len(shocks)):
+        shock = shocks.shock(index)
+        try:
+            answer = model(shock, settings)
+            error, _ = told(answer, shock, checked[shocks.shapes[index]])
+        except PluginError:
+            raise
+        except ShockwaveError as failure:
+            peaks.failures[index] = str(failure)
+            continue
+        peaks.amplification[index], peaks.method[index] = answer.amplitudes[0], answer.method or name
+        if error is not None:
+            peaks.low[index], peaks.high[index] = error
+    return peaks

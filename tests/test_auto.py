@@ -1,0 +1,488 @@
+"""The model auto, the short form of the law of moments, and many predictions at once."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import math
+import sys
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+import pytest
+
+import shockwave as sw
+from pages import table
+from scenes import CHAIN, FORCE, STEEL, TRUTH, UNITS, name_of, random_pulses, shock_of, triangle
+from shockwave import auto, cli
+from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
+from shockwave.curve import short as curve_short
+from shockwave.quadrature import FloatArray
+from shockwave.theory import moments
+from shockwave.theory.measures import measures
+from shockwave.theory.scaled import ScaledShock
+from shockwave.theory.short import CORRECTION, integrals, short_law
+
+DOCS = Path(__file__).parent.parent / "docs"
+TRIANGLE = sw.Triangular(duration_ratio=3)
+# the force of this one has an infinite slope at its begin, and that one is a record
+SHAPES = {
+    "triangle": TRIANGLE,
+    "power law": sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3),
+    "step": sw.PowerLaw(rise_exponent=1e-5, decay_exponent=0.05, duration_ratio=12),
+    "exponential": sw.Exponential(rise_rate=-4, decay_rate=30, duration_ratio=8),
+    "two humps": sw.Tabulated(times=[0, 1, 2, 3, 4, 5], forces=[0, 1, 0.1, 0.7, 0.3, 0]),
+}
+OF_SHAPES = pytest.mark.parametrize("profile", SHAPES.values(), ids=SHAPES)
+#: One wave that takes the whole impulse: section 4 is within 2 % of it.
+SINGLE = sw.Shock(
+    profile=sw.PowerLaw(rise_exponent=1 / 9, decay_exponent=1, duration_ratio=3),
+    peak_force=FORCE,
+    rise_time=0.91 * UNITS.time,
+)
+
+
+@pytest.fixture(autouse=True)
+def _no_curves() -> Iterator[None]:
+    auto.forget()
+    yield
+    auto.forget()
+
+
+def predicted(shock: sw.Shock, rtol: float | None = None, **settings: Any) -> sw.Outcome:
+    return sw.Predictor(model="auto", rtol=rtol, **settings).predict(shock, CHAIN)
+
+
+def bound_of(outcome: sw.Outcome) -> float:
+    assert outcome.expected_error is not None
+    low, high = outcome.expected_error
+    assert low == -high
+    return high
+
+
+def simulated(shock: sw.Shock, rtol: float = 1e-9) -> float:
+    return sw.simulate(shock, CHAIN, rtol=rtol, waves="primary").amplification
+
+
+# ---------------------------------------------------------------- the short form of the law
+
+
+@OF_SHAPES
+def test_the_correction_of_a_shape_is_that_of_its_free_path(profile: sw.ShockProfile) -> None:
+    ((found, _),) = integrals([profile], [profile.areas().total])
+    # points may miss 1e-5 of the impulse
+    assert found == pytest.approx(curve_short.correction(profile), rel=3e-5)
+
+
+@OF_SHAPES
+def test_the_skewness_of_a_shape_is_that_of_its_measures(profile: sw.ShockProfile) -> None:
+    ((_, found),) = integrals([profile], [profile.areas().total])
+    known = measures(ScaledShock(profile, profile.areas(), 1.0, MOMENTUM))
+    assert known is not None
+    assert found == pytest.approx(known.skewness, abs=1e-4)
+
+
+def test_shapes_side_by_side_have_the_integrals_that_they_have_alone() -> None:
+    profiles = [*SHAPES.values(), *(shock.profile for shock in random_pulses(4, 12))]
+    areas = [profile.areas().total for profile in profiles]
+    alone = [integrals([profile], [area])[0] for profile, area in zip(profiles, areas, strict=True)]
+    from shockwave.theory import short
+
+    short._known.clear()
+    assert integrals(profiles, areas) == pytest.approx(np.array(alone), rel=1e-12)
+
+
+def test_a_shape_too_fine_for_its_points_has_no_integrals() -> None:
+    comb = Comb(duration_ratio=2.0)
+    assert np.isnan(integrals([comb], [comb.areas().total])).all()
+
+
+@attrs.frozen
+class Comb(sw.ShockProfile):
+    """Spikes between which the points of any rule fall."""
+
+    duration_ratio: float
+
+    def rise(self, s: FloatArray) -> FloatArray:
+        return np.asarray(np.cos(600 * np.pi * (1 - s)) ** 8)
+
+    def decay(self, s: FloatArray) -> FloatArray:
+        return np.asarray(np.cos(600 * np.pi * (s - 1)) ** 8)
+
+
+def test_both_forms_of_short_shocks_know_the_same_constant() -> None:
+    assert CORRECTION == curve_short.CORRECTION
+
+
+def test_the_law_has_forty_numbers_at_most() -> None:
+    long, short = moments.law(), short_law()
+    of_long = 2 + sum(len(each) for each in (long.coefficients, long.spreads, long.errors))
+    # its error and its end; and the constant
+    assert of_long + len(short.coefficients) + 2 + 1 <= 40
+
+
+@OF_SHAPES
+def test_the_shortest_shocks_are_impulses(profile: sw.ShockProfile) -> None:
+    shock = sw.Shock.of_duration(profile=profile, peak_force=FORCE, duration=1e-4 * UNITS.time)
+    strength = profile.areas().total * shock.rise_time / UNITS.time / MOMENTUM
+    # the correction goes with the cube of the duration
+    assert predicted(shock).amplification == pytest.approx(IMPULSE_LIMIT * strength**1.2, rel=1e-10)
+
+
+def test_the_law_takes_arrays() -> None:
+    strength, x = np.array([0.1, 0.4]), np.array([0.0, 0.1])
+    p0, p1, p2 = short_law().coefficients
+    # written out for a skewness of 2
+    far = math.exp(-0.1 / (1 + 0.1 * (p0 + 2 * p1 + 4 * p2)))
+    expected = IMPULSE_LIMIT * strength**1.2 * [1, far]
+    assert short_law().amplification(strength, x, 2.0) == pytest.approx(expected, rel=1e-14)
+
+
+def test_the_denominator_of_the_law_has_no_zero() -> None:
+    p0, p1, p2 = short_law().coefficients
+    assert p0 > 0
+    assert p1**2 < 4 * p0 * p2
+
+
+def test_exponents_are_those_of_a_chain_slightly_denser() -> None:
+    shock = triangle(1.5)
+    outcome = predicted(shock, 1e-2)
+    assert outcome.exponents is not None
+    peaks = [
+        sw.Predictor(model="auto", rtol=1e-2)
+        .predict(shock, attrs.evolve(CHAIN, material=attrs.evolve(STEEL, density=STEEL.density * factor)))
+        .peak_force
+        for factor in (0.999, 1.001)
+    ]
+    slope = math.log(peaks[1] / peaks[0]) / math.log(1.001 / 0.999)
+    # a difference over 0.2 % errs by a part in 1e6
+    assert slope == pytest.approx(outcome.exponents.density, abs=1e-5)
+
+
+# ---------------------------------------------------------------- what is taken
+
+
+@pytest.mark.parametrize(
+    ("shock", "rtol", "method"),
+    [
+        (triangle(1.0), 1e-3, "moments"),
+        (triangle(1.0), 1e-6, "simulation"),
+        (triangle(8.0), 1e-1, "simulation"),
+        (SINGLE, 2e-2, "section-4"),
+        (SINGLE, 1e-3, "simulation"),
+    ],
+    ids=["law", "fine", "train", "one-wave", "one-wave-fine"],
+)
+def test_the_cheapest_that_meets_the_tolerance_is_taken(shock: sw.Shock, rtol: float, method: str) -> None:
+    outcome = predicted(shock, rtol)
+    assert (outcome.model, outcome.method) == ("auto", method)
+    assert bound_of(outcome) <= rtol
+    assert outcome.amplification == pytest.approx(simulated(shock), rel=bound_of(outcome))
+
+
+def test_without_compiled_code_the_whole_law_is_cheaper(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(auto, "chosen", lambda _: None)
+    outcome = predicted(triangle(8.0), 3e-2)
+    assert outcome.method == "moments"
+    law = sw.Predictor(model="moments").predict(triangle(8.0), CHAIN)
+    assert outcome.peak_force == pytest.approx(law.peak_force, rel=1e-9)
+    assert outcome.expected_error == law.expected_error
+    assert outcome.exponents is not None
+    assert law.exponents is not None
+    # a difference on one side errs by half of its step
+    assert outcome.exponents.density == pytest.approx(law.exponents.density, rel=1e-3)
+    many = sw.Predictor(model="auto", rtol=3e-2).predict_many([triangle(8.0), triangle(1.0)], CHAIN)
+    assert many.method.tolist() == ["moments", "moments"]
+    assert many.peak_force[0] == pytest.approx(law.peak_force, rel=1e-12)
+
+
+def test_the_tolerance_is_a_thousandth_unless_given() -> None:
+    assert predicted(triangle(5.0)).reason.endswith("meets 0.001")
+
+
+@pytest.mark.parametrize("duration", [1, 3.2, 8])
+@OF_SHAPES
+def test_regime_is_that_of_section_4(profile: sw.ShockProfile, duration: float) -> None:
+    shock = sw.Shock.of_duration(profile=profile, peak_force=FORCE, duration=duration * UNITS.time)
+    assert type(predicted(shock, 1e-2)) is type(sw.Predictor().predict(shock, CHAIN))
+
+
+def test_it_says_why() -> None:
+    outcome = predicted(triangle(1.0), 1e-2)
+    assert outcome.reason == f"the cheapest whose bound, {bound_of(outcome):.1e}, meets 0.01"
+    assert f"taken             moments: {outcome.reason}" in str(outcome)
+    assert {key: outcome.to_dict()[key] for key in ("method", "reason")} == {
+        "method": "moments",
+        "reason": outcome.reason,
+    }
+
+
+def test_other_models_are_their_own_method() -> None:
+    outcome = sw.Predictor().predict(triangle(1.0), CHAIN)
+    assert (outcome.method, outcome.to_dict()["reason"]) == ("section-4", None)
+    assert "taken" not in str(outcome)
+
+
+def test_the_coefficient_of_the_paper_does_not_change_the_peak_force() -> None:
+    paper, exact = (predicted(triangle(5.0), 1e-4, momentum_coefficient=choice) for choice in ("paper", "exact"))
+    assert paper.peak_force == exact.peak_force
+
+
+def test_a_tolerance_that_is_missed_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(auto, "_simulated", lambda shocks, rtol: [(1.5, 2e-5)])
+    outcome = predicted(triangle(8.0), 1e-6)
+    assert outcome.warnings[0] == "the tolerance was not met: nothing comes nearer to 1e-06 than 2.0e-05"
+
+
+def test_a_shock_too_long_for_anything_is_refused() -> None:
+    with pytest.raises(sw.NumericalError, match=r"the shock lasts 1e\+06 natural times .*shorten it"):
+        predicted(triangle(1e6))
+
+
+def test_one_that_simulation_hardly_knows_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    known = sw.simulate(triangle(8.0), CHAIN, rtol=1e-2, waves="primary")
+    monkeypatch.setattr(auto, "simulate_many", lambda *_, **__: [attrs.evolve(known, error_estimate=1.0)])
+    with pytest.raises(sw.NumericalError, match="its waves part too slowly"):
+        predicted(triangle(8.0), 1e-2)
+
+
+@pytest.mark.parametrize(
+    ("rtol", "rule"),
+    [(1e-9, ">= 1e-08 and <= 0.5"), (0.6, ">= 1e-08 and <= 0.5"), ("no", ">= 1e-08 and <= 0.5")],
+    ids=str,
+)
+def test_a_tolerance_out_of_range_is_refused(rtol: Any, rule: str) -> None:
+    with pytest.raises(sw.InvalidValueError, match=f"^rtol: must be {rule}"):
+        sw.Predictor(model="auto", rtol=rtol)
+
+
+def test_an_alpha_is_refused() -> None:
+    with pytest.raises(sw.InvalidValueError, match="alpha: must be left out for model 'auto'"):
+        sw.Predictor(model="auto", alpha="literal")
+
+
+# ---------------------------------------------------------------- against simulation
+
+
+@cache
+def judge() -> Any:
+    sys.path.insert(0, str(DOCS))
+    try:
+        return importlib.import_module("judge_auto")
+    finally:
+        sys.path.remove(str(DOCS))
+
+
+@cache
+def sample() -> tuple[list[sw.Shock], FloatArray]:
+    """Fifty random pulses of every kind, those of plugins among them, and what they are amplified by."""
+    shocks = judge().drawn(77, 50)
+    results = sw.simulate_many(shocks, CHAIN, rtol=1e-9, waves="primary")
+    return shocks, np.array([result.amplification for result in results if isinstance(result, sw.SimulationResult)])
+
+
+@pytest.mark.parametrize("rtol", [1e-1, 1e-2, 1e-3, 1e-6])
+def test_random_pulses_are_within_the_tolerance(rtol: float) -> None:
+    shocks, known = sample()
+    many = sw.Predictor(model="auto", rtol=rtol).predict_many(shocks, CHAIN)
+    error = np.abs(many.amplification / known - 1)
+    # one in two hundred may be beyond: none of fifty is
+    assert error.max() <= rtol
+    # the simulations are known to 1e-9 themselves
+    assert np.all(error <= many.expected_error[:, 1] + 1e-9)
+    assert set(many.method.tolist()) >= {"moments", "simulation"}
+
+
+@pytest.mark.parametrize("case", TRUTH, ids=name_of)
+def test_pulses_known_to_nine_digits_are_within_the_bound(case: dict[str, Any]) -> None:
+    outcome = predicted(shock_of(case), 1e-2)
+    assert outcome.amplification == pytest.approx(max(case["peaks"]), rel=bound_of(outcome) + 2e-9)
+
+
+def test_the_page_tells_that_what_was_asked_for_is_met() -> None:
+    rows = table("docs/auto.md", "auto")
+    assert [float(row[0]) for row in rows] == [1e-1, 1e-2, 1e-3, 1e-6]
+    assert all(float(share) >= 99.5 for row in rows for share in row[1:3])
+
+
+def test_the_page_tells_the_coefficients() -> None:
+    told = (DOCS / "auto.md").read_text()
+    p0, p1, p2 = short_law().coefficients
+    assert f"1 + x\\,({p0:g} + {p1:g}\\,g + {p2:g}\\,g^2)" in told
+    assert f"${short_law().error:g}\\,x^{{3/2}}$" in told
+
+
+# ---------------------------------------------------------------- many at once
+
+MIXED = [*random_pulses(11, 12, longest=10), triangle(0.5), triangle(6.0)]
+
+
+@pytest.mark.parametrize("model", ["section-4", "moments", "auto"])
+def test_many_are_predicted_as_each_alone(model: str) -> None:
+    predictor = sw.Predictor(model=model)
+    many, alone = predictor.predict_many(MIXED, CHAIN), [predictor.predict(shock, CHAIN) for shock in MIXED]
+    # pulses side by side are summed in another order, and lanes of a simulation share their steps
+    close = {"section-4": 1e-12, "moments": 1e-8, "auto": 1e-7}[model]
+    assert many.peak_force == pytest.approx(np.array([outcome.peak_force for outcome in alone]), rel=close)
+    assert many.amplification == pytest.approx(np.array([outcome.amplification for outcome in alone]), rel=close)
+    assert many.method.tolist() == [outcome.method for outcome in alone]
+    told = np.array([outcome.expected_error or (-math.inf, math.inf) for outcome in alone])
+    # estimates of errors are no better known
+    assert many.expected_error == pytest.approx(told, rel=1e-3 if model == "auto" else 1e-6)
+    assert many.failures == ()
+
+
+def test_each_may_have_its_own_chain() -> None:
+    chains = [attrs.evolve(CHAIN, radius=CHAIN.radius * factor) for factor in (1, 2)]
+    predictor = sw.Predictor(model="auto")
+    many = predictor.predict_many([triangle(1.0)] * 2, chains)
+    assert many.peak_force.tolist() == [predictor.predict(triangle(1.0), chain).peak_force for chain in chains]
+
+
+@pytest.mark.parametrize(
+    ("shocks", "chains", "message"),
+    [
+        ([triangle(1.0)], [CHAIN, CHAIN], r"^chain: must be one, or one for each shock \(got 2\)"),
+        ([triangle(1.0), 3], CHAIN, r"^shocks\[1\]: must be a Shock, and the chain a Chain \(got 3"),
+    ],
+    ids=["chains", "no-shock"],
+)
+def test_wrong_arguments_are_refused(shocks: list[Any], chains: Any, message: str) -> None:
+    with pytest.raises(sw.InvalidValueError, match=message):
+        sw.Predictor(model="auto").predict_many(shocks, chains)
+
+
+FAILING = [triangle(1.0), triangle(1e6), triangle(1e14), triangle(0.5)]
+
+
+def test_one_without_an_answer_does_not_stop_the_others() -> None:
+    many = sw.Predictor(model="auto").predict_many(FAILING, CHAIN)
+    assert np.isfinite(many.peak_force).tolist() == [True, False, False, True]
+    assert [(index, reason.split(" ")[0]) for index, reason in many.failures] == [(1, "the"), (2, "rise_time:")]
+    assert many.method.tolist() == ["moments", "", "", "moments"]
+
+
+def test_a_shape_at_fault_does_not_stop_the_others() -> None:
+    shocks = [triangle(1.0), *(sw.Shock(profile=Broken(), peak_force=FORCE, rise_time=UNITS.time) for _ in range(2))]
+    Broken.works = False
+    try:
+        many = sw.Predictor(model="auto").predict_many([*shocks, triangle(0.5)], CHAIN)
+    finally:
+        Broken.works = True
+    assert many.method.tolist() == ["moments", "", "", "moments"]
+    assert [index for index, reason in many.failures if "rise" in reason] == [
+        1,
+        2,
+    ]
+
+
+class Broken(sw.ShockProfile):
+    """A profile that stops working once it has been examined."""
+
+    duration_ratio = 2.0
+    works = True
+
+    def rise(self, s: FloatArray) -> FloatArray:
+        return np.asarray(s * 1.0 if self.works else s * np.nan)
+
+    def decay(self, s: FloatArray) -> FloatArray:
+        return np.asarray(2.0 - s)
+
+
+def test_many_can_be_written_as_json() -> None:
+    many = sw.Predictor(model="auto").predict_many(FAILING, CHAIN)
+    read = json.loads(json.dumps(many.to_dict(), allow_nan=False))
+    assert read["peak_force"] == [many.peak_force[0], None, None, many.peak_force[3]]
+    assert read["expected_error"][1:3] == [None, None]
+    assert [failure["index"] for failure in read["failures"]] == [1, 2]
+
+
+def test_many_print_a_summary() -> None:
+    many = sw.Predictor(model="auto", rtol=1e-2).predict_many(FAILING, CHAIN)
+    text = str(many)
+    assert "4 predictions by auto\n  by moments        2\n" in text
+    assert "no answer         2; the first, shock 1: the shock lasts" in text
+
+
+def test_many_are_equal_by_value() -> None:
+    first, second = (sw.Predictor(model="auto").predict_many(FAILING, CHAIN) for _ in range(2))
+    assert first == second
+    assert first != sw.Predictor(model="auto").predict_many(FAILING[::-1], CHAIN)
+
+
+def test_none_are_predicted() -> None:
+    assert len(sw.Predictor(model="auto").predict_many([], CHAIN)) == 0
+
+
+# ---------------------------------------------------------------- curves
+
+
+@pytest.fixture(name="series", scope="module")
+def _series() -> list[sw.Shock]:
+    return [triangle(duration) for duration in np.geomspace(4.0, 12.0, 300)]
+
+
+def test_for_many_of_one_shape_a_curve_is_made(series: list[sw.Shock]) -> None:
+    predictor = sw.Predictor(model="auto", rtol=1e-3)
+    many = predictor.predict_many(series, CHAIN)
+    assert set(many.method.tolist()) == {"curve"}
+    assert np.all(many.expected_error[:, 1] <= 1e-3)
+    known = [simulated(shock, 1e-6) for shock in series[::60]]
+    assert many.amplification[::60] == pytest.approx(known, rel=1e-3)
+
+
+def test_what_was_asked_before_makes_no_difference(series: list[sw.Shock]) -> None:
+    predictor = sw.Predictor(model="auto", rtol=1e-3)
+    shorter = series[:250]
+    first, alone = predictor.predict_many(shorter, CHAIN), predictor.predict(triangle(7.0), CHAIN)
+    auto.forget()
+    assert predictor.predict_many(series, CHAIN).method.tolist() == ["curve"] * 300
+    assert predictor.predict_many(shorter, CHAIN) == first
+    assert predictor.predict(triangle(7.0), CHAIN) == alone
+    assert predictor.predict_many([triangle(7.0)], CHAIN).method.tolist() == ["simulation"]
+
+
+def test_a_curve_is_kept(series: list[sw.Shock], monkeypatch: pytest.MonkeyPatch) -> None:
+    predictor = sw.Predictor(model="auto", rtol=1e-3)
+    first = predictor.predict_many(series, CHAIN)
+    monkeypatch.setattr("shockwave.auto.UniversalCurve", None)
+    assert predictor.predict_many(series, CHAIN) == first
+
+
+# ---------------------------------------------------------------- from a file
+
+SCENE = """\
+chain: {material: {youngs_modulus: 193 GPa, poisson_ratio: 0.3, density: 7958 kg/m^3}, radius: 4.75 mm}
+shock: {profile: triangular, peak_force: 100 N, rise_time: %s, duration_ratio: 3}
+predict: {model: %s, rtol: 1e-3}
+"""
+
+
+def test_a_scenario_names_it_with_its_tolerance(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text(SCENE % ("20 us", "auto"))
+    assert cli.main(["predict", "--json", str(file)]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["model"], told["method"]) == ("auto", "simulation")
+    assert 0 < told["expected_error"][1] <= 1e-3
+
+
+@pytest.mark.parametrize(
+    ("rise_time", "model", "code", "message"),
+    [
+        ("20 us", "moments", 3, "3:33: predict.rtol: must be left out for model 'moments'"),
+        ("100 s", "auto", 1, "natural times of its wave, 20000 is the most"),
+    ],
+    ids=["refused", "too-long"],
+)
+def test_what_cannot_be_had_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], rise_time: str, model: str, code: int, message: str
+) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text(SCENE % (rise_time, model))
+    assert cli.main(["predict", str(file)]) == code
+    assert message in capsys.readouterr().err
