@@ -300,7 +300,7 @@ def test_templates_state_the_defaults(tmp_path: Path) -> None:
 def test_what_a_template_comments_out_is_valid_too(tmp_path: Path) -> None:
     text = template("exponential").replace("material: paper-steel", "").replace("\n  # material:", "\n  material:")
     text = text.replace("\n  #   ", "\n    ").replace("\n#   ", "\n  ").replace("\n# published", "\npublished")
-    text = text.replace("\n# sweep", "\nsweep")
+    text = text.replace("\n# sweep", "\nsweep").replace("\n# uncertainty", "\nuncertainty")
     text = text.replace("\n  # granules", "\n  granules").replace("\n  # quadrature", "\n  quadrature")
     scenario = _load(tmp_path, text)
     assert isinstance(scenario.shock.profile, Exponential)
@@ -308,6 +308,7 @@ def test_what_a_template_comments_out_is_valid_too(tmp_path: Path) -> None:
     assert scenario.published is not None
     assert scenario.sweep is not None
     assert scenario.sweep.shape == (10, 2, 2, 2)
+    assert [spread.kind for spread in scenario.uncertainty] == ["relative", "sd", "between", "factor"]
 
 
 def test_a_template_of_an_unknown_profile_tells_the_nearest() -> None:

@@ -33,6 +33,8 @@ _LONGEST = Quantity("", "longest duration n t0/T0", at_least=1e-3, at_most=1e3)
 _TARGET = Quantity("", "amplification", above=0)
 # Below its end the law of short shocks errs by what its first term is off, at the most.
 _NEXT_POWER = 3
+# Its slope by so many times as much: the third term goes with the ninth power.
+_SHORT_SLOPE = 9.0
 # The law of short shocks has so many digits itself.
 _DIGITS = 3e-9
 # A rise time that is the longest but for rounding is the longest.
@@ -173,6 +175,27 @@ class UniversalCurve:
         if self.series is not None:
             later = x > self.short_end
             result[later] = self.series.error(x[later])
+        return result
+
+    def slope(self, rise_time: npt.ArrayLike) -> FloatArray:
+        """Power of t0/T0 with which `amplification` goes there, d ln (F/F0) / d ln (t0/T0): 6/5 for short shocks."""
+        ratios = self._checked(rise_time)
+        cube = ratios**3
+        result = np.asarray(1.2 + 3 * cube * (2 * self.second_correction * cube - CORRECTION * self.shape.correction))
+        x = np.log(ratios * self.shape.duration_ratio)
+        later = x > self.short_end
+        if self.series is not None:
+            result[later] = 1.2 + self.series.slope(x[later])
+        return result
+
+    def slope_error(self, rise_time: npt.ArrayLike) -> FloatArray:
+        """Estimate of the error of `slope`, absolute, for the same t0/T0."""
+        ratios = self._checked(rise_time)
+        result = np.array(_SHORT_SLOPE * self.error(ratios))
+        x = np.log(ratios * self.shape.duration_ratio)
+        later = x > self.short_end
+        if self.series is not None:
+            result[later] = self.series.slope_error(x[later])
         return result
 
     def answer(self, shock: Shock, chain: Chain) -> CurveAnswer:

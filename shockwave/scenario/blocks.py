@@ -153,6 +153,7 @@ SCENARIO = (
     Key("requires", annotation=list[str], meaning="distributions that must be installed"),
     Key("published"),
     Key("sweep", meaning="a mapping of grid, zip or points: the scenario stands for many"),
+    Key("uncertainty", meaning="a mapping of dotted names to how well these values are known"),
 )
 CHAIN = (
     Key("material", required=True, meaning="a name of the material library, or a mapping"),

@@ -39,6 +39,8 @@ from shockwave.scenario.blocks import (
 )
 from shockwave.scenario.gathering import Gathering
 from shockwave.scenario.sweep import Sweep, named, read
+from shockwave.scenario.uncertainty import Spread
+from shockwave.scenario.uncertainty import read as read_spreads
 from shockwave.scenario.values import missing, structure
 
 __all__ = ["DISTRIBUTION", "Published", "Scenario", "load_scenario", "scenario_of"]
@@ -68,8 +70,10 @@ class Scenario:
         Figures of a source for the same scene.
     sweep : Sweep or None
         The scenes that it stands for; shock, chain and settings are then those of the first one.
+    uncertainty : tuple of Spread
+        How well values are known; none where nothing is said of it.
     document : Document or None
-        What it was read from, without the block ``sweep``.
+        What it was read from, without the blocks ``sweep`` and ``uncertainty``.
     """
 
     name: str
@@ -80,6 +84,7 @@ class Scenario:
     simulate: SimulateOptions
     published: Published | None = None
     sweep: Sweep | None = None
+    uncertainty: tuple[Spread, ...] = ()
     document: Document | None = field(default=None, eq=False, repr=False)
 
 
@@ -111,6 +116,7 @@ def scenario_of(document: Document, path: Path | None, faults: Sequence[Fault] =
     """
     loading = _Loading(document, list(faults), path=path)
     sweep = read(loading, document.data) if document.data.get("sweep") is not None else None
+    spread = document.data.get("uncertainty")
     document = loading.document = _first(document, sweep)
     data, wrongs = structure(_without_empty(document.data), SCENARIO)
     loading.report((), wrongs)
@@ -125,13 +131,14 @@ def scenario_of(document: Document, path: Path | None, faults: Sequence[Fault] =
         "published": loading.published(data),
     }
     loading.requires(data.get("requires"))
+    uncertainty = loading.uncertainty(spread) if spread is not None else ()
     loading.finish()
-    return Scenario(path=path, sweep=sweep, document=document, **parts)
+    return Scenario(path=path, sweep=sweep, uncertainty=uncertainty, document=document, **parts)
 
 
 def _first(document: Document, sweep: Sweep | None) -> Document:
     """The first of the scenes that the document stands for, as one that stands for itself."""
-    rest = {name: value for name, value in document.data.items() if name != "sweep"}
+    rest = {name: value for name, value in document.data.items() if name not in ("sweep", "uncertainty")}
     if sweep is None:
         # what a sweep with faults would have brought is not missing
         brought = {tuple(name.split(".")) for name in named(document.data.get("sweep"))}
@@ -168,6 +175,12 @@ class _Loading(Gathering):
         given = data.get("published") is not None
         made: Published | None = self.options("published", data, Published) if given else None
         return made
+
+    def uncertainty(self, given: Any) -> tuple[Spread, ...]:
+        def add(steps: Steps, problem: str, at_key: bool) -> None:
+            self.add(("uncertainty", *steps), problem, at_key)
+
+        return read_spreads(given, self.document.data, add)
 
     def requires(self, given: Any) -> None:
         from importlib.metadata import PackageNotFoundError, distribution

@@ -4,23 +4,28 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import attrs
 import numpy as np
+from attrs import define, field
 
-from shockwave.prediction.predictor import coefficient_of
+from shockwave.chain.chain import Chain
+from shockwave.options import SimulateOptions
+from shockwave.prediction.predictor import Predictor, coefficient_of
 from shockwave.profiles.base import ShockProfile
 from shockwave.scenario.blocks import keys_of
 from shockwave.scenario.load import Scenario
 
-__all__ = ["normalised", "scene_hash"]
+__all__ = ["Normaliser", "normalised", "scene_hash"]
 
 # Digits that a change of units leaves alone; the last ones are its rounding.
 _DIGITS = 12
 # Longer lists stand as their hash.
 _LONGEST = 64
+# Texts of shared parts kept at a time.
+_MOST_TEXTS = 4096
 # Where a profile that keeps no parameters is looked at: so many points of rise and decay each.
 _POINTS = 129
 
@@ -41,27 +46,55 @@ def normalised(scenario: Scenario) -> str:
     scenario : Scenario
         The scenario.
     """
-    material = scenario.chain.material
-    predict = _settings(scenario.predictor)
-    predict["momentum_coefficient"] = coefficient_of(scenario.predictor.momentum_coefficient)
-    simulate = _settings(scenario.simulate)
-    simulate["record"] = sorted(set(simulate["record"]))
-    whole = {
-        "chain": {
-            "material": {name: getattr(material, name) for name in ("youngs_modulus", "poisson_ratio", "density")},
-            "radius": scenario.chain.radius,
-            "granules": scenario.chain.granules,
-        },
-        "shock": {
-            "profile": f"{type(scenario.shock.profile).__module__}:{type(scenario.shock.profile).__qualname__}",
-            "parameters": parameters(scenario.shock.profile),
-            "peak_force": scenario.shock.peak_force,
-            "rise_time": scenario.shock.rise_time,
-        },
-        "predict": predict,
-        "simulate": simulate,
-    }
-    return json.dumps(_canonical(whole), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return Normaliser().text(scenario)
+
+
+@define(eq=False)
+class Normaliser:
+    """Normalises many scenarios, of which most share a profile, a chain or settings: these are written out once."""
+
+    _texts: dict[tuple[int, Any], tuple[Any, str]] = field(factory=dict, init=False)
+
+    def text(self, scenario: Scenario) -> str:
+        """As `normalised`."""
+        shock, shared = scenario.shock, self._shared
+        forces = f'"peak_force":{_rounded(shock.peak_force)!r},"profile":{shared(shock.profile, _class)}'
+        times = f'"rise_time":{_rounded(shock.rise_time)!r}'
+        return (
+            f'{{"chain":{shared(scenario.chain, _chain)},"predict":{shared(scenario.predictor, _predict)},'
+            f'"shock":{{"parameters":{shared(shock.profile, parameters)},{forces},{times}}},'
+            f'"simulate":{shared(scenario.simulate, _simulate)}}}'
+        )
+
+    def _shared(self, part: Any, form: Callable[[Any], Any]) -> str:
+        """The text of a frozen part, kept with it: while it is kept, nothing else has its address."""
+        found = self._texts.get((id(part), form))
+        if found is None:
+            if len(self._texts) >= _MOST_TEXTS:
+                self._texts.clear()
+            found = self._texts[id(part), form] = part, _json(form(part))
+        return found[1]
+
+
+def _chain(chain: Chain) -> dict[str, Any]:
+    constants = {name: getattr(chain.material, name) for name in ("youngs_modulus", "poisson_ratio", "density")}
+    return {"material": constants, "radius": chain.radius, "granules": chain.granules}
+
+
+def _class(profile: ShockProfile) -> str:
+    return f"{type(profile).__module__}:{type(profile).__qualname__}"
+
+
+def _predict(predictor: Predictor) -> dict[str, Any]:
+    return {**_settings(predictor), "momentum_coefficient": coefficient_of(predictor.momentum_coefficient)}
+
+
+def _simulate(options: SimulateOptions) -> dict[str, Any]:
+    return {**_settings(options), "record": sorted(set(options.record))}
+
+
+def _json(value: Any) -> str:
+    return json.dumps(_canonical(value), sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
 def parameters(profile: ShockProfile) -> dict[str, Any]:

@@ -33,7 +33,7 @@ from shockwave.scenario.blocks import (
     shock_keys,
 )
 from shockwave.scenario.load import DISTRIBUTION
-from shockwave.scenario.schema_dotted import parted, sweep
+from shockwave.scenario.schema_dotted import parted, sweep, uncertainty
 from shockwave.scenario.template import purpose_of, within
 
 __all__ = ["schema"]
@@ -80,6 +80,7 @@ def schema() -> Form:
         "requires": {"items": {"type": "string", "pattern": f"^(?:{DISTRIBUTION.pattern}){_END}"}},
         "published": _mapping(keys_of(Published)),
         "sweep": sweep(),
+        "uncertainty": uncertainty(),
     }
     forms = {key.name: {**_value(key), **blocks[key.name]} for key in keys}
     # An optional block that holds nothing is taken for one that is left out.
@@ -202,6 +203,7 @@ def _rules(cls: type, method: Key, keys: Sequence[Key], forms: dict[str, Form]) 
     A setting that fits no name at all is changed in ``forms``.
     """
     choices = [_LEFT_OUT, *_summaries(_REGISTRIES[method.name])]
+    several = any(key.name in _REGISTRIES for key in keys if key is not method)
     for key in keys:
         if key.name == method.name or key.name in _REGISTRIES:
             continue
@@ -212,6 +214,8 @@ def _rules(cls: type, method: Key, keys: Sequence[Key], forms: dict[str, Form]) 
                 groups.setdefault(json.dumps(narrowed), (narrowed, []))[1].append(choice)
         for narrowed, named in groups.values():
             if named == choices:
+                if several:  # it goes with the other one
+                    continue
                 forms[key.name] = {**narrowed, "description": forms[key.name]["description"]}
                 continue
             test: Form = {"properties": {method.name: {"enum": named}}}

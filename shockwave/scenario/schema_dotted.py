@@ -10,8 +10,9 @@ from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.scenario.blocks import CHAIN, SHOCK, keys_of
 from shockwave.scenario.sweep import RUNS, SWEEP
+from shockwave.scenario.uncertainty import FORMS, TWINS
 
-__all__ = ["parted", "sweep"]
+__all__ = ["parted", "sweep", "uncertainty"]
 
 Form = dict[str, Any]
 _BLOCKS = {
@@ -71,6 +72,26 @@ def sweep() -> Form:
         "properties": {key.name: {"description": key.meaning, **forms[key.name]} for key in SWEEP},
         "additionalProperties": False,
         "anyOf": [{"required": [name]} for name in ("grid", "zip", "points")],
+    }
+
+
+def uncertainty() -> Form:
+    """The block ``uncertainty``."""
+    number: Form = {"type": ["number", "string"]}
+    forms: dict[str, Form] = dict.fromkeys(FORMS, number)
+    forms["between"] = {"type": "array", "items": number, "minItems": 2, "maxItems": 2}
+    mapping = {
+        "type": "object",
+        "properties": {name: {"description": meaning, **forms[name]} for name, meaning in FORMS.items()},
+        "additionalProperties": False,
+        "minProperties": 1,
+        "maxProperties": 1,
+    }
+    percent = {"type": "string", "pattern": rf"%\s*{_END}", "description": "standard deviation over the value"}
+    return {
+        **dotted({"anyOf": [percent, mapping]}),
+        "type": ["object", "null"],
+        "not": {"anyOf": [{"required": list(pair)} for pair in TWINS]},
     }
 
 

@@ -9,11 +9,12 @@ from typing import Any, Literal
 import numpy as np
 from attrs import define, frozen
 
+from shockwave.chain.material import Material
 from shockwave.document.reader import Steps
 from shockwave.errors import InvalidValueError, UnknownNameError
 from shockwave.fields import Quantity, text_of
 from shockwave.registry import find
-from shockwave.scenario.blocks import Key
+from shockwave.scenario.blocks import Key, keys_of
 from shockwave.scenario.gathering import Gathering
 from shockwave.scenario.values import structure
 from shockwave.scenario.variable import Variable, variable
@@ -134,6 +135,10 @@ class _Reading:
         return found
 
     def value(self, steps: Steps, of: Variable, given: Any) -> Any:
+        if of.name == "chain.material" and not isinstance(given, str):
+            _, wrongs = structure({} if given is None else given, keys_of(Material))
+            self.loading.report(("sweep", *steps), wrongs)
+            return given
         try:
             if of.name in _REGISTRIES and isinstance(given, str):
                 find(_REGISTRIES[of.name], given)

@@ -27,6 +27,7 @@ from shockwave.scenario.blocks import (
     shock_keys,
 )
 from shockwave.scenario.sweep import SWEEP
+from shockwave.scenario.uncertainty import FORMS
 
 __all__ = ["purpose_of", "template", "within"]
 
@@ -63,12 +64,12 @@ _MEANINGS = {
     "simulate": "how the scene is to be simulated",
     "published": "figures printed in a source, shown beside ours",
     "sweep": "many scenes in one file, for `shockwave sweep`",
+    "uncertainty": "how well values are known, for `shockwave uncertainty`; 5 % is a relative standard deviation",
     "name": "what it is called",
     "source": "where the figures come from",
     "radius": "in place of the diameter",
     "granules": "left out, the chain is as long as the answer needs",
     "model": "a name that `shockwave list models` shows",
-    "rtol": "for models with a tolerance; section-4 has none and refuses it",
     "momentum_coefficient": "leading number of A, eq. (4c): exact (4.3445...), paper (13/3) or 0.01 to 1000",
     "alpha": "constant (of section 4.1) or literal (eq. (5c) as printed)",
     "quadrature": "for all integrals, even those with closed forms; see `shockwave list quadratures`",
@@ -136,8 +137,17 @@ def template(profile: str | None = None) -> str:
         [_requires(owner)],
         [f"# published:  # {_MEANINGS['published']}", *_published()],
         [f"# sweep:  # {_MEANINGS['sweep']}", *(f"#   {k.name}: {_SWEPT[k.name]}  # {k.meaning}" for k in SWEEP)],
+        [f"# uncertainty:  # {_MEANINGS['uncertainty']}", *_uncertainty()],
     )
     return "\n".join([_HEAD, *("\n".join(block) + "\n" for block in blocks)])
+
+
+def _uncertainty() -> Iterator[str]:
+    yield "#   shock.peak_force: 5 %"
+    shown = {"sd": ("shock.rise_time", "1 us"), "between": ("chain.diameter", "[9 mm, 10 mm]")}
+    shown["factor"] = ("chain.material.youngs_modulus", "1.1")
+    for form, (name, value) in shown.items():
+        yield f"#   {name}: {{{form}: {value}}}  # {FORMS[form]}"
 
 
 def _chain() -> Iterator[str]:

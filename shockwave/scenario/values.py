@@ -196,7 +196,7 @@ def _samples(value: Any, spec: Quantity) -> list[float] | None:
     return _gather(value, lambda sample: _quantity(sample, spec))
 
 
-def _gather(values: list[Any], convert: Callable[[Any], Any]) -> list[Any]:
+def _gather(values: Sequence[Any], convert: Callable[[Any], Any]) -> list[Any]:
     """All values converted, or the faults of the first few that cannot be."""
     converted, wrongs = [], []
     for index, value in enumerate(values):
@@ -275,7 +275,7 @@ def _origin(annotation: Any) -> Any:
 
 
 def _items(value: Any, annotation: Any) -> Any:
-    if not isinstance(value, list):
+    if not isinstance(value, list | tuple):  # a tuple is one that was converted before
         raise _wrong(f"must be a list (got {_shown(value)})")
     item = next(iter(typing.get_args(annotation)), Any)
     items = _gather(value, lambda one: _converter().structure(one, item))

@@ -1,0 +1,422 @@
+"""Design: what is found meets the target when simulated, nothing is missed, and what cannot be had is said so."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import subprocess
+import sys
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import shockwave as sw
+from pages import ROOT, code_in, table
+from scenes import CASE_A, CHAIN, FORCE, POWER, UNITS
+from shockwave import cli
+from shockwave.curve.crossings import crossings, landmarks, tilted
+from shockwave.curve.response import POWERS, Exponents, curve_of, duration_of, scenario_of, value_of
+from shockwave.designs.lines import Line
+from shockwave.designs.targets import TARGETS, Option, Target
+from shockwave.scenario.family import Family
+from test_docs import flat
+
+SCENE = scenario_of(CASE_A, CHAIN)
+FILE = str(ROOT / "profiles" / "examples" / "protector.yaml")
+#: Values of the scene -> an interval about them.
+INTERVALS: dict[str, tuple[float, float]] = {
+    "chain.radius": (2e-3, 2e-2),
+    "chain.diameter": (4e-3, 4e-2),
+    "chain.material.youngs_modulus": (1e9, 1e12),
+    "chain.material.density": (1e3, 2e4),
+    "chain.material.poisson_ratio": (-0.7, 0.4),
+    "shock.peak_force": (1.0, 1e4),
+    "shock.rise_time": (1e-6, 1e-4),
+    "shock.duration": (3e-6, 3e-4),
+}
+SHAPES: dict[str, tuple[float, float]] = {
+    "shock.duration_ratio": (1.1, 30.0),
+    "shock.parameters.rise_exponent": (0.0, 5.0),
+    "shock.parameters.decay_exponent": (0.2, 5.0),
+}
+
+
+def design(vary: str = "chain.radius", between: Any = None, **wanted: Any) -> sw.Design:
+    """A design of CASE_A on the paper's beads."""
+    interval = between if between is not None else {**INTERVALS, **SHAPES}.get(vary)
+    return sw.design(CASE_A, CHAIN, vary=vary, target=wanted, between=interval)
+
+
+# ---------------------------------------------------------------- what is found
+
+
+@pytest.mark.parametrize("quantity", TARGETS)
+@pytest.mark.parametrize("name", [*INTERVALS, *SHAPES])
+def test_what_is_found_meets_the_target_when_simulated(name: str, quantity: str) -> None:
+    draw = np.random.default_rng([list(TARGETS).index(quantity), len(name)])
+    line = Line.of(SCENE, name, Target(quantity, 1.0), {**INTERVALS, **SHAPES}[name], 1e-4)
+    (_, least), (_, most) = line.extremes
+    if most / least < 1 + 1e-9:  # so little changes with this value
+        pytest.skip("nothing to solve for")
+    wanted = least * (most / least) ** float(draw.uniform(0.05, 0.95))
+    found = design(name, **{quantity: wanted})
+    assert found.solutions
+    for option in found.solutions:
+        assert option.simulated is not None
+        # what goes with a power of the peak force above 1 errs by that much more
+        power = max(Target(quantity, 1.0).power(SCENE), 1.0)
+        assert option.simulated.reached == pytest.approx(wanted, rel=1e-4 * power)
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_fifty_random_targets_are_met_or_said_to_be_out_of_reach(seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    name = list(INTERVALS)[seed % len(INTERVALS)]
+    force = float(np.exp(draw.uniform(math.log(5), math.log(250))))
+    found = design(name, peak_force=force)
+    if found.solutions:
+        offs = [abs(option.simulated.reached / force - 1) for option in found.solutions if option.simulated]
+        assert len(offs) == len(found.solutions)
+        assert max(offs) < 1e-4
+    else:
+        # the ends of what can be reached are within the tolerance of the curve
+        assert not found.least.reached * (1 - 1e-4) <= force <= found.most.reached * (1 + 1e-4)
+        assert found.why
+
+
+@pytest.mark.parametrize("name", INTERVALS)
+@pytest.mark.parametrize("quantity", ["peak_force", "momentum", "width"])
+def test_a_line_is_what_each_scene_says_of_itself(name: str, quantity: str) -> None:
+    """The line is solved in scaled variables; a scene of the family is made and asked without them."""
+    target = Target(quantity, 1.0)
+    line = Line.of(SCENE, name, target, INTERVALS[name], 1e-4)
+    values, heights = line.points(9)
+    family = Family(SCENE)
+    known = [Option.of(value, family.scenario({name: value}), target, 1e-4, line.reach).reached for value in values]
+    # one curve: what differs is rounding, near nu = 0 of a root
+    assert heights == pytest.approx(known, rel=1e-9)
+
+
+def at_a_quarter() -> float:
+    """Peak force with Poisson's ratio 0.25."""
+    scene = Family(SCENE).scenario({"chain.material.poisson_ratio": 0.25})
+    return curve_of(POWER, 1e-4, 50.0).peak_force(scene.shock, scene.chain)
+
+
+def test_poissons_ratio_has_two_solutions_about_zero() -> None:
+    found = design("chain.material.poisson_ratio", peak_force=at_a_quarter())
+    assert [option.value for option in found.solutions] == pytest.approx([-0.25, 0.25], rel=1e-9)
+
+
+def test_only_one_of_the_two_is_taken_where_the_other_is_outside() -> None:
+    found = design("chain.material.poisson_ratio", (-0.2, 0.4), peak_force=at_a_quarter())
+    assert [option.value for option in found.solutions] == pytest.approx([0.25], rel=1e-9)
+
+
+def test_a_response_that_passes_a_maximum_gives_both_solutions(tmp_path: Path) -> None:
+    """Of triangles of one duration, and so of one impulse, the strongest is neither the steepest nor symmetric."""
+    file = tmp_path / "triangle.yaml"
+    shock = "{profile: triangular, peak_force: 100, duration: 60 us, duration_ratio: 2}"
+    file.write_text(f"chain: {{material: paper-steel, radius: 4.75 mm}}\nshock: {shock}\n")
+    scenario = sw.load_scenario(file)
+    values = np.geomspace(1.05, 60.0, 200)
+    shocks = [
+        sw.Shock.of_duration(profile=sw.Triangular(duration_ratio=float(n)), peak_force=100.0, duration=60e-6)
+        for n in values
+    ]
+    results = sw.simulate_many(shocks, scenario.chain, rtol=1e-6, waves="primary")
+    forces = np.array([result.peak_force for result in results if isinstance(result, sw.SimulationResult)])
+    for wanted in (108.0, 111.0, 115.0):
+        found = sw.design(
+            scenario, vary="shock.duration_ratio", target={"peak_force": wanted}, between=(1.05, 60.0), points=2
+        )
+        places = np.flatnonzero(np.sign(forces[1:] - wanted) != np.sign(forces[:-1] - wanted))
+        assert len(found.solutions) == len(places)
+        assert all(values[k] < float(one.value) < values[k + 1] for k, one in zip(places, found.solutions, strict=True))
+        # a grid misses the maximum by a second-order term
+        assert found.most.reached == pytest.approx(forces.max(), rel=3e-4)
+    assert len(places) == 2
+
+
+# ---------------------------------------------------------------- crossings
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_no_crossing_of_a_polynomial_is_missed(seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    roots = np.sort(draw.uniform(-1, 1, draw.integers(1, 8)))
+    polynomial = np.polynomial.Polynomial.fromroots(roots)
+    turns = polynomial.deriv().roots().real if len(roots) > 1 else np.array([])
+    points = [-1.5, *np.sort(turns).tolist(), 1.5]
+    known = [(x, float(polynomial(x))) for x in points]
+    found = crossings(polynomial, known, 0.0, lambda _: 0.0)
+    assert found == pytest.approx(roots.tolist(), abs=1e-6)  # the roots of a polynomial of degree 7 are so ill
+
+
+def test_a_turning_point_within_the_tolerance_is_a_crossing() -> None:
+    known = [(-1.0, -1.0), (0.0, 0.0), (1.0, -1.0)]
+    assert crossings(lambda x: -(x**2), known, 1e-5, lambda _: 2e-5) == [0.0]
+    assert crossings(lambda x: -(x**2), known, 1e-5, lambda _: 5e-6) == []
+
+
+def test_two_neighbouring_turning_points_within_the_tolerance_are_one_crossing() -> None:
+    known = [(0.0, 1e-5), (1.0, 2e-5)]
+    assert crossings(lambda x: 1e-5 * (1 + x), known, 0.0, lambda _: 1e-4) == [0.0]
+
+
+def test_a_crossing_stands_in_for_the_turning_points_beside_it() -> None:
+    known = [(-1.0, -1.0), (0.0, 0.0), (1.0, -1.0)]
+    assert crossings(lambda x: -(x**2), known, -1e-8, lambda _: 1e-4) == pytest.approx([-1e-4, 1e-4])
+
+
+@pytest.mark.parametrize("slope", [-1.19, -1.0, -0.5, -0.1])
+def test_landmarks_are_all_that_turns(slope: float) -> None:
+    curve = curve_of(POWER, 1e-4, 50.0)
+    known = landmarks(curve, slope, math.log(1e-3), math.log(curve.longest_rise_time))
+    x = np.linspace(known[0][0], known[-1][0], 20_001)
+    values = tilted(curve, slope)(x)
+    # between landmarks nothing is beyond them, but for the jumps where polynomials join
+    assert max(height for _, height in known) == pytest.approx(values.max(), abs=2e-4)
+    for (begin, low), (end, high) in pairwise(known):
+        inner = values[(x > begin) & (x < end)]
+        assert inner.size == 0 or min(low, high) - 2e-4 <= inner.min() <= inner.max() <= max(low, high) + 2e-4
+    slopes = curve.slope(np.exp(x)) + slope
+    # where the sign changes smoothly, and not in the jump from one polynomial to the next
+    (turns,) = np.nonzero((slopes[1:] * slopes[:-1] < 0) & (np.abs(np.diff(slopes)) < 1e-3))
+    places = [x for x, _ in known]
+    assert all(min(abs(x[k] - place) for place in places) <= 2 * (x[1] - x[0]) for k in turns)
+    assert len(turns) > 0
+    wanted = float(np.quantile(values, 0.7))
+    count = int(((values[1:] > wanted) != (values[:-1] > wanted)).sum())
+    assert len(crossings(tilted(curve, slope), known, wanted, lambda _: 0.0)) == count
+
+
+# ---------------------------------------------------------------- exponents
+
+
+@pytest.mark.parametrize("name", [name for name in POWERS if name not in ("chain.diameter", "shock.duration")])
+@pytest.mark.parametrize("stretch", [0.05, 1.0, 6.0])
+def test_exponents_are_those_of_two_simulations(name: str, stretch: float) -> None:
+    shock = sw.Shock(profile=POWER, peak_force=FORCE, rise_time=2.0 * stretch * UNITS.time)
+    scenario = scenario_of(shock, CHAIN)
+    told = Exponents.of(scenario, curve_of(POWER, 1e-6, duration_of(scenario)))
+    value, family = value_of(scenario, name), Family(scenario)
+    ends = [family.scenario({name: value * factor}) for factor in (0.999, 1.001)]
+    chains = [scene.chain for scene in ends]
+    low, high = sw.simulate_many([scene.shock for scene in ends], chains, rtol=1e-11, waves="primary")
+    assert isinstance(low, sw.SimulationResult)
+    assert isinstance(high, sw.SimulationResult)
+    known = math.log(high.peak_force / low.peak_force) / math.log(1.001 / 0.999)
+    # a difference over 0.2 % errs by the square of that
+    assert told.at(name) == pytest.approx(known, abs=told.error + 1e-5)
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-4])
+def test_slopes_of_a_curve_err_by_no_more_than_told(rtol: float) -> None:
+    loose, tight = curve_of(POWER, rtol, 50.0), curve_of(POWER, 1e-7, 50.0)
+    ratios = np.geomspace(1e-2, loose.longest_rise_time, 5001)
+    off = np.abs(loose.slope(ratios) - tight.slope(ratios))
+    assert (off <= loose.slope_error(ratios) + tight.slope_error(ratios)).all()
+    assert off.max() > 1e-4  # or there would be nothing to tell
+
+
+def test_slopes_are_those_of_the_amplification() -> None:
+    curve = curve_of(POWER, 1e-6, 50.0)
+    ratios, step = np.geomspace(1e-2, 0.99 * curve.longest_rise_time, 201), 1e-6
+    ends = (np.log(curve.amplification(ratios * math.exp(sign * step))) for sign in (-1, 1))
+    low, high = ends
+    # rounding over twice the step; no point is so near to where polynomials join
+    assert curve.slope(ratios) == pytest.approx((high - low) / (2 * step), abs=1e-8)
+
+
+def test_a_short_shock_goes_with_the_powers_of_its_impulse() -> None:
+    shock = sw.Shock(profile=POWER, peak_force=FORCE, rise_time=1e-3 * UNITS.time)
+    scenario = scenario_of(shock, CHAIN)
+    told = Exponents.of(scenario, curve_of(POWER, 1e-4, 1.0))
+    # F = 1.168 F0 S^(6/5), S ~ t0 F0^(1/6) R^(-4/3) rho^(-1/2) E^(1/3)
+    assert (told.radius, told.density, told.youngs_modulus) == pytest.approx((-1.6, -0.6, 0.4), abs=1e-6)
+    assert (told.peak_force, told.rise_time) == pytest.approx((1.2, 1.2), abs=1e-6)
+
+
+# ---------------------------------------------------------------- what cannot be had
+
+
+def test_an_unreachable_target_is_told_with_the_range() -> None:
+    found = design(peak_force=1000.0)
+    assert found.solutions == ()
+    assert not found.reachable
+    assert found.nearest is not None
+    assert found.nearest.value == 2e-3
+    assert re.fullmatch(r"1 kN is out of reach: the most is 1\d\d\.\d+ N at 2 mm", found.why)
+
+
+def test_a_maximum_inside_is_told_to_be_one() -> None:
+    found = design("chain.material.poisson_ratio", peak_force=1.0)
+    assert float(found.least.value) == 0.0
+    assert found.why.endswith("at 0, inside the interval: no wider one helps")
+
+
+def test_both_ends_of_what_can_be_reached_are_solutions() -> None:
+    reach = design(peak_force=1000.0)
+    for end in (reach.least, reach.most):
+        (found,) = design(peak_force=end.reached).solutions
+        assert found.value == pytest.approx(float(end.value), rel=1e-4)
+
+
+def test_a_finite_chain_is_found_as_one_without_end_and_simulated_as_it_is() -> None:
+    chain = sw.Chain(material=CHAIN.material, radius=CHAIN.radius, granules=60)
+    found = sw.design(CASE_A, chain, vary="chain.radius", target={"peak_force": 60}, between=(2e-3, 2e-2))
+    (option,) = found.solutions
+    assert option.chain_mass == pytest.approx(60 * option.granule_mass)
+    assert any("60 granules" in warning for warning in found.warnings)
+    assert option.simulated is not None
+    assert option.simulated.peak_force == pytest.approx(60, rel=1e-3)
+
+
+def test_an_interval_with_shocks_too_long_for_curves_is_refused() -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"between: must give scenes .*must last at most 1000"):
+        design("shock.rise_time", (1e-5, 1.0), peak_force=60.0)
+
+
+# ---------------------------------------------------------------- materials
+
+
+def test_materials_are_ranked_by_their_distance() -> None:
+    found = design("chain.material", peak_force=60.0)
+    distances = [abs(option.reached - 60.0) for option in found.table]
+    assert distances == sorted(distances)
+    assert len(found.table) == 27
+    assert found.nearest is not None
+    assert found.nearest == found.table[0]
+    assert found.nearest.simulated is not None
+    assert found.nearest.simulated.reached == pytest.approx(found.nearest.reached, rel=1e-4)
+
+
+def test_a_material_without_a_curve_is_left_out_and_told() -> None:
+    # it lasts 1086 natural times of the one, and 236 of the other
+    shock = sw.Shock(profile=POWER, peak_force=FORCE, rise_time=200 * UNITS.time)
+    among = ["ptfe", "silicon-nitride"]
+    found = sw.design(shock, CHAIN, vary="chain.material", target={"peak_force": 200}, among=among)
+    assert [option.value for option in found.table] == ["ptfe"]
+    assert any(warning.startswith("silicon-nitride is left out: must last at most 1000") for warning in found.warnings)
+
+
+def test_an_option_tells_mass_and_error_of_its_own_scene() -> None:
+    found = design(energy=1e-3)
+    for option in found.table:
+        # the energy goes with the 5/3 power of the peak force, and so does its error
+        assert option.reached_error == pytest.approx(5 / 3 * option.error)
+        length = 2 * float(option.value)
+        assert option.mass_per_length == pytest.approx(math.pi / 6 * length**3 * 7958.0 / length)
+        wave = sw.SolitaryWave.of(option.peak_force, sw.Chain(material=CHAIN.material, radius=float(option.value)))
+        assert (option.reached, option.speed) == pytest.approx((wave.energy, wave.speed))
+
+
+def test_materials_may_be_a_few() -> None:
+    found = sw.design(CASE_A, CHAIN, vary="chain.material", target={"momentum": 1e-3}, among=["ptfe", "brass-260"])
+    assert {option.value for option in found.table} == {"ptfe", "brass-260"}
+    assert found.reachable == (found.least.reached <= 1e-3 <= found.most.reached)
+
+
+# ---------------------------------------------------------------- what is refused
+
+REFUSED: dict[str, tuple[dict[str, Any], str]] = {
+    "vary-unknown": ({"vary": "chain.radios"}, "vary: must be the dotted name of a key .* did you mean"),
+    "vary-setting": ({"vary": "simulate.rtol"}, "vary: must be a value of the chain or shock with a range"),
+    "vary-granules": ({"vary": "chain.granules"}, "vary: must be a value of the chain or shock with a range"),
+    "target-unknown": ({"target": {"peak_fource": 1}}, "target: .* did you mean 'peak_force'"),
+    "target-unit": ({"target": {"peak_force": "3 mm"}}, "target.peak_force: must be a force"),
+    "target-zero": ({"target": {"peak_force": 0}}, "target.peak_force: must be > 0 N"),
+    "target-two": ({"target": {"peak_force": 1, "speed": 2}}, "target: must be one quantity and its value"),
+    "between-lacking": ({"between": None}, "between: must be the least and the greatest chain.radius"),
+    "between-number": ({"between": 5}, "between: must be the least and the greatest chain.radius"),
+    "among-text": ({"vary": "chain.material", "between": None, "among": "ptfe"}, "among: must be a list of names"),
+    "among-none": ({"vary": "chain.material", "between": None, "among": []}, "among: must be one material or more"),
+    "materials-between": ({"vary": "chain.material"}, "between: must be left out for chain.material"),
+    "between-order": ({"between": (2e-2, 1e-3)}, "between: must ascend"),
+    "between-range": ({"between": (-1.0, 1.0)}, "between: must be > 0 m"),
+    "among": ({"among": ["ptfe"]}, "among: must be left out"),
+    "points": ({"points": 1}, "points: must be a whole number >= 2"),
+    "rtol": ({"rtol": 0.5}, "rtol: must be >= 1e-07 and <= 0.01"),
+    "chain": ({"chain": None}, "scene: must be a Scenario alone, or a Shock and a Chain"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_makes_no_sense_is_refused(name: str) -> None:
+    other, message = REFUSED[name]
+    given: dict[str, Any] = {"vary": "chain.radius", "target": {"peak_force": 60}, "between": (1e-3, 2e-2)}
+    call = {"chain": CHAIN, **given, **other}
+    with pytest.raises(sw.InvalidValueError, match=message):
+        sw.design(CASE_A, call.pop("chain"), **call)
+
+
+def test_an_unknown_material_is_told_with_the_nearest() -> None:
+    with pytest.raises(sw.UnknownNameError, match="did you mean 'ptfe'"):
+        sw.design(CASE_A, CHAIN, vary="chain.material", target={"peak_force": 60}, among=["ptef"])
+
+
+# ---------------------------------------------------------------- names, files, commands
+
+
+def test_the_function_is_not_hidden_by_a_module() -> None:
+    program = (
+        "import shockwave as sw, shockwave.designs.design, shockwave.uncertainties.uncertainty\n"
+        "assert callable(sw.design) and callable(sw.uncertainty)"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True)
+
+
+@cache
+def told(*arguments: str) -> tuple[int, str, str]:
+    done = subprocess.run([sys.executable, "-m", "shockwave", *arguments], capture_output=True, text=True, cwd=ROOT)
+    return done.returncode, done.stdout, done.stderr
+
+
+def test_the_command_prints_json_as_the_page_tells() -> None:
+    status, printed, _ = told(
+        *("design", FILE, "--vary", "chain.diameter", "--target", "peak_force=60 N", "--json"),
+        *("--between", "2 mm", "40 mm"),
+    )
+    document = json.loads(printed)
+    assert status == 0
+    assert len(document["solutions"]) == 1
+    keys = {key for row in table("docs/commands.md", "design --json") for key in code_in(row[0])}
+    assert keys == {key for key in flat(document) if not re.match(r"(nearest|least|most|table)(\[\])?\.", key)}
+
+
+def test_the_command_ends_with_1_where_nothing_is_found(capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["--vary", "chain.radius", "--target", "peak_force=9 kN", "--between", "2 mm", "40 mm"]
+    assert cli.main(["design", FILE, *arguments]) == 1
+    told = capsys.readouterr()
+    assert "out of reach" in told.err
+    assert "nearest" in told.out
+
+
+@pytest.mark.parametrize(
+    ("target", "status"), [("peak_force", 2), ("peak_force=60 mm", 3), ("force=60 N", 3)], ids=["form", "unit", "name"]
+)
+def test_a_wrong_target_ends_with_a_sentence(target: str, status: int, capsys: pytest.CaptureFixture[str]) -> None:
+    assert (
+        cli.main(["design", FILE, "--vary", "chain.radius", "--target", target, "--between", "1 mm", "2 mm"]) == status
+    )
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_the_command_draws_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    picture = tmp_path / "design.svg"
+    arguments = ["--vary", "chain.radius", "--target", "peak_force=60 N", "--between", "1 mm", "20 mm"]
+    assert cli.main(["design", FILE, *arguments, "-o", str(picture)]) == 0
+    assert "<svg" in picture.read_text()
+    assert capsys.readouterr().err == f"{picture}: written\n"
+
+
+def test_a_picture_of_materials_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["--vary", "chain.material", "--target", "peak_force=60 N", "-o", str(tmp_path / "d.svg")]
+    assert cli.main(["design", FILE, *arguments]) == 2
+    assert "materials lie on no line" in capsys.readouterr().err

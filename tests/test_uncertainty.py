@@ -1,0 +1,321 @@
+"""Uncertainty: distributions against direct simulation and closed forms, and the block of a scenario."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import shockwave as sw
+from pages import ROOT, code_in, table
+from scenes import CASE_A, CHAIN, POWER, UNITS
+from shockwave import cli
+from shockwave.curve import UniversalCurve
+from shockwave.curve.response import scenario_of
+from shockwave.scenario.family import Family
+from shockwave.scenario.uncertainty import Spread
+from shockwave.scenario.variable import variable
+from shockwave.uncertainties.distribution import Distribution
+from test_docs import flat
+
+FILE = ROOT / "profiles" / "examples" / "protector.yaml"
+SPREADS = {
+    "chain.material.youngs_modulus": {"factor": 1.2},
+    "chain.radius": "3 %",
+    "shock.peak_force": {"sd": "8 N"},
+    "shock.rise_time": {"between": [1.0 * UNITS.time, 3.0 * UNITS.time]},
+}
+SHORT = sw.Shock(profile=POWER, peak_force=100.0, rise_time=1e-3 * UNITS.time)
+
+
+@cache
+def found(seed: int = 0, draws: int = 4096) -> sw.Uncertainty:
+    return sw.uncertainty(CASE_A, CHAIN, SPREADS, seed=seed, draws=draws)
+
+
+def simulated(result: sw.Uncertainty, count: int, rtol: float) -> np.ndarray[Any, Any]:
+    """Peak forces of the first draws by direct simulation."""
+    rows = zip(*(result.values[name][:count].tolist() for name in SPREADS), strict=True)
+    scenes = []
+    for modulus, radius, force, rise in rows:
+        material = sw.Material(youngs_modulus=modulus, poisson_ratio=0.3, density=CHAIN.material.density)
+        shock = sw.Shock(profile=POWER, peak_force=force, rise_time=rise)
+        scenes.append((shock, sw.Chain(material=material, radius=radius)))
+    results = sw.simulate_many([s for s, _ in scenes], [c for _, c in scenes], rtol=rtol, waves="primary")
+    return np.array([one.peak_force for one in results if isinstance(one, sw.SimulationResult)])
+
+
+# ---------------------------------------------------------------- against simulation
+
+
+def test_draws_agree_with_their_simulations() -> None:
+    result = found()
+    known = simulated(result, 2000, 1e-6)
+    assert np.abs(result.peak_forces[:2000] / known - 1).max() <= result.model_error + 1e-6
+
+
+def test_statistics_agree_with_2000_simulations_within_the_error_of_sampling() -> None:
+    result = found()
+    known = simulated(result, 2000, 1e-5)
+    # the 2000 are not those of the whole: their own error is that of independent draws, at three deviations
+    own = 3 * known.std() / math.sqrt(len(known))
+    assert result.peak_force.mean.value == pytest.approx(known.mean(), abs=result.peak_force.mean.error + own)
+    off = result.peak_force.sd.error + 3 * known.std() / math.sqrt(2 * len(known))
+    assert result.peak_force.sd.value == pytest.approx(known.std(), abs=off)
+    for share, estimate in result.peak_force.quantiles.items():
+        # that share of the simulations lies below, within three deviations of a count and what the error is worth
+        below = (known < estimate.value).mean()
+        width = 3 * math.sqrt(share * (1 - share) / len(known))
+        assert below == pytest.approx(share, abs=width + 0.02)
+
+
+NARROW = {
+    "chain.radius": "5 %",
+    "chain.diameter": {"between": [8e-3, 1e-2]},
+    "chain.material.youngs_modulus": "20 %",
+    "chain.material.density": {"factor": 1.2},
+    "chain.material.poisson_ratio": {"between": [-0.4, 0.45]},
+    "shock.peak_force": "10 %",
+    "shock.rise_time": "10 %",
+    "shock.duration": {"sd": 0.5 * UNITS.time},
+}
+
+
+@pytest.mark.parametrize("name", NARROW)
+def test_draws_of_each_value_are_the_scenes_that_have_it(name: str) -> None:
+    result = sw.uncertainty(CASE_A, CHAIN, {name: NARROW[name]}, draws=256)
+    family, curve = Family(scenario_of(CASE_A, CHAIN)), UniversalCurve(POWER)
+    scenes = [family.scenario({name: float(value)}) for value in result.values[name][:20]]
+    known = [curve.peak_force(scene.shock, scene.chain) for scene in scenes]
+    # the same curve: what differs is rounding
+    assert result.peak_forces[:20] == pytest.approx(known, rel=1e-10)
+
+
+def test_a_shape_that_is_uncertain_is_simulated() -> None:
+    spreads = {"shock.parameters.decay_exponent": "5 %", "shock.duration_ratio": {"between": [2.5, 3.5]}}
+    result = sw.uncertainty(CASE_A, CHAIN, spreads, draws=256)
+    assert result.method == "simulation"
+    values = zip(*(result.values[name][:50].tolist() for name in spreads), strict=True)
+    shocks = [
+        sw.Shock(
+            profile=sw.PowerLaw(rise_exponent=0.5, decay_exponent=decay, duration_ratio=n),
+            peak_force=CASE_A.peak_force,
+            rise_time=CASE_A.rise_time,
+        )
+        for decay, n in values
+    ]
+    known = [one.peak_force for one in sw.simulate_many(shocks, CHAIN, rtol=1e-8, waves="primary")]  # type: ignore[union-attr]
+    assert result.peak_forces[:50] == pytest.approx(known, rel=result.model_error + 1e-8)
+
+
+# ---------------------------------------------------------------- closed forms
+
+
+def test_a_short_shock_with_lognormal_values_is_lognormal() -> None:
+    """F ~ t0^(6/5) F0^(6/5) R^(-8/5) for a blow: logarithms add, and everything is known."""
+    factors = {"shock.rise_time": 1.1, "shock.peak_force": 1.05, "chain.radius": 1.08}
+    powers = {"shock.rise_time": 1.2, "shock.peak_force": 1.2, "chain.radius": -1.6}
+    result = sw.uncertainty(SHORT, CHAIN, {name: {"factor": factor} for name, factor in factors.items()})
+    variances = {name: (powers[name] * math.log(factor)) ** 2 for name, factor in factors.items()}
+    sigma2 = sum(variances.values())
+    median, force = result.peak_force.nominal, result.peak_force
+    # a 95 % interval fails one time in twenty: three times that, and never
+    assert force.mean.value == pytest.approx(median * math.exp(sigma2 / 2), abs=3 * force.mean.error)
+    sd = median * math.exp(sigma2 / 2) * math.sqrt(math.expm1(sigma2))
+    assert force.sd.value == pytest.approx(sd, abs=3 * force.sd.error)
+    high = median * math.exp(1.6448536 * math.sqrt(sigma2))
+    assert force.quantiles[0.95].value == pytest.approx(high, abs=3 * force.quantiles[0.95].error)
+    for one in result.sensitivities:
+        first = math.expm1(variances[one.name]) / math.expm1(sigma2)
+        rest = sigma2 - variances[one.name]
+        total = 1 - math.expm1(rest) / math.expm1(sigma2)
+        assert one.peak_force_first.value == pytest.approx(first, abs=3 * one.peak_force_first.error)
+        assert one.peak_force_total.value == pytest.approx(total, abs=3 * one.peak_force_total.error)
+        assert one.exponent == pytest.approx(powers[one.name], abs=1e-6)
+
+
+def test_small_spreads_give_the_sd_that_exponents_tell() -> None:
+    spreads = {"chain.radius": "0.1 %", "shock.peak_force": "0.1 %"}
+    # a curve of 1e-4 has slopes known to some thousandths
+    result = sw.uncertainty(CASE_A, CHAIN, spreads, draws=2**16, rtol=1e-6)
+    # the next term is of the order of the spread, and so is the error of sampling
+    assert result.peak_force.sd.value == pytest.approx(result.peak_force.linear_sd, rel=1e-3)
+    assert result.amplification.sd.value == pytest.approx(result.amplification.linear_sd, rel=1e-3)
+
+
+def test_one_uncertain_value_has_all_of_the_variance() -> None:
+    result = sw.uncertainty(CASE_A, CHAIN, {"chain.material.density": "5 %"})
+    (one,) = result.sensitivities
+    for share in (one.peak_force_first, one.peak_force_total, one.amplification_first, one.amplification_total):
+        assert share.value == pytest.approx(1, abs=3 * share.error)
+
+
+def test_errors_of_sampling_are_those_that_other_seeds_show() -> None:
+    results = [found(seed, 512) for seed in range(12)]
+    means = [result.peak_force.mean.value for result in results]
+    # half a 95 % interval is about twice the deviation, itself known to a factor of two from 12 seeds
+    told = float(np.mean([result.peak_force.mean.error for result in results])) / 2.13
+    assert 0.4 * told < np.std(means) < 2.5 * told
+
+
+def test_more_draws_tell_more() -> None:
+    assert found(draws=4096).peak_force.mean.error < found(draws=256).peak_force.mean.error / 4
+
+
+# ---------------------------------------------------------------- seeds
+
+
+def test_the_same_seed_gives_the_same_digits_in_another_process() -> None:
+    program = (
+        "import json, shockwave as sw\n"
+        f"found = sw.uncertainty(sw.load_scenario({str(FILE)!r}), draws=256, seed=5)\n"
+        "print(json.dumps(found.to_dict()))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    own = sw.uncertainty(sw.load_scenario(FILE), draws=256, seed=5)
+    assert json.loads(done.stdout) == json.loads(json.dumps(own.to_dict()))
+
+
+def test_another_seed_gives_other_digits() -> None:
+    assert found(0, 512).peak_force.mean != found(1, 512).peak_force.mean
+
+
+# ---------------------------------------------------------------- distributions
+
+
+def distribution(name: str, value: float, kind: Any, *numbers: float) -> Distribution:
+    profile = {"shock": {"profile": "power-law"}}
+    return Distribution.of(Spread(variable(name, profile), kind, numbers), value)
+
+
+def test_a_normal_distribution_stays_within_the_range_of_its_value() -> None:
+    one = distribution("chain.material.poisson_ratio", 0.45, "sd", 0.1)
+    values = one.at((np.arange(1000) + 0.5) / 1000)
+    assert values.max() < 0.5
+    # 0.5 is half a deviation above
+    assert one.cut == pytest.approx(0.3085, abs=1e-4)
+    assert np.median(values) < 0.45
+
+
+@pytest.mark.parametrize(
+    ("kind", "numbers", "mean", "sd"),
+    [
+        ("sd", (0.5,), 10.0, 0.5),
+        ("relative", (0.05,), 10.0, 0.5),
+        ("between", (8.0, 14.0), 11.0, 6 / math.sqrt(12)),
+        ("factor", (1.1,), 10 * math.exp(math.log(1.1) ** 2 / 2), 10 * math.log(1.1) * (1 + 0.75 * math.log(1.1) ** 2)),
+    ],
+    ids=["sd", "relative", "between", "factor"],
+)
+def test_distributions_have_the_mean_and_deviation_asked_for(
+    kind: str, numbers: tuple[float, ...], mean: float, sd: float
+) -> None:
+    one = distribution("shock.peak_force", 10.0, kind, *numbers)
+    values = one.at((np.arange(20_000) + 0.5) / 20_000)
+    assert values.mean() == pytest.approx(mean, rel=1e-5)
+    # the midpoint rule lacks the last of the tails
+    assert one.sd == pytest.approx(sd, rel=2e-4)
+
+
+def test_what_is_cut_off_is_told() -> None:
+    result = sw.uncertainty(CASE_A, CHAIN, {"chain.material.poisson_ratio": {"sd": 0.2}}, draws=256)
+    assert any("0.16 of the distribution of chain.material.poisson_ratio" in warning for warning in result.warnings)
+
+
+# ---------------------------------------------------------------- the block
+
+
+def load(tmp_path: Path, block: str) -> sw.Scenario:
+    file = tmp_path / "scene.yaml"
+    text = FILE.read_text()
+    file.write_text(text[: text.index("uncertainty:")] + f"uncertainty: {block}\n")
+    return sw.load_scenario(file)
+
+
+def test_the_block_is_read_in_any_units(tmp_path: Path) -> None:
+    scenario = load(tmp_path, "{chain.diameter: {sd: 10 um}, shock.rise_time: {between: [30 us, 0.05 ms]}}")
+    assert [(one.name, one.kind, one.numbers) for one in scenario.uncertainty] == [
+        ("chain.diameter", "sd", (1e-5,)),
+        ("shock.rise_time", "between", (30e-6, 50e-6)),
+    ]
+
+
+def test_a_scenario_without_the_block_has_none(tmp_path: Path) -> None:
+    assert load(tmp_path, "").uncertainty == ()
+
+
+FAULTS = {
+    "name": ("{chain.radios: 5 %}", "15:15", "did you mean 'chain.radius'"),
+    "bare": ("{chain.radius: 5}", "15:29", "must be a percentage such as 5 %"),
+    "form": ("{chain.radius: {factr: 2}}", "15:29", "did you mean 'factor'"),
+    "two": ("{chain.radius: {sd: 1 mm, factor: 2}}", "15:29", "must be a percentage"),
+    "unit": ("{chain.radius: {sd: 1 N}}", "15:34", "must be a length"),
+    "negative": ("{chain.radius: {sd: -1 mm}}", "15:34", "must be > 0 m"),
+    "percent": ("{chain.radius: 200 %}", "15:29", "must be > 0 and <= 1"),
+    "factor": ("{chain.radius: {factor: 0.5}}", "15:38", "must be > 1"),
+    "order": ("{chain.radius: {between: [2 mm, 1 mm]}}", "15:39", "must ascend"),
+    "range": ("{chain.material.poisson_ratio: {between: [0.1, 0.7]}}", "15:61", "must be > -1 and < 0.5"),
+    "length": ("{chain.radius: {between: [1 mm]}}", "15:39", "must be a list of the least and the greatest"),
+    "whole": ("{chain.granules: 5 %}", "15:15", "that can lie anywhere in a range"),
+    "text": ("{chain.material: 5 %}", "15:15", "that can lie anywhere in a range"),
+    "setting": ("{predict.equal_tolerance: 5 %}", "15:15", "must be a value of the chain or the shock"),
+    "twins": ("{chain.radius: 5 %, chain.diameter: 5 %}", "15:34", "must be left out where chain.radius is given"),
+    "list": ("[chain.radius]", "15:14", "must be a mapping of dotted names"),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_faults_are_told_where_they_stand(name: str, tmp_path: Path) -> None:
+    block, place, message = FAULTS[name]
+    with pytest.raises(sw.ScenarioError) as caught:
+        load(tmp_path, block)
+    (fault,) = caught.value.faults
+    assert fault.location.endswith(f"scene.yaml:{place}")
+    assert message in fault.problem
+
+
+CALLS: dict[str, tuple[dict[str, Any], str]] = {
+    "nothing": ({}, "uncertainty: must say which values are uncertain"),
+    "name": ({"spreads": {"chain.radios": "5 %"}}, "uncertainty.*did you mean 'chain.radius'"),
+    "draws": ({"spreads": SPREADS, "draws": 5000}, "draws: must be a power of 2 .*4096 or 8192"),
+    "few": ({"spreads": SPREADS, "draws": 16}, "draws: must be a whole number >= 256"),
+    "seed": ({"spreads": SPREADS, "seed": -1}, "seed: must be a whole number >= 0"),
+    "rtol": ({"spreads": SPREADS, "rtol": 1.0}, "rtol: must be >= 1e-07"),
+    "too-long": ({"spreads": {"shock.rise_time": {"factor": 50}}}, "natural times .*narrow the spreads"),
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_what_makes_no_sense_is_refused(name: str) -> None:
+    given, message = CALLS[name]
+    with pytest.raises(sw.InvalidValueError, match=message):
+        sw.uncertainty(CASE_A, CHAIN, **given)
+
+
+def test_a_percentage_of_nothing_is_refused() -> None:
+    profile = sw.Exponential(rise_rate=0, decay_rate=3, duration_ratio=4)
+    shock = sw.Shock(profile=profile, peak_force=100, rise_time=1e-5)
+    with pytest.raises(sw.InvalidValueError, match=r"must be \{sd: ...\} or \{between: ...\}, as the value is 0"):
+        sw.uncertainty(shock, CHAIN, {"shock.parameters.rise_rate": "5 %"})
+
+
+# ---------------------------------------------------------------- the command
+
+
+def test_the_command_prints_json_as_the_page_tells(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["uncertainty", str(FILE), "--draws", "256", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    told = {key for row in table("docs/commands.md", "uncertainty --json") for key in code_in(row[0])}
+    assert told == flat(document)
+
+
+def test_the_command_ends_with_a_sentence_without_the_block(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["uncertainty", str(ROOT / "profiles" / "paper" / "table2-row1.yaml")]) == 3
+    assert "must say which values are uncertain" in capsys.readouterr().err
