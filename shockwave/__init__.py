@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from shockwave.chain import Chain, Material, SolitaryWave
     from shockwave.comparison import Comparison, compare
+    from shockwave.curve import TrainCurve, UniversalCurve
+    from shockwave.designs.design import Design, design
     from shockwave.errors import (
         FileAccessError,
         InvalidValueError,
@@ -33,6 +35,11 @@ if TYPE_CHECKING:
     from shockwave.profiles.tabulated import Tabulated
     from shockwave.profiles.triangular import Triangular
     from shockwave.scenario.load import Scenario, load_scenario
+    from shockwave.sweep.report import SweepReport
+    from shockwave.sweep.results import SweepResults, load_sweep
+    from shockwave.sweep.runner import run_sweep
+    from shockwave.uncertainties.result import Uncertainty
+    from shockwave.uncertainties.uncertainty import uncertainty
 
 __version__ = "0.1.0"
 
@@ -65,13 +72,24 @@ _HOMES = {
     "Triangular": "profiles.triangular",
     "Scenario": "scenario.load",
     "load_scenario": "scenario.load",
+    "SweepReport": "sweep.report",
+    "SweepResults": "sweep.results",
+    "load_sweep": "sweep.results",
+    "run_sweep": "sweep.runner",
     "Comparison": "comparison",
     "compare": "comparison",
+    "TrainCurve": "curve",
+    "UniversalCurve": "curve",
+    "Design": "designs.design",
+    "design": "designs.design",
+    "Uncertainty": "uncertainties.result",
+    "uncertainty": "uncertainties.uncertainty",
 }
 
 __all__ = [
     "Chain",
     "Comparison",
+    "Design",
     "EjectionOutcome",
     "Exponential",
     "FileAccessError",
@@ -90,16 +108,25 @@ __all__ = [
     "SimulationResult",
     "SingleOutcome",
     "SolitaryWave",
+    "SweepReport",
+    "SweepResults",
     "Tabulated",
+    "TrainCurve",
     "TrainOutcome",
     "Triangular",
+    "Uncertainty",
+    "UniversalCurve",
     "UnknownNameError",
     "UsageError",
     "compare",
+    "design",
     "load_scenario",
+    "load_sweep",
     "quantity",
+    "run_sweep",
     "simulate",
     "simulate_many",
+    "uncertainty",
 ]
 
 

@@ -17,7 +17,7 @@ ROOT = Path(__file__).parent.parent
 PAPER = ROOT / "profiles" / "paper"
 EXAMPLES = ROOT / "profiles" / "examples"
 SCENE = str(PAPER / "table2-row1.yaml")
-ALL_SCENES = sorted((ROOT / "profiles").rglob("*.yaml"))
+ALL_SCENES = sorted(file for file in (ROOT / "profiles").rglob("*.yaml") if file.parent.name != "maps")
 
 SOFT = """
 chain: {material: {youngs_modulus: 1e9, poisson_ratio: 0.3, density: 1000}, radius: 1e-3}

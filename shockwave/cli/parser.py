@@ -34,6 +34,9 @@ def parser() -> argparse.ArgumentParser:
         return added
 
     _add_scenes(command)
+    _add_sweep(command)
+    _add_plot(command)
+    _add_design(command)
     _add_checks(command)
     _add_listing(command)
     return made
@@ -67,6 +70,42 @@ def _add_scenes(command: _Command) -> None:
     curve.add_argument("-o", "--output", metavar="FILE", help="write it (.json), or a picture (.svg, .png, .pdf)")
 
 
+def _add_plot(command: _Command) -> None:
+    plot = command("plot", "shockwave.cli.plot:plot", "draw the results of a sweep: lines, or a map")
+    plot.add_argument("folder", metavar="FOLDER", help="a folder that the command sweep has written")
+    plot.add_argument("--column", metavar="NAME", help="the quantity (default: the amplification)")
+    plot.add_argument("--x", metavar="NAME", help="the variable from left to right (default: that of most values)")
+    plot.add_argument(
+        "--at", action="append", default=[], metavar="NAME=VALUE", help="hold a variable; may be given again"
+    )
+    plot.add_argument("-o", "--output", metavar="FILE", help="a picture (.svg, .png, .pdf); left out, in the folder")
+
+
+def _add_design(command: _Command) -> None:
+    place, files = "shockwave.cli.design", "scenario file (YAML)"
+    design = command("design", f"{place}:design", "find the values at which the primary is as wanted")
+    design.add_argument("file", metavar="FILE", help=files)
+    design.add_argument("--vary", required=True, metavar="NAME", help="dotted name of the value, or chain.material")
+    design.add_argument(
+        "--target", required=True, metavar="QUANTITY=VALUE", help="what is wanted, such as peak_force='60 N'"
+    )
+    design.add_argument("--between", nargs=2, metavar=("A", "B"), help="the interval of a number, such as 1mm 20mm")
+    design.add_argument("--among", metavar="NAME,NAME", help="materials to compare; left out, all of the library")
+    design.add_argument("--points", type=int, default=9, metavar="N", help="rows of the table (default: 9)")
+    design.add_argument("-o", "--output", metavar="FILE", help="write a picture (.svg, .png, .pdf)")
+    uncertainty = command(
+        "uncertainty", f"{place}:uncertainty", "the primary's distribution where values of a scenario are uncertain"
+    )
+    uncertainty.add_argument("file", metavar="FILE", help=f"{files} with a block uncertainty")
+    uncertainty.add_argument("--draws", type=int, default=4096, metavar="N", help="a power of 2 (default: 4096)")
+    uncertainty.add_argument("--seed", type=int, default=0, metavar="N", help="the same gives the same digits")
+    for added in (design, uncertainty):
+        added.add_argument(
+            "--rtol", type=_between(1e-7, 1e-2), default=1e-4, help="relative error allowed of one force (1e-4)"
+        )
+        added.add_argument("--json", action="store_true", help="one JSON document on stdout")
+
+
 def _add_checks(command: _Command) -> None:
     bench = command("bench", f"{_CHECKS}:bench", "error against run time: quadratures, predictors, integrators")
     bench.add_argument("files", nargs="*", metavar="FILE", help="scenario files, in place of the named problems")
@@ -81,6 +120,26 @@ def _add_checks(command: _Command) -> None:
     stress.add_argument("--backend", choices=("auto", "compiled", "numpy"), help="only this one; left out, both")
     for added in (bench, stress):
         added.add_argument("--json", action="store_true", help="one JSON document on stdout")
+
+
+def _add_sweep(command: _Command) -> None:
+    sweep = command("sweep", "shockwave.cli.sweep:sweep", "run all scenes that a scenario with a sweep stands for")
+    sweep.add_argument("file", metavar="FILE", help="scenario file (YAML) with a block sweep")
+    sweep.add_argument("-o", "--out", metavar="FOLDER", help="journal and results; left out, NAME-sweep for NAME.yaml")
+    sweep.add_argument("--dry-run", action="store_true", help="tell how many points, what is left out, and how long")
+    sweep.add_argument("--executor", metavar="NAME", help="processes (default), dask, or dask=ADDRESS")
+    sweep.add_argument("--workers", type=_at_least_one, metavar="N", help="how many; left out, one for each core")
+    sweep.add_argument("--fail-fast", action="store_true", help="stop at the first point that fails")
+    sweep.add_argument("--retry-failed", action="store_true", help="run points again that failed or crashed before")
+    sweep.add_argument("--resume", action="store_true", help="refuse to begin: FOLDER must have this sweep already")
+    sweep.add_argument("--accept-versions", action="store_true", help="go on though versions are others than before")
+    sweep.add_argument("--json", action="store_true", help="one JSON document on stdout")
+
+
+def _at_least_one(text: str) -> int:
+    if not text.isdecimal() or not 0 < int(text) <= 10_000:
+        raise argparse.ArgumentTypeError(f"must be a whole number >= 1 and <= 10000 (got {text!r})")
+    return int(text)
 
 
 def _between(low: float, high: float) -> Callable[[str], float]:

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shockwave.errors import InvalidValueError
+from shockwave.pictures.plane import edges_of, inmost
 from shockwave.pictures.style import BLACK, LABEL, SIGNED, SMALL, decades, dress, ratio, scale
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def trust_map(
     ax.set_facecolor("#BDBDBD")
     ax.set_xscale("log")
     ax.set_yscale("log")
-    edges = _edges(across), _edges(up)
+    edges = edges_of(across, log=True), edges_of(up, log=True)
     drawn = ax.pcolormesh(
         *edges, np.ma.masked_invalid(errors).T, norm=norm, cmap=colours, rasterized=True, shading="flat"
     )
@@ -102,25 +103,6 @@ def _borders(ax: Axes, across: FloatArray, up: FloatArray, names: npt.NDArray[np
             ax.contour(across, up, own.T.astype(float), levels=[0.5], colors=[BLACK], linewidths=1.0)
         if own.mean() < _ROOM:
             continue
-        i, j = _inmost(own)
+        i, j = inmost(own)
         halo = [withStroke(linewidth=2.0, foreground="white")]
         ax.text(across[i], up[j], name, ha="center", va="center", fontsize=SMALL, path_effects=halo)
-
-
-def _inmost(own: npt.NDArray[np.bool_]) -> tuple[int, int]:
-    """The cell that is farthest from the border of its region, and of those the nearest to their middle."""
-    depth, layer = np.zeros(own.shape, dtype=int), own.copy()
-    while layer.any():
-        depth += layer
-        ringed = np.pad(layer, 1)
-        layer = layer & ringed[:-2, 1:-1] & ringed[2:, 1:-1] & ringed[1:-1, :-2] & ringed[1:-1, 2:]
-    cells = np.argwhere(depth == depth.max())
-    i, j = cells[np.argmin(((cells - cells.mean(axis=0)) ** 2).sum(axis=1))]
-    return int(i), int(j)
-
-
-def _edges(centres: FloatArray) -> FloatArray:
-    """Borders of cells on a logarithmic axis."""
-    logs = np.log(centres)
-    middles = (logs[1:] + logs[:-1]) / 2
-    return np.exp(np.concatenate(([2 * logs[0] - middles[0]], middles, [2 * logs[-1] - middles[-1]])))

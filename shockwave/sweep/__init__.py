@@ -1,0 +1,1 @@
+"""Sweeps: all scenes that a scenario stands for, run on many cores, journalled, and their results."""

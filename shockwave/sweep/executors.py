@@ -1,0 +1,217 @@
+"""Executors: what runs the batches of a sweep, on this machine or on many."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing import connection, forkserver
+from typing import Any, Protocol
+
+from attrs import define, field
+
+from shockwave.errors import ShockwaveError, UsageError
+from shockwave.sweep.points import Order, do, ready
+
+__all__ = ["Crew", "LostError", "Passed", "Processes", "cores", "crew_of", "uninterrupted"]
+
+# Times that workers may fail to start, one after the other.
+_STARTS = 3
+
+
+class LostError(ShockwaveError):
+    """The executor has broken down, and not because of a point."""
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextmanager
+def uninterrupted(inherited: bool) -> Iterator[None]:
+    """An interrupt that comes meanwhile is raised at the end; or else not, if processes begun now are to ignore it."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN if inherited else lambda number, _: came.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if came:
+            raise KeyboardInterrupt
+
+
+class Crew(Protocol):
+    """Workers.
+
+    ``isolates`` says that a batch that ends its worker can be told from others, by running it alone after `renew`.
+    """
+
+    workers: int
+    isolates: bool
+
+    def submit(self, order: Order, indices: list[int]) -> Future[Any]:
+        """Have some points run."""
+
+    def renew(self, workers: int) -> None:
+        """New workers in place of those that have ended."""
+
+    def check(self, order: Order) -> None:
+        """Refuse workers that would not do, if they can be asked before the first batch."""
+
+    def close(self, at_once: bool) -> None:
+        """End the workers that are this crew's own; ``at_once``, even if they are at work."""
+
+
+@define(eq=False)
+class Passed:
+    """An executor that somebody else has made, and will end."""
+
+    executor: Executor
+    workers: int
+    isolates: bool = field(default=False, init=False)
+
+    def submit(self, order: Order, indices: list[int]) -> Future[Any]:
+        return self.executor.submit(do, order, indices)
+
+    def renew(self, workers: int) -> None:
+        raise LostError("the executor has broken down: make a new one and run again; what is finished is kept")
+
+    def check(self, order: Order) -> None:
+        pass
+
+    def close(self, at_once: bool) -> None:
+        pass
+
+
+class _Context:
+    """A way to start processes that copies no threads and no locks of this one, and that knows its children."""
+
+    def __init__(self) -> None:
+        known = multiprocessing.get_all_start_methods()
+        self.own = multiprocessing.get_context("forkserver" if "forkserver" in known else "spawn")
+        if "forkserver" in known:
+            self.own.set_forkserver_preload(["shockwave.sweep.points"])
+            with uninterrupted(inherited=True):
+                forkserver.ensure_running()
+        self.children: list[Any] = []
+
+    def Process(self, *arguments: Any, **named: Any) -> Any:  # noqa: N802
+        """As that of multiprocessing; noted, since a pool begins its processes one by one, as it needs them."""
+        child = self.own.Process(*arguments, **named)  # type: ignore[attr-defined]
+        self.children.append(child)
+        return child
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.own, name)
+
+
+@define(eq=False)
+class Processes:
+    """Processes of this machine, begun anew when one of them dies."""
+
+    workers: int
+    isolates: bool = field(default=True, init=False)
+    _pool: ProcessPoolExecutor | None = field(default=None, init=False)
+    _context: _Context = field(factory=_Context, init=False)
+
+    def submit(self, order: Order, indices: list[int]) -> Future[Any]:
+        return self.call(do, order, indices)
+
+    def call(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """Have a function run."""
+        if self._pool is None:
+            self.renew(self.workers)
+        assert self._pool is not None
+        # it may begin a process, which would be left half begun
+        with uninterrupted(inherited=False):
+            return self._pool.submit(function, *arguments)
+
+    def renew(self, workers: int) -> None:
+        for _ in range(_STARTS):
+            self.close(at_once=True)
+            self._context = _Context()
+            context: Any = self._context
+            self._pool = ProcessPoolExecutor(
+                workers, mp_context=context, initializer=_begin, initargs=(dict(os.environ),)
+            )
+            try:
+                # until a worker has answered, no point is to blame for its end
+                self.call(ready).result()
+                return
+            except BrokenProcessPool:
+                continue
+        remedy = "a program that calls run_sweep is a file, and does so under `if __name__ == '__main__':`"
+        raise LostError(f"worker processes must start (got {_STARTS} that ended at once; {remedy})")
+
+    def check(self, order: Order) -> None:
+        pass
+
+    def close(self, at_once: bool) -> None:
+        if self._pool is None:
+            return
+        if at_once:
+            for child in self._context.children:
+                if child.pid is not None:  # None for one that an interrupt kept from beginning
+                    child.kill()
+        self._pool.shutdown(wait=True, cancel_futures=True)
+        self._pool = None
+
+
+def _begin(environment: dict[str, str]) -> None:
+    """What a worker does first: leave interrupts to the client, end with it, and keep off its output.
+
+    The environment is that of the client, not the one in which the server of processes was begun.
+    """
+    os.environ.clear()
+    os.environ.update(environment)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.dup2(2, 1)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+
+
+def _end_with(sentinel: int) -> None:
+    connection.wait([sentinel])
+    os._exit(1)
+
+
+def crew_of(executor: Executor | str | None, workers: int | None) -> Crew:
+    """The crew that ``executor`` stands for.
+
+    Parameters
+    ----------
+    executor : concurrent.futures.Executor or str, optional
+        One that is there; or ``processes``, ``dask``, ``dask=ADDRESS``. Left out: processes.
+    workers : int, optional
+        How many. Left out, as many as there are cores, or as the executor has.
+
+    Raises
+    ------
+    UsageError
+        When it is none of these, or what it needs is not installed.
+    """
+    if workers is not None and not (type(workers) is int and workers > 0):
+        raise UsageError(f"workers must be a whole number > 0 (got {workers!r})")
+    if executor is None or executor == "processes":
+        return Processes(workers or cores())
+    if isinstance(executor, str):
+        name, _, address = executor.partition("=")
+        if name == "dask":
+            from shockwave.sweep.dask_crew import DaskCrew
+
+            return DaskCrew.of(address, workers)
+        raise UsageError(f"executor must be processes, dask or dask=ADDRESS (got {executor!r})")
+    if not callable(getattr(executor, "submit", None)):
+        raise UsageError(f"executor must have the method submit of concurrent.futures.Executor (got {executor!r})")
+    known = workers or getattr(executor, "_max_workers", None) or cores()
+    return Passed(executor, int(known))

@@ -1,0 +1,69 @@
+"""A lock on a folder, held by a process as long as it lives: the system lets go of it when the process ends."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import platform
+import sys
+from pathlib import Path
+from typing import BinaryIO
+
+from shockwave.errors import FileAccessError
+
+__all__ = ["locked"]
+
+# Where on Windows the lock lies: beyond the text, which others may then still read.
+_FAR = 1 << 20
+_HELD = (errno.EACCES, errno.EAGAIN, errno.EDEADLK)
+
+
+def locked(file: Path) -> BinaryIO:
+    """The file, opened and locked until it is closed or the process ends, however it ends.
+
+    Raises
+    ------
+    FileAccessError
+        When another process holds it; the message tells which. When it cannot be written.
+    """
+    try:
+        opened = open(file, "a+b", buffering=0)  # noqa: SIM115
+    except OSError as error:
+        raise FileAccessError(f"{file}: cannot be written (got {error.strerror or error})") from error
+    try:
+        _lock(opened)
+    except OSError as error:
+        holder = _holder(opened)
+        opened.close()
+        if error.errno not in _HELD:
+            got = f"got {error.strerror}: this file system has no locks; choose a folder on another"
+            raise FileAccessError(f"{file}: must be locked ({got})") from error
+        problem = f"must be used by one client at a time (got {holder}; wait for it, or end it)"
+        raise FileAccessError(f"{file.parent}: {problem}") from None
+    opened.truncate(0)
+    opened.write(json.dumps({"pid": os.getpid(), "host": platform.node()}).encode())
+    return opened
+
+
+def _holder(opened: BinaryIO) -> str:
+    try:
+        opened.seek(0)
+        holder = json.loads(opened.read())
+        return f"process {holder['pid']} on {holder['host']}"
+    except (OSError, ValueError, KeyError, TypeError):
+        return "another process"
+
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def _lock(opened: BinaryIO) -> None:
+        opened.seek(_FAR)
+        msvcrt.locking(opened.fileno(), msvcrt.LK_NBLCK, 1)
+
+else:
+    import fcntl
+
+    def _lock(opened: BinaryIO) -> None:
+        fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)

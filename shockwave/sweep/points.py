@@ -1,0 +1,251 @@
+"""Points of a sweep: from their numbers to lines of the journal. This is what runs in the workers."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import pickle
+import platform
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from importlib import metadata
+from typing import Any, NamedTuple
+
+import numpy as np
+from attrs import define, field
+
+import shockwave
+from shockwave.chain.chain import Scales
+from shockwave.comparison import beside
+from shockwave.errors import ShockwaveError
+from shockwave.measurement.result import SimulationResult
+from shockwave.measurement.simulate import simulate_many
+from shockwave.options import SimulateOptions
+from shockwave.scenario.family import Family
+from shockwave.scenario.load import Scenario
+from shockwave.scenario.scene_hash import Normaliser
+from shockwave.scenario.sweep import Sweep
+from shockwave.sweep.columns import Answer, Read, reads, row
+
+__all__ = ["Done", "Order", "Points", "Refused", "check", "do", "line_of", "ready", "understood", "versions_of"]
+
+# Whatever the code of a plugin does at one point, the others go on.
+_FAULTS = (Exception, SystemExit)
+_OWN = ("shockwave", "python", "numpy")
+
+
+def versions_of(plugins: Sequence[str]) -> dict[str, str]:
+    """Versions, here, of what results depend on: shockwave, Python, NumPy, SciPy, and distributions of plugins."""
+    found = dict(zip(_OWN, (shockwave.__version__, platform.python_version(), np.__version__), strict=True))
+    for name in ("scipy", *plugins):
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def line_of(index: int, key: str, status: str, rest: str) -> str:
+    """A line of the journal."""
+    return f'{{"index": {index}, "key": "{key}", "status": "{status}", {rest}}}\n'
+
+
+@define(eq=False)
+class Points:
+    """All points of the sweep in ``scenario``.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With a sweep.
+    versions : mapping
+        Of what results depend on; part of the keys of the points.
+    train : bool
+        Whether all waves are measured where the scene asks for them, or the primary alone.
+    """
+
+    scenario: Scenario
+    versions: Mapping[str, str]
+    train: bool
+    sweep: Sweep = field(init=False)
+    columns: tuple[Read, ...] = field(init=False)
+    _family: Family = field(init=False)
+    _normaliser: Normaliser = field(init=False, factory=Normaliser)
+    _base: Any = field(init=False)
+
+    def __attrs_post_init__(self) -> None:
+        assert self.scenario.sweep is not None
+        self.sweep = self.scenario.sweep
+        self.columns = reads(self.sweep.run, self.train)
+        self._family = Family(self.scenario)
+        about = {"run": self.sweep.run, "train": self.train, "versions": dict(self.versions)}
+        self._base = hashlib.sha256(json.dumps(about, sort_keys=True).encode())
+
+    def scene(self, index: int) -> Scenario:
+        """The scene of a point; see `Family.scenario` for what is raised."""
+        return self._family.scenario(self.sweep.point(index))
+
+    def key(self, index: int) -> str:
+        """The hash of the normalised scene of a point and of versions; of its values where there is no scene."""
+        try:
+            return self._key(self._normaliser.text(self.scene(index)))
+        except _FAULTS:
+            return self.key_of_values(index)
+
+    def key_of_values(self, index: int) -> str:
+        """The hash of the values of a point and of versions, for which no scene is made."""
+        return self._key(json.dumps(self.sweep.point(index), sort_keys=True, default=repr))
+
+    def _key(self, text: str) -> str:
+        digest = self._base.copy()
+        digest.update(text.encode())
+        found: str = digest.hexdigest()
+        return found
+
+    def lines(self, indices: Sequence[int]) -> tuple[str, int]:
+        """Lines of the journal for some points, and how many of these failed."""
+        scenes: dict[int, Scenario] = {}
+        found: dict[int, SimulationResult | BaseException] = {}
+        for index in indices:
+            try:
+                scenes[index] = self.scene(index)
+            except _FAULTS as error:
+                found[index] = error
+        if self.sweep.run != "predict":
+            found |= self._simulated(scenes)
+        lines = [self._line(index, scenes.get(index), found.get(index)) for index in indices]
+        return "".join(line for line, _ in lines), sum(failed for _, failed in lines)
+
+    def _line(self, index: int, scene: Scenario | None, found: Any) -> tuple[str, bool]:
+        """The line of a point, and whether it failed; ``found`` is its result, if it is simulated, or its error."""
+        key = self.key_of_values(index) if scene is None else self._key(self._normaliser.text(scene))
+        problem = found
+        if scene is not None and not isinstance(found, BaseException):
+            try:
+                values = row(self.columns, _answer(self.sweep.run, scene, found))
+                return line_of(index, key, "done", f'"values": {json.dumps(values, allow_nan=False)}'), False
+            except _FAULTS as error:
+                problem = error
+        told = str(problem) if isinstance(problem, ShockwaveError) else f"{type(problem).__name__}: {problem}"
+        return line_of(index, key, "failed", f'"error": {json.dumps(told)}'), True
+
+    def _simulated(self, scenes: Mapping[int, Scenario]) -> dict[int, SimulationResult | BaseException]:
+        """Results by the numbers of the points; scenes that ask for the same run side by side."""
+        asked: dict[SimulateOptions, list[int]] = {}
+        for index, scene in scenes.items():
+            asked.setdefault(scene.simulate, []).append(index)
+        found: dict[int, SimulationResult | BaseException] = {}
+        for options, indices in asked.items():
+            try:
+                found |= zip(indices, self._many(options, [scenes[index] for index in indices]), strict=True)
+            except _FAULTS:  # of one of them: which one shows when they run one by one
+                for index in indices:
+                    try:
+                        (found[index],) = self._many(options, [scenes[index]])
+                    except _FAULTS as error:
+                        found[index] = error
+        return found
+
+    def _many(
+        self, options: SimulateOptions, scenes: Sequence[Scenario]
+    ) -> Sequence[SimulationResult | ShockwaveError]:
+        return simulate_many(
+            [scene.shock for scene in scenes],
+            [scene.chain for scene in scenes],
+            options.rtol,
+            options.integrator,
+            options.wave_threshold,
+            step=options.step,
+            waves=options.waves if self.train else "primary",
+            backend=options.backend,
+            threads=1,
+        )
+
+
+def _answer(run: str, scene: Scenario, simulated: SimulationResult | None) -> Answer:
+    natural = Scales.of(scene.chain, scene.shock.peak_force).time
+    times = scene.shock.rise_time / natural, scene.shock.duration / natural
+    predicted = scene.predictor.predict(scene.shock, scene.chain) if run != "simulate" else None
+    if simulated is None:
+        return Answer(*times, predicted)
+    compared = beside(predicted, simulated, scene.predictor.equal_tolerance) if predicted is not None else None
+    return Answer(*times, predicted, simulated, None if compared else simulated.primary, compared)
+
+
+# ---------------------------------------------------------------- in a worker
+
+
+class Order(NamedTuple):
+    """What a worker must know of a sweep: what it is known by, and all the rest, for one that does not know it."""
+
+    name: str
+    content: bytes | None
+
+    @classmethod
+    def of(cls, points: Points) -> Order:
+        """The order to run ``points``.
+
+        Raises
+        ------
+        Exception
+            Whatever pickle raises for a scene made in Python that has something that cannot be sent.
+        """
+        content = pickle.dumps((points.scenario, dict(points.versions), points.train))
+        return cls(hashlib.sha256(content).hexdigest(), content)
+
+
+class Done(NamedTuple):
+    """Points that were run: lines of the journal, how many failed, and how many seconds it took."""
+
+    lines: str
+    failed: int
+    seconds: float
+
+
+class Refused(NamedTuple):
+    """Why a worker does not take part."""
+
+    reason: str
+
+
+# Of each thread: what a sweep keeps between batches is not made for several at once.
+_known = threading.local()
+
+
+def ready() -> None:
+    """Do nothing: whoever answers is there."""
+
+
+def do(order: Order, indices: Sequence[int]) -> Done | Refused | None:
+    """Run some points; None if the sweep is not known here, and must be sent whole."""
+    if getattr(_known, "name", None) != order.name:
+        if order.content is None:
+            return None
+        made = understood(order.content)
+        if isinstance(made, Refused):
+            return made
+        _known.name, _known.points = order.name, made
+    begin = time.perf_counter()
+    lines, failed = _known.points.lines(indices)
+    return Done(lines, failed, time.perf_counter() - begin)
+
+
+def check(order: Order) -> str | None:
+    """Why this worker must not take part; None if it may."""
+    made = understood(order.content or b"")
+    return made.reason if isinstance(made, Refused) else None
+
+
+def understood(content: bytes) -> Points | Refused:
+    """The points that an order tells of, if this worker has all that they need, in the same versions."""
+    try:
+        scenario, versions, train = pickle.loads(content)
+    except _FAULTS as error:
+        got = f"got {type(error).__name__}: {error}; install there what is installed here"
+        return Refused(f"workers must be able to read the scenario ({got})")
+    here = versions_of([name for name in versions if name not in (*_OWN, "scipy")])
+    if here == versions:
+        return Points(scenario, versions, train)
+    told = ", ".join(f"{name} {here[name]}, not {versions[name]}" for name in here if here[name] != versions[name])
+    return Refused(f"workers must have the versions of the client (got a worker with {told}; install the same)")

@@ -1,0 +1,315 @@
+"""What a sweep has written: its header, and the lines of its journal in the order of the points."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterator
+from itertools import chain, islice, product
+from pathlib import Path
+from typing import Any, BinaryIO, Literal, NamedTuple
+
+import cattrs
+import numpy as np
+import numpy.typing as npt
+from attrs import frozen
+
+from shockwave.errors import FileAccessError, InvalidValueError
+from shockwave.fields import text_of
+
+__all__ = ["HEADER", "JOURNAL", "NOT_RUN", "Chunk", "Column", "Dimension", "Header", "Row", "Stored", "SweepAxis"]
+
+HEADER, JOURNAL = "sweep.json", "journal.jsonl"
+#: The status of a point that has no line in the journal.
+NOT_RUN = "not run"
+_FORMAT = 1
+_REMEDY = "give a folder that `shockwave sweep FILE --out FOLDER` has written"
+_BEGIN = b'{"index": '
+# So many points are held at once.
+_CHUNK = 8192
+
+
+@frozen
+class Column:
+    """A quantity that is known of every point.
+
+    Attributes
+    ----------
+    name : str
+        What it is called.
+    unit : str or None
+        SI unit, empty for a number without one; None for text.
+    kind : "number", "whole" or "text"
+        What its values are.
+    meaning : str
+        One line for people.
+    """
+
+    name: str
+    unit: str | None
+    kind: Literal["number", "whole", "text"]
+    meaning: str = ""
+
+
+@frozen
+class SweepAxis:
+    """Variables that go through their values together.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Dotted names of the variables: one, unless it comes from ``zip`` or ``points``.
+    units : tuple of str or None
+        SI unit of each, empty for a number without one; None for what is no number.
+    values : tuple of tuple
+        For each position the values of the variables.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str | None, ...]
+    values: tuple[tuple[Any, ...], ...]
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def along(self, name: str) -> list[Any]:
+        """The values of the variable ``name``, position by position."""
+        at = self.names.index(name)
+        return [position[at] for position in self.values]
+
+
+@frozen
+class Dimension:
+    """An axis as files of arrays know it.
+
+    Attributes
+    ----------
+    name : str
+        Letters, digits and underscores; the name of the variable where there is one alone.
+    coordinates : dict of str to str
+        Names of the variables, short ones first, then as a scenario has them.
+    """
+
+    name: str
+    coordinates: dict[str, str]
+
+
+@frozen(kw_only=True)
+class Header:
+    """What stands in ``sweep.json``: everything about a sweep but its results."""
+
+    name: str
+    run: str
+    axes: tuple[SweepAxis, ...]
+    shape: tuple[int, ...]
+    points: int
+    columns: tuple[Column, ...]
+    scenario: Any = None
+    versions: dict[str, str]
+    earlier_versions: tuple[dict[str, str], ...] = ()
+    key: str
+
+    @classmethod
+    def read(cls, folder: Path) -> Header:
+        """The header in ``folder``.
+
+        Raises
+        ------
+        FileAccessError
+            When there is none that can be read.
+        InvalidValueError
+            When it is none.
+        """
+        file = folder / HEADER
+        try:
+            document = json.loads(file.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise FileAccessError(f"{file}: cannot be read (got {error.strerror}; {_REMEDY})") from None
+        except (ValueError, RecursionError) as error:
+            raise InvalidValueError.of(str(file), f"must be JSON (got {error}; {_REMEDY})") from None
+        form = document.get("format") if isinstance(document, dict) else None
+        if form != _FORMAT:
+            problem = f"must be of format {_FORMAT}, which this shockwave reads (got {text_of(form)}; {_REMEDY})"
+            raise InvalidValueError.of(str(file), problem)
+        try:
+            header = cattrs.structure(document, cls)
+        except Exception as error:  # cattrs raises what the values raise, too
+            told = "; ".join(cattrs.transform_error(error))
+            raise InvalidValueError.of(str(file), f"must be the header of a sweep (got {told[:200]})") from None
+        if not header._agrees():
+            raise InvalidValueError.of(str(file), f"must have axes, shape and points that agree (got {header.shape})")
+        return header
+
+    def _agrees(self) -> bool:
+        lengths = ({len(axis.names), len(axis.units), *map(len, axis.values)} for axis in self.axes)
+        return (
+            all(len(found) == 1 for found in lengths)
+            and self.shape == tuple(map(len, self.axes))
+            and self.points == math.prod(self.shape)
+        )
+
+    @property
+    def variables(self) -> dict[str, str | None]:
+        """Dotted names of all variables, and their units."""
+        return {name: unit for axis in self.axes for name, unit in zip(axis.names, axis.units, strict=True)}
+
+    @property
+    def dimensions(self) -> tuple[Dimension, ...]:
+        """The axes by names without dots, each once; short where that is no other's."""
+        taken = [column.name for column in self.columns] + [name.rpartition(".")[2] for name in self.variables]
+        short: dict[str, str] = {}
+        for name in self.variables:
+            last = name.rpartition(".")[2]
+            short[name] = last if taken.count(last) == 1 else name.replace(".", "_")
+        found: list[Dimension] = []
+        for axis in self.axes:
+            together = sum(len(dimension.coordinates) > 1 for dimension in found)
+            name = f"point_{together + 1}" if together else "point"
+            coordinates = {short[dotted]: dotted for dotted in axis.names}
+            found.append(Dimension(next(iter(coordinates)) if len(coordinates) == 1 else name, coordinates))
+        return tuple(found)
+
+    def point(self, index: int) -> dict[str, Any]:
+        """Dotted names and values of a point, counted from 0."""
+        places = np.unravel_index(index, self.shape)
+        pairs = zip(self.axes, places, strict=True)
+        return {name: value for axis, at in pairs for name, value in zip(axis.names, axis.values[at], strict=True)}
+
+
+class Row(NamedTuple):
+    """What is known of a point: status, a value for each column, and what went wrong."""
+
+    status: str
+    values: list[Any]
+    problem: str | None
+
+
+class Chunk(NamedTuple):
+    """Points that follow each other from the one numbered ``begin``: values of the variables, and what is known."""
+
+    begin: int
+    points: list[tuple[Any, ...]]
+    rows: list[Row]
+
+
+@frozen(eq=False)
+class Stored:
+    """A folder with a sweep in it.
+
+    Attributes
+    ----------
+    folder : pathlib.Path
+        The folder.
+    header : Header
+        What was swept.
+    offsets : array of int, shape (points,)
+        Where in the journal the last line of each point begins; -1 where there is none.
+    size : int
+        Bytes of the journal.
+    warnings : tuple of str
+        What a reader must know.
+    """
+
+    folder: Path
+    header: Header
+    offsets: npt.NDArray[np.int64]
+    size: int
+    warnings: tuple[str, ...]
+
+    @classmethod
+    def read(cls, folder: str | os.PathLike[str]) -> Stored:
+        """The sweep in ``folder``; see `Header.read` for what is raised."""
+        place = Path(folder)
+        header = Header.read(place)
+        offsets = np.full(header.points, -1, dtype=np.int64)
+        size = broken = 0
+        torn = False
+        try:
+            with (place / JOURNAL).open("rb") as file:
+                for line in file:
+                    torn = not line.endswith(b"}\n")
+                    index = None if torn else _index(line)
+                    if index is not None and 0 <= index < header.points:
+                        offsets[index] = size
+                    else:
+                        broken += 1
+                    size += len(line)
+        except FileNotFoundError:
+            pass  # a sweep that was killed before its first point
+        except OSError as error:
+            raise FileAccessError(f"{place / JOURNAL}: cannot be read (got {error.strerror})") from None
+        warnings = _warnings(place / JOURNAL, offsets, broken, torn)
+        if header.earlier_versions:
+            told = "; ".join(", ".join(map(" ".join, one.items())) for one in header.earlier_versions)
+            warnings = (*warnings, f"points may have been run with other versions ({told})")
+        return cls(place, header, offsets, size, warnings)
+
+    def chunks(self) -> Iterator[Chunk]:
+        """All points in their order, some thousands at a time.
+
+        Raises
+        ------
+        FileAccessError
+            When the journal cannot be read.
+        """
+        points = map(tuple, map(chain.from_iterable, product(*(axis.values for axis in self.header.axes))))
+        if not self.size:
+            yield from (self._chunk(begin, points, None) for begin in range(0, self.header.points, _CHUNK))
+            return
+        try:
+            with (self.folder / JOURNAL).open("rb") as file:
+                for begin in range(0, self.header.points, _CHUNK):
+                    yield self._chunk(begin, points, file)
+        except OSError as error:
+            raise FileAccessError(f"{self.folder / JOURNAL}: cannot be read (got {error.strerror})") from None
+
+    def _chunk(self, begin: int, points: Iterator[tuple[Any, ...]], file: BinaryIO | None) -> Chunk:
+        nothing = [None] * len(self.header.columns)
+        rows: list[Row] = []
+        at = -1
+        for offset in self.offsets[begin : begin + _CHUNK].tolist():
+            row = None
+            if offset >= 0 and file is not None:
+                if offset != at:
+                    file.seek(offset)
+                line = file.readline()
+                at = offset + len(line)
+                row = _row(line, nothing)
+            rows.append(row or Row(NOT_RUN, nothing, None))
+        return Chunk(begin, list(islice(points, len(rows))), rows)
+
+
+def _index(line: bytes) -> int | None:
+    """Of which point a line of the journal tells."""
+    try:
+        if line.startswith(_BEGIN):
+            return int(line[len(_BEGIN) : line.index(b",")])
+        index = json.loads(line)["index"]
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return None
+    return index if isinstance(index, int) else None
+
+
+def _row(line: bytes, nothing: list[Any]) -> Row | None:
+    """What a line of the journal tells; None if it tells nothing."""
+    try:
+        entry = json.loads(line)
+        status: str = entry["status"]
+        if status != "done":
+            return Row(status, nothing, str(entry.get("error") or ""))
+        values: list[Any] = entry["values"]
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return None
+    return Row(status, values, None) if len(values) == len(nothing) else None
+
+
+def _warnings(journal: Path, offsets: npt.NDArray[np.int64], broken: int, torn: bool) -> tuple[str, ...]:
+    found = []
+    if torn:
+        found.append(f"the last line of {journal.name} is torn, and was left out: run the sweep again to mend it")
+    if broken - torn:
+        found.append(f"lines of {journal.name} that tell of no point, and were left out: {broken - torn}")
+    if lacking := int(np.count_nonzero(offsets < 0)):
+        found.append(f"{lacking} of {len(offsets)} points are not done: run the sweep again to go on with it")
+    return tuple(found)

@@ -1,0 +1,178 @@
+"""Tables of a sweep's results: CSV and JSON Lines always, and the files of arrays beside them."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+from typing import IO, Any, TypeAlias
+
+from shockwave.errors import FileAccessError
+from shockwave.sweep.stored import Chunk, Header, Stored
+
+__all__ = ["RECORD", "Take", "write_all"]
+
+#: Which tables were written, and of which state of the journal.
+RECORD = "tables.json"
+
+
+#: Takes points, which follow those before; memory does not grow with their number.
+Take: TypeAlias = Callable[[Chunk], None]
+
+
+@contextmanager
+def _csv(file: IO[Any], header: Header) -> Iterator[Take]:
+    """One row for each point, in their order: variables, columns, status, problem."""
+    writer = csv.writer(file, lineterminator="\n")
+    units = header.variables | {column.name: column.unit for column in header.columns}
+    writer.writerow([*(f"{name} [{unit}]" if unit else name for name, unit in units.items()), "status", "problem"])
+
+    def take(chunk: Chunk) -> None:
+        # the writer gives floats all their digits, and leaves the cell of None empty
+        writer.writerows(
+            [*map(_cell, point), *values, status, problem]
+            for point, (status, values, problem) in zip(chunk.points, chunk.rows, strict=True)
+        )
+
+    yield take
+
+
+def _cell(value: Any) -> Any:
+    return json.dumps(value) if isinstance(value, list | dict) else value
+
+
+@contextmanager
+def _json_lines(file: IO[Any], header: Header) -> Iterator[Take]:
+    """One object for each point, in their order."""
+    names = ["index", *header.variables, *(column.name for column in header.columns), "status", "problem"]
+
+    def take(chunk: Chunk) -> None:
+        pairs = zip(chunk.points, chunk.rows, strict=True)
+        file.writelines(
+            json.dumps(dict(zip(names, (index, *point, *values, status, problem), strict=True))) + "\n"
+            for index, (point, (status, values, problem)) in enumerate(pairs, start=chunk.begin)
+        )
+
+    yield take
+
+
+# Who has no use for the other tables waits for no library of theirs.
+def _net_cdf(file: IO[Any], header: Header) -> AbstractContextManager[Take]:
+    from shockwave.sweep.netcdf import net_cdf
+
+    return net_cdf(file, header)
+
+
+def _parquet(file: IO[Any], header: Header) -> AbstractContextManager[Take]:
+    from shockwave.sweep.parquet import parquet
+
+    return parquet(file, header)
+
+
+_TABLES: dict[str, Callable[[IO[Any], Header], AbstractContextManager[Take]]] = {
+    "results.csv": _csv,
+    "results.jsonl": _json_lines,
+    "results.nc": _net_cdf,
+    "results.parquet": _parquet,
+}
+
+
+def write_all(folder: str | os.PathLike[str]) -> list[Path]:
+    """Write all tables of the sweep in ``folder`` that are not there as the journal now stands.
+
+    Parameters
+    ----------
+    folder : path-like
+        With ``sweep.json`` and ``journal.jsonl``.
+
+    Returns
+    -------
+    list of pathlib.Path
+        What was written: ``results.csv``, ``results.jsonl``, ``results.nc``, and with pyarrow ``results.parquet``;
+        none if all were there.
+
+    Raises
+    ------
+    FileAccessError
+        When a file cannot be read or written; a table that was there is left as it was.
+    InvalidValueError
+        When the header is none.
+    """
+    stored = Stored.read(folder)
+    place = stored.folder
+    wanted = [name for name in _TABLES if name != "results.parquet" or find_spec("pyarrow") is not None]
+    state = {"key": stored.header.key, "journal_bytes": stored.size}
+    known = _recorded(place / RECORD)
+    same = known[0] == state
+    due = [name for name in wanted if not (same and name in known[1] and (place / name).exists())]
+    if not due:
+        return []
+    with ExitStack() as files:
+        takes = [files.enter_context(_table(place / name, stored.header)) for name in due]
+        for chunk in stored.chunks():
+            for take in takes:
+                take(chunk)
+    kept = known[1] if same else []
+    record = {**state, "files": [name for name in _TABLES if name in due or name in kept]}
+    with _naming(place / RECORD), _replacing(place / RECORD, "w") as file:
+        file.write(json.dumps(record) + "\n")
+    return [place / name for name in due]
+
+
+def _recorded(file: Path) -> tuple[dict[str, Any], list[str]]:
+    """The state of which tables were written, and their names."""
+    try:
+        record = json.loads(file.read_text(encoding="utf-8"))
+        files = record.pop("files")
+    except (OSError, ValueError, AttributeError, KeyError, TypeError):
+        return {}, []
+    return record, files if isinstance(files, list) else []
+
+
+@contextmanager
+def _table(file: Path, header: Header) -> Iterator[Take]:
+    """What takes the points for a table, which is there when all were taken; errors of writing name ``file``."""
+    mode = "w" if file.suffix in (".csv", ".jsonl") else "wb"
+    with _naming(file), _replacing(file, mode) as opened, _TABLES[file.name](opened, header) as write:
+
+        def take(chunk: Chunk) -> None:
+            with _naming(file):
+                write(chunk)
+
+        yield take
+
+
+@contextmanager
+def _replacing(file: Path, mode: str) -> Iterator[IO[Any]]:
+    """A new file, which takes the place of ``file`` when it is whole, and is deleted when it is not."""
+    part = file.with_name(f"{file.name}.part")
+    text: dict[str, Any] = {} if "b" in mode else {"encoding": "utf-8", "newline": ""}
+    opened = part.open(mode, **text)
+    try:
+        yield opened
+        opened.close()
+        part.replace(file)
+    except BaseException:
+        _discard(opened, part)
+        raise
+
+
+def _discard(opened: IO[Any], part: Path) -> None:
+    try:
+        opened.close()
+    except OSError:  # what was not yet written has no room either
+        pass
+    finally:
+        part.unlink(missing_ok=True)
+
+
+@contextmanager
+def _naming(file: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise FileAccessError(f"{file}: cannot be written (got {error.strerror or error})") from error

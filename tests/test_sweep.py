@@ -1,0 +1,417 @@
+"""Sweeps: every point once, as it would be alone; gone on with, refused and mended as the folder tells."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import shockwave as sw
+from shockwave.cli import main
+from shockwave.comparison import compare
+from shockwave.scenario.family import Family
+from shockwave.scenario.load import load_scenario
+from shockwave.scenario.scene_hash import Normaliser, normalised
+from shockwave.sweep import points as of_points
+from shockwave.sweep import runner
+from shockwave.sweep.journal import Journal
+from shockwave.sweep.plan import plan_sweep
+from shockwave.sweep.report import SweepInterrupt, SweepReport
+from shockwave.sweep.runner import points_of, run_sweep
+
+CHAIN = "chain: {material: paper-steel, diameter: 9.5 mm}\n"
+SHOCK = (
+    "shock: {profile: power-law, peak_force: 100 N, rise_time: 5 us, duration_ratio: 3,"
+    " parameters: {rise_exponent: 1, decay_exponent: 1}}\n"
+)
+GRID = "sweep: {grid: {shock.duration_ratio: [2, 4], shock.rise_time: {linspace: [2 us, 6 us, 20]}}}\n"
+SIMULATE = "simulate: {rtol: 1e-4}\n"
+# The second value is a number, and none that a chain can have: its mass leaves the range of a float.
+BROKEN = "sweep: {grid: {chain.diameter: [1 mm, 1e200]}}\n"
+
+
+@pytest.fixture
+def scenario(tmp_path: Path) -> Path:
+    return written(tmp_path, SIMULATE + GRID)
+
+
+def written(folder: Path, text: str, name: str = "scene.yaml") -> Path:
+    file = folder / name
+    file.write_text(CHAIN + SHOCK + text)
+    return file
+
+
+def swept(file: Path, folder: Path, **settings: Any) -> SweepReport:
+    """Run in this process, which is quick."""
+    with ThreadPoolExecutor(1) as executor:
+        return run_sweep(file, folder, executor, **settings)
+
+
+def journal(folder: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in (folder / "journal.jsonl").read_text().splitlines()]
+
+
+def rows(folder: Path) -> dict[int, dict[str, Any]]:
+    """Values by name, of each point."""
+    names = [column["name"] for column in json.loads((folder / "sweep.json").read_text())["columns"]]
+    return {line["index"]: dict(zip(names, line["values"], strict=True)) for line in journal(folder)}
+
+
+def tables(folder: Path) -> dict[str, bytes]:
+    return {file.name: file.read_bytes() for file in folder.glob("results.*")}
+
+
+# ---------------------------------------------------------------- points
+
+
+def test_every_point_has_one_line_and_the_answer_of_its_scene_alone(scenario: Path, tmp_path: Path) -> None:
+    report = swept(scenario, tmp_path / "out")
+    assert (report.points, report.done, report.exit_code) == (40, 40, 0)
+    assert sorted(line["index"] for line in journal(tmp_path / "out")) == list(range(40))
+    found = rows(tmp_path / "out")[27]  # the eighth of the second twenty
+    shock = sw.Shock(
+        profile=sw.PowerLaw(rise_exponent=1, decay_exponent=1, duration_ratio=4),
+        peak_force=100.0,
+        rise_time=load_scenario(scenario).sweep.point(27)["shock.rise_time"],  # type: ignore[union-attr]
+    )
+    alone = sw.simulate(shock, load_scenario(scenario).chain, rtol=1e-4, waves="primary")
+    # to the last bit: which shocks run side by side makes no difference
+    assert found["peak_force"] == alone.peak_force
+    assert found["error_estimate"] == alone.error_estimate
+    assert (found["momentum"], found["speed"]) == (alone.primary.momentum, alone.primary.speed)
+
+
+def test_a_comparison_has_both_answers(tmp_path: Path) -> None:
+    file = written(tmp_path, "sweep: {zip: {shock.rise_time: [4 us, 20 us], chain.diameter: [8 mm, 10 mm]}}\n")
+    swept(file, tmp_path / "out")
+    scene = Family(load_scenario(file)).scenario({"shock.rise_time": 2e-5, "chain.diameter": 1e-2})
+    alone = compare(scene.shock, scene.chain, scene.predictor, scene.simulate)
+    found = rows(tmp_path / "out")[1]
+    assert (found["predicted_peak_force"], found["peak_force"]) == (
+        alone.predicted.peak_force,
+        alone.simulated.peak_force,
+    )
+    assert (found["error"], found["relation"]) == (alone.error, alone.relation)
+    assert [found["predicted_expected_error_low"], found["predicted_expected_error_high"]] == list(
+        alone.predicted.expected_error or (None, None)
+    )
+
+
+def test_a_prediction_leaves_out_what_does_not_apply(tmp_path: Path) -> None:
+    file = written(
+        tmp_path, "predict: {model: section-4}\nsweep: {points: [{shock.rise_time: 4 us}, {shock.rise_time: 1 ms}]}\n"
+    )
+    swept(file, tmp_path / "out")
+    ejection, train = (rows(tmp_path / "out")[index] for index in (0, 1))
+    assert (ejection["regime"], train["regime"]) == ("ejection", "train")
+    assert ejection["virtual_rise_time"] > 4e-6
+    assert train["virtual_rise_time"] is None
+    assert train["waves"] > 1
+
+
+@pytest.mark.parametrize(("asked", "there"), [("", False), (", waves: train", True)], ids=["left out", "asked for"])
+def test_the_train_is_measured_where_the_scenario_says_so(tmp_path: Path, asked: str, there: bool) -> None:
+    block = f"simulate: {{rtol: 1e-3{asked}}}\nsweep: {{grid: {{shock.rise_time: [10 us]}}}}\n"
+    swept(written(tmp_path, block), tmp_path / "out")
+    found = rows(tmp_path / "out")[0]
+    assert ("recoil_momentum" in found) == there
+    assert found.get("recoil_momentum", -1.0) < 0
+
+
+def test_the_hash_of_a_point_is_that_of_its_scene_alone(scenario: Path) -> None:
+    points = points_of(scenario)
+    normaliser = Normaliser()
+    texts = [normaliser.text(points.scene(index)) for index in (0, 7, 33)]
+    assert texts == [normalised(points.scene(index)) for index in (0, 7, 33)]
+    alone = written(scenario.parent, SIMULATE, "alone.yaml")
+    alone.write_text(alone.read_text().replace("rise_time: 5 us", "rise_time: 2000 ns").replace("ratio: 3", "ratio: 2"))
+    assert texts[0] == normalised(load_scenario(alone))
+
+
+# ---------------------------------------------------------------- however it is run
+
+
+def test_results_are_the_same_however_it_is_run(scenario: Path, tmp_path: Path) -> None:
+    swept(scenario, tmp_path / "one")
+    run_sweep(scenario, tmp_path / "two", workers=2)
+    assert tables(tmp_path / "one") == tables(tmp_path / "two")
+    # begun, torn within a line, and gone on with
+    swept(scenario, tmp_path / "three")
+    file = tmp_path / "three" / "journal.jsonl"
+    file.write_bytes(file.read_bytes()[:3000])
+    report = swept(scenario, tmp_path / "three")
+    assert 0 < report.before < 40
+    assert any("was torn" in note for note in report.notes)
+    assert tables(tmp_path / "one") == tables(tmp_path / "three")
+
+
+def test_a_finished_sweep_has_nothing_to_do(scenario: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    swept(scenario, tmp_path / "out")
+    before = tables(tmp_path / "out")
+    assert main(["sweep", str(scenario), "--out", str(tmp_path / "out"), "--resume"]) == 0
+    assert "nothing to do" in capsys.readouterr().out
+    assert tables(tmp_path / "out") == before
+
+
+def test_units_make_no_other_sweep(scenario: Path, tmp_path: Path) -> None:
+    swept(scenario, tmp_path / "out")
+    scenario.write_text(scenario.read_text().replace("9.5 mm", "0.95 cm").replace("[2 us, 6 us", "[2000 ns, 6e-6"))
+    assert swept(scenario, tmp_path / "out").before == 40
+
+
+def test_records_are_found_from_any_folder_and_a_changed_one_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, last in (("a", 20), ("b", 30)):
+        (tmp_path / f"{name}.csv").write_text(f"time [us],force [N]\n0,0\n10,100\n{last},0\n")
+    file = tmp_path / "scene.yaml"
+    file.write_text(
+        f"{CHAIN}{SIMULATE}shock: {{profile: tabulated, parameters: {{file: a.csv}}}}\n"
+        "sweep: {grid: {shock.parameters.file: [a.csv, b.csv]}}\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    # processes may have begun in another folder
+    assert run_sweep(file.name, "out", workers=1).done == 2
+    assert rows(tmp_path / "out")[1]["peak_force"] > rows(tmp_path / "out")[0]["peak_force"]
+    (tmp_path / "b.csv").write_text("time [us],force [N]\n0,0\n10,100\n40,0\n")
+    with pytest.raises(sw.InvalidValueError, match=r"got named\.file b\.csv"):
+        swept(file, tmp_path / "out")
+
+
+# ---------------------------------------------------------------- refusals
+
+
+def test_another_scenario_is_refused_and_what_differs_is_told(scenario: Path, tmp_path: Path) -> None:
+    swept(scenario, tmp_path / "out")
+    scenario.write_text(scenario.read_text().replace("1e-4", "1e-5"))
+    with pytest.raises(sw.InvalidValueError, match=r"scenario\.simulate\.rtol 0\.0001, now 1e-05"):
+        swept(scenario, tmp_path / "out")
+
+
+def test_another_version_is_refused_unless_accepted(
+    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    swept(scenario, tmp_path / "out")
+    file = tmp_path / "out" / "journal.jsonl"
+    file.write_text("".join(file.read_text().splitlines(keepends=True)[:30]))
+    monkeypatch.setattr(sw, "__version__", "99.0")
+    with pytest.raises(sw.InvalidValueError, match=r"versions\.shockwave '0.*', now '99\.0'; --accept-versions"):
+        swept(scenario, tmp_path / "out")
+    report = swept(scenario, tmp_path / "out", accept_versions=True)
+    assert (report.before, report.done) == (30, 40)
+    assert any("other versions" in note for note in report.notes)
+    # and from then on without being asked
+    assert swept(scenario, tmp_path / "out").before == 40
+
+
+def test_a_second_client_is_refused(scenario: Path, tmp_path: Path) -> None:
+    held = Journal.opened(tmp_path / "out", 40)
+    with pytest.raises(sw.FileAccessError, match="one client at a time"):
+        swept(scenario, tmp_path / "out")
+    held.close()
+    assert swept(scenario, tmp_path / "out").done == 40
+
+
+def test_the_lock_of_a_killed_client_holds_nobody_up(scenario: Path, tmp_path: Path) -> None:
+    program = "import sys, time; from pathlib import Path; from shockwave.sweep.lock import locked\n"
+    program += (
+        f"held = locked(Path({str(tmp_path / 'out' / 'sweep.lock')!r})); print('held', flush=True); time.sleep(60)"
+    )
+    (tmp_path / "out").mkdir()
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True) as other:
+        assert other.stdout is not None
+        other.stdout.readline()
+        with pytest.raises(sw.FileAccessError, match=f"process {other.pid} on "):
+            swept(scenario, tmp_path / "out")
+        other.send_signal(signal.SIGKILL)
+    assert swept(scenario, tmp_path / "out").done == 40
+
+
+def test_a_folder_with_something_else_is_refused(scenario: Path, tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "thesis.tex").touch()
+    with pytest.raises(sw.FileAccessError, match=r"must be new, or hold a sweep \(got a folder with thesis\.tex"):
+        swept(scenario, tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [("nonsense\n", r"journal\.jsonl:3: must tell"), (None, r"journal\.jsonl:41: must tell of a point")],
+    ids=["of nothing", "of a point told before"],
+)
+def test_a_bad_line_of_the_journal_is_refused_by_its_number(
+    scenario: Path, tmp_path: Path, line: str | None, told: str
+) -> None:
+    swept(scenario, tmp_path / "out")
+    file = tmp_path / "out" / "journal.jsonl"
+    lines = file.read_text().splitlines(keepends=True)
+    lines = [*lines, lines[5]] if line is None else [*lines[:2], line, *lines[2:]]
+    file.write_text("".join(lines))
+    with pytest.raises(sw.FileAccessError, match=told):
+        swept(scenario, tmp_path / "out")
+
+
+def test_a_journal_of_another_sweep_is_refused(scenario: Path, tmp_path: Path) -> None:
+    swept(scenario, tmp_path / "out")
+    file = tmp_path / "out" / "journal.jsonl"
+    key = journal(tmp_path / "out")[0]["key"]
+    file.write_text(file.read_text().replace(key, "0" * 64))
+    with pytest.raises(sw.InvalidValueError, match="must be of this sweep"):
+        swept(scenario, tmp_path / "out")
+
+
+USAGE = {
+    "no sweep": (SIMULATE, [], 3, "sweep: must be given"),
+    "unknown executor": (GRID, ["--executor", "abacus"], 2, "processes, dask or dask=ADDRESS"),
+    "nothing to resume": (GRID, ["--resume"], 2, "must be given a sweep that was begun"),
+    "folder is a file": (GRID, ["--out", "scene.yaml"], 5, "scene.yaml: cannot be"),
+    "wrong in the sweep": ("sweep: {grid: {chain.radios: [1]}}\n", [], 3, "did you mean 'chain.radius'"),
+}
+
+
+@pytest.mark.parametrize("case", USAGE)
+def test_what_is_asked_wrongly_is_told_in_a_sentence(
+    case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text, options, status, told = USAGE[case]
+    monkeypatch.chdir(tmp_path)
+    assert main(["sweep", written(tmp_path, text).name, *options]) == status
+    shown = capsys.readouterr().err
+    assert told in shown
+    assert "Traceback" not in shown
+
+
+# ---------------------------------------------------------------- points that fail
+
+
+def test_a_point_that_fails_stops_no_other(tmp_path: Path) -> None:
+    file = written(tmp_path, SIMULATE + BROKEN.replace("[1 mm, 1e200]", "[1 mm, 1e200, 2 mm]"))
+    report = swept(file, tmp_path / "out")
+    assert (report.done, report.failed, report.exit_code) == (2, 1, 1)
+    failed = next(line for line in journal(tmp_path / "out") if line["index"] == 1)
+    assert "must give granules a mass that a floating-point number can hold" in failed["error"]
+
+
+def test_the_first_point_that_fails_can_stop_the_others(tmp_path: Path) -> None:
+    sizes = ", ".join(["1e200", *(f"{size} mm" for size in range(1, 80))])
+    file = written(
+        tmp_path, SIMULATE + f"sweep: {{zip: {{chain.diameter: [{sizes}]}}}}\n".replace("[1e200", "[1 mm, 1e200")
+    )
+    report = swept(file, tmp_path / "out", fail_fast=True, workers=1)
+    assert report.failed == 1
+    assert report.left > 0
+
+
+def test_failed_points_are_run_again_when_asked(
+    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(*_: Any, **__: Any) -> None:
+        raise RuntimeError("out of order")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(of_points, "simulate_many", fails)
+        report = swept(scenario, tmp_path / "out")
+    assert (report.done, report.failed) == (0, 40)
+    assert journal(tmp_path / "out")[0]["error"] == "RuntimeError: out of order"
+    assert swept(scenario, tmp_path / "out").failed == 40
+    report = swept(scenario, tmp_path / "out", retry_failed=True)
+    assert (report.before, report.done, report.failed) == (0, 40, 0)
+    assert len(journal(tmp_path / "out")) == 40
+
+
+def test_one_that_raises_among_many_is_the_only_one_that_fails(
+    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    many = of_points.simulate_many
+
+    def picky(shocks: list[sw.Shock], *rest: Any, **settings: Any) -> Any:
+        if any(abs(shock.rise_time - 4.105e-6) < 1e-8 and shock.profile.duration_ratio == 2 for shock in shocks):
+            raise RuntimeError("not this one")
+        return many(shocks, *rest, **settings)
+
+    monkeypatch.setattr(of_points, "simulate_many", picky)
+    report = swept(scenario, tmp_path / "out")
+    assert (report.done, report.failed) == (39, 1)
+
+
+# ---------------------------------------------------------------- interrupts and disks
+
+
+class Interrupted(Executor):
+    """Runs at once, and is interrupted at the sixth batch."""
+
+    def __init__(self) -> None:
+        self.batches = 0
+
+    def submit(self, function: Any, /, *arguments: Any, **named: Any) -> Future[Any]:
+        self.batches += 1
+        if self.batches == 6:
+            raise KeyboardInterrupt
+        future: Future[Any] = Future()
+        future.set_result(function(*arguments, **named))
+        return future
+
+
+def test_an_interrupt_keeps_what_is_finished(scenario: Path, tmp_path: Path) -> None:
+    with pytest.raises(SweepInterrupt) as interrupt:
+        run_sweep(scenario, tmp_path / "out", Interrupted(), workers=1)
+    finished = interrupt.value.report.done
+    assert 0 < finished == len(journal(tmp_path / "out"))
+    assert swept(scenario, tmp_path / "out").before == finished
+
+
+def test_an_interrupt_tells_how_to_go_on(
+    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    begun = runner.crew_of
+    monkeypatch.setattr(runner, "crew_of", lambda _, workers: begun(Interrupted(), workers))
+    status = main(["sweep", str(scenario), "--out", str(tmp_path / "out"), "--workers", "1"])
+    assert status == 130
+    assert "the same command goes on from there" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no limit on the size of files")
+def test_a_full_disk_is_told_by_the_name_of_the_file_and_loses_nothing(scenario: Path, tmp_path: Path) -> None:
+    # a limit on the size of files does what a full disk does: part of a line is written, and no more
+    program = (
+        "import resource, sys; from concurrent.futures import ThreadPoolExecutor\n"
+        "from shockwave.sweep.runner import run_sweep; from shockwave import FileAccessError\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (4100, 4100))\n"
+        "try: run_sweep(sys.argv[1], sys.argv[2], ThreadPoolExecutor(1))\n"
+        "except FileAccessError as error: print(error)"
+    )
+    command = [sys.executable, "-c", program, str(scenario), str(tmp_path / "out")]
+    told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    assert "journal.jsonl: cannot be written (got File too large)" in told
+    kept = journal(tmp_path / "out")
+    assert 0 < len(kept) < 40
+    assert swept(scenario, tmp_path / "out").before == len(kept)
+
+
+# ---------------------------------------------------------------- before it begins
+
+
+def test_a_dry_run_writes_nothing_and_tells_what_there_is_to_do(
+    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["sweep", scenario.name, "--dry-run", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["points"], found["finished"], found["unbuilt"]) == (40, 0, 0)
+    assert 0 < found["seconds"][0] < found["seconds"][1]
+    assert [file.name for file in tmp_path.iterdir()] == ["scene.yaml"]
+
+
+def test_a_dry_run_tells_what_is_left_out(tmp_path: Path) -> None:
+    file = written(tmp_path, SIMULATE + BROKEN)
+    swept(file, tmp_path / "out")
+    plan = plan_sweep(file, tmp_path / "out")
+    assert (plan.finished, plan.unbuilt, plan.seconds) == (2, 1, None)
+    assert "must give granules a mass" in str(plan)
+    assert plan_sweep(file, tmp_path / "out", retry_failed=True).finished == 1

@@ -1,0 +1,220 @@
+"""Whatever dies, client, worker or point, a sweep ends with every point once, and with the same results."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+import shockwave as sw
+from shockwave.sweep.executors import LostError
+from shockwave.sweep.report import SweepReport
+from shockwave.sweep.runner import run_sweep
+
+if TYPE_CHECKING:
+    from conftest import Install
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="processes are killed by signals")
+
+#: A pulse that ends its process, or raises, for some values of its parameter.
+RISKY = """
+import os
+from attrs import frozen
+from shockwave import quantity
+from shockwave.profiles.triangular import Triangular
+
+@frozen(kw_only=True)
+class Pulse(Triangular):
+    danger: float = quantity("", "what ends it", default=0.0)
+
+    def rise(self, s):
+        if self.danger == 5:
+            os.abort()
+        if self.danger == 9:
+            raise RuntimeError("out of order")
+        return super().rise(s)
+"""
+SCENE = """
+chain: {{material: paper-steel, diameter: 9.5 mm}}
+shock: {{profile: {profile}, peak_force: 100 N, rise_time: 5 us, duration_ratio: 3}}
+simulate: {{rtol: 1e-4}}
+sweep: {{zip: {{{sweep}, shock.rise_time: {{linspace: [2 us, 6 us, {count}]}}}}}}
+"""
+
+
+def written(folder: Path, count: int, profile: str = "triangular", sweep: str = "") -> Path:
+    file = folder / "scene.yaml"
+    sweep = sweep or f"shock.peak_force: {{linspace: [90, 110, {count}]}}"
+    file.write_text(SCENE.format(profile=profile, count=count, sweep=sweep))
+    return file
+
+
+@pytest.fixture
+def scenario(tmp_path: Path) -> Path:
+    """Enough points for many batches, which are small ones at the begin and at the end."""
+    return written(tmp_path, 1200)
+
+
+def undisturbed(file: Path, folder: Path) -> dict[str, bytes]:
+    with ThreadPoolExecutor(1) as executor:
+        run_sweep(file, folder, executor)
+    return tables(folder)
+
+
+def tables(folder: Path) -> dict[str, bytes]:
+    return {file.name: file.read_bytes() for file in folder.glob("results.*")}
+
+
+def lines(folder: Path) -> list[dict[str, Any]]:
+    file = folder / "journal.jsonl"
+    return [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+
+
+def once(strike: Callable[[], object], after: int = 8) -> Callable[[SweepReport], None]:
+    """A progress that strikes, once, when so many points are done."""
+    struck = []
+
+    def progress(report: SweepReport) -> None:
+        if report.done >= after and not struck:
+            struck.append(strike())
+
+    return progress
+
+
+def test_a_killed_worker_costs_nothing(scenario: Path, tmp_path: Path) -> None:
+    before = set(multiprocessing.active_children())
+
+    def strike() -> None:
+        next(child for child in multiprocessing.active_children() if child not in before).kill()
+
+    report = run_sweep(scenario, tmp_path / "out", workers=2, progress=once(strike))
+    assert (report.done, report.crashed) == (1200, 0)
+    assert sorted(line["index"] for line in lines(tmp_path / "out")) == list(range(1200))
+    assert tables(tmp_path / "out") == undisturbed(scenario, tmp_path / "whole")
+
+
+def test_a_killed_client_costs_nothing_and_leaves_no_worker(scenario: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    program = (
+        "import multiprocessing, os, sys\nfrom shockwave.sweep.runner import run_sweep\n"
+        "def strike(report):\n"
+        "    if 0 < report.done < report.points:\n"
+        "        print(*(child.pid for child in multiprocessing.active_children()), flush=True)\n"
+        "        os.kill(os.getpid(), 9)\n"
+        "run_sweep(sys.argv[1], sys.argv[2], workers=2, progress=strike)"
+    )
+    run = subprocess.run([sys.executable, "-c", program, str(scenario), str(out)], stdout=subprocess.PIPE, text=True)
+    assert run.returncode == -signal.SIGKILL
+    begun = len(lines(out))
+    assert 0 < begun < 1200
+    workers = [int(pid) for pid in run.stdout.split()]
+    assert len(workers) == 2
+    deadline = time.monotonic() + 10  # they end at once; a busy machine may take its time
+    while any(map(alive, workers)) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not any(map(alive, workers))
+    with ThreadPoolExecutor(1) as executor:
+        assert run_sweep(scenario, out, executor).before == begun
+    assert sorted(line["index"] for line in lines(out)) == list(range(1200))
+    assert tables(out) == undisturbed(scenario, tmp_path / "whole")
+
+
+def alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    # one that has ended and that nobody has asked for its status is none
+    stat = Path(f"/proc/{pid}/stat")
+    return not stat.exists() or stat.read_text().rpartition(")")[2].split()[0] != "Z"
+
+
+def test_a_point_that_ends_its_process_is_the_only_one_blamed(tmp_path: Path, install: Install) -> None:
+    install("risky", pulse=RISKY)
+    danger = ", ".join(map(str, range(12)))
+    file = written(tmp_path, 12, "risky", f"shock.parameters.danger: [{danger}]")
+    report = run_sweep(file, tmp_path / "out", workers=2)
+    assert (report.done, report.failed, report.crashed, report.exit_code) == (10, 1, 1, 1)
+    assert {line["index"]: line["status"] for line in lines(tmp_path / "out") if line["status"] != "done"} == {
+        5: "crashed",
+        9: "failed",
+    }
+    # and neither is run again
+    assert run_sweep(file, tmp_path / "out").before == 12
+
+
+def test_an_executor_of_the_callers_that_breaks_down_is_told(scenario: Path, tmp_path: Path) -> None:
+    context = multiprocessing.get_context("spawn")
+    before = set(multiprocessing.active_children())
+
+    def strike() -> None:
+        for child in set(multiprocessing.active_children()) - before:
+            child.kill()
+
+    with (
+        ProcessPoolExecutor(1, mp_context=context) as executor,
+        pytest.raises(LostError, match="what is finished is kept"),
+    ):
+        run_sweep(scenario, tmp_path / "out", executor, progress=once(strike))
+    assert len(lines(tmp_path / "out")) >= 8
+
+
+# ---------------------------------------------------------------- dask
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[Any]:
+    """A scheduler on loopback with two worker processes."""
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        host="127.0.0.1", n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50
+    ) as made:
+        yield made
+
+
+def test_a_killed_worker_of_dask_costs_nothing(scenario: Path, tmp_path: Path, cluster: Any) -> None:
+    from distributed import Client
+
+    with Client(cluster, set_as_default=False) as client:
+        pids = client.run(os.getpid)
+        strike = once(lambda: os.kill(next(iter(pids.values())), signal.SIGKILL))
+        report = run_sweep(scenario, tmp_path / "out", f"dask={cluster.scheduler_address}", progress=strike)
+    assert (report.done, report.crashed) == (1200, 0)
+    assert tables(tmp_path / "out") == undisturbed(scenario, tmp_path / "whole")
+
+
+def test_a_worker_of_dask_with_another_version_is_refused(scenario: Path, tmp_path: Path, cluster: Any) -> None:
+    from distributed import Client
+
+    with Client(cluster, set_as_default=False) as client:
+        client.wait_for_workers(2, timeout=20)
+        client.run(_call_version, "0.0.9")
+        try:
+            with pytest.raises(sw.UsageError, match=r"got a worker with shockwave 0\.0\.9, not "):
+                run_sweep(scenario, tmp_path / "out", f"dask={cluster.scheduler_address}")
+        finally:
+            client.run(_call_version, sw.__version__)
+    assert lines(tmp_path / "out") == []
+
+
+def _call_version(version: str) -> None:
+    import shockwave
+
+    shockwave.__version__ = version
+
+
+def test_a_scheduler_that_is_not_there_is_told(scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("shockwave.sweep.dask_crew._PATIENCE", 0.2)
+    with pytest.raises(LostError, match=r"dask: tcp://127\.0\.0\.1:9 must answer"):
+        run_sweep(scenario, tmp_path / "out", "dask=tcp://127.0.0.1:9")

@@ -1,0 +1,632 @@
+"""Results of sweeps: tables say what the journal says, arrays have their axes, pictures their borders."""
+
+from __future__ import annotations
+
+import csv
+import json
+import random
+import re
+import resource
+import sys
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection
+from scipy.io import netcdf_file
+
+import shockwave as sw
+from shockwave import cli
+from shockwave.errors import FileAccessError, InvalidValueError, UnknownNameError, UsageError
+from shockwave.pictures import svg
+from shockwave.scenario.family import Family
+from shockwave.sweep import stored, table
+from shockwave.sweep.plot import plot
+from shockwave.sweep.regimes import regimes
+from shockwave.sweep.results import SweepResults, load_sweep
+from shockwave.sweep.table import write_all
+
+COLUMNS = [
+    {"name": "regime", "unit": None, "kind": "text", "meaning": "predicted"},
+    {"name": "peak_force", "unit": "N", "kind": "number", "meaning": "of the primary"},
+    {"name": "amplification", "unit": "", "kind": "number", "meaning": "over the shock's"},
+    {"name": "waves", "unit": "", "kind": "whole", "meaning": "how many"},
+]
+N, TIME, FORCE = ("shock.duration_ratio", ""), ("shock.rise_time", "s"), ("shock.peak_force", "N")
+MATERIAL = ("chain.material", None)
+#: Two by three points, of which one failed and one crashed.
+AXES = [([N], [[2.0], [4.0]]), ([TIME], [[1e-6], [0.1 + 0.2], [3e-5]])]
+PROBLEM = 'no "root",\nhere'
+
+
+def line(index: int, *values: Any, status: str = "done", error: str = "") -> str:
+    told = {"values": list(values)} if status == "done" else {"error": error}
+    return json.dumps({"index": index, "key": f"{index:064x}", "status": status, **told}) + "\n"
+
+
+LINES = [
+    line(0, "train", 1 / 3, 0.1, 2),
+    line(1, "single", 2.5e-300, None, None),
+    line(2, status="failed", error=PROBLEM),
+    line(3, "train", 1e16, -0.0, 12),
+    line(4, status="crashed", error="ended its process"),
+    line(5, None, 7.0, 0.7, 1),
+]
+
+
+def folder_of(folder: Path, axes: Any = AXES, lines: Any = LINES, columns: Any = COLUMNS, run: str = "predict") -> Path:
+    folder.mkdir(exist_ok=True)
+    parts = [
+        {"names": [name for name, _ in variables], "units": [unit for _, unit in variables], "values": values}
+        for variables, values in axes
+    ]
+    shape = [len(values) for _, values in axes]
+    header = {"format": 1, "name": "a test", "run": run, "axes": parts, "shape": shape, "points": int(np.prod(shape))}
+    header |= {"columns": columns, "scenario": {"chain": {"radius": 1}}, "key": "f" * 64}
+    header |= {"versions": {"shockwave": "0.1", "python": "3"}}
+    (folder / "sweep.json").write_text(json.dumps(header), encoding="utf-8")
+    (folder / "journal.jsonl").write_text("".join(lines), encoding="utf-8")
+    return folder
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return folder_of(tmp_path / "out")
+
+
+# ---------------------------------------------------------------- CSV and JSON Lines
+
+
+def rows(folder: Path) -> list[dict[str, str]]:
+    with (folder / "results.csv").open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_csv_has_a_row_for_each_point_with_units_in_its_head(folder: Path) -> None:
+    write_all(folder)
+    head = (folder / "results.csv").read_text(encoding="utf-8").splitlines()[0]
+    names = "shock.duration_ratio,shock.rise_time [s],regime,peak_force [N],amplification,waves,status,problem"
+    assert head == names
+    found = rows(folder)
+    assert [row["shock.duration_ratio"] for row in found] == ["2.0"] * 3 + ["4.0"] * 3
+    assert [row["status"] for row in found] == ["done", "done", "failed", "done", "crashed", "done"]
+
+
+def test_csv_gives_numbers_all_their_digits_and_leaves_nothing_empty(folder: Path) -> None:
+    write_all(folder)
+    found = rows(folder)
+    assert float(found[1]["shock.rise_time [s]"]) == 0.1 + 0.2
+    assert [found[i]["peak_force [N]"] for i in (0, 1, 2, 3)] == [repr(1 / 3), "2.5e-300", "", "1e+16"]
+    assert (found[1]["amplification"], found[3]["waves"], found[5]["regime"]) == ("", "12", "")
+    assert (found[2]["problem"], found[0]["problem"]) == (PROBLEM, "")
+
+
+def test_json_lines_hold_the_same(folder: Path) -> None:
+    write_all(folder)
+    found = [json.loads(text) for text in (folder / "results.jsonl").read_text(encoding="utf-8").splitlines()]
+    assert [row["index"] for row in found] == list(range(6))
+    assert found[0] == {
+        "index": 0,
+        "shock.duration_ratio": 2.0,
+        "shock.rise_time": 1e-6,
+        "regime": "train",
+        "peak_force": 1 / 3,
+        "amplification": 0.1,
+        "waves": 2,
+        "status": "done",
+        "problem": None,
+    }
+    assert (found[2]["peak_force"], found[2]["problem"]) == (None, PROBLEM)
+
+
+def test_points_that_were_not_run_have_rows_that_say_so(tmp_path: Path) -> None:
+    place = folder_of(tmp_path / "out", lines=LINES[:1])
+    write_all(place)
+    assert [row["status"] for row in rows(place)] == ["done"] + ["not run"] * 5
+
+
+@pytest.mark.parametrize("file", ["results.csv", "results.jsonl", "results.nc"])
+def test_tables_do_not_depend_on_the_order_of_the_journal(
+    tmp_path: Path, file: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = folder_of(tmp_path / "one")
+    mixed = list(LINES)
+    random.Random(3).shuffle(mixed)
+    other = folder_of(tmp_path / "other", lines=mixed)
+    write_all(one)
+    # nor on how many points are held at once
+    monkeypatch.setattr(stored, "_CHUNK", 4)
+    write_all(other)
+    assert (one / file).read_bytes() == (other / file).read_bytes()
+
+
+def test_of_two_lines_on_a_point_the_last_counts(tmp_path: Path) -> None:
+    place = folder_of(tmp_path / "out", lines=[*LINES, line(2, "train", 8.0, 0.8, 3)])
+    assert load_sweep(place).values("peak_force")[0, 2] == 8.0
+
+
+# ---------------------------------------------------------------- when tables are written
+
+
+def test_tables_are_written_once_for_a_state_of_the_journal(folder: Path) -> None:
+    first = [file.name for file in write_all(folder)]
+    assert first[:3] == ["results.csv", "results.jsonl", "results.nc"]
+    assert write_all(folder) == []
+    (folder / "results.jsonl").unlink()
+    assert [file.name for file in write_all(folder)] == ["results.jsonl"]
+    with (folder / "journal.jsonl").open("a", encoding="utf-8") as journal:
+        journal.write(line(2, "train", 8.0, 0.8, 3))
+    assert [file.name for file in write_all(folder)] == first
+    assert rows(folder)[2]["status"] == "done"
+
+
+@pytest.mark.parametrize("record", ["", "[]", '{"files": 3}', '{"key": 1}'])
+def test_a_spoilt_record_of_tables_only_costs_time(folder: Path, record: str) -> None:
+    write_all(folder)
+    (folder / table.RECORD).write_text(record, encoding="utf-8")
+    assert len(write_all(folder)) >= 3
+
+
+@pytest.fixture
+def small_disk() -> Iterator[None]:
+    """Files can have 400 bytes at most."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (400, before[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_a_full_disk_names_the_file_and_leaves_the_table_that_was_there(
+    tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    place = folder_of(tmp_path / "out", lines=LINES[:1])
+    (place / "results.csv").write_text("old", encoding="utf-8")
+    request.getfixturevalue("small_disk")
+    with pytest.raises(FileAccessError, match=r"results\.\w+: cannot be written \(got File too large"):
+        write_all(place)
+    assert (place / "results.csv").read_text(encoding="utf-8") == "old"
+    assert [file.name for file in place.iterdir() if file.suffix == ".part"] == []
+
+
+# ---------------------------------------------------------------- NetCDF and Parquet
+
+
+def test_netcdf_has_named_axes_units_and_where_it_comes_from(folder: Path) -> None:
+    write_all(folder)
+    with netcdf_file(folder / "results.nc", mmap=False) as found:
+        assert found.dimensions == {"duration_ratio": 2, "rise_time": 3}
+        assert found.variables["rise_time"][:].tolist() == [1e-6, 0.1 + 0.2, 3e-5]
+        assert (found.variables["rise_time"].units, found.variables["rise_time"].long_name) == (
+            b"s",
+            b"shock.rise_time",
+        )
+        force = found.variables["peak_force"]
+        assert (force.dimensions, force.units, force.long_name) == (
+            ("duration_ratio", "rise_time"),
+            b"N",
+            b"of the primary",
+        )
+        assert force[:].tolist()[1][0] == 1e16
+        assert np.isnan(force[:]).tolist() == [[False, False, True], [False, True, False]]
+        assert np.isnan(force._FillValue)
+        assert (found.version_byte, found.title) == (2, b"a test")
+        assert (json.loads(found.scenario), found.sweep_key) == ({"chain": {"radius": 1}}, b"f" * 64)
+        assert b"shockwave 0.1" in found.source
+
+
+def test_texts_of_netcdf_are_flags_with_their_meanings(folder: Path) -> None:
+    write_all(folder)
+    with netcdf_file(folder / "results.nc", mmap=False) as found:
+        regime, status = found.variables["regime"], found.variables["status"]
+        assert regime[:].tolist() == [[0, 1, -1], [0, -1, -1]]
+        assert (regime.flag_meanings, regime.flag_values.tolist(), regime._FillValue) == (b"train single", [0, 1], -1)
+        assert status.flag_meanings == b"done failed crashed"
+
+
+OTHER_AXES = {
+    "zip": ([([N, TIME], [[2.0, 1e-6], [4.0, 2e-6]])], {"point": 2}, {"duration_ratio": "point", "rise_time": "point"}),
+    "names": ([([MATERIAL], [["lead"], ["brass-260"]])], {"material": 2}, {"material": "material"}),
+    "clash": ([([FORCE], [[1.0], [2.0]])], {"shock_peak_force": 2}, {"shock_peak_force": "shock_peak_force"}),
+    "two-zips": (
+        [([N, FORCE], [[2.0, 1.0]]), ([TIME, MATERIAL], [[1e-6, "lead"], [2e-6, {"density": 1}]])],
+        {"point": 1, "point_2": 2},
+        {"duration_ratio": "point", "shock_peak_force": "point", "rise_time": "point_2", "material": "point_2"},
+    ),
+    "nothing": ([([("chain.granules", "")], [[None], [50]])], {"granules": 2}, {"granules": "granules"}),
+}
+
+
+@pytest.mark.parametrize("name", OTHER_AXES)
+def test_axes_of_every_kind_become_dimensions(tmp_path: Path, name: str) -> None:
+    axes, dimensions, coordinates = OTHER_AXES[name]
+    place = folder_of(tmp_path / "out", axes, [LINES[0], line(1, "single", 2.0, 0.2, 1)])
+    write_all(place)
+    with netcdf_file(place / "results.nc", mmap=False) as found:
+        assert found.dimensions == dimensions
+        assert {one: found.variables[one].dimensions[0] for one in coordinates} == coordinates
+        force = found.variables["peak_force"]
+        assert force[:].ravel().tolist() == [1 / 3, 2.0]
+        beside = [one for one, dimension in coordinates.items() if one != dimension]
+        assert getattr(force, "coordinates", b"").split() == [one.encode() for one in beside]
+
+
+def test_netcdf_opens_in_xarray_with_names_and_units(folder: Path) -> None:
+    xarray = pytest.importorskip("xarray")
+    write_all(folder)
+    with xarray.open_dataset(folder / "results.nc", engine="scipy") as found:
+        assert found.peak_force.dims == ("duration_ratio", "rise_time")
+        assert (found.peak_force.units, found.rise_time.units) == ("N", "s")
+        assert float(found.peak_force.sel(duration_ratio=4, rise_time=1e-6)) == 1e16
+        made = load_sweep(folder).to_xarray()
+        assert made.sizes == found.sizes
+        assert list(made.data_vars) == list(found.data_vars)
+        xarray.testing.assert_equal(made.peak_force, found.peak_force)
+
+
+def test_parquet_holds_types_and_units(folder: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    assert folder / "results.parquet" in write_all(folder)
+    found = parquet.read_table(folder / "results.parquet")
+    assert found.schema.field("peak_force").metadata == {b"unit": b"N", b"meaning": b"of the primary"}
+    assert found["waves"].to_pylist() == [2, None, None, 12, None, 1]
+    assert found["problem"].to_pylist()[2] == PROBLEM
+    assert found.schema.metadata[b"sweep_key"] == b"f" * 64
+
+
+# ---------------------------------------------------------------- load_sweep
+
+
+def test_values_have_an_axis_for_each_axis_of_the_sweep(folder: Path) -> None:
+    found = load_sweep(folder)
+    assert (found.shape, found.complete, found.warnings) == ((2, 3), True, ())
+    np.testing.assert_array_equal(found.values("amplification"), [[0.1, np.nan, np.nan], [0.0, np.nan, 0.7]])
+    assert found.values("regime").tolist() == [["train", "single", ""], ["train", "", ""]]
+    assert found.values("shock.rise_time")[1].tolist() == [1e-6, 0.1 + 0.2, 3e-5]
+    assert found.coordinate("shock.duration_ratio").tolist() == [2.0, 4.0]
+    assert found.units["peak_force"] == "N"
+    assert (found.units["regime"], found.units["shock.rise_time"]) == (None, "s")
+
+
+def test_points_that_failed_are_told_with_their_values(folder: Path) -> None:
+    first, second = load_sweep(folder).failed
+    assert (first.index, first.status, first.problem) == (2, "failed", PROBLEM)
+    assert second.point == {"shock.duration_ratio": 4.0, "shock.rise_time": 0.1 + 0.2}
+    assert second.status == "crashed"
+
+
+def test_results_are_frozen_and_equal_by_value(folder: Path) -> None:
+    found = load_sweep(folder)
+    assert found == load_sweep(folder)
+    with pytest.raises(ValueError, match="read-only"):
+        found.values("peak_force")[0, 0] = 1.0
+    with (folder / "journal.jsonl").open("a", encoding="utf-8") as journal:
+        journal.write(line(0, "train", 8.0, 0.8, 3))
+    assert found != load_sweep(folder)
+
+
+def test_results_print_what_they_hold(folder: Path) -> None:
+    told = str(load_sweep(folder))
+    assert "points  6: 4 done, 2 failed" in told
+    assert re.search(r"shock.rise_time +1 us +300 ms +3", told)
+    assert re.search(r"regime +1 single, 2 train", told)
+    assert "note: shock.duration_ratio 2, shock.rise_time 3e-05: no" in told
+
+
+UNFINISHED = {
+    "torn": (["".join(LINES)[:-9]], "the last line of journal.jsonl is torn"),
+    "unfinished": (LINES[:4], "2 of 6 points are not done"),
+    "garbage": (
+        [*LINES[:5], "{}\n", '{"index": 77, }\n', LINES[5]],
+        "lines of journal.jsonl that tell of no point, and were left out: 2",
+    ),
+    "unreadable": (
+        [*LINES[:5], LINES[5].replace("7.0,", "7.0")],
+        "lines of the journal that cannot be read: 1 (delete them",
+    ),
+    "other-columns": ([*LINES[:5], line(5, 1.0)], "lines of the journal that cannot be read: 1 (delete them"),
+}
+
+
+@pytest.mark.parametrize("name", UNFINISHED)
+def test_a_journal_that_is_not_whole_is_read_as_far_as_it_goes(tmp_path: Path, name: str) -> None:
+    lines, warning = UNFINISHED[name]
+    found = load_sweep(folder_of(tmp_path / "out", lines=lines))
+    assert warning in "; ".join(found.warnings)
+    assert found.values("peak_force")[0, 0] == 1 / 3
+    assert found.complete is (name == "garbage")
+    assert (found.values("status")[1, 2] == "not run") is (name != "garbage")
+
+
+def test_a_sweep_that_has_just_begun_is_empty(folder: Path) -> None:
+    (folder / "journal.jsonl").unlink()
+    found = load_sweep(folder)
+    assert (found.complete, bool(np.isnan(found.values("peak_force")).all())) == (False, True)
+    assert "6 of 6 points are not done" in str(found)
+
+
+@pytest.mark.parametrize("name", ["peak_forc", "shock.rise_tim"])
+def test_an_unknown_quantity_is_answered_with_the_known(folder: Path, name: str) -> None:
+    with pytest.raises(UnknownNameError, match="did you mean"):
+        load_sweep(folder).values(name)
+    with pytest.raises(UnknownNameError, match="unknown variable of the sweep"):
+        load_sweep(folder).coordinate("peak_force")
+
+
+def test_a_folder_that_is_none_says_how_to_make_one(tmp_path: Path) -> None:
+    with pytest.raises(FileAccessError, match=r"sweep\.json: cannot be read .*; give a folder that `shockwave sweep"):
+        load_sweep(tmp_path)
+
+
+SPOILT = {
+    "no-json": ("{", "must be JSON"),
+    "list": ("[1]", "must be of format 1"),
+    "format": ('{"format": 2}', "must be of format 1, which this shockwave reads (got 2"),
+    "lacking": ('{"format": 1}', "must be the header of a sweep (got required field missing"),
+}
+
+
+@pytest.mark.parametrize("name", SPOILT)
+def test_a_spoilt_header_is_told(folder: Path, name: str) -> None:
+    text, problem = SPOILT[name]
+    (folder / "sweep.json").write_text(text, encoding="utf-8")
+    with pytest.raises(InvalidValueError) as caught:
+        load_sweep(folder)
+    assert f"sweep.json: {problem}" in str(caught.value)
+
+
+def test_other_versions_that_a_sweep_was_begun_with_are_told(folder: Path) -> None:
+    header = json.loads((folder / "sweep.json").read_text(encoding="utf-8"))
+    header["earlier_versions"] = [{"shockwave": "0.0.9", "numpy": "1.26"}]
+    (folder / "sweep.json").write_text(json.dumps(header), encoding="utf-8")
+    told = "points may have been run with other versions (shockwave 0.0.9, numpy 1.26)"
+    assert load_sweep(folder).warnings == (told,)
+
+
+@pytest.mark.parametrize(("key", "value"), [("shape", [3, 2]), ("points", 7)])
+def test_a_header_whose_parts_disagree_is_refused(folder: Path, key: str, value: Any) -> None:
+    header = json.loads((folder / "sweep.json").read_text(encoding="utf-8"))
+    (folder / "sweep.json").write_text(json.dumps({**header, key: value}), encoding="utf-8")
+    with pytest.raises(InvalidValueError, match="axes, shape and points that agree"):
+        load_sweep(folder)
+
+
+def test_pandas_gets_a_table_indexed_by_the_variables(folder: Path) -> None:
+    pytest.importorskip("pandas")
+    found = load_sweep(folder).to_pandas()
+    assert found.loc[(4.0, 1e-6), "peak_force"] == 1e16
+    assert found.attrs["units"]["peak_force"] == "N"
+
+
+@pytest.mark.parametrize("library", ["pandas", "xarray"])
+def test_what_is_not_installed_is_named(folder: Path, library: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(UsageError, match=f"needs {library}: pip install {library}"):
+        getattr(load_sweep(folder), f"to_{library}")()
+
+
+# ---------------------------------------------------------------- pictures
+
+MAP = """\
+chain: {material: paper-steel, diameter: 9.5 mm}
+shock: {profile: power-law, peak_force: 100 N, parameters: {rise_exponent: 0.5, decay_exponent: 1}}
+sweep:
+  run: predict
+  grid:
+    shock.rise_time: {logspace: [1 us, 100 us, 15]}
+    shock.duration_ratio: {logspace: [1.5, 15, 12]}
+"""
+
+
+@cache
+def _predicted(text: str) -> tuple[Any, tuple[str, ...], tuple[sw.Outcome, ...]]:
+    """Axes, lines of a journal and outcomes of a scenario, predicted."""
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as name:
+        file = Path(name) / "scenario.yaml"
+        file.write_text(text, encoding="utf-8")
+        scenario = sw.load_scenario(file)
+    assert scenario.sweep is not None
+    family, swept = Family(scenario), scenario.sweep
+    scenes = [family.scenario(swept.point(index)) for index in range(len(swept))]
+    outcomes = tuple(scene.predictor.predict(scene.shock, scene.chain) for scene in scenes)
+    axes = [
+        ([(one.name, one.unit) for one in axis.variables], [list(values) for values in axis.values])
+        for axis in swept.axes
+    ]
+    lines = tuple(
+        line(index, found.regime, found.peak_force, found.amplification, len(found.waves))
+        for index, found in enumerate(outcomes)
+    )
+    return axes, lines, outcomes
+
+
+def a_map(folder: Path, text: str = MAP, failed: tuple[int, ...] = ()) -> SweepResults:
+    axes, lines, _ = _predicted(text)
+    told = [line(at, status="failed", error="no") if at in failed else one for at, one in enumerate(lines)]
+    place = folder_of(folder / "map", axes, told)
+    (place / "scenario.yaml").write_text(text, encoding="utf-8")
+    return load_sweep(place)
+
+
+def inside(figure: Any) -> bool:
+    """Whether nothing leaves the figure; a pixel of slack for the rounding of letters."""
+    figure.draw_without_rendering()
+    around = figure.axes[0].get_tightbbox()
+    return bool(
+        around.x0 > -1 and around.y0 > -1 and around.x1 < figure.bbox.width + 1 and around.y1 < figure.bbox.height + 1
+    )
+
+
+@pytest.mark.parametrize("decay", [1, 3], ids=["single-waves-too", "none"])
+def test_borders_of_regimes_are_where_predictions_change(tmp_path: Path, decay: int) -> None:
+    text = MAP.replace("decay_exponent: 1", f"decay_exponent: {decay}")
+    found = a_map(tmp_path, text)
+    numbers, told = regimes(found, range(180))
+    assert told == "borders of the regimes: (5d) and (5e) of section 4, for each point"
+    for name, values in numbers.items():
+        assert ((values < 0) == (found.values("regime").ravel() == name)).all()
+    # ln of n t0 over alphaF0 A F0^(-1/6), by the inequality that the prediction tells
+    split = _predicted(text)[2][40].trace[0]
+    assert -numbers["train"][40] == pytest.approx(np.log(split.right / split.left), abs=1e-12)
+
+
+def test_without_a_scenario_borders_are_those_of_the_column(tmp_path: Path) -> None:
+    found = a_map(tmp_path)
+    (tmp_path / "map" / "scenario.yaml").unlink()
+    numbers, told = regimes(found, range(180))
+    assert told == "borders of the regimes: regime"
+    assert set(numbers) == {"ejection", "single", "train"}
+    assert ((numbers["train"] < 0) == (found.values("regime").ravel() == "train")).all()
+
+
+def test_without_either_there_are_no_borders_and_a_sentence_says_why(tmp_path: Path) -> None:
+    found = load_sweep(
+        folder_of(tmp_path / "out", [([TIME], [[1.0], [2.0]])], [line(0, 1.0)], COLUMNS[1:2], "simulate")
+    )
+    numbers, told = regimes(found, range(2))
+    assert numbers == {}
+    assert "no borders of regimes: " in told
+    assert "scenario.yaml" in told
+
+
+def test_two_axes_make_a_map_with_borders_and_units(tmp_path: Path) -> None:
+    found = plot(a_map(tmp_path))
+    (ax,) = found.figure.axes
+    assert (found.column, ax.get_xlabel(), ax.get_ylabel()) == ("amplification", "rise time (µs)", "duration ratio")
+    assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
+    assert {"ejection", "train"} <= {text.get_text() for text in ax.texts}
+    values = ax.collections[0].get_array().reshape(12, 15).T
+    np.testing.assert_array_equal(values, load_sweep(tmp_path / "map").values("amplification"))
+    assert inside(found.figure)
+
+
+def test_points_without_a_value_are_hatched_and_counted(tmp_path: Path) -> None:
+    found = plot(a_map(tmp_path, failed=(3, 77)))
+    (ax,) = found.figure.axes
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["no value (2 of 180)"]
+    hatched = [one for one in ax.collections if one.get_hatch()]
+    assert [len(one.get_paths()) for one in hatched] == [2]
+    assert "2 of 180 points failed" in found.notes
+
+
+def test_the_axis_from_left_to_right_can_be_chosen(tmp_path: Path) -> None:
+    (ax,) = plot(a_map(tmp_path), x="shock.duration_ratio").figure.axes
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("duration ratio", "rise time (µs)")
+
+
+def test_one_axis_makes_a_line_with_its_regimes(tmp_path: Path) -> None:
+    results = a_map(tmp_path)
+    ratio = results.coordinate("shock.duration_ratio")[4]
+    found = plot(results, "peak_force", at={"shock.duration_ratio": repr(float(ratio))})
+    (ax,) = found.figure.axes
+    drawn = ax.get_lines()[0]
+    np.testing.assert_array_equal(drawn.get_ydata(), results.values("peak_force")[:, 4])
+    assert ax.get_ylabel() == "peak force (N)"
+    borders = [one.get_xdata()[0] for one in ax.get_lines() if one.get_linestyle() == "--"]
+    times, names = results.coordinate("shock.rise_time"), results.values("regime")[:, 4]
+    changes = [at for at in range(14) if names[at] != names[at + 1]]
+    assert all(any(times[at] < border < times[at + 1] for border in borders) for at in changes)
+    assert inside(found.figure)
+
+
+def test_a_few_values_of_a_second_axis_make_lines(tmp_path: Path) -> None:
+    text = MAP.replace("{logspace: [1.5, 15, 12]}", "[2, 4]")
+    results = a_map(tmp_path, text, failed=(1,))
+    (ax,) = plot(results).figure.axes
+    told = [entry.get_text() for entry in ax.get_legend().get_texts()]
+    assert told == ["duration ratio 2", "duration ratio 4", "no value (1 of 30)"]
+    assert np.isnan(ax.get_lines()[1].get_ydata()).tolist() == [True] + [False] * 14
+
+
+def test_names_stand_side_by_side(tmp_path: Path) -> None:
+    text = MAP.partition("    shock.rise_time")[0].replace("100 N", "100 N, rise_time: 20 us, duration_ratio: 2")
+    found = plot(a_map(tmp_path, text + "    chain.material: [lead, copper, brass-260]\n"))
+    (ax,) = found.figure.axes
+    assert [label.get_text() for label in ax.get_xticklabels()] == ["lead", "copper", "brass-260"]
+    assert inside(found.figure)
+
+
+def test_a_map_over_names_has_borders_along_its_cells(tmp_path: Path) -> None:
+    text = MAP.replace("shock.duration_ratio: {logspace: [1.5, 15, 12]}", "chain.material: [lead, copper, brass-260]")
+    text = text.replace("100 N", "100 N, duration_ratio: 4").replace("[1 us, 100 us, 15]", "[1 us, 100 us, 3]")
+    results = a_map(tmp_path, text.replace("brass-260]", "brass-260, ptfe, alumina, pmma, delrin, zirconia]"))
+    (ax,) = plot(results, x="shock.rise_time").figure.axes
+    assert [label.get_text() for label in ax.get_yticklabels()][:2] == ["lead", "copper"]
+    drawn = {len(one.get_segments()) for one in ax.collections if isinstance(one, LineCollection)}
+    own = results.values("regime") == "train"
+    # between the cells of a train and their neighbours
+    assert (own[1:] != own[:-1]).sum() + (own[:, 1:] != own[:, :-1]).sum() in drawn - {0}
+
+
+@pytest.mark.parametrize("held", [{}, {"shock.duration_ratio": 1.5}], ids=["map", "line"])
+def test_a_sweep_of_which_all_failed_is_drawn_empty(tmp_path: Path, held: dict[str, float]) -> None:
+    found = plot(a_map(tmp_path, failed=tuple(range(180))), at=held)
+    assert "180 of 180 points failed" in found.notes
+    assert "amplification: over the shock's" in found.notes
+    assert inside(found.figure)
+
+
+def test_pictures_are_the_same_on_every_run(tmp_path: Path) -> None:
+    results = a_map(tmp_path, failed=(3,))
+    assert svg(plot(results).figure) == svg(plot(results).figure)
+
+
+WRONG: dict[str, tuple[list[str], int, str]] = {
+    "column": (["--column", "amplificatio"], 3, "did you mean 'amplification'"),
+    "text": (["--column", "regime"], 3, "unknown column of numbers"),
+    "variable": (["--x", "shock.rise_tim"], 3, "unknown variable of the sweep"),
+    "held": (["--at", "shock.duration_ratio=3"], 2, "must be one of its values in the sweep (got 3; they are 1.5, "),
+    "held-unit": (["--at", "shock.duration_ratio=3 s"], 2, "shock.duration_ratio: must be a number"),
+    "held-form": (["--at", "shock.duration_ratio"], 2, "--at: must be NAME=VALUE"),
+    "held-both": (["--at", "shock.duration_ratio=1.5", "--at", "shock.rise_time=1 us"], 2, "one axis or two"),
+    "held-x": (["--at", "shock.rise_time=1 us", "--x", "shock.rise_time"], 2, "it cannot be drawn over it"),
+    "ending": (["-o", "map.gif"], 3, "must end in .svg, .png, .pdf"),
+    "place": (["-o", "nowhere/map.svg"], 5, "cannot be written"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_orders_are_refused_with_a_remedy(
+    tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    a_map(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    arguments, status, part = WRONG[name]
+    assert cli.main(["plot", "map", *arguments]) == status
+    assert part in capsys.readouterr().err
+
+
+def test_three_axes_are_too_many_until_one_is_held(tmp_path: Path) -> None:
+    axes = [*AXES, ([FORCE], [[1.0], [2.0]])]
+    found = load_sweep(folder_of(tmp_path / "out", axes, [line(at, "train", at, at, 1) for at in range(12)]))
+    with pytest.raises(UsageError, match=r"--at shock.duration_ratio=VALUE"):
+        plot(found)
+    assert plot(found, at={"shock.peak_force": 2.0}).column == "amplification"
+
+
+def test_the_command_writes_beside_the_results_unless_told_otherwise(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    a_map(tmp_path)
+    assert cli.main(["plot", str(tmp_path / "map")]) == 0
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.endswith("amplification.svg: written\n")
+    assert (tmp_path / "map" / "amplification.svg").read_text(encoding="utf-8").startswith("<?xml")
+
+
+def test_without_matplotlib_a_sentence_says_what_to_install(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    assert cli.main(["plot", str(folder)]) == 2
+    assert capsys.readouterr().err == "pictures need matplotlib: pip install 'shockwave[plot]'\n"
+
+
+def test_a_folder_without_a_sweep_ends_with_5(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["plot", str(tmp_path)]) == 5
+    assert "give a folder that `shockwave sweep FILE --out FOLDER` has written" in capsys.readouterr().err
