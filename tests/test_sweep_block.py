@@ -15,6 +15,7 @@ from pages import table
 from shockwave import cli
 from shockwave.document.reader import parse_document
 from shockwave.errors import InvalidValueError, ScenarioError, UnknownNameError
+from shockwave.registry import load
 from shockwave.scenario.family import Family
 from shockwave.scenario.schema_dotted import sweep as form
 from shockwave.scenario.sweep import SWEEP, Sweep
@@ -194,7 +195,15 @@ FAULTS = {
     "range-of-names": (
         "{grid: {chain.material: |{linspace: [lead, copper, 3]}}}",
         "grid.'chain.material'",
-        "no number",
+        "not every value of it is a number",
+    ),
+    "no-end": ("{grid: {chain.granules: {linspace: [|null, 10, 3]}}}", "grid.'chain.granules'.linspace[0]", "nothing"),
+    "not-finite": ("{grid: {shock.rise_time: |.nan}}", TIME, "finite"),
+    "end-not-finite": ("{grid: {shock.rise_time: {linspace: [1 us, |.inf, 3]}}}", f"{TIME}.linspace[1]", "finite"),
+    "number-or-name": (
+        "{grid: {predict.momentum_coefficient: |{linspace: [4.3, 4.4, 3]}}}",
+        "grid.'predict.momentum_coefficient'",
+        "must be a list",
     ),
     "material": ("{grid: {chain.material: [copper, |leed]}}", "grid.'chain.material'[1]", "did you mean 'lead'"),
     "material-of-nothing": ("{grid: {chain.material: [copper, |5]}}", "grid.'chain.material'[1]", "a mapping of"),
@@ -249,7 +258,8 @@ def test_what_stands_in_place_of_another_is_refused_beside_it(tmp_path: Path, bl
 # What only the loader knows: units, registries of other kinds, what values make together.
 _UNSEEN = ("dimension", "range", "through-zero", "range-of-names", "half-granules", "lengths", "twice", "other-point",
            "point", "1e8-points", "material", "material-of-nothing", "lean-material", "profile",
-           "integrator", "half-granule", "choice", "setting", "end-of-range", "too-many")  # fmt: skip
+           "integrator", "half-granule", "choice", "setting", "end-of-range", "too-many", "not-finite",
+           "end-not-finite", "number-or-name")  # fmt: skip
 
 
 @pytest.mark.parametrize("name", [name for name in FAULTS if name not in _UNSEEN])
@@ -396,3 +406,48 @@ def test_an_unknown_material_is_told_where_it_is_asked_for(tmp_path: Path) -> No
 
 def test_the_page_tells_every_key_of_the_block() -> None:
     assert [row[0] for row in table("docs/scenarios.md", "sweep")] == [f"`{key.name}`" for key in SWEEP]
+
+
+def test_what_is_swept_of_a_material_may_stand_before_or_behind_it(tmp_path: Path) -> None:
+    names = {"chain.material": "[lead, copper]", "chain.material.density": "[5000, 6000]"}
+    for order in (list(names), list(reversed(names))):
+        file = tmp_path / "both.yaml"
+        file.write_text(
+            "chain: {radius: 5 mm}\n"
+            "shock: {profile: triangular, peak_force: 80 N, rise_time: 10 us, duration_ratio: 3}\n"
+            f"sweep: {{grid: {{{', '.join(f'{name}: {names[name]}' for name in order)}}}}}\n"
+        )
+        scenario = sw.load_scenario(file)
+        assert scenario.sweep is not None
+        for index in range(4):
+            point = scenario.sweep.point(index)
+            made = Family(scenario).scenario(point).chain.material
+            own = load("materials", point["chain.material"])
+            assert (made.density, made.youngs_modulus) == (point["chain.material.density"], own.youngs_modulus)
+        assert scenario.chain.material.density == 5000
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("simulate: fast\nsweep: {grid: {simulate.rtol: [1e-3]}}", "simulate: must be a mapping"),
+        ("predict: 5\nsweep: {grid: {predict.equal_tolerance: [0.1]}}", "predict: must be a mapping"),
+    ],
+)
+def test_a_sweep_hides_no_fault_of_the_block_it_varies(tmp_path: Path, line: str, message: str) -> None:
+    file = tmp_path / "wrong.yaml"
+    file.write_text(
+        "chain: {radius: 5 mm, material: copper}\n"
+        f"shock: {{profile: triangular, peak_force: 80 N, rise_time: 10 us, duration_ratio: 3}}\n{line}\n"
+    )
+    with pytest.raises(ScenarioError, match=message):
+        sw.load_scenario(file)
+
+
+def test_ends_of_a_range_may_be_as_small_as_floats_are() -> None:
+    assert variable("shock.rise_time", SCENE).value("1e-170") > 0
+
+
+def test_a_parameter_of_two_profiles_is_a_number_without_unit_or_with() -> None:
+    found = variable("shock.parameters.decay_exponent", SCENE, ["power-law"])
+    assert (found.unit, found.whole, found.others) == ("", False, ())

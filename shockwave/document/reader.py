@@ -91,18 +91,21 @@ class Document:
         return (1, 1)
 
     def having(self, values: Mapping[Steps, Any], places: Mapping[Steps, Place] | None = None) -> Document:
-        """The document with other ``values`` at their paths; mappings on the way are made where there are none.
+        """The document with other ``values`` at their paths; mappings on the way are made where there is nothing.
 
-        ``places`` are where they stand, if they are to be located elsewhere than what is above them.
+        A value below something else than a mapping is left out: what is wrong there is found without it. ``places`` are where they stand, if they are to be located elsewhere than what is above them.
         """
         data = dict(self.data)
         for path, value in values.items():
-            block = data
+            block: Any = data
             for step in path[:-1]:
                 inner = block.get(str(step))
-                block[str(step)] = dict(inner) if isinstance(inner, dict) else {}
+                if inner is not None and not isinstance(inner, dict):
+                    break
+                block[str(step)] = dict(inner or {})
                 block = block[str(step)]
-            block[str(path[-1])] = value
+            else:
+                block[str(path[-1])] = value
         places = places or {}
         changed = {path: place for path, place in self._values.items() if path not in values} | dict(places)
         return Document(self.name, data, self.unreadable, changed, {**self._keys, **places})

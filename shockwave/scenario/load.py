@@ -144,12 +144,27 @@ def _first(document: Document, sweep: Sweep | None) -> Document:
         brought = {tuple(name.split(".")) for name in named(document.data.get("sweep"))}
         return evolve(document, data=rest, unreadable=document.unreadable | brought)
     document = evolve(document, data=rest)
-    by_name = isinstance(rest.get("chain"), dict) and isinstance(rest["chain"].get("material"), str)
-    values: dict[Steps, Any] = {tuple(name.split(".")): value for name, value in sweep.point(0).items()}
-    # a material called by its name has no place for its values, and needs none
-    own = {path: value for path, value in values.items() if not (by_name and path[:2] == ("chain", "material"))}
+    # a material first, for what is swept of it
+    pairs = sorted(sweep.point(0).items(), key=lambda pair: pair[0].count("."))
+    values: dict[Steps, Any] = {tuple(name.split(".")): value for name, value in pairs}
+    made = _material(document, values)
+    values = {**made, **values, **made}
     place = document.place(("sweep",), key=True)
-    return document.having(own, dict.fromkeys(own, place))
+    return document.having(values, dict.fromkeys(values, place))
+
+
+def _material(document: Document, values: Mapping[Steps, Any]) -> dict[Steps, Any]:
+    """The material as a mapping with a place for ``values``, if it is called by its name and some are of it."""
+    path: Steps = ("chain", "material")
+    chain = document.data.get("chain")
+    given = values.get(path, chain.get("material") if isinstance(chain, dict) else None)
+    if not isinstance(given, str) or not any(path == steps[:2] and len(steps) > 2 for steps in values):
+        return {}
+    try:
+        material = load("materials", given)
+    except (UnknownNameError, PluginError):  # told where the material is built
+        return {}
+    return {path: {name: getattr(material, name) for name in ("youngs_modulus", "poisson_ratio", "density")}}
 
 
 def _without_empty(data: Mapping[str, Any]) -> dict[str, Any]:

@@ -62,7 +62,7 @@ def sweep() -> Form:
         ]
     }
     forms: dict[str, Form] = {
-        "run": {"enum": [*RUNS, None]},
+        "run": {"enum": list(RUNS)},
         "grid": dotted(values),
         "zip": dotted(values),
         "points": {"type": "array", "minItems": 1, "items": dotted({})},
@@ -102,6 +102,13 @@ def parted(form: Form) -> tuple[Form, Form]:
     for name, inner in form.items():
         if name == "required" or (name in ("anyOf", "oneOf") and all("required" in one for one in inner)):
             needs[name] = inner
+        elif name == "anyOf":
+            both = [parted(one) for one in inner]
+            rest[name] = [form for form, _ in both]
+            if any(own for _, own in both):
+                # what needs nothing is told from the others by its type
+                pairs = zip(inner, both, strict=True)
+                needs[name] = [own or {key: one[key] for key in ("type",) if key in one} for one, (_, own) in pairs]
         elif name in ("properties", "allOf", "then"):
             rest[name], needs[name] = _parted(inner)
         else:

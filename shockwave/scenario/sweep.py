@@ -162,25 +162,30 @@ class _Reading:
             self.add(steps, f"{_VALUES} (got {text_of(given)})")
             return ()
         if of.unit is None:
-            self.add(steps, f"must be a list, as this is no number (got {text_of(given)})")
+            self.add(steps, f"must be a list, as not every value of it is a number (got {text_of(given)})")
             return ()
         return self._spaced((*steps, str(kind)), str(kind), of, parts)
 
     def _spaced(self, steps: Steps, kind: str, of: Variable, parts: list[Any]) -> tuple[Any, ...]:
+        for index in range(2):
+            if parts[index] is None:
+                self.add((*steps, index), "must be a number (got nothing)")
         first, last = (self.value((*steps, index), of, parts[index]) for index in range(2))
         if problem := _LENGTH.problem(parts[2]):
             self.add((*steps, 2), problem)
             return ()
         if first is None or last is None:
             return ()
-        if kind == "logspace" and not first * last > 0:
+        if kind == "logspace" and not (first and last and (first > 0) == (last > 0)):
             self.add(steps, f"must have ends of the same sign, other than 0 (got {text_of(parts)}; use linspace)")
             return ()
+        # where both ends are in its range, so is what is between
         found: list[float] = _SPACINGS[kind](first, last, int(parts[2])).tolist()
-        if of.key.spec is not None and of.key.spec.whole and any(value != int(value) for value in found):
+        if not of.whole:
+            return tuple(found)
+        if any(value != int(value) for value in found):
             self.add(steps, f"must give whole numbers (got {text_of(parts)}; list them)")
-            return ()
-        return tuple(self.value(steps, of, value) for value in found)
+        return tuple(int(value) for value in found)
 
     # ------------------------------------------------------------ parts
 
@@ -237,7 +242,7 @@ def read(loading: Gathering, data: Mapping[str, Any]) -> Sweep | None:
         if part in ("grid", "zip", "points"):
             axes += getattr(reading, part)(given[part])
     count = math.prod(len(axis) for axis in axes)
-    if len(loading.faults) > before:
+    if len(loading.faults) > before or any(path[:1] == ("sweep",) for path in loading.document.unreadable):
         return None
     if not axes or count > _MOST_POINTS:
         problem = f"must have a grid, a zip or points, of 1 to {_MOST_POINTS:g} scenes in all"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import typing
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -29,10 +30,13 @@ class Variable:
         Its dotted name.
     key : Key
         What it may be.
+    others : tuple of Key
+        What else, where other profiles have a parameter of this name too.
     """
 
     name: str
     key: Key
+    others: tuple[Key, ...] = ()
 
     @property
     def steps(self) -> Steps:
@@ -42,7 +46,15 @@ class Variable:
     @property
     def unit(self) -> str | None:
         """SI unit, empty for a number without one; None for what is no number."""
-        return None if self.key.spec is None or self.key.spec.samples else self.key.spec.unit
+        if self.key.spec is not None:
+            return None if self.key.spec.samples else self.key.spec.unit
+        kinds = set(typing.get_args(self.key.annotation)) - {type(None)} or {self.key.annotation}
+        return "" if kinds <= {float, int} else None
+
+    @property
+    def whole(self) -> bool:
+        """Whether it is a whole number."""
+        return self.key.annotation is int if self.key.spec is None else self.key.spec.whole
 
     def value(self, given: Any) -> Any:
         """What ``given``, as a scenario would write it, stands for: a float in SI units where there is a unit.
@@ -52,10 +64,13 @@ class Variable:
         InvalidValueError
             When it is of another dimension or kind, or out of range.
         """
-        values, wrongs = structure({self.key.name: given}, [evolve(self.key, required=False)])
-        if wrongs:
-            raise InvalidValueError(Fault(self.name, wrong.problem) for wrong in wrongs)
-        return values[self.key.name]
+        faults: list[Fault] = []
+        for key in (self.key, *self.others):
+            values, wrongs = structure({key.name: given}, [evolve(key, required=False)])
+            if not wrongs:
+                return values[key.name]
+            faults = faults or [Fault(self.name, wrong.problem) for wrong in wrongs]
+        raise InvalidValueError(faults)
 
 
 def variable(name: Any, data: Mapping[str, Any], profiles: Sequence[Any] = ()) -> Variable:
@@ -76,15 +91,15 @@ def variable(name: Any, data: Mapping[str, Any], profiles: Sequence[Any] = ()) -
         When a scenario has no such key.
     """
     known = _known(data, profiles)
-    key = known.get(name) if isinstance(name, str) else None
-    if key is None:
+    keys = known.get(name) if isinstance(name, str) else None
+    if keys is None:
         hint = nearest(name[:60], known) if isinstance(name, str) else ""
         remedy = f"{hint}known: {', '.join(known)}"
         raise InvalidValueError.of("", f"must be the dotted name of a key (got {text_of(name)}; {remedy})")
-    return Variable(name, key)
+    return Variable(name, keys[0], tuple(keys[1:]))
 
 
-def _known(data: Mapping[str, Any], profiles: Sequence[Any]) -> dict[str, Key]:
+def _known(data: Mapping[str, Any], profiles: Sequence[Any]) -> dict[str, list[Key]]:
     shock = data.get("shock")
     given = shock if isinstance(shock, Mapping) else {}
     blocks: dict[str, Sequence[Key]] = {
@@ -102,6 +117,12 @@ def _known(data: Mapping[str, Any], profiles: Sequence[Any]) -> dict[str, Key]:
         parameters += parameters_of(name, cls) if cls is not None else ()
     blocks |= {"shock": keys, "shock.parameters": parameters}
     blocks |= {"predict": keys_of(Predictor), "simulate": keys_of(SimulateOptions)}
-    found = {f"{block}.{key.name}": key for block, keys in blocks.items() for key in keys}
+    found: dict[str, list[Key]] = {}
+    for block, own in blocks.items():
+        for key in own:
+            alike = found.setdefault(f"{block}.{key.name}", [])
+            # ranges of several profiles: at its point each value is held against that of its own
+            if key not in alike:
+                alike.append(key)
     del found["shock.parameters"]
     return found

@@ -43,7 +43,8 @@ def plugins_of(scenario: Scenario) -> list[str]:
     for axis in scenario.sweep.axes if scenario.sweep else ():
         for at, name in enumerate(axis.names):
             if name in blocks:
-                names[blocks[name]] |= {values[at] for values in axis.values}
+                # a material may be described, not called by its name
+                names[blocks[name]] |= {values[at] for values in axis.values if isinstance(values[at], str)}
     found = set()
     for kind, given in names.items():
         for name in given:
