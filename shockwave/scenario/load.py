@@ -38,7 +38,7 @@ from shockwave.scenario.blocks import (
     shock_keys,
 )
 from shockwave.scenario.gathering import Gathering
-from shockwave.scenario.sweep import Sweep, named, read
+from shockwave.scenario.sweep import Sweep, first, read
 from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.uncertainty import read as read_spreads
 from shockwave.scenario.values import missing, structure
@@ -117,7 +117,7 @@ def scenario_of(document: Document, path: Path | None, faults: Sequence[Fault] =
     loading = _Loading(document, list(faults), path=path)
     sweep = read(loading, document.data) if document.data.get("sweep") is not None else None
     spread = document.data.get("uncertainty")
-    document = loading.document = _first(document, sweep)
+    document = loading.document = first(document, sweep)
     data, wrongs = structure(_without_empty(document.data), SCENARIO)
     loading.report((), wrongs)
     # What is wrong at the top must not hide what is wrong in a block.
@@ -134,37 +134,6 @@ def scenario_of(document: Document, path: Path | None, faults: Sequence[Fault] =
     uncertainty = loading.uncertainty(spread) if spread is not None else ()
     loading.finish()
     return Scenario(path=path, sweep=sweep, uncertainty=uncertainty, document=document, **parts)
-
-
-def _first(document: Document, sweep: Sweep | None) -> Document:
-    """The first of the scenes that the document stands for, as one that stands for itself."""
-    rest = {name: value for name, value in document.data.items() if name not in ("sweep", "uncertainty")}
-    if sweep is None:
-        # what a sweep with faults would have brought is not missing
-        brought = {tuple(name.split(".")) for name in named(document.data.get("sweep"))}
-        return evolve(document, data=rest, unreadable=document.unreadable | brought)
-    document = evolve(document, data=rest)
-    # a material first, for what is swept of it
-    pairs = sorted(sweep.point(0).items(), key=lambda pair: pair[0].count("."))
-    values: dict[Steps, Any] = {tuple(name.split(".")): value for name, value in pairs}
-    made = _material(document, values)
-    values = {**made, **values, **made}
-    place = document.place(("sweep",), key=True)
-    return document.having(values, dict.fromkeys(values, place))
-
-
-def _material(document: Document, values: Mapping[Steps, Any]) -> dict[Steps, Any]:
-    """The material as a mapping with a place for ``values``, if it is called by its name and some are of it."""
-    path: Steps = ("chain", "material")
-    chain = document.data.get("chain")
-    given = values.get(path, chain.get("material") if isinstance(chain, dict) else None)
-    if not isinstance(given, str) or not any(path == steps[:2] and len(steps) > 2 for steps in values):
-        return {}
-    try:
-        material = load("materials", given)
-    except (UnknownNameError, PluginError):  # told where the material is built
-        return {}
-    return {path: {name: getattr(material, name) for name in ("youngs_modulus", "poisson_ratio", "density")}}
 
 
 def _without_empty(data: Mapping[str, Any]) -> dict[str, Any]:

@@ -7,19 +7,19 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Literal
 
 import numpy as np
-from attrs import define, frozen
+from attrs import define, evolve, frozen
 
 from shockwave.chain.material import Material
-from shockwave.document.reader import Steps
-from shockwave.errors import InvalidValueError, UnknownNameError
+from shockwave.document.reader import Document, Steps
+from shockwave.errors import InvalidValueError, PluginError, UnknownNameError
 from shockwave.fields import Quantity, text_of
-from shockwave.registry import find
+from shockwave.registry import find, load
 from shockwave.scenario.blocks import Key, keys_of
 from shockwave.scenario.gathering import Gathering
 from shockwave.scenario.values import structure
 from shockwave.scenario.variable import Variable, variable
 
-__all__ = ["RUNS", "SWEEP", "Axis", "Run", "Sweep", "named", "read"]
+__all__ = ["RUNS", "SWEEP", "Axis", "Run", "Sweep", "first", "read"]
 
 Run = Literal["predict", "simulate", "compare"]
 RUNS: tuple[Run, ...] = ("predict", "simulate", "compare")
@@ -251,7 +251,38 @@ def read(loading: Gathering, data: Mapping[str, Any]) -> Sweep | None:
     return Sweep(given.get("run") or _run(data), tuple(axes))
 
 
-def named(given: Any) -> list[str]:
+def first(document: Document, sweep: Sweep | None) -> Document:
+    """The first of the scenes that the document stands for, as one that stands for itself."""
+    rest = {name: value for name, value in document.data.items() if name not in ("sweep", "uncertainty")}
+    if sweep is None:
+        # what a sweep with faults would have brought is not missing
+        brought = {tuple(name.split(".")) for name in _named(document.data.get("sweep"))}
+        return evolve(document, data=rest, unreadable=document.unreadable | brought)
+    document = evolve(document, data=rest)
+    # a material first, for what is swept of it
+    pairs = sorted(sweep.point(0).items(), key=lambda pair: pair[0].count("."))
+    values: dict[Steps, Any] = {tuple(name.split(".")): value for name, value in pairs}
+    made = _material(document, values)
+    values = {**made, **values, **made}
+    place = document.place(("sweep",), key=True)
+    return document.having(values, dict.fromkeys(values, place))
+
+
+def _material(document: Document, values: Mapping[Steps, Any]) -> dict[Steps, Any]:
+    """The material as a mapping with a place for ``values``, if it is called by its name and some are of it."""
+    path: Steps = ("chain", "material")
+    chain = document.data.get("chain")
+    given = values.get(path, chain.get("material") if isinstance(chain, dict) else None)
+    if not isinstance(given, str) or not any(path == steps[:2] and len(steps) > 2 for steps in values):
+        return {}
+    try:
+        material = load("materials", given)
+    except (PluginError, UnknownNameError):  # told where the material is built
+        return {}
+    return {path: {name: getattr(material, name) for name in ("youngs_modulus", "poisson_ratio", "density")}}
+
+
+def _named(given: Any) -> list[str]:
     """All names that the block varies, known or not."""
     blocks = [given.get(part) for part in ("grid", "zip")] if isinstance(given, dict) else []
     points = given.get("points") if isinstance(given, dict) else None
