@@ -6,6 +6,7 @@ import json
 import multiprocessing
 import os
 import signal
+import struct
 import subprocess
 import sys
 import time
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import shockwave as sw
-from shockwave.sweep.executors import LostError
+from shockwave.sweep.executors import LostError, Processes
 from shockwave.sweep.report import SweepReport
 from shockwave.sweep.runner import run_sweep
 
@@ -101,6 +102,27 @@ def test_a_killed_worker_costs_nothing(scenario: Path, tmp_path: Path) -> None:
     assert (report.done, report.crashed) == (1200, 0)
     assert sorted(line["index"] for line in lines(tmp_path / "out")) == list(range(1200))
     assert tables(tmp_path / "out") == undisturbed(scenario, tmp_path / "whole")
+
+
+def dies_within_a_message() -> None:
+    """End after a part of an answer, as a process that is killed while it writes a long one."""
+    frame = sys._getframe()
+    while "result_queue" not in frame.f_locals:
+        assert frame.f_back is not None
+        frame = frame.f_back
+    os.write(frame.f_locals["result_queue"]._writer.fileno(), struct.pack("!i", 1000) + b"and no more")
+    os._exit(1)
+
+
+def test_a_worker_killed_within_an_answer_is_missed() -> None:
+    crew = Processes(1)
+    try:
+        assert crew.wait([crew.call(dies_within_a_message)]) == set()
+        crew.renew(1)
+        (future,) = crew.wait([crew.call(os.getpid)])
+        assert future.result() != os.getpid()
+    finally:
+        crew.close(at_once=True)
 
 
 def test_a_killed_client_costs_nothing_and_leaves_no_worker(scenario: Path, tmp_path: Path) -> None:

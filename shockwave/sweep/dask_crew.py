@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import logging
-from concurrent.futures import Executor, Future
+from collections.abc import Iterable
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from importlib import import_module
 from typing import Any
 
@@ -16,8 +17,6 @@ from shockwave.sweep.points import Order, check, do
 __all__ = ["DaskCrew"]
 
 _INSTALL = "python -m pip install 'shockwave[dask]'"
-# What a worker of our own does first: leave interrupts to the client.
-_PRELOAD = "import signal\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\n"
 # Seconds for a scheduler, and its first worker, to answer.
 _PATIENCE = 30
 
@@ -57,14 +56,13 @@ class DaskCrew:
         cluster = None
         if not address:
             # this machine alone may connect; a batch whose worker dies is run again by the sweep, not by dask
-            with dask.config.set({"distributed.scheduler.allowed-failures": 0}), uninterrupted(inherited=False):
+            with dask.config.set({"distributed.scheduler.allowed-failures": 0}), uninterrupted():
                 cluster = distributed.LocalCluster(
                     host="127.0.0.1",
                     n_workers=workers or cores(),
                     threads_per_worker=1,
                     dashboard_address=None,
                     silence_logs=logging.CRITICAL,
-                    preload=[_PRELOAD],
                 )
         try:
             client = distributed.Client(cluster or address, timeout=_PATIENCE, set_as_default=False)
@@ -83,6 +81,9 @@ class DaskCrew:
 
     def submit(self, order: Order, indices: list[int]) -> Future[Any]:
         return self._executor.submit(do, order, indices)
+
+    def wait(self, futures: Iterable[Future[Any]]) -> set[Future[Any]]:
+        return wait(futures, return_when=FIRST_COMPLETED).done
 
     def renew(self, workers: int) -> None:
         """Nothing: a scheduler sees to its workers."""

@@ -6,11 +6,10 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
-from multiprocessing import connection, forkserver
+from multiprocessing import connection
 from typing import Any, Protocol
 
 from attrs import define, field
@@ -22,6 +21,8 @@ __all__ = ["Crew", "LostError", "Passed", "Processes", "cores", "crew_of", "unin
 
 # Times that workers may fail to start, one after the other.
 _STARTS = 3
+# Seconds after which it is looked whether workers are alive.
+_CHECK = 1.0
 
 
 class LostError(ShockwaveError):
@@ -34,17 +35,25 @@ def cores() -> int:
 
 
 @contextmanager
-def uninterrupted(inherited: bool) -> Iterator[None]:
-    """An interrupt that comes meanwhile is raised at the end; or else not, if processes begun now are to ignore it."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    came: list[int] = []
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN if inherited else lambda number, _: came.append(number))
+def uninterrupted() -> Iterator[None]:
+    """An interrupt is raised at the end; processes that are begun meanwhile leave interrupts to this one for ever."""
+    masks = hasattr(signal, "pthread_sigmask")
+    if masks:
+        from multiprocessing import resource_tracker
+
+        # begun later, it would take the mask off
+        resource_tracker.ensure_running()
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    main, came = threading.current_thread() is threading.main_thread(), list[int]()
+    if main:  # another thread may be told of it, mask or not
+        handler = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        if masks:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        if main:
+            signal.signal(signal.SIGINT, handler)
         if came:
             raise KeyboardInterrupt
 
@@ -60,6 +69,9 @@ class Crew(Protocol):
 
     def submit(self, order: Order, indices: list[int]) -> Future[Any]:
         """Have some points run."""
+
+    def wait(self, futures: Iterable[Future[Any]]) -> set[Future[Any]]:
+        """Wait for one of ``futures``: those that are done; none if none will be, as workers have ended."""
 
     def renew(self, workers: int) -> None:
         """New workers in place of those that have ended."""
@@ -82,6 +94,9 @@ class Passed:
     def submit(self, order: Order, indices: list[int]) -> Future[Any]:
         return self.executor.submit(do, order, indices)
 
+    def wait(self, futures: Iterable[Future[Any]]) -> set[Future[Any]]:
+        return wait(futures, return_when=FIRST_COMPLETED).done
+
     def renew(self, workers: int) -> None:
         raise LostError("the executor has broken down: make a new one and run again; what is finished is kept")
 
@@ -100,15 +115,41 @@ class _Context:
         self.own = multiprocessing.get_context("forkserver" if "forkserver" in known else "spawn")
         if "forkserver" in known:
             self.own.set_forkserver_preload(["shockwave.sweep.points"])
-            with uninterrupted(inherited=True):
+            from multiprocessing import forkserver
+
+            with uninterrupted():
                 forkserver.ensure_running()
-        self.children: list[Any] = []
+        self._children: list[Any] = []
+        self._results: Any = None
 
     def Process(self, *arguments: Any, **named: Any) -> Any:  # noqa: N802
         """As that of multiprocessing; noted, since a pool begins its processes one by one, as it needs them."""
         child = self.own.Process(*arguments, **named)  # type: ignore[attr-defined]
-        self.children.append(child)
+        self._children.append(child)
         return child
+
+    def SimpleQueue(self) -> Any:  # noqa: N802
+        """As that of multiprocessing; noted, as the one that results come back through."""
+        self._results = self.own.SimpleQueue()
+        return self._results
+
+    def lacks(self) -> bool:
+        """Whether one of the processes has ended."""
+        return bool(connection.wait([child.sentinel for child in self._begun()], timeout=0))
+
+    def kill(self) -> None:
+        """End all processes."""
+        for child in self._begun():
+            child.kill()
+
+    def cut(self) -> None:
+        """Let whoever waits for the rest of a message know that there will be none."""
+        if self._results is not None:
+            self._results.close()
+
+    def _begun(self) -> list[Any]:
+        # an interrupt may have kept one from beginning
+        return [child for child in self._children if child.pid is not None]
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.own, name)
@@ -132,8 +173,17 @@ class Processes:
             self.renew(self.workers)
         assert self._pool is not None
         # it may begin a process, which would be left half begun
-        with uninterrupted(inherited=False):
+        with uninterrupted():
             return self._pool.submit(function, *arguments)
+
+    def wait(self, futures: Iterable[Future[Any]]) -> set[Future[Any]]:
+        known, dead = list(futures), False
+        while True:
+            done = wait(known, timeout=_CHECK, return_when=FIRST_COMPLETED).done
+            before, dead = dead, self._context.lacks()
+            # a pool tells that a worker has ended, but not if it ended within a message, for whose rest the pool waits
+            if done or (before and dead):
+                return done
 
     def renew(self, workers: int) -> None:
         for _ in range(_STARTS):
@@ -143,12 +193,9 @@ class Processes:
             self._pool = ProcessPoolExecutor(
                 workers, mp_context=context, initializer=_begin, initargs=(dict(os.environ),)
             )
-            try:
-                # until a worker has answered, no point is to blame for its end
-                self.call(ready).result()
+            # until a worker has answered, no point is to blame for its end
+            if any(future.exception() is None for future in self.wait([self.call(ready)])):
                 return
-            except BrokenProcessPool:
-                continue
         remedy = "a program that calls run_sweep is a file, and does so under `if __name__ == '__main__':`"
         raise LostError(f"worker processes must start (got {_STARTS} that ended at once; {remedy})")
 
@@ -159,10 +206,13 @@ class Processes:
         if self._pool is None:
             return
         if at_once:
-            for child in self._context.children:
-                if child.pid is not None:  # None for one that an interrupt kept from beginning
-                    child.kill()
-        self._pool.shutdown(wait=True, cancel_futures=True)
+            self._context.kill()
+        end = threading.Thread(target=self._pool.shutdown, kwargs={"cancel_futures": True}, daemon=True)
+        end.start()
+        end.join(_CHECK if at_once else None)
+        if end.is_alive():
+            self._context.cut()
+            end.join(_CHECK)
         self._pool = None
 
 

@@ -32,6 +32,7 @@ __all__ = ["Done", "Order", "Points", "Refused", "check", "do", "line_of", "read
 
 # Whatever the code of a plugin does at one point, the others go on.
 _FAULTS = (Exception, SystemExit)
+_encoded = json.JSONEncoder(allow_nan=False).encode
 _OWN = ("shockwave", "python", "numpy")
 
 
@@ -124,7 +125,7 @@ class Points:
         if scene is not None and not isinstance(found, BaseException):
             try:
                 values = row(self.columns, _answer(self.sweep.run, scene, found))
-                return line_of(index, key, "done", f'"values": {json.dumps(values, allow_nan=False)}'), False
+                return line_of(index, key, "done", f'"values": {_encoded(values)}'), False
             except _FAULTS as error:
                 problem = error
         told = str(problem) if isinstance(problem, ShockwaveError) else f"{type(problem).__name__}: {problem}"

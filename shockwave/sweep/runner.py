@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from concurrent.futures import BrokenExecutor, Executor, Future, wait
 from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
@@ -25,7 +25,7 @@ from shockwave.sweep.table import write_all
 __all__ = ["notes_on", "points_of", "run_sweep"]
 
 # Seconds of work in a batch, which is what a killed client loses; points in the first one, and in any.
-_BATCH, _FIRST, _MOST = 0.5, 8, 512
+_BATCH, _FIRST, _MOST = 0.5, 8, 2048
 # Batches under way for each worker, so that none waits for the client.
 _AHEAD = 2
 # Seconds that batches under way have to end when the sweep is stopped.
@@ -232,7 +232,7 @@ class _Work:
                     self._run_alone()
                 self._fill(left)
                 if self.flying:
-                    self._take(wait(self.flying, return_when=FIRST_COMPLETED).done)
+                    self._take(self.crew.wait(self.flying))
                 elif not self.suspects:
                     break
         except KeyboardInterrupt:
@@ -258,7 +258,7 @@ class _Work:
             self.suspects.append(batch)
 
     def _take(self, ready: Iterable[Future[Any]]) -> None:
-        broken = False
+        broken = not ready
         for future in ready:
             batch = self.flying.pop(future)
             try:
@@ -270,9 +270,13 @@ class _Work:
                 broken |= isinstance(error, BrokenExecutor)
                 continue
             self._record(batch, answer)
-        if broken and self.flying:
-            # nothing else will come of these either
-            self._take(wait(self.flying).done)
+        if broken:
+            # what has not come by now will not come
+            late = wait(self.flying, timeout=_LAST if ready else 0).done
+            self.suspects += [batch for future, batch in self.flying.items() if future not in late]
+            self.flying = {future: self.flying[future] for future in late}
+            if late:
+                self._take(late)
 
     def _record(self, batch: list[int], answer: Done | Refused | None) -> None:
         if answer is None:
@@ -316,10 +320,13 @@ class _Work:
 
     def _survives(self, batch: list[int]) -> bool:
         try:
-            answer = self.crew.submit(self.order, batch).result()
+            (future,) = self.crew.wait([self.crew.submit(self.order, batch)]) or (None,)
+            answer = future.result() if future is not None else None
         except (Exception, SystemExit) as error:
             if not _ends_worker(error):
                 raise _lost(error) from error
+            answer = None
+        if answer is None:
             self.crew.renew(1)
             return False
         self._record(batch, answer)
