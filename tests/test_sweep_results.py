@@ -9,6 +9,7 @@ import re
 import resource
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -157,6 +158,7 @@ def test_tables_are_written_once_for_a_state_of_the_journal(folder: Path) -> Non
     assert write_all(folder) == []
     (folder / "results.jsonl").unlink()
     assert [file.name for file in write_all(folder)] == ["results.jsonl"]
+    assert write_all(folder) == []
     with (folder / "journal.jsonl").open("a", encoding="utf-8") as journal:
         journal.write(line(2, "train", 8.0, 0.8, 3))
     assert [file.name for file in write_all(folder)] == first
@@ -172,9 +174,9 @@ def test_a_spoilt_record_of_tables_only_costs_time(folder: Path, record: str) ->
 
 @pytest.fixture
 def small_disk() -> Iterator[None]:
-    """Files can have 400 bytes at most."""
+    """Files can have 200 bytes at most."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (400, before[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (200, before[1]))
     yield
     resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
@@ -189,6 +191,42 @@ def test_a_full_disk_names_the_file_and_leaves_the_table_that_was_there(
         write_all(place)
     assert (place / "results.csv").read_text(encoding="utf-8") == "old"
     assert [file.name for file in place.iterdir() if file.suffix == ".part"] == []
+
+
+def test_a_table_that_fails_costs_no_other(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    @contextmanager
+    def failing(file: Any, header: Any) -> Iterator[Any]:
+        yield lambda chunk: int("no number")
+
+    with monkeypatch.context() as patch:
+        patch.setitem(table._TABLES, "results.jsonl", failing)
+        with pytest.raises(
+            FileAccessError, match=r"results\.jsonl: cannot be written \(got ValueError: invalid literal"
+        ):
+            write_all(folder)
+    assert sorted(file.suffix for file in folder.glob("results.*") if file.suffix != ".parquet") == [".csv", ".nc"]
+    assert [file.name for file in write_all(folder)] == ["results.jsonl"]
+
+
+def test_bytes_that_are_no_text_are_written_as_their_numbers(tmp_path: Path) -> None:
+    axes = [([MATERIAL], [["\udcff"], ["lead"]])]
+    place = folder_of(
+        tmp_path / "out", axes, [line(0, status="failed", error="\udcfe.csv"), line(1, "\udcfd", 1.0, 1.0, 1)]
+    )
+    header = json.loads((place / "sweep.json").read_text(encoding="utf-8"))
+    (place / "sweep.json").write_text(json.dumps({**header, "name": "\udcfc"}), encoding="utf-8")
+    assert len(write_all(place)) >= 3
+    found = rows(place)
+    assert [found[0][name] for name in ("chain.material", "problem")] == [r"\udcff", r"\udcfe.csv"]
+    assert found[1]["regime"] == r"\udcfd"
+    assert load_sweep(place).coordinate("chain.material").tolist() == [r"\udcff", "lead"]
+
+
+def test_lists_of_a_csv_file_are_json(tmp_path: Path) -> None:
+    place = folder_of(tmp_path / "out", [([("simulate.contacts", None)], [[["1"]], [None]])], LINES[:2])
+    write_all(place)
+    assert [row["simulate.contacts"] for row in rows(place)] == ['["1"]', ""]
+    assert load_sweep(place).coordinate("simulate.contacts").tolist() == ['["1"]', ""]
 
 
 # ---------------------------------------------------------------- NetCDF and Parquet
@@ -226,6 +264,44 @@ def test_texts_of_netcdf_are_flags_with_their_meanings(folder: Path) -> None:
         assert status.flag_meanings == b"done failed crashed"
 
 
+def test_flags_with_the_same_letters_stay_apart(tmp_path: Path) -> None:
+    place = folder_of(tmp_path / "out", [([MATERIAL], [["a b"], ["a_b"]])], LINES[:2])
+    write_all(place)
+    with netcdf_file(place / "results.nc", mmap=False) as found:
+        assert found.variables["material"].flag_meanings == b"a_b_0 a_b_1"
+
+
+CLASHES = {
+    "status": ([([("shock.parameters.status", "")], [[1.0], [2.0]])], ["shock_parameters_status"]),
+    "problem": ([([("shock.parameters.problem", "")], [[1.0], [2.0]])], ["shock_parameters_problem"]),
+    "point": (
+        [([("shock.parameters.point", ""), N], [[1.0, 2.0], [2.0, 3.0]])],
+        ["shock_parameters_point", "duration_ratio"],
+    ),
+    "greek": (
+        [([("shock.parameters.ω", ""), ("shock.parameters.φ", "")], [[1.0, 1.0], [2.0, 2.0]])],
+        ["_", "__"],
+    ),
+    "dotted": (
+        [([("a.peak_force", "")], [[1.0], [2.0]]), ([("b.a_peak_force", "")], [[1.0]])],
+        ["a_peak_force", "b_a_peak_force"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CLASHES)
+def test_names_in_arrays_are_of_ascii_and_nobody_elses(tmp_path: Path, name: str) -> None:
+    axes, names = CLASHES[name]
+    place = folder_of(tmp_path / "out", axes, LINES[:2])
+    assert place / "results.nc" in write_all(place)
+    with netcdf_file(place / "results.nc", mmap=False) as found:
+        assert [
+            one for one in found.variables if one not in ("status", *(column["name"] for column in COLUMNS))
+        ] == names
+        assert found.variables["status"].flag_meanings == b"done"
+        assert found.variables[names[0]].long_name.decode() == axes[0][0][0][0]
+
+
 OTHER_AXES = {
     "zip": ([([N, TIME], [[2.0, 1e-6], [4.0, 2e-6]])], {"point": 2}, {"duration_ratio": "point", "rise_time": "point"}),
     "names": ([([MATERIAL], [["lead"], ["brass-260"]])], {"material": 2}, {"material": "material"}),
@@ -258,12 +334,13 @@ def test_netcdf_opens_in_xarray_with_names_and_units(folder: Path) -> None:
     write_all(folder)
     with xarray.open_dataset(folder / "results.nc", engine="scipy") as found:
         assert found.peak_force.dims == ("duration_ratio", "rise_time")
-        assert (found.peak_force.units, found.rise_time.units) == ("N", "s")
+        assert (found.peak_force.units, found.rise_time.units, found.duration_ratio.units) == ("N", "s", "1")
         assert float(found.peak_force.sel(duration_ratio=4, rise_time=1e-6)) == 1e16
         made = load_sweep(folder).to_xarray()
         assert made.sizes == found.sizes
         assert list(made.data_vars) == list(found.data_vars)
         xarray.testing.assert_equal(made.peak_force, found.peak_force)
+        assert (made.peak_force.units, made.rise_time.units, made.duration_ratio.units) == ("N", "s", "1")
 
 
 def test_parquet_holds_types_and_units(folder: Path) -> None:
@@ -274,6 +351,19 @@ def test_parquet_holds_types_and_units(folder: Path) -> None:
     assert found["waves"].to_pylist() == [2, None, None, 12, None, 1]
     assert found["problem"].to_pylist()[2] == PROBLEM
     assert found.schema.metadata[b"sweep_key"] == b"f" * 64
+    assert [str(found.schema.field(name).type) for name in ("shock.rise_time", "waves", "regime")] == [
+        "double",
+        "int64",
+        "string",
+    ]
+
+
+def test_whole_axes_of_parquet_are_whole(tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    place = folder_of(tmp_path / "out", [([("chain.granules", "")], [[None], [50]])], LINES[:2])
+    write_all(place)
+    found = parquet.read_table(place / "results.parquet")["chain.granules"]
+    assert (str(found.type), found.to_pylist()) == ("int64", [None, 50])
 
 
 # ---------------------------------------------------------------- load_sweep
@@ -315,6 +405,12 @@ def test_results_print_what_they_hold(folder: Path) -> None:
     assert "note: shock.duration_ratio 2, shock.rise_time 3e-05: no" in told
 
 
+def test_more_words_than_are_printed_are_hinted_at(tmp_path: Path) -> None:
+    axes = [([MATERIAL], [[name] for name in "abcdef"])]
+    assert "1 a, 1 b, 1 c, 1 d, 1 e, ...\n" in str(load_sweep(folder_of(tmp_path / "more", axes)))
+    assert "1 d, 1 e\n" in str(load_sweep(folder_of(tmp_path / "all", [(axes[0][0], axes[0][1][:5])], LINES[:5])))
+
+
 UNFINISHED = {
     "torn": (["".join(LINES)[:-9]], "the last line of journal.jsonl is torn"),
     "unfinished": (LINES[:4], "2 of 6 points are not done"),
@@ -326,7 +422,22 @@ UNFINISHED = {
         [*LINES[:5], LINES[5].replace("7.0,", "7.0")],
         "lines of the journal that cannot be read: 1 (delete them",
     ),
-    "other-columns": ([*LINES[:5], line(5, 1.0)], "lines of the journal that cannot be read: 1 (delete them"),
+    **{
+        name: ([*LINES[:5], spoilt], "lines of the journal that cannot be read: 1 (delete them")
+        for name, spoilt in {
+            "other-columns": line(5, 1.0),
+            "text-for-number": line(5, "train", "7", 0.7, 1),
+            "number-for-text": line(5, 1, 7.0, 0.7, 1),
+            "part-of-whole": line(5, "train", 7.0, 0.7, 1.5),
+            "truth": line(5, "train", True, 0.7, 1),
+            "list-for-number": line(5, "train", [7.0], 0.7, 1),
+            "endless-number": line(5, "train", 10**400, 0.7, 1),
+            "no-list": LINES[5].replace("[", '{"a": ').replace("]", "}").replace(", 7.0, 0.7, 1", ""),
+            "four-letters": LINES[5].replace("[null, 7.0, 0.7, 1]", '"abcd"'),
+            "no-status": LINES[5].replace('"done"', "[1]"),
+            "other-status": LINES[5].replace('"done"', '"lost"'),
+        }.items()
+    },
 }
 
 
@@ -385,6 +496,12 @@ def test_other_versions_that_a_sweep_was_begun_with_are_told(folder: Path) -> No
     assert load_sweep(folder).warnings == (told,)
 
 
+def test_a_header_with_words_for_numbers_is_refused(tmp_path: Path) -> None:
+    place = folder_of(tmp_path / "out", [([N], [[2.0], ["two"]])], LINES[:2])
+    with pytest.raises(InvalidValueError, match=r"sweep\.json: must have numbers for shock\.duration_ratio \(got \[2"):
+        load_sweep(place)
+
+
 @pytest.mark.parametrize(("key", "value"), [("shape", [3, 2]), ("points", 7)])
 def test_a_header_whose_parts_disagree_is_refused(folder: Path, key: str, value: Any) -> None:
     header = json.loads((folder / "sweep.json").read_text(encoding="utf-8"))
@@ -397,7 +514,7 @@ def test_pandas_gets_a_table_indexed_by_the_variables(folder: Path) -> None:
     pytest.importorskip("pandas")
     found = load_sweep(folder).to_pandas()
     assert found.loc[(4.0, 1e-6), "peak_force"] == 1e16
-    assert found.attrs["units"]["peak_force"] == "N"
+    assert (found.attrs["units"]["peak_force"], found.attrs["units"]["shock.rise_time"]) == ("N", "s")
 
 
 @pytest.mark.parametrize("library", ["pandas", "xarray"])
@@ -493,12 +610,27 @@ def test_without_either_there_are_no_borders_and_a_sentence_says_why(tmp_path: P
     assert "scenario.yaml" in told
 
 
+def test_a_record_that_is_not_in_the_folder_is_asked_for(tmp_path: Path) -> None:
+    place = folder_of(
+        tmp_path / "out", [([TIME], [[1.0], [2.0]])], [line(at, 1.0) for at in range(2)], COLUMNS[1:2], "simulate"
+    )
+    shock = "{profile: tabulated, parameters: {file: pulse.csv}}"
+    (place / "scenario.yaml").write_text(f"chain: {{material: lead, radius: 1 mm}}\nshock: {shock}\n", encoding="utf-8")
+    numbers, told = regimes(load_sweep(place), range(2))
+    assert numbers == {}
+    assert "pulse.csv: cannot be read" in told
+    assert told.endswith("(a folder of results holds no copies of records: put them beside its scenario.yaml)")
+
+
 def test_two_axes_make_a_map_with_borders_and_units(tmp_path: Path) -> None:
     found = plot(a_map(tmp_path))
     (ax,) = found.figure.axes
     assert (found.column, ax.get_xlabel(), ax.get_ylabel()) == ("amplification", "rise time (µs)", "duration ratio")
     assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
     assert {"ejection", "train"} <= {text.get_text() for text in ax.texts}
+    # halfway between factors of 100^(1/14) from 1 us
+    edges = ax.collections[0].get_coordinates()[0, :, 0]
+    np.testing.assert_allclose(edges, 1e-6 * 100 ** ((np.arange(16) - 0.5) / 14), rtol=1e-12)
     values = ax.collections[0].get_array().reshape(12, 15).T
     np.testing.assert_array_equal(values, load_sweep(tmp_path / "map").values("amplification"))
     assert inside(found.figure)
@@ -510,7 +642,16 @@ def test_points_without_a_value_are_hatched_and_counted(tmp_path: Path) -> None:
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["no value (2 of 180)"]
     hatched = [one for one in ax.collections if one.get_hatch()]
     assert [len(one.get_paths()) for one in hatched] == [2]
-    assert "2 of 180 points failed" in found.notes
+    assert "2 of the 180 points drawn failed" in found.notes
+
+
+def test_notes_are_of_what_is_drawn(tmp_path: Path) -> None:
+    results = a_map(tmp_path, failed=(3, 77))
+    # points 72 to 83
+    held = plot(results, at={"shock.rise_time": results.coordinate("shock.rise_time")[6]})
+    assert "1 of the 12 points drawn failed" in held.notes
+    ratio = plot(results, at={"shock.duration_ratio": results.coordinate("shock.duration_ratio")[0]})
+    assert "failed" not in "".join(ratio.notes)
 
 
 def test_the_axis_from_left_to_right_can_be_chosen(tmp_path: Path) -> None:
@@ -539,6 +680,9 @@ def test_a_few_values_of_a_second_axis_make_lines(tmp_path: Path) -> None:
     (ax,) = plot(results).figure.axes
     told = [entry.get_text() for entry in ax.get_legend().get_texts()]
     assert told == ["duration ratio 2", "duration ratio 4", "no value (1 of 30)"]
+    second = results.values("amplification")[:, 1]
+    np.testing.assert_array_equal(ax.get_lines()[1].get_ydata(), second)
+    np.testing.assert_array_equal(ax.get_lines()[0].get_ydata(), results.values("amplification")[:, 0])
     assert np.isnan(ax.get_lines()[1].get_ydata()).tolist() == [True] + [False] * 14
 
 
@@ -565,8 +709,9 @@ def test_a_map_over_names_has_borders_along_its_cells(tmp_path: Path) -> None:
 @pytest.mark.parametrize("held", [{}, {"shock.duration_ratio": 1.5}], ids=["map", "line"])
 def test_a_sweep_of_which_all_failed_is_drawn_empty(tmp_path: Path, held: dict[str, float]) -> None:
     found = plot(a_map(tmp_path, failed=tuple(range(180))), at=held)
-    assert "180 of 180 points failed" in found.notes
-    assert "amplification: over the shock's" in found.notes
+    failed = 15 if held else 180
+    assert f"{failed} of the {failed} points drawn failed" in found.notes
+    assert "amplification: over the shock's; its error is not known" in found.notes
     assert inside(found.figure)
 
 
@@ -580,6 +725,8 @@ WRONG: dict[str, tuple[list[str], int, str]] = {
     "text": (["--column", "regime"], 3, "unknown column of numbers"),
     "variable": (["--x", "shock.rise_tim"], 3, "unknown variable of the sweep"),
     "held": (["--at", "shock.duration_ratio=3"], 2, "must be one of its values in the sweep (got 3; they are 1.5, "),
+    "held-si": (["--at", "shock.rise_time=3"], 2, "(got 3; they are 1e-06 s, 1.3895e-06 s, "),
+    "held-twice": (["--at", "shock.rise_time=1 us", "--at", "shock.rise_time=1 s"], 2, "must name a variable once"),
     "held-unit": (["--at", "shock.duration_ratio=3 s"], 2, "shock.duration_ratio: must be a number"),
     "held-form": (["--at", "shock.duration_ratio"], 2, "--at: must be NAME=VALUE"),
     "held-both": (["--at", "shock.duration_ratio=1.5", "--at", "shock.rise_time=1 us"], 2, "one axis or two"),
@@ -606,6 +753,211 @@ def test_three_axes_are_too_many_until_one_is_held(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"--at shock.duration_ratio=VALUE"):
         plot(found)
     assert plot(found, at={"shock.peak_force": 2.0}).column == "amplification"
+
+
+def numbers_of(folder: Path, axes: Any, regime: str = "") -> SweepResults:
+    """Of which the amplification is the number of the point, counted from 0, and every other one has a regime."""
+    count = int(np.prod([len(values) for _, values in axes]))
+    return load_sweep(
+        folder_of(
+            folder / "out", axes, [line(at, regime if at % 2 else None, 1.0, float(at), 1) for at in range(count)]
+        )
+    )
+
+
+def lines_of(found: Any) -> list[list[tuple[float, float]]]:
+    (ax,) = found.figure.axes
+    return [[(float(x), float(y)) for x, y in one.get_xydata()] for one in ax.get_lines()]
+
+
+#: The force twice at one time.
+PAIRS = ([TIME, FORCE], [[1.0, 5.0], [1.0, 6.0], [2.0, 5.0]])
+RATIOS = ([N], [[2.0], [3.0], [4.0]])
+LONG = ([N], [[float(at)] for at in range(2, 12)])
+
+
+def test_points_that_share_a_place_are_all_drawn(tmp_path: Path) -> None:
+    axis = ([TIME, FORCE], [[1.0, 5.0], [10.0, 5.0], [1.0, 6.0], [10.0, 6.0], [100.0, 6.0]])
+    results = numbers_of(tmp_path, [axis], "train")
+    found = plot(results)
+    assert lines_of(found) == [[(1.0, 0.0), (1.0, 2.0), (10.0, 1.0), (10.0, 3.0), (100.0, 4.0)]]
+    assert found.figure.axes[0].get_xscale() == "log"
+    drawn = found.figure.axes[0].get_lines()[0]
+    assert (drawn.get_linestyle(), drawn.get_marker()) == ("None", "o")
+    assert "no borders of regimes: points share a value of shock.rise_time" in found.notes
+    assert lines_of(plot(results, at={"shock.peak_force": 5}))[0] == [(1.0, 0.0), (10.0, 1.0)]
+
+
+def test_values_that_are_held_together_leave_what_has_them_all(tmp_path: Path) -> None:
+    results = numbers_of(tmp_path, [PAIRS, RATIOS])
+    one = plot(results, at={"shock.peak_force": 6, "shock.rise_time": 1})
+    assert lines_of(one) == [[(2.0, 3.0), (3.0, 4.0), (4.0, 5.0)]]
+    two = plot(results, at={"shock.rise_time": 1})
+    assert [values[0][1] for values in lines_of(two)] == [0.0, 3.0]
+    assert [text.get_text() for text in two.figure.axes[0].get_legend().get_texts()] == [
+        "peak force 5 N",
+        "peak force 6 N",
+    ]
+    with pytest.raises(
+        UsageError, match=r"shock.rise_time: must be one of its values at the points that are left \(got 2"
+    ):
+        plot(results, at={"shock.peak_force": 6, "shock.rise_time": 2})
+
+
+def test_lines_that_one_variable_does_not_tell_apart_are_called_by_all(tmp_path: Path) -> None:
+    found = plot(numbers_of(tmp_path, [PAIRS, LONG]))
+    assert [text.get_text() for text in found.figure.axes[0].get_legend().get_texts()] == [
+        "rise time 1 s, peak force 5 N",
+        "rise time 1 s, peak force 6 N",
+        "rise time 2 s, peak force 5 N",
+    ]
+
+
+def test_lines_of_nearly_equal_values_have_digits_enough(tmp_path: Path) -> None:
+    found = plot(numbers_of(tmp_path, [([FORCE], [[1.00001], [1.00002]]), LONG]))
+    told = [text.get_text() for text in found.figure.axes[0].get_legend().get_texts()]
+    assert told == ["peak force 1.00001 N", "peak force 1.00002 N"]
+
+
+def test_an_axis_is_drawn_over_what_varies_most(tmp_path: Path) -> None:
+    results = numbers_of(tmp_path, [([TIME, FORCE], [[1.0, 5.0 + at] for at in range(8)]), LONG])
+    assert plot(results).figure.axes[0].get_ylabel() == "peak force (N)"
+    with pytest.raises(UsageError, match=r"shock.rise_time has one value"):
+        plot(results, x="shock.rise_time")
+
+
+def test_a_value_that_is_given_twice_is_drawn_once(tmp_path: Path) -> None:
+    results = numbers_of(tmp_path, [([TIME], [[1.0], [1.0], *([float(at)] for at in range(2, 8))]), LONG])
+    values = plot(results).figure.axes[0].collections[0].get_array().reshape(7, 10)
+    assert values[:, 0].tolist() == [0.0, *range(20, 80, 10)]
+
+
+def test_an_axis_of_one_value_that_is_given_again_and_again_is_no_axis(tmp_path: Path) -> None:
+    found = plot(numbers_of(tmp_path, [([TIME], [[1.0]] * 8), LONG]))
+    assert lines_of(found) == [[(float(at + 2), float(at)) for at in range(10)]]
+
+
+def test_points_of_a_map_that_would_hide_each_other_are_refused(tmp_path: Path) -> None:
+    axis = ([TIME, FORCE], [[1.0 + at // 2, 5.0 + at % 2 + at // 4] for at in range(8)])
+    with pytest.raises(UsageError, match=r"a place each \(got shock.rise_time, which repeats a value; hold a variable"):
+        plot(numbers_of(tmp_path, [axis, LONG]))
+
+
+@pytest.mark.parametrize(("values", "held"), [([2.0], {}), ([2.0, 2.0], {}), ([2.0, 3.0], {N[0]: 2})])
+def test_a_single_point_is_no_picture(tmp_path: Path, values: list[float], held: dict[str, int]) -> None:
+    results = numbers_of(tmp_path, [([N], [[value] for value in values])])
+    with pytest.raises(UsageError, match=r"\(got one point; read it in results.csv, or leave out an --at\)"):
+        plot(results, at=held)
+
+
+# six digits of the second and the third are the same
+NEAR = {"0.3333333": 1 / 3, "1": 1.0000004, "1.000001": 1.0000008, "0.6666667": 2 / 3}
+
+
+def test_values_that_are_told_can_be_held(tmp_path: Path) -> None:
+    results = numbers_of(tmp_path, [([TIME], [[one] for one in NEAR.values()]), RATIOS])
+    for at, value in enumerate(NEAR):
+        assert lines_of(plot(results, at={"shock.rise_time": value}))[0][0] == (2.0, 3.0 * at)
+    told = ", ".join(f"{value} s" for value in NEAR)
+    with pytest.raises(UsageError, match=re.escape(f"must be one of its values in the sweep (got 5; they are {told})")):
+        plot(results, at={"shock.rise_time": 5})
+
+
+@pytest.mark.parametrize("axis", [([MATERIAL], [[None], ["lead"]]), ([("chain.granules", "")], [[None], [50]])])
+def test_nothing_is_called_none(tmp_path: Path, axis: Any) -> None:
+    results = numbers_of(tmp_path, [axis, RATIOS])
+    name = axis[0][0][0]
+    assert lines_of(plot(results, at={name: "none"})) == [[(2.0, 0.0), (3.0, 1.0), (4.0, 2.0)]]
+    labels = [text.get_text() for text in plot(results, x=name).figure.axes[0].get_xticklabels()]
+    assert labels[0] == "none"
+
+
+def test_words_are_no_mathematics(tmp_path: Path) -> None:
+    results = numbers_of(tmp_path, [([MATERIAL], [[r"$\foo$"], ["$"]]), LONG])
+    # there is no such symbol
+    assert inside(plot(results).figure)
+    assert inside(plot(results, x="chain.material", at={N[0]: 2}).figure)
+
+
+def test_names_that_would_cover_each_other_are_thinned(tmp_path: Path) -> None:
+    found = plot(numbers_of(tmp_path, [([MATERIAL], [[f"name-{at}"] for at in range(80)])]))
+    told = [label.get_text() for label in found.figure.axes[0].get_xticklabels()]
+    assert told == [f"name-{at}" for at in range(0, 80, 4)]
+
+
+def trusted(folder: Path, names: dict[str, str], rows: list[list[float | None]], run: str = "simulate") -> SweepResults:
+    """Columns with units, over duration ratios from 2 on."""
+    columns = [{"name": name, "unit": unit, "kind": "number", "meaning": "what"} for name, unit in names.items()]
+    axes = [([N], [[2.0 + at] for at in range(len(rows))])]
+    return load_sweep(folder_of(folder / "out", axes, [line(at, *row) for at, row in enumerate(rows)], columns, run))
+
+
+def band(found: Any) -> list[tuple[float, float]]:
+    """Least and greatest of the shade, place by place."""
+    (shade,) = (one for one in found.figure.axes[0].collections if one.get_label() in ("error estimate", BAND))
+    corners = shade.get_paths()[0].vertices
+    return [(corners[corners[:, 0] == x, 1].min(), corners[corners[:, 0] == x, 1].max()) for x in (2.0, 3.0)]
+
+
+BAND = "expected of a simulation"
+
+
+def test_the_shade_of_a_simulation_is_its_error(tmp_path: Path) -> None:
+    names = {"amplification": "", "error_estimate": ""}
+    found = plot(trusted(tmp_path, names, [[2.0, 0.1], [4.0, 0.25]]))
+    # products of two roundings
+    np.testing.assert_allclose(band(found), [(1.8, 2.2), (3.0, 5.0)], rtol=1e-14)
+    assert found.notes[0] == "amplification: simulated, known to 2.5e-01 relative or better"
+
+
+def test_the_shade_of_a_prediction_is_where_simulation_is_expected(tmp_path: Path) -> None:
+    names = {"amplification": "", "expected_error_low": "", "expected_error_high": ""}
+    results = trusted(tmp_path, names, [[2.0, -0.2, 0.25], [6.0, -0.25, 0.5], [1.0, None, None]], "predict")
+    found = plot(results)
+    # a prediction that errs by +25 % is of 1.6 where it says 2
+    np.testing.assert_allclose(band(found), [(1.6, 2.5), (4.0, 8.0)], rtol=1e-14)
+    told = "amplification: predicted, expected to err by -25.0% to +50.0%; known at 67% of the points"
+    assert found.notes[0] == told
+
+
+def test_the_shade_is_a_stroke_where_points_share_a_place(tmp_path: Path) -> None:
+    columns = [
+        {"name": one, "unit": "", "kind": "number", "meaning": ""} for one in ("amplification", "error_estimate")
+    ]
+    lines = [line(at, 2.0, 0.1) for at in range(3)]
+    (ax,) = plot(load_sweep(folder_of(tmp_path / "out", [PAIRS], lines, columns, "simulate"))).figure.axes
+    (strokes,) = (one for one in ax.collections if isinstance(one, LineCollection))
+    assert [part[:, 0].tolist() for part in strokes.get_segments()] == [[1.0, 1.0], [1.0, 1.0], [2.0, 2.0]]
+
+
+def test_every_quantity_of_a_train_has_its_own_error(tmp_path: Path) -> None:
+    names = {"amplification": "", "error_estimate": "", "second_peak_force": "N", "second_error_estimate": ""}
+    names |= {"recoil_momentum": "N s", "recoil_error": "N s", "width": "s", "momentum_defect": ""}
+    rows = [[1.0, 1e-6, 2.0, 0.1, 2.0, 0.5, 1.0, 1.0], [1.0, 1e-6, 4.0, 0.25, 3.0, 1.0, 1.0, 1.0]]
+    results = trusted(tmp_path, names, rows)
+    second, recoil = plot(results, "second_peak_force"), plot(results, "recoil_momentum")
+    np.testing.assert_allclose(band(second), [(1.8, 2.2), (3.0, 5.0)], rtol=1e-14)
+    np.testing.assert_allclose(band(recoil), [(1.5, 2.5), (2.0, 4.0)], rtol=1e-14)
+    assert second.notes[0] == "second_peak_force: simulated, known to 2.5e-01 relative or better"
+    assert recoil.notes[0] == "recoil_momentum: simulated, known to 1 N s or better"
+    assert plot(results, "width").notes[0] == "width: what; its error is not known"
+
+
+def test_nothing_thrown_back_has_an_error_too(tmp_path: Path) -> None:
+    results = trusted(
+        tmp_path, {"recoil_momentum": "N s", "recoil_error": "N s"}, [[0.0, 0.0], [0.0, 0.5], [None, None]]
+    )
+    np.testing.assert_array_equal(band(plot(results, "recoil_momentum")), [(0.0, 0.0), (-0.5, 0.5)])
+
+
+def test_the_error_that_is_told_is_of_what_is_drawn(tmp_path: Path) -> None:
+    columns = [
+        {"name": one, "unit": "", "kind": "number", "meaning": ""} for one in ("amplification", "error_estimate")
+    ]
+    lines = [line(at, 2.0, 10.0 ** (at - 9)) for at in range(6)]
+    results = load_sweep(folder_of(tmp_path / "out", lines=lines, columns=columns, run="simulate"))
+    found = plot(results, at={"shock.duration_ratio": 2})
+    assert found.notes[0] == "amplification: simulated, known to 1.0e-07 relative or better"
 
 
 def test_the_command_writes_beside_the_results_unless_told_otherwise(

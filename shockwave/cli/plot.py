@@ -23,6 +23,8 @@ def plot(options: argparse.Namespace) -> int:
         name, equals, value = text.partition("=")
         if not equals:
             raise UsageError(f"--at: must be NAME=VALUE (got {text!r})")
+        if name.strip() in held:
+            raise UsageError(f"--at: must name a variable once (got {name.strip()} again; leave one out)")
         held[name.strip()] = value.strip()
     found = drawn(load_sweep(options.folder), options.column, options.x, held)
     file = options.output or Path(options.folder) / f"{found.column}.svg"

@@ -46,6 +46,8 @@ _DECADES = 2.5
 # A band narrower than this share of its line is no more than the line.
 _VISIBLE = 2e-3
 _LOST = "#BDBDBD"
+# More names than this would cover each other.
+_TICKS = 25
 
 
 @frozen(eq=False)
@@ -55,7 +57,7 @@ class Along:
     Attributes
     ----------
     values : array, shape (p,)
-        Ascending, in SI units; or texts, which stand side by side.
+        Ascending, in SI units, for `sweep_lines` with repetitions too; or texts, which stand side by side.
     name, unit : str
         What it is; its SI unit, empty for a number without one.
     """
@@ -75,9 +77,14 @@ class Along:
         return self.values.dtype.kind not in "fiu"
 
     @property
+    def apart(self) -> bool:
+        """Whether no two stand at the same place."""
+        return bool((np.diff(self.places) > 0).all())
+
+    @property
     def log(self) -> bool:
         """Whether the values lie more evenly on a logarithmic axis."""
-        at = self.places
+        at = np.unique(self.places)
         if len(at) < 3 or at[0] <= 0 or at[-1] < 3 * at[0]:
             return False
         steps, factors = np.diff(at), np.diff(np.log(at))
@@ -111,7 +118,7 @@ class Line:
 
 
 def sweep_lines(ax: Axes, x: Along, lines: Sequence[Line], name: str, unit: str = "") -> Axes:
-    """A quantity over one axis of a sweep, a line for each of a few values of another.
+    """A quantity over one axis of a sweep, a line for each of a few values of another; marks where places repeat.
 
     Parameters
     ----------
@@ -136,7 +143,7 @@ def sweep_lines(ax: Axes, x: Along, lines: Sequence[Line], name: str, unit: str 
     for at, line in enumerate(lines):
         _line(ax, x, line, COLOURS[at % len(COLOURS)], LINES[at % len(LINES)], MARKERS[at % len(MARKERS)])
     _axis(ax, "x", x)
-    if len(lines) == 1 and not x.texts:
+    if len(lines) == 1 and not x.texts and x.apart:
         _spans(ax, x, lines[0].regimes)
     _quantity(ax, known, name, unit)
     lost = sum(int(np.count_nonzero(np.isnan(line.values))) for line in lines)
@@ -158,21 +165,22 @@ def sweep_lines(ax: Axes, x: Along, lines: Sequence[Line], name: str, unit: str 
 
 
 def _line(ax: Axes, x: Along, line: Line, colour: str, style: Any, marker: str) -> None:
-    few = len(x.values) <= 30
+    joined = x.apart and not x.texts
     ax.plot(
         x.places,
         line.values,
-        linestyle="" if x.texts else style,
-        marker=marker if x.texts or few else "",
+        linestyle=style if joined else "",
+        marker="" if joined and len(x.values) > 30 else marker,
         color=colour,
         linewidth=1.2,
         markersize=3,
-        label=line.label or None,
+        label=_literal(line.label) or None,
     )
     if line.low is None or line.high is None:
         return
-    if np.nanmax((line.high - line.low) / np.abs(line.values), initial=0.0) > _VISIBLE:
-        ax.fill_between(x.places, line.low, line.high, color=colour, alpha=0.2, linewidth=0, label=line.band)
+    if (line.high - line.low > _VISIBLE * np.abs(line.values)).any():
+        draw: Any = ax.fill_between if joined else ax.vlines
+        draw(x.places, line.low, line.high, color=colour, alpha=0.2, linewidth=0 if joined else 3, label=line.band)
 
 
 def _quantity(ax: Axes, known: FloatArray, name: str, unit: str) -> None:
@@ -342,14 +350,20 @@ def _axis(ax: Axes, axis: Literal["x", "y"], of: Along, edges: FloatArray | None
     if edges is not None:
         (ax.set_xlim if axis == "x" else ax.set_ylim)(float(edges[0]), float(edges[-1]))
     if of.texts:
-        texts = [str(value) for value in of.values]
+        every = -(-len(of.values) // _TICKS)
+        places, texts = of.places[::every], [_literal(str(value)) for value in of.values[::every]]
         if axis == "x":
-            ax.set_xticks(of.places, texts, rotation=30, ha="right")
+            ax.set_xticks(places, texts, rotation=30, ha="right")
         else:
-            ax.set_yticks(of.places, texts)
+            ax.set_yticks(places, texts)
     elif of.log:
         decades(ax, axis)
     if of.unit:
         measure(ax, axis, float(np.abs(of.places).max()), of.unit, of.name)
     else:
         ratio(ax, axis, of.name)
+
+
+def _literal(text: str) -> str:
+    """A user's words, which are no mathematics."""
+    return text.replace("$", r"\$")

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.io import netcdf_file, netcdf_variable
 
-from shockwave.sweep.stored import Chunk, Column, Header
+from shockwave.sweep.stored import Chunk, Column, Header, as_text
 
 __all__ = ["net_cdf"]
 
@@ -83,7 +83,7 @@ class _Made:
             "earlier_versions": json.dumps(header.earlier_versions),
         }
         for name, text in told.items():
-            setattr(made, name, text.encode())
+            setattr(made, name, _bytes(text))
 
     def _axes(self, made: Any) -> str:
         """Make dimensions and coordinates; names of the coordinates that are not dimensions."""
@@ -93,7 +93,7 @@ class _Made:
             for name, dotted in dimension.coordinates.items():
                 given, unit = axis.along(dotted), self._header.variables[dotted]
                 if unit is None:
-                    told = [value if isinstance(value, str | None) else json.dumps(value) for value in given]
+                    told = [as_text(value) for value in given]
                     words = {word: at for at, word in enumerate(dict.fromkeys(w for w in told if w is not None))}
                     given = [None if word is None else words[word] for word in told]
                 column = Column(name, unit, "text" if unit is None else "number", dotted)
@@ -116,9 +116,9 @@ def _variable(
     kind = values.dtype
     variable: Any = netcdf_variable(values, kind.char, kind.itemsize, values.shape, dimensions)
     made.variables[column.name] = variable
-    variable.long_name = (column.meaning or column.name).encode()
+    variable.long_name = _bytes(column.meaning or column.name)
     if words is None:
-        variable.units = (column.unit or "1").encode()
+        variable.units = _bytes(column.unit or "1")
         variable._FillValue = np.array(np.nan, dtype=kind)
     else:
         variable._FillValue = np.array(_NONE, dtype=kind)
@@ -126,6 +126,10 @@ def _variable(
             variable.flag_values = np.arange(len(words), dtype=kind)
             variable.flag_meanings = " ".join(_plain(list(words))).encode()
     return variable
+
+
+def _bytes(text: str) -> bytes:
+    return text.encode(errors="backslashreplace")
 
 
 def _plain(words: Sequence[str]) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +16,8 @@ from shockwave.pictures.style import COLOURS, thousandths
 from shockwave.pictures.sweep import Along, Line, sweep_lines, sweep_map
 from shockwave.sweep.regimes import regimes
 from shockwave.sweep.results import SweepResults
+from shockwave.sweep.stored import NOT_RUN, as_text
+from shockwave.text import si
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,7 +25,19 @@ if TYPE_CHECKING:
 __all__ = ["Plot", "plot"]
 
 _FIRST = ("amplification", "predicted_amplification")
-_CLOSE = 1e-6
+# Longer names leave the picture.
+_LETTERS = 30
+# Six digits of a value are enough to name it.
+_CLOSE = 1e-5
+# The error of a simulated quantity: relative, but of momentum.
+_ERRORS = {
+    "peak_force": "error_estimate",
+    "amplification": "error_estimate",
+    "second_peak_force": "second_error_estimate",
+    "recoil_momentum": "recoil_error",
+}
+_ABSOLUTE = "recoil_error"
+_EXACT = ("scaled_rise_time", "scaled_duration", "applied_momentum")
 
 
 @frozen(eq=False)
@@ -59,16 +73,18 @@ def plot(
     column : str, optional
         The quantity; left out, the amplification.
     x : str, optional
-        The variable from left to right; left out, that of the axis with the most values, of which the first.
+        The variable from left to right; left out, that of the axis with the most values, of which the one that takes
+        the most.
     at : mapping of str to number or str, optional
-        Variables that are held, and at which of their values.
+        Variables that are held, and at which of their values: points with other values are left out.
 
     Raises
     ------
     UnknownNameError
         When there is no such column or variable.
     UsageError
-        When there are more than two axes left, or none, or matplotlib is not installed.
+        When there are more than two axes left, or none; when no point has the values that are held; when points of a
+        map would share a place; or when matplotlib is not installed.
     """
     made = _Selection(results, at or {})
     name = _column(results, column)
@@ -78,24 +94,28 @@ def plot(
     unit = results.units[name] or ""
     label = name.replace("_", " ")
     horizontal = made.along(across, x)
-    if not rest or len(results.axes[rest[0]]) <= min(len(COLOURS) - 1, len(horizontal.values)):
+    if not rest or len(made.positions[rest[0]]) <= min(len(COLOURS) - 1, len(horizontal.values)):
         sheet, (ax,) = figure(size=(5.0, 3.2))
-        told = _lines(ax, results, made, across, horizontal, name)
+        vertical = made.along(rest[0]) if rest else None
+        indices = made.indices(across, horizontal, *((rest[0], vertical) if vertical else ()))
+        told = _lines(ax, results, horizontal, made.labels(rest[0], vertical) if vertical else [], indices, name)
     else:
         vertical = made.along(rest[0])
+        made.check_apart(horizontal, vertical)
         sheet, (ax,) = figure(size=(5.0, 3.6))
         indices = made.indices(across, horizontal, rest[0], vertical)
         values = results.values(name).ravel()[indices]
         found, told = regimes(results, indices.ravel())
         inside = {regime: numbers.reshape(indices.shape) for regime, numbers in found.items()}
         sweep_map(ax, horizontal.along, vertical.along, values, label, unit, inside)
-    return Plot(sheet, name, (*_trust(results, name), told, *_missing(results)))
+    return Plot(sheet, name, (_trust(results, name, indices), told, *_missing(results, indices)))
 
 
 @frozen(eq=False)
 class _Chosen:
-    """An axis as it is drawn, and the positions of the sweep's axis in that order."""
+    """An axis as it is drawn, by which variable, and the positions of the sweep's axis in that order."""
 
+    name: str
     along: Along
     order: npt.NDArray[np.intp]
 
@@ -109,10 +129,19 @@ class _Selection:
 
     def __init__(self, results: SweepResults, at: Mapping[str, Any]) -> None:
         self.results = results
-        self.held = dict(self._held(name, value) for name, value in at.items())
-        places = [place for place in range(len(results.axes)) if place not in self.held]
-        self.free = [place for place in places if len(results.axes[place]) > 1]
-        self.held |= {place: 0 for place in places if place not in self.free}
+        self.positions = [self._different(axis.names) for axis in results.axes]
+        for name, value in at.items():
+            place = self.place_of(name)
+            here = self.positions[place]
+            self.positions[place] = here[self._equal(name, value, results.coordinate(name)[here])]
+        self.free = [place for place, here in enumerate(self.positions) if len(here) > 1]
+
+    def _different(self, names: tuple[str, ...]) -> npt.NDArray[np.intp]:
+        """The positions of an axis, without those that repeat another."""
+        told = [
+            repr(values) for values in zip(*(self.results.coordinate(name).tolist() for name in names), strict=True)
+        ]
+        return np.sort(np.unique(told, return_index=True)[1])
 
     def place_of(self, name: str) -> int:
         for place, axis in enumerate(self.results.axes):
@@ -120,53 +149,93 @@ class _Selection:
                 return place
         raise UnknownNameError("variable of the sweep", name, [n for axis in self.results.axes for n in axis.names])
 
-    def _held(self, name: str, value: Any) -> tuple[int, int]:
-        place, unit = self.place_of(name), self.results.units[name]
-        values = self.results.coordinate(name)
+    def _equal(self, name: str, value: Any, values: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+        """Which of ``values`` are ``value``, of numbers those that are nearest to it."""
+        unit = self.results.units[name]
+        nothing = value is None or value == "none"
         if unit is None:
-            found = np.flatnonzero(values == str(value))
+            found = values == ("" if nothing else as_text(value))
+        elif nothing:
+            found = np.isnan(values)
         else:
             try:
                 number = to_si(value, unit)
             except ValueError as error:
                 raise UsageError(f"{name}: {error}") from None
-            found = np.flatnonzero(np.abs(values - number) <= _CLOSE * abs(number))
-        if not found.size:
-            told = ", ".join(f"{one:g}" if unit is not None else str(one) for one in values[:20].tolist())
-            more = ", ..." if len(values) > 20 else ""
-            raise UsageError(f"{name}: must be one of its values in the sweep (got {value}; they are {told}{more})")
-        return place, int(found[0])
+            gaps = np.where(np.isnan(values), np.inf, np.abs(values - number))
+            found = (gaps <= _CLOSE * abs(number)) & (gaps == gaps.min())
+        if not found.any():
+            given = [str(text) for text in values]
+            if unit is not None:
+                given = _shown(values, unit, lambda number, digits: f"{number:.{digits}g} {unit}", 6)
+            told = list(dict.fromkeys(given))
+            more = ", ..." if len(told) > 20 else ""
+            got = f"got {value}; they are {', '.join(told[:20])}{more}"
+            among = (
+                "in the sweep" if len(values) == len(self.results.coordinate(name)) else "at the points that are left"
+            )
+            raise UsageError(f"{name}: must be one of its values {among} ({got})")
+        return np.asarray(found)
 
     def check(self) -> None:
-        names = [self.results.axes[place].names[0] for place in self.free]
-        if not 1 <= len(names) <= 2:
-            got = ", ".join(names) or "none"
+        names = [self._name(place) for place in self.free]
+        if not names:
             raise UsageError(
-                f"one axis or two can be drawn (got {got}; hold the others by --at {(names or ['NAME'])[0]}=VALUE)"
+                "one axis or two can be drawn (got one point; read it in results.csv, or leave out an --at)"
             )
+        if len(names) > 2:
+            got = f"got {', '.join(names)}; hold the others by --at {names[0]}=VALUE"
+            raise UsageError(f"one axis or two can be drawn ({got})")
+
+    def check_apart(self, *chosen: _Chosen) -> None:
+        for one in chosen:
+            if not one.along.apart:
+                remedy = "hold a variable that goes with it by --at NAME=VALUE, or choose one by --x"
+                got = f"got {one.name}, which repeats a value; {remedy}"
+                raise UsageError(f"points of a map must have a place each ({got})")
 
     def axis_of(self, x: str | None) -> int:
         if x is None:
-            return max(self.free, key=lambda place: len(self.results.axes[place]), default=0)
+            return max(self.free, key=lambda place: len(self.positions[place]), default=0)
         place = self.place_of(x)
-        if place not in self.free:
+        if self._count(x) < 2:
             raise UsageError(f"{x} has one value: it cannot be drawn over it (choose another by --x)")
         return place
 
+    def _count(self, name: str) -> int:
+        place = self.place_of(name)
+        return len(np.unique(self.results.coordinate(name)[self.positions[place]]))
+
+    def _name(self, place: int) -> str:
+        """The variable of an axis that takes the most values, of several the first."""
+        return max(self.results.axes[place].names, key=self._count)
+
     def along(self, place: int, name: str | None = None) -> _Chosen:
         """The axis at ``place``, by one of its variables."""
-        name = name or self.results.axes[place].names[0]
-        unit, values = self.results.units[name], self.results.coordinate(name)
+        name, here = name or self._name(place), self.positions[place]
+        unit, values = self.results.units[name], self.results.coordinate(name)[here]
         label = name.rpartition(".")[2].replace("_", " ")
         if unit is None or np.isnan(values).any():
-            texts = [str(value) if unit is None else "none" if np.isnan(value) else f"{value:g}" for value in values]
-            return _Chosen(Along(np.array(texts), label), np.arange(len(values)))
-        ordered, order = np.unique(values, return_index=True)
-        return _Chosen(Along(ordered, label, unit), order)
+            texts = _shown(values, unit, lambda value, digits: f"{value:.{digits}g}", 6)
+            return _Chosen(name, Along(np.array(texts), label), here)
+        order = np.argsort(values, kind="stable")
+        return _Chosen(name, Along(values[order], label, unit), here[order])
+
+    def labels(self, place: int, chosen: _Chosen) -> list[str]:
+        """What lines for the positions of an axis are called: by one variable if that tells them apart."""
+        names = [chosen.name]
+        if self._count(chosen.name) < len(chosen.order):
+            names = [name for name in self.results.axes[place].names if self._count(name) > 1]
+        told = []
+        for name in names:
+            unit, label = self.results.units[name], name.rpartition(".")[2].replace("_", " ")
+            shown = _shown(self.results.coordinate(name)[chosen.order], unit, _labelled(unit or ""), 3)
+            told.append([f"{label} {one}" for one in shown])
+        return [", ".join(parts) for parts in zip(*told, strict=True)]
 
     def indices(self, across: int, horizontal: _Chosen, up: int | None = None, vertical: _Chosen | None = None) -> Any:
         """Numbers of the points, of shape (horizontal,) or (horizontal, vertical)."""
-        chosen: list[Any] = [self.held.get(place, 0) for place in range(len(self.results.axes))]
+        chosen: list[Any] = [here[0] for here in self.positions]
         if up is None or vertical is None:
             chosen[across] = horizontal.order
         else:
@@ -174,70 +243,87 @@ class _Selection:
         return np.ravel_multi_index(tuple(np.broadcast_arrays(*chosen)), self.results.shape)
 
 
-def _lines(ax: Any, results: SweepResults, made: _Selection, across: int, horizontal: _Chosen, name: str) -> str:
-    """Draw a line, or one for each value of the other axis; a sentence on the borders."""
-    others = [place for place in made.free if place != across]
-    lines, told = [], ""
-    if others:
-        vertical = made.along(others[0])
-        indices = made.indices(across, horizontal, others[0], vertical)
-        unit = vertical.along.unit
-        for at, value in enumerate(vertical.values.tolist()):
-            shown = value if isinstance(value, str) else thousandths(value, unit) if unit else f"{value:.4g}"
-            label = shown if isinstance(value, str) else f"{vertical.along.name} {shown}"
-            lines.append(Line(results.values(name).ravel()[indices[:, at]], label))
+def _labelled(unit: str) -> Callable[[float, int], str]:
+    return lambda value, digits: thousandths(value, unit, digits) if unit else f"{value:.{digits}g}"
+
+
+def _shown(values: npt.NDArray[Any], unit: str | None, shown: Callable[[float, int], str], least: int) -> list[str]:
+    """Values as text, ``least`` digits of numbers or as many as tell them apart."""
+    if unit is None:
+        texts = [str(value) or "none" for value in values]
+        short = [text if len(text) <= _LETTERS else f"{text[: _LETTERS - 3]}..." for text in texts]
+        return short if len(set(short)) == len(set(texts)) else texts
+    told: list[str] = []
+    for digits in range(least, 18):
+        told = ["none" if np.isnan(value) else shown(value, digits).rstrip() for value in values.tolist()]
+        if len(set(told)) == len(np.unique(values)):
+            break
+    return told
+
+
+def _lines(ax: Any, results: SweepResults, horizontal: _Chosen, labels: list[str], indices: Any, name: str) -> str:
+    """Draw a line, or one for each of ``labels``; a sentence on the borders."""
+    values = results.values(name).ravel()[indices]
+    if labels:
+        lines = [Line(values[:, at], label) for at, label in enumerate(labels)]
         told = "no borders of regimes: they differ from line to line"
     else:
-        indices = made.indices(across, horizontal)
         found, told = regimes(results, indices)
-        values = results.values(name).ravel()[indices]
-        lines.append(Line(values, "", *_band(results, name, values, indices), regimes=found))
+        lines = [Line(values, "", *_band(results, name, values, indices), regimes=found)]
+        if not horizontal.along.apart:
+            told = f"no borders of regimes: points share a value of {horizontal.name}"
     sweep_lines(ax, horizontal.along, lines, name.replace("_", " "), results.units[name] or "")
     return told
 
 
 def _bounds(results: SweepResults, name: str) -> tuple[str, ...]:
-    """The columns that tell how far a peak force or an amplification is to be trusted."""
+    """The columns that tell how far a quantity is to be trusted: of its error, or of the range that is expected."""
     prefix = "predicted_" if name.startswith("predicted_") else ""
-    if name.removeprefix(prefix) not in ("peak_force", "amplification"):
-        return ()
-    expected = f"{prefix}expected_error_low", f"{prefix}expected_error_high"
     known = {column.name for column in results.columns}
-    found = (
-        bounds for bounds in (() if prefix else ("error_estimate",), expected) if bounds and known.issuperset(bounds)
-    )
-    return next(found, ())
+    if _ERRORS.get(name) in known:
+        return (_ERRORS[name],)
+    expected = f"{prefix}expected_error_low", f"{prefix}expected_error_high"
+    peak = name.removeprefix(prefix) in ("peak_force", "amplification")
+    return expected if peak and known.issuperset(expected) else ()
 
 
 def _band(results: SweepResults, name: str, values: Any, indices: Any) -> tuple[Any, Any, str]:
-    bounds = [results.values(column).ravel()[indices] for column in _bounds(results, name)]
+    columns = _bounds(results, name)
+    bounds = [results.values(column).ravel()[indices] for column in columns]
     if len(bounds) == 2:
         low, high = bounds
         # an error of -100 % leaves the greatest open: beyond any picture
         return values / (1 + high), values / np.maximum(1 + low, 1e-3), "expected of a simulation"
     if bounds:
-        return values * (1 - bounds[0]), values * (1 + bounds[0]), "error estimate"
+        error = bounds[0] * (1 if columns[0] == _ABSOLUTE else np.abs(values))
+        return values - error, values + error, "error estimate"
     return None, None, ""
 
 
-def _trust(results: SweepResults, name: str) -> list[str]:
-    bounds = [results.values(column) for column in _bounds(results, name)]
+def _trust(results: SweepResults, name: str, indices: Any) -> str:
+    """How far to trust what is drawn."""
+    columns = _bounds(results, name)
+    bounds = [results.values(column).ravel()[indices] for column in columns]
     known = [values[np.isfinite(values)] for values in bounds]
     if not bounds:
-        meanings = {column.name: column.meaning for column in results.columns}
-        return [f"{name}: {meanings[name]}"]
+        meaning = next(column.meaning for column in results.columns if column.name == name)
+        told = name in _EXACT or "error" in name or "known" in meaning
+        return f"{name}: {meaning}" + ("" if told else "; its error is not known")
     if not known[0].size:
-        return [f"{name}: its error is not known"]
-    if len(known) == 1:
-        return [f"{name}: simulated, known to {float(known[0].max()):.1e} relative or better"]
-    share = known[0].size / bounds[0].size
-    low, high = float(known[0].min()), float(known[1].max())
-    return [f"{name}: predicted, expected to err by {low:+.1%} to {high:+.1%}; known at {share:.0%} of the points"]
+        return f"{name}: its error is not known"
+    share = f"; known at {known[0].size / indices.size:.0%} of the points"
+    if len(known) == 2:
+        low, high = float(known[0].min()), float(known[1].max())
+        return f"{name}: predicted, expected to err by {low:+.1%} to {high:+.1%}{share}"
+    most = float(known[0].max())
+    error = si(most, results.units[name] or "", 2) if columns[0] == _ABSOLUTE else f"{most:.1e} relative"
+    return f"{name}: simulated, known to {error} or better"
 
 
-def _missing(results: SweepResults) -> list[str]:
-    failed = len(results.failed)
-    return ([f"{failed} of {results.values('status').size} points failed"] if failed else []) + list(results.warnings)
+def _missing(results: SweepResults, indices: Any) -> list[str]:
+    drawn = results.values("status").ravel()[indices]
+    failed = int(np.count_nonzero((drawn != "done") & (drawn != NOT_RUN)))
+    return ([f"{failed} of the {drawn.size} points drawn failed"] if failed else []) + list(results.warnings)
 
 
 def _column(results: SweepResults, name: str | None) -> str:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from shockwave.chain.chain import Scales
 from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, MOMENTUM
-from shockwave.errors import ShockwaveError
+from shockwave.errors import FileAccessError, ShockwaveError
 from shockwave.prediction.predictor import coefficient_of
 from shockwave.scenario.family import Family
 from shockwave.scenario.load import load_scenario
@@ -54,6 +54,8 @@ def regimes(results: SweepResults, indices: Sequence[int]) -> tuple[dict[str, np
             found = _by_section_4(results, indices)
         except ShockwaveError as error:
             lack = str(error).partition("\n")[0]
+            if isinstance(error, FileAccessError):
+                lack += " (a folder of results holds no copies of records: put them beside its scenario.yaml)"
     if found and all(one in found and ((found[one] < 0) == (told == one))[told != ""].all() for one in known):
         return found, "borders of the regimes: (5d) and (5e) of section 4, for each point"
     if name:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,7 +14,7 @@ import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.errors import UnknownNameError, UsageError
-from shockwave.sweep.stored import NOT_RUN, Column, Stored, SweepAxis
+from shockwave.sweep.stored import NOT_RUN, Column, Stored, SweepAxis, as_text
 from shockwave.text import notes, si, table
 
 __all__ = ["Failure", "SweepResults", "load_sweep"]
@@ -132,7 +131,7 @@ class SweepResults:
         raise UnknownNameError("quantity of the sweep", name, [*self._arrays, *self._stored.header.variables])
 
     def coordinate(self, name: str) -> npt.NDArray[Any]:
-        """The values of the variable ``name`` along its axis; floats, or text if it is no number.
+        """The values of the variable ``name`` along its axis; floats, or text, empty for none, if it is no number.
 
         Raises
         ------
@@ -145,7 +144,7 @@ class SweepResults:
         given = axis.along(name)
         if self.units[name] is not None:
             return np.array(given, dtype=float)
-        return np.array([value if isinstance(value, str) else json.dumps(value) for value in given])
+        return np.array([as_text(value) or "" for value in given])
 
     def point(self, index: int) -> dict[str, Any]:
         """Dotted names and values of a point, counted from 0."""
@@ -233,8 +232,9 @@ def _text(point: Mapping[str, Any]) -> str:
 def _range(values: npt.NDArray[Any], unit: str | None) -> tuple[str, str, str]:
     """Least, greatest and number of values, as text."""
     if unit is None:
-        known = values[values != ""]
-        return "", "", ", ".join(f"{np.count_nonzero(known == word)} {word}" for word in np.unique(known)[:_SHOWN])
+        words = np.unique(values[values != ""])
+        told = [f"{np.count_nonzero(values == word)} {word}" for word in words[:_SHOWN]]
+        return "", "", ", ".join(told + ["..."] * (len(words) > _SHOWN))
     known = values[np.isfinite(values)]
     if not known.size:
         return "", "", "0"

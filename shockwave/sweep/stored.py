@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 from collections.abc import Iterator
+from functools import lru_cache
 from itertools import chain, islice, product
 from pathlib import Path
 from typing import Any, BinaryIO, Literal, NamedTuple
@@ -18,16 +20,34 @@ from attrs import frozen
 from shockwave.errors import FileAccessError, InvalidValueError
 from shockwave.fields import text_of
 
-__all__ = ["HEADER", "JOURNAL", "NOT_RUN", "Chunk", "Column", "Dimension", "Header", "Row", "Stored", "SweepAxis"]
+__all__ = [
+    "FORMAT",
+    "HEADER",
+    "JOURNAL",
+    "NOT_RUN",
+    "Chunk",
+    "Column",
+    "Dimension",
+    "Header",
+    "Row",
+    "Stored",
+    "SweepAxis",
+    "as_text",
+]
 
 HEADER, JOURNAL = "sweep.json", "journal.jsonl"
 #: The status of a point that has no line in the journal.
 NOT_RUN = "not run"
-_FORMAT = 1
+#: Of the header.
+FORMAT = 1
 _REMEDY = "give a folder that `shockwave sweep FILE --out FOLDER` has written"
 _BEGIN = b'{"index": '
 # So many points are held at once.
 _CHUNK = 8192
+_STATUSES = ("done", "failed", "crashed")
+# What arrays of whole numbers can hold.
+_LONGEST = 2**63
+_NO_NAME = re.compile(r"[^A-Za-z0-9_]")
 
 
 @frozen
@@ -86,7 +106,7 @@ class Dimension:
     Attributes
     ----------
     name : str
-        Letters, digits and underscores; the name of the variable where there is one alone.
+        Letters of ASCII, digits and underscores; the name of the variable where there is one alone.
     coordinates : dict of str to str
         Names of the variables, short ones first, then as a scenario has them.
     """
@@ -129,8 +149,8 @@ class Header:
         except (ValueError, RecursionError) as error:
             raise InvalidValueError.of(str(file), f"must be JSON (got {error}; {_REMEDY})") from None
         form = document.get("format") if isinstance(document, dict) else None
-        if form != _FORMAT:
-            problem = f"must be of format {_FORMAT}, which this shockwave reads (got {text_of(form)}; {_REMEDY})"
+        if form != FORMAT:
+            problem = f"must be of format {FORMAT}, which this shockwave reads (got {text_of(form)}; {_REMEDY})"
             raise InvalidValueError.of(str(file), problem)
         try:
             header = cattrs.structure(document, cls)
@@ -139,6 +159,10 @@ class Header:
             raise InvalidValueError.of(str(file), f"must be the header of a sweep (got {told[:200]})") from None
         if not header._agrees():
             raise InvalidValueError.of(str(file), f"must have axes, shape and points that agree (got {header.shape})")
+        for axis in header.axes:
+            for name, unit in zip(axis.names, axis.units, strict=True):
+                if unit is not None and not all(isinstance(value, int | float | None) for value in axis.along(name)):
+                    raise InvalidValueError.of(str(file), f"must have numbers for {name} (got {axis.along(name)[:5]})")
         return header
 
     def _agrees(self) -> bool:
@@ -157,17 +181,20 @@ class Header:
     @property
     def dimensions(self) -> tuple[Dimension, ...]:
         """The axes by names without dots, each once; short where that is no other's."""
-        taken = [column.name for column in self.columns] + [name.rpartition(".")[2] for name in self.variables]
+        points = ["point", *(f"point_{at + 1}" for at in range(1, len(self.axes)))]
+        lasts = [name.rpartition(".")[2] for name in self.variables]
+        taken = {column.name for column in self.columns} | {"status", "problem", *points}
         short: dict[str, str] = {}
-        for name in self.variables:
-            last = name.rpartition(".")[2]
-            short[name] = last if taken.count(last) == 1 else name.replace(".", "_")
+        for dotted, last in zip(self.variables, lasts, strict=True):
+            name = _NO_NAME.sub("_", last if lasts.count(last) == 1 and last not in taken else dotted)
+            while name in taken:
+                name += "_"
+            taken.add(name)
+            short[dotted] = name
         found: list[Dimension] = []
         for axis in self.axes:
-            together = sum(len(dimension.coordinates) > 1 for dimension in found)
-            name = f"point_{together + 1}" if together else "point"
             coordinates = {short[dotted]: dotted for dotted in axis.names}
-            found.append(Dimension(next(iter(coordinates)) if len(coordinates) == 1 else name, coordinates))
+            found.append(Dimension(points.pop(0) if len(coordinates) > 1 else short[axis.names[0]], coordinates))
         return tuple(found)
 
     def point(self, index: int) -> dict[str, Any]:
@@ -265,7 +292,8 @@ class Stored:
             raise FileAccessError(f"{self.folder / JOURNAL}: cannot be read (got {error.strerror})") from None
 
     def _chunk(self, begin: int, points: Iterator[tuple[Any, ...]], file: BinaryIO | None) -> Chunk:
-        nothing = [None] * len(self.header.columns)
+        kinds = tuple(column.kind for column in self.header.columns)
+        nothing = [None] * len(kinds)
         rows: list[Row] = []
         at = -1
         for offset in self.offsets[begin : begin + _CHUNK].tolist():
@@ -275,7 +303,7 @@ class Stored:
                     file.seek(offset)
                 line = file.readline()
                 at = offset + len(line)
-                row = _row(line, nothing)
+                row = _row(line, kinds, nothing)
             rows.append(row or Row(NOT_RUN, nothing, None))
         return Chunk(begin, list(islice(points, len(rows))), rows)
 
@@ -291,17 +319,42 @@ def _index(line: bytes) -> int | None:
     return index if isinstance(index, int) else None
 
 
-def _row(line: bytes, nothing: list[Any]) -> Row | None:
+def _row(line: bytes, kinds: tuple[str, ...], nothing: list[Any]) -> Row | None:
     """What a line of the journal tells; None if it tells nothing."""
     try:
         entry = json.loads(line)
-        status: str = entry["status"]
-        if status != "done":
-            return Row(status, nothing, str(entry.get("error") or ""))
-        values: list[Any] = entry["values"]
+        status, values = entry["status"], entry.get("values")
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None
-    return Row(status, values, None) if len(values) == len(nothing) else None
+    if status not in _STATUSES:
+        return None
+    if status != "done":
+        return Row(status, nothing, as_text(str(entry.get("error") or "")))
+    if not isinstance(values, list) or not _fit(tuple(map(type, values)), kinds):
+        return None
+    if any(type(value) is int and abs(value) >= _LONGEST for value in values):
+        return None
+    return Row(status, values, None)
+
+
+_TYPES: dict[str, tuple[type, ...]] = {"number": (float, int), "whole": (int,), "text": (str,)}
+
+
+# Most lines are of the same few types.
+@lru_cache(maxsize=256)
+def _fit(types: tuple[type, ...], kinds: tuple[str, ...]) -> bool:
+    """Whether values of ``types`` can be those of columns of ``kinds``; None can be any."""
+    fits = (one is type(None) or one in _TYPES[kind] for one, kind in zip(types, kinds, strict=False))
+    return len(types) == len(kinds) and all(fits)
+
+
+def as_text(value: Any) -> str | None:
+    """A value that is no number as text that any file takes; None for none."""
+    if value is None:
+        return None
+    text = value if isinstance(value, str) else json.dumps(value)
+    # a name of a file may hold bytes that are no text
+    return text.encode(errors="backslashreplace").decode()
 
 
 def _warnings(journal: Path, offsets: npt.NDArray[np.int64], broken: int, torn: bool) -> tuple[str, ...]:

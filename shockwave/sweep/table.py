@@ -5,14 +5,15 @@ from __future__ import annotations
 import csv
 import json
 import os
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from collections.abc import Callable, Generator, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from importlib.util import find_spec
+from itertools import chain
 from pathlib import Path
 from typing import IO, Any, TypeAlias
 
 from shockwave.errors import FileAccessError
-from shockwave.sweep.stored import Chunk, Header, Stored
+from shockwave.sweep.stored import Chunk, Header, Stored, as_text
 
 __all__ = ["RECORD", "Take", "write_all"]
 
@@ -42,7 +43,7 @@ def _csv(file: IO[Any], header: Header) -> Iterator[Take]:
 
 
 def _cell(value: Any) -> Any:
-    return json.dumps(value) if isinstance(value, list | dict) else value
+    return value if isinstance(value, float) else as_text(value)
 
 
 @contextmanager
@@ -98,7 +99,7 @@ def write_all(folder: str | os.PathLike[str]) -> list[Path]:
     Raises
     ------
     FileAccessError
-        When a file cannot be read or written; a table that was there is left as it was.
+        When a file cannot be read or written; a table that was there is left as it was, and the others are written.
     InvalidValueError
         When the header is none.
     """
@@ -111,16 +112,41 @@ def write_all(folder: str | os.PathLike[str]) -> list[Path]:
     due = [name for name in wanted if not (same and name in known[1] and (place / name).exists())]
     if not due:
         return []
-    with ExitStack() as files:
-        takes = [files.enter_context(_table(place / name, stored.header)) for name in due]
-        for chunk in stored.chunks():
-            for take in takes:
-                take(chunk)
-    kept = known[1] if same else []
-    record = {**state, "files": [name for name in _TABLES if name in due or name in kept]}
-    with _naming(place / RECORD), _replacing(place / RECORD, "w") as file:
-        file.write(json.dumps(record) + "\n")
-    return [place / name for name in due]
+    problems = _fill({place / name: _table(place / name, stored.header) for name in due}, stored.chunks())
+    written = [place / name for name in due if place / name not in problems]
+    kept = [place / name for name in known[1] if same]
+    record = {**state, "files": [name for name in _TABLES if place / name in (*written, *kept)]}
+    try:
+        with _replacing(place / RECORD, "w") as file:
+            file.write(json.dumps(record) + "\n")
+    except OSError as error:
+        problems[place / RECORD] = error
+    if problems:
+        told = [f"{file}: cannot be written (got {_reason(error)})" for file, error in problems.items()]
+        raise FileAccessError("\n".join(told)) from next(iter(problems.values()))
+    return written
+
+
+def _fill(tables: dict[Path, Generator[None, Chunk | None]], chunks: Iterator[Chunk]) -> dict[Path, Exception]:
+    """Give all tables all points; what kept one from being written costs no other."""
+    problems: dict[Path, Exception] = {}
+    try:
+        for chunk in chain([None], chunks, [None]):
+            for file, table in tables.items():
+                try:
+                    table.send(chunk)
+                except StopIteration:
+                    pass  # it is whole, or has failed before
+                except Exception as error:  # a library raises what it will
+                    problems[file] = error
+    finally:
+        for table in tables.values():
+            table.close()
+    return problems
+
+
+def _reason(error: Exception) -> str:
+    return (isinstance(error, OSError) and error.strerror) or f"{type(error).__name__}: {error}"
 
 
 def _recorded(file: Path) -> tuple[dict[str, Any], list[str]]:
@@ -133,24 +159,19 @@ def _recorded(file: Path) -> tuple[dict[str, Any], list[str]]:
     return record, files if isinstance(files, list) else []
 
 
-@contextmanager
-def _table(file: Path, header: Header) -> Iterator[Take]:
-    """What takes the points for a table, which is there when all were taken; errors of writing name ``file``."""
+def _table(file: Path, header: Header) -> Generator[None, Chunk | None]:
+    """Takes the points for a table, begun and ended by None; the table is there when it has ended."""
     mode = "w" if file.suffix in (".csv", ".jsonl") else "wb"
-    with _naming(file), _replacing(file, mode) as opened, _TABLES[file.name](opened, header) as write:
-
-        def take(chunk: Chunk) -> None:
-            with _naming(file):
-                write(chunk)
-
-        yield take
+    with _replacing(file, mode) as opened, _TABLES[file.name](opened, header) as write:
+        while (chunk := (yield)) is not None:
+            write(chunk)
 
 
 @contextmanager
 def _replacing(file: Path, mode: str) -> Iterator[IO[Any]]:
     """A new file, which takes the place of ``file`` when it is whole, and is deleted when it is not."""
     part = file.with_name(f"{file.name}.part")
-    text: dict[str, Any] = {} if "b" in mode else {"encoding": "utf-8", "newline": ""}
+    text: dict[str, Any] = {} if "b" in mode else {"encoding": "utf-8", "errors": "backslashreplace", "newline": ""}
     opened = part.open(mode, **text)
     try:
         yield opened
@@ -168,11 +189,3 @@ def _discard(opened: IO[Any], part: Path) -> None:
         pass
     finally:
         part.unlink(missing_ok=True)
-
-
-@contextmanager
-def _naming(file: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise FileAccessError(f"{file}: cannot be written (got {error.strerror or error})") from error
