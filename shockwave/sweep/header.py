@@ -18,11 +18,10 @@ from shockwave.scenario.load import Scenario
 from shockwave.scenario.scene_hash import normalised
 from shockwave.sweep.journal import header_in, written
 from shockwave.sweep.points import Points
-from shockwave.sweep.stored import HEADER
+from shockwave.sweep.stored import FORMAT, HEADER
 
 __all__ = ["EARLIER", "header_of", "plugins_of", "settle"]
 
-_FORMAT = 1
 #: The key of versions that a sweep was gone on with before.
 EARLIER = "earlier_versions"
 # So many differences are told.
@@ -75,7 +74,7 @@ def header_of(points: Points) -> dict[str, Any]:
         for axis in sweep.axes
     ]
     header = {
-        "format": _FORMAT,
+        "format": FORMAT,
         "name": scenario.name,
         "run": sweep.run,
         "axes": axes,
