@@ -11,11 +11,11 @@ _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G",
 
 
 def si(value: float, unit: str, digits: int = 5) -> str:
-    """``value`` with an SI prefix: ``si(1.5e-5, "s")`` is ``15 us``."""
+    """``value`` with an SI prefix, if ``unit`` takes one: ``si(1.5e-5, "s")`` is ``15 us``."""
     if value == 0 or not math.isfinite(value):
         return f"{value:g} {unit}"
     exponent = 3 * math.floor(math.log10(abs(value) * (1 + 1e-12)) / 3)
-    if exponent not in _PREFIXES:
+    if exponent not in _PREFIXES or unit.startswith("kg") or "**" in unit:
         return f"{value:.{digits}g} {unit}"
     return f"{value / 10**exponent:.{digits}g} {_PREFIXES[exponent]}{unit}"
 

@@ -14,13 +14,24 @@ from typing import Any
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 import shockwave as sw
 from pages import ROOT, code_in, table
 from scenes import CASE_A, CHAIN, FORCE, POWER, UNITS
 from shockwave import cli
+from shockwave.chain.chain import Scales
 from shockwave.curve.crossings import crossings, landmarks, tilted
-from shockwave.curve.response import POWERS, Exponents, curve_of, duration_of, scenario_of, value_of
+from shockwave.curve.response import (
+    POWERS,
+    Exponents,
+    Response,
+    curve_of,
+    duration_of,
+    longest_for,
+    scenario_of,
+    value_of,
+)
 from shockwave.designs.lines import Line
 from shockwave.designs.targets import TARGETS, Option, Target
 from shockwave.scenario.family import Family
@@ -278,9 +289,88 @@ def test_a_finite_chain_is_found_as_one_without_end_and_simulated_as_it_is() -> 
     assert option.simulated.peak_force == pytest.approx(60, rel=1e-3)
 
 
-def test_an_interval_with_shocks_too_long_for_curves_is_refused() -> None:
+@pytest.mark.parametrize(("name", "between"), [("shock.rise_time", (1e-5, 1.0)), ("shock.duration_ratio", (2, 1e4))])
+def test_an_interval_with_shocks_too_long_for_curves_is_refused(
+    name: str, between: tuple[float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Response, "__call__", None)  # before the line is made
     with pytest.raises(sw.InvalidValueError, match=r"between: must give scenes .*must last at most 1000"):
-        design("shock.rise_time", (1e-5, 1.0), peak_force=60.0)
+        design(name, between, peak_force=60.0)
+
+
+@pytest.mark.parametrize("end", [0, 1], ids=["low", "high"])
+@pytest.mark.parametrize("between", [(1e-3, 2.07e-2), (1.13e-3, 3.37e-2), (1.01e-3, 1.1e-2)])
+@pytest.mark.parametrize("name", ["chain.radius", "chain.diameter", "shock.parameters.decay_exponent"])
+def test_an_end_of_the_interval_is_told_to_the_last_bit(name: str, between: tuple[float, float], end: int) -> None:
+    line = Line.of(SCENE, name, Target("peak_force", 1.0), between, 1e-2)
+    assert between[end] in {value for value, _ in line.extremes}
+    found = design(name, between, peak_force=(1e-3, 1e6)[(line.extremes[1][0] == between[end])])
+    assert found.nearest is not None
+    assert found.to_dict()["nearest"]["value"] == between[end]
+    assert "inside the interval" not in found.why
+
+
+def test_a_target_met_only_within_the_error_is_told_with_what_it_misses() -> None:
+    most = design(peak_force=1000.0).most
+    found = design(peak_force=most.reached * (1 + 3e-5))
+    (option,) = found.solutions
+    (warning,) = found.warnings
+    assert warning.startswith("2 mm is an end of the interval or a turning point: it misses what is wanted by -3.0e-05")
+    assert option.simulated is not None
+    # against what is wanted, and not against what the curve says there
+    assert f"{option.simulated.reached / (most.reached * (1 + 3e-5)) - 1:+.0e}" in str(found)
+    assert design(peak_force=most.reached * (1 - 3e-5)).warnings == ()
+
+
+def test_a_miss_on_a_shape_is_told_too() -> None:
+    given: dict[str, Any] = {"vary": "shock.parameters.decay_exponent", "between": (0.2, 5.0), "rtol": 1e-2}
+    most = sw.design(CASE_A, CHAIN, target={"peak_force": 1e3}, **given).most
+    found = sw.design(CASE_A, CHAIN, target={"peak_force": 1.005 * most.reached}, **given)
+    assert len(found.solutions) == 1
+    # the line is known to a hundredth
+    assert re.search(r"it misses what is wanted by -[1-9]\.\de-03", " ".join(found.warnings))
+
+
+def test_a_target_that_hardly_varies_is_told_to_do_so() -> None:
+    """The momentum of a short shock is its impulse, whatever the beads."""
+    shock = sw.Shock(profile=POWER, peak_force=FORCE, rise_time=1e-3 * UNITS.time)
+    given: dict[str, Any] = {"vary": "chain.radius", "between": INTERVALS["chain.radius"]}
+    impulse = sw.design(shock, CHAIN, target={"momentum": 1.0}, **given).most.reached
+    found = sw.design(shock, CHAIN, target={"momentum": impulse}, **given)
+    assert any(text.startswith("over the whole interval momentum varies by no more than") for text in found.warnings)
+
+
+def test_a_curve_is_refused_where_simulations_do_not_tell_their_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    from shockwave.curve import build
+
+    longest, count = 150.0, 0
+
+    def doubtful(shock: sw.Shock, chain: sw.Chain, **options: Any) -> sw.SimulationResult:
+        nonlocal count
+        count += 1
+        result = sw.simulate(shock, chain, **options)
+        known = shock.duration <= longest * Scales.of(chain, 1.0).time
+        return result if known else evolve(result, error_estimate=1.0)
+
+    monkeypatch.setattr(build, "simulate", doubtful)
+    match = (
+        r"there is no curve so long: a simulation of 200 natural times does not tell .*others did up to 100; shorten"
+    )
+    with pytest.raises(sw.NumericalError, match=match):
+        sw.UniversalCurve(POWER, longest=1000.0)
+    assert count < 6
+
+
+def test_a_shape_whose_simulations_do_not_tell_their_error_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    one = np.ones(1)
+    monkeypatch.setattr(Response, "__call__", lambda *_: (one, one, one))
+    with pytest.raises(sw.NumericalError, match=r"decay_exponent = 0.2 cannot be told .*shorten the shock"):
+        design("shock.parameters.decay_exponent", peak_force=60.0)
+
+
+@pytest.mark.parametrize("duration", [1.0, 50.0, 50.1, 137.0, 500.0, 999.0, 1000.0])
+def test_curves_are_hardly_longer_than_needed(duration: float) -> None:
+    assert duration <= longest_for(duration) <= max(50.0, 1.05 * duration)
 
 
 # ---------------------------------------------------------------- materials
@@ -288,7 +378,7 @@ def test_an_interval_with_shocks_too_long_for_curves_is_refused() -> None:
 
 def test_materials_are_ranked_by_their_distance() -> None:
     found = design("chain.material", peak_force=60.0)
-    distances = [abs(option.reached - 60.0) for option in found.table]
+    distances = [abs(math.log(option.reached / 60.0)) for option in found.table]
     assert distances == sorted(distances)
     assert len(found.table) == 27
     assert found.nearest is not None
@@ -318,9 +408,19 @@ def test_an_option_tells_mass_and_error_of_its_own_scene() -> None:
 
 
 def test_materials_may_be_a_few() -> None:
-    found = sw.design(CASE_A, CHAIN, vary="chain.material", target={"momentum": 1e-3}, among=["ptfe", "brass-260"])
-    assert {option.value for option in found.table} == {"ptfe", "brass-260"}
-    assert found.reachable == (found.least.reached <= 1e-3 <= found.most.reached)
+    given: dict[str, Any] = {"vary": "chain.material", "among": ["ptfe", "brass-260"]}
+    low, high = (option.reached for option in sw.design(CASE_A, CHAIN, target={"peak_force": 60}, **given).table)
+    assert low != high
+    for wanted, reachable in (((low + high) / 2, True), (0.9 * min(low, high), False), (1.1 * max(low, high), False)):
+        found = sw.design(CASE_A, CHAIN, target={"peak_force": wanted}, **given)
+        assert {option.value for option in found.table} == {"ptfe", "brass-260"}
+        assert found.reachable == reachable
+        assert bool(found.why) != reachable
+
+
+def test_the_nearest_is_so_by_its_ratio() -> None:
+    found = design(momentum=1e300)
+    assert found.nearest == evolve(found.most, simulated=found.nearest.simulated if found.nearest else None)
 
 
 # ---------------------------------------------------------------- what is refused
@@ -399,7 +499,7 @@ def test_the_command_ends_with_1_where_nothing_is_found(capsys: pytest.CaptureFi
 
 
 @pytest.mark.parametrize(
-    ("target", "status"), [("peak_force", 2), ("peak_force=60 mm", 3), ("force=60 N", 3)], ids=["form", "unit", "name"]
+    ("target", "status"), [("peak_force", 2), ("peak_force=60 mm", 2), ("force=60 N", 2)], ids=["form", "unit", "name"]
 )
 def test_a_wrong_target_ends_with_a_sentence(target: str, status: int, capsys: pytest.CaptureFixture[str]) -> None:
     assert (
@@ -414,6 +514,41 @@ def test_the_command_draws_a_picture(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert cli.main(["design", FILE, *arguments, "-o", str(picture)]) == 0
     assert "<svg" in picture.read_text()
     assert capsys.readouterr().err == f"{picture}: written\n"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--between", "20 mm", "1 mm"],
+        ["--between", "1 mm", "2 kg"],
+        ["--between", "1 mm", "20 mm", "--points", "1"],
+        ["--among", "ptfe"],
+    ],
+    ids=["order", "unit", "points", "among"],
+)
+def test_a_wrong_argument_is_one_of_usage(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["design", FILE, "--vary", "chain.radius", "--target", "peak_force=60 N", *arguments]) == 2
+    told = capsys.readouterr()
+    name = arguments[-2] if len(arguments) > 3 else arguments[0]
+    assert told.err.startswith(f"{name}: must ")
+    assert told.out == ""
+
+
+def test_an_unknown_material_is_one_of_usage(capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["--vary", "chain.material", "--target", "peak_force=60 N", "--among", "ptef"]
+    assert cli.main(["design", FILE, *arguments]) == 2
+    assert capsys.readouterr().err.startswith("--among: unknown material")
+
+
+@pytest.mark.parametrize(("name", "status"), [("design.gif", 2), ("nowhere/design.svg", 5)])
+def test_a_picture_that_cannot_be_is_refused_before_anything_is_done(
+    name: str, status: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # the file does not exist, which would be told with 5
+    arguments = ["--vary", "chain.radius", "--target", "peak_force=60 N", "-o", str(tmp_path / name)]
+    assert cli.main(["design", "none.yaml" if status == 2 else FILE, *arguments]) == status
+    told = capsys.readouterr().err
+    assert told.startswith("--output: must end in" if status == 2 else str(tmp_path / name))
 
 
 def test_a_picture_of_materials_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,22 +7,25 @@ import math
 import subprocess
 import sys
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 import shockwave as sw
 from pages import ROOT, code_in, table
 from scenes import CASE_A, CHAIN, POWER, UNITS
 from shockwave import cli
 from shockwave.curve import UniversalCurve
-from shockwave.curve.response import scenario_of
+from shockwave.curve.response import Exponents, Response, curve_of, data_of, duration_of, scenario_of, value_of
 from shockwave.scenario.family import Family
 from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.variable import variable
 from shockwave.uncertainties.distribution import Distribution
+from shockwave.uncertainties.uncertainty import _slopes
 from test_docs import flat
 
 FILE = ROOT / "profiles" / "examples" / "protector.yaml"
@@ -90,7 +93,7 @@ NARROW = {
 
 @pytest.mark.parametrize("name", NARROW)
 def test_draws_of_each_value_are_the_scenes_that_have_it(name: str) -> None:
-    result = sw.uncertainty(CASE_A, CHAIN, {name: NARROW[name]}, draws=256)
+    result = sw.uncertainty(CASE_A, CHAIN, {name: NARROW[name]}, draws=1024)
     family, curve = Family(scenario_of(CASE_A, CHAIN)), UniversalCurve(POWER)
     scenes = [family.scenario({name: float(value)}) for value in result.values[name][:20]]
     known = [curve.peak_force(scene.shock, scene.chain) for scene in scenes]
@@ -100,7 +103,7 @@ def test_draws_of_each_value_are_the_scenes_that_have_it(name: str) -> None:
 
 def test_a_shape_that_is_uncertain_is_simulated() -> None:
     spreads = {"shock.parameters.decay_exponent": "5 %", "shock.duration_ratio": {"between": [2.5, 3.5]}}
-    result = sw.uncertainty(CASE_A, CHAIN, spreads, draws=256)
+    result = sw.uncertainty(CASE_A, CHAIN, spreads, draws=1024)
     assert result.method == "simulation"
     values = zip(*(result.values[name][:50].tolist() for name in spreads), strict=True)
     shocks = [
@@ -158,7 +161,7 @@ def test_one_uncertain_value_has_all_of_the_variance() -> None:
 
 
 def test_errors_of_sampling_are_those_that_other_seeds_show() -> None:
-    results = [found(seed, 512) for seed in range(12)]
+    results = [found(seed, 1024) for seed in range(12)]
     means = [result.peak_force.mean.value for result in results]
     # half a 95 % interval is about twice the deviation, itself known to a factor of two from 12 seeds
     told = float(np.mean([result.peak_force.mean.error for result in results])) / 2.13
@@ -166,7 +169,60 @@ def test_errors_of_sampling_are_those_that_other_seeds_show() -> None:
 
 
 def test_more_draws_tell_more() -> None:
-    assert found(draws=4096).peak_force.mean.error < found(draws=256).peak_force.mean.error / 4
+    assert found(draws=2**14).peak_force.mean.error < found(draws=1024).peak_force.mean.error / 4
+
+
+# ---------------------------------------------------------------- to first order
+
+
+def exponent(low: sw.Shock, high: sw.Shock, chain: sw.Chain, step: float) -> tuple[float, float]:
+    """Those of peak force and amplification, by simulations whose value differs by the factor 1 + ``step``."""
+    ends = [sw.simulate(shock, chain, rtol=1e-10, waves="primary") for shock in (low, high)]
+    powers = (math.log(b / a) / math.log1p(step) for a, b in pairwise([one.peak_force for one in ends]))
+    ratios = (math.log(b / a) / math.log1p(step) for a, b in pairwise([one.amplification for one in ends]))
+    return next(powers), next(ratios)
+
+
+def slopes(scenario: sw.Scenario, spreads: dict[str, Any], name: str) -> tuple[float, float]:
+    """Exponents of ``name`` as told, of peak force and amplification, where ``spreads`` are drawn."""
+    given = [Spread(variable(each, data_of(scenario)), "relative", (share,)) for each, share in spreads.items()]
+    nominal = {each: value_of(scenario, each) for each in spreads}
+    one = next(Distribution.of(each, nominal[name]) for each in given if each.name == name)
+    curve = curve_of(scenario.shock.profile, 1e-4, duration_of(scenario))
+    told = _slopes(Response.of(scenario, spreads, 1e-4), Exponents.of(scenario, curve), one, nominal)
+    return told[0].value * nominal[name], told[1].value * nominal[name]
+
+
+@pytest.mark.parametrize("force_too", [False, True], ids=["alone", "with the peak force"])
+def test_a_parameter_that_sets_the_peak_force_has_its_exponent(force_too: bool) -> None:
+    pytest.importorskip("shockwave_blast")
+    scenario = sw.load_scenario(ROOT / "plugins" / "shockwave-blast" / "profiles" / "microcharge.yaml")
+    name, step = "shock.parameters.standoff", 2e-3
+    spreads = {name: 0.02} | ({"shock.peak_force": 0.02} if force_too else {})
+    family, here = Family(scenario), value_of(scenario, name)
+    low, high = (family.scenario({name: here * math.exp(k * math.log1p(step) / 2)}).shock for k in (-1, 1))
+    if force_too:  # then the draws keep it
+        low, high = (evolve(shock, peak_force=scenario.shock.peak_force) for shock in (low, high))
+    # differences over 0.1 and 0.2 % err by the square of that
+    assert slopes(scenario, spreads, name) == pytest.approx(exponent(low, high, scenario.chain, step), abs=1e-3)
+
+
+def test_exponents_keep_what_is_drawn_besides() -> None:
+    """With the duration drawn too, another ratio means another rise time, and not another duration."""
+    n, step = 3.0, 2e-3
+    spreads = {"shock.duration": "2 %", "shock.duration_ratio": "2 %"}
+    result = sw.uncertainty(CASE_A, CHAIN, spreads, draws=1024)
+    ends = []
+    for k in (-1, 1):
+        ratio = n * math.exp(k * math.log1p(step) / 2)
+        profile = evolve(POWER, duration_ratio=ratio)
+        ends.append(sw.Shock(profile=profile, peak_force=CASE_A.peak_force, rise_time=CASE_A.duration / ratio))
+    known, _ = exponent(ends[0], ends[1], CHAIN, step)
+    assert {one.name: one.exponent for one in result.sensitivities}["shock.duration_ratio"] == pytest.approx(
+        known, abs=1e-3
+    )
+    # the next term is of the order of the spread
+    assert result.peak_force.linear_sd == pytest.approx(result.peak_force.sd.value, rel=0.02)
 
 
 # ---------------------------------------------------------------- seeds
@@ -175,16 +231,16 @@ def test_more_draws_tell_more() -> None:
 def test_the_same_seed_gives_the_same_digits_in_another_process() -> None:
     program = (
         "import json, shockwave as sw\n"
-        f"found = sw.uncertainty(sw.load_scenario({str(FILE)!r}), draws=256, seed=5)\n"
+        f"found = sw.uncertainty(sw.load_scenario({str(FILE)!r}), draws=1024, seed=5)\n"
         "print(json.dumps(found.to_dict()))"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    own = sw.uncertainty(sw.load_scenario(FILE), draws=256, seed=5)
+    own = sw.uncertainty(sw.load_scenario(FILE), draws=1024, seed=5)
     assert json.loads(done.stdout) == json.loads(json.dumps(own.to_dict()))
 
 
 def test_another_seed_gives_other_digits() -> None:
-    assert found(0, 512).peak_force.mean != found(1, 512).peak_force.mean
+    assert found(0, 1024).peak_force.mean != found(1, 1024).peak_force.mean
 
 
 # ---------------------------------------------------------------- distributions
@@ -225,8 +281,19 @@ def test_distributions_have_the_mean_and_deviation_asked_for(
 
 
 def test_what_is_cut_off_is_told() -> None:
-    result = sw.uncertainty(CASE_A, CHAIN, {"chain.material.poisson_ratio": {"sd": 0.2}}, draws=256)
+    result = sw.uncertainty(CASE_A, CHAIN, {"chain.material.poisson_ratio": {"sd": 0.2}}, draws=1024)
     assert any("0.16 of the distribution of chain.material.poisson_ratio" in warning for warning in result.warnings)
+
+
+def test_a_value_outside_what_is_drawn_is_told() -> None:
+    result = sw.uncertainty(CASE_A, CHAIN, {"shock.peak_force": {"between": [200, 300]}}, draws=1024)
+    assert any("shock.peak_force is 100 N in the scenario, outside 200 N to 300 N" in text for text in result.warnings)
+    result = sw.uncertainty(CASE_A, CHAIN, {"shock.peak_force": {"between": [100, 300]}}, draws=1024)
+    assert not any("outside" in text for text in result.warnings)
+
+
+def test_a_deviation_in_kilograms_takes_no_prefix() -> None:
+    assert str(distribution("chain.material.density", 1e4, "sd", 20_000.0).spread) == "sd 20000 kg/m**3"
 
 
 # ---------------------------------------------------------------- the block
@@ -285,9 +352,10 @@ CALLS: dict[str, tuple[dict[str, Any], str]] = {
     "nothing": ({}, "uncertainty: must say which values are uncertain"),
     "name": ({"spreads": {"chain.radios": "5 %"}}, "uncertainty.*did you mean 'chain.radius'"),
     "draws": ({"spreads": SPREADS, "draws": 5000}, "draws: must be a power of 2 .*4096 or 8192"),
-    "few": ({"spreads": SPREADS, "draws": 16}, "draws: must be a whole number >= 256"),
+    "few": ({"spreads": SPREADS, "draws": 16}, "draws: must be a whole number >= 1024"),
     "seed": ({"spreads": SPREADS, "seed": -1}, "seed: must be a whole number >= 0"),
     "rtol": ({"spreads": SPREADS, "rtol": 1.0}, "rtol: must be >= 1e-07"),
+    "rounding": ({"spreads": {"chain.radius": {"sd": 1e-13}}}, "uncertainty..chain.radius.: .*more than 1e-09 of it"),
     "too-long": ({"spreads": {"shock.rise_time": {"factor": 50}}}, "natural times .*narrow the spreads"),
 }
 
@@ -310,10 +378,25 @@ def test_a_percentage_of_nothing_is_refused() -> None:
 
 
 def test_the_command_prints_json_as_the_page_tells(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["uncertainty", str(FILE), "--draws", "256", "--json"]) == 0
+    assert cli.main(["uncertainty", str(FILE), "--draws", "1024", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     told = {key for row in table("docs/commands.md", "uncertainty --json") for key in code_in(row[0])}
     assert told == flat(document)
+
+
+@pytest.mark.parametrize("argument", ["--draws=100", "--seed=-1"])
+def test_a_wrong_argument_is_one_of_usage(argument: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["uncertainty", str(FILE), argument]) == 2
+    assert capsys.readouterr().err.startswith(f"{argument.partition('=')[0]}: must be a whole number")
+
+
+def test_a_sweep_is_to_be_deleted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "swept.yaml"
+    file.write_text(f"{FILE.read_text()}\nsweep: {{grid: {{shock.peak_force: [1, 2]}}}}\n")
+    design = ["design", str(file), "--vary", "chain.radius", "--target", "speed=9", "--between", "1 mm", "2 mm"]
+    for arguments in (["uncertainty", str(file)], design):
+        assert cli.main(arguments) == 2
+        assert "delete the block sweep" in capsys.readouterr().err
 
 
 def test_the_command_ends_with_a_sentence_without_the_block(capsys: pytest.CaptureFixture[str]) -> None:

@@ -4,12 +4,34 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from shockwave.cli.output import print_json
 from shockwave.cli.scenes import loaded
-from shockwave.errors import UsageError
+from shockwave.errors import InvalidValueError, UnknownNameError, UsageError
 
 __all__ = ["design", "uncertainty"]
+
+# What to do with a scenario that stands for many.
+_SWEPT = "delete the block sweep"
+
+
+@contextmanager
+def _of_arguments(options: argparse.Namespace) -> Iterator[None]:
+    """A fault of an argument is one of the call, not of a scenario."""
+    try:
+        yield
+    except InvalidValueError as error:
+        parts = [fault.path.partition(".") for fault in error.faults]
+        if not all(name in vars(options) for name, _, _ in parts):
+            raise
+        told = ((f"--{name}", rest, fault.problem) for (name, _, rest), fault in zip(parts, error.faults, strict=True))
+        raise UsageError("\n".join(": ".join(filter(None, one)) for one in told)) from None
+    except UnknownNameError as error:
+        if error.exit_code != UnknownNameError.exit_code:  # a plugin is at fault
+            raise
+        raise UsageError(f"--among: {error}") from None
 
 
 def design(options: argparse.Namespace) -> int:
@@ -19,28 +41,32 @@ def design(options: argparse.Namespace) -> int:
     name, sign, value = options.target.partition("=")
     if not sign:
         raise UsageError(f"--target must be QUANTITY=VALUE, such as peak_force='60 N' (got {options.target!r})")
-    scenarios, status = loaded([options.file])
+    if options.output:
+        from shockwave.designs.picture import checked, write
+
+        with _of_arguments(options):
+            checked(options.output, options.vary)
+    scenarios, status = loaded([options.file], _SWEPT)
     if status:
         return status
     among = None if options.among is None else [part.strip() for part in options.among.split(",") if part.strip()]
-    found = run(
-        scenarios[0],
-        vary=options.vary,
-        target={name.strip(): value.strip()},
-        between=options.between,
-        among=among,
-        points=options.points,
-        rtol=options.rtol,
-    )
-    if options.output:
-        from shockwave.designs.picture import write
-
-        write(found, options.output)
-        print(f"{options.output}: written", file=sys.stderr)
+    with _of_arguments(options):
+        found = run(
+            scenarios[0],
+            vary=options.vary,
+            target={name.strip(): value.strip()},
+            between=options.between,
+            among=among,
+            points=options.points,
+            rtol=options.rtol,
+        )
     if options.json:
         print_json(found.to_dict())
     else:
         print(found)
+    if options.output:
+        write(found, options.output)
+        print(f"{options.output}: written", file=sys.stderr)
     if found.why:
         print(f"{options.file}: {found.why}", file=sys.stderr)
         return 1
@@ -51,10 +77,11 @@ def uncertainty(options: argparse.Namespace) -> int:
     """Distribution of the primary where values are uncertain."""
     from shockwave.uncertainties.uncertainty import uncertainty as run
 
-    scenarios, status = loaded([options.file])
+    scenarios, status = loaded([options.file], _SWEPT)
     if status:
         return status
-    found = run(scenarios[0], draws=options.draws, seed=options.seed, rtol=options.rtol)
+    with _of_arguments(options):
+        found = run(scenarios[0], draws=options.draws, seed=options.seed, rtol=options.rtol)
     if options.json:
         print_json(found.to_dict())
     else:

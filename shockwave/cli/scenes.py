@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 __all__ = ["compare", "curve", "loaded", "predict", "report", "simulate", "validate"]
 
 
-def loaded(files: Sequence[str]) -> tuple[list[Scenario], int]:
+def loaded(files: Sequence[str], remedy: str = "") -> tuple[list[Scenario], int]:
     """All scenarios and 0; or, after every fault of every file was told, the greatest exit status of them.
 
-    One that stands for many is a fault here.
+    One that stands for many is a fault here; ``remedy`` says what to do, or to run the sweep.
     """
     from shockwave.scenario.load import load_scenario
 
@@ -31,8 +31,8 @@ def loaded(files: Sequence[str]) -> tuple[list[Scenario], int]:
         try:
             scenario = load_scenario(file)
             if scenario.sweep is not None:
-                problem = f"must be a single scene (got a sweep of {len(scenario.sweep)}; run `shockwave sweep {file}`)"
-                raise UsageError(f"{file}: {problem}")
+                instead = remedy or f"run `shockwave sweep {file}`"
+                raise UsageError(f"{file}: must be a single scene (got a sweep of {len(scenario.sweep)}; {instead})")
             scenarios.append(scenario)
         except ShockwaveError as error:
             print(error, file=sys.stderr)

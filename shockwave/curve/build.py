@@ -13,11 +13,11 @@ from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.curve.fit import fitted
 from shockwave.curve.series import Series
 from shockwave.curve.shape import Shape
-from shockwave.curve.short import CORRECTION, IMPULSE_LIMIT
 from shockwave.errors import NumericalError
 from shockwave.measurement.simulate import simulate
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
+from shockwave.theory.short import CORRECTION, IMPULSE_LIMIT
 
 __all__ = ["Built", "any_chain", "built"]
 
@@ -29,6 +29,9 @@ _SECOND, _SQUARE = 2.0, 1.4
 # Where it is checked, over the longest for which it is used; how much shorter that becomes if the check fails, and how
 # often at most.
 _CHECK, _SHORTER, _MOST = 0.8, 0.75, 40
+# Beyond this durations are tried by doubling: the simulation of one that does not tell its error may take minutes, and
+# the longer the more.
+_PROBED = 50.0
 # An error is told as so many times the greatest that checks have shown; measured on 95 shapes at rtol 1e-2 to 1e-6,
 # 99.9 % are covered at each.
 _CAUTION = 3.0
@@ -67,6 +70,12 @@ class _Simulated:
         shock = Shock(profile=self.profile, peak_force=1.0, rise_time=ratio * Scales.of(chain, 1.0).time)
         result = simulate(shock, chain, rtol=self.rtol, waves="primary")
         self.count += 1
+        if result.error_estimate >= 1:
+            known = max((math.exp(known) for known in self.doubts), default=0.0)
+            problem = f"a simulation of {math.exp(x):.4g} natural times does not tell how good it is"
+            raise NumericalError(
+                f"there is no curve so long: {problem} (others did up to {known:.4g}; shorten the shock)"
+            )
         self.doubts[x] = result.error_estimate
         strength = ratio * self.shape.area / MOMENTUM
         return math.log(result.amplification / IMPULSE_LIMIT) - 1.2 * math.log(strength)
@@ -82,6 +91,10 @@ def built(profile: ShockProfile, shape: Shape, rtol: float, longest: float) -> B
     second_correction, short_end, short_error = _short(simulated, rtol, math.log(longest))
     if short_end >= math.log(longest):
         return Built(second_correction, short_end, short_error, None, simulated.count)
+    probe = _PROBED
+    while probe < longest:
+        simulated(math.log(probe))
+        probe *= 2
     series = fitted(simulated, short_end, math.log(longest), rtol)
     pieces = tuple(
         evolve(piece, error=_CAUTION * piece.error + simulated.doubt(piece.begin, piece.end)) for piece in series.pieces

@@ -42,6 +42,8 @@ __all__ = [
     "Response",
     "curve_of",
     "duration_of",
+    "longest_for",
+    "notes_of",
     "scenario_of",
     "value_of",
     "variable_of",
@@ -69,8 +71,8 @@ SIGNS = {
 }
 # Two names of one value.
 _TWINS = {"chain.diameter": "chain.radius", "shock.duration": "shock.rise_time"}
-# Curves reach so far, or longer by doubling, up to the longest.
-_LONGEST, _LIMIT = 50.0, 1000.0
+# Curves reach so far, or longer by so many steps to the double, up to the longest.
+_LONGEST, _STEPS, _LIMIT = 50.0, 16, 1000.0
 _ROUNDING = 1e-9
 
 
@@ -131,8 +133,8 @@ def duration_of(scenario: Scenario) -> float:
     return ratio * float(scenario.shock.profile.duration_ratio)
 
 
-def curve_of(profile: ShockProfile, rtol: float, duration: float) -> UniversalCurve:
-    """The curve of a shape, as long as ``duration``, n t0/T0, needs; kept for profiles of shockwave.
+def longest_for(duration: float) -> float:
+    """Up to where a curve is made that has to reach ``duration``, n t0/T0.
 
     Raises
     ------
@@ -142,9 +144,31 @@ def curve_of(profile: ShockProfile, rtol: float, duration: float) -> UniversalCu
     if not duration <= _LIMIT:
         remedy = "shorten the shock, or soften or enlarge the granules"
         raise InvalidValueError.of("", f"must last at most {_LIMIT:g} natural times (got {duration:.4g}; {remedy})")
-    longest = _LONGEST
-    while longest < duration:
-        longest = min(2 * longest, _LIMIT)
+    steps = math.ceil(_STEPS * math.log2(max(duration / _LONGEST, 1.0)) - _ROUNDING)
+    return min(max(_LONGEST * 2 ** (steps / _STEPS), duration), _LIMIT)
+
+
+def notes_of(scenario: Scenario, besides: str = "") -> tuple[str, ...]:
+    """What a reader must know of an answer for the scenario; ``besides``, of what holds for a chain that ends."""
+    told = []
+    if scenario.chain.granules is not None:
+        told.append(f"the chain counts as one without end, not of {scenario.chain.granules} granules{besides}")
+    if scenario.sweep is not None:
+        told.append(f"the scenario stands for {len(scenario.sweep)} scenes: this is the first")
+    return (*scenario.shock.profile.notes, *told)
+
+
+def curve_of(profile: ShockProfile, rtol: float, duration: float) -> UniversalCurve:
+    """The curve of a shape, as long as ``duration``, n t0/T0, needs; kept for profiles of shockwave.
+
+    Raises
+    ------
+    InvalidValueError
+        When no curve is so long.
+    NumericalError
+        When a simulation fails, or does not tell how good it is.
+    """
+    longest = longest_for(duration)
     if not trusted(profile):
         return UniversalCurve(profile, rtol=rtol, longest=longest)
     try:

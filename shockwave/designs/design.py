@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from attrs import field, frozen
 
 from shockwave.chain.chain import Chain
-from shockwave.curve.response import scenario_of, variable_of
+from shockwave.curve.response import notes_of, scenario_of, variable_of
 from shockwave.designs.lines import Line, spaced
 from shockwave.designs.targets import Option, Target
 from shockwave.errors import InvalidValueError
@@ -18,6 +18,7 @@ from shockwave.registry import entries, find
 from shockwave.scenario.family import Family
 from shockwave.scenario.load import Scenario
 from shockwave.scenario.variable import Variable
+from shockwave.text import si
 
 __all__ = ["Design", "design"]
 
@@ -26,6 +27,8 @@ _POINTS = Quantity("", "number of rows", at_least=2, at_most=1000, whole=True)
 _RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)
 # Of the line in a picture.
 _FINE = 301
+# A target missed by no more is met but for rounding.
+_ROUNDING = 1e-9
 
 
 @frozen(kw_only=True)
@@ -43,7 +46,8 @@ class Design:
     between : tuple of float, or None
         The interval of the value; None for materials.
     solutions : tuple of Option
-        All values in the interval that meet the target, ascending; each was simulated.
+        All values in the interval that meet the target, ascending; each was simulated. Among them are ends and turning
+        points that miss it by no more than the error allowed, which a warning tells.
     nearest : Option or None
         Where none does, the one that comes nearest; for materials always.
     least, most : Option
@@ -188,18 +192,19 @@ def _of_numbers(
     scenario: Scenario, variable: Variable, target: Target, between: tuple[float, float], points: int, rtol: float
 ) -> Design:
     name, family = variable.name, Family(scenario)
-    try:
-        line = Line.of(scenario, name, target, between, rtol)
-    except InvalidValueError as error:
-        problem = f"must give scenes that can be (got one: {error}; narrow the interval)"
-        raise InvalidValueError.of("between", problem) from None
 
     def option(value: float) -> Option:
         return Option.of(value, family.scenario({name: value}), target, rtol, line.reach)
 
-    least, most = (option(value) for value, _ in line.extremes)
-    solutions = [option(value) for value in line.solutions]
-    nearest = None if solutions else min(least, most, key=lambda one: abs(one.reached - target.value))
+    try:
+        line = Line.of(scenario, name, target, between, rtol)
+        least, most = (option(value) for value, _ in line.extremes)
+        solutions = [option(value) for value, _ in line.solutions]
+        rows = tuple(option(value) for value in spaced(between, points))
+    except InvalidValueError as error:
+        problem = f"must give scenes that can be (got one: {error}; narrow the interval)"
+        raise InvalidValueError.of("between", problem) from None
+    nearest = None if solutions else min(least, most, key=target.distance)
     checked, told = _verified([*solutions, *([nearest] if nearest else [])], family, name, target)
     return Design(
         scenario=scenario.name,
@@ -211,8 +216,8 @@ def _of_numbers(
         nearest=None if solutions else checked[0],
         least=least,
         most=most,
-        table=tuple(option(value) for value in spaced(between, points)),
-        warnings=(*_warnings(scenario), *told),
+        table=rows,
+        warnings=(*_warnings(scenario), *_doubts(line, least, most, target, rtol, variable.unit or ""), *told),
         line=line.points(_FINE),
     )
 
@@ -235,7 +240,7 @@ def _of_materials(scenario: Scenario, target: Target, among: Iterable[str] | Non
             left_out.append(f"{name} is left out: {error}")
     if not options:
         raise InvalidValueError.of("among", f"must have a material for which there is a curve ({left_out[0]})")
-    ranked = sorted(options, key=lambda one: abs(one.reached - target.value))
+    ranked = sorted(options, key=target.distance)
     (first,), told = _verified(ranked[:1], family, _MATERIAL, target)
     return Design(
         scenario=scenario.name,
@@ -262,10 +267,16 @@ def _verified(
 
 
 def _warnings(scenario: Scenario) -> tuple[str, ...]:
-    told = []
-    granules = scenario.chain.granules
-    if granules is not None:
-        told.append(f"found for a chain without end; the simulation is of {granules} granules")
-    if scenario.sweep is not None:
-        told.append(f"the scenario stands for {len(scenario.sweep)} scenes: this is the first")
-    return (*scenario.shock.profile.notes, *told)
+    return notes_of(scenario, besides="; simulations are of the chain as it is")
+
+
+def _doubts(line: Line, least: Option, most: Option, target: Target, rtol: float, unit: str) -> Iterator[str]:
+    """What there is to say of solutions that are none but for the error of the curve."""
+    range_ = (most.reached - least.reached) / target.value
+    if range_ <= max(least.reached_error, most.reached_error, rtol):
+        yield f"over the whole interval {target.name} varies by no more than {range_:.0e} of what is wanted"
+        return
+    for value, miss in line.solutions:
+        if abs(miss) > _ROUNDING:
+            end = f"{si(value, unit)} is an end of the interval or a turning point"
+            yield f"{end}: it misses what is wanted by {miss:+.1e}, no more than the error allowed"

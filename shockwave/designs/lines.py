@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from attrs import frozen
@@ -13,6 +13,7 @@ from shockwave.curve.crossings import Landmarks, crossings, landmarks, tilted
 from shockwave.curve.fit import fitted
 from shockwave.curve.response import POWERS, Response, curve_of, duration_of
 from shockwave.designs.targets import Target
+from shockwave.errors import NumericalError
 from shockwave.quadrature import FloatArray
 from shockwave.scenario.family import Family
 from shockwave.scenario.load import Scenario
@@ -24,6 +25,8 @@ _POISSON, _MODULUS = "chain.material.poisson_ratio", "chain.material.youngs_modu
 _WIDE = 3.0
 # Poisson's ratios nearer to 0 than this, or to the ends of the interval, are these.
 _ROUNDING = 1e-7
+# A value that is an end of the interval but for this is that end.
+_END = 1e-9
 
 
 @frozen
@@ -38,8 +41,8 @@ class Line:
         The values that stand behind an inner variable: one, or two of Poisson's ratio.
     reached : callable
         The targets behind inner variables.
-    solutions : tuple of float
-        Values at which it is as wanted, ascending.
+    solutions : tuple of (float, float)
+        Values at which it is as wanted, ascending, and by what share of that an end or a turning point misses it.
     reach : float
         The longest duration n t0/T0 for which one curve has to hold; 0 where there is a curve for each value.
     """
@@ -47,7 +50,7 @@ class Line:
     known: tuple[float, ...]
     values: Callable[[float], list[float]]
     reached: Callable[[FloatArray], FloatArray]
-    solutions: tuple[float, ...]
+    solutions: tuple[tuple[float, float], ...]
     reach: float
 
     @property
@@ -127,10 +130,21 @@ def _by_curve(response: Response, name: str, target: Target, between: tuple[floa
         return np.asarray(np.exp(start + q * (function(y) - here)))
 
     wanted = (math.log(target.value) - start) / q + here
-    # of the longest shocks the error may not be known at all: then what was asked for counts
-    found = crossings(function, known, wanted, lambda y: min(float(curve.error(math.exp(y))), response.rtol))
-    solutions = sorted({value for y in found for value in values(y)})
-    return Line(tuple(y for y, _ in known), values, reached, tuple(solutions), longest)
+
+    def tolerance(y: float) -> float:
+        # of the longest shocks the error may be more than was asked for: a target missed by that is not met
+        return min(float(curve.error(math.exp(y))), response.rtol)
+
+    found = crossings(function, known, wanted, tolerance)
+    return Line(tuple(y for y, _ in known), values, reached, _solutions(found, known, wanted, values, q), longest)
+
+
+def _solutions(
+    found: Iterable[float], known: Landmarks, wanted: float, values: Callable[[float], list[float]], power: float
+) -> tuple[tuple[float, float], ...]:
+    heights = dict(known)
+    misses = ((x, math.expm1(power * (heights.get(x, wanted) - wanted))) for x in found)
+    return tuple(sorted({value: miss for x, miss in misses for value in values(x)}.items()))
 
 
 def _of(scenario: Scenario, name: str, value: float) -> float:
@@ -145,12 +159,19 @@ def _behind(name: str, between: tuple[float, float], factor: float) -> list[floa
     """The values that are ``factor`` times the first one; those of Poisson's ratio that make E/(1 - nu^2) so."""
     low, high = between
     if name != _POISSON:
-        # rounding must not leave the interval
-        return [min(max(low * factor, low), high)]
+        return [_inside(low * factor, between)]
     square = 1 - (1 - low**2) / factor
     root = math.sqrt(square) if square > _ROUNDING**2 else 0.0
-    inside = {min(max(nu, low), high) for nu in (0.0 - root, root) if low - _ROUNDING <= nu <= high + _ROUNDING}
-    return sorted(inside)
+    roots = (nu for nu in (0.0 - root, root) if low - _ROUNDING <= nu <= high + _ROUNDING)
+    return sorted({_inside(nu, between, _ROUNDING) for nu in roots})
+
+
+def _inside(value: float, between: tuple[float, float], near: float = 0.0) -> float:
+    """``value``; an end of the interval where it is that but for rounding."""
+    for end in between:
+        if math.isclose(value, end, rel_tol=_END, abs_tol=near):
+            return end
+    return min(max(value, between[0]), between[1])
 
 
 # ---------------------------------------------------------------- other shapes
@@ -159,15 +180,21 @@ def _behind(name: str, between: tuple[float, float], factor: float) -> list[floa
 def _by_simulation(response: Response, name: str, target: Target, between: tuple[float, float]) -> Line:
     """By a piecewise polynomial through simulations: the curves of other shapes are others."""
     family = response.family
+    for value in between:  # the table has their curves too; where there is none, this is told before the line is made
+        end = family.scenario({name: value})
+        curve_of(end.shock.profile, response.rtol, duration_of(end))
     wide = between[0] > 0 and between[1] > _WIDE * between[0]
     first, last = map(math.log, between) if wide else between
 
     def values(x: float) -> list[float]:
-        return [min(max(math.exp(x) if wide else x, between[0]), between[1])]
+        return [_inside(math.exp(x) if wide else x, between)]
 
     def simulated(x: float) -> float:
         (value,) = values(x)
-        amplification, force, _ = response({name: np.array([value])})
+        amplification, force, error = response({name: np.array([value])})
+        if error[0] >= 1:
+            problem = f"the primary at {name} = {value:.4g} cannot be told from what follows"
+            raise NumericalError(f"{problem} (its simulation does not say how good it is; shorten the shock)")
         return math.log(target.reached(float(amplification[0] * force[0]), family.scenario({name: value})))
 
     series = fitted(simulated, first, last, response.rtol)
@@ -177,6 +204,7 @@ def _by_simulation(response: Response, name: str, target: Target, between: tuple
 
     known: Landmarks = series.landmarks(0.0)
     base = family.scenario({name: between[0]})
-    found = crossings(function, known, math.log(target.value), lambda x: abs(target.power(base)) * response.rtol)
-    solutions = sorted(value for x in found for value in values(x))
-    return Line(tuple(x for x, _ in known), values, lambda x: np.exp(series(x)), tuple(solutions), 0.0)
+    wanted = math.log(target.value)
+    found = crossings(function, known, wanted, lambda x: abs(target.power(base)) * response.rtol)
+    solutions = _solutions(found, known, wanted, values, 1.0)
+    return Line(tuple(x for x, _ in known), values, lambda x: np.exp(series(x)), solutions, 0.0)

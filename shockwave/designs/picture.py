@@ -6,13 +6,27 @@ import os
 import pathlib
 
 from shockwave.designs.design import Design
-from shockwave.errors import InvalidValueError, UsageError
+from shockwave.errors import FileAccessError, InvalidValueError, UsageError
+from shockwave.pictures.canvas import figure, save
 
-__all__ = ["write"]
+__all__ = ["checked", "write"]
 
 
-def write(found: Design, file: str | os.PathLike[str]) -> None:
-    """Draw ``found`` into ``file``, whose ending tells the format: svg, png or pdf.
+def checked(output: str | os.PathLike[str], vary: str) -> pathlib.Path:
+    """The file, if a design along ``vary`` can be drawn into it; the same errors as of `write`."""
+    path = pathlib.Path(output)
+    if path.suffix.lower() not in (".svg", ".png", ".pdf"):
+        raise InvalidValueError.of("output", f"must end in .svg, .png or .pdf (got {path.name!r})")
+    if vary == "chain.material":
+        raise UsageError(f"{path}: {vary} has no picture, as materials lie on no line (leave -o out)")
+    if not path.parent.is_dir():
+        raise FileAccessError(f"{path}: cannot be written (there is no folder {path.parent})")
+    figure()  # which tells if there is no matplotlib
+    return path
+
+
+def write(found: Design, output: str | os.PathLike[str]) -> None:
+    """Draw ``found`` into the file ``output``, whose ending tells the format: svg, png or pdf.
 
     Raises
     ------
@@ -21,12 +35,7 @@ def write(found: Design, file: str | os.PathLike[str]) -> None:
     InvalidValueError, FileAccessError
         When the ending is another, or the file cannot be written.
     """
-    path = pathlib.Path(file)
-    if path.suffix.lower() not in (".svg", ".png", ".pdf"):
-        raise InvalidValueError.of("file", f"must end in .svg, .png or .pdf (got {path.name!r})")
-    if found.between is None:
-        raise UsageError(f"{path}: {found.vary} has no picture, as materials lie on no line (leave -o out)")
-    from shockwave.pictures.canvas import figure, save
+    path = checked(output, found.vary)
     from shockwave.pictures.design import design as drawn
 
     sheet, (ax,) = figure()

@@ -86,6 +86,10 @@ class Target:
             return peak_force / scenario.shock.peak_force
         return float(getattr(SolitaryWave.of(peak_force, scenario.chain), self.name))
 
+    def distance(self, option: Option) -> float:
+        """How far ``option`` is from it: the logarithm of their ratio, without its sign."""
+        return abs(math.log(option.reached) - math.log(self.value))
+
     def power(self, scenario: Scenario) -> float:
         """The power with which it goes with the peak force of the primary alone."""
         return _power(self.reached(2.0, scenario) / self.reached(1.0, scenario))

@@ -27,7 +27,8 @@ def design_text(found: Design) -> str:
         lines.append(f"  nearest           {_at(found, found.nearest)}")
     rows = found.solutions or ((found.nearest,) if found.nearest else ())
     lines += ["", indent(_verified(found, rows))]
-    lines.append("  (off: simulated against found; the powers are those with which the peak force goes)")
+    against = "what is wanted" if found.solutions else "found"
+    lines.append(f"  (off: simulated against {against}; the powers are those with which the peak force goes)")
     if found.solutions:
         lines += ["", indent(_table(found, rows))]
     lines += ["", indent(_table(found, found.table))]
@@ -115,7 +116,7 @@ def _simulated(found: Design, option: Option) -> Iterator[str]:
         digits = min(max(8, 2 - math.floor(math.log10(known.error_estimate))), 15)
         yield si_of(known.reached, found.target.unit, digits)
         yield f"{known.error_estimate:.0e}"
-        yield f"{known.reached / option.reached - 1:+.0e}"
+        yield f"{known.reached / (found.target.value if found.solutions else option.reached) - 1:+.0e}"
     for name in SIGNS:
         yield f"{getattr(option.exponents, name):.3f}"
     yield f"{option.exponents.error:.0e}"

@@ -11,14 +11,17 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from attrs import evolve
 
 from shockwave.chain.chain import Chain
 from shockwave.curve.response import (
+    POWERS,
     Exponents,
     Response,
     curve_of,
     data_of,
     duration_of,
+    notes_of,
     scenario_of,
     value_of,
 )
@@ -29,20 +32,21 @@ from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.scenario.load import Scenario
 from shockwave.scenario.uncertainty import Spread, read
+from shockwave.text import si
 from shockwave.uncertainties.distribution import Distribution
 from shockwave.uncertainties.result import Estimate, Sensitivity, Statistics, Uncertainty
 
 __all__ = ["uncertainty"]
 
-_DRAWS = Quantity("", "number of draws", at_least=256, at_most=2**18, whole=True)
+_DRAWS = Quantity("", "number of draws", at_least=1024, at_most=2**18, whole=True)
 _SEED = Quantity("", "seed", at_least=0, at_most=2**63 - 1, whole=True)
 _RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)
 _BATCHES = 16
 # Student's t for 95 % and fifteen degrees of freedom, of a mean over the batches.
 _CONFIDENCE = 2.1314 / math.sqrt(_BATCHES)
 _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
-# A share cut off that is told.
-_TOLD = 1e-6
+# A share cut off that is told; a deviation over the value that is rounding.
+_TOLD, _NARROWEST = 1e-6, 1e-9
 # Step of a difference over the standard deviation, the tolerance of its simulations, and that of a curve for its slope.
 _STEP, _TIGHT, _SLOPE = 1e-2, 1e-10, 1e-6
 
@@ -68,7 +72,7 @@ def uncertainty(
         Dotted names and how well the values are known, as in the block ``uncertainty``; it takes the place of that
         of the scenario.
     draws : int
-        Scenes to draw, a power of 2 from 256 to 262144.
+        Scenes to draw, a power of 2 from 1024 to 262144.
     seed : int
         The same seed gives the same digits.
     rtol : float
@@ -89,15 +93,16 @@ def uncertainty(
     _check(draws, seed, rtol)
     scenario = scenario_of(scene, chain)
     known = _spreads(scenario, spreads)
-    drawn = [Distribution.of(spread, value_of(scenario, spread.name)) for spread in known]
-    response = Response.of(scenario, (spread.name for spread in known), rtol)
+    nominal = {spread.name: value_of(scenario, spread.name) for spread in known}
+    drawn = [_distribution(spread, nominal[spread.name]) for spread in known]
+    response = Response.of(scenario, nominal, rtol)
+    # of a shock for which there is no curve this says so before anything is drawn
+    exponents = Exponents.of(scenario, curve_of(scenario.shock.profile, min(rtol, _SLOPE), duration_of(scenario)))
+    slopes = [_slopes(response, exponents, one, nominal) for one in drawn]
+    (amplification,), _, (error,) = response({name: np.array([value]) for name, value in nominal.items()})
     batches = _batches(response, drawn, int(draws), int(seed))
     sampled = np.concatenate([outputs for _, outputs, _ in batches], axis=-1)
-    exponents = Exponents.of(scenario, curve_of(scenario.shock.profile, min(rtol, _SLOPE), duration_of(scenario)))
-    slopes = [_slope(response, exponents, one) for one in drawn]
-    nominal, _, nominal_error = response(
-        {one.spread.name: _array(value_of(scenario, one.spread.name)) for one in drawn}
-    )
+    forces, ratios = zip(*slopes, strict=True)
     columns = np.concatenate([points for points, _, _ in batches], axis=-1)
     return Uncertainty(
         scenario=scenario.name,
@@ -105,12 +110,12 @@ def uncertainty(
         seed=int(seed),
         evaluations=int(draws) * (len(drawn) + 2),
         method="curve" if response.keeps_shape else "simulation",
-        peak_force=_statistics(batches, 0, float(nominal[0]) * scenario.shock.peak_force, slopes, drawn),
-        amplification=_statistics(batches, 1, float(nominal[0]), _without_force(slopes, drawn, scenario), drawn),
-        sensitivities=_sensitivities(scenario, batches, sampled, drawn, slopes),
+        peak_force=_statistics(batches, 0, float(amplification) * scenario.shock.peak_force, forces, drawn),
+        amplification=_statistics(batches, 1, float(amplification), ratios, drawn),
+        sensitivities=_sensitivities(nominal, batches, sampled, drawn, forces),
         exponents=exponents,
-        model_error=max(float(nominal_error[0]), *(error for _, _, error in batches)),
-        warnings=_warnings(scenario, drawn),
+        model_error=max(float(error), *(error for _, _, error in batches)),
+        warnings=_warnings(scenario, drawn, nominal),
         values={one.spread.name: column for one, column in zip(drawn, columns, strict=True)},
         peak_forces=sampled[0, 0],
     )
@@ -150,17 +155,26 @@ def _step(step: object) -> str | int:
     return step if isinstance(step, str | int) else text_of(step)
 
 
-def _warnings(scenario: Scenario, drawn: Sequence[Distribution]) -> tuple[str, ...]:
+def _distribution(spread: Spread, value: float) -> Distribution:
+    found = Distribution.of(spread, value)
+    if not found.sd > _NARROWEST * abs(value):
+        problem = f"must leave the value uncertain by more than {_NARROWEST:g} of it (got {spread}; leave it out)"
+        raise InvalidValueError.of(dotted(("uncertainty", spread.name)), problem)
+    return found
+
+
+def _warnings(scenario: Scenario, drawn: Sequence[Distribution], nominal: Mapping[str, float]) -> tuple[str, ...]:
     told = [
         f"{one.cut:.2g} of the distribution of {one.spread.name} lay outside its range and was cut off"
         for one in drawn
         if one.cut > _TOLD
     ]
-    if scenario.chain.granules is not None:
-        told.append(f"the chain counts as one without end, not of {scenario.chain.granules} granules")
-    if scenario.sweep is not None:
-        told.append(f"the scenario stands for {len(scenario.sweep)} scenes: this is the first")
-    return (*scenario.shock.profile.notes, *told)
+    for spread in (one.spread for one in drawn if one.spread.kind == "between"):
+        value = nominal[spread.name]
+        if not spread.numbers[0] <= value <= spread.numbers[1]:
+            here = si(value, spread.variable.unit or "").rstrip()
+            told.append(f"{spread.name} is {here} in the scenario, outside {spread}, between which it is drawn")
+    return (*notes_of(scenario), *told)
 
 
 # ---------------------------------------------------------------- sampling
@@ -203,10 +217,6 @@ def _batch(response: Response, drawn: Sequence[Distribution], rng: np.random.Gen
     return first, outputs, float(error.max())
 
 
-def _array(value: float) -> FloatArray:
-    return np.array([value])
-
-
 def _estimate(pooled: Any, batches: Sequence[Any]) -> Any:
     """A number, or an array of them, from all draws together, each with its error as the batches differ."""
     errors = _CONFIDENCE * np.std(np.array(batches), axis=0, ddof=1)
@@ -234,7 +244,7 @@ def _statistics(
 
 
 def _sensitivities(
-    scenario: Scenario,
+    nominal: Mapping[str, float],
     batches: Sequence[_Batch],
     sampled: FloatArray,
     drawn: Sequence[Distribution],
@@ -244,7 +254,7 @@ def _sensitivities(
     indices = _estimate(_indices(sampled), [_indices(outputs) for _, outputs, _ in batches])
     found = []
     for number, (one, slope) in enumerate(zip(drawn, slopes, strict=True)):
-        name, value = one.spread.name, value_of(scenario, one.spread.name)
+        name, value = one.spread.name, nominal[one.spread.name]
         own = indices[:, number].tolist()
         found.append(
             Sensitivity(
@@ -279,23 +289,27 @@ def _indices(outputs: FloatArray) -> FloatArray:
 # ---------------------------------------------------------------- to first order
 
 
-def _slope(response: Response, exponents: Exponents, one: Distribution) -> Estimate:
-    """d ln F / d of the value, at the nominal scene."""
-    name = one.spread.name
-    value = value_of(response.scenario, name)
-    alone = Response.of(response.scenario, [name], _TIGHT)
-    if alone.keeps_shape:
-        # of Poisson's ratio it is 0 at 0
-        return Estimate(exponents.at(name) / value, exponents.error / abs(value)) if value else Estimate(0.0, 0.0)
+def _slopes(
+    response: Response, exponents: Exponents, one: Distribution, nominal: Mapping[str, float]
+) -> tuple[Estimate, Estimate]:
+    """d ln F and d ln (F/F0) over d of the value at the nominal scene, the other values that are drawn kept."""
+    name, value = one.spread.name, nominal[one.spread.name]
+    if name in POWERS:
+        if not value:  # of Poisson's ratio it is 0 at 0
+            return Estimate(0.0, 0.0), Estimate(0.0, 0.0)
+        force, error = exponents.at(name) / value, exponents.error / abs(value)
+        own = 1 / value if name == "shock.peak_force" else 0.0
+        return Estimate(force, error), Estimate(force - own, error)
     step = _STEP * one.sd
     ends = np.clip([value - step, value - step / 2, value + step / 2, value + step], *one.bounds)
-    a, b, c, d = np.log(alone({name: ends})[0])
+    values = {other: np.full(ends.shape, here) for other, here in nominal.items()} | {name: ends}
+    ratios, forces, _ = evolve(response, rtol=_TIGHT)(values)
+    # what sets the shape may set the peak force of the shock too
+    found = (_difference(ends, np.log(heights)) for heights in (ratios * forces, ratios))
+    return next(found), next(found)
+
+
+def _difference(ends: FloatArray, heights: FloatArray) -> Estimate:
+    a, b, c, d = heights
     wide, narrow = (d - a) / (ends[3] - ends[0]), (c - b) / (ends[2] - ends[1])
     return Estimate(float(narrow), float(abs(wide - narrow) + 2 * _TIGHT / (ends[2] - ends[1])))
-
-
-def _without_force(slopes: Sequence[Estimate], drawn: Sequence[Distribution], scenario: Scenario) -> list[Estimate]:
-    """The same of the amplification: the peak force of the shock divided out."""
-    force = {"shock.peak_force": 1 / scenario.shock.peak_force}
-    pairs = zip(slopes, drawn, strict=True)
-    return [Estimate(slope.value - force.get(one.spread.name, 0.0), slope.error) for slope, one in pairs]
