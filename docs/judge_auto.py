@@ -145,18 +145,18 @@ def throughput() -> list[str]:
     return rows
 
 
-def tell(name: str, rows: list[str]) -> None:
-    """Put a table into the page."""
-    text, body = PAGE.read_text(encoding="utf-8"), "".join(row + "\n" for row in rows)
+def tell(page: Path, name: str, rows: list[str]) -> None:
+    """Put the rows of a table into a page."""
+    text, body = page.read_text(encoding="utf-8"), "".join(row + "\n" for row in rows)
     pattern = rf"(<!-- table: {name} -->\n.*\n\|---.*\n)(?:\|.*\n)*"
-    PAGE.write_text(re.sub(pattern, lambda match: match[1] + body, text), encoding="utf-8")
+    page.write_text(re.sub(pattern, lambda match: match[1] + body, text), encoding="utf-8")
 
 
 def main() -> None:
     """Judge, print, and put the tables into the page."""
     for name, rows in {"auto": accuracy(drawn(SEED, COUNT)), "auto: many": throughput()}.items():
         print(name, *rows, sep="\n")
-        tell(name, rows)
+        tell(PAGE, name, rows)
 
 
 if __name__ == "__main__":

@@ -18,11 +18,12 @@ from scenes import CHAIN, FORCE, TRUTH, UNITS, name_of, shock_of
 from shockwave import pictures
 from shockwave.chain import Scales
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
-from shockwave.curve import UniversalCurve, short, write
+from shockwave.curve import UniversalCurve, write
 from shockwave.curve.fit import fitted
 from shockwave.curve.series import Piece, Series
 from shockwave.pictures.curve import curve as draw
 from shockwave.quadrature import FloatArray
+from shockwave.theory import short
 
 TRIANGLE = sw.Triangular(duration_ratio=3)
 SHAPES: dict[str, sw.ShockProfile] = {

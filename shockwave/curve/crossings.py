@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 from numpy.polynomial import polynomial
 
-from shockwave.curve.short import CORRECTION
 from shockwave.curve.universal import UniversalCurve
 from shockwave.numerics import bracketed_root
 from shockwave.quadrature import FloatArray
+from shockwave.theory.short import CORRECTION
 
 __all__ = ["Landmarks", "crossings", "landmarks", "tilted"]
 

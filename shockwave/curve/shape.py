@@ -10,10 +10,10 @@ import attrs
 import numpy as np
 from attrs import frozen
 
-from shockwave.curve.short import correction
 from shockwave.fields import text_of
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.guard import examine, trusted
+from shockwave.theory.short import correction
 
 __all__ = ["Shape"]
 
@@ -38,7 +38,7 @@ class Shape:
     centroid : float
         Of the force, in units of t0.
     correction : float
-        As of `shockwave.curve.short.correction`.
+        As of `shockwave.theory.short.correction`.
     """
 
     kind: str

@@ -16,7 +16,6 @@ from shockwave.curve.build import any_chain
 from shockwave.curve.fit import fitted
 from shockwave.curve.series import Series
 from shockwave.curve.shape import Shape
-from shockwave.curve.short import CORRECTION
 from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity, text_of
 from shockwave.measurement.result import SimulationResult
@@ -24,6 +23,7 @@ from shockwave.measurement.simulate import simulate
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
+from shockwave.theory.short import CORRECTION
 
 __all__ = ["TrainCurve"]
 

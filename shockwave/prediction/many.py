@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import Any
 
@@ -14,6 +14,7 @@ from attrs import cmp_using, field, frozen
 from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import InvalidValueError, PluginError, ShockwaveError
 from shockwave.fields import text_of
+from shockwave.prediction.predictor import chain_warnings
 from shockwave.prediction.trust import told
 from shockwave.profiles.base import Areas, ShockProfile
 from shockwave.profiles.conditions import conditions
@@ -21,7 +22,7 @@ from shockwave.profiles.guard import is_value
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.registry import blame, load
-from shockwave.text import range_text
+from shockwave.text import notes, range_text
 from shockwave.theory.scaled import Model, Peaks, Settings, Shocks
 
 __all__ = ["Predictions", "predicted"]
@@ -29,6 +30,11 @@ __all__ = ["Predictions", "predicted"]
 
 _SAME = cmp_using(eq=np.array_equal)
 _SAME_OR_NAN = cmp_using(eq=partial(np.array_equal, equal_nan=True))
+
+
+def _read_only(values: Any) -> Any:
+    values.setflags(write=False)
+    return values
 
 
 @frozen(kw_only=True)
@@ -47,14 +53,17 @@ class Predictions:
         By what each was found; empty for a shock among ``failures``.
     failures : tuple of (int, str)
         Indices of shocks that have no answer, ascending, each with the reason.
+    warnings : tuple of str
+        What a reader must know before using the figures.
     """
 
     model: str
-    peak_force: FloatArray = field(eq=_SAME_OR_NAN)
-    amplification: FloatArray = field(eq=_SAME_OR_NAN)
-    expected_error: FloatArray = field(eq=_SAME)
-    method: npt.NDArray[np.str_] = field(eq=_SAME)
+    peak_force: FloatArray = field(eq=_SAME_OR_NAN, hash=False, converter=_read_only)
+    amplification: FloatArray = field(eq=_SAME_OR_NAN, hash=False, converter=_read_only)
+    expected_error: FloatArray = field(eq=_SAME, hash=False, converter=_read_only)
+    method: npt.NDArray[np.str_] = field(eq=_SAME, hash=False, converter=_read_only)
     failures: tuple[tuple[int, str], ...]
+    warnings: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.peak_force)
@@ -68,6 +77,7 @@ class Predictions:
             "expected_error": [pair if None not in pair else None for pair in map(_plain, self.expected_error)],
             "method": self.method.tolist(),
             "failures": [{"index": index, "reason": reason} for index, reason in self.failures],
+            "warnings": list(self.warnings),
         }
 
     def __str__(self) -> str:
@@ -86,7 +96,7 @@ class Predictions:
         if self.failures:
             index, reason = self.failures[0]
             lines.append(f"  no answer         {len(self.failures)}; the first, shock {index}: {reason}")
-        return "\n".join(lines)
+        return "\n".join(lines + notes(self.warnings))
 
 
 def _plain(values: FloatArray) -> list[float | None]:
@@ -98,11 +108,12 @@ def predicted(
     settings: Settings,
     quadrature: str | None,
     momentum_parameter: float,
-    shocks: Sequence[Shock],
+    shocks: Iterable[Shock],
     chain: Chain | Sequence[Chain],
 ) -> Predictions:
     """What `Predictor.predict_many` returns."""
-    chains = [chain] * len(shocks) if isinstance(chain, Chain) else list(chain)
+    shocks = _listed("shocks", "shocks", shocks)
+    chains = [chain] * len(shocks) if isinstance(chain, Chain) else _listed("chain", "a Chain, or chains", chain)
     if len(chains) != len(shocks):
         raise InvalidValueError.of("chain", f"must be one, or one for each shock (got {len(chains)})")
     failures: dict[int, str] = {}
@@ -116,6 +127,8 @@ def predicted(
     method = np.full(len(shocks), "", dtype="U16")
     amplification[places], method[places] = found.amplification, found.method
     error[places, 0], error[places, 1] = found.low, found.high
+    warnings = [*found.warnings, *_of_chains(chains, error, isinstance(model, Model))]
+    warnings += dict.fromkeys(note for profile in given.profiles for note in profile.notes)
     failures |= {int(places[index]): reason for index, reason in found.failures.items()}
     forces = np.array([shock.peak_force for shock in shocks], dtype=float)
     return Predictions(
@@ -125,7 +138,29 @@ def predicted(
         expected_error=error,
         method=method,
         failures=tuple(sorted(failures.items())),
+        warnings=tuple(warnings),
     )
+
+
+def _listed(name: str, rule: str, values: Any) -> list[Any]:
+    try:
+        return list(values)
+    except TypeError:
+        raise InvalidValueError.of(name, f"must be {rule} in a list (got {text_of(values)})") from None
+
+
+def _of_chains(chains: Sequence[Chain], error: FloatArray, tells_error: bool) -> list[str]:
+    """Forget errors that are not known of a chain; warnings, each with how many it is of."""
+    known: dict[Chain, list[str]] = {}
+    counts: Counter[str] = Counter()
+    for index, chain in enumerate(chains):
+        if chain.granules is not None:
+            if chain not in known:
+                known[chain] = chain_warnings(chain, tells_error)
+            counts.update(known[chain])
+            if known[chain]:
+                error[index] = -np.inf, np.inf
+    return [f"{warning}: {count} of {len(chains)}" for warning, count in counts.items()]
 
 
 def _rise_times(shocks: Sequence[Shock], chains: Sequence[Chain], failures: dict[int, str]) -> FloatArray:

@@ -22,12 +22,13 @@ from shockwave.theory.scaled import ScaledAnswer, ScaledShock, Settings
 if TYPE_CHECKING:
     from shockwave.prediction.many import Predictions
 
-__all__ = ["MOMENTUM_COEFFICIENT", "MOMENTUM_COEFFICIENTS", "Predictor", "coefficient_of"]
+__all__ = ["MOMENTUM_COEFFICIENT", "MOMENTUM_COEFFICIENTS", "Predictor", "bounded", "chain_warnings", "coefficient_of"]
 
 MOMENTUM_COEFFICIENTS = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
 MOMENTUM_COEFFICIENT = Quantity("", "leading number of A", at_least=0.01, at_most=1000)
 # Below this many granules the steady wave that a prediction speaks of has not formed.
 _SHORT_CHAIN = 25
+_ENDLESS = ", on an endless chain"
 
 
 def coefficient_of(choice: str | float) -> float:
@@ -133,7 +134,7 @@ class Predictor:
         shock : Shock
             Profile, peak force, rise time.
         chain : Chain
-            Material, radius; a stated number of granules only leads to a warning where it is small.
+            Material, radius; of one with a stated number of granules the error may not be known.
 
         Returns
         -------
@@ -185,7 +186,7 @@ class Predictor:
         from shockwave.prediction.many import predicted
 
         parameter = MOMENTUM * coefficient_of(self.momentum_coefficient) / EXACT_COEFFICIENT
-        return predicted(self.model, self._settings, self.quadrature, parameter, list(shocks), chain)
+        return predicted(self.model, self._settings, self.quadrature, parameter, shocks, chain)
 
     @property
     def _settings(self) -> Settings:
@@ -202,13 +203,16 @@ class Predictor:
     ) -> Outcome:
         checked = conditions(scaled.areas, shock.profile.duration_ratio)
         error, doubts = told(answer, scaled, checked)
+        doubts += chain_warnings(chain, answer.tells_error)
+        if not bounded(chain, answer.tells_error):
+            error = None
         waves = tuple(
             SolitaryWave.of(amplitude * shock.peak_force, chain, coefficient) for amplitude in answer.amplitudes
         )
         common: dict[str, Any] = {
             "model": self.model,
             "method": answer.method or self.model,
-            "reason": answer.reason,
+            "reason": answer.reason + _ENDLESS * bool(answer.reason and chain.granules is not None),
             "peak_force": waves[0].peak_force,
             "amplification": answer.amplitudes[0],
             "relation": answer.relation,
@@ -223,7 +227,7 @@ class Predictor:
             "areas": scaled.areas,
             "momentum_coefficient": coefficient,
             "scene": Scene.of(shock, chain),
-            "warnings": (*shock.profile.notes, *answer.warnings, *doubts, *_chain_warnings(chain)),
+            "warnings": (*shock.profile.notes, *answer.warnings, *doubts),
         }
         if answer.ejection is not None:
             return EjectionOutcome(
@@ -237,7 +241,16 @@ class Predictor:
         return SingleOutcome(**common)
 
 
-def _chain_warnings(chain: Chain) -> list[str]:
-    if chain.granules is None or chain.granules >= _SHORT_CHAIN:
+def bounded(chain: Chain, tells_error: bool) -> bool:
+    """Whether the error told holds of this chain: all were judged on endless ones, the models' own to many digits."""
+    return chain.granules is None or (chain.granules >= _SHORT_CHAIN and not tells_error)
+
+
+def chain_warnings(chain: Chain, tells_error: bool) -> list[str]:
+    """What to know of a finite chain."""
+    if bounded(chain, tells_error):
         return []
-    return [f"a chain of {chain.granules} granules is too short for a steady wave, of which a prediction speaks"]
+    count = f"a chain of {chain.granules} granules"
+    if chain.granules is not None and chain.granules < _SHORT_CHAIN:
+        return [f"{count} is too short for a steady wave, of which a prediction speaks"]
+    return [f"of {count} the error is not known: the peak force is that of an endless chain (simulate to know)"]

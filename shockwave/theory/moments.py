@@ -312,7 +312,8 @@ def peaks(shocks: Shocks, settings: Settings) -> Peaks:
     pulses = [pulse_of(shocks.shock(index)) for index in range(len(shocks))]
     if pulses:
         bounds = np.array([np.inf if (bound := made.bound(pulse)) is None else bound for pulse in pulses])
-        results.fill(np.arange(len(shocks)), made.amplification(pulses), bounds, "moments")
+        results.amplification[:], results.method[:] = made.amplification(pulses), "moments"
+        results.low[:], results.high[:] = -bounds, bounds
     return results
 
 

@@ -164,7 +164,7 @@ class Peaks:
     """The primaries of many shocks: arrays of the shape (shocks,), to be filled.
 
     ``low`` and ``high`` are the ends of the relative error, infinite where it is not known. ``failures`` tell of which
-    shocks there is no answer, and why.
+    shocks there is no answer, and why; ``warnings`` are sentences on all of them.
     """
 
     amplification: FloatArray
@@ -172,6 +172,7 @@ class Peaks:
     high: FloatArray
     method: npt.NDArray[np.str_]
     failures: dict[int, str]
+    warnings: list[str] = field(factory=list)
 
     @classmethod
     def of(cls, count: int) -> Peaks:
@@ -181,10 +182,16 @@ class Peaks:
         far = np.full(count, np.inf)
         return cls(np.full(count, np.nan), -far, far, np.full(count, "", dtype="U16"), {})
 
-    def fill(self, where: npt.NDArray[np.intp], amplification: FloatArray, bound: FloatArray, method: str) -> None:
-        """Put in answers of one method, those of the shocks ``where``."""
-        self.amplification[where], self.low[where], self.high[where] = amplification, -bound, bound
-        self.method[where] = method
+    def better(
+        self, where: npt.NDArray[np.intp], amplification: FloatArray | float, bound: FloatArray | float, method: str
+    ) -> None:
+        """Put in answers of one method for the shocks ``where``, as far as their bounds are below what is there."""
+        import numpy as np
+
+        good = bound < self.high[where]
+        own, bounds = where[good], np.broadcast_to(bound, where.shape)[good]
+        self.amplification[own] = np.broadcast_to(amplification, where.shape)[good]
+        self.low[own], self.high[own], self.method[own] = -bounds, bounds, method
 
 
 @frozen
