@@ -93,7 +93,8 @@ class Document:
     def having(self, values: Mapping[Steps, Any], places: Mapping[Steps, Place] | None = None) -> Document:
         """The document with other ``values`` at their paths; mappings on the way are made where there is nothing.
 
-        A value below something else than a mapping is left out: what is wrong there is found without it. ``places`` are where they stand, if they are to be located elsewhere than what is above them.
+        A value below something else than a mapping is left out: what is wrong there is found without it. ``places`` are
+        where they stand, if they are to be located elsewhere than what is above them.
         """
         data = dict(self.data)
         for path, value in values.items():
