@@ -20,8 +20,10 @@ from shockwave.scenario.load import load_scenario
 from shockwave.scenario.scene_hash import Normaliser, normalised
 from shockwave.sweep import points as of_points
 from shockwave.sweep import runner
+from shockwave.sweep.executors import LostError
 from shockwave.sweep.journal import Journal
 from shockwave.sweep.plan import plan_sweep
+from shockwave.sweep.points import Order
 from shockwave.sweep.report import SweepInterrupt, SweepReport
 from shockwave.sweep.runner import points_of, run_sweep
 
@@ -159,9 +161,10 @@ def test_a_finished_sweep_has_nothing_to_do(scenario: Path, tmp_path: Path, caps
     assert tables(tmp_path / "out") == before
 
 
-def test_units_make_no_other_sweep(scenario: Path, tmp_path: Path) -> None:
+def test_units_and_names_make_no_other_sweep(scenario: Path, tmp_path: Path) -> None:
     swept(scenario, tmp_path / "out")
-    scenario.write_text(scenario.read_text().replace("9.5 mm", "0.95 cm").replace("[2 us, 6 us", "[2000 ns, 6e-6"))
+    text = scenario.read_text().replace("9.5 mm", "0.95 cm").replace("[2 us, 6 us", "[2000 ns, 6e-6")
+    scenario.write_text(f"name: called anew\n{text}")
     assert swept(scenario, tmp_path / "out").before == 40
 
 
@@ -179,7 +182,13 @@ def test_records_are_found_from_any_folder_and_a_changed_one_is_refused(
     # processes may have begun in another folder
     assert run_sweep(file.name, "out", workers=1).done == 2
     assert rows(tmp_path / "out")[1]["peak_force"] > rows(tmp_path / "out")[0]["peak_force"]
+    points = points_of(file.name)
     (tmp_path / "b.csv").write_text("time [us],force [N]\n0,0\n10,100\n40,0\n")
+    # a worker that knows the sweep by its earlier order, or has another disk
+    text, failed = points.lines([0, 1])
+    assert failed == 1
+    assert "b.csv: must be as the client has read it" in text.splitlines()[1]
+    assert Order.of(points).name != Order.of(points_of(file.name)).name
     with pytest.raises(sw.InvalidValueError, match=r"got named\.file b\.csv"):
         swept(file, tmp_path / "out")
 
@@ -208,6 +217,21 @@ def test_another_version_is_refused_unless_accepted(
     assert any("other versions" in note for note in report.notes)
     # and from then on without being asked
     assert swept(scenario, tmp_path / "out").before == 40
+
+
+def test_another_backend_is_another_version(scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    swept(scenario, tmp_path / "out")
+    other = "not built" if not of_points.lack() else ""
+    monkeypatch.setattr(of_points, "lack", lambda: other)
+    with pytest.raises(sw.InvalidValueError, match=r"versions\.backend '(compiled|numpy)', now '(compiled|numpy)'"):
+        swept(scenario, tmp_path / "out")
+
+
+def test_an_executor_that_was_shut_down_is_told(scenario: Path, tmp_path: Path) -> None:
+    executor = ThreadPoolExecutor(1)
+    executor.shutdown()
+    with pytest.raises(LostError, match="after shutdown; run it again"):
+        run_sweep(scenario, tmp_path / "out", executor)
 
 
 def test_a_second_client_is_refused(scenario: Path, tmp_path: Path) -> None:
@@ -269,6 +293,12 @@ def test_a_journal_of_another_sweep_is_refused(scenario: Path, tmp_path: Path) -
 USAGE = {
     "no sweep": (SIMULATE, [], 3, "sweep: must be given"),
     "unknown executor": (GRID, ["--executor", "abacus"], 2, "processes, dask or dask=ADDRESS"),
+    "unknown executor of a dry run": (
+        GRID,
+        ["--executor", "abacus", "--dry-run"],
+        2,
+        "processes, dask or dask=ADDRESS",
+    ),
     "nothing to resume": (GRID, ["--resume"], 2, "must be given a sweep that was begun"),
     "folder is a file": (GRID, ["--out", "scene.yaml"], 5, "scene.yaml: cannot be"),
     "wrong in the sweep": ("sweep: {grid: {chain.radios: [1]}}\n", [], 3, "did you mean 'chain.radius'"),
@@ -296,6 +326,15 @@ def test_a_point_that_fails_stops_no_other(tmp_path: Path) -> None:
     assert (report.done, report.failed, report.exit_code) == (2, 1, 1)
     failed = next(line for line in journal(tmp_path / "out") if line["index"] == 1)
     assert "must give granules a mass that a floating-point number can hold" in failed["error"]
+
+
+def test_a_sweep_begins_with_the_first_point_that_can_be(tmp_path: Path) -> None:
+    report = swept(
+        written(tmp_path, SIMULATE + BROKEN.replace("[1 mm, 1e200]", "[1e200, 1 mm, 2 mm]")), tmp_path / "out"
+    )
+    assert (report.done, report.failed) == (2, 1)
+    with pytest.raises(sw.ScenarioError, match=r"chain\.diameter: must give granules a mass"):
+        swept(written(tmp_path, SIMULATE + BROKEN.replace("[1 mm, 1e200]", "[1e200, 2e200]")), tmp_path / "none")
 
 
 def test_the_first_point_that_fails_can_stop_the_others(tmp_path: Path) -> None:
@@ -338,6 +377,50 @@ def test_one_that_raises_among_many_is_the_only_one_that_fails(
     monkeypatch.setattr(of_points, "simulate_many", picky)
     report = swept(scenario, tmp_path / "out")
     assert (report.done, report.failed) == (39, 1)
+
+
+class Odd(BaseException):
+    def __str__(self) -> str:
+        raise RuntimeError("no words")
+
+
+@pytest.mark.parametrize("kind", [Odd, KeyboardInterrupt, GeneratorExit])
+def test_whatever_the_code_of_a_point_raises_it_fails(
+    kind: type[BaseException], scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def raises(*_: Any, **__: Any) -> None:
+        raise kind
+
+    monkeypatch.setattr(of_points, "simulate_many", raises)
+    # a thread, which no interrupt of the user's comes to
+    assert swept(scenario, tmp_path / "out").failed == 40
+    assert journal(tmp_path / "out")[0]["error"].startswith(kind.__name__)
+
+
+def test_a_scene_that_has_no_text_is_known_by_its_values(
+    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    points = points_of(scenario)
+
+    def raises(*_: Any) -> str:
+        raise ValueError("Out of range float values are not JSON compliant: inf")
+
+    monkeypatch.setattr(Normaliser, "text", raises)
+    text, failed = points.lines([0])
+    assert failed == 0
+    assert json.loads(text)["key"] == points.key_of_values(0) == points.key(0)
+
+
+def test_a_batch_ends_by_time_and_the_rest_is_sent_again(
+    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    swept(scenario, tmp_path / "whole")
+    monkeypatch.setattr(of_points, "_SLICE", 1e-9)
+    monkeypatch.setattr(of_points, "_FEW", 3)
+    report = swept(scenario, tmp_path / "out")
+    assert report.done == 40
+    assert report.batches >= 14  # three points each at most
+    assert tables(tmp_path / "out") == tables(tmp_path / "whole")
 
 
 # ---------------------------------------------------------------- interrupts and disks
@@ -415,3 +498,5 @@ def test_a_dry_run_tells_what_is_left_out(tmp_path: Path) -> None:
     assert (plan.finished, plan.unbuilt, plan.seconds) == (2, 1, None)
     assert "must give granules a mass" in str(plan)
     assert plan_sweep(file, tmp_path / "out", retry_failed=True).finished == 1
+    with pytest.raises(sw.InvalidValueError, match=r"scenario\.simulate\.rtol 0\.0001, now 1e-05"):
+        plan_sweep(written(tmp_path, SIMULATE.replace("-4", "-5") + BROKEN), tmp_path / "out")

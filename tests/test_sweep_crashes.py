@@ -11,14 +11,16 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 import shockwave as sw
+from shockwave.sweep.dask_crew import DaskCrew
 from shockwave.sweep.executors import LostError, Processes
+from shockwave.sweep.lock import locked
 from shockwave.sweep.report import SweepReport
 from shockwave.sweep.runner import run_sweep
 
@@ -29,7 +31,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="processes are k
 
 #: A pulse that ends its process, or raises, for some values of its parameter.
 RISKY = """
-import os
+import os, time
 from attrs import frozen
 from shockwave import quantity
 from shockwave.profiles.triangular import Triangular
@@ -41,6 +43,8 @@ class Pulse(Triangular):
     def rise(self, s):
         if self.danger == 5:
             os.abort()
+        if self.danger == 60:
+            time.sleep(600)
         if self.danger == 9:
             raise RuntimeError("out of order")
         return super().rise(s)
@@ -122,7 +126,7 @@ def test_a_worker_killed_within_an_answer_is_missed() -> None:
         (future,) = crew.wait([crew.call(os.getpid)])
         assert future.result() != os.getpid()
     finally:
-        crew.close(at_once=True)
+        crew.close()
 
 
 def test_a_killed_client_costs_nothing_and_leaves_no_worker(scenario: Path, tmp_path: Path) -> None:
@@ -175,6 +179,41 @@ def test_a_point_that_ends_its_process_is_the_only_one_blamed(tmp_path: Path, in
     assert run_sweep(file, tmp_path / "out").before == 12
 
 
+def test_the_first_point_may_end_its_process(tmp_path: Path, install: Install) -> None:
+    install("risky", pulse=RISKY)
+    report = run_sweep(written(tmp_path, 2, "risky", "shock.parameters.danger: [5, 1]"), tmp_path / "out", workers=1)
+    assert (report.done, report.crashed) == (1, 1)
+
+
+def test_a_sweep_that_stops_at_a_failure_waits_for_no_other_batch(tmp_path: Path, install: Install) -> None:
+    install("risky", pulse=RISKY)
+    # in batches of two: the second waits for ever
+    file = written(tmp_path, 8, "risky", "shock.parameters.danger: [0, 9, 60, 0, 0, 0, 0, 0]")
+    report = run_sweep(file, tmp_path / "out", workers=2, fail_fast=True)
+    assert report.failed == 1
+    assert report.left >= 2
+
+
+def test_a_fork_of_a_client_does_not_keep_its_folder(tmp_path: Path) -> None:
+    program = (
+        "import os, sys, time; from pathlib import Path; from shockwave.sweep.lock import locked\n"
+        "held = locked(Path(sys.argv[1]))\n"
+        "read, write = os.pipe()\n"
+        "if os.fork() == 0:\n"
+        "    os.write(write, b'here'); time.sleep(60); os._exit(0)\n"
+        "os.read(read, 4); print('held', flush=True); os.kill(os.getpid(), 9)"
+    )
+    command = [sys.executable, "-c", program, str(tmp_path / "sweep.lock")]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, start_new_session=True) as other:
+        assert other.stdout is not None
+        other.stdout.readline()
+        other.wait()
+        try:
+            locked(tmp_path / "sweep.lock").close()
+        finally:
+            os.killpg(other.pid, signal.SIGKILL)
+
+
 def test_an_executor_of_the_callers_that_breaks_down_is_told(scenario: Path, tmp_path: Path) -> None:
     context = multiprocessing.get_context("spawn")
     before = set(multiprocessing.active_children())
@@ -192,6 +231,42 @@ def test_an_executor_of_the_callers_that_breaks_down_is_told(scenario: Path, tmp
 
 
 # ---------------------------------------------------------------- dask
+
+
+class Client:
+    """Tells of workers that come and go."""
+
+    def __init__(self, *threads: int) -> None:
+        self.threads = list(threads)
+
+    def get_executor(self, pure: bool) -> None:
+        pass
+
+    def nthreads(self) -> dict[str, int]:
+        return {"worker": self.threads.pop(0) if len(self.threads) > 1 else self.threads[0]}
+
+
+def test_workers_of_dask_that_come_later_get_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("shockwave.sweep.dask_crew._COUNT", 0)
+    crew = DaskCrew(Client(1, 3, 0), None, None)
+    assert [crew.workers for _ in range(3)] == [1, 3, 1]  # one at least, so that batches wait for whoever comes
+    assert DaskCrew(Client(1), None, 8).workers == 8
+
+
+def test_that_no_worker_of_dask_is_left_is_told(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    for name, seconds in {"_COUNT": 0.01, "_TELL": 0.02, "_GIVE_UP": 0.2}.items():
+        monkeypatch.setattr(f"shockwave.sweep.dask_crew.{name}", seconds)
+    with pytest.raises(LostError, match="the scheduler must have workers"):
+        DaskCrew(Client(1, 0), None, None).wait([Future()])
+    assert caplog.messages == ["dask: the scheduler has no workers left; waiting for another"]
+
+
+def test_an_address_with_tls_needs_certificates(scenario: Path, tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    with pytest.raises(sw.UsageError, match=r"must have certificates \(got no certificates; name them in dask's"):
+        run_sweep(scenario, tmp_path / "out", "dask=tls://127.0.0.1:9")
 
 
 @pytest.fixture(scope="module")

@@ -25,7 +25,14 @@ def sweep(options: argparse.Namespace) -> int:
     if options.dry_run:
         from shockwave.sweep.plan import plan_sweep
 
-        plan = plan_sweep(options.file, folder, workers=options.workers, retry_failed=options.retry_failed)
+        plan = plan_sweep(
+            options.file,
+            folder,
+            options.executor,
+            workers=options.workers,
+            retry_failed=options.retry_failed,
+            accept_versions=options.accept_versions,
+        )
         _print(plan, options.json)
         return 0
     from shockwave.sweep.report import SweepInterrupt

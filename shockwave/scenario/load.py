@@ -38,7 +38,7 @@ from shockwave.scenario.blocks import (
     shock_keys,
 )
 from shockwave.scenario.gathering import Gathering
-from shockwave.scenario.sweep import Sweep, first, read
+from shockwave.scenario.sweep import Sweep, beginnings, first, read
 from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.uncertainty import read as read_spreads
 from shockwave.scenario.values import missing, structure
@@ -69,7 +69,7 @@ class Scenario:
     published : Published or None
         Figures of a source for the same scene.
     sweep : Sweep or None
-        The scenes that it stands for; shock, chain and settings are then those of the first one.
+        The scenes that it stands for; shock, chain and settings are then those of the first that can be.
     uncertainty : tuple of Spread
         How well values are known; none where nothing is said of it.
     document : Document or None
@@ -109,15 +109,33 @@ def load_scenario(path: str | os.PathLike[str]) -> Scenario:
     return scenario_of(read_document(path, faults), Path(path), faults)
 
 
-def scenario_of(document: Document, path: Path | None, faults: Sequence[Fault] = ()) -> Scenario:
+def scenario_of(
+    document: Document, path: Path | None, faults: Sequence[Fault] = (), tries: slice = slice(None)
+) -> Scenario:
     """The scenario that ``document`` describes; see `load_scenario`.
 
-    ``faults`` are those that reading it has found.
+    ``faults`` are those that reading it has found. Of a sweep it is the first scene that can be, out of ``tries`` of
+    `beginnings`; if there is none, the faults are those of the first try.
     """
     loading = _Loading(document, list(faults), path=path)
     sweep = read(loading, document.data) if document.data.get("sweep") is not None else None
-    spread = document.data.get("uncertainty")
-    document = loading.document = first(document, sweep)
+    problem: BaseException | None = None
+    for index in beginnings(sweep)[tries]:
+        try:
+            return _scene(loading, first(document, sweep, index), sweep)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # of a plugin, maybe
+            problem = problem or error
+            loading = _Loading(document, list(faults), path=path)
+    assert problem is not None
+    raise problem
+
+
+def _scene(loading: _Loading, document: Document, sweep: Sweep | None) -> Scenario:
+    """The scenario of a document without a sweep, one scene of ``sweep``."""
+    spread = loading.document.data.get("uncertainty")
+    loading.document = document
     data, wrongs = structure(_without_empty(document.data), SCENARIO)
     loading.report((), wrongs)
     # What is wrong at the top must not hide what is wrong in a block.
@@ -133,7 +151,7 @@ def scenario_of(document: Document, path: Path | None, faults: Sequence[Fault] =
     loading.requires(data.get("requires"))
     uncertainty = loading.uncertainty(spread) if spread is not None else ()
     loading.finish()
-    return Scenario(path=path, sweep=sweep, uncertainty=uncertainty, document=document, **parts)
+    return Scenario(path=loading.path, sweep=sweep, uncertainty=uncertainty, document=document, **parts)
 
 
 def _without_empty(data: Mapping[str, Any]) -> dict[str, Any]:

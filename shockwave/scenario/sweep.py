@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Literal
 
@@ -19,12 +20,14 @@ from shockwave.scenario.gathering import Gathering
 from shockwave.scenario.values import structure
 from shockwave.scenario.variable import Variable, variable
 
-__all__ = ["RUNS", "SWEEP", "Axis", "Run", "Sweep", "first", "read"]
+__all__ = ["RUNS", "SWEEP", "Axis", "Run", "Sweep", "beginnings", "first", "read"]
 
 Run = Literal["predict", "simulate", "compare"]
 RUNS: tuple[Run, ...] = ("predict", "simulate", "compare")
 _MOST_POINTS = 10**8
 _MOST_VALUES = 10**6
+# Points with which a sweep is tried to begin: the first, and others out of all.
+_FIRST, _OTHERS = 16, 84
 _LENGTH = Quantity("", "number of values", at_least=1, at_most=_MOST_VALUES, whole=True)
 _REGISTRIES = {
     "chain.material": "materials",
@@ -251,8 +254,17 @@ def read(loading: Gathering, data: Mapping[str, Any]) -> Sweep | None:
     return Sweep(given.get("run") or _run(data), tuple(axes))
 
 
-def first(document: Document, sweep: Sweep | None) -> Document:
-    """The first of the scenes that the document stands for, as one that stands for itself."""
+def beginnings(sweep: Sweep | None) -> list[int]:
+    """The points to begin with, one after the other until one has a scene; always the same."""
+    if sweep is None:
+        return [0]
+    count = len(sweep)
+    others = random.Random(0).sample(range(count), min(count, _OTHERS))
+    return list(dict.fromkeys([*range(min(count, _FIRST)), *others]))
+
+
+def first(document: Document, sweep: Sweep | None, index: int = 0) -> Document:
+    """One of the scenes that the document stands for, as one that stands for itself."""
     rest = {name: value for name, value in document.data.items() if name not in ("sweep", "uncertainty")}
     if sweep is None:
         # what a sweep with faults would have brought is not missing
@@ -260,7 +272,7 @@ def first(document: Document, sweep: Sweep | None) -> Document:
         return evolve(document, data=rest, unreadable=document.unreadable | brought)
     document = evolve(document, data=rest)
     # a material first, for what is swept of it
-    pairs = sorted(sweep.point(0).items(), key=lambda pair: pair[0].count("."))
+    pairs = sorted(sweep.point(index).items(), key=lambda pair: pair[0].count("."))
     values: dict[Steps, Any] = {tuple(name.split(".")): value for name, value in pairs}
     made = _material(document, values)
     values = {**made, **values, **made}

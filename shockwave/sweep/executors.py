@@ -17,7 +17,7 @@ from attrs import define, field
 from shockwave.errors import ShockwaveError, UsageError
 from shockwave.sweep.points import Order, do, ready
 
-__all__ = ["Crew", "LostError", "Passed", "Processes", "cores", "crew_of", "uninterrupted"]
+__all__ = ["Crew", "LostError", "Passed", "Processes", "check_name", "cores", "crew_of", "uninterrupted"]
 
 # Times that workers may fail to start, one after the other.
 _STARTS = 3
@@ -64,8 +64,11 @@ class Crew(Protocol):
     ``isolates`` says that a batch that ends its worker can be told from others, by running it alone after `renew`.
     """
 
-    workers: int
     isolates: bool
+
+    @property
+    def workers(self) -> int:
+        """How many there are."""
 
     def submit(self, order: Order, indices: list[int]) -> Future[Any]:
         """Have some points run."""
@@ -79,8 +82,8 @@ class Crew(Protocol):
     def check(self, order: Order) -> None:
         """Refuse workers that would not do, if they can be asked before the first batch."""
 
-    def close(self, at_once: bool) -> None:
-        """End the workers that are this crew's own; ``at_once``, even if they are at work."""
+    def close(self) -> None:
+        """End the workers that are this crew's own, even if they are at work."""
 
 
 @define(eq=False)
@@ -103,7 +106,7 @@ class Passed:
     def check(self, order: Order) -> None:
         pass
 
-    def close(self, at_once: bool) -> None:
+    def close(self) -> None:
         pass
 
 
@@ -187,7 +190,7 @@ class Processes:
 
     def renew(self, workers: int) -> None:
         for _ in range(_STARTS):
-            self.close(at_once=True)
+            self.close()
             self._context = _Context()
             context: Any = self._context
             self._pool = ProcessPoolExecutor(
@@ -202,14 +205,13 @@ class Processes:
     def check(self, order: Order) -> None:
         pass
 
-    def close(self, at_once: bool) -> None:
+    def close(self) -> None:
         if self._pool is None:
             return
-        if at_once:
-            self._context.kill()
+        self._context.kill()
         end = threading.Thread(target=self._pool.shutdown, kwargs={"cancel_futures": True}, daemon=True)
         end.start()
-        end.join(_CHECK if at_once else None)
+        end.join(_CHECK)
         if end.is_alive():
             self._context.cut()
             end.join(_CHECK)
@@ -235,6 +237,14 @@ def _end_with(sentinel: int) -> None:
     os._exit(1)
 
 
+def check_name(executor: str | None) -> str:
+    """The name of an executor, ``processes`` if none is given; a UsageError if it is none."""
+    name = "processes" if executor is None else executor
+    if name not in ("processes", "dask") and not name.startswith("dask="):
+        raise UsageError(f"executor must be processes, dask or dask=ADDRESS (got {executor!r})")
+    return name
+
+
 def crew_of(executor: Executor | str | None, workers: int | None) -> Crew:
     """The crew that ``executor`` stands for.
 
@@ -252,15 +262,13 @@ def crew_of(executor: Executor | str | None, workers: int | None) -> Crew:
     """
     if workers is not None and not (type(workers) is int and workers > 0):
         raise UsageError(f"workers must be a whole number > 0 (got {workers!r})")
-    if executor is None or executor == "processes":
-        return Processes(workers or cores())
-    if isinstance(executor, str):
-        name, _, address = executor.partition("=")
-        if name == "dask":
-            from shockwave.sweep.dask_crew import DaskCrew
+    if isinstance(executor, str | None):
+        name, _, address = check_name(executor).partition("=")
+        if name == "processes":
+            return Processes(workers or cores())
+        from shockwave.sweep.dask_crew import DaskCrew
 
-            return DaskCrew.of(address, workers)
-        raise UsageError(f"executor must be processes, dask or dask=ADDRESS (got {executor!r})")
+        return DaskCrew.of(address, workers)
     if not callable(getattr(executor, "submit", None)):
         raise UsageError(f"executor must have the method submit of concurrent.futures.Executor (got {executor!r})")
     known = workers or getattr(executor, "_max_workers", None) or cores()

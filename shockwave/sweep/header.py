@@ -13,14 +13,14 @@ from attrs import asdict
 
 from shockwave.errors import InvalidValueError, ShockwaveError
 from shockwave.fields import text_of
-from shockwave.registry import entries, find, load
+from shockwave.registry import entries, find
 from shockwave.scenario.load import Scenario
 from shockwave.scenario.scene_hash import normalised
 from shockwave.sweep.journal import header_in, written
 from shockwave.sweep.points import Points
 from shockwave.sweep.stored import FORMAT, HEADER
 
-__all__ = ["EARLIER", "header_of", "plugins_of", "settle"]
+__all__ = ["EARLIER", "header_of", "plugins_of", "settle", "settled"]
 
 #: The key of versions that a sweep was gone on with before.
 EARLIER = "earlier_versions"
@@ -83,37 +83,14 @@ def header_of(points: Points) -> dict[str, Any]:
         "columns": [asdict(read.column) for read in points.columns],
         "scenario": json.loads(normalised(scenario)),
         # what a name or a file stands for may change without a change of the scenario
-        "named": _named(points),
+        "named": dict(points.named),
         "versions": dict(points.versions),
     }
     text = json.dumps(header, sort_keys=True)
     found: dict[str, Any] = json.loads(text)
-    return {**found, "key": _hash(text.encode())}
-
-
-def _named(points: Points) -> dict[str, str]:
-    """What names of materials and files among the values stand for, as hashes."""
-    folder = points.scenario.path.parent if points.scenario.path is not None else Path()
-    found: dict[str, str] = {}
-    for axis in points.sweep.axes:
-        for at, name in enumerate(axis.names):
-            for word in {values[at] for values in axis.values if isinstance(values[at], str)}:
-                if name == "chain.material":
-                    found[f"material {word}"] = _hash(repr(load("materials", word)).encode())
-                elif name == "shock.parameters.file":
-                    found[f"file {word}"] = _hash(_content(folder / word))
-    return found
-
-
-def _content(file: Path) -> bytes:
-    try:
-        return file.read_bytes()
-    except OSError:  # its points will fail, and say so
-        return b""
-
-
-def _hash(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
+    # whatever it is called, it is the same sweep
+    same = {name: value for name, value in found.items() if name != "name"}
+    return {**found, "key": hashlib.sha256(json.dumps(same, sort_keys=True).encode()).hexdigest()}
 
 
 def settle(folder: Path, header: Mapping[str, Any], accept_versions: bool) -> Mapping[str, Any]:
@@ -127,12 +104,21 @@ def settle(folder: Path, header: Mapping[str, Any], accept_versions: bool) -> Ma
         When the file cannot be read or written.
     """
     there = header_in(folder)
+    found = settled(there, header, folder, accept_versions)
+    if found is not there:
+        written(folder / HEADER, (json.dumps(found, indent=1) + "\n").encode())
+    return found
+
+
+def settled(
+    there: Mapping[str, Any] | None, header: Mapping[str, Any], folder: Path, accept_versions: bool
+) -> Mapping[str, Any]:
+    """The header that ``folder`` is to have, where one is ``there``; see `settle`, which writes it."""
     if there is None:
-        written(folder / HEADER, _text(header))
         return header
     if there.get("key") == header["key"]:
         return there
-    different = {name: change for name, change in _differences(there, header) if name not in ("key", EARLIER)}
+    different = {name: change for name, change in _differences(there, header) if name not in ("key", "name", EARLIER)}
     told = "; ".join(f"{name} {was}, now {now}" for name, (was, now) in islice(different.items(), _MOST_TOLD))
     told += f"; and {len(different) - _MOST_TOLD} more" if len(different) > _MOST_TOLD else ""
     if not all(name.startswith("versions.") for name in different):
@@ -141,13 +127,7 @@ def settle(folder: Path, header: Mapping[str, Any], accept_versions: bool) -> Ma
     if not accept_versions:
         remedy = "--accept-versions goes on with these, a new folder begins anew"
         raise InvalidValueError.of(str(folder / HEADER), f"must be of the versions in use (got {told}; {remedy})")
-    new = {**header, EARLIER: [*there.get(EARLIER, []), there["versions"]]}
-    written(folder / HEADER, _text(new))
-    return new
-
-
-def _text(header: Mapping[str, Any]) -> bytes:
-    return (json.dumps(header, indent=1) + "\n").encode()
+    return {**header, EARLIER: [*there.get(EARLIER, []), there["versions"]]}
 
 
 def _differences(there: Any, here: Any, name: str = "") -> Iterator[tuple[str, tuple[str, str]]]:

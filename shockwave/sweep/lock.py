@@ -7,6 +7,7 @@ import json
 import os
 import platform
 import sys
+import weakref
 from pathlib import Path
 from typing import BinaryIO
 
@@ -17,6 +18,17 @@ __all__ = ["locked"]
 # Where on Windows the lock lies: beyond the text, which others may then still read.
 _FAR = 1 << 20
 _HELD = (errno.EACCES, errno.EAGAIN, errno.EDEADLK)
+_files = weakref.WeakSet[BinaryIO]()
+
+
+def _leave() -> None:
+    for opened in list(_files):
+        opened.close()
+
+
+if hasattr(os, "register_at_fork"):
+    # a copy of this process that outlives it would keep the folder locked
+    os.register_at_fork(after_in_child=_leave)
 
 
 def locked(file: Path) -> BinaryIO:
@@ -41,6 +53,7 @@ def locked(file: Path) -> BinaryIO:
             raise FileAccessError(f"{file}: must be locked ({got})") from error
         problem = f"must be used by one client at a time (got {holder}; wait for it, or end it)"
         raise FileAccessError(f"{file.parent}: {problem}") from None
+    _files.add(opened)
     opened.truncate(0)
     opened.write(json.dumps({"pid": os.getpid(), "host": platform.node()}).encode())
     return opened

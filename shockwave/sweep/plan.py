@@ -12,14 +12,13 @@ from pathlib import Path
 
 from attrs import frozen
 
-from shockwave.errors import ShockwaveError
 from shockwave.scenario.load import Scenario
-from shockwave.sweep.executors import Processes, cores
-from shockwave.sweep.journal import DONE, OPEN, Journal
-from shockwave.sweep.points import Order, Points, understood
+from shockwave.sweep.executors import Processes, check_name, cores
+from shockwave.sweep.header import header_of, settled
+from shockwave.sweep.journal import DONE, OPEN, Journal, header_in
+from shockwave.sweep.points import Order, Points, let_through, told, understood
 from shockwave.sweep.report import SweepPlan
 from shockwave.sweep.runner import notes_on, points_of
-from shockwave.sweep.stored import HEADER
 
 __all__ = ["plan_sweep"]
 
@@ -32,28 +31,34 @@ _START, _EACH = 0.7, 1e-4
 def plan_sweep(
     scenario: Scenario | str | os.PathLike[str],
     folder: str | os.PathLike[str] | None = None,
+    executor: str | None = None,
     *,
     workers: int | None = None,
     retry_failed: bool = False,
+    accept_versions: bool = False,
 ) -> SweepPlan:
     """What `run_sweep` would do, with an estimate from some points that are run; nothing is written.
 
     Parameters
     ----------
-    scenario, folder, workers, retry_failed
-        As of `run_sweep`.
+    scenario, folder, executor, workers, retry_failed, accept_versions
+        As of `run_sweep`; the points are run on this machine, whatever the executor.
 
     Raises
     ------
     ScenarioError, InvalidValueError
-        When the scenario is not valid or has no sweep.
+        When the scenario is not valid, has no sweep, or is not the one that ``folder`` is of.
     FileAccessError
         When the journal cannot be read.
+    UsageError
+        When there is no such executor.
     """
-    points = points_of(scenario)
+    check_name(executor)
+    points = points_of(scenario, apart=True)
     count = len(points.sweep)
     journal = Journal(Path(folder or ""), bytearray(count), [], [], None)
-    if folder is not None and (journal.folder / HEADER).exists():
+    if folder is not None and (there := header_in(journal.folder)) is not None:
+        settled(there, header_of(points), journal.folder, accept_versions)
         journal.read(mend=False)
     finished = journal.count(DONE) if retry_failed else count - journal.count(OPEN)
     notes = notes_on(points)
@@ -65,7 +70,7 @@ def plan_sweep(
         trial = Trial()
         notes.append("a point ends the process that runs it: it will be told as crashed, and time is not known")
     finally:
-        crew.close(at_once=True)
+        crew.close()
     workers = workers or cores()
     return SweepPlan(
         run=points.sweep.run,
@@ -124,8 +129,9 @@ def tried(order: Order) -> Trial:
         try:
             points.scene(index)
             sound.append(index)
-        except (Exception, SystemExit) as error:
-            problem = problem or (str(error) if isinstance(error, ShockwaveError) else type(error).__name__)
+        except BaseException as error:
+            let_through(error)
+            problem = problem or told(error)
     unbuilt = len(indices) - len(sound)
     # the first group also loads the code
     size = min(_GROUP if points.sweep.run == "simulate" and not points.train else 2, max(len(sound), 1))

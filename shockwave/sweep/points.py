@@ -6,10 +6,12 @@ import hashlib
 import json
 import pickle
 import platform
+import signal
 import threading
 import time
 from collections.abc import Mapping, Sequence
 from importlib import metadata
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,27 +20,64 @@ from attrs import define, field
 import shockwave
 from shockwave.chain.chain import Scales
 from shockwave.comparison import beside
-from shockwave.errors import ShockwaveError
+from shockwave.errors import FileAccessError, ShockwaveError
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import simulate_many
 from shockwave.options import SimulateOptions
+from shockwave.registry import load
 from shockwave.scenario.family import Family
 from shockwave.scenario.load import Scenario
 from shockwave.scenario.scene_hash import Normaliser
 from shockwave.scenario.sweep import Sweep
+from shockwave.simulation.backend import lack
 from shockwave.sweep.columns import Answer, Read, reads, row
 
-__all__ = ["Done", "Order", "Points", "Refused", "check", "do", "line_of", "ready", "understood", "versions_of"]
+__all__ = [
+    "Done",
+    "Order",
+    "Points",
+    "Refused",
+    "check",
+    "do",
+    "let_through",
+    "line_of",
+    "ready",
+    "told",
+    "understood",
+    "versions_of",
+]
 
-# Whatever the code of a plugin does at one point, the others go on.
-_FAULTS = (Exception, SystemExit)
 _encoded = json.JSONEncoder(allow_nan=False).encode
-_OWN = ("shockwave", "python", "numpy")
+_OWN = ("shockwave", "python", "numpy", "backend")
+_FILE = "shock.parameters.file"
+# Seconds after which a worker answers, whatever is left of its batch; points that it runs side by side: first, at most.
+_SLICE, _FEW, _MANY = 1.0, 8, 128
+
+
+def let_through(error: BaseException) -> None:
+    """Raise the user's interrupt again. Whatever else the code of a plugin raises costs its point alone."""
+    interruptible = threading.current_thread() is threading.main_thread()
+    interruptible = interruptible and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
+    if interruptible and isinstance(error, KeyboardInterrupt):
+        raise error
+
+
+def told(error: BaseException) -> str:
+    """What is said of an error, whoever wrote it."""
+    try:
+        return str(error) if isinstance(error, ShockwaveError) else f"{type(error).__name__}: {error}"
+    except BaseException as other:
+        let_through(other)
+        return type(error).__name__
 
 
 def versions_of(plugins: Sequence[str]) -> dict[str, str]:
-    """Versions, here, of what results depend on: shockwave, Python, NumPy, SciPy, and distributions of plugins."""
-    found = dict(zip(_OWN, (shockwave.__version__, platform.python_version(), np.__version__), strict=True))
+    """Versions, here, of what results depend on: shockwave, Python, NumPy, SciPy, and distributions of plugins.
+
+    Which code steps chains is one of them.
+    """
+    own = (shockwave.__version__, platform.python_version(), np.__version__, "numpy" if lack() else "compiled")
+    found = dict(zip(_OWN, own, strict=True))
     for name in ("scipy", *plugins):
         try:
             found[name] = metadata.version(name)
@@ -64,11 +103,14 @@ class Points:
         Of what results depend on; part of the keys of the points.
     train : bool
         Whether all waves are measured where the scene asks for them, or the primary alone.
+    named : mapping, optional
+        What names of materials and files stand for, as hashes; left out, what they stand for here.
     """
 
     scenario: Scenario
     versions: Mapping[str, str]
     train: bool
+    named: Mapping[str, str] = field(default=None)
     sweep: Sweep = field(init=False)
     columns: tuple[Read, ...] = field(init=False)
     _family: Family = field(init=False)
@@ -79,6 +121,8 @@ class Points:
         assert self.scenario.sweep is not None
         self.sweep = self.scenario.sweep
         self.columns = reads(self.sweep.run, self.train)
+        if self.named is None:
+            self.named = self._named()
         self._family = Family(self.scenario)
         about = {"run": self.sweep.run, "train": self.train, "versions": dict(self.versions)}
         self._base = hashlib.sha256(json.dumps(about, sort_keys=True).encode())
@@ -90,8 +134,16 @@ class Points:
     def key(self, index: int) -> str:
         """The hash of the normalised scene of a point and of versions; of its values where there is no scene."""
         try:
-            return self._key(self._normaliser.text(self.scene(index)))
-        except _FAULTS:
+            return self._key_of(index, self.scene(index))
+        except BaseException as error:
+            let_through(error)
+            return self.key_of_values(index)
+
+    def _key_of(self, index: int, scene: Scenario) -> str:
+        try:
+            return self._key(self._normaliser.text(scene))
+        except BaseException as error:  # a profile that has no text, for an attribute that is infinite, say
+            let_through(error)
             return self.key_of_values(index)
 
     def key_of_values(self, index: int) -> str:
@@ -104,14 +156,56 @@ class Points:
         found: str = digest.hexdigest()
         return found
 
+    def _named(self) -> dict[str, str]:
+        """What names of materials and files stand for here, as hashes."""
+        found: dict[str, str] = {}
+        for axis in self.sweep.axes:
+            for at, name in enumerate(axis.names):
+                for word in {values[at] for values in axis.values if isinstance(values[at], str)}:
+                    if name == "chain.material":
+                        found[f"material {word}"] = _hash(repr(load("materials", word)).encode())
+                    elif name == _FILE:
+                        found[f"file {word}"] = self._content(word)
+        if (own := self._file) is not None:
+            found[f"file {own}"] = self._content(own)
+        return found
+
+    @property
+    def _file(self) -> str | None:
+        """The file that the document names."""
+        data = self.scenario.document.data if self.scenario.document is not None else {}
+        name = (data.get("shock", {}).get("parameters") or {}).get("file")
+        return name if isinstance(name, str) else None
+
+    def _content(self, name: str) -> str:
+        folder = self.scenario.path.parent if self.scenario.path is not None else Path()
+        try:
+            return _hash((folder / name).read_bytes())
+        except OSError:  # its points will fail, and say so
+            return ""
+
+    def _check_file(self, index: int, seen: dict[str, str]) -> None:
+        """Refuse a point whose file is not what the client has read: workers have disks of their own."""
+        name = self.sweep.point(index).get(_FILE, self._file)
+        if not isinstance(name, str) or f"file {name}" not in self.named:
+            return
+        if name not in seen:
+            seen[name] = self._content(name)
+        if seen[name] != self.named[f"file {name}"]:
+            raise FileAccessError(f"{name}: must be as the client has read it (got another content; copy it anew)")
+
     def lines(self, indices: Sequence[int]) -> tuple[str, int]:
         """Lines of the journal for some points, and how many of these failed."""
         scenes: dict[int, Scenario] = {}
         found: dict[int, SimulationResult | BaseException] = {}
+        seen: dict[str, str] = {}
         for index in indices:
             try:
+                if self.named:
+                    self._check_file(index, seen)
                 scenes[index] = self.scene(index)
-            except _FAULTS as error:
+            except BaseException as error:
+                let_through(error)
                 found[index] = error
         if self.sweep.run != "predict":
             found |= self._simulated(scenes)
@@ -120,16 +214,16 @@ class Points:
 
     def _line(self, index: int, scene: Scenario | None, found: Any) -> tuple[str, bool]:
         """The line of a point, and whether it failed; ``found`` is its result, if it is simulated, or its error."""
-        key = self.key_of_values(index) if scene is None else self._key(self._normaliser.text(scene))
+        key = self.key_of_values(index) if scene is None else self._key_of(index, scene)
         problem = found
         if scene is not None and not isinstance(found, BaseException):
             try:
                 values = row(self.columns, _answer(self.sweep.run, scene, found))
                 return line_of(index, key, "done", f'"values": {_encoded(values)}'), False
-            except _FAULTS as error:
+            except BaseException as error:
+                let_through(error)
                 problem = error
-        told = str(problem) if isinstance(problem, ShockwaveError) else f"{type(problem).__name__}: {problem}"
-        return line_of(index, key, "failed", f'"error": {json.dumps(told)}'), True
+        return line_of(index, key, "failed", f'"error": {json.dumps(told(problem))}'), True
 
     def _simulated(self, scenes: Mapping[int, Scenario]) -> dict[int, SimulationResult | BaseException]:
         """Results by the numbers of the points; scenes that ask for the same run side by side."""
@@ -140,11 +234,13 @@ class Points:
         for options, indices in asked.items():
             try:
                 found |= zip(indices, self._many(options, [scenes[index] for index in indices]), strict=True)
-            except _FAULTS:  # of one of them: which one shows when they run one by one
+            except BaseException as fault:  # of one of them: which one shows when they run one by one
+                let_through(fault)
                 for index in indices:
                     try:
                         (found[index],) = self._many(options, [scenes[index]])
-                    except _FAULTS as error:
+                    except BaseException as error:
+                        let_through(error)
                         found[index] = error
         return found
 
@@ -192,12 +288,12 @@ class Order(NamedTuple):
         Exception
             Whatever pickle raises for a scene made in Python that has something that cannot be sent.
         """
-        content = pickle.dumps((points.scenario, dict(points.versions), points.train))
-        return cls(hashlib.sha256(content).hexdigest(), content)
+        content = pickle.dumps((points.scenario, dict(points.versions), points.train, points.named))
+        return cls(_hash(content), content)
 
 
 class Done(NamedTuple):
-    """Points that were run: lines of the journal, how many failed, and how many seconds it took."""
+    """The first points of a batch, which were run: lines of the journal, how many failed, how many seconds it took."""
 
     lines: str
     failed: int
@@ -214,12 +310,19 @@ class Refused(NamedTuple):
 _known = threading.local()
 
 
+def _hash(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
 def ready() -> None:
     """Do nothing: whoever answers is there."""
 
 
 def do(order: Order, indices: Sequence[int]) -> Done | Refused | None:
-    """Run some points; None if the sweep is not known here, and must be sent whole."""
+    """Run the first of some points, for about a second; None if the sweep is not known here, and must be sent whole.
+
+    How long points take may change from one to the next, and what is not answered can be lost.
+    """
     if getattr(_known, "name", None) != order.name:
         if order.content is None:
             return None
@@ -227,9 +330,16 @@ def do(order: Order, indices: Sequence[int]) -> Done | Refused | None:
         if isinstance(made, Refused):
             return made
         _known.name, _known.points = order.name, made
-    begin = time.perf_counter()
-    lines, failed = _known.points.lines(indices)
-    return Done(lines, failed, time.perf_counter() - begin)
+    begin = before = now = time.perf_counter()
+    texts, failed, at, size = [], 0, 0, _FEW
+    while at < len(indices) and now - begin < _SLICE:
+        text, bad = _known.points.lines(indices[at : at + size])
+        texts.append(text)
+        failed += bad
+        at += size
+        before, now = now, time.perf_counter()
+        size = max(1, min(4 * size, _MANY, int(size * _SLICE / 4 / max(now - before, 1e-9))))
+    return Done("".join(texts), failed, now - begin)
 
 
 def check(order: Order) -> str | None:
@@ -241,12 +351,13 @@ def check(order: Order) -> str | None:
 def understood(content: bytes) -> Points | Refused:
     """The points that an order tells of, if this worker has all that they need, in the same versions."""
     try:
-        scenario, versions, train = pickle.loads(content)
-    except _FAULTS as error:
-        got = f"got {type(error).__name__}: {error}; install there what is installed here"
+        scenario, versions, train, named = pickle.loads(content)
+    except BaseException as error:
+        let_through(error)
+        got = f"got {told(error)}; install there what is installed here"
         return Refused(f"workers must be able to read the scenario ({got})")
     here = versions_of([name for name in versions if name not in (*_OWN, "scipy")])
     if here == versions:
-        return Points(scenario, versions, train)
-    told = ", ".join(f"{name} {here[name]}, not {versions[name]}" for name in here if here[name] != versions[name])
-    return Refused(f"workers must have the versions of the client (got a worker with {told}; install the same)")
+        return Points(scenario, versions, train, named)
+    differ = ", ".join(f"{name} {here[name]}, not {versions[name]}" for name in here if here[name] != versions[name])
+    return Refused(f"workers must have the versions of the client (got a worker with {differ}; install the same)")

@@ -14,11 +14,12 @@ from typing import Any
 from attrs import define, evolve, field
 
 from shockwave.errors import FileAccessError, InvalidValueError, UsageError
-from shockwave.scenario.load import Scenario, load_scenario
+from shockwave.scenario.load import Scenario
 from shockwave.sweep.executors import Crew, LostError, crew_of
 from shockwave.sweep.header import EARLIER, header_of, plugins_of, settle
 from shockwave.sweep.journal import COPY, CRASHED, DONE, FAILED, OPEN, Journal, written
-from shockwave.sweep.points import Done, Order, Points, Refused, line_of, versions_of
+from shockwave.sweep.opening import opened
+from shockwave.sweep.points import Done, Order, Points, Refused, line_of, told, versions_of
 from shockwave.sweep.report import SweepInterrupt, SweepReport
 from shockwave.sweep.table import write_all
 
@@ -33,15 +34,15 @@ _LAST = 1.5
 _CRASHED = '"error": "the process that ran it has ended (a crash, or too little memory)"'
 
 
-def points_of(scenario: Scenario | str | os.PathLike[str]) -> Points:
-    """The points of a scenario with a sweep, or of one in a file.
+def points_of(scenario: Scenario | str | os.PathLike[str], apart: bool = False) -> Points:
+    """The points of a scenario with a sweep, or of one in a file, whose scene is tried in a process ``apart``.
 
     Raises
     ------
     InvalidValueError
         When it has no sweep.
     """
-    found = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+    found = scenario if isinstance(scenario, Scenario) else opened(scenario, apart)
     sweep = found.sweep
     if sweep is None:
         problem = "must be given (got nothing; a mapping of grid, zip or points)"
@@ -113,7 +114,7 @@ def run_sweep(
         A KeyboardInterrupt, after what was finished was written.
     """
     begin = time.perf_counter()
-    points = points_of(scenario)
+    points = points_of(scenario, apart=isinstance(executor, str | None))
     header: Mapping[str, Any] = header_of(points)
     journal = Journal.opened(Path(folder), len(points.sweep))
     try:
@@ -160,8 +161,8 @@ def _report(journal: Journal, before: int, seconds: float, notes: tuple[str, ...
 def _check_keys(journal: Journal, points: Points, header: Mapping[str, Any]) -> list[str]:
     """Hold the first and the last result against their points, as a journal may be of another folder; what is told."""
     if EARLIER in header:
-        told = "; ".join(", ".join(f"{name} {version}" for name, version in one.items()) for one in header[EARLIER])
-        return [f"points may have been run with other versions than those in use ({told})"]
+        others = "; ".join(", ".join(f"{name} {version}" for name, version in one.items()) for one in header[EARLIER])
+        return [f"points may have been run with other versions than those in use ({others})"]
     for index, there in journal.ends:
         if points.key(index) != there:
             problem = f"must be of this sweep (got another key for point {index}; choose another folder)"
@@ -189,13 +190,11 @@ def _working(executor: Executor | str | None, workers: int | None, points: Point
         got = f"got {type(error).__name__}: {error}; define its profile in a module"
         raise UsageError(f"a scenario must be one that can be sent to other processes ({got})") from error
     crew = crew_of(executor, workers)
-    at_once = True
     try:
         crew.check(order)
         yield crew, order
-        at_once = False
     finally:
-        crew.close(at_once)
+        crew.close()
 
 
 @define(eq=False)
@@ -215,12 +214,8 @@ class _Work:
     stopped: bool = field(default=False, init=False)
     batches: int = field(default=0, init=False)
     worked: float = field(default=0.0, init=False)
-    seconds: float = field(default=0.0, init=False)
-
-    @property
-    def overhead(self) -> float:
-        """Seconds of a worker for each batch that were not spent on its points."""
-        return max(self.seconds * self.crew.workers - self.worked, 0.0) / max(self.batches, 1)
+    #: Seconds of a worker for each batch that were not spent on its points.
+    overhead: float = field(default=0.0, init=False)
 
     def run(self) -> None:
         begin = time.perf_counter()
@@ -228,7 +223,7 @@ class _Work:
         left = self.journal.open_points()
         try:
             while not self.stopped:
-                if self.suspects:
+                if self.suspects and not self.flying:
                     self._run_alone()
                 self._fill(left)
                 if self.flying:
@@ -236,15 +231,17 @@ class _Work:
                 elif not self.suspects:
                     break
         except KeyboardInterrupt:
-            self._end()
+            self._end(_LAST)
             raise
-        self._end()
-        self.seconds = time.perf_counter() - begin
+        seconds = time.perf_counter() - begin
+        self.overhead = max(seconds * self.crew.workers - self.worked, 0.0) / max(self.batches, 1)
+        self._end(0.0)
 
     def _fill(self, left: Iterator[int]) -> None:
         """Send batches, smaller ones towards the end, so that all workers end together."""
-        while len(self.flying) < _AHEAD * self.crew.workers and not self.suspects:
-            share = -(-self.unsent // (_AHEAD * self.crew.workers))
+        wanted = _AHEAD * self.crew.workers
+        while len(self.flying) < wanted and not self.suspects:
+            share = -(-self.unsent // wanted)
             batch = list(islice(left, max(1, min(self.size, share))))
             if not batch:
                 return
@@ -256,6 +253,8 @@ class _Work:
             self.flying[self.crew.submit(order, batch)] = batch
         except BrokenExecutor:
             self.suspects.append(batch)
+        except RuntimeError as error:  # it was shut down
+            raise _lost(error) from error
 
     def _take(self, ready: Iterable[Future[Any]]) -> None:
         broken = not ready
@@ -263,13 +262,18 @@ class _Work:
             batch = self.flying.pop(future)
             try:
                 answer = future.result()
-            except (Exception, SystemExit) as error:
+            except KeyboardInterrupt:
+                raise
+            except BaseException as error:
                 self.suspects.append(batch)
                 if not _ends_worker(error):
                     raise _lost(error) from error
                 broken |= isinstance(error, BrokenExecutor)
                 continue
-            self._record(batch, answer)
+            if answer is None:
+                self._send(batch, self.order)
+            elif rest := self._record(batch, answer):
+                self._send(rest, self.order._replace(content=None))
         if broken:
             # what has not come by now will not come
             late = wait(self.flying, timeout=_LAST if ready else 0).done
@@ -278,22 +282,21 @@ class _Work:
             if late:
                 self._take(late)
 
-    def _record(self, batch: list[int], answer: Done | Refused | None) -> None:
-        if answer is None:
-            self._send(batch, self.order)
-            return
+    def _record(self, batch: list[int], answer: Done | Refused) -> list[int]:
+        """Note what was answered; what is left of the batch."""
         if isinstance(answer, Refused):
             raise UsageError(answer.reason)
         self.journal.add(answer.lines)
         self.batches += 1
         self.worked += answer.seconds
-        lines = answer.lines.splitlines() if answer.failed else [""] * len(batch)
-        for index, line in zip(batch, lines, strict=True):
+        lines = answer.lines.splitlines()
+        for index, line in zip(batch, lines, strict=False):
             self.journal.states[index] = FAILED if '"status": "failed"' in line else DONE
-        wanted = int(_BATCH * len(batch) / max(answer.seconds, 1e-9))
+        wanted = int(_BATCH * len(lines) / max(answer.seconds, 1e-9))
         self.size = max(1, min(wanted, 4 * self.size, _MOST))
         self.stopped |= self.fail_fast and answer.failed > 0
         self.tell()
+        return batch[len(lines) :]
 
     # ------------------------------------------------------------ suspects
 
@@ -322,21 +325,24 @@ class _Work:
         try:
             (future,) = self.crew.wait([self.crew.submit(self.order, batch)]) or (None,)
             answer = future.result() if future is not None else None
-        except (Exception, SystemExit) as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
             if not _ends_worker(error):
                 raise _lost(error) from error
             answer = None
         if answer is None:
             self.crew.renew(1)
             return False
-        self._record(batch, answer)
+        if rest := self._record(batch, answer):
+            self.suspects.append(rest)
         return True
 
-    def _end(self) -> None:
-        """Write what still comes of the batches under way."""
+    def _end(self, patience: float) -> None:
+        """Write what still comes, in some seconds, of the batches under way."""
         for future in self.flying:
             future.cancel()
-        for future in wait(self.flying, timeout=_LAST).done:
+        for future in wait(self.flying, timeout=patience).done:
             if not future.cancelled() and future.exception() is None and isinstance(future.result(), Done):
                 self._record(self.flying[future], future.result())
 
@@ -347,5 +353,5 @@ def _ends_worker(error: BaseException) -> bool:
 
 
 def _lost(error: BaseException) -> LostError:
-    got = f"got {type(error).__name__}: {error}; run it again: what is finished is kept"
+    got = f"got {told(error)}; run it again: what is finished is kept"
     return LostError(f"the executor must go on running batches ({got})")
