@@ -11,15 +11,18 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from attrs import evolve
 
 import shockwave as sw
 from measure_trust import Composed
+from pages import ROOT
 from scenes import CHAIN, FORCE, TRUTH, UNITS, name_of, shock_of
-from shockwave import pictures
+from shockwave import cli, pictures
 from shockwave.chain import Scales
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
-from shockwave.curve import UniversalCurve, write
+from shockwave.curve import UniversalCurve, build, write
 from shockwave.curve.fit import fitted
+from shockwave.curve.response import curve_of
 from shockwave.curve.series import Piece, Series
 from shockwave.pictures.curve import curve as draw
 from shockwave.quadrature import FloatArray
@@ -204,9 +207,15 @@ def test_another_shape_is_refused() -> None:
 
 
 def test_beyond_its_range_a_curve_says_how_to_make_it_longer() -> None:
-    message = r"rise_time: must be t0/T0 > 0 and <= 16\.6667 \(got 17; make the curve with longest above 50\)"
+    message = r"rise_time: must be t0/T0 > 0 and <= 16\.6667 \(got 17; make the curve with longest=51\)"
     with pytest.raises(sw.InvalidValueError, match=message):
         curve("triangle").amplification([1.0, 17.0])
+
+
+@pytest.mark.parametrize("ratio", [0.0, -1.0, math.nan, 1e4, "one"], ids=repr)
+def test_what_no_longer_curve_has_is_told_without_that(ratio: Any) -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"rise_time: must be t0/T0 > 0 and <= 16\.6667 \(got [^;]*\)$"):
+        curve("triangle").amplification(ratio)
 
 
 @pytest.mark.parametrize("ratio", [0.0, -1.0, math.nan, math.inf, "1", None, [[1], [1, 2]]], ids=repr)
@@ -310,6 +319,31 @@ def test_a_jump_is_told_by_the_error_of_a_narrow_piece() -> None:
     wide = [piece for piece in series.pieces if piece.error > 1e-4]
     assert all(piece.end - piece.begin < 2e-3 for piece in wide)
     assert max(piece.error for piece in wide) > 0.1
+
+
+def test_what_is_too_rough_is_given_up() -> None:
+    noise = np.random.default_rng(1)
+    with pytest.raises(sw.NumericalError, match="1000 simulations do not make it smooth enough"):
+        fitted(lambda _: float(noise.normal()), -2.0, 3.0, 1e-4)
+
+
+def test_a_curve_of_slow_simulations_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(build, "_BUDGET", 20_000)
+    with pytest.raises(sw.NumericalError, match=r"is too slow \(shorter ones did up to .*try a longest up to that"):
+        UniversalCurve(TRIANGLE)
+
+
+def test_a_shape_without_a_long_curve_has_a_shorter_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    def doubtful(shock: sw.Shock, chain: sw.Chain, **options: Any) -> sw.SimulationResult:
+        result = sw.simulate(shock, chain, **options)
+        return result if shock.duration <= 20 * Scales.of(chain, 1.0).time else evolve(result, error_estimate=1.0)
+
+    monkeypatch.setattr(build, "simulate", doubtful)
+    # a tolerance of its own: curves are kept
+    assert curve_of(TRIANGLE, 1.7e-4, 9.0).longest == 12.5
+    assert curve_of(TRIANGLE, 1.7e-4, 1.0).longest == 3.125
+    with pytest.raises(sw.NumericalError, match="there is no curve so long"):
+        curve_of(TRIANGLE, 1.7e-4, 26.0)
 
 
 def test_no_evaluation_is_asked_for_twice() -> None:
@@ -468,6 +502,24 @@ def test_a_curve_is_written_as_json_or_as_a_picture(tmp_path: Path) -> None:
     plain, marked = ((tmp_path / name).read_text(encoding="utf-8") for name in ("curve.svg", "marked.svg"))
     assert plain.startswith("<?xml")
     assert len(marked) > len(plain)
+
+
+def test_the_command_tells_the_curve_and_its_scene(capsys: pytest.CaptureFixture[str]) -> None:
+    file = str(ROOT / "profiles" / "examples" / "protector.yaml")
+    assert cli.main(["curve", file]) == 0
+    (here,) = (line for line in capsys.readouterr().out.splitlines() if line.startswith("  this scenario  "))
+    scene = sw.load_scenario(file)
+    assert str(UniversalCurve(scene.shock.profile).answer(scene.shock, scene.chain)) in here
+    assert cli.main(["curve", file, "--longest", "1"]) == 0
+    told = capsys.readouterr().out
+    assert "beyond this curve (--longest)" in told
+    assert "polynomials" not in told
+
+
+def test_an_output_that_cannot_be_is_one_of_usage(capsys: pytest.CaptureFixture[str]) -> None:
+    # the scenario is not there, which would be told with 5
+    assert cli.main(["curve", "none.yaml", "-o", "curve.txt"]) == 2
+    assert capsys.readouterr().err.startswith("--output: must end in .json, .svg, .png or .pdf")
 
 
 def test_a_curve_is_not_written_as_anything_else(tmp_path: Path) -> None:

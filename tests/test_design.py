@@ -269,7 +269,7 @@ def test_an_unreachable_target_is_told_with_the_range() -> None:
 def test_a_maximum_inside_is_told_to_be_one() -> None:
     found = design("chain.material.poisson_ratio", peak_force=1.0)
     assert float(found.least.value) == 0.0
-    assert found.why.endswith("at 0, inside the interval: no wider one helps")
+    assert found.why.endswith("at 0, a turning point inside the interval")
 
 
 def test_both_ends_of_what_can_be_reached_are_solutions() -> None:
@@ -289,13 +289,65 @@ def test_a_finite_chain_is_found_as_one_without_end_and_simulated_as_it_is() -> 
     assert option.simulated.peak_force == pytest.approx(60, rel=1e-3)
 
 
-@pytest.mark.parametrize(("name", "between"), [("shock.rise_time", (1e-5, 1.0)), ("shock.duration_ratio", (2, 1e4))])
-def test_an_interval_with_shocks_too_long_for_curves_is_refused(
-    name: str, between: tuple[float, float], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("name", "between", "bad"),
+    [
+        ("shock.rise_time", (1e-5, 1.0), 1),
+        ("shock.duration_ratio", (2, 1e4), 1),
+        ("chain.radius", (1e-7, 1e-2), 0),
+    ],
+)
+def test_an_interval_with_shocks_too_long_for_curves_is_refused_with_how_far_it_may_go(
+    name: str, between: tuple[float, float], bad: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Response, "__call__", None)  # before the line is made
-    with pytest.raises(sw.InvalidValueError, match=r"between: must give scenes .*must last at most 1000"):
+    match = f"^between: must give shocks that last at most 1000 natural times .* at {name} = {between[bad]:.6g}, in SI"
+    with pytest.raises(sw.InvalidValueError, match=match) as caught:
         design(name, between, peak_force=60.0)
+    told = re.search(r"it may go to ([^:]+):", str(caught.value))
+    assert told is not None
+    # it is told to four digits
+    assert duration_of(Family(SCENE).scenario({name: float(told[1])})) == pytest.approx(1000, rel=2e-3)
+
+
+def test_a_chain_too_short_for_the_search_is_told_to_miss() -> None:
+    chain = sw.Chain(material=CHAIN.material, radius=CHAIN.radius, granules=3)
+    found = sw.design(CASE_A, chain, vary="chain.radius", target={"peak_force": 60}, between=(2e-3, 2e-2))
+    assert (found.solutions, found.reachable) == ((), False)
+    assert found.nearest is not None
+    assert found.nearest.simulated is not None
+    # what three granules make differs by more than one in a hundred
+    assert abs(found.nearest.simulated.reached / 60 - 1) > 1e-2
+    made = f"{found.nearest.simulated.reached:.5g} N at "
+    assert f"60 N is met by a chain without end alone; simulated as it is, the chain makes {made}" in found.why
+
+
+@pytest.mark.parametrize("name", ["chain.radius", "shock.duration_ratio", "chain.material.poisson_ratio"])
+def test_a_solution_tells_how_well_it_is_known(name: str) -> None:
+    """The target moves by its error over what the value may be off."""
+    wanted = {"chain.radius": 60.0, "shock.duration_ratio": 150.0}.get(name) or at_a_quarter()
+    option = design(name, peak_force=wanted).solutions[-1]
+    assert option.value_error is not None
+    family = Family(SCENE)
+    value = float(option.value)
+    ends = [family.scenario({name: value + sign * 1e-3 * value}) for sign in (-1, 1)]
+    forces = [curve_of(end.shock.profile, 1e-6, 50.0).peak_force(end.shock, end.chain) for end in ends]
+    slope = abs(math.log(forces[1] / forces[0])) / (2e-3 * value)
+    # along the shape every simulation may be off by the tolerance, along others the curve by what it tells
+    error = max(option.reached_error, 1e-4) if name == "shock.duration_ratio" else option.reached_error
+    assert option.value_error == pytest.approx(error / slope, rel=0.02)
+
+
+def test_a_solution_shows_the_digits_that_are_known() -> None:
+    found = design("shock.duration_ratio", peak_force=150.0)
+    (option,) = found.solutions
+    assert option.value_error is not None
+    lines = str(found).splitlines()
+    (header,) = (number for number, line in enumerate(lines) if "may be off" in line)
+    shown = lines[header + 2].split()[0]
+    # the last digit is no more than the error, and the one before no less than a tenth of it
+    last = 10.0 ** -len(shown.partition(".")[2])
+    assert option.value_error / 20 <= last <= option.value_error
 
 
 @pytest.mark.parametrize("end", [0, 1], ids=["low", "high"])
@@ -354,7 +406,7 @@ def test_a_curve_is_refused_where_simulations_do_not_tell_their_error(monkeypatc
 
     monkeypatch.setattr(build, "simulate", doubtful)
     match = (
-        r"there is no curve so long: a simulation of 200 natural times does not tell .*others did up to 100; shorten"
+        r"there is no curve so long: a simulation of 200 natural times does not tell .*shorter ones did up to 100; try"
     )
     with pytest.raises(sw.NumericalError, match=match):
         sw.UniversalCurve(POWER, longest=1000.0)
@@ -393,7 +445,9 @@ def test_a_material_without_a_curve_is_left_out_and_told() -> None:
     among = ["ptfe", "silicon-nitride"]
     found = sw.design(shock, CHAIN, vary="chain.material", target={"peak_force": 200}, among=among)
     assert [option.value for option in found.table] == ["ptfe"]
-    assert any(warning.startswith("silicon-nitride is left out: must last at most 1000") for warning in found.warnings)
+    assert any(
+        warning.startswith("silicon-nitride is left out: shock: must last at most 1000") for warning in found.warnings
+    )
 
 
 def test_an_option_tells_mass_and_error_of_its_own_scene() -> None:
@@ -411,11 +465,21 @@ def test_materials_may_be_a_few() -> None:
     given: dict[str, Any] = {"vary": "chain.material", "among": ["ptfe", "brass-260"]}
     low, high = (option.reached for option in sw.design(CASE_A, CHAIN, target={"peak_force": 60}, **given).table)
     assert low != high
-    for wanted, reachable in (((low + high) / 2, True), (0.9 * min(low, high), False), (1.1 * max(low, high), False)):
+    for wanted, spanned in (((low + high) / 2, True), (0.9 * min(low, high), False), (1.1 * max(low, high), False)):
         found = sw.design(CASE_A, CHAIN, target={"peak_force": wanted}, **given)
         assert {option.value for option in found.table} == {"ptfe", "brass-260"}
-        assert found.reachable == reachable
-        assert bool(found.why) != reachable
+        assert (found.reachable, found.spanned) == (False, spanned)
+        assert ("no material meets" if spanned else "is out of reach") in found.why
+        assert "  solutions         none: " in str(found)
+
+
+def test_a_material_that_meets_the_target_is_a_solution() -> None:
+    given: dict[str, Any] = {"vary": "chain.material", "among": ["ptfe", "brass-260"]}
+    nearest = sw.design(CASE_A, CHAIN, target={"peak_force": 60}, **given).nearest
+    assert nearest is not None
+    found = sw.design(CASE_A, CHAIN, target={"peak_force": nearest.reached}, **given)
+    assert (found.reachable, found.why) == (True, "")
+    assert [option.value for option in found.solutions] == [nearest.value]
 
 
 def test_the_nearest_is_so_by_its_ratio() -> None:
@@ -427,6 +491,7 @@ def test_the_nearest_is_so_by_its_ratio() -> None:
 
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "vary-unknown": ({"vary": "chain.radios"}, "vary: must be the dotted name of a key .* did you mean"),
+    "vary-known": ({"vary": "radius"}, r"vary: .*known: chain.material, chain.diameter, (?!.*granules)(?!.*predict)"),
     "vary-setting": ({"vary": "simulate.rtol"}, "vary: must be a value of the chain or shock with a range"),
     "vary-granules": ({"vary": "chain.granules"}, "vary: must be a value of the chain or shock with a range"),
     "target-unknown": ({"target": {"peak_fource": 1}}, "target: .* did you mean 'peak_force'"),
@@ -490,6 +555,19 @@ def test_the_command_prints_json_as_the_page_tells() -> None:
     assert keys == {key for key in flat(document) if not re.match(r"(nearest|least|most|table)(\[\])?\.", key)}
 
 
+def test_the_command_ranks_materials_whose_range_has_the_target(capsys: pytest.CaptureFixture[str]) -> None:
+    for force, status in (("110 N", 0), ("9 kN", 1)):
+        arguments = ["--vary", "chain.material", "--among", "ptfe,brass-260", "--target", f"peak_force={force}"]
+        assert cli.main(["design", FILE, *arguments]) == status
+        assert "  solutions         none: " in capsys.readouterr().out
+
+
+def test_the_command_takes_one_target(capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["--vary", "chain.radius", "--between", "1 mm", "2 mm", "--target", "speed=9", "--target", "width=1"]
+    assert cli.main(["design", FILE, *arguments]) == 2
+    assert "--target must be given once (got speed=9 and width=1" in capsys.readouterr().err
+
+
 def test_the_command_ends_with_1_where_nothing_is_found(capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["--vary", "chain.radius", "--target", "peak_force=9 kN", "--between", "2 mm", "40 mm"]
     assert cli.main(["design", FILE, *arguments]) == 1
@@ -521,10 +599,11 @@ def test_the_command_draws_a_picture(tmp_path: Path, capsys: pytest.CaptureFixtu
     [
         ["--between", "20 mm", "1 mm"],
         ["--between", "1 mm", "2 kg"],
+        ["--between", "-1 mm", "2 mm"],
         ["--between", "1 mm", "20 mm", "--points", "1"],
         ["--among", "ptfe"],
     ],
-    ids=["order", "unit", "points", "among"],
+    ids=["order", "unit", "sign", "points", "among"],
 )
 def test_a_wrong_argument_is_one_of_usage(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["design", FILE, "--vary", "chain.radius", "--target", "peak_force=60 N", *arguments]) == 2

@@ -7,9 +7,11 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from attrs import evolve
+
 from shockwave.cli.output import print_json
 from shockwave.cli.scenes import loaded
-from shockwave.errors import InvalidValueError, UnknownNameError, UsageError
+from shockwave.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
 
 __all__ = ["design", "uncertainty"]
 
@@ -34,13 +36,27 @@ def _of_arguments(options: argparse.Namespace) -> Iterator[None]:
         raise UsageError(f"--among: {error}") from None
 
 
+@contextmanager
+def _of_file(file: str) -> Iterator[None]:
+    """A fault of the block is told with its file."""
+    try:
+        yield
+    except InvalidValueError as error:
+        if any(fault.path.partition(".")[0] != "uncertainty" for fault in error.faults):
+            raise
+        raise ScenarioError(evolve(fault, location=file) for fault in error.faults) from None
+
+
 def design(options: argparse.Namespace) -> int:
     """Values at which the primary is as wanted."""
     from shockwave.designs.design import design as run
 
-    name, sign, value = options.target.partition("=")
+    given = options.target[-1]
+    name, sign, value = given.partition("=")
     if not sign:
-        raise UsageError(f"--target must be QUANTITY=VALUE, such as peak_force='60 N' (got {options.target!r})")
+        raise UsageError(f"--target must be QUANTITY=VALUE, such as peak_force='60 N' (got {given!r})")
+    if len(options.target) > 1:
+        raise UsageError(f"--target must be given once (got {' and '.join(options.target)}; run one design for each)")
     if options.output:
         from shockwave.designs.picture import checked, write
 
@@ -69,8 +85,8 @@ def design(options: argparse.Namespace) -> int:
         print(f"{options.output}: written", file=sys.stderr)
     if found.why:
         print(f"{options.file}: {found.why}", file=sys.stderr)
-        return 1
-    return 0
+    # materials in whose range the target lies are ranked: that is the answer
+    return 1 if found.why and not (found.between is None and found.spanned) else 0
 
 
 def uncertainty(options: argparse.Namespace) -> int:
@@ -80,7 +96,7 @@ def uncertainty(options: argparse.Namespace) -> int:
     scenarios, status = loaded([options.file], _SWEPT)
     if status:
         return status
-    with _of_arguments(options):
+    with _of_arguments(options), _of_file(options.file):
         found = run(scenarios[0], draws=options.draws, seed=options.seed, rtol=options.rtol)
     if options.json:
         print_json(found.to_dict())

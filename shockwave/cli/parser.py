@@ -62,7 +62,7 @@ def _add_scenes(command: _Command) -> None:
     )
     curve.add_argument("file", metavar="FILE", help="scenario file (YAML)")
     curve.add_argument(
-        "--rtol", type=_between(1e-8, 0.1), default=1e-4, help="relative error asked for (default: 1e-4)"
+        "--rtol", type=_between(1e-7, 1e-2), default=1e-4, help="relative error asked for (default: 1e-4)"
     )
     curve.add_argument(
         "--longest", type=_between(1e-3, 1000), default=50.0, help="longest duration, in natural times (default: 50)"
@@ -87,7 +87,11 @@ def _add_design(command: _Command) -> None:
     design.add_argument("file", metavar="FILE", help=files)
     design.add_argument("--vary", required=True, metavar="NAME", help="dotted name of the value, or chain.material")
     design.add_argument(
-        "--target", required=True, metavar="QUANTITY=VALUE", help="what is wanted, such as peak_force='60 N'"
+        "--target",
+        required=True,
+        action="append",
+        metavar="QUANTITY=VALUE",
+        help="what is wanted, such as peak_force='60 N'",
     )
     design.add_argument("--between", nargs=2, metavar=("A", "B"), help="the interval of a number, such as 1mm 20mm")
     design.add_argument("--among", metavar="NAME,NAME", help="materials to compare; left out, all of the library")

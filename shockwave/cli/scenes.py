@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from shockwave.cli.output import DEBUG, internal, print_json, written
-from shockwave.errors import Fault, PluginError, ScenarioError, ShockwaveError, UsageError
+from shockwave.errors import Fault, InvalidValueError, PluginError, ScenarioError, ShockwaveError, UsageError
 
 if TYPE_CHECKING:
     from shockwave.options import SimulateOptions
@@ -164,16 +164,25 @@ def curve(options: argparse.Namespace) -> int:
     """The universal curve of a scenario's shape."""
     from shockwave.chain import Scales
     from shockwave.curve import UniversalCurve, write
+    from shockwave.curve.output import checked
 
+    if options.output:
+        try:
+            checked(options.output)
+        except InvalidValueError as error:
+            raise UsageError(f"--output: {error.faults[0].problem}") from None
     scenarios, status = loaded([options.file])
     if status:
         return status
     shock, chain = scenarios[0].shock, scenarios[0].chain
+    ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
     found = UniversalCurve(shock.profile, rtol=options.rtol, longest=options.longest)
     if not options.output:
-        print(found)
+        longer = f"t0/T0 = {ratio:.6g}, beyond this curve (--longest)"
+        here = found.answer(shock, chain) if ratio <= found.longest_rise_time else longer
+        print(found, f"  this scenario  {here}", sep="\n")
         return 0
-    write(found, options.output, mark=Scales.of(chain, shock.peak_force).rise_time(shock.rise_time))
+    write(found, options.output, mark=ratio)
     print(f"{options.output}: written", file=sys.stderr)
     return 0
 

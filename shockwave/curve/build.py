@@ -32,6 +32,9 @@ _CHECK, _SHORTER, _MOST = 0.8, 0.75, 40
 # Beyond this durations are tried by doubling: the simulation of one that does not tell its error may take minutes, and
 # the longer the more.
 _PROBED = 50.0
+# Force evaluations of all simulations together that a curve may take: some twenty seconds of the dearest, where waves
+# of nearly equal height part slowly. Ordinary curves take a tenth of a million.
+_BUDGET = 3_000_000
 # An error is told as so many times the greatest that checks have shown; measured on 95 shapes at rtol 1e-2 to 1e-6,
 # 99.9 % are covered at each.
 _CAUTION = 3.0
@@ -62,6 +65,7 @@ class _Simulated:
     shape: Shape
     rtol: float
     count: int = 0
+    evaluations: int = 0
     doubts: dict[float, float] = field(factory=dict)
 
     def __call__(self, x: float) -> float:
@@ -70,11 +74,13 @@ class _Simulated:
         shock = Shock(profile=self.profile, peak_force=1.0, rise_time=ratio * Scales.of(chain, 1.0).time)
         result = simulate(shock, chain, rtol=self.rtol, waves="primary")
         self.count += 1
-        if result.error_estimate >= 1:
-            known = max((math.exp(known) for known in self.doubts), default=0.0)
-            problem = f"a simulation of {math.exp(x):.4g} natural times does not tell how good it is"
+        self.evaluations += result.cost.force_evaluations
+        if result.error_estimate >= 1 or self.evaluations > _BUDGET:
+            known = max((math.exp(known) for known in self.doubts if known < x), default=0.0)
+            unknown = "does not tell how good it is" if result.error_estimate >= 1 else "is too slow"
             raise NumericalError(
-                f"there is no curve so long: {problem} (others did up to {known:.4g}; shorten the shock)"
+                f"there is no curve so long: a simulation of {math.exp(x):.4g} natural times {unknown}"
+                f" (shorter ones did up to {known:.4g}; try a longest up to that or in between, or shorten the shock)"
             )
         self.doubts[x] = result.error_estimate
         strength = ratio * self.shape.area / MOMENTUM

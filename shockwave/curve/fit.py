@@ -16,6 +16,7 @@ from attrs import define, evolve, field
 from numpy.polynomial import chebyshev
 
 from shockwave.curve.series import Piece, Series
+from shockwave.errors import NumericalError
 from shockwave.quadrature import FloatArray
 
 __all__ = ["fitted"]
@@ -34,6 +35,8 @@ _NEAR = 0.5
 _FINE = np.cos(np.linspace(np.pi, 0.0, 401))
 # A kink or a jump is shut in so narrowly, and told by the error of its piece.
 _NARROWEST = 1e-3
+# What takes more evaluations is too rough for polynomials; the roughest of 95 curves to 1e-6 took 203.
+_BUDGET = 1000
 
 
 @define
@@ -45,6 +48,10 @@ class _Values:
 
     def __call__(self, x: float) -> float:
         if x not in self.known:
+            if len(self.known) >= _BUDGET:
+                raise NumericalError(
+                    f"{_BUDGET} simulations do not make it smooth enough (allow a greater error, or narrow the range)"
+                )
             self.known[x] = self.function(x)
         return self.known[x]
 
@@ -66,6 +73,11 @@ def fitted(function: Callable[[float], float], begin: float, end: float, toleran
     Series
         The error of a piece is the greatest that its last checks have shown. It is above the tolerance only where the
         function jumps or is as good as that: such a piece is narrower than a thousandth.
+
+    Raises
+    ------
+    NumericalError
+        When too many evaluations would be needed.
     """
     values = _Values(function)
     edges = [*(begin + (end - begin) * share for share in _JOINTS[:-1]), end]

@@ -8,7 +8,21 @@ import pathlib
 from shockwave.curve.universal import UniversalCurve
 from shockwave.errors import InvalidValueError
 
-__all__ = ["write"]
+__all__ = ["checked", "write"]
+
+
+def checked(file: str | os.PathLike[str]) -> pathlib.Path:
+    """``file``, whose ending tells what it is to be.
+
+    Raises
+    ------
+    InvalidValueError
+        When that is another than those known.
+    """
+    path = pathlib.Path(file)
+    if path.suffix.lower() not in (".json", ".svg", ".png", ".pdf"):
+        raise InvalidValueError.of("file", f"must end in .json, .svg, .png or .pdf (got {path.name!r})")
+    return path
 
 
 def write(curve: UniversalCurve, file: str | os.PathLike[str], mark: float | None = None) -> None:
@@ -30,13 +44,10 @@ def write(curve: UniversalCurve, file: str | os.PathLike[str], mark: float | Non
     FileAccessError
         When the file cannot be written.
     """
-    path = pathlib.Path(file)
-    kind = path.suffix.lower()
-    if kind == ".json":
+    path = checked(file)
+    if path.suffix.lower() == ".json":
         curve.save(path)
         return
-    if kind not in (".svg", ".png", ".pdf"):
-        raise InvalidValueError.of("file", f"must end in .json, .svg, .png or .pdf (got {path.name!r})")
     # A file of numbers needs no pictures.
     from shockwave.pictures.canvas import figure, save
     from shockwave.pictures.curve import curve as drawn

@@ -45,6 +45,7 @@ __all__ = [
     "longest_for",
     "notes_of",
     "scenario_of",
+    "too_long",
     "value_of",
     "variable_of",
 ]
@@ -73,6 +74,10 @@ SIGNS = {
 _TWINS = {"chain.diameter": "chain.radius", "shock.duration": "shock.rise_time"}
 # Curves reach so far, or longer by so many steps to the double, up to the longest.
 _LONGEST, _STEPS, _LIMIT = 50.0, 16, 1000.0
+# Where there is none so long, down to this one of a half, a quarter and so on will do.
+_SHORTEST = 3.0
+# Of so many scenes none may last longer where each is simulated: thousands of them would take minutes.
+_MANY, _EACH = 64, 300.0
 _ROUNDING = 1e-9
 
 
@@ -89,6 +94,8 @@ def scenario_of(scene: Scenario | Shock, chain: Chain | None) -> Scenario:
     if isinstance(scene, Shock) and isinstance(chain, Chain):
         return Scenario(name="", path=None, shock=scene, chain=chain, predictor=Predictor(), simulate=SimulateOptions())
     got = f"got {text_of(scene)} and {text_of(chain)}"
+    if isinstance(chain, Mapping):
+        raise InvalidValueError.of("chain", f"must be a Chain, or left out (got {text_of(chain)}; name it spreads=)")
     raise InvalidValueError.of("scene", f"must be a Scenario alone, or a Shock and a Chain ({got})")
 
 
@@ -142,10 +149,22 @@ def longest_for(duration: float) -> float:
         When no curve is so long.
     """
     if not duration <= _LIMIT:
-        remedy = "shorten the shock, or soften or enlarge the granules"
-        raise InvalidValueError.of("", f"must last at most {_LIMIT:g} natural times (got {duration:.4g}; {remedy})")
+        got = f"got {duration:.4g}; shorten the shock, or soften or enlarge the granules"
+        raise InvalidValueError.of("shock", f"must last at most {_LIMIT:g} natural times ({got})")
     steps = math.ceil(_STEPS * math.log2(max(duration / _LONGEST, 1.0)) - _ROUNDING)
     return min(max(_LONGEST * 2 ** (steps / _STEPS), duration), _LIMIT)
+
+
+def too_long(
+    durations: FloatArray, values: Mapping[str, FloatArray], limit: float = _LIMIT
+) -> InvalidValueError | None:
+    """The fault of scenes with these durations, n t0/T0, and values, if one is longer than ``limit``."""
+    worst = int(durations.argmax())
+    if durations[worst] <= limit * (1 + _ROUNDING):
+        return None
+    where = ", ".join(f"{name} = {given[worst]:.6g}" for name, given in values.items())
+    got = f"got {durations[worst]:.4g} at {where}, in SI units"
+    return InvalidValueError.of("", f"must give shocks that last at most {limit:g} natural times ({got})")
 
 
 def notes_of(scenario: Scenario, besides: str = "") -> tuple[str, ...]:
@@ -169,17 +188,25 @@ def curve_of(profile: ShockProfile, rtol: float, duration: float) -> UniversalCu
         When a simulation fails, or does not tell how good it is.
     """
     longest = longest_for(duration)
-    if not trusted(profile):
-        return UniversalCurve(profile, rtol=rtol, longest=longest)
-    try:
-        return _kept(profile, rtol, longest)
-    except TypeError:  # samples have no hash
-        return UniversalCurve(profile, rtol=rtol, longest=longest)
+    halves = max(math.floor(math.log2(longest / max(duration, _SHORTEST))), 0)
+    make = _kept if trusted(profile) else _made
+    found = make(profile, rtol, longest, longest / 2**halves)
+    if isinstance(found, NumericalError):
+        raise NumericalError(str(found))
+    return found
 
 
-@lru_cache(maxsize=64)
-def _kept(profile: ShockProfile, rtol: float, longest: float) -> UniversalCurve:
-    return UniversalCurve(profile, rtol=rtol, longest=longest)
+def _made(profile: ShockProfile, rtol: float, longest: float, least: float) -> UniversalCurve | NumericalError:
+    """The curve up to ``longest``, or to ``least`` where there is none so long; or why there is neither."""
+    for length in dict.fromkeys((longest, least)):
+        try:
+            return UniversalCurve(profile, rtol=rtol, longest=length)
+        except NumericalError as error:
+            failure = error
+    return failure
+
+
+_kept = lru_cache(maxsize=64)(_made)
 
 
 @frozen(kw_only=True)
@@ -279,6 +306,8 @@ class Response:
             else:
                 shift = shift + POWERS[name] * (np.log(given) - math.log(here))
         ratios = duration_of(scenario) / n * np.exp(shift)
+        if wrong := too_long(ratios * n, values):
+            raise wrong
         curve = curve_of(scenario.shock.profile, self.rtol, float(ratios.max()) * n * (1 - _ROUNDING))
         forces = np.asarray(values.get("shock.peak_force", np.full(ratios.shape, scenario.shock.peak_force)))
         ratios = np.minimum(ratios, curve.longest_rise_time)
@@ -288,6 +317,9 @@ class Response:
         family = self.family
         rows = zip(*(given.tolist() for given in values.values()), strict=True)
         scenes = [family.scenario(dict(zip(values, row, strict=True))) for row in rows]
+        durations = np.array([duration_of(scene) for scene in scenes])
+        if wrong := too_long(durations, values, _LIMIT if len(scenes) < _MANY else _EACH):
+            raise wrong
         chains = [scene.chain for scene in scenes]
         found = simulate_many([scene.shock for scene in scenes], chains, rtol=self.rtol, waves="primary")
         failed = [result for result in found if isinstance(result, ShockwaveError)]

@@ -305,13 +305,14 @@ class UniversalCurve:
         ratio, most = self.highest
         pieces = self.series.pieces if self.series is not None else ()
         worst = max([self.short_error + _DIGITS, *(piece.error for piece in pieces)])
+        later = f", then {len(pieces)} polynomials" if pieces else ""
         lines = [
             f"universal curve of {self.shape}",
             f"  durations      n t0/T0 up to {self.longest:g}, t0/T0 up to {self.longest_rise_time:g}",
             f"  amplification  at most {most:.6g}, at t0/T0 = {ratio:.6g}",
             f"  error          below {worst:.0e} relative ({self.rtol:g} was asked for)",
             f"  made from      {self.simulations} simulations: the law of short shocks up to n t0/T0 ="
-            f" {math.exp(self.short_end):.3g}, then {len(pieces)} polynomials",
+            f" {math.exp(self.short_end):.3g}{later}",
         ]
         return "\n".join(lines)
 
@@ -345,8 +346,11 @@ class UniversalCurve:
         most = self.longest_rise_time
         wrong = ~((ratios > 0) & (ratios <= most * (1 + _ROUNDING)))
         if wrong.any():
-            got = text_of(rise_time) if ratios.ndim == 0 else f"{ratios[wrong].flat[0]:g}"
-            remedy = f"make the curve with longest above {self.longest:g}"
-            raise InvalidValueError.of("rise_time", f"must be t0/T0 > 0 and <= {most:g} (got {got}; {remedy})")
+            first = float(ratios[wrong].flat[0])
+            got = text_of(rise_time) if ratios.ndim == 0 else f"{first:g}"
+            needed = first * self.shape.duration_ratio
+            if 0 < needed <= float(_LONGEST.at_most or 0):
+                got += f"; make the curve with longest={math.ceil(needed)}"
+            raise InvalidValueError.of("rise_time", f"must be t0/T0 > 0 and <= {most:g} (got {got})")
         np.minimum(ratios, most, out=ratios)
         return ratios

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from attrs import field, frozen
 
 from shockwave.chain.chain import Chain
-from shockwave.curve.response import notes_of, scenario_of, variable_of
+from shockwave.curve.response import duration_of, notes_of, scenario_of, too_long, variable_of
 from shockwave.designs.lines import Line, spaced
 from shockwave.designs.targets import Option, Target
 from shockwave.errors import InvalidValueError
@@ -25,8 +26,12 @@ __all__ = ["Design", "design"]
 _MATERIAL = "chain.material"
 _POINTS = Quantity("", "number of rows", at_least=2, at_most=1000, whole=True)
 _RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)
+# Names of a scenario that are no numbers with a range.
+_UNFIT = ("chain.granules", "shock.profile", "shock.data")
 # Of the line in a picture.
 _FINE = 301
+# To tell how far an interval may go.
+_HALVINGS = 40
 # A target missed by no more is met but for rounding.
 _ROUNDING = 1e-9
 
@@ -47,7 +52,8 @@ class Design:
         The interval of the value; None for materials.
     solutions : tuple of Option
         All values in the interval that meet the target, ascending; each was simulated. Among them are ends and turning
-        points that miss it by no more than the error allowed, which a warning tells.
+        points that miss it by no more than the error allowed, which a warning tells. Materials that meet it within
+        that are some too.
     nearest : Option or None
         Where none does, the one that comes nearest; for materials always.
     least, most : Option
@@ -75,8 +81,13 @@ class Design:
 
     @property
     def reachable(self) -> bool:
-        """Whether the target lies within what can be reached."""
-        return bool(self.solutions) or self.least.reached <= self.target.value <= self.most.reached
+        """Whether anything meets the target."""
+        return bool(self.solutions)
+
+    @property
+    def spanned(self) -> bool:
+        """Whether the target lies between the least and the greatest, met or not."""
+        return self.least.reached <= self.target.value <= self.most.reached
 
     @property
     def why(self) -> str:
@@ -161,7 +172,11 @@ def design(
     try:
         variable = variable_of(scenario, vary)
     except InvalidValueError as error:
-        raise InvalidValueError.of("vary", error.faults[0].problem) from None
+        # of all that a scenario holds only this can be varied
+        head, _, known = error.faults[0].problem.partition("known: ")
+        fit = [name for name in known.rstrip(")").split(", ") if name.startswith(("chain.", "shock."))]
+        shown = ", ".join(name for name in fit if name not in _UNFIT)
+        raise InvalidValueError.of("vary", f"{head}known: {shown})") from None
     if vary == _MATERIAL:
         if between is not None:
             raise InvalidValueError.of("between", f"must be left out for {_MATERIAL} (got {text_of(between)})")
@@ -197,29 +212,52 @@ def _of_numbers(
         return Option.of(value, family.scenario({name: value}), target, rtol, line.reach)
 
     try:
+        _check_durations(family, variable, between)
         line = Line.of(scenario, name, target, between, rtol)
         least, most = (option(value) for value, _ in line.extremes)
-        solutions = [option(value) for value, _ in line.solutions]
+        found = [option(value).known(slope, 0.0 if line.reach else rtol) for value, _, slope in line.solutions]
         rows = tuple(option(value) for value in spaced(between, points))
     except InvalidValueError as error:
-        problem = f"must give scenes that can be (got one: {error}; narrow the interval)"
-        raise InvalidValueError.of("between", problem) from None
-    nearest = None if solutions else min(least, most, key=target.distance)
-    checked, told = _verified([*solutions, *([nearest] if nearest else [])], family, name, target)
+        fault = error.faults[0]
+        problem = f"must give scenes that can be: {fault}" if fault.path else fault.problem
+        raise InvalidValueError.of("between", f"{problem}: narrow the interval") from None
+    checked, told = _verified(found or [min(least, most, key=target.distance)], family, name, target)
+    solutions = tuple(one for one in checked if found and not one.misses(target, rtol))
+    doubts = _doubts(line, least, most, target, rtol, variable.unit or "") if len(solutions) == len(found) else ()
     return Design(
         scenario=scenario.name,
         vary=name,
         unit=variable.unit or "",
         target=target,
         between=between,
-        solutions=tuple(checked) if solutions else (),
-        nearest=None if solutions else checked[0],
+        solutions=solutions,
+        nearest=None if solutions else min(checked, key=target.distance),
         least=least,
         most=most,
         table=rows,
-        warnings=(*_warnings(scenario), *_doubts(line, least, most, target, rtol, variable.unit or ""), *told),
+        warnings=(*_warnings(scenario), *doubts, *told),
         line=line.points(_FINE),
     )
+
+
+def _check_durations(family: Family, variable: Variable, between: tuple[float, float]) -> None:
+    """Refuse ends for which there is no curve, with how far the interval may go."""
+    name = variable.name
+
+    def fault(value: float) -> InvalidValueError | None:
+        return too_long(np.array([duration_of(family.scenario({name: value}))]), {name: np.array([value])})
+
+    faults = [fault(value) for value in between]
+    for wrong, bad, good in zip(faults, between, reversed(between), strict=True):
+        if wrong is None:
+            continue
+        if all(faults):
+            raise wrong
+        for _ in range(_HALVINGS):
+            middle = (good + bad) / 2
+            good, bad = (good, middle) if fault(middle) else (middle, bad)
+        problem = wrong.faults[0].problem
+        raise InvalidValueError.of("", f"{problem}; it may go to {good:.4g}")
 
 
 def _of_materials(scenario: Scenario, target: Target, among: Iterable[str] | None, rtol: float) -> Design:
@@ -242,13 +280,14 @@ def _of_materials(scenario: Scenario, target: Target, among: Iterable[str] | Non
         raise InvalidValueError.of("among", f"must have a material for which there is a curve ({left_out[0]})")
     ranked = sorted(options, key=target.distance)
     (first,), told = _verified(ranked[:1], family, _MATERIAL, target)
+    met = target.distance(first) <= max(rtol, first.reached_error) and not first.misses(target, rtol)
     return Design(
         scenario=scenario.name,
         vary=_MATERIAL,
         unit="",
         target=target,
         between=None,
-        solutions=(),
+        solutions=(first,) if met else (),
         nearest=first,
         least=min(options, key=lambda one: one.reached),
         most=max(options, key=lambda one: one.reached),
@@ -276,7 +315,7 @@ def _doubts(line: Line, least: Option, most: Option, target: Target, rtol: float
     if range_ <= max(least.reached_error, most.reached_error, rtol):
         yield f"over the whole interval {target.name} varies by no more than {range_:.0e} of what is wanted"
         return
-    for value, miss in line.solutions:
+    for value, miss, _ in line.solutions:
         if abs(miss) > _ROUNDING:
             end = f"{si(value, unit)} is an end of the interval or a turning point"
             yield f"{end}: it misses what is wanted by {miss:+.1e}, no more than the error allowed"

@@ -25,6 +25,8 @@ _POISSON, _MODULUS = "chain.material.poisson_ratio", "chain.material.youngs_modu
 _WIDE = 3.0
 # Poisson's ratios nearer to 0 than this, or to the ends of the interval, are these.
 _ROUNDING = 1e-7
+# Step of a difference, over the whole line.
+_STEP = 1e-5
 # A value that is an end of the interval but for this is that end.
 _END = 1e-9
 
@@ -41,8 +43,9 @@ class Line:
         The values that stand behind an inner variable: one, or two of Poisson's ratio.
     reached : callable
         The targets behind inner variables.
-    solutions : tuple of (float, float)
-        Values at which it is as wanted, ascending, and by what share of that an end or a turning point misses it.
+    solutions : tuple of (float, float, float)
+        Values at which it is as wanted, ascending, by what share of that an end or a turning point misses it, and the
+        change of the value over the share by which the target changes.
     reach : float
         The longest duration n t0/T0 for which one curve has to hold; 0 where there is a curve for each value.
     """
@@ -50,7 +53,7 @@ class Line:
     known: tuple[float, ...]
     values: Callable[[float], list[float]]
     reached: Callable[[FloatArray], FloatArray]
-    solutions: tuple[tuple[float, float], ...]
+    solutions: tuple[tuple[float, float, float], ...]
     reach: float
 
     @property
@@ -136,15 +139,28 @@ def _by_curve(response: Response, name: str, target: Target, between: tuple[floa
         return min(float(curve.error(math.exp(y))), response.rtol)
 
     found = crossings(function, known, wanted, tolerance)
-    return Line(tuple(y for y, _ in known), values, reached, _solutions(found, known, wanted, values, q), longest)
+    solutions = _solutions(found, known, values, lambda y: q * (float(function(y)) - wanted))
+    return Line(tuple(y for y, _ in known), values, reached, solutions, longest)
 
 
 def _solutions(
-    found: Iterable[float], known: Landmarks, wanted: float, values: Callable[[float], list[float]], power: float
-) -> tuple[tuple[float, float], ...]:
-    heights = dict(known)
-    misses = ((x, math.expm1(power * (heights.get(x, wanted) - wanted))) for x in found)
-    return tuple(sorted({value: miss for x, miss in misses for value in values(x)}.items()))
+    found: Iterable[float],
+    known: Landmarks,
+    values: Callable[[float], list[float]],
+    height: Callable[[float], float],
+) -> tuple[tuple[float, float, float], ...]:
+    """The values behind what was found; ``height`` is the logarithm of the target over what is wanted."""
+    heights, step = dict(known), _STEP * (known[-1][0] - known[0][0])
+    told: dict[float, tuple[float, float]] = {}
+    for x in found:
+        miss = math.expm1(height(x)) if x in heights else 0.0
+        ends = max(x - step, known[0][0]), min(x + step, known[-1][0])
+        rise = abs(height(ends[1]) - height(ends[0]))
+        behind = [values(end) for end in ends]
+        for number, value in enumerate(values(x)):
+            reach = [each[min(number, len(each) - 1)] for each in behind]
+            told[value] = miss, abs(reach[1] - reach[0]) / rise if rise else math.inf
+    return tuple((value, *rest) for value, rest in sorted(told.items()))
 
 
 def _of(scenario: Scenario, name: str, value: float) -> float:
@@ -206,5 +222,5 @@ def _by_simulation(response: Response, name: str, target: Target, between: tuple
     base = family.scenario({name: between[0]})
     wanted = math.log(target.value)
     found = crossings(function, known, wanted, lambda x: abs(target.power(base)) * response.rtol)
-    solutions = _solutions(found, known, wanted, values, 1.0)
+    solutions = _solutions(found, known, values, lambda x: function(x) - wanted)
     return Line(tuple(x for x, _ in known), values, lambda x: np.exp(series(x)), solutions, 0.0)

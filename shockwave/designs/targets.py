@@ -30,6 +30,8 @@ TARGETS = {
     "granule_velocity": "m/s",
 }
 _VERIFIED = 1e-8
+# A simulation that differs from the curve by so many times its error is of another scene: of a chain too short for it.
+_FAR = 5.0
 
 
 @frozen
@@ -150,6 +152,8 @@ class Option:
         Powers with which the peak force goes with what makes the scene.
     simulated : Simulated or None
         Of the scene itself, for solutions and for the nearest.
+    value_error : float or None
+        Of solutions that are numbers: by how much ``value`` may be off, in its unit; None where that is not known.
     """
 
     value: float | str
@@ -169,6 +173,7 @@ class Option:
     chain_mass: float | None
     exponents: Exponents
     simulated: Simulated | None = None
+    value_error: float | None = None
 
     @classmethod
     def of(cls, value: float | str, scenario: Scenario, target: Target, rtol: float, reach: float = 0.0) -> Option:
@@ -195,6 +200,18 @@ class Option:
             chain_mass=_mass(chain),
             exponents=Exponents.of(scenario, curve),
         )
+
+    def known(self, slope: float, least: float) -> Option:
+        """With how well the value is known, which changes by ``slope`` over the share by which the target does."""
+        error = slope * max(self.reached_error, least)
+        return evolve(self, value_error=error if math.isfinite(error) else None)
+
+    def misses(self, target: Target, rtol: float) -> bool:
+        """Whether its simulation misses the target by far more than the curve may err."""
+        if self.simulated is None:
+            return False
+        off = abs(self.simulated.reached / target.value - 1)
+        return off > _FAR * max(self.reached_error, rtol) + self.simulated.error_estimate
 
     def verified(self, scenario: Scenario, target: Target) -> tuple[Option, str]:
         """The option with what its simulation says, or with why there is none."""

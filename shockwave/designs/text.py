@@ -21,8 +21,7 @@ def design_text(found: Design) -> str:
         f"design{of}: {found.vary} for {_words(target.name)} {si_of(target.value, target.unit, 6)}{_where(found)}",
         f"  reachable         {_at(found, found.least)} to {_at(found, found.most)}",
     ]
-    if found.between is not None or found.why:
-        lines.append(f"  solutions         {len(found.solutions) or f'none: {found.why}'}")
+    lines.append(f"  solutions         {len(found.solutions) or f'none: {found.why}'}")
     if found.nearest is not None:
         lines.append(f"  nearest           {_at(found, found.nearest)}")
     rows = found.solutions or ((found.nearest,) if found.nearest else ())
@@ -37,13 +36,22 @@ def design_text(found: Design) -> str:
 
 
 def why(found: Design) -> str:
-    """Why there is no solution, in a sentence; empty where there is one, or the target can be reached."""
+    """Why there is no solution, in a sentence; empty where there is one."""
     if found.reachable:
         return ""
     wanted = si_of(found.target.value, found.target.unit, 6)
+    nearest = found.nearest.simulated if found.nearest else None
+    if found.spanned and found.between is None:
+        return f"no material meets {wanted}, which lies between the least and the greatest"
+    if found.spanned and found.nearest and nearest:
+        of = f"{si_of(nearest.reached, found.target.unit)} at {shown(found, found.nearest, 5)}"
+        return (
+            f"{wanted} is met by a chain without end alone; simulated as it is, the chain makes {of}"
+            " (it is too short for this search: leave granules out, or simulate)"
+        )
     low = found.target.value < found.least.reached
     end = found.least if low else found.most
-    rest = "" if found.between is None or end.value in found.between else ", inside the interval: no wider one helps"
+    rest = "" if found.between is None or end.value in found.between else ", a turning point inside the interval"
     what = "the least" if low else "the most"
     return f"{wanted} is out of reach: {what} is {_at(found, end)}{rest}"
 
@@ -85,8 +93,16 @@ def _table(found: Design, rows: Sequence[Option]) -> str:
     return table((*header, "granule", "chain"), (tuple(_row(found, option, bool(own))) for option in rows))
 
 
+def _value(found: Design, option: Option) -> str:
+    """What was varied, with one digit more than are known; with eight in the trade-off, where it was chosen."""
+    value, error = option.value, option.value_error
+    if isinstance(value, str) or not value or not error:
+        return shown(found, option, 8)
+    return shown(found, option, min(max(2 + math.floor(math.log10(abs(value) / error)), 2), 8))
+
+
 def _row(found: Design, option: Option, own: bool) -> Iterator[str]:
-    yield shown(found, option, 8)
+    yield _value(found, option)
     if own:
         yield si_of(option.reached, found.target.unit, 6)
     yield si(option.peak_force, "N", 6)
@@ -103,12 +119,14 @@ def _row(found: Design, option: Option, own: bool) -> Iterator[str]:
 
 def _verified(found: Design, rows: Sequence[Option]) -> str:
     """What simulations say of the rows, and with which powers their peak forces go."""
-    header = (found.vary.rpartition(".")[2], "simulated", "known to", "off")
+    header = (found.vary.rpartition(".")[2], "may be off", "simulated", "known to", "off")
     return table((*header, *SIGNS.values(), "each within"), (tuple(_simulated(found, option)) for option in rows))
 
 
 def _simulated(found: Design, option: Option) -> Iterator[str]:
-    yield shown(found, option, 8)
+    error = option.value_error
+    yield _value(found, option)
+    yield "-" if error is None else f"{si_of(float(f'{error:.0e}'), found.unit, 3)}"
     known = option.simulated
     if known is None:
         yield from ("not known", "-", "-")

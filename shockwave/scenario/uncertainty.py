@@ -129,7 +129,8 @@ def _one(steps: Steps, of: Variable, kind: Kind, given: Any, add: Add) -> tuple[
         add(steps, str(error), False)
         return ()
     if spec.problem(number) is not None:
-        add(steps, f"must be {spec.rule} (got {text_of(given)})", False)
+        rule = "above 0 % and at most 100 %" if kind == "relative" else spec.rule
+        add(steps, f"must be {rule} (got {text_of(given)})", False)
         return ()
     return (number,)
 

@@ -20,7 +20,8 @@ def uncertainty_text(found: Uncertainty) -> str:
         f"  goes with         {found.exponents} at the nominal scene, each within {found.exponents.error:.0e}",
         "",
         indent(_distributions(found)),
-        "  (+-: half the 95 % confidence interval, from sixteen batches of draws; linear sd: by the exponents)",
+        "  (+-: half the 95 % confidence interval, from sixteen batches of draws, and besides the deviations also",
+        "  the bound on each force; linear sd: by the exponents)",
         "",
         indent(_sensitivities(found)),
         "  (first, total: shares of the variance that a value makes alone, and with the others together)",
@@ -29,15 +30,20 @@ def uncertainty_text(found: Uncertainty) -> str:
 
 
 def _distributions(found: Uncertainty) -> str:
-    columns = zip(_column(found.peak_force, "N"), _column(found.amplification, ""), strict=True)
+    error = found.model_error
+    columns = zip(_column(found.peak_force, "N", error), _column(found.amplification, "", error), strict=True)
     return table(("", "peak force", "amplification"), ((name, force, ratio) for (name, force), (_, ratio) in columns))
 
 
-def _column(one: Statistics, unit: str) -> list[tuple[str, str]]:
-    quantiles = [(f"{100 * share:g} % below", _told(estimate, unit)) for share, estimate in one.quantiles.items()]
+def _column(one: Statistics, unit: str, error: float) -> list[tuple[str, str]]:
+    def whole(estimate: Estimate) -> Estimate:
+        """With what each force may be off, which moves it by no more."""
+        return Estimate(estimate.value, estimate.error + error * abs(estimate.value))
+
+    quantiles = [(f"{100 * share:g} % below", _told(whole(each), unit)) for share, each in one.quantiles.items()]
     sds = [("sd", _told(one.sd, unit)), ("linear sd", _told(Estimate(one.linear_sd, one.sd.error), unit, alone=True))]
-    nominal = _told(Estimate(one.nominal, one.mean.error), unit, alone=True)
-    return [("nominal", nominal), ("mean", _told(one.mean, unit)), *sds, *quantiles]
+    nominal = _told(whole(Estimate(one.nominal, 0.0)), unit)
+    return [("nominal", nominal), ("mean", _told(whole(one.mean), unit)), *sds, *quantiles]
 
 
 def _told(estimate: Estimate, unit: str, alone: bool = False) -> str:
@@ -57,4 +63,4 @@ def _sensitivities(found: Uncertainty) -> str:
 def _row(one: Sensitivity) -> tuple[str, ...]:
     estimates = (one.peak_force_first, one.peak_force_total, one.amplification_first, one.amplification_total)
     exponent = "-" if one.exponent is None else f"{one.exponent:.3f}"
-    return one.name, one.spread, exponent, *(f"{share.value:.3f} +- {share.error:.0e}" for share in estimates)
+    return one.name, one.spread, exponent, *(_told(share, "") for share in estimates)
