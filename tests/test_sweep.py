@@ -117,6 +117,15 @@ def test_a_prediction_leaves_out_what_does_not_apply(tmp_path: Path) -> None:
     assert train["waves"] > 1
 
 
+def test_what_a_single_run_notes_is_noted_at_the_point(tmp_path: Path) -> None:
+    file = written(tmp_path, "sweep: {run: compare, grid: {chain.granules: [3, 100]}}\n")
+    swept(file, tmp_path / "out")
+    told = [json.loads(line)["notes"] for line in (tmp_path / "out" / "results.jsonl").read_text().splitlines()]
+    assert "a chain of 3 granules is too short for a steady wave" in told[0]
+    assert "the waves reach the free end" in told[0]
+    assert told[1] is None or "too short" not in told[1]
+
+
 @pytest.mark.parametrize(("asked", "there"), [("", False), (", waves: train", True)], ids=["left out", "asked for"])
 def test_the_train_is_measured_where_the_scenario_says_so(tmp_path: Path, asked: str, there: bool) -> None:
     block = f"simulate: {{rtol: 1e-3{asked}}}\nsweep: {{grid: {{shock.rise_time: [10 us]}}}}\n"

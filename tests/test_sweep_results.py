@@ -640,8 +640,8 @@ def test_points_without_a_value_are_hatched_and_counted(tmp_path: Path) -> None:
     found = plot(a_map(tmp_path, failed=(3, 77)))
     (ax,) = found.figure.axes
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["no value (2 of 180)"]
-    hatched = [one for one in ax.collections if one.get_hatch()]
-    assert [len(one.get_paths()) for one in hatched] == [2]
+    # four corners, and one that closes them
+    assert [len(one.get_path().vertices) for one in ax.patches if one.get_hatch()] == [2 * 5]
     assert "2 of the 180 points drawn failed" in found.notes
 
 
@@ -722,7 +722,7 @@ def test_pictures_are_the_same_on_every_run(tmp_path: Path) -> None:
 
 WRONG: dict[str, tuple[list[str], int, str]] = {
     "column": (["--column", "amplificatio"], 3, "did you mean 'amplification'"),
-    "text": (["--column", "regime"], 3, "unknown column of numbers"),
+    "text": (["--column", "regime"], 3, "must be a column of numbers (got regime, which is text; known: peak_force"),
     "variable": (["--x", "shock.rise_tim"], 3, "unknown variable of the sweep"),
     "held": (["--at", "shock.duration_ratio=3"], 2, "must be one of its values in the sweep (got 3; they are 1.5, "),
     "held-si": (["--at", "shock.rise_time=3"], 2, "(got 3; they are 1e-06 s, 1.3895e-06 s, "),
@@ -731,7 +731,7 @@ WRONG: dict[str, tuple[list[str], int, str]] = {
     "held-form": (["--at", "shock.duration_ratio"], 2, "--at: must be NAME=VALUE"),
     "held-both": (["--at", "shock.duration_ratio=1.5", "--at", "shock.rise_time=1 us"], 2, "one axis or two"),
     "held-x": (["--at", "shock.rise_time=1 us", "--x", "shock.rise_time"], 2, "it cannot be drawn over it"),
-    "ending": (["-o", "map.gif"], 3, "must end in .svg, .png, .pdf"),
+    "ending": (["-o", "map.gif"], 3, "--output: must end in .svg, .png, .pdf"),
     "place": (["-o", "nowhere/map.svg"], 5, "cannot be written"),
 }  # fmt: skip
 
@@ -750,7 +750,8 @@ def test_wrong_orders_are_refused_with_a_remedy(
 def test_three_axes_are_too_many_until_one_is_held(tmp_path: Path) -> None:
     axes = [*AXES, ([FORCE], [[1.0], [2.0]])]
     found = load_sweep(folder_of(tmp_path / "out", axes, [line(at, "train", at, at, 1) for at in range(12)]))
-    with pytest.raises(UsageError, match=r"--at shock.duration_ratio=VALUE"):
+    told = "hold 1 of them at a value by --at NAME=VALUE: shock.duration_ratio=2, 4; shock.rise_time=1e-06 s, 0.3 s, "
+    with pytest.raises(UsageError, match=re.escape(told)):
         plot(found)
     assert plot(found, at={"shock.peak_force": 2.0}).column == "amplification"
 
@@ -928,6 +929,154 @@ def test_the_shade_is_a_stroke_where_points_share_a_place(tmp_path: Path) -> Non
     (ax,) = plot(load_sweep(folder_of(tmp_path / "out", [PAIRS], lines, columns, "simulate"))).figure.axes
     (strokes,) = (one for one in ax.collections if isinstance(one, LineCollection))
     assert [part[:, 0].tolist() for part in strokes.get_segments()] == [[1.0, 1.0], [1.0, 1.0], [2.0, 2.0]]
+
+
+def predictions(folder: Path, axes: Any, known: set[int]) -> SweepResults:
+    """An amplification of 2 at every point, which errs by -20 % to +25 % where that is known."""
+    names = ("amplification", "expected_error_low", "expected_error_high")
+    columns = [{"name": name, "unit": "", "kind": "number", "meaning": ""} for name in names]
+    count = int(np.prod([len(values) for _, values in axes]))
+    lines = [line(at, 2.0, *((-0.2, 0.25) if at in known else (None, None))) for at in range(count)]
+    return load_sweep(folder_of(folder / "out", axes, lines, columns))
+
+
+def legend(found: Any) -> list[str]:
+    return [text.get_text() for text in found.figure.axes[0].get_legend().get_texts()]
+
+
+def hollow(found: Any) -> list[list[float]]:
+    """Places of hollow marks, line by line."""
+    lines = found.figure.axes[0].get_lines()
+    return [one.get_xdata().tolist() for one in lines if one.get_markerfacecolor() == "white"]
+
+
+def test_marks_are_hollow_where_the_expected_error_is_not_known(tmp_path: Path) -> None:
+    found = plot(predictions(tmp_path, [LONG], {0, 1, 5}))
+    assert hollow(found) == [[4.0, 5.0, 6.0, 8.0, 9.0, 10.0, 11.0]]
+    assert legend(found) == [BAND, "error not known (7 of 10)"]
+    # the sixth point has no neighbours to be shaded with
+    (stroke,) = (one for one in found.figure.axes[0].collections if isinstance(one, LineCollection))
+    np.testing.assert_allclose(stroke.get_segments(), [[(7.0, 1.6), (7.0, 2.5)]], rtol=1e-14)
+    assert inside(found.figure)
+
+
+def test_every_line_has_its_shade_and_its_hollow_marks(tmp_path: Path) -> None:
+    found = plot(predictions(tmp_path, [([TIME], [[1.0], [2.0]]), LONG], {*range(8), 12, 13}))
+    assert hollow(found) == [[10.0, 11.0], [2.0, 3.0, *np.arange(6.0, 12.0)]]
+    assert legend(found) == ["rise time 1 s", "rise time 2 s", "error not known (10 of 20)", BAND]
+    places = [one.get_paths()[0].vertices[:, 0] for one in found.figure.axes[0].collections]
+    assert [(at.min(), at.max()) for at in places] == [(2.0, 9.0), (4.0, 5.0)]
+
+
+def test_a_map_is_dotted_where_the_expected_error_is_not_known(tmp_path: Path) -> None:
+    axes = [([TIME], [[float(at)] for at in range(1, 9)]), LONG]
+    found = plot(predictions(tmp_path, axes, set(range(3, 80))))
+    assert legend(found) == ["error not known (3 of 80)"]
+    (dotted,) = (one for one in found.figure.axes[0].patches if one.get_hatch())
+    # of the first time, and the ratios 2, 3 and 4
+    corners = [(1.5, 0.5), (2.5, 0.5), (2.5, 1.5), (1.5, 1.5)]
+    # the fifth closes each
+    cells = dotted.get_path().vertices.reshape(3, 5, 2)[:, :4].tolist()
+    assert cells == [[[x + at, y] for x, y in corners] for at in range(3)]
+
+
+def test_what_is_held_stands_above_the_picture(tmp_path: Path) -> None:
+    found = plot(numbers_of(tmp_path, [PAIRS, RATIOS]), at={"shock.peak_force": 6})
+    assert found.figure.get_suptitle() == "rise time 1 s, peak force 6 N"
+    assert plot(numbers_of(tmp_path, [LONG])).figure.get_suptitle() == ""
+
+
+#: The force goes up and down with time, or up alone.
+CROSSED = ([TIME, FORCE], [[float(at), 5.0 + at * at % 7] for at in range(8)])
+ALONG = ([TIME, FORCE], [[float(at), 5.0 + at] for at in range(8)])
+
+
+def test_unrelated_variables_of_an_axis_are_not_drawn_through(tmp_path: Path) -> None:
+    found = plot(numbers_of(tmp_path, [CROSSED], "train"), x=TIME[0])
+    assert found.figure.axes[0].get_lines()[0].get_linestyle() == "None"
+    assert "no line and no borders of regimes: shock.peak_force goes up and down between points" in found.notes
+    assert found.figure.get_suptitle() == "peak force changes with rise time"
+    with pytest.raises(UsageError, match=r"got shock.rise_time, with which shock.peak_force goes up and down; hold"):
+        plot(numbers_of(tmp_path, [CROSSED, LONG]))
+
+
+def test_variables_that_go_together_are_drawn_and_told(tmp_path: Path) -> None:
+    results = numbers_of(tmp_path, [ALONG, LONG])
+    assert plot(results).figure.get_suptitle() == "peak force changes with rise time"
+    assert plot(results, at={N[0]: 2}).figure.axes[0].get_lines()[0].get_linestyle() == "-"
+
+
+def test_an_error_that_is_known_like_another_is_told_as_a_number(tmp_path: Path) -> None:
+    columns = [
+        {"name": "error", "unit": "", "kind": "number", "meaning": "relative, known to error_estimate"},
+        {"name": "error_estimate", "unit": "", "kind": "number", "meaning": ""},
+    ]
+    lines = [line(at, 0.1, 10.0 ** (at - 9)) for at in range(6)]
+    results = load_sweep(folder_of(tmp_path / "out", lines=lines, columns=columns, run="compare"))
+    told = "error: relative, known to error_estimate; error_estimate is 1.0e-07 at most"
+    assert plot(results, "error", at={N[0]: 2}).notes[0] == told
+
+
+def test_an_axis_of_extremes_has_ticks_although_their_points_failed(tmp_path: Path) -> None:
+    axis = ([("chain.diameter", "m")], [[1e-200], [1e-3], [2e-2], [1e200]])
+    lines = [line(at, "train" if at < 2 else "single", 1.0, 1.0, 1) for at in range(4)]
+    lines[0], lines[3] = (line(at, status="failed", error="no") for at in (0, 3))
+    (ax,) = plot(load_sweep(folder_of(tmp_path / "out", [axis], lines))).figure.axes
+    low, high = ax.get_xlim()
+    assert sum(low < tick < high for tick in ax.get_xticks()) >= 3
+    # their names would cover each other
+    assert [text.get_text() for text in ax.texts] in (["train"], ["single"])
+
+
+def test_marks_at_the_top_are_whole(tmp_path: Path) -> None:
+    lines = [line(at, None, 1.0, value, 1) for at, value in enumerate((1.58, 1.59, 1.6))]
+    (ax,) = plot(load_sweep(folder_of(tmp_path / "out", [RATIOS], lines))).figure.axes
+    # half a mark of 3 pt where 170 pt are 1.6
+    assert ax.get_ylim()[1] > 1.6 + 1.6 * 1.5 / 170
+
+
+PARTS = {"density": 1200, "poisson_ratio": 0.3}
+MATERIALS = [
+    [{**PARTS, "name": "mine", "youngs_modulus": "3 GPa"}],
+    ["lead"],
+    [{**PARTS, "youngs_modulus": "4 GPa"}],
+    [{**PARTS, "name": "lead", "youngs_modulus": "5 GPa"}],
+]
+
+
+def test_materials_of_their_own_are_called_by_what_tells_them_apart(tmp_path: Path) -> None:
+    results = numbers_of(tmp_path, [([MATERIAL], MATERIALS), RATIOS])
+    told = [label.get_text() for label in plot(results, x=MATERIAL[0]).figure.axes[0].get_xticklabels()]
+    assert told == ["mine", "lead", "youngs_modulus 4 GPa", "name lead, youngs_modulus 5..."]
+    for at, name in enumerate(told):
+        assert lines_of(plot(results, at={MATERIAL[0]: name}))[0][0] == (2.0, 3.0 * at)
+    assert lines_of(plot(results, at={MATERIAL[0]: MATERIALS[2][0]}))[0][0] == (2.0, 6.0)
+    assert plot(results, at={MATERIAL[0]: "mine"}).figure.get_suptitle() == "material mine"
+
+
+def test_materials_that_nothing_short_tells_apart_have_their_names_in_full(tmp_path: Path) -> None:
+    long = "a name of more than thirty letters"
+    results = numbers_of(tmp_path, [([MATERIAL], [[f"{long} 1"], [f"{long} 2"]]), RATIOS])
+    told = [label.get_text() for label in plot(results, x=MATERIAL[0]).figure.axes[0].get_xticklabels()]
+    assert told == [f"{long} 1", f"{long} 2"]
+
+
+@pytest.mark.parametrize("index", [-1, 6, 9999])
+def test_there_are_no_points_beyond_the_last(folder: Path, index: int) -> None:
+    with pytest.raises(InvalidValueError, match=rf"index: must be from 0 to 5 \(got {index}\)"):
+        load_sweep(folder).point(index)
+
+
+def test_a_picture_of_something_else_gets_another_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    a_map(tmp_path)
+    orders = [[], ["--at", "shock.rise_time=1 us"], ["--x", "shock.duration_ratio"], []]
+    for order in orders:
+        assert cli.main(["plot", str(tmp_path / "map"), *order]) == 0
+    names = ["", "-shock.rise_time=1_us", "-over-shock.duration_ratio"]
+    found = {file.name for file in (tmp_path / "map").glob("*.svg")}
+    assert found == {f"amplification{name}.svg" for name in names}
+    told = [text.rpartition(" ")[2] for text in capsys.readouterr().err.splitlines() if ".svg: " in text]
+    assert told == ["written", "written", "written", "replaced"]
 
 
 def test_every_quantity_of_a_train_has_its_own_error(tmp_path: Path) -> None:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from pathlib import Path
 
-from shockwave.errors import UsageError
+from shockwave.errors import InvalidValueError, UsageError
 
 __all__ = ["plot"]
+
+# Names of files have limits.
+_LETTERS = 120
 
 
 def plot(options: argparse.Namespace) -> int:
@@ -27,9 +31,19 @@ def plot(options: argparse.Namespace) -> int:
             raise UsageError(f"--at: must name a variable once (got {name.strip()} again; leave one out)")
         held[name.strip()] = value.strip()
     found = drawn(load_sweep(options.folder), options.column, options.x, held)
-    file = options.output or Path(options.folder) / f"{found.column}.svg"
-    save(found.figure, file)
+    file = Path(options.output or Path(options.folder) / _name(found.column, options.x, held))
+    told = "replaced" if file.exists() else "written"
+    try:
+        save(found.figure, file)
+    except InvalidValueError as error:
+        raise InvalidValueError.of("--output", error.faults[0].problem) from None
     for note in found.notes:
         print(f"note: {note}", file=sys.stderr)
-    print(f"{file}: written", file=sys.stderr)
+    print(f"{file}: {told}", file=sys.stderr)
     return 0
+
+
+def _name(column: str, x: str | None, held: dict[str, str]) -> str:
+    """Of a picture in the folder, by what was asked for, so that one does not take the place of another."""
+    asked = [column, *(f"{name}={value}" for name, value in sorted(held.items())), *([f"over-{x}"] if x else [])]
+    return re.sub(r"[^\w.=+-]+", "_", "-".join(asked))[:_LETTERS] + ".svg"

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from attrs import field, frozen
 
 from shockwave.errors import InvalidValueError
-from shockwave.pictures.plane import edges_of, inmost
+from shockwave.pictures.plane import border, edges_of, hatch, inmost
 from shockwave.pictures.style import (
     BLACK,
     COLOURS,
@@ -46,6 +46,8 @@ _DECADES = 2.5
 # A band narrower than this share of its line is no more than the line.
 _VISIBLE = 2e-3
 _LOST = "#BDBDBD"
+# Names of regimes along a line are so far apart, of its width.
+_APART = 0.12
 # More names than this would cover each other.
 _TICKS = 25
 
@@ -60,11 +62,14 @@ class Along:
         Ascending, in SI units, for `sweep_lines` with repetitions too; or texts, which stand side by side.
     name, unit : str
         What it is; its SI unit, empty for a number without one.
+    joined : bool
+        Whether a line between two values means anything.
     """
 
     values: npt.NDArray[Any]
     name: str
     unit: str = ""
+    joined: bool = True
 
     @property
     def places(self) -> FloatArray:
@@ -102,7 +107,7 @@ class Line:
     label : str
         What it is called; empty for the only line.
     low, high : array, shape (p,), or None
-        Between what the value is known to lie; not a number where that is not known.
+        Between what the value is known to lie; not a number where that is not known, which makes the mark hollow.
     band : str
         What that is called.
     regimes : mapping of str to array, shape (p,)
@@ -115,6 +120,13 @@ class Line:
     high: FloatArray | None = None
     band: str = "expected"
     regimes: Mapping[str, FloatArray] = field(factory=dict)
+
+    @property
+    def unknown(self) -> npt.NDArray[np.bool_]:
+        """Where the value has no bounds, though others have."""
+        if self.low is None:
+            return np.zeros(self.values.shape, dtype=bool)
+        return np.isfinite(self.values) & np.isnan(self.low)
 
 
 def sweep_lines(ax: Axes, x: Along, lines: Sequence[Line], name: str, unit: str = "") -> Axes:
@@ -142,30 +154,43 @@ def sweep_lines(ax: Axes, x: Along, lines: Sequence[Line], name: str, unit: str 
     known = np.concatenate([line.values for line in lines])
     for at, line in enumerate(lines):
         _line(ax, x, line, COLOURS[at % len(COLOURS)], LINES[at % len(LINES)], MARKERS[at % len(MARKERS)])
+    _lost(ax, x, lines)
     _axis(ax, "x", x)
-    if len(lines) == 1 and not x.texts and x.apart:
+    if len(lines) == 1 and not x.texts and x.apart and x.joined:
         _spans(ax, x, lines[0].regimes)
     _quantity(ax, known, name, unit)
-    lost = sum(int(np.count_nonzero(np.isnan(line.values))) for line in lines)
-    if lost:
-        where = np.isnan(np.stack([line.values for line in lines])).any(axis=0)
-        at_bottom = ax.get_xaxis_transform()
-        label = f"no value ({lost} of {known.size})"
-        ax.plot(
-            x.places[where],
-            np.full(where.sum(), 0.02),
-            "x",
-            color=BLACK,
-            markersize=4,
-            transform=at_bottom,
-            label=label,
-        )
-    key(ax)
+    _key(ax, lines)
     return dress(ax)
 
 
+def _lost(ax: Axes, x: Along, lines: Sequence[Line]) -> None:
+    """Crosses for points without a value."""
+    lost = np.isnan(np.stack([line.values for line in lines]))
+    if lost.any():
+        where = lost.any(axis=0)
+        label = f"no value ({int(lost.sum())} of {lost.size})"
+        look: dict[str, Any] = {"color": BLACK, "markersize": 4, "transform": ax.get_xaxis_transform()}
+        ax.plot(x.places[where], np.full(where.sum(), 0.02), "x", label=label, **look)
+
+
+def _key(ax: Axes, lines: Sequence[Line]) -> None:
+    """What lines and marks are; what several lines have in common once, and grey."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    handles, labels = ax.get_legend_handles_labels()
+    entries = dict(zip(labels, handles, strict=True))
+    unknown = sum(int(line.unknown.sum()) for line in lines)
+    if unknown:
+        mark = Line2D([], [], linestyle="", marker="o", markersize=3, color=GREY, markerfacecolor="white")
+        entries[f"error not known ({unknown} of {sum(line.values.size for line in lines)})"] = mark
+    if len(lines) > 1 and entries.pop(lines[0].band, None):
+        entries[lines[0].band] = Patch(color=GREY, alpha=0.2, linewidth=0)
+    key(ax, entries.values(), entries)
+
+
 def _line(ax: Axes, x: Along, line: Line, colour: str, style: Any, marker: str) -> None:
-    joined = x.apart and not x.texts
+    joined = x.apart and x.joined and not x.texts
     ax.plot(
         x.places,
         line.values,
@@ -178,9 +203,20 @@ def _line(ax: Axes, x: Along, line: Line, colour: str, style: Any, marker: str) 
     )
     if line.low is None or line.high is None:
         return
+    unknown = line.unknown
+    if unknown.any():
+        hollow: dict[str, Any] = {"linestyle": "", "marker": marker, "markersize": 3, "markerfacecolor": "white"}
+        ax.plot(x.places[unknown], line.values[unknown], color=colour, **hollow)
     if (line.high - line.low > _VISIBLE * np.abs(line.values)).any():
-        draw: Any = ax.fill_between if joined else ax.vlines
-        draw(x.places, line.low, line.high, color=colour, alpha=0.2, linewidth=0 if joined else 3, label=line.band)
+        known = np.isfinite(line.low) & np.isfinite(line.high)
+        beside = np.pad(known, 1)
+        alone = known & ~(joined & (beside[:-2] | beside[2:]))
+        if (known & ~alone).any():
+            ax.fill_between(x.places, line.low, line.high, color=colour, alpha=0.2, linewidth=0, label=line.band)
+        if alone.any():
+            # the shade of a place without neighbours would be of no width
+            bounds = line.low[alone], line.high[alone]
+            ax.vlines(x.places[alone], *bounds, color=colour, alpha=0.2, linewidth=3, label=line.band)
 
 
 def _quantity(ax: Axes, known: FloatArray, name: str, unit: str) -> None:
@@ -188,7 +224,8 @@ def _quantity(ax: Axes, known: FloatArray, name: str, unit: str) -> None:
     if found.size and found.min() > 0 and found.max() > 10**_DECADES * found.min():
         decades(ax, "y")
     elif found.size and found.min() >= 0:
-        ax.set_ylim(bottom=0.0)
+        # marks are not cut
+        ax.set_ylim(0.0, max(ax.get_ylim()[1], 1.05 * float(found.max())))
     if unit:
         measure(ax, "y", float(np.abs(found).max(initial=0.0)), unit, name)
     else:
@@ -200,14 +237,17 @@ def _spans(ax: Axes, x: Along, regimes: Mapping[str, FloatArray]) -> None:
     from matplotlib.patheffects import withStroke
 
     at = np.log(x.places) if x.log else x.places
+    taken: list[float] = []
     for name, inside in regimes.items():
         turns = np.flatnonzero(np.diff(np.signbit(inside)))
         ends = at[turns] + (at[turns + 1] - at[turns]) * inside[turns] / (inside[turns] - inside[turns + 1])
         for end in ends.tolist():
             ax.axvline(np.exp(end) if x.log else end, color=GREY, linewidth=0.8, linestyle="--")
         own = inside < 0
-        if own.mean() > _ROOM * 3:
-            middle = x.places[inmost(own[:, None])[0]]
+        middle = float(x.places[inmost(own[:, None])[0]]) if own.any() else 0.0
+        shown = float(ax.get_xaxis_transform().transform((middle, 0.0))[0] / ax.bbox.width)
+        if own.mean() > _ROOM * 3 and all(abs(shown - other) > _APART for other in taken):
+            taken.append(shown)
             halo = [withStroke(linewidth=2.0, foreground="white")]
             top: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": SMALL, "path_effects": halo}
             ax.text(middle, 0.985, name, transform=ax.get_xaxis_transform(), **top)
@@ -224,6 +264,7 @@ def sweep_map(
     name: str,
     unit: str = "",
     regimes: Mapping[str, npt.ArrayLike] | None = None,
+    unknown: npt.NDArray[np.bool_] | None = None,
 ) -> Axes:
     """A quantity over two axes of a sweep: colours, lines of equal value, and borders of regimes.
 
@@ -239,6 +280,8 @@ def sweep_map(
         Of the quantity. One that takes both signs has colours on both sides of white.
     regimes : mapping of str to array, shape (x, y), optional
         Names, and numbers that are below 0 within that regime and above outside.
+    unknown : array of bool, shape (x, y), optional
+        Where the error of the value is not known, which is dotted.
 
     Raises
     ------
@@ -270,8 +313,11 @@ def sweep_map(
         if levels:
             ax.contour(x.places, y.places, masked.T, levels=levels, colors=[GREY], linewidths=0.5)
     _borders(ax, x, y, edges, inside)
-    if lost.any():
-        _hatch(ax, edges, lost)
+    looks = [hatch(ax, edges, lost, "no value", "//////", _LOST)]
+    if unknown is not None:
+        looks.append(hatch(ax, edges, unknown & ~lost, "error not known", "....", "none"))
+    handles = [look for look in looks if look is not None]
+    key(ax, handles, [str(look.get_label()) for look in handles])
     return dress(ax, grid=False)
 
 
@@ -304,7 +350,7 @@ def _borders(ax: Axes, x: Along, y: Along, edges: Edges, regimes: Mapping[str, F
     for name, inside in regimes.items():
         if 0 < shares[name] < 1 and (name != spare or len(regimes) == 1):
             if x.texts or y.texts:
-                _steps(ax, edges, inside < 0)
+                border(ax, edges, inside < 0)
             else:
                 ax.contour(x.places, y.places, inside.T, levels=[0.0], colors=[BLACK], linewidths=1.2)
     for name, inside in regimes.items():
@@ -319,30 +365,6 @@ def _borders(ax: Axes, x: Along, y: Along, edges: Edges, regimes: Mapping[str, F
             arrow = {"arrowstyle": "-", "linewidth": 0.6, "shrinkA": 1, "shrinkB": 0}
             place: Any = (x.places[i], y.places[j])
             ax.annotate(name, place, (side * 34, -14), textcoords="offset points", arrowprops=arrow, **look)
-
-
-def _steps(ax: Axes, edges: Edges, own: npt.NDArray[np.bool_]) -> None:
-    """The border of some cells, along the cells."""
-    from matplotlib.collections import LineCollection
-
-    x, y = edges
-    upright = [[(x[i + 1], y[j]), (x[i + 1], y[j + 1])] for i, j in np.argwhere(own[1:] != own[:-1])]
-    level = [[(x[i], y[j + 1]), (x[i + 1], y[j + 1])] for i, j in np.argwhere(own[:, 1:] != own[:, :-1])]
-    ax.add_collection(LineCollection(upright + level, colors=[BLACK], linewidths=1.2), autolim=False)
-
-
-def _hatch(ax: Axes, edges: Edges, lost: npt.NDArray[np.bool_]) -> None:
-    """Cells without a value are hatched, and counted in the key."""
-    from matplotlib.collections import PolyCollection
-    from matplotlib.patches import Patch
-
-    (left, right), (low, high) = ((edge[:-1], edge[1:]) for edge in edges)
-    cells = [
-        [(left[i], low[j]), (right[i], low[j]), (right[i], high[j]), (left[i], high[j])] for i, j in np.argwhere(lost)
-    ]
-    look: dict[str, Any] = {"facecolor": _LOST, "edgecolor": "#404040", "linewidth": 0.0, "hatch": "//////"}
-    ax.add_collection(PolyCollection(cells, **look), autolim=False)
-    key(ax, [Patch(**look)], [f"no value ({int(lost.sum())} of {lost.size})"])
 
 
 def _axis(ax: Axes, axis: Literal["x", "y"], of: Along, edges: FloatArray | None = None) -> None:

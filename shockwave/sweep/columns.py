@@ -10,7 +10,7 @@ from shockwave.comparison import Comparison
 from shockwave.measurement.result import MeasuredWave, SimulationResult
 from shockwave.prediction.outcome import EjectionOutcome, Outcome
 from shockwave.scenario.sweep import Run
-from shockwave.sweep.stored import Column
+from shockwave.sweep.stored import NOTES, Column
 
 __all__ = ["Answer", "Read", "reads", "row"]
 
@@ -126,14 +126,23 @@ _COMPARED = (
 )
 
 
+def _notes(answer: Answer) -> str | None:
+    told = answer.predicted.warnings if answer.predicted is not None else ()
+    told += answer.simulated.all_warnings if answer.simulated is not None else ()
+    return "; ".join(dict.fromkeys(told)) or None
+
+
+_LAST = (*_SCENE, _text(NOTES, "what a reader must know before using the figures", _notes))
+
+
 def reads(run: Run, train: bool) -> tuple[Read, ...]:
     """The columns of a sweep that does ``run`` at every point, and measures the ``train`` or the primary alone."""
     more = _TRAIN if train else ()
     if run == "predict":
-        return (*_predicted(""), *_PREDICTED, *_SCENE)
+        return (*_predicted(""), *_PREDICTED, *_LAST)
     if run == "simulate":
-        return (*_SIMULATED, *_PRIMARY, *more, *_SCENE)
-    return (*_predicted("predicted_"), *_SIMULATED, *_COMPARED, *more, *_SCENE)
+        return (*_SIMULATED, *_PRIMARY, *more, *_LAST)
+    return (*_predicted("predicted_"), *_SIMULATED, *_COMPARED, *more, *_LAST)
 
 
 def row(columns: tuple[Read, ...], answer: Answer) -> list[Any]:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.io import netcdf_file, netcdf_variable
 
-from shockwave.sweep.stored import Chunk, Column, Header, as_text
+from shockwave.sweep.stored import NOTES, Chunk, Column, Header, as_text
 
 __all__ = ["net_cdf"]
 
@@ -40,7 +40,8 @@ def net_cdf(file: IO[Any], header: Header) -> Iterator[Callable[[Chunk], None]]:
 class _Made:
     def __init__(self, header: Header, gathered: IO[bytes]) -> None:
         self._header, self._gathered = header, gathered
-        self._columns = (*header.columns, _STATUS)
+        # sentences are no flags: they stand in the other tables
+        self._columns = (*(column for column in header.columns if column.name != NOTES), _STATUS)
         self._words: dict[str, dict[str, int]] = {c.name: {} for c in self._columns if c.kind == "text"}
 
     def take(self, chunk: Chunk) -> None:

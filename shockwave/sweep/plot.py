@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.document.units import to_si
-from shockwave.errors import UnknownNameError, UsageError
+from shockwave.errors import InvalidValueError, UnknownNameError
 from shockwave.pictures.canvas import figure
-from shockwave.pictures.style import COLOURS, thousandths
-from shockwave.pictures.sweep import Along, Line, sweep_lines, sweep_map
+from shockwave.pictures.style import COLOURS, SMALL
+from shockwave.pictures.sweep import Line, sweep_lines, sweep_map
 from shockwave.sweep.regimes import regimes
 from shockwave.sweep.results import SweepResults
-from shockwave.sweep.stored import NOT_RUN, as_text
+from shockwave.sweep.selection import Chosen, Selection
+from shockwave.sweep.stored import NOT_RUN
 from shockwave.text import si
 
 if TYPE_CHECKING:
@@ -25,10 +24,6 @@ if TYPE_CHECKING:
 __all__ = ["Plot", "plot"]
 
 _FIRST = ("amplification", "predicted_amplification")
-# Longer names leave the picture.
-_LETTERS = 30
-# Six digits of a value are enough to name it.
-_CLOSE = 1e-5
 # The error of a simulated quantity: relative, but of momentum.
 _ERRORS = {
     "peak_force": "error_estimate",
@@ -82,196 +77,63 @@ def plot(
     ------
     UnknownNameError
         When there is no such column or variable.
+    InvalidValueError
+        When the column is text.
     UsageError
         When there are more than two axes left, or none; when no point has the values that are held; when points of a
-        map would share a place; or when matplotlib is not installed.
+        map would share a place or lie in no order; or when matplotlib is not installed.
     """
-    made = _Selection(results, at or {})
+    made = Selection(results, at or {})
     name = _column(results, column)
     across = made.axis_of(x)
     made.check()
     rest = [place for place in made.free if place != across]
-    unit = results.units[name] or ""
-    label = name.replace("_", " ")
     horizontal = made.along(across, x)
     if not rest or len(made.positions[rest[0]]) <= min(len(COLOURS) - 1, len(horizontal.values)):
         sheet, (ax,) = figure(size=(5.0, 3.2))
         vertical = made.along(rest[0]) if rest else None
         indices = made.indices(across, horizontal, *((rest[0], vertical) if vertical else ()))
         told = _lines(ax, results, horizontal, made.labels(rest[0], vertical) if vertical else [], indices, name)
+        caption = made.caption(horizontal)
     else:
         vertical = made.along(rest[0])
-        made.check_apart(horizontal, vertical)
+        made.check_map(horizontal, vertical)
         sheet, (ax,) = figure(size=(5.0, 3.6))
         indices = made.indices(across, horizontal, rest[0], vertical)
-        values = results.values(name).ravel()[indices]
-        found, told = regimes(results, indices.ravel())
-        inside = {regime: numbers.reshape(indices.shape) for regime, numbers in found.items()}
-        sweep_map(ax, horizontal.along, vertical.along, values, label, unit, inside)
+        told = _map(ax, results, horizontal, vertical, indices, name)
+        caption = made.caption(horizontal, vertical)
+    if caption:
+        sheet.suptitle(caption, fontsize=SMALL, parse_math=False)
     return Plot(sheet, name, (_trust(results, name, indices), told, *_missing(results, indices)))
 
 
-@frozen(eq=False)
-class _Chosen:
-    """An axis as it is drawn, by which variable, and the positions of the sweep's axis in that order."""
-
-    name: str
-    along: Along
-    order: npt.NDArray[np.intp]
-
-    @property
-    def values(self) -> npt.NDArray[Any]:
-        return self.along.values
-
-
-class _Selection:
-    """Which positions of the axes are drawn."""
-
-    def __init__(self, results: SweepResults, at: Mapping[str, Any]) -> None:
-        self.results = results
-        self.positions = [self._different(axis.names) for axis in results.axes]
-        for name, value in at.items():
-            place = self.place_of(name)
-            here = self.positions[place]
-            self.positions[place] = here[self._equal(name, value, results.coordinate(name)[here])]
-        self.free = [place for place, here in enumerate(self.positions) if len(here) > 1]
-
-    def _different(self, names: tuple[str, ...]) -> npt.NDArray[np.intp]:
-        """The positions of an axis, without those that repeat another."""
-        told = [
-            repr(values) for values in zip(*(self.results.coordinate(name).tolist() for name in names), strict=True)
-        ]
-        return np.sort(np.unique(told, return_index=True)[1])
-
-    def place_of(self, name: str) -> int:
-        for place, axis in enumerate(self.results.axes):
-            if name in axis.names:
-                return place
-        raise UnknownNameError("variable of the sweep", name, [n for axis in self.results.axes for n in axis.names])
-
-    def _equal(self, name: str, value: Any, values: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
-        """Which of ``values`` are ``value``, of numbers those that are nearest to it."""
-        unit = self.results.units[name]
-        nothing = value is None or value == "none"
-        if unit is None:
-            found = values == ("" if nothing else as_text(value))
-        elif nothing:
-            found = np.isnan(values)
-        else:
-            try:
-                number = to_si(value, unit)
-            except ValueError as error:
-                raise UsageError(f"{name}: {error}") from None
-            gaps = np.where(np.isnan(values), np.inf, np.abs(values - number))
-            found = (gaps <= _CLOSE * abs(number)) & (gaps == gaps.min())
-        if not found.any():
-            given = [str(text) for text in values]
-            if unit is not None:
-                given = _shown(values, unit, lambda number, digits: f"{number:.{digits}g} {unit}", 6)
-            told = list(dict.fromkeys(given))
-            more = ", ..." if len(told) > 20 else ""
-            got = f"got {value}; they are {', '.join(told[:20])}{more}"
-            among = (
-                "in the sweep" if len(values) == len(self.results.coordinate(name)) else "at the points that are left"
-            )
-            raise UsageError(f"{name}: must be one of its values {among} ({got})")
-        return np.asarray(found)
-
-    def check(self) -> None:
-        names = [self._name(place) for place in self.free]
-        if not names:
-            raise UsageError(
-                "one axis or two can be drawn (got one point; read it in results.csv, or leave out an --at)"
-            )
-        if len(names) > 2:
-            got = f"got {', '.join(names)}; hold the others by --at {names[0]}=VALUE"
-            raise UsageError(f"one axis or two can be drawn ({got})")
-
-    def check_apart(self, *chosen: _Chosen) -> None:
-        for one in chosen:
-            if not one.along.apart:
-                remedy = "hold a variable that goes with it by --at NAME=VALUE, or choose one by --x"
-                got = f"got {one.name}, which repeats a value; {remedy}"
-                raise UsageError(f"points of a map must have a place each ({got})")
-
-    def axis_of(self, x: str | None) -> int:
-        if x is None:
-            return max(self.free, key=lambda place: len(self.positions[place]), default=0)
-        place = self.place_of(x)
-        if self._count(x) < 2:
-            raise UsageError(f"{x} has one value: it cannot be drawn over it (choose another by --x)")
-        return place
-
-    def _count(self, name: str) -> int:
-        place = self.place_of(name)
-        return len(np.unique(self.results.coordinate(name)[self.positions[place]]))
-
-    def _name(self, place: int) -> str:
-        """The variable of an axis that takes the most values, of several the first."""
-        return max(self.results.axes[place].names, key=self._count)
-
-    def along(self, place: int, name: str | None = None) -> _Chosen:
-        """The axis at ``place``, by one of its variables."""
-        name, here = name or self._name(place), self.positions[place]
-        unit, values = self.results.units[name], self.results.coordinate(name)[here]
-        label = name.rpartition(".")[2].replace("_", " ")
-        if unit is None or np.isnan(values).any():
-            texts = _shown(values, unit, lambda value, digits: f"{value:.{digits}g}", 6)
-            return _Chosen(name, Along(np.array(texts), label), here)
-        order = np.argsort(values, kind="stable")
-        return _Chosen(name, Along(values[order], label, unit), here[order])
-
-    def labels(self, place: int, chosen: _Chosen) -> list[str]:
-        """What lines for the positions of an axis are called: by one variable if that tells them apart."""
-        names = [chosen.name]
-        if self._count(chosen.name) < len(chosen.order):
-            names = [name for name in self.results.axes[place].names if self._count(name) > 1]
-        told = []
-        for name in names:
-            unit, label = self.results.units[name], name.rpartition(".")[2].replace("_", " ")
-            shown = _shown(self.results.coordinate(name)[chosen.order], unit, _labelled(unit or ""), 3)
-            told.append([f"{label} {one}" for one in shown])
-        return [", ".join(parts) for parts in zip(*told, strict=True)]
-
-    def indices(self, across: int, horizontal: _Chosen, up: int | None = None, vertical: _Chosen | None = None) -> Any:
-        """Numbers of the points, of shape (horizontal,) or (horizontal, vertical)."""
-        chosen: list[Any] = [here[0] for here in self.positions]
-        if up is None or vertical is None:
-            chosen[across] = horizontal.order
-        else:
-            chosen[across], chosen[up] = horizontal.order[:, None], vertical.order[None, :]
-        return np.ravel_multi_index(tuple(np.broadcast_arrays(*chosen)), self.results.shape)
-
-
-def _labelled(unit: str) -> Callable[[float, int], str]:
-    return lambda value, digits: thousandths(value, unit, digits) if unit else f"{value:.{digits}g}"
-
-
-def _shown(values: npt.NDArray[Any], unit: str | None, shown: Callable[[float, int], str], least: int) -> list[str]:
-    """Values as text, ``least`` digits of numbers or as many as tell them apart."""
-    if unit is None:
-        texts = [str(value) or "none" for value in values]
-        short = [text if len(text) <= _LETTERS else f"{text[: _LETTERS - 3]}..." for text in texts]
-        return short if len(set(short)) == len(set(texts)) else texts
-    told: list[str] = []
-    for digits in range(least, 18):
-        told = ["none" if np.isnan(value) else shown(value, digits).rstrip() for value in values.tolist()]
-        if len(set(told)) == len(np.unique(values)):
-            break
+def _map(ax: Any, results: SweepResults, horizontal: Chosen, vertical: Chosen, indices: Any, name: str) -> str:
+    """Draw a map; a sentence on the borders."""
+    values = results.values(name).ravel()[indices]
+    low, _, _ = _band(results, name, values, indices)
+    found, told = regimes(results, indices.ravel())
+    inside = {regime: numbers.reshape(indices.shape) for regime, numbers in found.items()}
+    unknown = None if low is None else np.isnan(low)
+    label, unit = name.replace("_", " "), results.units[name] or ""
+    sweep_map(ax, horizontal.along, vertical.along, values, label, unit, inside, unknown)
     return told
 
 
-def _lines(ax: Any, results: SweepResults, horizontal: _Chosen, labels: list[str], indices: Any, name: str) -> str:
+def _lines(ax: Any, results: SweepResults, horizontal: Chosen, labels: list[str], indices: Any, name: str) -> str:
     """Draw a line, or one for each of ``labels``; a sentence on the borders."""
     values = results.values(name).ravel()[indices]
+    low, high, band = _band(results, name, values, indices)
     if labels:
-        lines = [Line(values[:, at], label) for at, label in enumerate(labels)]
+        lower, upper = ([None] * len(labels) if one is None else one.T for one in (low, high))
+        lines = [Line(values[:, at], label, lower[at], upper[at], band) for at, label in enumerate(labels)]
         told = "no borders of regimes: they differ from line to line"
     else:
         found, told = regimes(results, indices)
-        lines = [Line(values, "", *_band(results, name, values, indices), regimes=found)]
+        lines = [Line(values, "", low, high, band, regimes=found)]
         if not horizontal.along.apart:
             told = f"no borders of regimes: points share a value of {horizontal.name}"
+        elif not (horizontal.along.joined or horizontal.along.texts):
+            told = f"no line and no borders of regimes: {', '.join(horizontal.others)} goes up and down between points"
     sweep_lines(ax, horizontal.along, lines, name.replace("_", " "), results.units[name] or "")
     return told
 
@@ -307,8 +169,12 @@ def _trust(results: SweepResults, name: str, indices: Any) -> str:
     known = [values[np.isfinite(values)] for values in bounds]
     if not bounds:
         meaning = next(column.meaning for column in results.columns if column.name == name)
-        told = name in _EXACT or "error" in name or "known" in meaning
-        return f"{name}: {meaning}" + ("" if told else "; its error is not known")
+        told = f"{name}: {meaning}"
+        if "known" in meaning and "error_estimate" in {column.name for column in results.columns}:
+            errors = results.values("error_estimate").ravel()[indices]
+            found = errors[np.isfinite(errors)]
+            return f"{told}; error_estimate is " + (f"{found.max():.1e} at most" if found.size else "not known")
+        return told + ("" if name in _EXACT or "error" in name else "; its error is not known")
     if not known[0].size:
         return f"{name}: its error is not known"
     share = f"; known at {known[0].size / indices.size:.0%} of the points"
@@ -330,6 +196,9 @@ def _column(results: SweepResults, name: str | None) -> str:
     numbers = [column.name for column in results.columns if column.kind != "text"]
     if name is None:
         return next((one for one in _FIRST if one in numbers), numbers[0])
+    if name in {column.name for column in results.columns} - {*numbers}:
+        known = ", ".join(numbers)
+        raise InvalidValueError.of("column", f"must be a column of numbers (got {name}, which is text; known: {known})")
     if name not in numbers:
         raise UnknownNameError("column of numbers", name, numbers)
     return name

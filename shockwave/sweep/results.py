@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.errors import UnknownNameError, UsageError
+from shockwave.errors import InvalidValueError, UnknownNameError, UsageError
 from shockwave.sweep.stored import NOT_RUN, Column, Stored, SweepAxis, as_text
 from shockwave.text import notes, si, table
 
@@ -147,7 +147,16 @@ class SweepResults:
         return np.array([as_text(value) or "" for value in given])
 
     def point(self, index: int) -> dict[str, Any]:
-        """Dotted names and values of a point, counted from 0."""
+        """Dotted names and values of a point, counted from 0.
+
+        Raises
+        ------
+        InvalidValueError
+            When there is no such point.
+        """
+        points = self._stored.header.points
+        if not 0 <= index < points:
+            raise InvalidValueError.of("index", f"must be from 0 to {points - 1} (got {index})")
         return self._stored.header.point(index)
 
     def to_pandas(self) -> Any:

@@ -24,6 +24,7 @@ __all__ = [
     "FORMAT",
     "HEADER",
     "JOURNAL",
+    "NOTES",
     "NOT_RUN",
     "Chunk",
     "Column",
@@ -40,6 +41,8 @@ HEADER, JOURNAL = "sweep.json", "journal.jsonl"
 NOT_RUN = "not run"
 #: Of the header.
 FORMAT = 1
+#: The last column, whose sentences may be others at every point.
+NOTES = "notes"
 _REMEDY = "give a folder that `shockwave sweep FILE --out FOLDER` has written"
 _BEGIN = b'{"index": '
 # So many points are held at once.
