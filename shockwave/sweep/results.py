@@ -14,7 +14,7 @@ import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.errors import InvalidValueError, UnknownNameError, UsageError
-from shockwave.sweep.stored import NOT_RUN, Column, Stored, SweepAxis, as_text
+from shockwave.sweep.stored import NOT_RUN, NOTES, Column, Stored, SweepAxis, as_text
 from shockwave.text import notes, si, table
 
 __all__ = ["Failure", "SweepResults", "load_sweep"]
@@ -211,11 +211,14 @@ class SweepResults:
         ]
         rows = [(name, *_range(self.coordinate(name), self.units[name])) for axis in self.axes for name in axis.names]
         lines += [f"  {line}" for line in table(("axis", "least", "greatest", "values"), rows).splitlines()] + [""]
-        rows = [(one.name, *_range(self.values(one.name).ravel(), one.unit)) for one in self.columns]
+        shown = [one for one in self.columns if one.name != NOTES]
+        rows = [(one.name, *_range(self.values(one.name).ravel(), one.unit)) for one in shown]
         lines += [f"  {line}" for line in table(("column", "least", "greatest", "values"), rows).splitlines()]
         told = [f"{_text(failure.point)}: {failure.problem}" for failure in self.failed[:_SHOWN]]
         if len(self.failed) > _SHOWN:
             told.append(f"and {len(self.failed) - _SHOWN} more have failed")
+        if len(shown) < len(self.columns) and (noted := np.count_nonzero(self.values(NOTES) != "")):
+            told.append(f"{noted} points have notes, in the column {NOTES}")
         return "\n".join(lines + notes([*told, *self.warnings]))
 
 
