@@ -22,18 +22,11 @@ __all__ = ["sweep"]
 def sweep(options: argparse.Namespace) -> int:
     """Run a sweep, or go on with it; or tell what that would be."""
     folder = options.out or f"{Path(options.file).stem}-sweep"
+    asked = {name: getattr(options, name) for name in ("workers", "retry_failed", "accept_versions")}
     if options.dry_run:
         from shockwave.sweep.plan import plan_sweep
 
-        plan = plan_sweep(
-            options.file,
-            folder,
-            options.executor,
-            workers=options.workers,
-            retry_failed=options.retry_failed,
-            accept_versions=options.accept_versions,
-        )
-        _print(plan, options.json)
+        _print(plan_sweep(options.file, folder, options.executor, **asked), options.json)
         return 0
     from shockwave.sweep.report import SweepInterrupt
     from shockwave.sweep.runner import run_sweep
@@ -46,14 +39,7 @@ def sweep(options: argparse.Namespace) -> int:
     with _progress() as progress:
         try:
             report = run_sweep(
-                options.file,
-                folder,
-                options.executor,
-                workers=options.workers,
-                fail_fast=options.fail_fast,
-                retry_failed=options.retry_failed,
-                accept_versions=options.accept_versions,
-                progress=progress,
+                options.file, folder, options.executor, fail_fast=options.fail_fast, progress=progress, **asked
             )
         except SweepInterrupt as interrupt:
             interrupted: SweepReport | None = interrupt.report

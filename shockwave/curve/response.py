@@ -33,7 +33,6 @@ from shockwave.quadrature import FloatArray
 from shockwave.registry import entries
 from shockwave.scenario.family import Family
 from shockwave.scenario.load import Scenario
-from shockwave.scenario.variable import Variable, variable
 
 __all__ = [
     "POWERS",
@@ -47,7 +46,6 @@ __all__ = [
     "scenario_of",
     "too_long",
     "value_of",
-    "variable_of",
 ]
 
 #: Values that leave the shape alone -> the power with which t0/T0 goes with them; Poisson's ratio goes with none.
@@ -97,11 +95,6 @@ def scenario_of(scene: Scenario | Shock, chain: Chain | None) -> Scenario:
     if isinstance(chain, Mapping):
         raise InvalidValueError.of("chain", f"must be a Chain, or left out (got {text_of(chain)}; name it spreads=)")
     raise InvalidValueError.of("scene", f"must be a Scenario alone, or a Shock and a Chain ({got})")
-
-
-def variable_of(scenario: Scenario, name: Any) -> Variable:
-    """The value of ``scenario`` called ``name``; see `shockwave.scenario.variable.variable`."""
-    return variable(name, data_of(scenario))
 
 
 def data_of(scenario: Scenario) -> Mapping[str, Any]:

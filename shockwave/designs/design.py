@@ -9,7 +9,7 @@ import numpy as np
 from attrs import field, frozen
 
 from shockwave.chain.chain import Chain
-from shockwave.curve.response import duration_of, notes_of, scenario_of, too_long, variable_of
+from shockwave.curve.response import data_of, duration_of, notes_of, scenario_of, too_long
 from shockwave.designs.lines import Line, spaced
 from shockwave.designs.targets import Option, Target
 from shockwave.errors import InvalidValueError
@@ -18,7 +18,7 @@ from shockwave.profiles.shock import Shock
 from shockwave.registry import entries, find
 from shockwave.scenario.family import Family
 from shockwave.scenario.load import Scenario
-from shockwave.scenario.variable import Variable
+from shockwave.scenario.variable import Variable, variable
 from shockwave.text import si
 
 __all__ = ["Design", "design"]
@@ -170,24 +170,24 @@ def design(
             raise InvalidValueError.of(name, problem)
     scenario, wanted = scenario_of(scene, chain), Target.of(target)
     try:
-        variable = variable_of(scenario, vary)
+        varied = variable(vary, data_of(scenario), fits=_can_be_varied)
     except InvalidValueError as error:
-        # of all that a scenario holds only this can be varied
-        head, _, known = error.faults[0].problem.partition("known: ")
-        fit = [name for name in known.rstrip(")").split(", ") if name.startswith(("chain.", "shock."))]
-        shown = ", ".join(name for name in fit if name not in _UNFIT)
-        raise InvalidValueError.of("vary", f"{head}known: {shown})") from None
+        raise InvalidValueError.of("vary", error.faults[0].problem) from None
     if vary == _MATERIAL:
         if between is not None:
             raise InvalidValueError.of("between", f"must be left out for {_MATERIAL} (got {text_of(between)})")
         return _of_materials(scenario, wanted, among, rtol)
     if among is not None:
         raise InvalidValueError.of("among", f"must be left out: it is for {_MATERIAL} (got {text_of(among)})")
-    return _of_numbers(scenario, variable, wanted, _interval(variable, between), int(points), rtol)
+    return _of_numbers(scenario, varied, wanted, _interval(varied, between), int(points), rtol)
 
 
-def _interval(variable: Variable, given: Sequence[Any] | None) -> tuple[float, float]:
-    name, spec = variable.name, variable.key.spec
+def _can_be_varied(name: str) -> bool:
+    return name.startswith(("chain.", "shock.")) and name not in _UNFIT
+
+
+def _interval(varied: Variable, given: Sequence[Any] | None) -> tuple[float, float]:
+    name, spec = varied.name, varied.key.spec
     if name.partition(".")[0] not in ("chain", "shock") or spec is None or spec.samples or spec.whole:
         remedy = f"or {_MATERIAL}; {name} is none"
         raise InvalidValueError.of("vary", f"must be a value of the chain or shock with a range, {remedy}")
@@ -195,7 +195,7 @@ def _interval(variable: Variable, given: Sequence[Any] | None) -> tuple[float, f
         got = "nothing" if given is None else text_of(given)
         raise InvalidValueError.of("between", f"must be the least and the greatest {name} (got {got})")
     try:
-        low, high = (variable.value(one) for one in given)
+        low, high = (varied.value(one) for one in given)
     except InvalidValueError as error:
         raise InvalidValueError.of("between", error.faults[0].problem) from None
     if not low < high:

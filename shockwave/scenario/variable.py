@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import typing
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from attrs import evolve, frozen
@@ -73,7 +73,9 @@ class Variable:
         raise InvalidValueError(faults)
 
 
-def variable(name: Any, data: Mapping[str, Any], profiles: Sequence[Any] = ()) -> Variable:
+def variable(
+    name: Any, data: Mapping[str, Any], profiles: Sequence[Any] = (), fits: Callable[[str], bool] = bool
+) -> Variable:
     """The variable called ``name``.
 
     Parameters
@@ -84,6 +86,8 @@ def variable(name: Any, data: Mapping[str, Any], profiles: Sequence[Any] = ()) -
         What the document holds: which parameters a shock has depends on its profile.
     profiles : sequence of str
         Other profiles whose parameters it may be.
+    fits : callable
+        Which names are of use to who asks: a message lists these.
 
     Raises
     ------
@@ -93,8 +97,9 @@ def variable(name: Any, data: Mapping[str, Any], profiles: Sequence[Any] = ()) -
     known = _known(data, profiles)
     keys = known.get(name) if isinstance(name, str) else None
     if keys is None:
-        hint = nearest(name[:60], known) if isinstance(name, str) else ""
-        remedy = f"{hint}known: {', '.join(known)}"
+        listed = [other for other in known if fits(other)]
+        hint = nearest(name[:60], listed) if isinstance(name, str) else ""
+        remedy = f"{hint}known: {', '.join(listed)}"
         raise InvalidValueError.of("", f"must be the dotted name of a key (got {text_of(name)}; {remedy})")
     return Variable(name, keys[0], tuple(keys[1:]))
 
