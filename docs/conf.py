@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from shockwave import __version__, registry
+from shockwave import OWN_DISTRIBUTION, __version__, registry
 
 project = "shockwave"
 author = "The shockwave developers"
@@ -29,7 +29,7 @@ autodoc_typehints = "none"
 def _materials() -> str:
     rows = ["| name | E, GPa | nu | density, kg/m^3 | source |", "|---|---|---|---|---|"]
     for entry in registry.entries("materials"):
-        if entry.distribution == "shockwave":
+        if entry.distribution == OWN_DISTRIBUTION:
             m = registry.load("materials", entry.name)
             figures = f"{m.youngs_modulus / 1e9:g} | {m.poisson_ratio:g} | {m.density:g}"
             rows.append(f"| `{entry.name}` | {figures} | {m.source} |")
@@ -37,7 +37,7 @@ def _materials() -> str:
 
 
 def _listed(kind: str) -> str:
-    own = (entry for entry in registry.entries(kind) if entry.distribution == "shockwave")
+    own = (entry for entry in registry.entries(kind) if entry.distribution == OWN_DISTRIBUTION)
     return "\n".join(f"- `{entry.name}`: {entry.summary}" for entry in own)
 
 

@@ -42,6 +42,8 @@ if TYPE_CHECKING:
     from shockwave.uncertainties.uncertainty import uncertainty
 
 __version__ = "0.1.0"
+#: Name under which the package is installed: another project holds the name ``shockwave`` at the package index.
+OWN_DISTRIBUTION = "granular-shockwave"
 
 _HOMES = {
     "Chain": "chain",

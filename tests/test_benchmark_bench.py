@@ -158,7 +158,7 @@ def test_another_ending_of_the_page_is_refused() -> None:
 
 def test_without_matplotlib_one_sentence_says_what_to_install(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    with pytest.raises(UsageError, match=r"^pictures need matplotlib: pip install 'shockwave\[plot\]'$"):
+    with pytest.raises(UsageError, match=r"^pictures need matplotlib: pip install 'granular-shockwave\[plot\]'$"):
         bench.run(output=tmp_path / "page.html")
 
 

@@ -198,7 +198,7 @@ def test_tables_of_keys_are_those_of_the_loader(name: str) -> None:
 
 
 def test_table_of_profiles_is_the_registry() -> None:
-    own = [entry.name for entry in registry.entries("profiles") if entry.distribution == "shockwave"]
+    own = [entry.name for entry in registry.entries("profiles") if entry.distribution == "granular-shockwave"]
     assert [code_in(row[0])[0] for row in table("docs/scenarios.md", "profiles")] == own
 
 

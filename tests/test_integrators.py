@@ -40,7 +40,7 @@ class Midpoint(OneStep):
         return Attempt(x, v, acceleration(time + size, x), 0.0)
 
 
-BUILT_IN = [entry for entry in entries("integrators") if entry.distribution == "shockwave"]
+BUILT_IN = [entry for entry in entries("integrators") if entry.distribution == "granular-shockwave"]
 METHODS = [*(load("integrators", entry.name) for entry in BUILT_IN), Midpoint]
 ONE_STEP = [method for method in METHODS if issubclass(method, OneStep)]
 PAIRS = [method for method in ONE_STEP if method.adaptive]

@@ -10,7 +10,7 @@ from shockwave.chain.material import Material
 from shockwave.hooks import Entry
 from shockwave.registry import entries, load
 
-ENTRIES = [entry for entry in entries("materials") if entry.distribution == "shockwave"]
+ENTRIES = [entry for entry in entries("materials") if entry.distribution == "granular-shockwave"]
 DEFINED = {key: value for key, value in vars(library).items() if isinstance(value, Material)}
 
 # Materials whose modulus depends on strain rate: the source must say so.

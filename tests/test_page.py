@@ -254,7 +254,7 @@ def test_without_matplotlib_one_sentence_says_what_to_install(monkeypatch: pytes
     monkeypatch.setattr("shockwave.page.whole.findings", None)
     with pytest.raises(sw.UsageError) as caught:
         page(SCENES["ejection"])
-    assert str(caught.value) == "pictures need matplotlib: pip install 'shockwave[plot]'"
+    assert str(caught.value) == "pictures need matplotlib: pip install 'granular-shockwave[plot]'"
 
 
 # ---------------------------------------------------------------- escaping

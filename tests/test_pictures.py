@@ -179,7 +179,7 @@ def test_without_matplotlib_one_sentence_says_what_to_install(monkeypatch: pytes
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     with pytest.raises(sw.UsageError) as caught:
         pictures.figure()
-    assert str(caught.value) == "pictures need matplotlib: pip install 'shockwave[plot]'"
+    assert str(caught.value) == "pictures need matplotlib: pip install 'granular-shockwave[plot]'"
 
 
 SCENE = str(ROOT / "profiles" / "paper" / "table2-row1.yaml")

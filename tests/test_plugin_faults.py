@@ -143,15 +143,24 @@ def test_another_plugin_goes_on_working(install: Install, scene: Path, fault: st
 
 
 def test_a_plugin_for_another_version_is_not_read(install: Install, scene: Path) -> None:
-    install("test-faulty", name="faulty-pulse", requires="shockwave>=99.1,<100 ; python_version>'3'")
+    install("test-faulty", name="faulty-pulse", requires="granular-shockwave>=99.1,<100 ; python_version>'3'")
     (plugin,) = [plugin for plugin in registry.plugins() if plugin.distribution == "test-faulty"]
-    assert plugin.problem.startswith("needs shockwave <100,>=99.1 (this is ")
+    assert plugin.problem.startswith("needs granular-shockwave <100,>=99.1 (this is ")
     needs = shockwave("predict", "foreign.yaml", cwd=scene)
     assert needs.returncode == 4
-    assert "needs shockwave <100,>=99.1" in needs.stderr
+    assert "needs granular-shockwave <100,>=99.1" in needs.stderr
 
 
-@pytest.mark.parametrize("requires", ["shockwave>=0.0.1", "shockwave", "shockwave[test]>0", "shockwave-other>=99"])
+@pytest.mark.parametrize(
+    "requires",
+    [
+        "granular-shockwave>=0.0.1",
+        "granular-shockwave",
+        "granular_shockwave[test]>0",
+        "granular-shockwave-other>=99",
+        "shockwave>=99",
+    ],
+)
 def test_a_version_that_fits_is_no_fault(install: Install, requires: str) -> None:
     install("test-pulses", name="test-pulse", requires=requires)
     assert registry.find("profiles", "test-pulse").distribution == "test-pulses"

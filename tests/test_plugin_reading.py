@@ -124,7 +124,9 @@ def test_a_path_that_is_no_text_is_passed_over(install: Install, monkeypatch: py
     assert plugin("test-pulses").problem == ""
 
 
-@pytest.mark.parametrize("requires", ["shockwave>=99 ; sys_platform=='none'", "shockwave>=99 ; extra=='more'"])
+@pytest.mark.parametrize(
+    "requires", ["granular-shockwave>=99 ; sys_platform=='none'", "granular-shockwave>=99 ; extra=='more'"]
+)
 def test_a_requirement_of_another_place_does_not_count(install: Install, requires: str) -> None:
     install("test-pulses", requires=requires)
     assert plugin("test-pulses").problem == ""

@@ -50,7 +50,7 @@ def test_a_built_in_is_found_without_looking_for_plugins(kind: str, monkeypatch:
 
 @EVERY_KIND
 def test_every_built_in_can_be_loaded(kind: str) -> None:
-    own = [entry for entry in registry.entries(kind) if entry.distribution == "shockwave"]
+    own = [entry for entry in registry.entries(kind) if entry.distribution == "granular-shockwave"]
     assert all(registry.load(kind, entry.name) is not None for entry in own)
 
 
@@ -156,7 +156,7 @@ def test_two_plugins_with_one_name_are_both_named(install: Install) -> None:
 def test_a_clash_leaves_other_names_alone(install: Install) -> None:
     install("test-first", name="same-pulse")
     install("test-second", name="same-pulse")
-    assert registry.find("profiles", "triangular").distribution == "shockwave"
+    assert registry.find("profiles", "triangular").distribution == "granular-shockwave"
 
 
 def test_a_plugin_cannot_take_the_name_of_a_built_in(install: Install) -> None:

@@ -1125,7 +1125,7 @@ def test_without_matplotlib_a_sentence_says_what_to_install(
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     assert cli.main(["plot", str(folder)]) == 2
-    assert capsys.readouterr().err == "pictures need matplotlib: pip install 'shockwave[plot]'\n"
+    assert capsys.readouterr().err == "pictures need matplotlib: pip install 'granular-shockwave[plot]'\n"
 
 
 def test_a_folder_without_a_sweep_ends_with_5(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -32,7 +32,7 @@ by_name = {"ids": lambda cls: cls.__name__}
 
 
 def own(kind: str) -> list[type]:
-    return [load(kind, entry.name) for entry in entries(kind) if entry.distribution == "shockwave"]
+    return [load(kind, entry.name) for entry in entries(kind) if entry.distribution == "granular-shockwave"]
 
 
 def record(seed: int, samples: int) -> Tabulated:

@@ -6,6 +6,7 @@ import argparse
 import json
 from typing import Any
 
+from shockwave import OWN_DISTRIBUTION
 from shockwave.cli.output import print_json, written
 from shockwave.cli.parser import KINDS
 from shockwave.errors import PluginError, UsageError
@@ -65,7 +66,12 @@ def _rows(kind: str) -> list[dict[str, Any]]:
 
         problems = {"compiled": lack() or None, "numpy": None}
         return [
-            {"name": name, "summary": problems[name] or what, "distribution": "shockwave", "problem": problems[name]}
+            {
+                "name": name,
+                "summary": problems[name] or what,
+                "distribution": OWN_DISTRIBUTION,
+                "problem": problems[name],
+            }
             for name, what in BACKENDS.items()
         ]
     return [

@@ -6,7 +6,7 @@ import platform
 from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, version
 
-from shockwave import __version__
+from shockwave import OWN_DISTRIBUTION, __version__
 from shockwave.errors import ShockwaveError
 from shockwave.hooks import Entry
 from shockwave.page.findings import Findings
@@ -88,4 +88,4 @@ def _version(distribution: str) -> str:
     try:
         return version(distribution)
     except PackageNotFoundError:
-        return __version__ if distribution == "shockwave" else "unknown"
+        return __version__ if distribution == OWN_DISTRIBUTION else "unknown"

@@ -8,6 +8,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import FileAccessError, InvalidValueError, UsageError
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ def figure(
     try:
         from matplotlib.figure import Figure
     except ImportError as missing:
-        raise UsageError("pictures need matplotlib: pip install 'shockwave[plot]'") from missing
+        raise UsageError(f"pictures need matplotlib: pip install '{OWN_DISTRIBUTION}[plot]'") from missing
     drawn = Figure(figsize=size, layout="constrained")
     places: Any = drawn.subplots(rows, columns, squeeze=False)
     return drawn, tuple(places.flat)

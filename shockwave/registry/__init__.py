@@ -16,6 +16,7 @@ from typing import Any
 
 from attrs import evolve
 
+from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import PluginError, ShockwaveError, UnknownNameError
 from shockwave.hooks import Entry
 from shockwave.registration import KINDS, at, registered
@@ -39,7 +40,6 @@ __all__ = [
     "same_distribution",
 ]
 
-_OWN = "shockwave"
 # A plugin's module may do anything on import, even leave the interpreter; only the user's own interrupt passes.
 _PLUGIN_FAULTS = (Exception, SystemExit)
 
@@ -143,7 +143,7 @@ def blame(kind: str, noun: Any) -> Iterator[None]:
     except ShockwaveError:
         raise
     except _PLUGIN_FAULTS as error:
-        if noun.__module__.startswith(f"{_OWN}."):
+        if noun.__module__.startswith("shockwave."):
             raise
         got = f"got {type(error).__name__}: {' '.join(str(error).split())[:200]}"
         raise PluginError(f"{KINDS[kind]} {owner_of(kind, noun)}: must not raise ({got})") from error
@@ -161,4 +161,4 @@ def own_entries(kind: str) -> list[Entry]:
 @cache
 def _built_in() -> tuple[tuple[str, Entry], ...]:
     own = registered(importlib.import_module("shockwave.built_ins"))
-    return tuple((kind, entry._replace(distribution=_OWN)) for kind, entry in own)
+    return tuple((kind, entry._replace(distribution=OWN_DISTRIBUTION)) for kind, entry in own)

@@ -26,7 +26,7 @@ DISABLE = "SHOCKWAVE_DISABLE_PLUGINS"
 #: Its value that means all of them.
 EVERY = "*"
 _GROUP = "shockwave"
-_REQUIREMENT = re.compile(r"shockwave\s*(?:\[[^]]*\]\s*)?\(?[<>=!~]", re.IGNORECASE)
+_REQUIREMENT = re.compile(r"granular[-_.]+shockwave\s*(?:\[[^]]*\]\s*)?\(?[<>=!~]", re.IGNORECASE)
 
 
 @frozen
@@ -149,7 +149,7 @@ def _unmet(requirements: Iterable[str]) -> str:
         applies = needed.marker is None or needed.marker.evaluate({"extra": ""})
         if applies and not needed.specifier.contains(shockwave.__version__, prereleases=True):
             this = f"this is {shockwave.__version__}; install a version that fits"
-            return f"needs shockwave {needed.specifier} ({this})"
+            return f"needs {shockwave.OWN_DISTRIBUTION} {needed.specifier} ({this})"
     return ""
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 from attrs import define, evolve, field, frozen
 
+from shockwave import OWN_DISTRIBUTION
 from shockwave.chain.chain import Chain
 from shockwave.chain.material import Material
 from shockwave.document.reader import Document, Steps, read_document
@@ -381,7 +382,7 @@ def _blame(name: str) -> Iterator[None]:
         raise
     except (Exception, SystemExit) as error:
         owner = find("profiles", name).distribution
-        if owner == "shockwave":
+        if owner == OWN_DISTRIBUTION:
             raise
         got = f"got {type(error).__name__}: {text_of(str(error), 200)}"
         problem = f"must raise InvalidValueError for values that it does not take ({got})"

@@ -13,7 +13,7 @@ import typing
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final, Literal
 
-from shockwave import registry
+from shockwave import OWN_DISTRIBUTION, registry
 from shockwave.chain.material import Material
 from shockwave.errors import InvalidValueError, ShockwaveError
 from shockwave.fields import Quantity
@@ -259,7 +259,7 @@ def _summaries(kind: str) -> dict[str, str]:
     """Names of a registry, each with what is said of it; one that two plugins claim stands once."""
     found: dict[str, str] = {}
     for entry in registry.entries(kind):
-        own = entry.distribution == "shockwave"
+        own = entry.distribution == OWN_DISTRIBUTION
         found.setdefault(entry.name, entry.summary if own else f"{entry.summary} (from {entry.distribution})".strip())
     return found
 

@@ -9,6 +9,7 @@ import typing
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final, Literal
 
+from shockwave import OWN_DISTRIBUTION
 from shockwave.chain.material import Material
 from shockwave.document.units import to_si
 from shockwave.fields import Quantity
@@ -89,7 +90,6 @@ _SWEPT = {
 #: Quantities of which more is to be said than their declaration does.
 _TOLD_TOO = ("radius", "granules")
 _RECORD_EXAMPLES = {"file": "pulse.csv", "times": "[0 s, 15 us, 150 us]", "forces": "[0 N, 100 N, 0 N]"}
-_OWN = "shockwave"
 _PLAIN = re.compile(r"(?!(?i:true|false|null)\Z)[A-Za-z_][A-Za-z0-9_-]*")
 #: Kind of a parameter that is no quantity -> how it is called, and one of its values.
 _KINDS: Final[dict[Any, tuple[str, Any]]] = {
@@ -194,7 +194,7 @@ def _published() -> Iterator[str]:
 
 def _requires(owner: str) -> str:
     meaning = "distributions that must be installed for this scenario"
-    return f"{'# ' if owner == _OWN else ''}requires: [{_text(owner)}]  # {meaning}"
+    return f"{'# ' if owner == OWN_DISTRIBUTION else ''}requires: [{_text(owner)}]  # {meaning}"
 
 
 def _lines(keys: Sequence[Key], indent: str = "  ", behind: str = "  # ", own: bool = True) -> Iterator[str]:

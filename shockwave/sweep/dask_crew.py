@@ -11,13 +11,14 @@ from typing import Any
 
 from attrs import define, field
 
+from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import UsageError
 from shockwave.sweep.executors import LostError, cores, uninterrupted
 from shockwave.sweep.points import Order, check, do
 
 __all__ = ["DaskCrew"]
 
-_INSTALL = "python -m pip install 'shockwave[dask]'"
+_INSTALL = f"python -m pip install '{OWN_DISTRIBUTION}[dask]'"
 # Seconds for a scheduler, and its first worker, to answer.
 _PATIENCE = 30
 # Seconds after which workers are counted anew, after which it is told that there are none, and given up.

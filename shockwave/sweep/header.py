@@ -11,6 +11,7 @@ from typing import Any
 
 from attrs import asdict
 
+from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import InvalidValueError, ShockwaveError
 from shockwave.fields import text_of
 from shockwave.registry import entries, find
@@ -48,10 +49,10 @@ def plugins_of(scenario: Scenario) -> list[str]:
     for kind, given in names.items():
         for name in given:
             try:
-                found.add(find(kind, name).distribution if isinstance(name, str) and name else "shockwave")
+                found.add(find(kind, name).distribution if isinstance(name, str) and name else OWN_DISTRIBUTION)
             except ShockwaveError:  # a material of the scenario's own may be called anything
                 continue
-    return sorted(found - {"shockwave"})
+    return sorted(found - {OWN_DISTRIBUTION})
 
 
 def _profile(scenario: Scenario) -> str:

@@ -8,6 +8,7 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
+from shockwave import OWN_DISTRIBUTION
 from shockwave.document.reader import read_document
 from shockwave.errors import Fault, PluginError, ShockwaveError
 from shockwave.registry import find
@@ -41,7 +42,7 @@ def _foreign(data: Mapping[str, Any]) -> Iterator[str]:
     sweep = data.get("sweep")
     for word in _words([data.get("shock"), sweep if isinstance(sweep, dict) else None]):
         try:
-            if find("profiles", word).distribution != "shockwave":
+            if find("profiles", word).distribution != OWN_DISTRIBUTION:
                 yield word
         except ShockwaveError:  # told where the scene is built
             continue
