@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from shockwave.chain import Chain, Material, SolitaryWave
     from shockwave.comparison import Comparison, compare
-    from shockwave.curve import TrainCurve, UniversalCurve
+    from shockwave.curve import UniversalCurve
     from shockwave.designs.design import Design, design
     from shockwave.errors import (
         FileAccessError,
@@ -80,7 +80,6 @@ _HOMES = {
     "run_sweep": "sweep.runner",
     "Comparison": "comparison",
     "compare": "comparison",
-    "TrainCurve": "curve",
     "UniversalCurve": "curve",
     "Design": "designs.design",
     "design": "designs.design",
@@ -113,7 +112,6 @@ __all__ = [
     "SweepReport",
     "SweepResults",
     "Tabulated",
-    "TrainCurve",
     "TrainOutcome",
     "Triangular",
     "Uncertainty",

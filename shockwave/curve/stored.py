@@ -19,12 +19,11 @@ from shockwave.errors import FileAccessError, InvalidValueError
 from shockwave.fields import text_of
 
 if TYPE_CHECKING:
-    from shockwave.curve.train import TrainCurve
     from shockwave.curve.universal import UniversalCurve
 
-__all__ = ["from_dict", "read", "to_dict", "train_from_dict", "train_to_dict", "versions", "write"]
+__all__ = ["from_dict", "read", "to_dict", "versions", "write"]
 
-_FORMAT, _TRAIN_FORMAT, _VERSION = "shockwave universal curve", "shockwave train curve", 1
+_FORMAT, _VERSION = "shockwave universal curve", 1
 
 
 def versions() -> tuple[tuple[str, str], ...]:
@@ -34,45 +33,25 @@ def versions() -> tuple[tuple[str, str], ...]:
 
 def to_dict(curve: UniversalCurve) -> dict[str, Any]:
     """A curve as JSON holds it: floats keep all their digits there."""
+    shape, pieces = curve.shape, () if curve.series is None else curve.series.pieces
     return {
-        **_head(_FORMAT, curve.versions, curve.shape),
-        "rtol": curve.rtol,
-        "longest": curve.longest,
-        "simulations": curve.simulations,
-        "short": {"second_correction": curve.second_correction, "end": curve.short_end, "error": curve.short_error},
-        "pieces": [] if curve.series is None else _pieces(curve.series),
-    }
-
-
-def train_to_dict(curve: TrainCurve) -> dict[str, Any]:
-    """The curves of a train as JSON holds them."""
-    return {
-        **_head(_TRAIN_FORMAT, curve.versions, curve.shape),
-        "tolerance": curve.tolerance,
-        "longest": curve.longest,
-        "counts": [list(pair) for pair in curve.counts],
-        "second_wave": _pieces(curve.second_wave),
-        "recoil": _pieces(curve.recoil_share),
-    }
-
-
-def _head(form: str, made_with: tuple[tuple[str, str], ...], shape: Shape) -> dict[str, Any]:
-    return {
-        "format": form,
+        "format": _FORMAT,
         "version": _VERSION,
-        "made_with": dict(made_with),
+        "made_with": dict(curve.versions),
         "profile": {"class": shape.kind, "parameters": dict(shape.parameters)},
         "duration_ratio": shape.duration_ratio,
         "area": shape.area,
         "centroid": shape.centroid,
         "correction": shape.correction,
+        "rtol": curve.rtol,
+        "longest": curve.longest,
+        "simulations": curve.simulations,
+        "short": {"second_correction": curve.second_correction, "end": curve.short_end, "error": curve.short_error},
+        "pieces": [
+            {"begin": piece.begin, "end": piece.end, "error": piece.error, "coefficients": list(piece.coefficients)}
+            for piece in pieces
+        ],
     }
-
-
-def _pieces(series: Series) -> list[dict[str, Any]]:
-    return [
-        {"begin": p.begin, "end": p.end, "error": p.error, "coefficients": list(p.coefficients)} for p in series.pieces
-    ]
 
 
 class _Reader:
@@ -122,7 +101,7 @@ class _Reader:
 def from_dict(document: Any) -> tuple[Shape, float, float, Built, tuple[tuple[str, str], ...]]:
     """The parts of a curve: shape, rtol, longest, what simulation gave, versions."""
     read = _Reader(document)
-    shape, made_with = _shape(read, _FORMAT)
+    shape, made_with = _shape(read)
     short, longest = read["short"], read["longest"].number(0.0)
     found = Built(
         second_correction=short["second_correction"].number(),
@@ -134,30 +113,10 @@ def from_dict(document: Any) -> tuple[Shape, float, float, Built, tuple[tuple[st
     return shape, read["rtol"].number(0.0), longest, found, made_with
 
 
-def train_from_dict(document: Any) -> tuple[Any, ...]:
-    """The parts of the curves of a train, in the order of their attributes."""
-    read = _Reader(document)
-    shape, made_with = _shape(read, _TRAIN_FORMAT)
-    longest = read["longest"].number(0.0)
-    counts: list[tuple[float, int]] = []
-    for pair in read["counts"].items():
-        if len(pair.items()) != 2:
-            raise pair.fault("a number and a whole number")
-        point, number = pair.items()
-        counts.append((point.number(counts[-1][0] if counts else -math.inf), number.whole()))
-    if not counts:
-        raise read["counts"].fault("one pair or more")
-    series = [_series(read[name], counts[0][0], math.log(longest)) for name in ("second_wave", "recoil")]
-    for name, one in zip(("second_wave", "recoil"), series, strict=True):
-        if one is None:
-            raise read[name].fault("one piece or more")
-    return shape, read["tolerance"].number(0.0), longest, *series, tuple(counts), made_with
-
-
-def _shape(read: _Reader, form: str) -> tuple[Shape, tuple[tuple[str, str], ...]]:
-    """The shape of a document of this format, and the versions of what made it."""
-    if read["format"].value != form:
-        raise read["format"].fault(repr(form))
+def _shape(read: _Reader) -> tuple[Shape, tuple[tuple[str, str], ...]]:
+    """The shape of a document, and the versions of what made it."""
+    if read["format"].value != _FORMAT:
+        raise read["format"].fault(repr(_FORMAT))
     if read["version"].value != _VERSION:
         raise read["version"].fault(f"{_VERSION}, which this shockwave reads")
     shape = Shape(
