@@ -21,7 +21,6 @@ FLOORS = {
     "fields": 1,
     "quadrature": 1,
     "hooks": 0,
-    "registration": 1,
     "built_ins": 1,
     "document": 2,
     "registry": 2,
