@@ -21,6 +21,7 @@ import pytest
 import yaml
 
 import shockwave as sw
+from distributions import install
 from pages import (
     DOCS,
     PAGES,
@@ -31,7 +32,6 @@ from pages import (
     blocks_of,
     code_in,
     execute,
-    install,
     prepare,
     prose,
     run,

@@ -25,6 +25,7 @@ from shockwave.options import SimulateOptions
 from shockwave.page import findings, normalised, page, scene_hash, written
 from shockwave.page.markup import Html, document, formula, percent, plain, quantity, small, table
 from shockwave.page.provenance import provenance
+from shockwave.registry import load
 
 ROOT = Path(__file__).parent.parent
 ROW1 = ROOT / "profiles" / "paper" / "table2-row1.yaml"
@@ -343,9 +344,9 @@ def test_material_of_the_library_is_a_part() -> None:
     assert "materialstainless-steel-316shockwave" in blank(provenance(findings(sw.load_scenario(HAMMER))))
 
 
+@pytest.mark.usefixtures("sample_plugins")
 def test_plugin_in_use_is_told_with_its_version() -> None:
-    module = pytest.importorskip("shockwave_pulses.half_sine", reason="shockwave-pulses is not installed")
-    shock = sw.Shock(profile=module.HalfSine(), peak_force=100.0, rise_time=1e-5)
+    shock = sw.Shock(profile=load("profiles", "half-sine")(), peak_force=100.0, rise_time=1e-5)
     told = blank(provenance(findings(scenario(shock))))
     assert f"profilehalf-sineshockwave-pulses {metadata.version('shockwave-pulses')}" in told
 
