@@ -1,7 +1,8 @@
-"""Plugins that a test brings along."""
+"""Plugins that a test brings along, and what all tests share."""
 
 from __future__ import annotations
 
+import gc
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -28,6 +29,11 @@ class Pulse(Triangular):
 """
 
 Install = Callable[..., str]
+
+
+def pytest_collection_finish() -> None:
+    # the thousands of collected tests are never garbage: without this, each collection looks at all of them
+    gc.freeze()
 
 
 @pytest.fixture

@@ -19,7 +19,11 @@ SHAPES = {
 }
 # None is a node; the first makes no train.
 DURATIONS = (0.013, 0.7, 2.2, 3.3, 4.1, 6.0, 11.0)
-CASES = [(name, duration) for name in SHAPES for duration in DURATIONS]
+CASES = [
+    pytest.param(name, duration, marks=[pytest.mark.slow] * (name != "triangle"))
+    for name in SHAPES
+    for duration in DURATIONS
+]
 
 
 @cache

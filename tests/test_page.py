@@ -111,8 +111,14 @@ def blank(text: str) -> str:
 
 # ---------------------------------------------------------------- every scene has a page
 
+EACH_SCENE = pytest.mark.parametrize(
+    "name",
+    ["ejection", "twelve granules"]
+    + [pytest.param(name, marks=pytest.mark.slow) for name in ("long train", "several peaks", "two granules")],
+)
 
-@pytest.mark.parametrize("name", SCENES)
+
+@EACH_SCENE
 def test_every_scene_has_a_whole_page(name: str) -> None:
     read = Reader(made(name))
     assert "Not drawn" not in made(name)
@@ -123,7 +129,7 @@ def test_every_scene_has_a_whole_page(name: str) -> None:
     assert "nan" not in blank(re.sub("<svg.*?</svg>", "", made(name), flags=re.DOTALL)).lower().split()
 
 
-@pytest.mark.parametrize("name", SCENES)
+@EACH_SCENE
 def test_nothing_comes_from_elsewhere(name: str) -> None:
     read = Reader(made(name))
     assert not {"script", "link", "iframe", "object", "embed", "img", "form"} & set(read.elements)
@@ -351,6 +357,7 @@ def test_plugin_in_use_is_told_with_its_version() -> None:
     assert f"profilehalf-sineshockwave-pulses {metadata.version('shockwave-pulses')}" in told
 
 
+@pytest.mark.slow
 def test_page_is_the_same_in_another_process() -> None:
     program = (
         f"import sys, shockwave as sw; from shockwave.page import page; scene = sw.load_scenario({str(ROW1)!r});"
