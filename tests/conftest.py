@@ -1,14 +1,16 @@
-"""What all tests share: nothing is kept between runs, or in the user's own folders."""
+"""Plugins that a test brings along, and what all tests share."""
 
 from __future__ import annotations
 
-import importlib
+import gc
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
+from distributions import PLUGINS, describe, on_path
+from distributions import install as install_project
 from shockwave import registry
 
 #: A hooks module that registers one profile and imports nothing heavy.
@@ -29,14 +31,9 @@ class Pulse(Triangular):
 Install = Callable[..., str]
 
 
-@pytest.fixture(autouse=True, scope="session")
-def cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """Where shockwave keeps what it has read of plugins."""
-    folder = tmp_path_factory.mktemp("cache")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("platformdirs.user_cache_path", lambda *_, **__: folder)
-        patch.setenv("XDG_CACHE_HOME", str(folder))
-        yield folder
+def pytest_collection_finish() -> None:
+    # the thousands of collected tests are never garbage: without this, each collection looks at all of them
+    gc.freeze()
 
 
 @pytest.fixture
@@ -44,8 +41,7 @@ def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A folder on the path, here and in other processes, where distributions are put."""
     place = tmp_path / "site"
     place.mkdir()
-    monkeypatch.syspath_prepend(place)
-    monkeypatch.setenv("PYTHONPATH", str(place), prepend=":")
+    on_path(place, monkeypatch)
     before = set(sys.modules)
     registry.forget()
     yield place
@@ -70,13 +66,14 @@ def install(site: Path) -> Install:
         module = distribution.replace("-", "_")
         (site / f"{module}.py").write_text(hooks.format(name=name or distribution, module=module))
         (site / f"{module}_pulse.py").write_text(pulse)
-        info = site / f"{module}-{version}.dist-info"
-        info.mkdir()
-        needs = f"Requires-Dist: {requires}\n" if requires else ""
-        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: {version}\n{needs}")
-        (info / "entry_points.txt").write_text(f"[shockwave]\n{distribution} = {module}\n")
-        registry.forget()
-        importlib.invalidate_caches()
+        describe(site, distribution, version, {distribution: module}, requires)
         return module
 
     return installed
+
+
+@pytest.fixture
+def sample_plugins(site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The sample plugins of the source tree count as installed."""
+    for project in sorted(PLUGINS.glob("*/pyproject.toml")):
+        install_project(site, project, monkeypatch)

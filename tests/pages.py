@@ -31,7 +31,6 @@ import shlex
 import shutil
 import sys
 import tempfile
-import tomllib
 from collections.abc import Iterator
 from functools import cache
 from importlib import metadata
@@ -41,6 +40,7 @@ from typing import Any
 import pytest
 from attrs import frozen
 
+from distributions import install, on_path
 from shockwave import cli, registry
 
 ROOT = Path(__file__).parent.parent
@@ -144,14 +144,12 @@ def workplace(folder: Path) -> Iterator[pytest.MonkeyPatch]:
     """
     shutil.copytree(ROOT / "profiles", folder / "profiles")
 
-    def entry_points(*, group: str) -> list[metadata.EntryPoint]:
-        here = metadata.distributions(path=[str(folder)])
-        return [point for distribution in here for point in distribution.entry_points if point.group == group]
-
+    here = metadata.Distribution.discover
     before = set(sys.modules)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        patch.setattr(metadata, "entry_points", entry_points)
+        patch.setenv("SHOCKWAVE_PLUGIN_TIMEOUT", "600")  # no limit for a sound plugin, however busy the machine is
+        patch.setattr(metadata, "distributions", lambda **_: here(path=[str(folder)]))
         registry.forget()
         yield patch
     registry.forget()
@@ -171,21 +169,8 @@ def prepare(folder: Path, block: Block, patch: pytest.MonkeyPatch) -> None:
     for project in (*folder.glob("*/pyproject.toml"), block.page.parent / "pyproject.toml"):
         if project.is_file() and project.parent != ROOT:
             install(folder, project, patch)
-    patch.syspath_prepend(folder)
+    on_path(folder, patch)
     importlib.invalidate_caches()
-
-
-def install(folder: Path, project: Path, patch: pytest.MonkeyPatch) -> None:
-    """Make a distribution count as installed: its source on the path, and what an installer leaves behind."""
-    about = tomllib.loads(project.read_text(encoding="utf-8"))["project"]
-    info = folder / f"{about['name'].replace('-', '_')}-{about['version']}.dist-info"
-    info.mkdir()
-    head = f"Metadata-Version: 2.1\nName: {about['name']}\nVersion: {about['version']}\n"
-    (info / "METADATA").write_text(head, encoding="utf-8")
-    points = [f"{name} = {module}" for name, module in about["entry-points"]["shockwave"].items()]
-    (info / "entry_points.txt").write_text("\n".join(["[shockwave]", *points, ""]), encoding="utf-8")
-    patch.syspath_prepend(project.parent / "src")
-    registry.forget()
 
 
 def run(command: str, status: int) -> tuple[str, int]:

@@ -422,6 +422,7 @@ def sample() -> tuple[list[sw.Shock], FloatArray]:
     return shocks, np.array([result.amplification for result in results if isinstance(result, sw.SimulationResult)])
 
 
+@pytest.mark.usefixtures("sample_plugins")
 @pytest.mark.parametrize("rtol", [1e-1, 1e-2, 1e-3, 1e-6])
 def test_random_pulses_are_within_the_tolerance(rtol: float) -> None:
     shocks, known = sample()

@@ -352,7 +352,10 @@ def test_a_solution_shows_the_digits_that_are_known() -> None:
 
 @pytest.mark.parametrize("end", [0, 1], ids=["low", "high"])
 @pytest.mark.parametrize("between", [(1e-3, 2.07e-2), (1.13e-3, 3.37e-2), (1.01e-3, 1.1e-2)])
-@pytest.mark.parametrize("name", ["chain.radius", "chain.diameter", "shock.parameters.decay_exponent"])
+@pytest.mark.parametrize(
+    "name",
+    ["chain.radius", "chain.diameter", pytest.param("shock.parameters.decay_exponent", marks=pytest.mark.slow)],
+)
 def test_an_end_of_the_interval_is_told_to_the_last_bit(name: str, between: tuple[float, float], end: int) -> None:
     line = Line.of(SCENE, name, Target("peak_force", 1.0), between, 1e-2)
     assert between[end] in {value for value, _ in line.extremes}

@@ -21,6 +21,7 @@ import pytest
 import yaml
 
 import shockwave as sw
+from distributions import install
 from pages import (
     DOCS,
     PAGES,
@@ -31,7 +32,6 @@ from pages import (
     blocks_of,
     code_in,
     execute,
-    install,
     prepare,
     prose,
     run,
@@ -89,16 +89,19 @@ def test_scenarios_load_or_fail_as_told(block: Block, tmp_path: Path, patch: pyt
     assert [fault for fault in map(str, caught.value.faults) if fault not in page] == []
 
 
-@of_language("python", "pycon")
-def test_code_runs(block: Block, tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
-    prepare(tmp_path, block, patch)
-    if "file" in block.directives:
-        compile(block.text, str(block), "exec")
-        return
+WITH_CODE = [page for page in PAGES if any(block.language in ("python", "pycon") for block in blocks_of(page))]
+
+
+@pytest.mark.parametrize("page", WITH_CODE, ids=lambda page: str(page.relative_to(ROOT)))
+def test_code_runs(page: Path, tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
+    blocks = [block for block in blocks_of(page) if block.language in ("python", "pycon")]
+    prepare(tmp_path, blocks[-1], patch)
     names: dict[str, Any] = {}
-    for part in blocks_of(block.page):
-        if part.language in ("python", "pycon") and part.line <= block.line and "file" not in part.directives:
-            execute(part, names)
+    for block in blocks:
+        if "file" in block.directives:
+            compile(block.text, str(block), "exec")
+        else:
+            execute(block, names)
 
 
 @of_language("toml")

@@ -17,6 +17,7 @@ from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
 from shockwave.quadrature import FloatArray
+from shockwave.registry import load
 from test_architecture import SCENE, command, loaded
 from test_profiles_digits import _exact
 
@@ -186,9 +187,9 @@ def test_a_sine_is_good_to_fourteen_digits() -> None:
     assert errors(table, s.tolist(), path, impulse) <= table.error <= TOLERANCE
 
 
+@pytest.mark.usefixtures("sample_plugins")
 def test_plugin_profiles_are_good_to_fourteen_digits() -> None:
-    half_sine = pytest.importorskip("shockwave_pulses.half_sine").HalfSine()
-    haversine = pytest.importorskip("shockwave_pulses.haversine").Haversine()
+    half_sine, haversine = (load("profiles", name)() for name in ("half-sine", "haversine"))
     assert closed_lost(half_sine, half_sine.free_path()) <= half_sine.free_path().error <= TOLERANCE
     s = np.linspace(0, 2, 501)
     impulse = s / 2 - np.sin(math.pi * s) / (2 * math.pi)

@@ -25,6 +25,7 @@ from shockwave.options import SimulateOptions
 from shockwave.page import findings, normalised, page, scene_hash, written
 from shockwave.page.markup import Html, document, formula, percent, plain, quantity, small, table
 from shockwave.page.provenance import provenance
+from shockwave.registry import load
 
 ROOT = Path(__file__).parent.parent
 ROW1 = ROOT / "profiles" / "paper" / "table2-row1.yaml"
@@ -110,8 +111,14 @@ def blank(text: str) -> str:
 
 # ---------------------------------------------------------------- every scene has a page
 
+EACH_SCENE = pytest.mark.parametrize(
+    "name",
+    ["ejection", "twelve granules"]
+    + [pytest.param(name, marks=pytest.mark.slow) for name in ("long train", "several peaks", "two granules")],
+)
 
-@pytest.mark.parametrize("name", SCENES)
+
+@EACH_SCENE
 def test_every_scene_has_a_whole_page(name: str) -> None:
     read = Reader(made(name))
     assert "Not drawn" not in made(name)
@@ -122,7 +129,7 @@ def test_every_scene_has_a_whole_page(name: str) -> None:
     assert "nan" not in blank(re.sub("<svg.*?</svg>", "", made(name), flags=re.DOTALL)).lower().split()
 
 
-@pytest.mark.parametrize("name", SCENES)
+@EACH_SCENE
 def test_nothing_comes_from_elsewhere(name: str) -> None:
     read = Reader(made(name))
     assert not {"script", "link", "iframe", "object", "embed", "img", "form"} & set(read.elements)
@@ -343,13 +350,14 @@ def test_material_of_the_library_is_a_part() -> None:
     assert "materialstainless-steel-316shockwave" in blank(provenance(findings(sw.load_scenario(HAMMER))))
 
 
+@pytest.mark.usefixtures("sample_plugins")
 def test_plugin_in_use_is_told_with_its_version() -> None:
-    module = pytest.importorskip("shockwave_pulses.half_sine", reason="shockwave-pulses is not installed")
-    shock = sw.Shock(profile=module.HalfSine(), peak_force=100.0, rise_time=1e-5)
+    shock = sw.Shock(profile=load("profiles", "half-sine")(), peak_force=100.0, rise_time=1e-5)
     told = blank(provenance(findings(scenario(shock))))
     assert f"profilehalf-sineshockwave-pulses {metadata.version('shockwave-pulses')}" in told
 
 
+@pytest.mark.slow
 def test_page_is_the_same_in_another_process() -> None:
     program = (
         f"import sys, shockwave as sw; from shockwave.page import page; scene = sw.load_scenario({str(ROW1)!r});"

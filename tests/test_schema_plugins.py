@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 from jsonschema import Draft7Validator
 
-from pages import install, workplace
+from distributions import install
+from pages import workplace
 from shockwave.document.reader import parse_document
 from shockwave.errors import ScenarioError
 from shockwave.scenario.load import scenario_of

@@ -34,7 +34,7 @@ SHOCKS = {
 }
 
 
-@pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6, pytest.param(1e-9, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", SHOCKS)
 def test_primary_is_not_taken_as_known_too_early(name: str, rtol: float) -> None:
     times, forces, amplification = SHOCKS[name]

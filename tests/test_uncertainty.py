@@ -210,9 +210,9 @@ def slopes(scenario: sw.Scenario, spreads: dict[str, Any], name: str) -> tuple[f
     return told[0].value * nominal[name], told[1].value * nominal[name]
 
 
+@pytest.mark.usefixtures("sample_plugins")
 @pytest.mark.parametrize("force_too", [False, True], ids=["alone", "with the peak force"])
 def test_a_parameter_that_sets_the_peak_force_has_its_exponent(force_too: bool) -> None:
-    pytest.importorskip("shockwave_blast")
     scenario = sw.load_scenario(ROOT / "plugins" / "shockwave-blast" / "profiles" / "microcharge.yaml")
     name, step = "shock.parameters.standoff", 2e-3
     spreads = {name: 0.02} | ({"shock.peak_force": 0.02} if force_too else {})

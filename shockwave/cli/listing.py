@@ -35,12 +35,12 @@ def listed(options: argparse.Namespace) -> int:
 
 
 def _plugins(check: bool) -> list[dict[str, Any]]:
-    """A row for each installed plugin; ``check`` imports what it registers, in a process of its own."""
-    from shockwave import registry
+    """A row for each installed plugin; ``check`` imports it and what it registers, in a process of its own."""
+    from shockwave.registry import plugins
+    from shockwave.registry.check import checked_plugins
 
     rows = []
-    for found in registry.plugins(anew=check):
-        plugin = registry.checked(found) if check else found
+    for plugin in checked_plugins() if check else plugins():
         names = ", ".join(entry.name for _, entry in plugin.entries)
         state = "disabled" if plugin.disabled else "AT FAULT" if plugin.problem else ""
         rows.append(

@@ -7,21 +7,17 @@ place from which such an address is imported.
 
 from __future__ import annotations
 
-import importlib
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
-from attrs import evolve
-
-from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import PluginError, ShockwaveError, UnknownNameError
 from shockwave.hooks import Entry
-from shockwave.registration import KINDS, at, registered
-from shockwave.registry.elsewhere import ELSEWHERE
-from shockwave.registry.installed import DISABLE, EVERY, Plugin, checked, plugins, same_distribution, twice
+from shockwave.registry.installed import DISABLE, EVERY, Plugin, plugins, same_distribution, twice
+from shockwave.registry.nouns import KINDS, PLUGIN_FAULTS, at, named, noun_at, own_entries
+from shockwave.registry.samples import SAMPLES
 
 __all__ = [
     "DISABLE",
@@ -29,7 +25,6 @@ __all__ = [
     "KINDS",
     "Plugin",
     "blame",
-    "checked",
     "entries",
     "find",
     "forget",
@@ -40,9 +35,6 @@ __all__ = [
     "same_distribution",
 ]
 
-# A plugin's module may do anything on import, even leave the interpreter; only the user's own interrupt passes.
-_PLUGIN_FAULTS = (Exception, SystemExit)
-
 
 def find(kind: str, name: str) -> Entry:
     """The entry of ``name``; plugins are looked for only when no built-in has the name.
@@ -50,7 +42,7 @@ def find(kind: str, name: str) -> Entry:
     Raises
     ------
     UnknownNameError
-        When nothing has the name; the message tells the known names and the nearest.
+        When nothing has the name; the message gives the known names and the nearest.
     PluginError
         When two distributions claim it.
     """
@@ -67,7 +59,7 @@ def find(kind: str, name: str) -> Entry:
 
 def _unknown(kind: str, name: str) -> UnknownNameError:
     hints = []
-    home = ELSEWHERE.get((kind, name), "")
+    home = SAMPLES.get((kind, name), "")
     disabled = [plugin.distribution for plugin in plugins() if plugin.disabled]
     faulty = [f"{plugin.distribution} ({plugin.problem})" for plugin in plugins() if not plugin.readable]
     if home and not any(home == distribution for distribution in disabled):
@@ -83,8 +75,6 @@ def _unknown(kind: str, name: str) -> UnknownNameError:
 
 def load(kind: str, name: str) -> Any:
     """The object registered as ``name``: its module is imported now, and not before.
-
-    A plugin's module is first imported in a process of its own, where it may hang or crash.
 
     Raises
     ------
@@ -104,15 +94,12 @@ def _own(kind: str, name: str) -> Any:
 
 @cache
 def _of_plugin(kind: str, entry: Entry) -> Any:
-    plugin = next(plugin for plugin in plugins() if (kind, entry) in plugin.entries)
-    problem = checked(evolve(plugin, entries=((kind, entry),), problem=""), anew=False).problem
-    if not problem:
-        try:
-            with redirect_stdout(sys.stderr):  # what it prints is no part of a result
-                return at(entry.address)
-        except _PLUGIN_FAULTS as error:
-            problem = f"{KINDS[kind]} {entry.name!r}: {entry.address}: {type(error).__name__}: {error}"
-    raise PluginError(f"plugin {plugin.distribution} {plugin.version} is at fault: {problem}")
+    try:
+        return noun_at(kind, entry)
+    except PLUGIN_FAULTS as error:
+        version = next(plugin.version for plugin in plugins() if plugin.distribution == entry.distribution)
+        problem = f"{KINDS[kind]} {entry.name!r}: {entry.address}: {named(error)}"
+        raise PluginError(f"plugin {entry.distribution} {version} is at fault: {problem}") from error
 
 
 def forget() -> None:
@@ -142,7 +129,7 @@ def blame(kind: str, noun: Any) -> Iterator[None]:
         yield
     except ShockwaveError:
         raise
-    except _PLUGIN_FAULTS as error:
+    except PLUGIN_FAULTS as error:
         if noun.__module__.startswith("shockwave."):
             raise
         got = f"got {type(error).__name__}: {' '.join(str(error).split())[:200]}"
@@ -151,14 +138,3 @@ def blame(kind: str, noun: Any) -> Iterator[None]:
 
 def _plugin_entries(kind: str) -> list[Entry]:
     return [entry for plugin in plugins() for of_kind, entry in plugin.entries if of_kind == kind]
-
-
-def own_entries(kind: str) -> list[Entry]:
-    """What shockwave itself registers."""
-    return [entry for of_kind, entry in _built_in() if of_kind == kind]
-
-
-@cache
-def _built_in() -> tuple[tuple[str, Entry], ...]:
-    own = registered(importlib.import_module("shockwave.built_ins"))
-    return tuple((kind, entry._replace(distribution=OWN_DISTRIBUTION)) for kind, entry in own)

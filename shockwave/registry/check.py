@@ -1,0 +1,110 @@
+"""A check of plugins: each is imported in a process of its own, where it may raise, hang or crash.
+
+Run as a program it is that process: it imports a module of hooks and all that this registers, and writes a line of
+JSON for each step that was done, so that the one that ended the process is known.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+from shockwave.errors import PluginError, UsageError
+from shockwave.hooks import Entry
+from shockwave.registry.installed import Plugin, found
+from shockwave.registry.nouns import KINDS, imported, named, noun_at, registered
+
+__all__ = ["checked_plugins", "time_limit"]
+
+_LIMIT = "SHOCKWAVE_PLUGIN_TIMEOUT"
+_USUAL_LIMIT = 10.0  # s
+_LONGEST = 3600  # s
+
+
+def time_limit() -> float:
+    """Seconds that a plugin may take: SHOCKWAVE_PLUGIN_TIMEOUT, or 10.
+
+    Raises
+    ------
+    UsageError
+        When the variable is no number above 0.
+    """
+    text = os.environ.get(_LIMIT) or str(_USUAL_LIMIT)
+    try:
+        limit = float(text)
+    except ValueError:
+        limit = 0.0
+    if not 0 < limit <= _LONGEST:
+        raise UsageError(f"{_LIMIT} must be a number of seconds > 0 and <= {_LONGEST} (got {text!r})")
+    return limit
+
+
+def checked_plugins() -> tuple[Plugin, ...]:
+    """Every installed plugin, with the problem of each that cannot be imported, or of what it registers."""
+    limit = time_limit()
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return found(lambda modules: pool.map(lambda module: _checked(module, limit), modules))
+
+
+def _checked(module: str, limit: float) -> tuple[tuple[tuple[str, Entry], ...], str]:
+    with tempfile.TemporaryFile() as answers:  # no pipe, which a process that the plugin leaves behind would keep open
+        try:
+            # -P: a module in the current folder must not be taken for one that is installed
+            command = [sys.executable or "python", "-P", "-m", "shockwave.registry.check", module]
+            status = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=answers, timeout=limit).returncode
+            ending = _ending(status)
+        except subprocess.TimeoutExpired:
+            ending = f"does not end (stopped after {limit:g} s)"
+        except OSError as error:
+            raise PluginError(f"plugins cannot be checked, as no process can be started ({error})") from error
+        answers.seek(0)
+        steps: list[dict[str, Any]] = [json.loads(line) for line in answers if line.endswith(b"\n")]
+    entries = tuple((kind, Entry(*entry)) for kind, *entry in (steps[0].get("entries", ()) if steps else ()))
+    problems = [step["problem"] for step in steps if "problem" in step]
+    if len(steps) <= len(entries):
+        problems.append(f"{_subject(*entries[len(steps) - 1])}: {ending}" if steps else ending)
+    return entries, "; ".join(problems)
+
+
+def _subject(kind: str, entry: Entry) -> str:
+    return f"{KINDS[kind]} {entry.name!r}: {entry.address}"
+
+
+def _ending(status: int) -> str:
+    if status >= 0:
+        return f"ends, or closes, the process that imports it (status {status})"
+    try:
+        return f"crashes the process that imports it ({signal.Signals(-status).name})"
+    except ValueError:
+        return f"crashes the process that imports it (signal {-status})"
+
+
+def _steps(module: str) -> Iterator[dict[str, Any]]:
+    """What a module of hooks registers, then for each entry what is wrong with it, if anything is."""
+    try:
+        entries = registered(imported(module))
+    except BaseException as error:
+        yield {"problem": named(error)}
+        return
+    yield {"entries": [(kind, *entry) for kind, entry in entries]}
+    for kind, entry in entries:
+        try:
+            noun_at(kind, entry)
+            yield {}
+        except BaseException as error:
+            yield {"problem": f"{_subject(kind, entry)}: {named(error)}"}
+
+
+if __name__ == "__main__":
+    answers = os.fdopen(os.dup(1), "w", encoding="ascii")
+    os.dup2(2, 1)  # what a plugin prints is no answer
+    for step in _steps(sys.argv[1]):
+        print(json.dumps(step), file=answers, flush=True)
+    os._exit(0)  # threads that a plugin has begun must not keep this process
