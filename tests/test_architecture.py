@@ -19,7 +19,7 @@ FLOORS = {
     "numerics": 1,
     "text": 0,
     "fields": 1,
-    "quadrature": 1,
+    "quadrature": 2,
     "hooks": 0,
     "registration": 1,
     "built_ins": 1,
