@@ -262,7 +262,7 @@ class _Totals:
     @classmethod
     def of(cls, pieces: _Pieces, n: float) -> _Totals:
         rising = pieces.stop == 1
-        return cls(product(np.stack((pieces.area, pieces.moment)), np.stack((rising, ~rising), axis=1).astype(float)), n)
+        return cls(product(np.stack((pieces.area, pieces.moment)), np.array((rising, ~rising), dtype=float).T), n)
 
     def __add__(self, other: _Totals) -> _Totals:
         return _Totals(self.sums + other.sums, self.n)
