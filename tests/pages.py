@@ -11,8 +11,9 @@ A comment right before a fenced block says what the block is besides what its la
 ``<!-- table: NAME -->``, before a table
     The table is compared with the program.
 
-In the output of commands and of ``>>>`` lines ``...`` stands for anything, as in doctest. Commands and code run in a
-folder of their own that holds a copy of ``profiles`` and the files of the page.
+In the output of commands and of ``>>>`` lines ``...`` stands for anything, as in doctest, and the last digit of a
+number may differ by one: it depends on the processor. Commands and code run in a folder of their own that holds a copy
+of ``profiles`` and the files of the page.
 
     python tests/pages.py
 
@@ -53,6 +54,11 @@ PAGES = [
 ]
 # These change what is installed, or run all tests: a test must not.
 NOT_RUN = ("python -m pip ", "python3 -m venv ", ". .venv/bin/activate", "python -m pytest", "sphinx-build ", ".ci/run")
+
+# A number that is no part of a word or of a version, and is not cut short by ``...``.
+_NUMBER = r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?!\w|\.\d|\.\.\.)"
+# Smaller figures are rounding alone, and numbers printed with all their digits agree to this share.
+_ROUNDING = 1e-13
 
 
 @frozen
@@ -194,13 +200,50 @@ def run(command: str, status: int) -> tuple[str, int]:
 
 
 def agree(shown: str, printed: str) -> bool:
-    """Whether text that was shown is what was printed; ``...`` stands for anything.
+    """Whether text that was shown is what was printed, but for last digits of numbers; ``...`` stands for anything.
 
     The pages show what the compiled code prints; where it was not built, the other names itself.
     """
-    shown, printed = (text.replace("(numpy)", "(compiled)") for text in (shown, printed))
-    plain = ("\n".join(line.rstrip() for line in text.rstrip().splitlines()) + "\n" for text in (shown, printed))
-    return doctest.OutputChecker().check_output(*plain, doctest.ELLIPSIS)
+    shown, printed = _plain(shown), _plain(printed)
+    parts = re.split(rf"(\.\.\.|{_NUMBER})", shown)
+    # every other part is a number or an ellipsis
+    texts, marks = parts[::2], parts[1::2]
+    wanted = [".*?" if mark == "..." else f"({_NUMBER})" for mark in marks]
+    pattern = "".join(re.escape(text) + mark for text, mark in zip(texts, [*wanted, ""], strict=True))
+    match = re.fullmatch(pattern, printed, flags=re.DOTALL)
+    numbers = [mark for mark in marks if mark != "..."]
+    return match is not None and all(map(_is_about, numbers, match.groups()))
+
+
+def _plain(text: str) -> str:
+    """``text`` without what depends on the backend, and on how wide the numbers of a column are."""
+    text = text.replace("(numpy)", "(compiled)")
+    text = re.sub("-{3,}", "---", re.sub(" {2,}", "  ", text))
+    return "\n".join(line.rstrip() for line in text.rstrip().splitlines())
+
+
+def _is_about(shown: str, printed: str) -> bool:
+    """Whether two numbers are equal, or differ by one unit of a last digit; whole ones are counts."""
+    if re.fullmatch(r"[-+]?\d+", shown) and re.fullmatch(r"[-+]?\d+", printed):
+        return shown == printed
+    one, other = float(shown), float(printed)
+    if max(abs(one), abs(other)) < _ROUNDING:
+        return True
+    # Of two lengths the longer one counts: 1.0 may stand for 0.9999999999999999, but not for 0.95.
+    return abs(one - other) <= max(1.01 * min(_unit(shown), _unit(printed)), _ROUNDING * abs(one))
+
+
+def _unit(number: str) -> float:
+    """One unit of the last digit."""
+    digits, _, exponent = number.partition("e")
+    return float(10.0 ** (int(exponent or 0) - len(digits.partition(".")[2])))
+
+
+class _Checker(doctest.OutputChecker):
+    """Compares what a session prints as `agree` does."""
+
+    def check_output(self, want: str, got: str, optionflags: int) -> bool:
+        return agree(want, got)
 
 
 def execute(block: Block, names: dict[str, Any]) -> None:
@@ -210,7 +253,7 @@ def execute(block: Block, names: dict[str, Any]) -> None:
         return
     test = doctest.DocTestParser().get_doctest(block.text, names, str(block), str(block.page), block.line)
     found: list[str] = []
-    doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(test, out=found.append, clear_globs=False)
+    doctest.DocTestRunner(_Checker(), optionflags=doctest.ELLIPSIS).run(test, out=found.append, clear_globs=False)
     names.update(test.globs)
     assert found == [], "".join(found)
 

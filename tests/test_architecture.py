@@ -18,7 +18,7 @@ FLOORS = {
     "numerics": 1,
     "text": 0,
     "fields": 1,
-    "quadrature": 1,
+    "quadrature": 2,
     "hooks": 0,
     "built_ins": 1,
     "document": 2,

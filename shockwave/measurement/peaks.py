@@ -9,6 +9,7 @@ import numpy as np
 from attrs import define, field, frozen
 from scipy.optimize import brentq
 
+from shockwave.numerics import product
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import Span, Stretch
 
@@ -66,7 +67,8 @@ class PeakLog:
         closing = stretch.v[:, :-1] - stretch.v[:, 1:]
         steps, contacts = np.nonzero((closing[:-1] > 0) & (closing[1:] <= 0))
         ends = np.array((steps, steps + 1))
-        forces = np.maximum(stretch.x[ends, contacts] - stretch.x[ends, contacts + 1], 0.0).max(axis=0) ** 1.5
+        overlap = np.maximum(stretch.x[ends, contacts] - stretch.x[ends, contacts + 1], 0.0).max(axis=0)
+        forces = overlap * np.sqrt(overlap)
         self.strongest = max(self.strongest, float(forces.max(initial=0.0)))
         reached = forces > _FLOOR * self.strongest
         if not reached.any():
@@ -162,7 +164,8 @@ def powers_between(begin: FloatArray, end: FloatArray, size: FloatArray) -> Floa
     """
     scale = np.array([size**order / factorial for order, factorial in enumerate(_FACTORIALS)])
     scale = scale.reshape(*scale.shape, *(1,) * (begin.ndim - scale.ndim))
-    return np.asarray(np.tensordot(_POWERS, np.concatenate((begin * scale, end * scale)), axes=1))
+    known = np.concatenate((begin * scale, end * scale))
+    return product(_POWERS, known.reshape(8, -1)).reshape(known.shape)
 
 
 def _maxima(stretch: Stretch, steps: np.ndarray, contacts: np.ndarray) -> tuple[FloatArray, FloatArray]:

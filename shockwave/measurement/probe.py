@@ -8,6 +8,7 @@ import numpy as np
 from attrs import define, field, frozen
 
 from shockwave.measurement.peaks import Peak, PeakLog, force_rates, history, powers_between
+from shockwave.numerics import product
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import Stretch
 from shockwave.simulation.problem import ChainProblem
@@ -80,8 +81,8 @@ class Probe:
             contact=self.contact,
             time=peak.time,
             peak_force=peak.force,
-            momentum=float(weight[inside] @ force[inside]),
-            energy=float(weight[inside] @ (force[inside] * velocity[inside])),
+            momentum=float((weight[inside] * force[inside]).sum()),
+            energy=float((weight[inside] * force[inside] * velocity[inside]).sum()),
             speed=_speed(history(peak, _SPEED_BASE)),
             width=fall - rise,
             granule_velocity=_maximum(time[inside], velocity[inside]),
@@ -100,8 +101,9 @@ class Probe:
         size = np.diff(times)
         powers = powers_between(jets[:, :-1], jets[:, 1:], size)
         nodes = (times[:-1, None] + size[:, None] * _NODES).ravel()
-        positions = np.einsum("np,psg->gsn", _VALUES, powers).reshape(2, -1)
-        velocity = np.einsum("np,ps->sn", _SLOPES, powers[..., 1]) / size[:, None]
+        # from one row for each node to one number after the other, step by step
+        positions = product(_VALUES, powers.reshape(8, -1)).reshape(powers.shape).T.reshape(2, -1)
+        velocity = product(_SLOPES, powers[..., 1]).T / size[:, None]
         if self.contact == 0:
             positions[0] += self._driven(nodes)[0]
         force, _ = force_rates(positions[0] - positions[1], np.zeros_like(nodes))

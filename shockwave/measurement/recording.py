@@ -152,8 +152,8 @@ class _Rows:
             self.x.append(x.copy())
             self.v.append(v.copy())
         if "energies" in self.asked:
-            self.kinetic.append(0.5 * float(v @ v))
-            self.stored.append(0.4 * float(force @ np.maximum(overlaps(x), 0.0)))
+            self.kinetic.append(0.5 * float(np.sum(v * v)))
+            self.stored.append(0.4 * float(np.sum(force * np.maximum(overlaps(x), 0.0))))
 
     def array(self, rows: list[Any], unit: float) -> FloatArray | None:
         """All rows, those of a shorter window filled up with granules at rest."""

@@ -341,4 +341,4 @@ def _spalls(x: FloatArray, v: FloatArray, fastest: float) -> tuple[float, ...]:
 
 def _energy(x: FloatArray, v: FloatArray) -> float:
     stored = 0.4 * contact_forces(x) * np.maximum(overlaps(x), 0.0)
-    return float(0.5 * (v @ v) + np.sum(stored))
+    return float(0.5 * np.sum(v * v) + np.sum(stored))

@@ -20,6 +20,7 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
+from shockwave.numerics import product
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import Condition, reversal
 from shockwave.quadrature import FloatArray
@@ -91,7 +92,7 @@ class Law:
 
     def polynomials(self, inputs: FloatArray) -> FloatArray:
         """The orthonormal polynomials at ``inputs``, shape (..., inputs): shape (..., terms)."""
-        return monomials((inputs - self.centre) / self.scale, self.degree) @ self.basis
+        return product(monomials((inputs - self.centre) / self.scale, self.degree), self.basis)
 
     def bounds_of(self, found: Measures) -> tuple[float, float] | None:
         """Lowest and highest simulated peak force over F0, or None where the law was not measured."""
@@ -100,7 +101,7 @@ class Law:
         if inputs[0] > self.bounds[-1] or np.mean(terms**2) > self.farthest or found.duration > self.longest:
             return None
         band = int(np.searchsorted(self.bounds, inputs[0]))
-        logarithm = float(terms @ self.coefficients) * (found.spread**2 if self.name == "short" else 1.0)
+        logarithm = float((terms * self.coefficients).sum()) * (found.spread**2 if self.name == "short" else 1.0)
         impulse_limit = IMPULSE_LIMIT * found.strength**1.2
         low, high = (impulse_limit * math.exp(logarithm + float(ends[band])) for ends in (self.low, self.high))
         return low, high

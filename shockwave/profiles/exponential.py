@@ -8,6 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.fields import quantity
+from shockwave.numerics import elementwise
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.layers import edges
 from shockwave.quadrature import FloatArray
@@ -72,23 +73,24 @@ class Exponential(ShockProfile):
 
 def _ramp(rate: float, s: FloatArray, integrals: int) -> FloatArray:
     """expm1(-k s)/expm1(-k) on [0, 1], integrated from 0 to s none, once or twice."""
-    shape = s ** (1 + integrals) * _phi(rate * s, integrals) / _phi(np.asarray(rate), 0)
-    return np.asarray(shape * np.exp(min(rate, 0.0) * (1 - s)))
+    power = math.prod([s] * (1 + integrals))
+    shape = power * _phi(rate * s, integrals) / _phi(np.asarray(rate), 0)
+    return np.asarray(shape * elementwise(math.exp, min(rate, 0.0) * (1 - s)))
 
 
 def _phi(x: FloatArray, order: int) -> FloatArray:
     """Sum of (-x)^j / (j + 1 + order)! over j >= 0, times e^x where x is negative: it never overflows."""
     if order == 0:  # nothing cancels
         size = np.where(x == 0, 1.0, np.abs(x))
-        return np.asarray(np.where(x == 0, 1.0, -np.expm1(-size) / size))
+        return np.asarray(np.where(x == 0, 1.0, -elementwise(math.expm1, -size) / size))
     small = np.abs(x) < _SMALL
-    fading = np.exp(np.minimum(x, 0.0))
+    fading = elementwise(math.exp, np.minimum(x, 0.0))
     near = np.where(small, x, 0.0)
     series = np.zeros_like(near)
     for j in reversed(range(_TERMS)):
         series = (1.0 - near * series) / (j + 1 + order)
     far = np.where(small, _SMALL, x)
-    closed = -np.expm1(-np.abs(far)) / np.abs(far)
+    closed = -elementwise(math.expm1, -np.abs(far)) / np.abs(far)
     for j in range(1, order + 1):
         closed = (fading / math.factorial(j) - closed) / far
     return np.where(small, series * fading / math.factorial(order), closed)

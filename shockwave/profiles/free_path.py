@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from bisect import bisect_right
 from collections.abc import Iterable
 from functools import cached_property
@@ -10,10 +11,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from attrs import frozen
+from attrs import astuple, frozen
 from numpy.polynomial import chebyshev
 
 from shockwave.errors import NumericalError
+from shockwave.numerics import elementwise, product
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.guard import guarded, is_value
 from shockwave.quadrature import FloatArray
@@ -115,11 +117,10 @@ class FreePath:
         return path, impulse
 
     @cached_property
-    def _plain(self) -> tuple[Any, Any, Any, Any]:
+    def _plain(self) -> tuple[Any, ...]:
         """Begins, rows, c_k and d_k as lists, which Python reads faster than arrays; but making them takes time too."""
         columns = (self.rows[:, 0], self.rows, *self.coefficients.T)
-        begins, rows, paths, impulses = columns if len(self.rows) > _MANY else (part.tolist() for part in columns)
-        return begins, rows, paths, impulses
+        return columns if len(self.rows) > _MANY else tuple(part.tolist() for part in columns)
 
 
 # ---------------------------------------------------------------- closed forms
@@ -209,13 +210,13 @@ class _Rule:
 @functools.cache
 def _rule() -> _Rule:
     k = np.arange(_DEGREE + 1)
-    nodes = np.sin(np.pi / (2 * _DEGREE) * (2 * k - _DEGREE))
+    nodes = elementwise(math.sin, np.pi / (2 * _DEGREE) * (2 * k - _DEGREE))
     # Whole multiples of the angle, taken back to one turn: no digits are lost in large arguments.
-    cosines = np.cos(np.pi / _DEGREE * (np.outer(_DEGREE - k, k) % (2 * _DEGREE)))
+    cosines = elementwise(math.cos, np.pi / _DEGREE * (np.outer(_DEGREE - k, k) % (2 * _DEGREE)))
     ends = np.where((k == 0) | (k == _DEGREE), 0.5, 1.0)
     to_coefficients = cosines * np.outer(ends, ends) * (2 / _DEGREE)
     once, twice = (np.asarray(chebyshev.chebint(np.eye(_DEGREE + 1), m, lbnd=-1).T, dtype=float) for m in (1, 2))
-    return _Rule(nodes, to_coefficients, to_coefficients @ once.sum(axis=1), once, twice)
+    return _Rule(nodes, to_coefficients, (to_coefficients * once.sum(axis=1)).sum(axis=1), once, twice)
 
 
 @frozen
@@ -242,8 +243,7 @@ class _Pieces:
     @property
     def columns(self) -> tuple[FloatArray, ...]:
         """The arrays, in their order."""
-        first = (self.begin, self.end, self.stop, self.coefficients)
-        return (*first, self.area, self.moment, self.missing, self.rounding)
+        return astuple(self, recurse=False)
 
     @classmethod
     def joined(cls, parts: Iterable[_Pieces]) -> _Pieces:
@@ -262,7 +262,7 @@ class _Totals:
     @classmethod
     def of(cls, pieces: _Pieces, n: float) -> _Totals:
         rising = pieces.stop == 1
-        return cls(np.stack((pieces.area, pieces.moment)) @ np.stack((rising, ~rising), axis=1).astype(float), n)
+        return cls(product(np.stack((pieces.area, pieces.moment)), np.array((rising, ~rising), dtype=float).T), n)
 
     def __add__(self, other: _Totals) -> _Totals:
         return _Totals(self.sums + other.sums, self.n)
@@ -330,9 +330,9 @@ def _sampled(profile: ShockProfile, begin: FloatArray, end: FloatArray) -> _Piec
         got = f"got {values.flat[worst]:g} at s = {s.flat[worst]:.17g}"
         raise NumericalError(f"{type(profile).__name__}: force over peak force must be finite ({got})")
     stop = np.where(rising, 1.0, profile.duration_ratio)
-    coefficients, size = values @ rule.to_coefficients, np.abs(values)
-    area = half * (size @ rule.weights)
-    moment = half * (((stop[:, None] - s) * size) @ rule.weights)
+    coefficients, weighted = product(values, rule.to_coefficients), np.abs(values) * rule.weights
+    area = half * weighted.sum(axis=1)
+    moment = half * ((stop[:, None] - s) * weighted).sum(axis=1)
     missing = half * np.abs(coefficients[:, -_TAIL:]).sum(axis=1)
     # Nodes moved by a spacing move the integral by the variation times the spacing; a decay that is seen from its end
     # has the spacing of n everywhere.
@@ -365,9 +365,9 @@ def _assembled(pieces: _Pieces, totals: _Totals) -> FreePath:
     kept = left > _DROPPED * totals.scale(pieces)[:, None]
     doubt = pieces.missing + pieces.rounding + np.where(kept, 0.0, left).max(axis=1)
     force = np.where(kept, pieces.coefficients, 0.0) * half[:, None]
-    path = (force @ rule.twice) * half[:, None]
+    path = product(force, rule.twice) * half[:, None]
     impulse = np.zeros_like(path)
-    impulse[:, :-1] = force @ rule.once
+    impulse[:, :-1] = product(force, rule.once)
     impulses = _sums(impulse.sum(axis=1).tolist())
     starts = np.array(impulses[:-1])
     paths = _sums((starts * width).tolist(), path.sum(axis=1).tolist())

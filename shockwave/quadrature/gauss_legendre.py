@@ -10,9 +10,10 @@ import numpy.typing as npt
 from attrs import frozen
 from numpy.polynomial.legendre import leggauss
 
+from shockwave.numerics import product
 from shockwave.quadrature.base import FloatArray, Integral, Integrand, Quadrature
 
-__all__ = ["GaussLegendre"]
+__all__ = ["GaussLegendre", "interpolation"]
 
 _NODES = 16
 # Halving 60 times leaves less of a piece than rounding loses of it, whatever the integrand does there.
@@ -58,10 +59,10 @@ def _rule() -> _Rule:
     points = np.concatenate((nodes / 2, [0.5], (1 + nodes) / 2, [0.0, 1.0]))
     fine = np.concatenate((weights / 2, [0.0], weights / 2, [0.0, 0.0]))
     shares = np.concatenate((weights / 2, [2 * gap], weights / 2, [gap, gap]))
-    return _Rule(nodes, points, fine, shares, _interpolation(nodes, points))
+    return _Rule(nodes, points, fine, shares, interpolation(nodes, points))
 
 
-def _interpolation(nodes: FloatArray, points: FloatArray) -> FloatArray:
+def interpolation(nodes: FloatArray, points: FloatArray) -> FloatArray:
     """Lagrange's polynomials of the nodes at the points, shape (points, nodes), good to rounding."""
     others = ~np.eye(len(nodes), dtype=bool)
     here = np.where(others, points[:, None, None] - nodes, 1.0).prod(axis=2)
@@ -158,11 +159,13 @@ def _see(sample: _Sampler, panels: _Panels) -> _Seen:
     inner = sample(panels.left, panels.right, rule.points[:-2])
     values = np.column_stack((inner, panels.at_left, panels.at_right))
     width = panels.right - panels.left
-    misfit = np.abs(values - panels.coarse @ rule.interpolation.T)
+    misfit = np.abs(values - product(panels.coarse, rule.interpolation.T))
     # Nodes moved by a spacing move the integral by the variation times the spacing.
     variation = np.abs(np.diff(inner, axis=1)).sum(axis=1)
-    rounding = _ROUNDINGS * _EPSILON * width * (np.abs(values) @ rule.weights) + sample.spacing * variation
-    return _Seen(values, width * (values @ rule.weights), 2 * width * (misfit @ rule.shares), rounding)
+    weighted = values * rule.weights
+    rounding = _ROUNDINGS * _EPSILON * width * np.abs(weighted).sum(axis=1) + sample.spacing * variation
+    error = 2 * width * (misfit * rule.shares).sum(axis=1)
+    return _Seen(values, width * weighted.sum(axis=1), error, rounding)
 
 
 def _unfinished(panels: _Panels, seen: _Seen, target: float, width: float) -> npt.NDArray[np.intp]:

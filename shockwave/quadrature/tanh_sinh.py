@@ -121,5 +121,6 @@ def _add(integrand: Integrand, lower: float, upper: float, halvings: int) -> _Su
     # At the very ends the integrand may jump: 0**eta is 0, however small eta.
     s = np.minimum(np.maximum(s, math.nextafter(lower, upper)), math.nextafter(upper, lower))
     values = np.asarray(integrand(s), dtype=float)
-    value, magnitude = (width * float(level.weights @ part) for part in (values, np.abs(values)))
+    weighted = level.weights * values
+    value, magnitude = (width * float(part.sum()) for part in (weighted, np.abs(weighted)))
     return _Sum(value, magnitude, float(np.abs(np.diff(values)).sum()), s.size)

@@ -65,16 +65,16 @@ def measures(shock: ScaledShock) -> Measures | None:
         total = float(density.sum())
         if not abs(total / shock.areas.total - 1) <= _MOST_MISSED:
             return None
-        off = s - float(density @ s) / total
-        variance = float(density @ off**2) / total
-        skewness = float(density @ off**3) / total / variance**1.5
+        off = s - float((density * s).sum()) / total
+        variance = float((density * off**2).sum()) / total
+        skewness = float((density * off**3).sum()) / total / variance**1.5
         strength = shock.impulse / MOMENTUM
         found = Measures(
             strength,
             math.sqrt(variance) * shock.rise_time / MOMENTUM * strength**0.2,
             skewness,
-            float(density @ force) / total,
-            (float(density @ force**3) / total) ** (1 / 3),
+            float((density * force).sum()) / total,
+            (float((density * force**3).sum()) / total) ** (1 / 3),
             shock.duration,
         )
         numbers = (found.spread, found.skewness, *found.logarithms())

@@ -121,7 +121,7 @@ class Law:
 
     def corrected(self, log_force: FloatArray, found: FloatArray) -> FloatArray:
         """Amplification F/F0 of pulses, shape (...), from the kernel's ln F and columns of shape (..., columns)."""
-        return np.asarray(np.exp(log_force + self.products(found) @ self.coefficients))
+        return np.asarray(np.exp(log_force + (self.products(found) * self.coefficients).sum(axis=-1)))
 
     def error(self, spread: FloatArray | float) -> FloatArray:
         """Relative error to be expected at a spread tau, same shape; it was measured up to the last of ``spreads``."""

@@ -58,7 +58,7 @@ def gauss(times: FloatArray, impulses: FloatArray, count: int) -> tuple[FloatArr
     """
     times, impulses = times[impulses > 0], impulses[impulses > 0]
     total = impulses.sum()
-    mean = float(impulses @ times) / total
+    mean = float((impulses * times).sum()) / total
     scale = float(np.max(np.abs(times - mean))) or 1.0
     position, vector = (times - mean) / scale, np.sqrt(impulses / total)
     vectors = np.zeros((count, len(times)))
@@ -138,8 +138,8 @@ def _width(profile: ShockProfile, area: float) -> tuple[float, float, bool]:
     """Mean and standard deviation in s, and whether the points miss no impulse."""
     s, density = _fine(profile)
     total = float(density.sum())
-    mean = float(density @ s) / total
-    deviation = math.sqrt(max(float(density @ (s - mean) ** 2) / total, 0.0))
+    mean = float((density * s).sum()) / total
+    deviation = math.sqrt(max(float((density * (s - mean) ** 2).sum()) / total, 0.0))
     return mean, deviation, abs(total / area - 1) <= _MOST_MISSED
 
 

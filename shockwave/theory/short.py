@@ -31,9 +31,11 @@ import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.chain.solitary_wave import MOMENTUM
+from shockwave.numerics import product
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.guard import guarded, is_value, trusted
 from shockwave.quadrature import FloatArray
+from shockwave.quadrature.gauss_legendre import interpolation
 from shockwave.theory.scaled import Shocks
 
 __all__ = ["CORRECTION", "IMPULSE_LIMIT", "RESOURCE", "ShortLaw", "correction", "integrals", "short_law"]
@@ -186,11 +188,15 @@ def _by_rule(
     profiles: Sequence[ShockProfile], breakpoints: Sequence[Sequence[float]], halvings: int, count: int
 ) -> tuple[FloatArray, ...]:
     """Areas, q, g and kurtosis of shapes with equally many parts, shape (shapes,) each."""
-    nodes, weights, running = _rule(halvings, count)
+    nodes, pieces, weights, running = _rule(halvings, count)
     edges = np.array(breakpoints, dtype=float)
     widths = np.diff(edges)[..., None]
-    s, weights = edges[:, :-1, None] + widths * nodes, widths * weights
+    s = edges[:, :-1, None] + widths * nodes
     force = _forces(profiles, breakpoints, s, nodes)
+    # from here on the pieces of all parts stand in a row
+    s, force = (values.reshape(len(edges), -1, count) for values in (s, force))
+    widths = (widths * pieces).reshape(len(edges), -1, 1)
+    weights = widths * weights
     with np.errstate(all="ignore"):
         impulse, area = _integral(force, widths, weights, running)
         path, whole = _integral(impulse, widths, weights, running)
@@ -222,33 +228,24 @@ def _forces(
 
 
 def _integral(values: FloatArray, widths: FloatArray, weights: FloatArray, running: FloatArray) -> Any:
-    """The running integrals at the nodes, shape (shapes, parts, nodes), and the whole ones, shape (shapes,)."""
+    """The running integrals at the nodes, shape (shapes, pieces, nodes), and the whole ones, shape (shapes,)."""
     wholes = (weights * values).sum(axis=2)
     ends = np.cumsum(wholes, axis=1)
-    return (ends - wholes)[:, :, None] + widths * (values @ running), ends[:, -1]
+    return (ends - wholes)[:, :, None] + widths * product(values, running), ends[:, -1]
 
 
 @cache
-def _rule(halvings: int, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Gauss-Legendre nodes and weights on [0, 1], on pieces that halve towards both ends; and running integrals.
+def _rule(halvings: int, count: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Gauss-Legendre nodes on [0, 1], on pieces that halve towards both ends; widths of these pieces; and their rule.
 
-    The last, of shape (nodes, nodes), makes of values at the nodes, a row, their integrals from 0 to each node.
+    The last two are the weights on a piece of width 1, shape (count,), and what makes of values at its nodes, a row,
+    their integrals from its begin to each node, shape (count, count).
     """
     towards = np.append(0.0, 0.5 ** np.arange(halvings, 0, -1))
     edges = np.concatenate((towards, 1 - towards[-2::-1])) if halvings else np.array([0.0, 1.0])
     x, weights = np.polynomial.legendre.leggauss(count)
-    powers = np.arange(1, count + 1)
-    share = (1 + x) / 2
-    # integrals of the polynomials that are 1 at one node and 0 at the others
-    own = np.linalg.solve(share[:, None] ** (powers - 1), np.eye(count)).T @ (
-        share ** powers[:, None] / powers[:, None]
-    )
-    pieces = np.diff(edges)
-    nodes = (edges[:-1, None] + pieces[:, None] * share).ravel()
-    every = (pieces[:, None] * weights / 2).ravel()
-    running = np.zeros((len(nodes), len(nodes)))
-    for index, width in enumerate(pieces):
-        here = slice(index * count, (index + 1) * count)
-        running[here, here] = width * own
-        running[here, here.stop :] = every[here, None]
-    return nodes, every, running
+    share, weights, pieces = (1 + x) / 2, weights / 2, np.diff(edges)
+    # integrals up to each node of the polynomials that are 1 at one node and 0 at the others, by the same rule
+    at = interpolation(share, np.outer(share, share).ravel()).reshape(count, count, count)
+    running = share * (weights[:, None] * at).sum(axis=1).T
+    return (edges[:-1, None] + pieces[:, None] * share).ravel(), pieces, weights, running

@@ -1,0 +1,146 @@
+"""Results do not depend on the processor: on the vector instructions of NumPy, or on the kernels of OpenBLAS.
+
+Run as a program, this file prints the results as JSON, for the processes that the tests start.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+import sys
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.__config__ import CONFIG
+
+import shockwave as sw
+from scenes import CHAIN, FORCE, TRUTH, UNITS, shock_of
+
+RTOLS = (1e-4, 1e-6, 1e-8, 1e-10)
+#: Profiles of which the free path is fitted, or read off a record, as longer and longer pulses.
+PROFILES = {
+    "exponential": sw.Exponential(rise_rate=-3.0, decay_rate=2.0, duration_ratio=2.5),
+    "fast-exponential": sw.Exponential(rise_rate=6.0, decay_rate=0.5, duration_ratio=8.0),
+    "tabulated": sw.Tabulated(times=[0, 1, 2, 3, 5, 6], forces=[0, 0.4, 1, 0.3, 0.7, 0]),
+}
+DURATIONS = (0.4, 2.0, 10.0, 40.0)
+#: Of these pulses all waves are integrated; some granules rebound.
+TRAINS = (1, 4, 6)
+
+
+def settings() -> dict[str, dict[str, str]]:
+    """Names of processors that this one can stand for, and the environment that makes it do so."""
+    features = CONFIG.get("SIMD Extensions", {})
+    plain = {"NPY_DISABLE_CPU_FEATURES": " ".join(features.get("found", []))}
+    found = {"no-simd": plain} if features.get("found") else {}
+    if platform.machine().lower() not in ("x86_64", "amd64"):
+        return found
+    old = {"OPENBLAS_CORETYPE": "Nehalem"}
+    found |= {"nehalem": old, "no-simd-nehalem": plain | old}
+    # the kernels for Haswell need AVX2, which newer NumPy calls by the level of the architecture
+    if {"AVX2", "X86_V3"} & {*features.get("found", []), *features.get("baseline", [])}:
+        found["haswell"] = {"OPENBLAS_CORETYPE": "Haswell"}
+    return found
+
+
+SETTINGS = settings()
+on_other_processors = pytest.mark.parametrize("setting", SETTINGS)
+
+
+def shocks() -> dict[str, sw.Shock]:
+    reference = {f"reference-{index}": shock_of(case) for index, case in enumerate(TRUTH)}
+    others = {
+        f"{name}-{duration:g}": sw.Shock(
+            profile=profile, peak_force=FORCE, rise_time=duration / profile.duration_ratio * UNITS.time
+        )
+        for name, profile in PROFILES.items()
+        for duration in DURATIONS
+    }
+    return reference | others
+
+
+def primaries() -> dict[str, list[float]]:
+    """Peak force, error estimate and contact of the primary for each shock, tolerance and backend."""
+    found = {}
+    for name, shock in shocks().items():
+        for rtol in RTOLS:
+            # NumPy alone takes long for long pulses
+            slow = rtol != RTOLS[1] or shock.duration > 6 * UNITS.time
+            for backend in ("auto",) if slow else ("auto", "numpy"):
+                result = sw.simulate(shock, CHAIN, rtol=rtol, waves="primary", backend=backend)
+                contact = result.waves[0].contact
+                found[f"{name} {rtol:g} {backend}"] = [result.peak_force, result.error_estimate, contact]
+    return found
+
+
+def trains() -> dict[str, list[list[float]]]:
+    """Contact, peak force, momentum, energy and velocity of granules of all waves."""
+    results = {str(index): sw.simulate(shock_of(TRUTH[index]), CHAIN) for index in TRAINS}
+    return {
+        name: [[w.contact, w.peak_force, w.momentum, w.energy, w.granule_velocity] for w in result.waves]
+        for name, result in results.items()
+    }
+
+
+def predictions() -> dict[str, list[Any]]:
+    """Regime, peak force and estimated error by each model."""
+    outcomes = {
+        f"{name} {model}": sw.Predictor(model=model).predict(shock, CHAIN)
+        for name, shock in shocks().items()
+        for model in ("section-4", "moments")
+    }
+    return {name: [o.regime, o.relation, o.peak_force, *(o.expected_error or ())] for name, o in outcomes.items()}
+
+
+@cache
+def results(setting: str) -> dict[str, Any]:
+    """The results under a setting, in a process of its own; the name may be empty for none."""
+    environment = {key: value for key, value in os.environ.items() if not key.startswith(("NPY_", "OPENBLAS_"))}
+    environment |= SETTINGS[setting] if setting else {}
+    done = subprocess.run([sys.executable, __file__], env=environment, check=True, capture_output=True, text=True)
+    return dict(json.loads(done.stdout))
+
+
+def of(setting: str, kind: str, column: int) -> np.ndarray:
+    return np.array([row[column] for row in results(setting)[kind].values()])
+
+
+@on_other_processors
+def test_peak_forces_agree(setting: str) -> None:
+    # roundings of a few hundred steps
+    np.testing.assert_allclose(of(setting, "primaries", 0), of("", "primaries", 0), rtol=1e-12)
+
+
+@on_other_processors
+def test_error_estimates_agree(setting: str) -> None:
+    # an estimate of a rounding may change by its own digits, one of a tolerance by none of them
+    np.testing.assert_allclose(of(setting, "primaries", 1), of("", "primaries", 1), rtol=0.01)
+
+
+@on_other_processors
+def test_primaries_are_read_at_the_same_contacts(setting: str) -> None:
+    assert of(setting, "primaries", 2).tolist() == of("", "primaries", 2).tolist()
+
+
+@on_other_processors
+@pytest.mark.parametrize("index", TRAINS)
+def test_waves_agree(setting: str, index: int) -> None:
+    here, there = (results(name)["trains"][str(index)] for name in ("", setting))
+    assert [wave[0] for wave in there] == [wave[0] for wave in here]
+    np.testing.assert_allclose(there, here, rtol=1e-12)
+
+
+@on_other_processors
+def test_predictions_agree(setting: str) -> None:
+    here, there = (results(name)["predictions"] for name in ("", setting))
+    assert [row[:2] for row in there.values()] == [row[:2] for row in here.values()]
+    # an expected error is a difference, of which some digits are lost
+    assert all(one[2:] == pytest.approx(here[name][2:], rel=1e-10) for name, one in there.items())
+
+
+if __name__ == "__main__":
+    json.dump({"primaries": primaries(), "trains": trains(), "predictions": predictions()}, sys.stdout)
