@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -248,9 +249,9 @@ class Client:
 
 def test_workers_of_dask_that_come_later_get_work(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("shockwave.sweep.dask_crew._COUNT", 0)
-    crew = DaskCrew(Client(1, 3, 0), None, None)
+    crew = DaskCrew(Client(1, 3, 0), ExitStack(), None)
     assert [crew.workers for _ in range(3)] == [1, 3, 1]  # one at least, so that batches wait for whoever comes
-    assert DaskCrew(Client(1), None, 8).workers == 8
+    assert DaskCrew(Client(1), ExitStack(), 8).workers == 8
 
 
 def test_that_no_worker_of_dask_is_left_is_told(
@@ -259,7 +260,7 @@ def test_that_no_worker_of_dask_is_left_is_told(
     for name, seconds in {"_COUNT": 0.01, "_TELL": 0.02, "_GIVE_UP": 0.2}.items():
         monkeypatch.setattr(f"shockwave.sweep.dask_crew.{name}", seconds)
     with pytest.raises(LostError, match="the scheduler must have workers"):
-        DaskCrew(Client(1, 0), None, None).wait([Future()])
+        DaskCrew(Client(1, 0), ExitStack(), None).wait([Future()])
     assert caplog.messages == ["dask: the scheduler has no workers left; waiting for another"]
 
 
