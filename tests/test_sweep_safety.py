@@ -114,7 +114,7 @@ def test_a_cluster_of_dask_is_closed_to_other_users(capfd: pytest.CaptureFixture
         assert len(begun) == 3  # scheduler, worker, and the process that begins the worker anew
         assert not [found for address in begun if (found := answer(address)).startswith(b"HTTP")]
         for _, port in begun:
-            with pytest.raises(OSError):
+            with pytest.raises(OSError, match="tcp://127"):
                 distributed.Client(f"tcp://127.0.0.1:{port}", timeout=0.5, set_as_default=False)
     finally:
         crew.close()

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import logging
+from importlib import import_module
 from typing import Any
 
-import dask
-import distributed
-
 __all__ = ["local_cluster"]
+
+# Neither is needed for the types of the package to be checked.
+dask: Any = import_module("dask")
+distributed: Any = import_module("distributed")
 
 # This machine alone; that leaves its other users, whom certificates keep out.
 _HOST = "127.0.0.1"
