@@ -156,6 +156,53 @@ def test_a_killed_client_costs_nothing_and_leaves_no_worker(scenario: Path, tmp_
     assert tables(out) == undisturbed(scenario, tmp_path / "whole")
 
 
+COMMAND = """
+import multiprocessing, os, signal, sys
+import shockwave.cli.sweep
+from contextlib import contextmanager
+signal.signal(signal.SIGINT, {interrupt})
+@contextmanager
+def progress():
+    def strike(report):
+        if 0 < report.done < report.points:
+            print(*(child.pid for child in multiprocessing.active_children()), flush=True)
+            for _ in range({times}):
+                os.kill(os.getpid(), {number:d})
+    yield strike
+shockwave.cli.sweep._progress = progress
+from shockwave.cli import main
+sys.exit(main(["sweep", *sys.argv[1:]]))
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "times", "interrupt"),
+    [
+        ("SIGTERM", 1, "signal.default_int_handler"),
+        # as `timeout` does, to a process and then to its group
+        ("SIGTERM", 2, "signal.default_int_handler"),
+        # as a shell begins what runs in the background
+        ("SIGTERM", 1, "signal.SIG_IGN"),
+        ("SIGHUP", 1, "signal.default_int_handler"),
+    ],
+    ids=["SIGTERM", "twice", "background", "SIGHUP"],
+)
+def test_signals_that_end_programs_end_a_sweep_as_an_interrupt_does(
+    scenario: Path, tmp_path: Path, name: str, times: int, interrupt: str
+) -> None:
+    out, number = tmp_path / "out", getattr(signal, name)
+    program = COMMAND.format(number=number, times=times, interrupt=interrupt)
+    command = [sys.executable, "-c", program, str(scenario), "--out", str(out), "--workers", "1"]
+    run = subprocess.run(command, capture_output=True, text=True)
+    assert run.returncode == 128 + number, run.stderr
+    finished = len(lines(out))
+    assert 0 < finished < 1200
+    assert run.stderr == (
+        f"interrupted; {finished} of 1200 points are finished and kept: the same command goes on from there\n"
+    )
+    assert not any(map(alive, map(int, run.stdout.split())))
+
+
 def alive(pid: int) -> bool:
     try:
         os.kill(pid, 0)
