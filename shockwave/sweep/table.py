@@ -12,6 +12,8 @@ from itertools import chain
 from pathlib import Path
 from typing import IO, Any, TypeAlias
 
+from attrs import frozen
+
 from shockwave.errors import FileAccessError
 from shockwave.sweep.stored import Chunk, Header, Stored, as_text
 
@@ -19,7 +21,10 @@ __all__ = ["RECORD", "Take", "write_all"]
 
 #: Which tables were written, and of which state of the journal.
 RECORD = "tables.json"
-
+# What a spreadsheet takes for the begin of a formula.
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+# Columns after those of the sweep, which have no units.
+_LAST = (("status", None), ("problem", None))
 
 #: Takes points, which follow those before; memory does not grow with their number.
 Take: TypeAlias = Callable[[Chunk], None]
@@ -28,22 +33,39 @@ Take: TypeAlias = Callable[[Chunk], None]
 @contextmanager
 def _csv(file: IO[Any], header: Header) -> Iterator[Take]:
     """One row for each point, in their order: variables, columns, status, problem."""
-    writer = csv.writer(file, lineterminator="\n")
+    writer = csv.writer(_Lines(file))
     units = header.variables | {column.name: column.unit for column in header.columns}
-    writer.writerow([*(f"{name} [{unit}]" if unit else name for name, unit in units.items()), "status", "problem"])
+    writer.writerow([_cell(f"{name} [{unit}]" if unit else name) for name, unit in (*units.items(), *_LAST)])
 
     def take(chunk: Chunk) -> None:
         # the writer gives floats all their digits, and leaves the cell of None empty
         writer.writerows(
-            [*map(_cell, point), *values, status, problem]
+            [*map(_cell, (*point, *values)), status, _cell(problem)]
             for point, (status, values, problem) in zip(chunk.points, chunk.rows, strict=True)
         )
 
     yield take
 
 
+@frozen
+class _Lines:
+    """Ends lines by LF where the writer of the csv module, which quotes what its own ends of lines have, says CR LF.
+
+    A CR that was not in quotes would end a row, too.
+    """
+
+    file: IO[str]
+
+    def write(self, row: str) -> int:
+        return self.file.write(row.removesuffix("\r\n") + "\n")
+
+
 def _cell(value: Any) -> Any:
-    return value if isinstance(value, float) else as_text(value)
+    """A value as a cell; text that a spreadsheet would run as a formula begins with an apostrophe."""
+    if isinstance(value, float):
+        return value
+    text = as_text(value)
+    return f"'{text}" if isinstance(value, str) and text is not None and text.startswith(_FORMULA) else text
 
 
 @contextmanager
