@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from shockwave.document.files import open_regular, parse_json, read_bytes, read_text
+from shockwave.document.files import lines_of, open_new, open_regular, parse_json, read_bytes, read_text
 from shockwave.errors import FileAccessError, InvalidValueError
 
 
@@ -75,3 +75,37 @@ def test_bytes_that_are_no_text_are_named_with_their_line(tmp_path: Path) -> Non
 def test_what_is_not_json_is_refused(text: str) -> None:
     with pytest.raises(InvalidValueError, match="sweep: must be JSON"):
         parse_json(text, "sweep")
+
+
+def test_what_is_nested_too_deeply_to_be_walked_through_is_refused() -> None:
+    parse_json("[" * 100 + "]" * 100, "sweep")
+    with pytest.raises(InvalidValueError, match=r"got lists or mappings nested too deeply; mend it\)"):
+        parse_json("[" * 101 + "]" * 101, "sweep", "mend it")
+
+
+def test_lines_keep_their_ends(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"12\n\n3")
+    with open_regular(tmp_path / "a") as file:
+        assert list(lines_of(file, "a", 4)) == [b"12\n", b"\n", b"3"]
+
+
+def test_a_line_without_end_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"1\n2345")
+    with open_regular(tmp_path / "a") as file, pytest.raises(FileAccessError, match="a: must have lines of less than"):
+        list(lines_of(file, "a", 4))
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no such pipes here")
+@pytest.mark.parametrize("mode", ["ab", "r+b"])
+def test_a_pipe_is_not_waited_for_to_be_written(tmp_path: Path, mode: str) -> None:
+    os.mkfifo(tmp_path / "a")
+    with pytest.raises(FileAccessError, match="a: (is not a file|cannot be written)"):
+        open_regular(tmp_path / "a", mode=mode, buffering=0)
+
+
+def test_a_new_file_takes_the_place_of_a_link(tmp_path: Path) -> None:
+    (tmp_path / "other").write_bytes(b"kept")
+    (tmp_path / "a").symlink_to("other")
+    with open_new(tmp_path / "a") as file:
+        file.write(b"new")
+    assert ((tmp_path / "other").read_bytes(), (tmp_path / "a").read_bytes()) == (b"kept", b"new")

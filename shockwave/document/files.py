@@ -1,19 +1,24 @@
-"""Reading files that anybody may have written: regular files only, up to a limit, with errors in plain words."""
+"""Files that anybody may have put there: regular ones only, read up to a limit, with errors in plain words."""
 
 from __future__ import annotations
 
 import json
 import os
 import stat
-from typing import Any, BinaryIO
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO, Any, BinaryIO
 
 from shockwave.errors import FileAccessError, InvalidValueError
 
-__all__ = ["open_regular", "parse_json", "read_bytes", "read_text"]
+__all__ = ["lines_of", "open_new", "open_regular", "parse_json", "read_bytes", "read_text"]
+
+# Lists and mappings within each other. Whatever walks through a document may call itself so often.
+_DEEPEST = 100
 
 
-def open_regular(path: str | os.PathLike[str], remedy: str = "") -> BinaryIO:
-    """Open a regular file for reading; a pipe or a device, which may never end, is refused without waiting for it.
+def open_regular(path: str | os.PathLike[str], remedy: str = "", mode: str = "rb", buffering: int = -1) -> BinaryIO:
+    """Open a regular file; a pipe or a device, which may never end, is refused without waiting for it.
 
     Parameters
     ----------
@@ -21,6 +26,8 @@ def open_regular(path: str | os.PathLike[str], remedy: str = "") -> BinaryIO:
         Links are followed.
     remedy : str, optional
         What to do about a file that cannot be read, for the message.
+    mode, buffering : str, int
+        As for `open`; of bytes.
 
     Raises
     ------
@@ -29,17 +36,30 @@ def open_regular(path: str | os.PathLike[str], remedy: str = "") -> BinaryIO:
     """
     hint = f"; {remedy}" if remedy else ""
     try:
-        file: BinaryIO = open(path, "rb", opener=_open_at_once)  # noqa: SIM115
+        file: Any = open(path, mode, buffering, opener=_open_at_once)  # noqa: SIM115
     except IsADirectoryError as error:
         raise FileAccessError(f"{os.fspath(path)}: is not a file (got a folder{hint})") from error
     except OSError as error:
-        raise _unreadable(path, error, hint) from error
+        raise _refused(path, error, hint, "read" if mode == "rb" else "written") from error
     except ValueError as error:  # a NUL character in the path
         raise FileAccessError(f"{os.fspath(path)!r}: is no path (got {error}{hint})") from None
     if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
         file.close()
         raise FileAccessError(f"{os.fspath(path)}: is not a file (got a pipe or a device{hint})")
-    return file
+    opened: BinaryIO = file
+    return opened
+
+
+def open_new(path: Path, mode: str = "xb", **text: Any) -> IO[Any]:
+    """Open a new file for writing, in place of whatever has its name: a link would lead elsewhere, a pipe would wait.
+
+    Raises
+    ------
+    OSError
+        When that cannot be done.
+    """
+    path.unlink(missing_ok=True)
+    return path.open(mode, **text)
 
 
 def read_bytes(path: str | os.PathLike[str], limit: int, remedy: str = "") -> bytes:
@@ -55,7 +75,7 @@ def read_bytes(path: str | os.PathLike[str], limit: int, remedy: str = "") -> by
         try:
             data = file.read(limit + 1)
         except OSError as error:
-            raise _unreadable(path, error, hint) from error
+            raise _refused(path, error, hint) from error
     if len(data) > limit:
         raise FileAccessError(f"{os.fspath(path)}: must be at most {_size(limit)} (got more{hint})")
     return data
@@ -78,6 +98,23 @@ def read_text(path: str | os.PathLike[str], limit: int, remedy: str = "") -> str
         raise FileAccessError(f"{os.fspath(path)}: must be UTF-8 text ({got}; save it as UTF-8)") from error
 
 
+def lines_of(file: BinaryIO, name: str | os.PathLike[str], longest: int) -> Iterator[bytes]:
+    """The lines of ``file``, called ``name``, with their ends; the last may have none.
+
+    Raises
+    ------
+    FileAccessError
+        When it cannot be read, or has a line of ``longest`` bytes or more.
+    """
+    try:
+        while line := file.readline(longest):
+            if len(line) == longest:
+                raise FileAccessError(f"{os.fspath(name)}: must have lines of less than {_size(longest)} (got more)")
+            yield line
+    except OSError as error:
+        raise _refused(name, error, "") from error
+
+
 def parse_json(text: str | bytes, name: str, remedy: str = "") -> Any:
     """The value that a JSON text has.
 
@@ -96,7 +133,15 @@ def parse_json(text: str | bytes, name: str, remedy: str = "") -> Any:
         When it is not JSON, is nested too deeply, or holds NaN or an infinity, which JSON does not have.
     """
     try:
-        return json.loads(text, parse_constant=_no_constant)
+        value = json.loads(text, parse_constant=_no_constant)
+        level, depth = [value], 0
+        while level:
+            depth += 1
+            if depth > _DEEPEST:
+                raise RecursionError
+            inner = (one.values() if isinstance(one, dict) else one for one in level if isinstance(one, dict | list))
+            level = [one for values in inner for one in values if isinstance(one, dict | list)]
+        return value
     except (ValueError, RecursionError) as error:  # a UnicodeDecodeError is a ValueError
         got = "lists or mappings nested too deeply" if isinstance(error, RecursionError) else error
         hint = f"; {remedy}" if remedy else ""
@@ -112,8 +157,8 @@ def _open_at_once(path: str, flags: int) -> int:
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
-def _unreadable(path: str | os.PathLike[str], error: OSError, hint: str) -> FileAccessError:
-    return FileAccessError(f"{os.fspath(path)}: cannot be read (got {error.strerror or error}{hint})")
+def _refused(path: str | os.PathLike[str], error: OSError, hint: str, what: str = "read") -> FileAccessError:
+    return FileAccessError(f"{os.fspath(path)}: cannot be {what} (got {error.strerror or error}{hint})")
 
 
 def _size(limit: int) -> str:
