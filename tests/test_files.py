@@ -99,7 +99,7 @@ def test_a_line_without_end_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("mode", ["ab", "r+b"])
 def test_a_pipe_is_not_waited_for_to_be_written(tmp_path: Path, mode: str) -> None:
     os.mkfifo(tmp_path / "a")
-    with pytest.raises(FileAccessError, match="a: (is not a file|cannot be written)"):
+    with pytest.raises(FileAccessError, match=r"a: (is not a file|cannot be written)"):
         open_regular(tmp_path / "a", mode=mode, buffering=0)
 
 

@@ -35,17 +35,25 @@ def open_regular(path: str | os.PathLike[str], remedy: str = "", mode: str = "rb
         When it cannot be opened, or is no regular file; its ``__cause__`` is the OSError, if there was one.
     """
     hint = f"; {remedy}" if remedy else ""
+
+    def opener(name: str, flags: int) -> int:
+        # the other end of a pipe is not waited for; Windows has no such flag, and no such pipes
+        descriptor = os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
+        kind = os.fstat(descriptor).st_mode
+        if not stat.S_ISREG(kind):
+            os.close(descriptor)
+            got = "a folder" if stat.S_ISDIR(kind) else "a pipe or a device"
+            raise FileAccessError(f"{os.fspath(path)}: is not a file (got {got}{hint})")
+        return descriptor
+
     try:
-        file: Any = open(path, mode, buffering, opener=_open_at_once)  # noqa: SIM115
+        file: Any = open(path, mode, buffering, opener=opener)  # noqa: SIM115
     except IsADirectoryError as error:
         raise FileAccessError(f"{os.fspath(path)}: is not a file (got a folder{hint})") from error
     except OSError as error:
         raise _refused(path, error, hint, "read" if mode == "rb" else "written") from error
     except ValueError as error:  # a NUL character in the path
         raise FileAccessError(f"{os.fspath(path)!r}: is no path (got {error}{hint})") from None
-    if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-        file.close()
-        raise FileAccessError(f"{os.fspath(path)}: is not a file (got a pipe or a device{hint})")
     opened: BinaryIO = file
     return opened
 
@@ -150,11 +158,6 @@ def parse_json(text: str | bytes, name: str, remedy: str = "") -> Any:
 
 def _no_constant(constant: str) -> None:
     raise ValueError(f"the number {constant}")
-
-
-def _open_at_once(path: str, flags: int) -> int:
-    """Open a file; the other end of a pipe is not waited for (Windows has no such flag, and no such pipes)."""
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def _refused(path: str | os.PathLike[str], error: OSError, hint: str, what: str = "read") -> FileAccessError:

@@ -191,7 +191,7 @@ def written(file: Path, content: bytes) -> None:
 
 def header_in(folder: Path) -> dict[str, Any] | None:
     """The header that a sweep has left in ``folder``; None if there is none. See `Header.read` for what is raised."""
-    return Header.document(folder) if (folder / HEADER).exists() else None
+    return Header.with_document(folder)[1] if (folder / HEADER).exists() else None
 
 
 def _check(folder: Path) -> None:

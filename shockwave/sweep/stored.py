@@ -152,22 +152,13 @@ class Header:
         InvalidValueError
             When it is none.
         """
-        return cls._of(cls._document(folder), folder / HEADER)
+        return cls.with_document(folder)[0]
 
     @classmethod
-    def document(cls, folder: Path) -> dict[str, Any]:
-        """The header in ``folder`` as it stands there, if it is one; see `read` for what is raised."""
-        document: dict[str, Any] = cls._document(folder)
-        cls._of(document, folder / HEADER)
-        return document
-
-    @staticmethod
-    def _document(folder: Path) -> Any:
+    def with_document(cls, folder: Path) -> tuple[Header, dict[str, Any]]:
+        """The header in ``folder``, and the document that it is read from; see `read` for what is raised."""
         file = folder / HEADER
-        return parse_json(read_bytes(file, _MOST_BYTES, _REMEDY), str(file), _REMEDY)
-
-    @classmethod
-    def _of(cls, document: Any, file: Path) -> Header:
+        document = parse_json(read_bytes(file, _MOST_BYTES, _REMEDY), str(file), _REMEDY)
         form = document.get("format") if isinstance(document, dict) else None
         if form != FORMAT:
             problem = f"must be of format {FORMAT}, which this shockwave reads (got {text_of(form)}; {_REMEDY})"
@@ -179,7 +170,7 @@ class Header:
             raise InvalidValueError.of(str(file), f"must be the header of a sweep (got {told[:200]})") from None
         if (rule := header._broken_rule()) is not None:
             raise InvalidValueError.of(str(file), f"{rule}; {_REMEDY})")
-        return header
+        return header, document
 
     def _broken_rule(self) -> str | None:
         """What the parts of the header must do to agree with each other, with what they are; None if they do."""
