@@ -178,6 +178,13 @@ def test_a_journal_of_one_endless_line_is_not_read_into_memory(folder: Path) -> 
         load_sweep(folder)
 
 
+def test_a_value_that_ends_with_a_nul_keeps_its_name(folder: Path) -> None:
+    document = json.loads((folder / "sweep.json").read_text())
+    (folder / "sweep.json").write_text(json.dumps(changed(document, ("axes", 0, "values", 0), ["\0"])))
+    assert load_sweep(folder).coordinate("chain.material")[0] == r"\x00"
+    assert main(["plot", str(folder), "--at", r"chain.material=\x00"]) == 0
+
+
 def test_numbers_that_are_none_are_left_out_of_the_results(folder: Path) -> None:
     first, *others = (folder / "journal.jsonl").read_text().splitlines(keepends=True)
     entry = json.loads(first)

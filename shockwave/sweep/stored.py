@@ -383,8 +383,8 @@ def as_text(value: Any) -> str | None:
     if value is None:
         return None
     text = value if isinstance(value, str) else json.dumps(value)
-    # a name of a file may hold bytes that are no text
-    return text.encode(errors="backslashreplace").decode()
+    # a name of a file may hold bytes that are no text; arrays of text lose a NUL at the end
+    return text.encode(errors="backslashreplace").decode().replace("\0", "\\x00")
 
 
 def _warnings(journal: Path, offsets: npt.NDArray[np.int64], broken: int, torn: bool) -> tuple[str, ...]:
