@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -434,6 +435,30 @@ def test_a_file_that_is_no_document_is_refused(text: str, tmp_path: Path) -> Non
     file.write_text(text)
     with pytest.raises(sw.InvalidValueError):
         UniversalCurve.load(file)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no such pipes here")
+def test_a_pipe_is_no_file_of_a_curve(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "curve.json")
+    with pytest.raises(sw.FileAccessError, match="is not a file"):
+        UniversalCurve.load(tmp_path / "curve.json")
+
+
+def places(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    return ([path] if path else []) + [found for key, one in inner for found in places(one, (*path, key))]
+
+
+@pytest.mark.parametrize("value", [None, True, -1, 10**400, 2.5, "", "\ud800", [], {}, [[1]], {"a": []}], ids=repr)
+def test_whatever_stands_in_a_document_it_is_a_curve_or_refused(value: Any) -> None:
+    document = curve("triangle").to_dict()
+    for path in places(document):
+        spoilt = broken(*path, value=value)
+        try:
+            found = UniversalCurve.from_dict(spoilt)
+        except sw.InvalidValueError:
+            continue
+        json.dumps(found.to_dict(), allow_nan=False)
 
 
 def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -155,6 +156,53 @@ def test_a_killed_client_costs_nothing_and_leaves_no_worker(scenario: Path, tmp_
     assert tables(out) == undisturbed(scenario, tmp_path / "whole")
 
 
+COMMAND = """
+import multiprocessing, os, signal, sys
+import shockwave.cli.sweep
+from contextlib import contextmanager
+signal.signal(signal.SIGINT, {interrupt})
+@contextmanager
+def progress():
+    def strike(report):
+        if 0 < report.done < report.points:
+            print(*(child.pid for child in multiprocessing.active_children()), flush=True)
+            for _ in range({times}):
+                os.kill(os.getpid(), {number:d})
+    yield strike
+shockwave.cli.sweep._progress = progress
+from shockwave.cli import main
+sys.exit(main(["sweep", *sys.argv[1:]]))
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "times", "interrupt"),
+    [
+        ("SIGTERM", 1, "signal.default_int_handler"),
+        # as `timeout` does, to a process and then to its group
+        ("SIGTERM", 2, "signal.default_int_handler"),
+        # as a shell begins what runs in the background
+        ("SIGTERM", 1, "signal.SIG_IGN"),
+        ("SIGHUP", 1, "signal.default_int_handler"),
+    ],
+    ids=["SIGTERM", "twice", "background", "SIGHUP"],
+)
+def test_signals_that_end_programs_end_a_sweep_as_an_interrupt_does(
+    scenario: Path, tmp_path: Path, name: str, times: int, interrupt: str
+) -> None:
+    out, number = tmp_path / "out", getattr(signal, name)
+    program = COMMAND.format(number=number, times=times, interrupt=interrupt)
+    command = [sys.executable, "-c", program, str(scenario), "--out", str(out), "--workers", "1"]
+    run = subprocess.run(command, capture_output=True, text=True)
+    assert run.returncode == 128 + number, run.stderr
+    finished = len(lines(out))
+    assert 0 < finished < 1200
+    assert run.stderr == (
+        f"interrupted; {finished} of 1200 points are finished and kept: the same command goes on from there\n"
+    )
+    assert not any(map(alive, map(int, run.stdout.split())))
+
+
 def alive(pid: int) -> bool:
     try:
         os.kill(pid, 0)
@@ -248,9 +296,9 @@ class Client:
 
 def test_workers_of_dask_that_come_later_get_work(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("shockwave.sweep.dask_crew._COUNT", 0)
-    crew = DaskCrew(Client(1, 3, 0), None, None)
+    crew = DaskCrew(Client(1, 3, 0), ExitStack(), None)
     assert [crew.workers for _ in range(3)] == [1, 3, 1]  # one at least, so that batches wait for whoever comes
-    assert DaskCrew(Client(1), None, 8).workers == 8
+    assert DaskCrew(Client(1), ExitStack(), 8).workers == 8
 
 
 def test_that_no_worker_of_dask_is_left_is_told(
@@ -259,7 +307,7 @@ def test_that_no_worker_of_dask_is_left_is_told(
     for name, seconds in {"_COUNT": 0.01, "_TELL": 0.02, "_GIVE_UP": 0.2}.items():
         monkeypatch.setattr(f"shockwave.sweep.dask_crew.{name}", seconds)
     with pytest.raises(LostError, match="the scheduler must have workers"):
-        DaskCrew(Client(1, 0), None, None).wait([Future()])
+        DaskCrew(Client(1, 0), ExitStack(), None).wait([Future()])
     assert caplog.messages == ["dask: the scheduler has no workers left; waiting for another"]
 
 

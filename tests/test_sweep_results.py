@@ -105,6 +105,35 @@ def test_csv_gives_numbers_all_their_digits_and_leaves_nothing_empty(folder: Pat
     assert (found[2]["problem"], found[0]["problem"]) == (PROBLEM, "")
 
 
+FORMULAS = ("=1+1", "+1", "-1", "@sum(1)", "\t=1", "\r=1")
+
+
+@pytest.mark.parametrize("text", FORMULAS, ids=repr)
+def test_text_that_a_spreadsheet_would_run_has_an_apostrophe_in_csv(tmp_path: Path, text: str) -> None:
+    lines = [line(0, text, 1.0, 1.0, 1), line(1, status="failed", error=text)]
+    place = folder_of(tmp_path / "out", [([MATERIAL], [[text], ["a"]])], lines)
+    write_all(place)
+    first, second = rows(place)
+    assert (first["chain.material"], first["regime"], second["problem"]) == (f"'{text}",) * 3
+    objects = [json.loads(one) for one in (place / "results.jsonl").read_text(encoding="utf-8").splitlines()]
+    assert (objects[0]["regime"], objects[1]["problem"]) == (text, text)
+
+
+def test_negative_numbers_are_no_formulas_in_csv(tmp_path: Path) -> None:
+    place = folder_of(tmp_path / "out", [([N], [[-1.5], [-2]])], [line(0, "a", -2.5, None, -3)])
+    write_all(place)
+    first, second = rows(place)
+    assert [first["shock.duration_ratio"], second["shock.duration_ratio"]] == ["-1.5", "-2"]
+    assert [first["peak_force [N]"], first["waves"]] == ["-2.5", "-3"]
+
+
+def test_a_carriage_return_ends_no_row_of_csv(tmp_path: Path) -> None:
+    place = folder_of(tmp_path / "out", [([N], [[1.0]])], [line(0, "a\r=1+1", 1.0, 1.0, 1)])
+    write_all(place)
+    assert [row["regime"] for row in rows(place)] == ["a\r=1+1"]
+    assert (place / "results.csv").read_bytes().count(b"\r") == 1
+
+
 def test_json_lines_hold_the_same(folder: Path) -> None:
     write_all(folder)
     found = [json.loads(text) for text in (folder / "results.jsonl").read_text(encoding="utf-8").splitlines()]

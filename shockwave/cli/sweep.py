@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import argparse
 import logging
+import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from shockwave.cli.output import print_json
@@ -19,8 +22,63 @@ if TYPE_CHECKING:
 __all__ = ["sweep"]
 
 
+# What ends a program that is not asked for an answer: a batch system at the end of a job, a terminal that is closed.
+_ENDS = ("SIGTERM", "SIGHUP")
+
+
 def sweep(options: argparse.Namespace) -> int:
-    """Run a sweep, or go on with it; or tell what that would be."""
+    """Run a sweep, or go on with it; or tell what that would be.
+
+    SIGTERM and SIGHUP end it as Ctrl-C does; the status is 128 and the number of the signal.
+    """
+    with _interrupting() as came:
+        try:
+            return _sweep(options)
+        except KeyboardInterrupt as interrupt:
+            with suppress(OSError):  # of a terminal that is closed
+                print(_told(interrupt), file=sys.stderr)
+            return 128 + (came[0] if came else signal.SIGINT)
+
+
+@contextmanager
+def _interrupting() -> Iterator[list[int]]:
+    """Signals that would end the program interrupt it, the first one alone, and are noted; those it ignores remain so.
+
+    They do what an interrupt would do at the time, which waits while processes are begun. A shell begins what runs in
+    the background so that it ignores interrupts.
+    """
+    came: list[int] = []
+
+    def note(number: int, frame: FrameType | None) -> None:
+        came.append(number)
+        interrupt = signal.getsignal(signal.SIGINT)
+        if len(came) == 1:
+            (interrupt if callable(interrupt) else signal.default_int_handler)(signal.SIGINT, frame)
+
+    known = [getattr(signal, name) for name in _ENDS if hasattr(signal, name)]
+    main = threading.current_thread() is threading.main_thread()
+    ours = [number for number in known if main and signal.getsignal(number) is signal.SIG_DFL]
+    for number in ours:
+        signal.signal(number, note)
+    try:
+        yield came
+    finally:
+        for number in ours:
+            signal.signal(number, signal.SIG_DFL)
+
+
+def _told(interrupt: KeyboardInterrupt) -> str:
+    """How far the sweep is, if it had begun."""
+    from shockwave.sweep.report import SweepInterrupt
+
+    if not isinstance(interrupt, SweepInterrupt):
+        return "interrupted"
+    report = interrupt.report
+    finished = f"{report.points - report.left} of {report.points} points are finished and kept"
+    return f"interrupted; {finished}: the same command goes on from there"
+
+
+def _sweep(options: argparse.Namespace) -> int:
     folder = options.out or f"{Path(options.file).stem}-sweep"
     asked = {name: getattr(options, name) for name in ("workers", "retry_failed", "accept_versions")}
     if options.dry_run:
@@ -28,7 +86,6 @@ def sweep(options: argparse.Namespace) -> int:
 
         _print(plan_sweep(options.file, folder, options.executor, **asked), options.json)
         return 0
-    from shockwave.sweep.report import SweepInterrupt
     from shockwave.sweep.runner import run_sweep
     from shockwave.sweep.stored import HEADER
 
@@ -37,19 +94,9 @@ def sweep(options: argparse.Namespace) -> int:
     # what becomes of a connection is told in a sentence, without tracebacks of dask
     logging.getLogger("distributed.client").addFilter(lambda _: False)
     with _progress() as progress:
-        try:
-            report = run_sweep(
-                options.file, folder, options.executor, fail_fast=options.fail_fast, progress=progress, **asked
-            )
-        except SweepInterrupt as interrupt:
-            interrupted: SweepReport | None = interrupt.report
-        else:
-            interrupted = None
-    if interrupted is not None:
-        finished = interrupted.points - interrupted.left
-        told = f"{finished} of {interrupted.points} points are finished and kept"
-        print(f"interrupted; {told}: the same command goes on from there", file=sys.stderr)
-        return 130
+        report = run_sweep(
+            options.file, folder, options.executor, fail_fast=options.fail_fast, progress=progress, **asked
+        )
     _print(report, options.json)
     return report.exit_code
 

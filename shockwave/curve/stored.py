@@ -15,6 +15,7 @@ import shockwave
 from shockwave.curve.build import Built
 from shockwave.curve.series import Piece, Series
 from shockwave.curve.shape import Shape
+from shockwave.document.files import parse_json, read_bytes
 from shockwave.errors import FileAccessError, InvalidValueError
 from shockwave.fields import text_of
 
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 __all__ = ["from_dict", "read", "to_dict", "versions", "write"]
 
 _FORMAT, _VERSION = "shockwave universal curve", 1
+# Of a file; curves have some tens of thousands.
+_MOST_BYTES = 2**24
 
 
 def versions() -> tuple[tuple[str, str], ...]:
@@ -72,7 +75,10 @@ class _Reader:
     def number(self, above: float = -math.inf) -> float:
         if isinstance(self.value, bool) or not isinstance(self.value, int | float):
             raise self.fault("a finite number")
-        number = float(self.value)
+        try:
+            number = float(self.value)
+        except OverflowError:  # of a whole number
+            number = math.inf
         if not (math.isfinite(number) and number > above):
             raise self.fault("a finite number" + (f" > {above:g}" if above > -math.inf else ""))
         return number
@@ -158,13 +164,4 @@ def write(file: str | os.PathLike[str], document: dict[str, Any]) -> None:
 
 def read(file: str | os.PathLike[str]) -> Any:
     """The document in ``file``."""
-    try:
-        text = pathlib.Path(file).read_text(encoding="utf-8")
-    except OSError as error:
-        raise FileAccessError(f"{file}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise InvalidValueError.of(str(file), f"must be JSON in UTF-8 (got {text_of(error.reason)})") from error
-    try:
-        return json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise InvalidValueError.of(str(file), f"must be JSON ({error})") from error
+    return parse_json(read_bytes(file, _MOST_BYTES), os.fspath(file))

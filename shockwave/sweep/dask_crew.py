@@ -6,6 +6,7 @@ import logging
 import time
 from collections.abc import Iterable
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from contextlib import ExitStack
 from importlib import import_module
 from typing import Any
 
@@ -13,7 +14,7 @@ from attrs import define, field
 
 from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import UsageError
-from shockwave.sweep.executors import LostError, cores, uninterrupted
+from shockwave.sweep.executors import LostError, cores, safe_path, uninterrupted
 from shockwave.sweep.points import Order, check, do
 
 __all__ = ["DaskCrew"]
@@ -30,12 +31,12 @@ _log = logging.getLogger(__name__)
 class DaskCrew:
     """Workers of a scheduler, who are sent to and heard through ``client``.
 
-    ``cluster`` is one that was made for the sweep on this machine, and ends with it; None for one that was there.
+    ``ending`` ends the client, and the cluster if it was made for the sweep on this machine.
     ``asked`` says how many workers to keep busy; None for as many as there are.
     """
 
     client: Any
-    cluster: Any
+    ending: ExitStack
     asked: int | None
     isolates: bool = field(default=True, init=False)
     _executor: Executor = field(init=False)
@@ -54,41 +55,28 @@ class DaskCrew:
         Raises
         ------
         UsageError
-            When dask is not installed.
+            When dask, or for a cluster on this machine cryptography, is not installed.
         LostError
             When nothing answers at the address.
         """
         try:
-            dask: Any = import_module("dask")
             distributed: Any = import_module("distributed")
+            if not address:
+                import_module("cryptography")
         except ImportError as error:
             raise UsageError(f"executor dask must be installed (got {error}; {_INSTALL})") from None
         if address.startswith("tls:"):
             _check_certificates(distributed)
-        cluster = None
-        if not address:
-            # this machine alone may connect; a batch whose worker dies is run again by the sweep, not by dask
-            with dask.config.set({"distributed.scheduler.allowed-failures": 0}), uninterrupted():
-                cluster = distributed.LocalCluster(
-                    host="127.0.0.1",
-                    n_workers=workers or cores(),
-                    threads_per_worker=1,
-                    dashboard_address=None,
-                    silence_logs=logging.CRITICAL,
-                )
-        try:
-            client = distributed.Client(cluster or address, timeout=_PATIENCE, set_as_default=False)
+        with ExitStack() as stack:
+            cluster = None if address else _begun(workers or cores(), stack)
             try:
+                client = distributed.Client(cluster or address, timeout=_PATIENCE, set_as_default=False)
+                stack.callback(client.close)
                 client.wait_for_workers(1, timeout=_PATIENCE)
-            except BaseException:
-                client.close()
-                raise
-        except (OSError, TimeoutError, ValueError, TypeError) as error:
-            if cluster is not None:
-                cluster.close()
-            name = address or "the local cluster"
-            raise LostError(f"dask: {name} must answer and have a worker (got {error})") from None
-        return cls(client, cluster, workers)
+            except (OSError, TimeoutError, ValueError, TypeError) as error:
+                name = address or "the local cluster"
+                raise LostError(f"dask: {name} must answer and have a worker (got {error})") from None
+            return cls(client, stack.pop_all(), workers)
 
     @property
     def workers(self) -> int:
@@ -141,9 +129,19 @@ class DaskCrew:
                 raise UsageError(f"{worker}: {told}")
 
     def close(self) -> None:
-        self.client.close()
-        if self.cluster is not None:
-            self.cluster.close()
+        self.ending.close()
+
+
+def _begun(workers: int, ending: ExitStack) -> Any:
+    """A cluster on this machine, which ``ending`` ends."""
+    from shockwave.sweep.dask_local import local_cluster
+
+    # as long as it lives, workers that die are begun anew
+    ending.enter_context(safe_path())
+    with uninterrupted():
+        cluster = local_cluster(workers)
+    ending.callback(cluster.close)
+    return cluster
 
 
 def _check_certificates(distributed: Any) -> None:

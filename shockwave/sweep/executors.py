@@ -17,12 +17,14 @@ from attrs import define, field
 from shockwave.errors import ShockwaveError, UsageError
 from shockwave.sweep.points import Order, do, ready
 
-__all__ = ["Crew", "LostError", "Passed", "Processes", "check_name", "cores", "crew_of", "uninterrupted"]
+__all__ = ["Crew", "LostError", "Passed", "Processes", "check_name", "cores", "crew_of", "safe_path", "uninterrupted"]
 
 # Times that workers may fail to start, one after the other.
 _STARTS = 3
 # Seconds after which it is looked whether workers are alive.
 _CHECK = 1.0
+# What keeps Python from importing modules that lie in the current folder.
+_SAFE_PATH = "PYTHONSAFEPATH"
 
 
 class LostError(ShockwaveError):
@@ -35,20 +37,43 @@ def cores() -> int:
 
 
 @contextmanager
+def safe_path() -> Iterator[None]:
+    """Processes of Python that are begun meanwhile import nothing from the current folder.
+
+    Those of multiprocessing begin with it on their path, and take up the path of this process only after the first
+    imports: a ``numpy.py`` that lies there would be run.
+    """
+    before = os.environ.get(_SAFE_PATH)
+    os.environ[_SAFE_PATH] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            os.environ.pop(_SAFE_PATH, None)
+        else:
+            os.environ[_SAFE_PATH] = before
+
+
+@contextmanager
 def uninterrupted() -> Iterator[None]:
-    """An interrupt is raised at the end; processes that are begun meanwhile leave interrupts to this one for ever."""
+    """An interrupt is raised at the end; processes that are begun meanwhile leave interrupts to this one for ever.
+
+    They have a `safe_path`.
+    """
     masks = hasattr(signal, "pthread_sigmask")
     if masks:
         from multiprocessing import resource_tracker
 
         # begun later, it would take the mask off
-        resource_tracker.ensure_running()
+        with safe_path():
+            resource_tracker.ensure_running()
         mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     main, came = threading.current_thread() is threading.main_thread(), list[int]()
     if main:  # another thread may be told of it, mask or not
         handler = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
     try:
-        yield
+        with safe_path():
+            yield
     finally:
         if masks:
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)

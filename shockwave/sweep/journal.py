@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import time
@@ -12,9 +11,10 @@ from typing import Any, BinaryIO
 
 from attrs import define, field
 
+from shockwave.document.files import lines_of, open_new, open_regular
 from shockwave.errors import FileAccessError
 from shockwave.sweep.lock import locked
-from shockwave.sweep.stored import HEADER, JOURNAL
+from shockwave.sweep.stored import HEADER, JOURNAL, LONGEST_LINE, Header
 
 __all__ = ["COPY", "CRASHED", "DONE", "FAILED", "OPEN", "Journal", "header_in", "written"]
 
@@ -74,7 +74,7 @@ class Journal:
             When it cannot be read, or a line tells of no point of the sweep, or of one told before.
         """
         self.read()
-        self._file = _open(self.path, "ab")
+        self._file = open_regular(self.path, mode="ab", buffering=0)
 
     @property
     def path(self) -> Path:
@@ -86,8 +86,8 @@ class Journal:
         if not self.path.exists():
             return
         size = 0
-        with _open(self.path, "r+b" if mend else "rb") as file:
-            for number, line in enumerate(file, start=1):
+        with open_regular(self.path, mode="r+b" if mend else "rb") as file:
+            for number, line in enumerate(lines_of(file, self.path, LONGEST_LINE), start=1):
                 match = _LINE.fullmatch(line)
                 index = int(match[1]) if match else -1
                 if match is None or index >= len(self.states) or self.states[index]:
@@ -148,8 +148,8 @@ class Journal:
             self._file.close()
         part = self.path.with_suffix(".part")
         try:
-            with self.path.open("rb") as old, part.open("wb") as new:
-                for line in old:
+            with open_regular(self.path) as old, open_new(part) as new:
+                for line in lines_of(old, self.path, LONGEST_LINE):
                     match = _LINE.fullmatch(line)
                     if match and self.states[int(match[1])] != DONE:
                         self.states[int(match[1])] = OPEN
@@ -160,7 +160,7 @@ class Journal:
             part.replace(self.path)
         except OSError as error:
             raise _refused(self.path, error) from error
-        self._file = _open(self.path, "ab")
+        self._file = open_regular(self.path, mode="ab", buffering=0)
 
     def close(self) -> None:
         """Let go of the folder."""
@@ -179,7 +179,7 @@ def written(file: Path, content: bytes) -> None:
     """Write a file so that it is there as a whole or not at all."""
     part = file.with_name(f"{file.name}.part")
     try:
-        with part.open("wb") as opened:
+        with open_new(part) as opened:
             opened.write(content)
             opened.flush()
             os.fsync(opened.fileno())
@@ -190,17 +190,8 @@ def written(file: Path, content: bytes) -> None:
 
 
 def header_in(folder: Path) -> dict[str, Any] | None:
-    """The header that a sweep has left in ``folder``; None if there is none."""
-    file = folder / HEADER
-    try:
-        found = json.loads(file.read_bytes())
-    except FileNotFoundError:
-        return None
-    except OSError as error:
-        raise FileAccessError(f"{file}: cannot be read (got {error.strerror or error})") from error
-    except ValueError as error:
-        raise FileAccessError(f"{file}: must be the header of a sweep (got {error}; choose another folder)") from None
-    return found if isinstance(found, dict) else {}
+    """The header that a sweep has left in ``folder``; None if there is none. See `Header.read` for what is raised."""
+    return Header.with_document(folder)[1] if (folder / HEADER).exists() else None
 
 
 def _check(folder: Path) -> None:
@@ -213,13 +204,6 @@ def _check(folder: Path) -> None:
     if strange and HEADER not in there:
         got = f"got a folder with {strange[0]} in it; choose another"
         raise FileAccessError(f"{folder}: must be new, or hold a sweep ({got})")
-
-
-def _open(file: Path, mode: str) -> Any:
-    try:
-        return file.open(mode, buffering=0 if mode == "ab" else -1)
-    except OSError as error:
-        raise _refused(file, error) from error
 
 
 def _refused(file: Path, error: OSError) -> FileAccessError:

@@ -11,12 +11,15 @@ import weakref
 from pathlib import Path
 from typing import BinaryIO
 
+from shockwave.document.files import open_regular
 from shockwave.errors import FileAccessError
 
 __all__ = ["locked"]
 
 # Where on Windows the lock lies: beyond the text, which others may then still read.
 _FAR = 1 << 20
+# Bytes that are read of who holds it.
+_MOST = 1000
 _HELD = (errno.EACCES, errno.EAGAIN, errno.EDEADLK)
 _files = weakref.WeakSet[BinaryIO]()
 
@@ -39,10 +42,9 @@ def locked(file: Path) -> BinaryIO:
     FileAccessError
         When another process holds it; the message tells which. When it cannot be written.
     """
-    try:
-        opened = open(file, "a+b", buffering=0)  # noqa: SIM115
-    except OSError as error:
-        raise FileAccessError(f"{file}: cannot be written (got {error.strerror or error})") from error
+    if file.is_symlink():  # what it leads to would lose its content
+        raise FileAccessError(f"{file}: is not a file (got a link; delete it)")
+    opened = open_regular(file, mode="a+b", buffering=0)
     try:
         _lock(opened)
     except OSError as error:
@@ -62,9 +64,9 @@ def locked(file: Path) -> BinaryIO:
 def _holder(opened: BinaryIO) -> str:
     try:
         opened.seek(0)
-        holder = json.loads(opened.read())
+        holder = json.loads(opened.read(_MOST))
         return f"process {holder['pid']} on {holder['host']}"
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return "another process"
 
 

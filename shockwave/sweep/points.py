@@ -20,6 +20,7 @@ from attrs import define, field
 import shockwave
 from shockwave.chain.chain import Scales
 from shockwave.comparison import beside
+from shockwave.document.files import read_bytes
 from shockwave.errors import FileAccessError, ShockwaveError
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import simulate_many
@@ -50,6 +51,8 @@ __all__ = [
 _encoded = json.JSONEncoder(allow_nan=False).encode
 _OWN = ("shockwave", "python", "numpy", "backend")
 _FILE = "shock.parameters.file"
+# Bytes of a record, which has its own limit where it is read.
+_MOST_RECORD = 2**28
 # Seconds after which a worker answers, whatever is left of its batch; points that it runs side by side: first, at most.
 _SLICE, _FEW, _MANY = 1.0, 8, 128
 
@@ -180,8 +183,8 @@ class Points:
     def _content(self, name: str) -> str:
         folder = self.scenario.path.parent if self.scenario.path is not None else Path()
         try:
-            return _hash((folder / name).read_bytes())
-        except OSError:  # its points will fail, and say so
+            return _hash(read_bytes(folder / name, _MOST_RECORD))
+        except FileAccessError:  # its points will fail, and say so
             return ""
 
     def _check_file(self, index: int, seen: dict[str, str]) -> None:

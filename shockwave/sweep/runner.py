@@ -13,7 +13,8 @@ from typing import Any
 
 from attrs import define, evolve, field
 
-from shockwave.errors import FileAccessError, InvalidValueError, UsageError
+from shockwave.document.files import read_bytes
+from shockwave.errors import InvalidValueError, UsageError
 from shockwave.scenario.load import Scenario
 from shockwave.sweep.executors import Crew, LostError, crew_of
 from shockwave.sweep.header import EARLIER, header_of, plugins_of, settle
@@ -31,6 +32,8 @@ _BATCH, _FIRST, _MOST = 0.5, 8, 2048
 _AHEAD = 2
 # Seconds that batches under way have to end when the sweep is stopped.
 _LAST = 1.5
+# Bytes of a scenario, which has its own limit where it is read.
+_MOST_SCENARIO = 2**24
 _CRASHED = '"error": "the process that ran it has ended (a crash, or too little memory)"'
 
 
@@ -174,11 +177,7 @@ def _copy(scenario: Scenario, folder: Path) -> None:
     """Put the scenario file beside the results, for people."""
     if scenario.path is None or (folder / COPY).exists():
         return
-    try:
-        content = scenario.path.read_bytes()
-    except OSError as error:
-        raise FileAccessError(f"{scenario.path}: cannot be read (got {error.strerror or error})") from error
-    written(folder / COPY, content)
+    written(folder / COPY, read_bytes(scenario.path, _MOST_SCENARIO))
 
 
 @contextmanager

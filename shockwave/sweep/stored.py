@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
+from shockwave.document.files import lines_of, open_regular, parse_json, read_bytes
 from shockwave.errors import FileAccessError, InvalidValueError
 from shockwave.fields import text_of
 
@@ -24,6 +25,7 @@ __all__ = [
     "FORMAT",
     "HEADER",
     "JOURNAL",
+    "LONGEST_LINE",
     "NOTES",
     "NOT_RUN",
     "Chunk",
@@ -41,12 +43,18 @@ HEADER, JOURNAL = "sweep.json", "journal.jsonl"
 NOT_RUN = "not run"
 #: Of the header.
 FORMAT = 1
+#: Bytes of a line of the journal.
+LONGEST_LINE = 2**24
 #: The last column, whose sentences may be others at every point.
 NOTES = "notes"
 _REMEDY = "give a folder that `shockwave sweep FILE --out FOLDER` has written"
 _BEGIN = b'{"index": '
 # So many points are held at once.
 _CHUNK = 8192
+# Columns that tables have besides.
+_OTHERS = ("status", "problem")
+# Bytes of a header, which holds a million values or so; points of a sweep.
+_MOST_BYTES, _MOST_POINTS = 2**28, 10**8
 _STATUSES = ("done", "failed", "crashed")
 # What arrays of whole numbers can hold.
 _LONGEST = 2**63
@@ -144,13 +152,13 @@ class Header:
         InvalidValueError
             When it is none.
         """
+        return cls.with_document(folder)[0]
+
+    @classmethod
+    def with_document(cls, folder: Path) -> tuple[Header, dict[str, Any]]:
+        """The header in ``folder``, and the document that it is read from; see `read` for what is raised."""
         file = folder / HEADER
-        try:
-            document = json.loads(file.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise FileAccessError(f"{file}: cannot be read (got {error.strerror}; {_REMEDY})") from None
-        except (ValueError, RecursionError) as error:
-            raise InvalidValueError.of(str(file), f"must be JSON (got {error}; {_REMEDY})") from None
+        document = parse_json(read_bytes(file, _MOST_BYTES, _REMEDY), str(file), _REMEDY)
         form = document.get("format") if isinstance(document, dict) else None
         if form != FORMAT:
             problem = f"must be of format {FORMAT}, which this shockwave reads (got {text_of(form)}; {_REMEDY})"
@@ -160,21 +168,32 @@ class Header:
         except Exception as error:  # cattrs raises what the values raise, too
             told = "; ".join(cattrs.transform_error(error))
             raise InvalidValueError.of(str(file), f"must be the header of a sweep (got {told[:200]})") from None
-        if not header._agrees():
-            raise InvalidValueError.of(str(file), f"must have axes, shape and points that agree (got {header.shape})")
-        for axis in header.axes:
-            for name, unit in zip(axis.names, axis.units, strict=True):
-                if unit is not None and not all(isinstance(value, int | float | None) for value in axis.along(name)):
-                    raise InvalidValueError.of(str(file), f"must have numbers for {name} (got {axis.along(name)[:5]})")
-        return header
+        if (rule := header._broken_rule()) is not None:
+            raise InvalidValueError.of(str(file), f"{rule}; {_REMEDY})")
+        return header, document
 
-    def _agrees(self) -> bool:
+    def _broken_rule(self) -> str | None:
+        """What the parts of the header must do to agree with each other, with what they are; None if they do."""
         lengths = ({len(axis.names), len(axis.units), *map(len, axis.values)} for axis in self.axes)
-        return (
-            all(len(found) == 1 for found in lengths)
-            and self.shape == tuple(map(len, self.axes))
-            and self.points == math.prod(self.shape)
-        )
+        agree = all(len(found) == 1 for found in lengths) and self.shape == tuple(map(len, self.axes))
+        if not agree or self.points != math.prod(self.shape):
+            return f"must have axes, shape and points that agree (got {self.shape}"
+        if not 0 < self.points <= _MOST_POINTS:
+            return f"must have 1 to {_MOST_POINTS:g} points (got {self.points}"
+        columns = [column.name for column in self.columns]
+        for names in ([name for axis in self.axes for name in axis.names], [*columns, *_OTHERS]):
+            if len(set(names)) < len(names):
+                return f"must have other names for all variables, and for all columns (got {', '.join(names)[:200]}"
+        if all(column.kind == "text" for column in self.columns):
+            return f"must have a column of numbers (got {', '.join(columns)[:200]}"
+        for column in self.columns:
+            if (column.kind == "text") != (column.unit is None):
+                return f"must have units for numbers, and none for text (got {column.unit} for {column.name}"
+        for axis in self.axes:
+            for name, unit in zip(axis.names, axis.units, strict=True):
+                if unit is not None and not all(map(_is_number, axis.along(name))):
+                    return f"must have numbers for {name} (got {text_of(axis.along(name)[:5])}"
+        return None
 
     @property
     def variables(self) -> dict[str, str | None]:
@@ -186,7 +205,7 @@ class Header:
         """The axes by names without dots, each once; short where that is no other's."""
         points = ["point", *(f"point_{at + 1}" for at in range(1, len(self.axes)))]
         lasts = [name.rpartition(".")[2] for name in self.variables]
-        taken = {column.name for column in self.columns} | {"status", "problem", *points}
+        taken = {column.name for column in self.columns} | {*_OTHERS, *points}
         short: dict[str, str] = {}
         for dotted, last in zip(self.variables, lasts, strict=True):
             name = _NO_NAME.sub("_", last if lasts.count(last) == 1 and last not in taken else dotted)
@@ -256,8 +275,8 @@ class Stored:
         size = broken = 0
         torn = False
         try:
-            with (place / JOURNAL).open("rb") as file:
-                for line in file:
+            with open_regular(place / JOURNAL) as file:
+                for line in lines_of(file, place / JOURNAL, LONGEST_LINE):
                     torn = not line.endswith(b"}\n")
                     index = None if torn else _index(line)
                     if index is not None and 0 <= index < header.points:
@@ -265,10 +284,11 @@ class Stored:
                     else:
                         broken += 1
                     size += len(line)
-        except FileNotFoundError:
-            pass  # a sweep that was killed before its first point
-        except OSError as error:
-            raise FileAccessError(f"{place / JOURNAL}: cannot be read (got {error.strerror})") from None
+        except FileAccessError as error:
+            if not isinstance(
+                error.__cause__, FileNotFoundError
+            ):  # as of a sweep that was killed before its first point
+                raise
         warnings = _warnings(place / JOURNAL, offsets, broken, torn)
         if header.earlier_versions:
             told = "; ".join(", ".join(map(" ".join, one.items())) for one in header.earlier_versions)
@@ -288,7 +308,7 @@ class Stored:
             yield from (self._chunk(begin, points, None) for begin in range(0, self.header.points, _CHUNK))
             return
         try:
-            with (self.folder / JOURNAL).open("rb") as file:
+            with open_regular(self.folder / JOURNAL) as file:
                 for begin in range(0, self.header.points, _CHUNK):
                     yield self._chunk(begin, points, file)
         except OSError as error:
@@ -304,7 +324,7 @@ class Stored:
             if offset >= 0 and file is not None:
                 if offset != at:
                     file.seek(offset)
-                line = file.readline()
+                line = file.readline(LONGEST_LINE)
                 at = offset + len(line)
                 row = _row(line, kinds, nothing)
             rows.append(row or Row(NOT_RUN, nothing, None))
@@ -335,12 +355,19 @@ def _row(line: bytes, kinds: tuple[str, ...], nothing: list[Any]) -> Row | None:
         return Row(status, nothing, as_text(str(entry.get("error") or "")))
     if not isinstance(values, list) or not _fit(tuple(map(type, values)), kinds):
         return None
-    if any(type(value) is int and abs(value) >= _LONGEST for value in values):
+    if not all(isinstance(value, str) or _is_number(value) for value in values):
         return None
     return Row(status, values, None)
 
 
 _TYPES: dict[str, tuple[type, ...]] = {"number": (float, int), "whole": (int,), "text": (str,)}
+
+
+def _is_number(value: Any) -> bool:
+    """Whether it is one that arrays can hold, or none at all, which stands for no value."""
+    if type(value) is float:
+        return math.isfinite(value)
+    return value is None or (type(value) is int and abs(value) < _LONGEST)
 
 
 # Most lines are of the same few types.
@@ -356,8 +383,8 @@ def as_text(value: Any) -> str | None:
     if value is None:
         return None
     text = value if isinstance(value, str) else json.dumps(value)
-    # a name of a file may hold bytes that are no text
-    return text.encode(errors="backslashreplace").decode()
+    # a name of a file may hold bytes that are no text; arrays of text lose a NUL at the end
+    return text.encode(errors="backslashreplace").decode().replace("\0", "\\x00")
 
 
 def _warnings(journal: Path, offsets: npt.NDArray[np.int64], broken: int, torn: bool) -> tuple[str, ...]:

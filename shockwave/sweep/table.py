@@ -12,14 +12,22 @@ from itertools import chain
 from pathlib import Path
 from typing import IO, Any, TypeAlias
 
-from shockwave.errors import FileAccessError
+from attrs import frozen
+
+from shockwave.document.files import open_new, parse_json, read_bytes
+from shockwave.errors import FileAccessError, ShockwaveError
 from shockwave.sweep.stored import Chunk, Header, Stored, as_text
 
 __all__ = ["RECORD", "Take", "write_all"]
 
 #: Which tables were written, and of which state of the journal.
 RECORD = "tables.json"
-
+# Bytes of it.
+_MOST_RECORD = 2**20
+# What a spreadsheet takes for the begin of a formula.
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+# Columns after those of the sweep, which have no units.
+_LAST = (("status", None), ("problem", None))
 
 #: Takes points, which follow those before; memory does not grow with their number.
 Take: TypeAlias = Callable[[Chunk], None]
@@ -28,22 +36,39 @@ Take: TypeAlias = Callable[[Chunk], None]
 @contextmanager
 def _csv(file: IO[Any], header: Header) -> Iterator[Take]:
     """One row for each point, in their order: variables, columns, status, problem."""
-    writer = csv.writer(file, lineterminator="\n")
+    writer = csv.writer(_Lines(file))
     units = header.variables | {column.name: column.unit for column in header.columns}
-    writer.writerow([*(f"{name} [{unit}]" if unit else name for name, unit in units.items()), "status", "problem"])
+    writer.writerow([_cell(f"{name} [{unit}]" if unit else name) for name, unit in (*units.items(), *_LAST)])
 
     def take(chunk: Chunk) -> None:
         # the writer gives floats all their digits, and leaves the cell of None empty
         writer.writerows(
-            [*map(_cell, point), *values, status, problem]
+            [*map(_cell, (*point, *values)), status, _cell(problem)]
             for point, (status, values, problem) in zip(chunk.points, chunk.rows, strict=True)
         )
 
     yield take
 
 
+@frozen
+class _Lines:
+    """Ends lines by LF where the writer of the csv module, which quotes what its own ends of lines have, says CR LF.
+
+    A CR that was not in quotes would end a row, too.
+    """
+
+    file: IO[str]
+
+    def write(self, row: str) -> int:
+        return self.file.write(row.removesuffix("\r\n") + "\n")
+
+
 def _cell(value: Any) -> Any:
-    return value if isinstance(value, float) else as_text(value)
+    """A value as a cell; text that a spreadsheet would run as a formula begins with an apostrophe."""
+    if isinstance(value, float):
+        return value
+    text = as_text(value)
+    return f"'{text}" if isinstance(value, str) and text is not None and text.startswith(_FORMULA) else text
 
 
 @contextmanager
@@ -117,7 +142,7 @@ def write_all(folder: str | os.PathLike[str]) -> list[Path]:
     kept = [place / name for name in known[1] if same]
     record = {**state, "files": [name for name in _TABLES if place / name in (*written, *kept)]}
     try:
-        with _replacing(place / RECORD, "w") as file:
+        with _replacing(place / RECORD, "x") as file:
             file.write(json.dumps(record) + "\n")
     except OSError as error:
         problems[place / RECORD] = error
@@ -152,16 +177,16 @@ def _reason(error: Exception) -> str:
 def _recorded(file: Path) -> tuple[dict[str, Any], list[str]]:
     """The state of which tables were written, and their names."""
     try:
-        record = json.loads(file.read_text(encoding="utf-8"))
-        files = record.pop("files")
-    except (OSError, ValueError, AttributeError, KeyError, TypeError):
+        record = parse_json(read_bytes(file, _MOST_RECORD), str(file))
+    except ShockwaveError:
         return {}, []
-    return record, files if isinstance(files, list) else []
+    files = record.pop("files", None) if isinstance(record, dict) else None
+    return (record, [name for name in _TABLES if name in files]) if isinstance(files, list) else ({}, [])
 
 
 def _table(file: Path, header: Header) -> Generator[None, Chunk | None]:
     """Takes the points for a table, begun and ended by None; the table is there when it has ended."""
-    mode = "w" if file.suffix in (".csv", ".jsonl") else "wb"
+    mode = "x" if file.suffix in (".csv", ".jsonl") else "xb"
     with _replacing(file, mode) as opened, _TABLES[file.name](opened, header) as write:
         while (chunk := (yield)) is not None:
             write(chunk)
@@ -172,7 +197,7 @@ def _replacing(file: Path, mode: str) -> Iterator[IO[Any]]:
     """A new file, which takes the place of ``file`` when it is whole, and is deleted when it is not."""
     part = file.with_name(f"{file.name}.part")
     text: dict[str, Any] = {} if "b" in mode else {"encoding": "utf-8", "errors": "backslashreplace", "newline": ""}
-    opened = part.open(mode, **text)
+    opened = open_new(part, mode, **text)
     try:
         yield opened
         opened.close()
