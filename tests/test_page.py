@@ -341,13 +341,13 @@ def test_provenance_tells_versions_and_parts() -> None:
     part = blank(of_file(ROW1).partition("Where this comes from")[2])
     for name, distribution in (("NumPy", "numpy"), ("SciPy", "scipy"), ("matplotlib", "matplotlib")):
         assert f"{name}{metadata.version(distribution)}" in part
-    assert f"profilepower-lawshockwave {sw.__version__}" in part
-    assert f"integratorrkn86shockwave {sw.__version__}" in part
+    assert f"profilepower-lawgranular-shockwave {sw.__version__}" in part
+    assert f"integratorrkn86granular-shockwave {sw.__version__}" in part
     assert scene_hash(sw.load_scenario(ROW1)) in part
 
 
 def test_material_of_the_library_is_a_part() -> None:
-    assert "materialstainless-steel-316shockwave" in blank(provenance(findings(sw.load_scenario(HAMMER))))
+    assert "materialstainless-steel-316granular-shockwave" in blank(provenance(findings(sw.load_scenario(HAMMER))))
 
 
 @pytest.mark.usefixtures("sample_plugins")
