@@ -321,6 +321,7 @@ def test_a_wrong_number_of_arguments_is_refused(function: str, change: int) -> N
 
 # Numbers that lead beyond a buffer: tried in processes of their own, for they may end them. The last
 # columns of a job are: first piece and number of pieces, first coefficient, first stop, first and number of wanted.
+HUGE = {"granules": 3, "piece": -6, "pieces": -5, "coefficient": -4, "stop": -3, "wanted": -2, "number-wanted": -1}
 LEADS = {
     "piece": ("primary", "a[1][-6] = 1e6"),
     "negative-piece": ("primary", "a[1][-6] = -1e6"),
@@ -335,6 +336,9 @@ LEADS = {
     "stops-before-the-end": ("primary", "a[4][-1] = 1.0"),
     "wanted": ("primary", "a[1][-2] = 1e7"),
     "number-wanted": ("primary", "a[1][-1] = 1e7"),
+    # beyond every whole number, to which they are converted
+    **{f"huge-{name}": ("primary", f"a[1][{column}] = 1e299") for name, column in HUGE.items()},
+    "stages-that-are-no-number": ("primary", "a[0][0] = np.nan"),
     "step-without-coefficients": ("attempt", "a[2] = np.empty(0)"),
     "step-with-terms-beyond": ("attempt", "a[1][0, 3] = 1e9"),
     "step-with-part-of-a-row": ("attempt", "a[1] = np.zeros(3)"),
@@ -342,12 +346,13 @@ LEADS = {
 }
 TRIAL = """
 import sys; sys.path.insert(0, 'tests')
-import os
+import os, signal
 from test_backends import *
 
 for name, (function, change) in LEADS.items():
     child = os.fork()
     if not child:
+        signal.alarm(20)  # what is accepted may run for ever
         a = primary_buffers() if function == 'primary' else attempt_buffers()
         exec(change)
         try:
@@ -371,6 +376,15 @@ def outcomes() -> dict[str, str]:
 @pytest.mark.parametrize("name", LEADS)
 def test_numbers_that_lead_beyond_a_buffer_are_refused(name: str) -> None:
     assert outcomes()[name] == "refused"
+
+
+@compiled_alone
+@pytest.mark.parametrize("column", [3, 8], ids=["granules", "rear"])
+def test_a_count_far_beyond_what_is_reached_changes_nothing(column: int) -> None:
+    arguments = primary_buffers()
+    arguments[1][column] = 1e18  # type: ignore[index]
+    backend.compiled.primary(*arguments)  # type: ignore[union-attr]
+    assert arguments[5][2] == pytest.approx(1.490253931405876, rel=1e-6)  # type: ignore[index]
 
 
 # ---------------------------------------------------------------- no request at all

@@ -217,6 +217,18 @@ def test_page_loads_nothing_from_elsewhere() -> None:
     assert all(link.startswith("#") for link in parsed()[1].links)
 
 
+def test_page_may_load_and_send_nothing() -> None:
+    policy = re.search('<meta http-equiv="Content-Security-Policy" content="([^"]*)">', parsed()[0])
+    assert policy is not None
+    assert {"default-src 'none'", "base-uri 'none'", "form-action 'none'"} <= set(policy[1].split("; "))
+
+
+def test_what_turns_the_direction_of_writing_is_replaced_in_the_page() -> None:
+    from shockwave.benchmark.page import page
+
+    assert "\u202e" not in page(made(name="a\u202eb"))
+
+
 def test_texts_of_the_page_are_escaped() -> None:
     text, tags = parsed()
     assert {"b", "script", "pulse", "absent", "m", "x"} & set(tags.tags) == set()

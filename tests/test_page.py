@@ -21,9 +21,9 @@ from attrs import evolve
 
 import shockwave as sw
 from scenes import CASE_B, CHAIN, power, triangle
+from shockwave.document.markup import Html, document, formula, percent, plain, quantity, small, table
 from shockwave.options import SimulateOptions
 from shockwave.page import findings, normalised, page, scene_hash, written
-from shockwave.page.markup import Html, document, formula, percent, plain, quantity, small, table
 from shockwave.page.provenance import provenance
 from shockwave.registry import load
 

@@ -292,7 +292,7 @@ def test_a_file_that_is_not_utf8_names_byte_and_line(read):
 @pytest.mark.parametrize("limit", ["_MOST_BYTES", "_MOST_LINES"], ids=["bytes", "lines"])
 def test_a_file_that_is_too_large_is_refused(read, monkeypatch, limit):
     monkeypatch.setattr(f"shockwave.profiles.record.{limit}", 3)
-    with pytest.raises(FileAccessError, match="keep only the pulse"):
+    with pytest.raises(FileAccessError, match=r"must be at most 3 bytes|keep only the pulse"):
         read(rows())
 
 

@@ -181,6 +181,20 @@ ADMITTED = {
 }
 
 
+@pytest.mark.parametrize("nothing", ["", "{}", "[]"])
+@pytest.mark.parametrize("block", [key.name for key in blocks.SCENARIO])
+def test_of_an_empty_block_the_schema_says_what_the_loader_says(tmp_path: Path, block: str, nothing: str) -> None:
+    scenario = {"chain": CHAIN, "shock": SHOCK} | {block: f"{block}: {nothing}\n"}
+    path = tmp_path / "scenario.yaml"
+    path.write_text("".join(scenario.values()), encoding="utf-8")
+    try:
+        load_scenario(path)
+    except ScenarioError:
+        assert _faults(path.read_text(encoding="utf-8")) != []
+    else:
+        assert _faults(path.read_text(encoding="utf-8")) == []
+
+
 @pytest.mark.parametrize("name", ADMITTED)
 def test_what_the_loader_admits_is_admitted(tmp_path: Path, name: str) -> None:
     path = tmp_path / "scenario.yaml"

@@ -20,6 +20,7 @@ from shockwave.benchmark.chains import Case
 from shockwave.benchmark.quadratures import Areas
 from shockwave.benchmark.rows import FAMILIES, Problem, Row, WorkPrecision
 from shockwave.benchmark.timing import Limits
+from shockwave.document.output import write_file
 from shockwave.errors import FileAccessError, InvalidValueError, ShockwaveError, UsageError
 from shockwave.fields import Quantity, text_of
 from shockwave.registry import plugins
@@ -224,11 +225,11 @@ def _hindrance(path: Path) -> str:
 
 def _write(result: WorkPrecision, path: Path) -> None:
     try:
-        path.write_text(_drawn(result, path), encoding="utf-8")
+        write_file(path, _drawn(result, path))
     # Whatever is wrong with a page, what was found is not lost with it.
     except Exception as error:
-        why = error.strerror if isinstance(error, OSError) else f"{type(error).__name__}: {error}"
-        late = NotWrittenError(f"{path}: cannot be written ({why})")
+        own = isinstance(error, FileAccessError)
+        late = NotWrittenError(str(error) if own else f"{path}: cannot be written ({type(error).__name__}: {error})")
         late.result = result
         raise late from error
 

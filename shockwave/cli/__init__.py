@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import importlib
 import io
 import os
@@ -23,6 +24,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="backslashreplace")
     options = parser().parse_args(arguments)
     try:
+        if "files" in options:
+            options.files = [file for name in options.files for file in _expanded(name)]
         with _without_plugins() if options.no_plugins else nullcontext():
             module, _, name = options.command.partition(":")
             status: int = getattr(importlib.import_module(module), name)(options)
@@ -47,6 +50,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise
         print(internal(error), file=sys.stderr)
         return 1
+
+
+def _expanded(name: str) -> list[str]:
+    """The files that a pattern such as ``*.yaml`` names: shells of Windows leave that to the command."""
+    if os.path.lexists(name) or not glob.has_magic(name):
+        return [name]
+    found = sorted(glob.glob(name))
+    if not found:
+        raise FileAccessError(f"{name}: must name a file (got a pattern that none matches)")
+    return found
 
 
 @contextmanager

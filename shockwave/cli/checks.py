@@ -19,7 +19,7 @@ def bench(options: argparse.Namespace) -> int:
     """Work and precision."""
     from shockwave.benchmark.bench import NotWrittenError, run
 
-    scenarios, status = loaded(options.files)
+    scenarios, status = loaded(options.files, output=options.output)
     if status:
         return status
     tell = _tell if sys.stderr.isatty() else None

@@ -62,7 +62,7 @@ def design(options: argparse.Namespace) -> int:
 
         with _of_arguments(options):
             checked(options.output, options.vary)
-    scenarios, status = loaded([options.file], _SWEPT)
+    scenarios, status = loaded([options.file], _SWEPT, options.output)
     if status:
         return status
     among = None if options.among is None else [part.strip() for part in options.among.split(",") if part.strip()]

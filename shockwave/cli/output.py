@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
-from pathlib import Path
 
-from shockwave.errors import FileAccessError
+from shockwave.document.output import write_file
 
 __all__ = ["DEBUG", "internal", "print_json", "written"]
 
@@ -28,11 +27,6 @@ def written(text: str, output: str | None, anew: bool) -> int:
     if not output:
         print(text, end="")
         return 0
-    try:
-        with Path(output).open("x" if anew else "w", encoding="utf-8") as file:
-            file.write(text)
-    except OSError as error:
-        reason = "it exists already; choose another name" if isinstance(error, FileExistsError) else error.strerror
-        raise FileAccessError(f"{output}: cannot be written ({reason})") from error
+    write_file(output, text, anew)
     print(f"{output}: written", file=sys.stderr)
     return 0

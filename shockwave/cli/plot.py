@@ -7,6 +7,7 @@ import re
 import sys
 from pathlib import Path
 
+from shockwave.document.output import refuse_inputs
 from shockwave.errors import InvalidValueError, UsageError
 
 __all__ = ["plot"]
@@ -32,6 +33,8 @@ def plot(options: argparse.Namespace) -> int:
         held[name.strip()] = value.strip()
     found = drawn(load_sweep(options.folder), options.column, options.x, held)
     file = Path(options.output or Path(options.folder) / _name(found.column, options.x, held))
+    results = (each for each in Path(options.folder).iterdir() if each.suffix != file.suffix)
+    refuse_inputs(file, results)
     told = "replaced" if file.exists() else "written"
     try:
         save(found.figure, file)

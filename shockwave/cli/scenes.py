@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from shockwave.cli.output import DEBUG, internal, print_json, written
+from shockwave.document.output import refuse_inputs
 from shockwave.errors import Fault, InvalidValueError, PluginError, ScenarioError, ShockwaveError, UsageError
 
 if TYPE_CHECKING:
@@ -18,10 +19,11 @@ if TYPE_CHECKING:
 __all__ = ["compare", "curve", "loaded", "predict", "report", "simulate", "validate"]
 
 
-def loaded(files: Sequence[str], remedy: str = "") -> tuple[list[Scenario], int]:
+def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) -> tuple[list[Scenario], int]:
     """All scenarios and 0; or, after every fault of every file was told, the greatest exit status of them.
 
-    One that stands for many is a fault here; ``remedy`` says what to do, or to run the sweep.
+    One that stands for many is a fault here; ``remedy`` says what to do, or to run the sweep. ``output`` is where the
+    answer will be written, which must be none of the files that are read.
     """
     from shockwave.scenario.load import load_scenario
 
@@ -37,6 +39,8 @@ def loaded(files: Sequence[str], remedy: str = "") -> tuple[list[Scenario], int]
         except ShockwaveError as error:
             print(error, file=sys.stderr)
             status = max(status, error.exit_code)
+    if output and not status:
+        refuse_inputs(output, (file for scenario in scenarios for file in scenario.files))
     return scenarios, status
 
 
@@ -149,7 +153,7 @@ def report(options: argparse.Namespace) -> int:
     from shockwave.page import written as page
     from shockwave.pictures import figure
 
-    scenarios, status = loaded([options.file])
+    scenarios, status = loaded([options.file], output=options.output)
     if status:
         return status
     figure()  # what the page needs is looked for before anything is computed
@@ -171,7 +175,7 @@ def curve(options: argparse.Namespace) -> int:
             checked(options.output)
         except InvalidValueError as error:
             raise UsageError(f"--output: {error.faults[0].problem}") from None
-    scenarios, status = loaded([options.file])
+    scenarios, status = loaded([options.file], output=options.output)
     if status:
         return status
     shock, chain = scenarios[0].shock, scenarios[0].chain

@@ -16,6 +16,7 @@ from shockwave.curve.build import Built
 from shockwave.curve.series import Piece, Series
 from shockwave.curve.shape import Shape
 from shockwave.document.files import parse_json, read_bytes
+from shockwave.document.output import write_file
 from shockwave.errors import FileAccessError, InvalidValueError
 from shockwave.fields import text_of
 
@@ -155,11 +156,7 @@ def _series(read: _Reader, begin: float, end: float) -> Series | None:
 
 def write(file: str | os.PathLike[str], document: dict[str, Any]) -> None:
     """Write ``document`` to ``file``."""
-    text = json.dumps(document, indent=1, allow_nan=False) + "\n"
-    try:
-        pathlib.Path(file).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise FileAccessError(f"{file}: cannot be written: {error.strerror}") from error
+    write_file(file, json.dumps(document, indent=1, allow_nan=False) + "\n")
 
 
 def read(file: str | os.PathLike[str]) -> Any:

@@ -1,1 +1,1 @@
-"""Documents: YAML text read safely into plain data that knows where it stands, and units taken off values."""
+"""Documents: YAML text read safely into plain data that knows where it stands, units taken off values, files, HTML."""

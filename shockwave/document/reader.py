@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import os
 import re
-import stat
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 import yaml
 from attrs import Factory, frozen
 
+from shockwave.document.files import read_bytes
 from shockwave.document.tree import (
     MOST_FAULTS,
     UNPRINTABLE,
@@ -26,7 +25,7 @@ from shockwave.document.tree import (
     TreeBuilder,
     dotted,
 )
-from shockwave.errors import Fault, FileAccessError, ScenarioError
+from shockwave.errors import Fault, ScenarioError
 
 __all__ = ["MOST_FAULTS", "Document", "Steps", "dotted", "parse_document", "read_document"]
 
@@ -125,14 +124,12 @@ def read_document(path: str | os.PathLike[str], faults: list[Fault] | None = Non
     Raises
     ------
     FileAccessError
-        When the file cannot be read.
+        When the file cannot be read, or is larger.
     ScenarioError
         When its text is not valid.
     """
     name = os.fspath(path)
-    data = _bytes(name)
-    if len(data) > _MOST_BYTES:
-        raise _too_large(name)
+    data = read_bytes(name, _MOST_BYTES)
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -179,19 +176,6 @@ def parse_document(text: str, name: str, faults: list[Fault] | None = None) -> D
     if faults is not None:
         faults.extend(builder.faults)
     return Document(name, data, frozenset(builder.unreadable), builder.values, builder.keys)
-
-
-def _bytes(name: str) -> bytes:
-    path = Path(name)
-    try:
-        if not stat.S_ISREG(path.stat().st_mode):  # reading a pipe or a device may never end
-            raise FileAccessError(f"{name}: is not a file (give the path of a scenario file)")
-        with path.open("rb") as file:
-            return file.read(_MOST_BYTES + 1)
-    except OSError as error:
-        raise FileAccessError(f"{name}: cannot be read (got {error.strerror or error})") from None
-    except ValueError as error:  # a NUL character in the path
-        raise FileAccessError(f"{name!r}: is no path (got {error})") from None
 
 
 def _too_large(name: str) -> ScenarioError:

@@ -182,6 +182,8 @@ class TreeBuilder:
             self._data = value
         if kept:
             self.values[path] = _place(event)
+        else:  # the path is that of what holds it
+            self.unreadable.discard(path)
         self._open(event, value, path, kept)
 
     def _open(self, event: events.NodeEvent, value: Any, path: Steps, kept: bool) -> None:

@@ -10,9 +10,9 @@ from attrs import frozen
 
 from shockwave import pictures
 from shockwave.chain.chain import Scales
+from shockwave.document.markup import Html, joined, listed, tag
 from shockwave.errors import ShockwaveError, UsageError
 from shockwave.page.findings import Findings
-from shockwave.page.markup import Html, joined, listed, tag
 from shockwave.prediction.outcome import EjectionOutcome
 
 if TYPE_CHECKING:

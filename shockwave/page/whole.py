@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from shockwave import pictures
+from shockwave.document.markup import Html, document, joined, listed, section, tag
 from shockwave.page.answers import answers
 from shockwave.page.drawings import drawn
 from shockwave.page.findings import Findings, findings
 from shockwave.page.inputs import asked, judged
-from shockwave.page.markup import Html, document, joined, listed, section, tag
 from shockwave.page.provenance import provenance
 from shockwave.page.words import decision, lead
 from shockwave.scenario.load import Scenario

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+from shockwave.document.markup import Html, formula, joined, listed, percent, quantity, small, tag
 from shockwave.measurement.result import MeasuredWave, SimulationResult
 from shockwave.page.findings import Findings
-from shockwave.page.markup import Html, formula, joined, listed, percent, quantity, small, tag
 from shockwave.prediction.outcome import EjectionOutcome, Outcome
 from shockwave.theory.scaled import Inequality
 

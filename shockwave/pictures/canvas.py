@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import io
 import re
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from shockwave import OWN_DISTRIBUTION
-from shockwave.errors import FileAccessError, InvalidValueError, UsageError
+from shockwave.document.markup import plain
+from shockwave.document.output import write_file
+from shockwave.errors import InvalidValueError, UsageError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -97,7 +98,7 @@ def svg(figure: Figure, name: str = "picture", description: str = "") -> str:
     text = re.sub(r' id="([^"]+)"', named, text)
     text = re.sub(r'(href="|url\()#', rf"\1#{name}-", text)
     text = re.sub(r"\s*<!--.*?-->", "", text, flags=re.DOTALL)
-    label = f' aria-label="{escape(description)}"' if description else ""
+    label = f' aria-label="{plain(description)}"' if description else ""
     return text.replace("<svg ", f'<svg role="img"{label} ', 1)
 
 
@@ -115,12 +116,9 @@ def save(figure: Figure, file: str | Path) -> None:
     kind = file.suffix.removeprefix(".").lower()
     if kind not in _FORMATS:
         raise InvalidValueError.of("file", f"must end in .{', .'.join(_FORMATS)} (got {file.name!r})")
-    try:
-        if kind == "svg":
-            head = '<?xml version="1.0" encoding="utf-8"?>\n'
-            file.write_text(head + svg(figure), encoding="utf-8")
-        else:
-            dated = {"CreationDate": None} if kind == "pdf" else {"Software": None}
-            figure.savefig(file, format=kind, metadata=dated, dpi=_DOTS)
-    except OSError as error:
-        raise FileAccessError(f"{file}: cannot be written: {error.strerror}") from error
+    if kind == "svg":
+        write_file(file, '<?xml version="1.0" encoding="utf-8"?>\n' + svg(figure))
+        return
+    drawn = io.BytesIO()
+    figure.savefig(drawn, format=kind, metadata={"CreationDate" if kind == "pdf" else "Software": None}, dpi=_DOTS)
+    write_file(file, drawn.getvalue())

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import pathlib
 import re
-import stat
 from collections.abc import Sequence
 from contextlib import suppress
 from functools import cache
@@ -16,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
+from shockwave.document.files import read_text
 from shockwave.errors import Fault, FileAccessError, InvalidValueError
 from shockwave.fields import text_of
 from shockwave.quadrature import FloatArray
@@ -147,23 +147,7 @@ def read_record(path: pathlib.Path) -> Record:
 
 
 def _lines(path: pathlib.Path) -> list[str]:
-    try:
-        if not stat.S_ISREG(path.stat().st_mode):
-            raise FileAccessError(f"{path}: is not a file (give the path of a CSV file)")
-        with path.open("rb") as file:
-            data = file.read(_MOST_BYTES + 1)
-    except OSError as error:
-        raise FileAccessError(f"{path}: cannot be read (got {error.strerror or error})") from None
-    except ValueError as error:  # a NUL character in the path
-        raise FileAccessError(f"{text_of(str(path))}: is no path (got {error})") from None
-    if len(data) > _MOST_BYTES:
-        raise FileAccessError(f"{path}: is larger than {_MOST_BYTES >> 20} MiB (keep only the pulse)")
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        got = f"got the byte 0x{data[error.start]:02x} in line {line}"
-        raise FileAccessError(f"{path}: is not UTF-8 text ({got}; save it as UTF-8)") from None
+    text = read_text(path, _MOST_BYTES)
     lines = text.replace("\r\n", "\n").replace("\r", "\n")
     if lines.count("\n") > _MOST_LINES:
         raise FileAccessError(f"{path}: has more than {_MOST_LINES} lines (keep only the pulse)")

@@ -88,6 +88,15 @@ class Scenario:
     uncertainty: tuple[Spread, ...] = ()
     document: Document | None = field(default=None, eq=False, repr=False)
 
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """What it was read from: its file and that of its record."""
+        if self.path is None or self.document is None:
+            return ()
+        shock = self.document.data["shock"]
+        record = (shock.get("parameters") or {}).get("file") if shock["profile"] == RECORD else None
+        return (self.path, self.path.parent / record) if record else (self.path,)
+
 
 def load_scenario(path: str | os.PathLike[str]) -> Scenario:
     """The scenario in a file.

@@ -91,7 +91,8 @@ def uncertainty() -> Form:
     return {
         **dotted({"anyOf": [percent, mapping]}),
         "type": ["object", "null"],
-        "not": {"anyOf": [{"required": list(pair)} for pair in TWINS]},
+        # what is no mapping would pass `required`
+        "not": {"type": "object", "anyOf": [{"required": list(pair)} for pair in TWINS]},
     }
 
 

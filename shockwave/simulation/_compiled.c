@@ -12,6 +12,7 @@
 #endif
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -55,12 +56,12 @@ typedef struct {
 static int method_of(const double *data, Py_ssize_t size, Method *method)
 {
     int s;
-    if (size < 3) return 0;
+    if (size < 3 || !(data[0] >= 2 && data[0] <= MOST_STAGES && data[1] >= 0 && data[1] < 100)) return 0;
     s = (int)data[0];
-    if (s < 2 || s > MOST_STAGES || size != 3 + s * (s + 5)) return 0;
+    if (size != 3 + s * (s + 5)) return 0;
     method->stages = s;
     method->error_order = (int)data[1];
-    method->last_is_next = (int)data[2];
+    method->last_is_next = data[2] != 0;
     method->c = data + 3;
     method->a = method->c + s;
     method->b = method->a + s * s;
@@ -129,6 +130,8 @@ static int window_of(Window *w, long lanes, long rows)
     double **const arrays[] = {&w->x, &w->v, &w->x1, &w->v1, &w->f, &w->late, &w->since};
     const long named = (long)(sizeof arrays / sizeof *arrays);
     double *at;
+    w->block = NULL;
+    if (rows > (LONG_MAX / (named + MOST_STAGES) - 3 * pad) / lanes) return 0;
     w->lanes = lanes;
     w->room = rows * lanes;
     w->block = calloc((size_t)((named + MOST_STAGES) * (w->room + 3 * pad)), sizeof(double));
@@ -220,6 +223,7 @@ enum { STATUS, PEAK, LAST, CONTACT, TIME, DOUBT_LEFT, SPEED, MOMENTUM, ENERGY, F
        IMPULSE, FREE_PATH, STEPS, EVALUATIONS, FOUND };
 enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 
+#define MOST_COUNT ((double)(LONG_MAX / 8)) /* a greater number is neither a count nor an index */
 #define STRIDE 4      /* contacts between the peaks that are followed to their limit */
 #define KEPT 5        /* how many of them are kept */
 #define SLOW 200       /* differences that hardly fall may add up to so many of the last */
@@ -264,7 +268,7 @@ static int make_room(Window *w, long rows)
     Window larger;
     long i;
     const size_t size = (size_t)w->room * sizeof(double);
-    if (rows * w->lanes <= w->room) return 1;
+    if (rows <= w->room / w->lanes) return 1;
     if (!window_of(&larger, w->lanes, rows + rows / 2)) return 0;
     if (!w->block) { *w = larger; return 1; }
     memcpy(larger.x, w->x, size);
@@ -292,9 +296,10 @@ static void clear(const Method *m, Window *w, long row, int l)
 /* Beyond a free end granules stand out of reach. */
 static void wall(Window *w, const Lane *lane, int l)
 {
-    long e = (lane->granules - lane->base) * w->lanes + l;
-    if (!lane->granules) return;
-    for (; e < w->room; e += w->lanes) w->x[e] = w->x1[e] = WALL;
+    const long row = lane->granules - lane->base;
+    long e;
+    if (!lane->granules || row >= w->room / w->lanes) return;
+    for (e = row * w->lanes + l; e < w->room; e += w->lanes) w->x[e] = w->x1[e] = WALL;
 }
 
 /* Takes up the next job in lane l, or leaves it idle. */
@@ -361,7 +366,8 @@ static long rear_of(const double *job, const Lane *lane)
     const double level = 0.9 * lane->peak[KEPT - 1] / (2.33 * job[FORCE]);
     const int tenth = level < 0.9 ? (int)(10 * level) : 8;
     const double share = level < 0.9 ? 10 * level - tenth : 1, *above = job + ABOVE + tenth;
-    return (long)(job[REAR] + 1.25 * (above[0] + share * (above[1] - above[0])));
+    const double rear = job[REAR] + 1.25 * (above[0] + share * (above[1] - above[0]));
+    return rear < MOST_COUNT ? (long)rear : (long)MOST_COUNT;
 }
 
 /* Drops granules far behind the front, and books what they hold: at a contact that is all but open, for else what is cut
@@ -875,6 +881,8 @@ static int job_fits(const double *job, const Py_buffer *view)
     const double *stop = view[4].buf;
     Py_ssize_t k;
     for (k = 0; k < JOB; k++) if (!(job[k] >= 0 && job[k] < 1e300)) return 0;
+    for (k = FIRST_PIECE; k < JOB; k++) if (job[k] > MOST_COUNT) return 0;
+    if (job[GRANULES] > MOST_COUNT) return 0;
     if (!(job[RISE_TIME] > 0 && job[DURATION] > 0 && job[TOLERANCE] > 0 && job[GRANULES] != 1 && job[REAR] >= BLOCK)) return 0;
     if (!pieces_fit(view[2].buf, view[2].len / (ROW * unit), job[FIRST_PIECE], job[PIECES], job[FIRST_COEFFICIENT],
                     view[3].len / (2 * unit))) return 0;
@@ -962,7 +970,7 @@ static PyObject *attempt_once(PyObject *self, PyObject *args)
     }
     if (!buffers_of(args, 5, 1, view)) return NULL;
     n = (long)(view[3].len / (Py_ssize_t)(3 * sizeof(double)));
-    fine = method_of(view[0].buf, view[0].len / (Py_ssize_t)sizeof(double), &m) && n > 1 && view[4].len == view[3].len && view[3].len == 3 * n * (Py_ssize_t)sizeof(double)
+    fine = method_of(view[0].buf, view[0].len / (Py_ssize_t)sizeof(double), &m) && n > 1 && view[4].len == view[3].len && view[3].len == n * (Py_ssize_t)(3 * sizeof(double))
         && (view[1].len == 0 || pieces_fit(view[1].buf, view[1].len / (Py_ssize_t)(ROW * sizeof(double)), 0,
                                            (double)(view[1].len / (Py_ssize_t)(ROW * sizeof(double))), 0,
                                            view[2].len / (Py_ssize_t)(2 * sizeof(double))));
