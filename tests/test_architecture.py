@@ -9,8 +9,10 @@ from pathlib import Path
 
 import pytest
 
+import shockwave
+
 ROOT = Path(__file__).parent.parent
-PACKAGE = ROOT / "shockwave"
+PACKAGE = Path(shockwave.__file__).parent
 FILES = sorted(PACKAGE.rglob("*.py"))
 
 # A module may import from its own room and from those on lower floors.
@@ -85,7 +87,7 @@ MODULES = [file for file in FILES if file != PACKAGE / "__init__.py"]
 
 
 def relative(file: Path) -> str:
-    return str(file.relative_to(ROOT))
+    return str(file.relative_to(PACKAGE.parent))
 
 
 @pytest.mark.parametrize("file", MODULES, ids=relative)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from pages import ROOT
 from shockwave import registration, registry
 from shockwave.errors import PluginError, UnknownNameError
 from shockwave.hooks import Entry
@@ -165,7 +166,7 @@ def test_a_plugin_cannot_take_the_name_of_a_built_in(install: Install) -> None:
     assert "triangular" in _plugin("test-usurper").problem
 
 
-SAMPLES = sorted((Path(registry.__file__).parents[2] / "plugins").glob("*/src/*/hooks.py"))
+SAMPLES = sorted((ROOT / "plugins").glob("*/src/*/hooks.py"))
 
 
 def test_names_of_the_sample_plugins_are_known(monkeypatch: pytest.MonkeyPatch) -> None:
