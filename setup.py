@@ -1,19 +1,40 @@
 """The compiled part of shockwave: one C file, left out where it cannot be built. All else stands in pyproject.toml."""
 
+import os
+import sysconfig
+
 from setuptools import Extension, setup
+from setuptools.command.bdist_wheel import bdist_wheel
+
+
+class BdistWheel(bdist_wheel):
+    """A wheel that is tagged for a platform only if the C file was compiled."""
+
+    def run(self):
+        self.run_command("build_ext")
+        if not any(map(os.path.exists, self.get_finalized_command("build_ext").get_outputs())):
+            self.distribution.ext_modules = None
+            self.root_is_pure = True
+        super().run()
+
+
+# Without a C compiler NumPy serves, with the same answers; so it does where the file cannot be compiled yet: MSVC lacks
+# vector types, and the limited API does not cover free-threaded Python.
+COMPILES = not (sysconfig.get_platform().startswith("win") or sysconfig.get_config_var("Py_GIL_DISABLED"))
+
+EXTENSION = Extension(
+    "shockwave.simulation._compiled",
+    ["shockwave/simulation/_compiled.c"],
+    optional=True,
+    py_limited_api=True,
+    define_macros=[("Py_LIMITED_API", "0x030B0000")],
+    # Products and sums stay apart: results are the same on every processor, and the same as NumPy's.
+    extra_compile_args=["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"],
+    libraries=["m"],
+)
 
 setup(
-    ext_modules=[
-        Extension(
-            "shockwave.simulation._compiled",
-            ["shockwave/simulation/_compiled.c"],
-            # Without a C compiler NumPy serves, with the same answers.
-            optional=True,
-            py_limited_api=True,
-            define_macros=[("Py_LIMITED_API", "0x030B0000")],
-            # Products and sums stay apart: results are the same on every processor, and the same as NumPy's.
-            extra_compile_args=["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"],
-        )
-    ],
-    options={"bdist_wheel": {"py_limited_api": "cp311"}},
+    cmdclass={"bdist_wheel": BdistWheel},
+    ext_modules=[EXTENSION] if COMPILES else [],
+    options={"bdist_wheel": {"py_limited_api": "cp311"}} if COMPILES else {},
 )

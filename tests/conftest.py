@@ -3,15 +3,27 @@
 from __future__ import annotations
 
 import gc
+import importlib.util
+import os
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
-from distributions import PLUGINS, describe, on_path
-from distributions import install as install_project
-from shockwave import registry
+# What is tested is the shockwave that is installed, and it may lie elsewhere: `python -m pytest` puts the source tree,
+# which has no compiled part then, before it on the path; so does a child process that runs there.
+ROOT = Path(__file__).parent.parent
+IMPORT_PATH = sys.path[:]
+sys.path[:] = [entry for entry in IMPORT_PATH if Path(entry).resolve() != ROOT.resolve()]
+if not (INSTALLED := importlib.util.find_spec("shockwave")):
+    sys.path[:] = IMPORT_PATH
+elif not Path(str(INSTALLED.origin)).is_relative_to(ROOT):
+    os.environ["PYTHONSAFEPATH"] = "1"
+
+from distributions import PLUGINS, describe, on_path  # noqa: E402 (after the path is set)
+from distributions import install as install_project  # noqa: E402
+from shockwave import registry  # noqa: E402
 
 #: A hooks module that registers one profile and imports nothing heavy.
 HOOKS = """

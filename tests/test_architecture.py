@@ -8,8 +8,10 @@ import sys
 from functools import cache
 from pathlib import Path
 
+import shockwave
+
 ROOT = Path(__file__).parent.parent
-PACKAGE = ROOT / "shockwave"
+PACKAGE = Path(shockwave.__file__).parent
 FILES = sorted(PACKAGE.rglob("*.py"))
 
 # A module may import from its own room and from those on lower floors.
@@ -86,7 +88,7 @@ MODULES = [file for file in FILES if file != PACKAGE / "__init__.py"]
 def test_imports_run_downwards() -> None:
     own = {"__version__", "OWN_DISTRIBUTION"}
     above = {
-        (str(file.relative_to(ROOT)), other)
+        (str(file.relative_to(PACKAGE.parent)), other)
         for file in MODULES
         for other in imports(file) - {room(file)} - own
         if FLOORS[other] >= FLOORS[room(file)]
@@ -96,7 +98,7 @@ def test_imports_run_downwards() -> None:
 
 def test_columns_never_import_each_other() -> None:
     others = {**dict.fromkeys(A_PRIORI, DIRECT), **dict.fromkeys(DIRECT, A_PRIORI)}
-    wrong = {str(file.relative_to(ROOT)): imports(file) & others.get(room(file), set()) for file in MODULES}
+    wrong = {str(file.relative_to(PACKAGE.parent)): imports(file) & others.get(room(file), set()) for file in MODULES}
     assert {file: rooms for file, rooms in wrong.items() if rooms} == {}
 
 

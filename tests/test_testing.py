@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import shockwave
 from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.tabulated import Tabulated
@@ -26,7 +27,7 @@ from shockwave.testing import IntegratorContract, ProfileContract, QuadratureCon
 from shockwave.testing.contract import Contract, clauses_of
 from shockwave.testing.smoothness import roughness, steepening
 
-ROOT = Path(__file__).parent.parent
+PACKAGE = Path(shockwave.__file__).parent
 CONTRACTS = [ProfileContract, IntegratorContract, QuadratureContract]
 by_name = {"ids": lambda cls: cls.__name__}
 
@@ -164,7 +165,7 @@ def said(tmp_path_factory: pytest.TempPathFactory) -> str:
     folder = tmp_path_factory.mktemp("kit")
     (folder / "test_it.py").write_text(MODULE)
     options = ["-p", "no:cacheprovider", "-v", "-rs", "-W", "error", "--continue-on-collection-errors"]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "400"}
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent), "COLUMNS": "400"}
     command = [sys.executable, "-m", "pytest", *options, "test_it.py"]
     return subprocess.run(command, capture_output=True, text=True, cwd=folder, env=environment).stdout
 
@@ -253,7 +254,7 @@ def test_clauses_of_both_contracts_of_a_one_step_method_can_be_left_out() -> Non
 
 
 def test_nothing_else_of_shockwave_needs_pytest() -> None:
-    text = [file for file in (ROOT / "shockwave").rglob("*.py") if re.search(r"\bpytest\b", file.read_text())]
+    text = [file for file in PACKAGE.rglob("*.py") if re.search(r"\bpytest\b", file.read_text())]
     assert {file.parent.name for file in text} == {"testing"}
 
 

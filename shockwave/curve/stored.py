@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import pathlib
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +16,7 @@ from shockwave.curve.series import Piece, Series
 from shockwave.curve.shape import Shape
 from shockwave.document.files import parse_json, read_bytes
 from shockwave.document.output import write_file
-from shockwave.errors import FileAccessError, InvalidValueError
+from shockwave.errors import InvalidValueError
 from shockwave.fields import text_of
 
 if TYPE_CHECKING:

@@ -30,7 +30,7 @@ def lack() -> str:
     """Why there is no compiled code; empty where there is."""
     if compiled is not None:
         return ""
-    return "not built: shockwave was installed without a C compiler (GCC or Clang)"
+    return "not built: shockwave was installed without a C compiler, on Windows or on free-threaded Python"
 
 
 def chosen(backend: str) -> ModuleType | None:

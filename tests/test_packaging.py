@@ -1,0 +1,211 @@
+"""The distribution: its name, its declared dependencies, what the sdist holds and how wheels are tagged."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import tomllib
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from packaging.requirements import Requirement
+
+import shockwave as sw
+from pages import ROOT
+
+#: The distribution of another project, as it would be named in a command, a hint or a requirement.
+FOREIGN = re.compile(
+    r"""(pip|uv|pipx)\ (install|download)[^\n`&|;]*[ "']shockwave(?![\w-])
+      | ["'`\s]shockwave(\[(?!\[)[a-z,]+\]["'`\s] | \s*[<>=~!]=\s*\d)""",
+    re.VERBOSE,
+)
+#: An extra, as it stands in a command or a hint.
+EXTRAS = re.compile(r"""(?:OWN_DISTRIBUTION\}|granular-shockwave|["'\s]\.)\[([a-z,]+)\]""")
+#: What tools and builds leave behind in a source tree that is no clone.
+LEFT_BEHIND = re.compile(r"__pycache__|\.egg-info/|(^|/)_?build/|\.(so|pyd)$|(^|/)\.(?!ci/)|^PKG-INFO$|^setup\.cfg$")
+
+
+def tree() -> list[str]:
+    """Paths in the source tree: those that are tracked, in a clone."""
+    if (ROOT / ".git").exists() and (git := shutil.which("git")):
+        listed = subprocess.run([git, "ls-files"], cwd=ROOT, check=True, capture_output=True, text=True).stdout.split(
+            "\n"
+        )
+        return [name for name in listed if (ROOT / name).is_file() and name != ".gitignore"]
+    files = (file.relative_to(ROOT).as_posix() for file in ROOT.rglob("*") if file.is_file())
+    return [name for name in files if not LEFT_BEHIND.search(name)]
+
+
+TEXTS = [name for name in tree() if not name.endswith(".png") and not name.startswith("tests/")]
+
+
+def project(folder: Path = ROOT) -> dict[str, Any]:
+    """The metadata of a distribution of the source tree."""
+    found: dict[str, Any] = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    return found
+
+
+def floors(requirements: list[str]) -> dict[str, str]:
+    """Name -> what is required of it."""
+    return {made.name: str(made.specifier) for made in map(Requirement, requirements)}
+
+
+# ---------------------------------------------------------------- names
+
+
+@pytest.mark.parametrize("text", ["pip install shockwave", 'pip install -U "shockwave[plot]"', "'shockwave>=0.1'"])
+def test_the_search_finds_the_foreign_name(text: str) -> None:
+    assert FOREIGN.search(f"{text}\n")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "pip install granular-shockwave",
+        'pip install "granular-shockwave[plot]"',
+        "pip install . ./plugins/shockwave-blast",
+    ],
+)
+def test_the_search_passes_over_own_names(text: str) -> None:
+    assert not FOREIGN.search(f"{text}\n")
+
+
+def test_nothing_names_the_distribution_of_another_project() -> None:
+    named = {name: found[0] for name in TEXTS if (found := FOREIGN.search((ROOT / name).read_text(encoding="utf-8")))}
+    assert named == {}
+
+
+def test_extras_in_commands_and_hints_exist() -> None:
+    named = {
+        extra
+        for name in TEXTS
+        for found in EXTRAS.finditer((ROOT / name).read_text(encoding="utf-8"))
+        for extra in found[1].split(",")
+    }
+    assert named == set(project()["optional-dependencies"])
+
+
+def test_the_name_in_hints_is_that_of_the_distribution() -> None:
+    assert project()["name"] == sw.OWN_DISTRIBUTION
+
+
+def test_the_citation_is_of_this_version() -> None:
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert (citation["title"], citation["version"]) == (sw.OWN_DISTRIBUTION, project()["version"])
+
+
+# ---------------------------------------------------------------- dependencies
+
+
+def test_the_tests_need_the_same_versions_as_pictures_and_dask() -> None:
+    extras = {name: floors(needs) for name, needs in project()["optional-dependencies"].items()}
+    assert extras["test"].items() >= extras["plot"].items() | extras["dask"].items()
+
+
+def test_every_dependency_has_a_floor() -> None:
+    """The environment of lowest versions is made from them."""
+    extras = project()["optional-dependencies"]
+    needed = floors(project()["dependencies"]) | floors(
+        [need for name in ("dask", "parquet", "plot", "test") for need in extras[name]]
+    )
+    assert [name for name, floor in needed.items() if not floor.startswith(">=")] == []
+
+
+@pytest.mark.parametrize("folder", sorted((ROOT / "plugins").glob("*/")), ids=lambda folder: folder.name)
+def test_sample_plugins_need_no_other_versions_than_shockwave(folder: Path) -> None:
+    about = project()
+    own = floors([*about["dependencies"], *about["optional-dependencies"]["test"]])
+    needed = floors([*project(folder)["dependencies"], *project(folder)["optional-dependencies"]["test"]])
+    assert needed.pop(sw.OWN_DISTRIBUTION) == f">={about['version'].rpartition('.')[0]}"
+    assert needed.items() <= own.items()
+
+
+# ---------------------------------------------------------------- builds
+
+#: Written over what Python says of itself, before setup.py is run.
+FREE_THREADED = """
+import sysconfig
+variable = sysconfig.get_config_var
+sysconfig.get_config_var = lambda name: 1 if name == "Py_GIL_DISABLED" else variable(name)
+"""
+WINDOWS = "import sysconfig; sysconfig.get_platform = lambda: 'win-amd64'\n"
+#: As a file that was there before: none of it belongs to a distribution.
+ARTEFACTS = (
+    "docs/_build/index.html",
+    "plugins/shockwave-blast/build/lib/shockwave_blast/hooks.py",
+    "plugins/shockwave-blast/src/shockwave_blast.egg-info/PKG-INFO",
+    "shockwave/simulation/_compiled.abi3.so",
+    "tests/__pycache__/conftest.cpython-311.pyc",
+)
+
+
+@pytest.fixture(scope="session")
+def setuptools(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with what builds need, of a version that reads the project file."""
+    folder = tmp_path_factory.mktemp("setuptools")
+    build = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["build-system"]["requires"]
+    command = [sys.executable, "-m", "pip", "install", "--quiet", "--target", str(folder), *build]
+    subprocess.run(command, check=True, capture_output=True)
+    return folder
+
+
+@pytest.fixture
+def source(tmp_path: Path) -> Path:
+    """A copy of the source tree."""
+    for name in tree():
+        copy = tmp_path / "source" / name
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(ROOT / name, copy)
+    return tmp_path / "source"
+
+
+def build(source: Path, setuptools: Path, command: str, before: str = "", **variables: str) -> Path:
+    """What a command of setup.py leaves in ``dist``, after the lines ``before``."""
+    program = f"{before}\nimport sys, runpy; sys.argv = ['setup.py', '-q', {command!r}]; runpy.run_path('setup.py')"
+    environment = {**os.environ, "PYTHONPATH": str(setuptools), **variables}
+    done = subprocess.run([sys.executable, "-c", program], cwd=source, env=environment, text=True, capture_output=True)
+    assert done.returncode == 0, done.stderr
+    (made,) = (source / "dist").iterdir()
+    return made
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not shutil.which("cc"), reason="there is no C compiler")
+def test_a_wheel_with_compiled_code_serves_all_pythons_of_one_platform(source: Path, setuptools: Path) -> None:
+    wheel = build(source, setuptools, "bdist_wheel")
+    assert "-cp311-abi3-" in wheel.name
+    assert "shockwave/simulation/_compiled.abi3.so" in zipfile.ZipFile(wheel).namelist()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("before", "variables"),
+    [("", {"CC": "false"}), (FREE_THREADED, {}), (WINDOWS, {})],
+    ids=["no compiler", "free-threaded", "Windows"],
+)
+def test_a_wheel_without_compiled_code_serves_all_platforms(
+    before: str, variables: dict[str, str], source: Path, setuptools: Path
+) -> None:
+    wheel = build(source, setuptools, "bdist_wheel", before, **variables)
+    assert wheel.name.endswith("-py3-none-any.whl")
+    names = zipfile.ZipFile(wheel).namelist()
+    assert [name for name in names if "_compiled" in name] == ["shockwave/simulation/_compiled.pyi"]
+    assert "shockwave/__init__.py" in names
+
+
+@pytest.mark.slow
+def test_the_sdist_holds_the_source_tree_and_nothing_else(source: Path, setuptools: Path) -> None:
+    for name in ARTEFACTS:
+        (source / name).parent.mkdir(parents=True, exist_ok=True)
+        (source / name).touch()
+    with tarfile.open(build(source, setuptools, "sdist")) as archive:
+        held = {member.name.partition("/")[2] for member in archive if member.isfile()}
+    made = {name for name in held if name.startswith("granular_shockwave.egg-info/")} | {"PKG-INFO", "setup.cfg"}
+    assert held - made == set(tree())
