@@ -69,23 +69,29 @@ def errors(name: str, rtol: float, count: int) -> tuple[FloatArray, FloatArray]:
 
 # ---------------------------------------------------------------- accuracy
 
+#: Other simulations that a curve is compared with.
+COUNTS = pytest.mark.parametrize("count", [50, pytest.param(200, marks=pytest.mark.slow)])
+
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_at_most_64_simulations_make_a_curve_to_1e_4(name: str) -> None:
     assert curve(name).simulations <= 64
 
 
+@COUNTS
 @pytest.mark.parametrize("name", SHAPES)
-def test_the_curve_is_within_its_tolerance_of_200_other_simulations(name: str) -> None:
-    off, _ = errors(name, 1e-4, 200)
+def test_the_curve_is_within_its_tolerance_of_other_simulations(name: str, count: int) -> None:
+    off, _ = errors(name, 1e-4, count)
     assert off.max() <= 1e-4
 
 
+@COUNTS
 @pytest.mark.parametrize("name", SHAPES)
-def test_the_error_that_is_told_bounds_the_error(name: str) -> None:
-    off, told = errors(name, 1e-4, 200)
+def test_the_error_that_is_told_bounds_the_error(name: str, count: int) -> None:
+    off, told = errors(name, 1e-4, count)
     # it is three times what the last checks have shown, and covers 99.9 % of many shapes; simulations are known to 1e-7
-    assert np.mean(off <= told + 1e-7) >= 0.99
+    # two of 200 may lie beyond it, of which the first 50 are a part
+    assert np.count_nonzero(off > told + 1e-7) <= 2
 
 
 @pytest.mark.parametrize(

@@ -168,10 +168,10 @@ def test_an_outcome_prints_its_regime_and_relation(name: str) -> None:
         (sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=2), 1e-12),
         (sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=2), 1.0),
         (sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=1 + 1e-9), 1.0),
-        (sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=1e4), 1e3),
+        pytest.param(sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=1e4), 1e3, marks=pytest.mark.slow),
         (sw.Exponential(rise_rate=-700, decay_rate=1e4, duration_ratio=2), 1.0),
         (sw.Exponential(rise_rate=-700, decay_rate=-700, duration_ratio=2), 1e-12),
-        (sw.Exponential(rise_rate=-700, decay_rate=-700, duration_ratio=2), 1e3),
+        pytest.param(sw.Exponential(rise_rate=-700, decay_rate=-700, duration_ratio=2), 1e3, marks=pytest.mark.slow),
     ],
     ids=lambda value: f"{value:g}" if isinstance(value, float) else str(value).replace("duration_ratio", "n"),
 )

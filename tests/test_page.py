@@ -113,8 +113,8 @@ def blank(text: str) -> str:
 
 EACH_SCENE = pytest.mark.parametrize(
     "name",
-    ["ejection", "twelve granules"]
-    + [pytest.param(name, marks=pytest.mark.slow) for name in ("long train", "several peaks", "two granules")],
+    ["ejection", "several peaks", "twelve granules"]
+    + [pytest.param(name, marks=pytest.mark.slow) for name in ("long train", "two granules")],
 )
 
 
@@ -150,7 +150,7 @@ def test_policy_forbids_scripts_and_loading() -> None:
     assert policy.startswith("default-src 'none'; style-src 'unsafe-inline'; img-src data:;")
 
 
-@pytest.mark.parametrize(("name", "drawn"), [("ejection", True), ("long train", False)])
+@pytest.mark.parametrize(("name", "drawn"), [("ejection", True), ("several peaks", False)])
 def test_correction_area_is_drawn_where_granules_are_ejected(name: str, drawn: bool) -> None:
     assert ("Correction area" in Reader(made(name)).all("h3")) is drawn
 
@@ -203,6 +203,7 @@ def test_printed_figures_stand_beside_ours() -> None:
     ).replace("\N{NO-BREAK SPACE}", " ")
 
 
+@pytest.mark.slow
 def test_long_train_is_listed_as_far_as_it_is_read() -> None:
     text = blank(made("long train"))
     assert re.search(r"[0-9]+ more waves are not listed", text)

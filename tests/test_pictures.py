@@ -59,7 +59,9 @@ PAGES = [name for name in ALL if name.endswith("ejection") or name in OTHERS]
 COLUMNS = [pytest.param(name, "column", marks=[pytest.mark.slow] * name.endswith("long train")) for name in ALL]
 
 
-@pytest.mark.parametrize(("name", "size"), [*COLUMNS, *((name, "page") for name in PAGES)])
+@pytest.mark.parametrize(
+    ("name", "size"), [*COLUMNS, *(pytest.param(name, "page", marks=pytest.mark.slow) for name in PAGES)]
+)
 def test_nothing_leaves_the_figure(name: str, size: str) -> None:
     figure, (ax,) = pictures.figure(size=size)
     assert ALL[name](ax) is ax

@@ -112,7 +112,7 @@ def test_long_histories_keep_their_peaks_in_a_map(ax: Axes) -> None:
     assert np.array_equal(drawn.max(axis=1), result.recording.forces.max(axis=0))
 
 
-@pytest.mark.parametrize("name", ["ejection", "train", "long train"])
+@pytest.mark.parametrize("name", ["ejection", "train", pytest.param("long train", marks=pytest.mark.slow)])
 def test_trains_are_those_predicted_and_simulated(ax: Axes, name: str) -> None:
     comparison = compared(name)
     pictures.train(ax, comparison)

@@ -36,7 +36,10 @@ def simulated() -> sw.SimulationResult:
 # ---------------------------------------------------------------- the cases
 
 
-@pytest.mark.parametrize("one", QUICK, ids=lambda one: one.name)
+@pytest.mark.parametrize(
+    "one",
+    [pytest.param(one, id=one.name, marks=[pytest.mark.slow] * (index % 3 > 0)) for index, one in enumerate(QUICK)],
+)
 def test_quick_cases_pass(one: Case) -> None:
     finding, _ = checked(one, "numpy" if compiled is None else "compiled")
     assert finding.faults == ()

@@ -261,6 +261,7 @@ def test_the_map_shows_what_is_predicted_and_simulated(shape: int) -> None:
             assert cell["predicted"] == pytest.approx(module.answered(shock).amplitudes[0], rel=1e-2)
 
 
+@pytest.mark.slow
 def test_errors_of_the_map_lie_in_the_ranges_told() -> None:
     module, plane = study(), table("map.csv")
     holding = []
