@@ -40,12 +40,30 @@ class Pulse(Triangular):
     pass
 """
 
+# fmt: off
+#: Files whose numbers could depend on the processor: the tests that are marked ``numerical``.
+NUMERICAL = {
+    "auto", "backends", "chain", "conditions", "curve", "docs", "extremes", "finite_chains",
+    "free_path", "impulse_limit", "integrators", "many", "march", "measurement", "moments", "numerics",
+    "outcome", "pages", "paper_tables", "predictor", "primary", "profiles", "profiles_digits", "quadratures",
+    "recording", "records", "section4", "simulation", "slow_partings", "solitary_wave", "tabulated", "train",
+    "trust", "truth", "uncertainty",
+}
+# fmt: on
+
 Install = Callable[..., str]
 
 
 def pytest_collection_finish() -> None:
     # the thousands of collected tests are never garbage: without this, each collection looks at all of them
     gc.freeze()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the numerical tests."""
+    for item in items:
+        if item.path.stem.removeprefix("test_") in NUMERICAL:
+            item.add_marker(pytest.mark.numerical)
 
 
 @pytest.fixture
