@@ -80,7 +80,8 @@ def elementwise(function: Callable[[float], float], values: npt.ArrayLike) -> np
     """
     import numpy as np
 
-    return np.array([function(value) for value in np.ravel(values).tolist()]).reshape(np.shape(values))
+    given = np.asarray(values)
+    return np.fromiter(map(function, given.ravel().tolist()), float, given.size).reshape(given.shape)
 
 
 def scatter(values: npt.NDArray[np.float64]) -> float:

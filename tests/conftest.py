@@ -44,9 +44,9 @@ class Pulse(Triangular):
 #: Files whose numbers could depend on the processor: the tests that are marked ``numerical``.
 NUMERICAL = {
     "auto", "backends", "chain", "conditions", "curve", "docs", "extremes", "finite_chains",
-    "free_path", "impulse_limit", "integrators", "many", "march", "measurement", "moments", "numerics",
+    "free_path", "impulse_limit", "integrators", "many", "measurement", "moments", "numerics",
     "outcome", "pages", "paper_tables", "predictor", "primary", "profiles", "profiles_digits", "quadratures",
-    "recording", "records", "section4", "simulation", "slow_partings", "solitary_wave", "tabulated", "train",
+    "recording", "records", "section4", "simulation", "solitary_wave", "tabulated", "train",
     "trust", "truth", "uncertainty",
 }
 # fmt: on

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from shockwave.errors import NumericalError
-from shockwave.numerics import bracketed_root, scatter
+from shockwave.numerics import bracketed_root, elementwise, product, scatter
 from shockwave.profiles.tabulated import Tabulated
 
 #: Name -> function, bracket, root.
@@ -112,3 +112,19 @@ def test_noise_that_hides_the_start_is_told() -> None:
     noisy = pulse + 12.0 + np.random.default_rng(3).normal(0.0, 15.0, 400)
     notes = Tabulated(times=times, forces=noisy).notes
     assert any("scatters by 4" in note and "no quiet lead was found" in note for note in notes)
+
+
+@pytest.mark.parametrize("shape", [(3,), (4, 3), (2, 4, 3)], ids=str)
+def test_a_product_is_that_of_matrices(shape: tuple[int, ...]) -> None:
+    draw = np.random.default_rng(0)
+    left, right = draw.integers(-9, 9, shape).astype(float), draw.integers(-9, 9, (3, 5)).astype(float)
+    # of whole numbers, without rounding
+    np.testing.assert_array_equal(product(left, right), left @ right)
+
+
+@pytest.mark.parametrize("shape", [(), (0,), (3,), (2, 3)], ids=str)
+def test_a_function_of_math_is_taken_of_each_element(shape: tuple[int, ...]) -> None:
+    values = np.linspace(-1, 1, math.prod(shape)).reshape(shape)
+    found = elementwise(math.exp, values)
+    assert found.shape == shape
+    assert found.ravel().tolist() == [math.exp(value) for value in values.ravel().tolist()]

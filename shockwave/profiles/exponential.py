@@ -75,7 +75,7 @@ def _ramp(rate: float, s: FloatArray, integrals: int) -> FloatArray:
     """expm1(-k s)/expm1(-k) on [0, 1], integrated from 0 to s none, once or twice."""
     power = math.prod([s] * (1 + integrals))
     shape = power * _phi(rate * s, integrals) / _phi(np.asarray(rate), 0)
-    return np.asarray(shape * elementwise(math.exp, min(rate, 0.0) * (1 - s)))
+    return np.asarray(shape if rate >= 0 else shape * elementwise(math.exp, rate * (1 - s)))
 
 
 def _phi(x: FloatArray, order: int) -> FloatArray:
