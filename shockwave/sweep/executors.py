@@ -8,7 +8,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing import connection
 from typing import Any, Protocol
 
@@ -234,13 +234,18 @@ class Processes:
         if self._pool is None:
             return
         self._context.kill()
-        end = threading.Thread(target=self._pool.shutdown, kwargs={"cancel_futures": True}, daemon=True)
+        end = threading.Thread(target=_shut, args=(self._pool,), daemon=True)
         end.start()
         end.join(_CHECK)
         if end.is_alive():
             self._context.cut()
             end.join(_CHECK)
         self._pool = None
+
+
+def _shut(pool: ProcessPoolExecutor) -> None:
+    with suppress(OSError):  # its connection may be cut meanwhile
+        pool.shutdown(cancel_futures=True)
 
 
 def _begin(environment: dict[str, str]) -> None:

@@ -214,7 +214,7 @@ class ProfileContract(Contract):
                 for s in times.tolist():
                     got, taken = path.at(s)[index], integral(profile, 0.0, s, moment=index == 0)
                     if not abs(got - taken.value) <= (_CLOSED + path.error) * whole + taken.error:
-                        found = f"{got!r}, quadrature {taken.value!r} +- {taken.error:.1e}"
+                        found = f"{got!r}, quadrature {taken.value:.12g} +- {taken.error:.1e}"
                         what = f"closed_free_path() gives the {what} at s = {s!r} as {found}"
                         self._broken("clause 7", profile, what, mend)
 
@@ -324,7 +324,9 @@ class ProfileContract(Contract):
         for name, closed, ends in (("a1", areas[0], (0.0, 1.0)), ("a2", areas[1], (1.0, n))):
             taken = integral(profile, *ends)
             if not abs(closed - taken.value) <= _CLOSED * abs(taken.value) + taken.error:
-                what = f"closed_areas() gives {name} = {closed!r}, quadrature {taken.value!r} +- {taken.error:.1e}"
+                what = (
+                    f"closed_areas() gives {name} = {closed:.12g}, quadrature {taken.value:.12g} +- {taken.error:.1e}"
+                )
                 self._broken("clause 7", profile, what, mend)
 
     def _check_closed(self, profile: ShockProfile, name: str, ends: FloatArray, mend: str) -> None:
@@ -344,5 +346,5 @@ class ProfileContract(Contract):
             # Near 0 no digit need be lost; in the decay, what is added up is as great as the whole.
             scale = abs(taken.value) if s <= 1 else whole
             if not abs(value - taken.value) <= _CLOSED * scale + taken.error + _LEAST:
-                what = f"{name}(s) at s = {s!r} is {value!r}, quadrature gives {taken.value!r} +- {taken.error:.1e}"
+                what = f"{name}(s) at s = {s!r} is {value!r}, quadrature gives {taken.value:.12g} +- {taken.error:.1e}"
                 self._broken("clause 7", profile, what, mend + "; near 0, mind differences of nearly equal numbers")

@@ -150,7 +150,7 @@ class QuadratureContract(Contract):
             found = self._integrated("clause 2", quadrature, case)
             off, allowed = abs(found.value - case.area), case.error * (case.upper - case.lower)
             if not off <= allowed:
-                what = f"{_told(case)} is {found.value!r}, off by {off:.1e}; {allowed:.1e} is allowed"
+                what = f"{_told(case)} is {found.value:.12g}, off by {off:.1e}; {allowed:.1e} is allowed"
                 mend = "refine towards the ends, where derivatives may be unbounded, and check the weights"
                 self._broken("clause 2", quadrature, what, mend)
 
