@@ -18,8 +18,8 @@ class BdistWheel(bdist_wheel):
         super().run()
 
 
-# Without a C compiler NumPy serves, with the same answers; so it does where the file cannot be compiled yet: MSVC lacks
-# vector types, and the limited API does not cover free-threaded Python.
+# Without a C compiler, the NumPy backend gives the same results. It is also used where the file cannot be compiled yet:
+# MSVC lacks vector types, and the limited API does not support free-threaded Python.
 COMPILES = not (sysconfig.get_platform().startswith("win") or sysconfig.get_config_var("Py_GIL_DISABLED"))
 
 EXTENSION = Extension(

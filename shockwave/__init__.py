@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from shockwave.uncertainties.uncertainty import uncertainty
 
 __version__ = "0.1.0"
-#: Name under which the package is installed: another project holds the name ``shockwave`` at the package index.
+#: Name of the distribution; on the package index, the name ``shockwave`` belongs to another project.
 OWN_DISTRIBUTION = "granular-shockwave"
 
 _HOMES = {

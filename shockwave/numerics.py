@@ -65,8 +65,8 @@ def bracketed_root(function: Callable[[float], float], lower: float, upper: floa
 def product(left: npt.NDArray[np.float64], right: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Matrix product of ``left``, shape (..., m, n), and ``right``, shape (n, p), for small matrices.
 
-    Its sums run in the same order on every processor, unlike those of ``@`` and `numpy.einsum`: the steps of an
-    integration amplify a last digit.
+    Sums have the same order on every processor, unlike those of ``@`` and `numpy.einsum`: the steps of an integration
+    amplify a difference in the last digit.
     """
     import numpy as np
 
@@ -74,9 +74,9 @@ def product(left: npt.NDArray[np.float64], right: npt.NDArray[np.float64]) -> np
 
 
 def elementwise(function: Callable[[float], float], values: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """``function``, of module `math`, at each of ``values``; same shape.
+    """Values of ``function``, from the module `math`, at each element of ``values``; same shape.
 
-    The last digits of NumPy's own exponentials and powers depend on the vector instructions of the processor.
+    The last digits of NumPy's exponentials and powers depend on the vector instructions of the processor.
     """
     import numpy as np
 

@@ -217,13 +217,13 @@ def test_page_loads_nothing_from_elsewhere() -> None:
     assert all(link.startswith("#") for link in parsed()[1].links)
 
 
-def test_page_may_load_and_send_nothing() -> None:
+def test_the_page_may_not_load_or_send_anything() -> None:
     policy = re.search('<meta http-equiv="Content-Security-Policy" content="([^"]*)">', parsed()[0])
     assert policy is not None
     assert {"default-src 'none'", "base-uri 'none'", "form-action 'none'"} <= set(policy[1].split("; "))
 
 
-def test_what_turns_the_direction_of_writing_is_replaced_in_the_page() -> None:
+def test_characters_that_reverse_text_direction_are_replaced_in_the_page() -> None:
     from shockwave.benchmark.page import page
 
     assert "\u202e" not in page(made(name="a\u202eb"))

@@ -173,7 +173,7 @@ def test_what_cannot_be_written_is_a_file_access_error(folder: Path, place: str)
 
 @pytest.mark.parametrize("command", ["report", "curve", "design", "bench"])
 @pytest.mark.parametrize("taken", ["scenario", "link", "record"])
-def test_what_is_read_is_not_written_over(
+def test_an_input_file_is_not_overwritten(
     command: str, taken: str, folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene, target = ("record.yaml", "pulse.json") if taken == "record" else ("scene.yaml", "scene.yaml")
@@ -186,7 +186,7 @@ def test_what_is_read_is_not_written_over(
     design = ["--vary", "chain.radius", "--target", "amplification=1", "--between", "1mm", "2mm"]
     assert main([command, scene, "-o", f"out{ending}", *(design if command == "design" else [])]) == 2
     error = capsys.readouterr().err
-    assert "--output: must be another file than those that are read" in error
+    assert "--output: must not be an input file" in error
     assert f"out{ending}" in error
     assert target in error
     assert (folder / "scene.yaml").read_text() == SCENE
@@ -206,7 +206,7 @@ def test_a_pattern_that_matches_nothing_is_an_error_that_says_so(
     command: str, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main([command, "*.yml"]) == 5
-    assert capsys.readouterr().err == "*.yml: must name a file (got a pattern that none matches)\n"
+    assert capsys.readouterr().err == "*.yml: must name a file (got a pattern that matches no file)\n"
 
 
 @posix
@@ -222,7 +222,7 @@ def test_a_file_whose_name_is_a_pattern_is_that_file(folder: Path, capsys: pytes
 @posix
 @pytest.mark.parametrize("file", ["scene.yaml", "pulse.json"])
 @pytest.mark.parametrize("kind", ["pipe", "device", "folder"])
-def test_what_is_no_regular_file_is_not_read(file: str, kind: str, folder: Path) -> None:
+def test_only_regular_files_are_read(file: str, kind: str, folder: Path) -> None:
     (folder / file).unlink()
     if kind == "pipe":
         os.mkfifo(file)

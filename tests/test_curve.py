@@ -444,7 +444,7 @@ def test_a_file_that_is_no_document_is_refused(text: str, tmp_path: Path) -> Non
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no such pipes here")
-def test_a_pipe_is_no_file_of_a_curve(tmp_path: Path) -> None:
+def test_a_curve_is_not_read_from_a_pipe(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "curve.json")
     with pytest.raises(sw.FileAccessError, match="is not a file"):
         UniversalCurve.load(tmp_path / "curve.json")
@@ -456,7 +456,7 @@ def places(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
 
 
 @pytest.mark.parametrize("value", [None, True, -1, 10**400, 2.5, "", "\ud800", [], {}, [[1]], {"a": []}], ids=repr)
-def test_whatever_stands_in_a_document_it_is_a_curve_or_refused(value: Any) -> None:
+def test_any_document_is_a_curve_or_refused(value: Any) -> None:
     document = curve("triangle").to_dict()
     for path in places(document):
         spoilt = broken(*path, value=value)

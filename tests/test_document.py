@@ -197,7 +197,7 @@ def test_hostile_documents_end_in_a_fault(text: str, fragment: str) -> None:
     assert any(fragment in fault for fault in _faults(text))
 
 
-def test_an_alias_under_a_key_that_is_no_name_hides_no_fault_elsewhere() -> None:
+def test_an_alias_under_an_invalid_key_hides_no_other_fault() -> None:
     # both are faults of reading; the mapping around them can be read
     document = parse_document("a: 1\n5: *x\n6: {b: *x}\n", "x.yaml", faults := [])
     assert len(faults) == 4

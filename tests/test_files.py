@@ -55,7 +55,7 @@ def test_a_socket_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 @pytest.mark.parametrize(
     ("path", "told"), [(".", "is not a file"), ("none", "cannot be read"), ("a\0b", "is no path")], ids=repr
 )
-def test_what_is_no_file_is_named(tmp_path: Path, path: str, told: str) -> None:
+def test_a_path_that_is_not_a_readable_file_is_named(tmp_path: Path, path: str, told: str) -> None:
     with pytest.raises(FileAccessError, match=told):
         read_bytes(tmp_path / path, 4)
 
@@ -65,19 +65,19 @@ def test_text_has_no_byte_order_mark(tmp_path: Path) -> None:
     assert read_text(tmp_path / "a", 4) == "a"
 
 
-def test_bytes_that_are_no_text_are_named_with_their_line(tmp_path: Path) -> None:
+def test_bytes_that_are_not_text_are_reported_with_their_line(tmp_path: Path) -> None:
     (tmp_path / "a").write_bytes(b"a\n\xff")
     with pytest.raises(FileAccessError, match=r"got the byte 0xff in line 2"):
         read_text(tmp_path / "a", 4)
 
 
 @pytest.mark.parametrize("text", ["[" * 100_000, '{"a": ' * 100_000, "", "{", "[NaN]", "9" * 5000], ids=lambda t: t[:8])
-def test_what_is_not_json_is_refused(text: str) -> None:
+def test_invalid_json_is_refused(text: str) -> None:
     with pytest.raises(InvalidValueError, match="sweep: must be JSON"):
         parse_json(text, "sweep")
 
 
-def test_what_is_nested_too_deeply_to_be_walked_through_is_refused() -> None:
+def test_json_that_is_nested_too_deeply_is_refused() -> None:
     parse_json("[" * 100 + "]" * 100, "sweep")
     with pytest.raises(InvalidValueError, match=r"got lists or mappings nested too deeply; mend it\)"):
         parse_json("[" * 101 + "]" * 101, "sweep", "mend it")
@@ -91,7 +91,7 @@ def test_lines_keep_their_ends(tmp_path: Path) -> None:
 
 def test_a_line_without_end_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a").write_bytes(b"1\n2345")
-    with open_regular(tmp_path / "a") as file, pytest.raises(FileAccessError, match="a: must have lines of less than"):
+    with open_regular(tmp_path / "a") as file, pytest.raises(FileAccessError, match="a: must have lines shorter than"):
         list(lines_of(file, "a", 4))
 
 

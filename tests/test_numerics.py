@@ -123,7 +123,7 @@ def test_a_product_is_that_of_matrices(shape: tuple[int, ...]) -> None:
 
 
 @pytest.mark.parametrize("shape", [(), (0,), (3,), (2, 3)], ids=str)
-def test_a_function_of_math_is_taken_of_each_element(shape: tuple[int, ...]) -> None:
+def test_a_function_of_math_is_evaluated_at_each_element(shape: tuple[int, ...]) -> None:
     values = np.linspace(-1, 1, math.prod(shape)).reshape(shape)
     found = elementwise(math.exp, values)
     assert found.shape == shape

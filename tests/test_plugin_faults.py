@@ -126,7 +126,7 @@ def test_a_built_in_scene_imports_no_plugin(install: Install, scene: Path) -> No
 
 
 @pytest.mark.usefixtures("scene")
-def test_what_a_plugin_prints_is_no_part_of_a_result(install: Install, capsys: pytest.CaptureFixture[str]) -> None:
+def test_output_of_a_plugin_is_not_part_of_a_result(install: Install, capsys: pytest.CaptureFixture[str]) -> None:
     returned = "return [Entry('faulty-pulse', 'test_pulses_pulse:Pulse', 'a pulse')]"
     hooks = "print('noise 1')\n" + HOOK.format(arguments="", body=f"print('noise 2'); {returned}")
     install("test-pulses", hooks=hooks, pulse="print('noise 3')\nfrom shockwave import Triangular as Pulse\n")
@@ -164,7 +164,7 @@ def test_a_requirement_that_is_met_is_no_fault(install: Install, requires: str) 
 
 
 @pytest.mark.usefixtures("scene")
-def test_a_clash_is_listed_and_stops_only_who_uses_the_name(
+def test_a_clash_is_listed_and_stops_only_scenes_that_use_the_name(
     install: Install, capsys: pytest.CaptureFixture[str]
 ) -> None:
     install("test-first", name="faulty-pulse")

@@ -183,7 +183,7 @@ ADMITTED = {
 
 @pytest.mark.parametrize("nothing", ["", "{}", "[]"])
 @pytest.mark.parametrize("block", [key.name for key in blocks.SCENARIO])
-def test_of_an_empty_block_the_schema_says_what_the_loader_says(tmp_path: Path, block: str, nothing: str) -> None:
+def test_schema_and_loader_agree_on_an_empty_block(tmp_path: Path, block: str, nothing: str) -> None:
     scenario = {"chain": CHAIN, "shock": SHOCK} | {block: f"{block}: {nothing}\n"}
     path = tmp_path / "scenario.yaml"
     path.write_text("".join(scenario.values()), encoding="utf-8")

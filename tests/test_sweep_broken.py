@@ -92,7 +92,7 @@ def nested(file: Path) -> None:
 @pytest.mark.skipif(not (hasattr(os, "mkfifo") and os.path.exists("/dev/zero")), reason="there are no such files here")
 @pytest.mark.parametrize("name", ["sweep.json", "journal.jsonl"])
 @pytest.mark.parametrize("kind", [pipe, device, nested])
-def test_what_is_no_file_is_not_read(
+def test_only_regular_files_are_read(
     folder: Path, scene: str, name: str, kind: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (folder / name).unlink()
@@ -174,7 +174,7 @@ def test_a_list_of_tables_of_a_wrong_shape_is_made_anew(folder: Path, text: str)
 def test_a_journal_of_one_endless_line_is_not_read_into_memory(folder: Path) -> None:
     with (folder / "journal.jsonl").open("wb") as file:
         file.truncate(2**36)  # takes no room on the disk
-    with pytest.raises(sw.FileAccessError, match=r"journal\.jsonl: must have lines of less than 16 MiB"):
+    with pytest.raises(sw.FileAccessError, match=r"journal\.jsonl: must have lines shorter than 16 MiB"):
         load_sweep(folder)
 
 
@@ -185,7 +185,7 @@ def test_a_value_that_ends_with_a_nul_keeps_its_name(folder: Path) -> None:
     assert main(["plot", str(folder), "--at", r"chain.material=\x00"]) == 0
 
 
-def test_numbers_that_are_none_are_left_out_of_the_results(folder: Path) -> None:
+def test_invalid_numbers_are_left_out_of_the_results(folder: Path) -> None:
     first, *others = (folder / "journal.jsonl").read_text().splitlines(keepends=True)
     entry = json.loads(first)
     entry["values"] = [float("nan") if isinstance(value, float) else value for value in entry["values"]]
@@ -212,7 +212,7 @@ def steps(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
 
 
 @pytest.mark.parametrize("seed", range(24))
-def test_whatever_is_wrong_with_a_folder_is_told(
+def test_a_damaged_folder_is_read_or_reported(
     folder: Path, scene: str, seed: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
     draw = random.Random(seed)

@@ -119,7 +119,7 @@ def test_text_that_a_spreadsheet_would_run_has_an_apostrophe_in_csv(tmp_path: Pa
     assert (objects[0]["regime"], objects[1]["problem"]) == (text, text)
 
 
-def test_negative_numbers_are_no_formulas_in_csv(tmp_path: Path) -> None:
+def test_negative_numbers_are_not_formulas_in_csv(tmp_path: Path) -> None:
     place = folder_of(tmp_path / "out", [([N], [[-1.5], [-2]])], [line(0, "a", -2.5, None, -3)])
     write_all(place)
     first, second = rows(place)
@@ -127,7 +127,7 @@ def test_negative_numbers_are_no_formulas_in_csv(tmp_path: Path) -> None:
     assert [first["peak_force [N]"], first["waves"]] == ["-2.5", "-3"]
 
 
-def test_a_carriage_return_ends_no_row_of_csv(tmp_path: Path) -> None:
+def test_a_carriage_return_does_not_end_a_csv_row(tmp_path: Path) -> None:
     place = folder_of(tmp_path / "out", [([N], [[1.0]])], [line(0, "a\r=1+1", 1.0, 1.0, 1)])
     write_all(place)
     assert [row["regime"] for row in rows(place)] == ["a\r=1+1"]

@@ -53,12 +53,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _expanded(name: str) -> list[str]:
-    """The files that a pattern such as ``*.yaml`` names: shells of Windows leave that to the command."""
+    """Files that match a pattern such as ``*.yaml``, which the shells of Windows do not expand."""
     if os.path.lexists(name) or not glob.has_magic(name):
         return [name]
     found = sorted(glob.glob(name))
     if not found:
-        raise FileAccessError(f"{name}: must name a file (got a pattern that none matches)")
+        raise FileAccessError(f"{name}: must name a file (got a pattern that matches no file)")
     return found
 
 

@@ -35,7 +35,7 @@ def listed(options: argparse.Namespace) -> int:
 
 
 def _plugins(check: bool) -> list[dict[str, Any]]:
-    """A row for each installed plugin; ``check`` imports it and what it registers, in a process of its own."""
+    """Rows for the installed plugins; ``check`` imports each and what it registers in a separate process."""
     from shockwave.registry import plugins
     from shockwave.registry.check import checked_plugins
 

@@ -22,8 +22,8 @@ __all__ = ["compare", "curve", "loaded", "predict", "report", "simulate", "valid
 def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) -> tuple[list[Scenario], int]:
     """All scenarios and 0; or, after every fault of every file was told, the greatest exit status of them.
 
-    One that stands for many is a fault here; ``remedy`` says what to do, or to run the sweep. ``output`` is where the
-    answer will be written, which must be none of the files that are read.
+    One that stands for many is a fault here; ``remedy`` says what to do, or to run the sweep. ``output`` is the output
+    file, which must not be one of the input files.
     """
     from shockwave.scenario.load import load_scenario
 

@@ -22,30 +22,31 @@ if TYPE_CHECKING:
 __all__ = ["sweep"]
 
 
-# What ends a program that is not asked for an answer: a batch system at the end of a job, a terminal that is closed.
+# Signals that end a program: from a batch system at the end of a job, or from a closed terminal.
 _ENDS = ("SIGTERM", "SIGHUP")
 
 
 def sweep(options: argparse.Namespace) -> int:
-    """Run a sweep, or go on with it; or tell what that would be.
+    """Run or resume a sweep, or print the plan of a dry run.
 
-    SIGTERM and SIGHUP end it as Ctrl-C does; the status is 128 and the number of the signal.
+    SIGTERM and SIGHUP end it as Ctrl-C does; the status is 128 plus the number of the signal.
     """
     with _interrupting() as came:
         try:
             return _sweep(options)
         except KeyboardInterrupt as interrupt:
-            with suppress(OSError):  # of a terminal that is closed
+            with suppress(OSError):  # the terminal may be closed
                 print(_told(interrupt), file=sys.stderr)
             return 128 + (came[0] if came else signal.SIGINT)
 
 
 @contextmanager
 def _interrupting() -> Iterator[list[int]]:
-    """Signals that would end the program interrupt it, the first one alone, and are noted; those it ignores remain so.
+    """Turn the first signal that would end the program into an interrupt, and record all such signals.
 
-    They do what an interrupt would do at the time, which waits while processes are begun. A shell begins what runs in
-    the background so that it ignores interrupts.
+    Ignored signals remain ignored. A signal calls the current handler of SIGINT, which defers interrupts while
+    processes start. If there is none, it raises `KeyboardInterrupt`: a shell starts background programs with SIGINT
+    ignored.
     """
     came: list[int] = []
 
@@ -68,7 +69,7 @@ def _interrupting() -> Iterator[list[int]]:
 
 
 def _told(interrupt: KeyboardInterrupt) -> str:
-    """How far the sweep is, if it had begun."""
+    """Message with the progress of the sweep, if it had started."""
     from shockwave.sweep.report import SweepInterrupt
 
     if not isinstance(interrupt, SweepInterrupt):

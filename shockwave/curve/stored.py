@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["from_dict", "read", "to_dict", "versions", "write"]
 
 _FORMAT, _VERSION = "shockwave universal curve", 1
-# Of a file; curves have some tens of thousands.
+# Largest file [bytes]; a curve takes some tens of thousands.
 _MOST_BYTES = 2**24
 
 
@@ -77,7 +77,7 @@ class _Reader:
             raise self.fault("a finite number")
         try:
             number = float(self.value)
-        except OverflowError:  # of a whole number
+        except OverflowError:  # a large whole number
             number = math.inf
         if not (math.isfinite(number) and number > above):
             raise self.fault("a finite number" + (f" > {above:g}" if above > -math.inf else ""))
@@ -120,7 +120,7 @@ def from_dict(document: Any) -> tuple[Shape, float, float, Built, tuple[tuple[st
 
 
 def _shape(read: _Reader) -> tuple[Shape, tuple[tuple[str, str], ...]]:
-    """The shape of a document, and the versions of what made it."""
+    """Shape in a document, and the versions of the packages that made it."""
     if read["format"].value != _FORMAT:
         raise read["format"].fault(repr(_FORMAT))
     if read["version"].value != _VERSION:

@@ -1,1 +1,1 @@
-"""Documents: YAML text read safely into plain data that knows where it stands, units taken off values, files, HTML."""
+"""Documents: safe reading of YAML into plain data with source positions, values with units, files, HTML."""

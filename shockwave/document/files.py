@@ -1,4 +1,4 @@
-"""Files that anybody may have put there: regular ones only, read up to a limit, with errors in plain words."""
+"""Reading of untrusted files: regular files only, up to a size limit, with plain error messages."""
 
 from __future__ import annotations
 
@@ -13,31 +13,31 @@ from shockwave.errors import FileAccessError, InvalidValueError
 
 __all__ = ["lines_of", "open_new", "open_regular", "parse_json", "read_bytes", "read_text"]
 
-# Lists and mappings within each other. Whatever walks through a document may call itself so often.
+# Deepest nesting of lists and mappings; functions that walk through a document may recurse to this depth.
 _DEEPEST = 100
 
 
 def open_regular(path: str | os.PathLike[str], remedy: str = "", mode: str = "rb", buffering: int = -1) -> BinaryIO:
-    """Open a regular file; a pipe or a device, which may never end, is refused without waiting for it.
+    """Open a regular file; refuse a pipe or a device, which may never end, without waiting for it.
 
     Parameters
     ----------
     path : path-like
         Links are followed.
     remedy : str, optional
-        What to do about a file that cannot be read, for the message.
+        Advice to append to error messages.
     mode, buffering : str, int
-        As for `open`; of bytes.
+        As for `open`, in binary mode.
 
     Raises
     ------
     FileAccessError
-        When it cannot be opened, or is no regular file; its ``__cause__`` is the OSError, if there was one.
+        When the file cannot be opened or is not a regular file; ``__cause__`` is the OSError, if any.
     """
     hint = f"; {remedy}" if remedy else ""
 
     def opener(name: str, flags: int) -> int:
-        # the other end of a pipe is not waited for; Windows has no such flag, and no such pipes
+        # do not wait for the other end of a pipe; Windows has neither this flag nor such pipes
         descriptor = os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
         kind = os.fstat(descriptor).st_mode
         if not stat.S_ISREG(kind):
@@ -59,19 +59,19 @@ def open_regular(path: str | os.PathLike[str], remedy: str = "", mode: str = "rb
 
 
 def open_new(path: Path, mode: str = "xb", **text: Any) -> IO[Any]:
-    """Open a new file for writing, in place of whatever has its name: a link would lead elsewhere, a pipe would wait.
+    """Remove any file of this name and open a new one: a link would lead elsewhere, a pipe would block.
 
     Raises
     ------
     OSError
-        When that cannot be done.
+        When the old file cannot be removed or the new one cannot be opened.
     """
     path.unlink(missing_ok=True)
     return path.open(mode, **text)
 
 
 def read_bytes(path: str | os.PathLike[str], limit: int, remedy: str = "") -> bytes:
-    """The content of a regular file of at most ``limit`` bytes.
+    """Content of a regular file of at most ``limit`` bytes.
 
     Raises
     ------
@@ -90,12 +90,12 @@ def read_bytes(path: str | os.PathLike[str], limit: int, remedy: str = "") -> by
 
 
 def read_text(path: str | os.PathLike[str], limit: int, remedy: str = "") -> str:
-    """The UTF-8 text of a regular file of at most ``limit`` bytes, without a byte order mark.
+    """UTF-8 text of a regular file of at most ``limit`` bytes, without a byte order mark.
 
     Raises
     ------
     FileAccessError
-        As for `read_bytes`, and when the file is not UTF-8 text; its ``__cause__`` is then the UnicodeDecodeError.
+        As for `read_bytes`, and when the file is not UTF-8 text; ``__cause__`` is then the UnicodeDecodeError.
     """
     data = read_bytes(path, limit, remedy)
     try:
@@ -107,38 +107,38 @@ def read_text(path: str | os.PathLike[str], limit: int, remedy: str = "") -> str
 
 
 def lines_of(file: BinaryIO, name: str | os.PathLike[str], longest: int) -> Iterator[bytes]:
-    """The lines of ``file``, called ``name``, with their ends; the last may have none.
+    """Lines of ``file`` with their line ends, which the last may lack; ``name`` is for error messages.
 
     Raises
     ------
     FileAccessError
-        When it cannot be read, or has a line of ``longest`` bytes or more.
+        When the file cannot be read, or has a line of ``longest`` bytes or more.
     """
     try:
         while line := file.readline(longest):
             if len(line) == longest:
-                raise FileAccessError(f"{os.fspath(name)}: must have lines of less than {_size(longest)} (got more)")
+                raise FileAccessError(f"{os.fspath(name)}: must have lines shorter than {_size(longest)} (got more)")
             yield line
     except OSError as error:
         raise _refused(name, error, "") from error
 
 
 def parse_json(text: str | bytes, name: str, remedy: str = "") -> Any:
-    """The value that a JSON text has.
+    """Value of a JSON text.
 
     Parameters
     ----------
     text : str or bytes
         Bytes are UTF-8.
     name : str
-        What messages call it.
+        Name of the text in error messages.
     remedy : str, optional
-        What to do about it, for the message.
+        Advice to append to the error message.
 
     Raises
     ------
     InvalidValueError
-        When it is not JSON, is nested too deeply, or holds NaN or an infinity, which JSON does not have.
+        When the text is not JSON, is nested too deeply, or contains NaN or an infinity, which JSON does not allow.
     """
     try:
         value = json.loads(text, parse_constant=_no_constant)

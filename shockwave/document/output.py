@@ -1,4 +1,4 @@
-"""Writing files: a file is there whole, or stays as it was; what is read is never written over."""
+"""Writing of files: only a complete file replaces an old one, and input files are never overwritten."""
 
 from __future__ import annotations
 
@@ -13,29 +13,29 @@ from shockwave.errors import FileAccessError, UsageError
 __all__ = ["refuse_inputs", "write_file"]
 
 _Path = str | os.PathLike[str]
-# Names of files that are open already: another file in their place would not be what is open.
+# Prefixes of names of open files: a new file of the same name would not replace the open one.
 _STREAMS = ("/dev/std", "/dev/fd/", "/proc/")
 
 
 def write_file(path: _Path, content: str | bytes, anew: bool = False) -> None:
-    """Write ``content`` beside ``path``, then put it in its place: on a full disk the old file stays.
+    """Write ``content`` to a temporary file that then replaces ``path``: if the disk is full, the old file remains.
 
     Parameters
     ----------
     path : path-like
-        A link stays, and what it points to is replaced. A device or a pipe is written to directly. The permissions
-        of a file that is replaced are kept.
+        The target of a link is replaced, not the link. A device or a pipe is written to directly. The new file keeps
+        the permissions of the old one.
     content : str or bytes
         Text is encoded as UTF-8.
     anew : bool
-        The file must not exist.
+        Whether the file must not exist yet.
 
     Raises
     ------
     FileAccessError
         When the file cannot be written.
     """
-    # the name of a file need not be text
+    # the content may include file names that are not valid text
     data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
     try:
         if anew and os.path.lexists(path):
@@ -54,7 +54,7 @@ def _write(path: str, data: bytes) -> None:
         mode = None
     direct = mode is not None and (not stat.S_ISREG(mode) or not os.access(path, os.W_OK))
     if direct or path.startswith(_STREAMS):
-        with open(path, "wb") as file:  # or the error that says why it cannot be
+        with open(path, "wb") as file:  # raises an error if the file is not writable
             file.write(data)
         return
     target = os.path.realpath(path)
@@ -63,7 +63,7 @@ def _write(path: str, data: bytes) -> None:
         with open(part, "xb") as file:
             file.write(data)
             file.flush()
-            os.fsync(file.fileno())  # some file systems find out only then that they are full
+            os.fsync(file.fileno())  # some file systems report a full disk only here
         if mode is not None:
             os.chmod(part, stat.S_IMODE(mode))
         os.replace(part, target)
@@ -74,7 +74,7 @@ def _write(path: str, data: bytes) -> None:
 
 
 def refuse_inputs(output: _Path, inputs: Iterable[_Path]) -> None:
-    """Raise `UsageError` if ``output`` is one of the files that are read, under whatever name."""
+    """Raise `UsageError` if ``output`` is one of the input files, even under another name."""
     for path in inputs:
         try:
             same = os.path.samefile(output, path)
@@ -82,4 +82,4 @@ def refuse_inputs(output: _Path, inputs: Iterable[_Path]) -> None:
             continue
         if same:
             got = f"got {os.fspath(output)}, which is {os.fspath(path)}; choose another name"
-            raise UsageError(f"--output: must be another file than those that are read ({got})")
+            raise UsageError(f"--output: must not be an input file ({got})")

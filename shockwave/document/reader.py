@@ -124,7 +124,7 @@ def read_document(path: str | os.PathLike[str], faults: list[Fault] | None = Non
     Raises
     ------
     FileAccessError
-        When the file cannot be read, or is larger.
+        When the file cannot be read, or exceeds 1 MiB.
     ScenarioError
         When its text is not valid.
     """

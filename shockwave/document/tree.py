@@ -182,7 +182,7 @@ class TreeBuilder:
             self._data = value
         if kept:
             self.values[path] = _place(event)
-        else:  # the path is that of what holds it
+        else:  # the path is that of the parent
             self.unreadable.discard(path)
         self._open(event, value, path, kept)
 

@@ -101,7 +101,7 @@ class Probe:
         size = np.diff(times)
         powers = powers_between(jets[:, :-1], jets[:, 1:], size)
         nodes = (times[:-1, None] + size[:, None] * _NODES).ravel()
-        # from one row for each node to one number after the other, step by step
+        # from shape (nodes, steps, 2) to one row for each granule, in the order of time
         positions = product(_VALUES, powers.reshape(8, -1)).reshape(powers.shape).T.reshape(2, -1)
         velocity = product(_SLOPES, powers[..., 1]).T / size[:, None]
         if self.contact == 0:

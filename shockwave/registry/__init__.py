@@ -42,7 +42,7 @@ def find(kind: str, name: str) -> Entry:
     Raises
     ------
     UnknownNameError
-        When nothing has the name; the message gives the known names and the nearest.
+        When the name is unknown; the message gives the known names and the nearest.
     PluginError
         When two distributions claim it.
     """

@@ -1,7 +1,7 @@
-"""A check of plugins: each is imported in a process of its own, where it may raise, hang or crash.
+"""Check of plugins: each plugin is imported in a separate process, where it may raise, hang or crash.
 
-Run as a program it is that process: it imports a module of hooks and all that this registers, and writes a line of
-JSON for each step that was done, so that the one that ended the process is known.
+Run as a program, this module is that process: it imports a module of hooks and everything that the hooks register, and
+writes one line of JSON after each step. The number of lines shows which step ended the process.
 """
 
 from __future__ import annotations
@@ -47,23 +47,23 @@ def time_limit() -> float:
 
 
 def checked_plugins() -> tuple[Plugin, ...]:
-    """Every installed plugin, with the problem of each that cannot be imported, or of what it registers."""
+    """Every installed plugin, with the problems of importing it and everything that it registers."""
     limit = time_limit()
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         return found(lambda modules: pool.map(lambda module: _checked(module, limit), modules))
 
 
 def _checked(module: str, limit: float) -> tuple[tuple[tuple[str, Entry], ...], str]:
-    with tempfile.TemporaryFile() as answers:  # no pipe, which a process that the plugin leaves behind would keep open
+    with tempfile.TemporaryFile() as answers:  # not a pipe: a process that the plugin leaves behind would keep it open
         try:
-            # -P: a module in the current folder must not be taken for one that is installed
+            # -P: a module in the current folder must not replace an installed one
             command = [sys.executable or "python", "-P", "-m", "shockwave.registry.check", module]
             status = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=answers, timeout=limit).returncode
             ending = _ending(status)
         except subprocess.TimeoutExpired:
             ending = f"does not end (stopped after {limit:g} s)"
         except OSError as error:
-            raise PluginError(f"plugins cannot be checked, as no process can be started ({error})") from error
+            raise PluginError(f"plugins cannot be checked, because no process can be started ({error})") from error
         answers.seek(0)
         steps: list[dict[str, Any]] = [json.loads(line) for line in answers if line.endswith(b"\n")]
     entries = tuple((kind, Entry(*entry)) for kind, *entry in (steps[0].get("entries", ()) if steps else ()))
@@ -87,7 +87,7 @@ def _ending(status: int) -> str:
 
 
 def _steps(module: str) -> Iterator[dict[str, Any]]:
-    """What a module of hooks registers, then for each entry what is wrong with it, if anything is."""
+    """Entries that a module of hooks registers, then the problem of each entry, if any."""
     try:
         entries = registered(imported(module))
     except BaseException as error:
@@ -104,7 +104,7 @@ def _steps(module: str) -> Iterator[dict[str, Any]]:
 
 if __name__ == "__main__":
     answers = os.fdopen(os.dup(1), "w", encoding="ascii")
-    os.dup2(2, 1)  # what a plugin prints is no answer
+    os.dup2(2, 1)  # printed output of a plugin must not mix with the answers
     for step in _steps(sys.argv[1]):
         print(json.dumps(step), file=answers, flush=True)
     os._exit(0)  # threads that a plugin has begun must not keep this process

@@ -1,4 +1,4 @@
-"""Installed plugins: distributions with an entry point in the group ``shockwave``, those at fault too."""
+"""Installed plugins: distributions with an entry point in the group ``shockwave``, including those at fault."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Plugin:
     Attributes
     ----------
     distribution, version : str
-        As in its metadata.
+        Name and version in the metadata.
     entries : tuple of (str, Entry)
         Kind and entry of what it registers and what can be used; none where it cannot be read.
     problem : str
@@ -66,7 +66,7 @@ def _plain(name: str) -> str:
 
 @cache
 def plugins() -> tuple[Plugin, ...]:
-    """Every installed plugin; their modules of hooks are imported, and nothing else of them."""
+    """Every installed plugin; only the modules of hooks are imported."""
     return found(lambda modules: map(_read, modules))
 
 
@@ -78,7 +78,7 @@ def _read(module: str) -> tuple[_Claims, str]:
 
 
 def found(read: Callable[[list[str]], Iterable[tuple[_Claims, str]]]) -> tuple[Plugin, ...]:
-    """Every installed plugin; ``read`` gives what each of some modules of hooks registers, and what is wrong."""
+    """Every installed plugin; ``read`` returns the entries and the problem of each module of hooks."""
     pairs = sorted(_described(), key=lambda pair: (pair[0].distribution, pair[1]))
     answers = iter(read([module for _, module in pairs if module]))
     listed = []
@@ -90,13 +90,13 @@ def found(read: Callable[[list[str]], Iterable[tuple[_Claims, str]]]) -> tuple[P
 
 
 def _described() -> Iterator[tuple[Plugin, str]]:
-    """Each plugin by its metadata, and the module of hooks to be read; none of one that is not to be read."""
+    """Each plugin as its metadata describe it, and its module of hooks, empty if it must not be imported."""
     from importlib import metadata
 
     disabled = {_plain(name) for name in os.environ.get(DISABLE, "").split(",")}
     seen = set()
     for distribution in metadata.distributions():
-        # of one that cannot be read the folder is named
+        # if the metadata cannot be read, the folder serves as the name
         name, version = getattr(getattr(distribution, "_path", None), "name", "unknown"), ""
         what = "entry points"
         try:
@@ -162,6 +162,6 @@ def _settled(plugin: Plugin, own: set[tuple[str, str]], owners: dict[tuple[str, 
 
 
 def twice(kind: str, name: str, distributions: Iterable[str]) -> str:
-    """The fault of a name that several ``distributions`` claim, or one of them twice."""
+    """Message for a name that several ``distributions`` register, or that one registers twice."""
     owners = " and ".join(dict.fromkeys(distributions))
     return f"{KINDS[kind]} {name!r} is registered twice, by {owners}: uninstall one, or give it another name there"

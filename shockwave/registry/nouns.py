@@ -1,4 +1,4 @@
-"""Nouns: what a module of hooks registers, and what stands at a registered address, checked against its kind."""
+"""Nouns: entries that a module of hooks registers, and the objects at their addresses, checked against their kind."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ KINDS = {
     "materials": "material",
     "models": "model",
 }
-#: A plugin's module may even leave the interpreter on import; only the user's own interrupt passes.
+#: A plugin's module may even exit the interpreter on import; only the user's interrupt passes.
 PLUGIN_FAULTS = (Exception, SystemExit)
 #: What an address must lead to: a subclass of this, or an instance.
 _EXPECTED = {
@@ -34,7 +34,7 @@ _EXPECTED = {
     "quadratures": "shockwave.quadrature.base:Quadrature",
     "materials": "shockwave.chain.material:Material",
 }
-# characters of an error of a plugin that are shown
+# most characters of a plugin's error that are shown
 _LONGEST = 300
 
 
@@ -50,7 +50,7 @@ def _built_in() -> tuple[tuple[str, Entry], ...]:
 
 
 def imported(module: str) -> ModuleType:
-    """The module of a plugin; what it prints while it is imported is no part of a result."""
+    """Import a module of a plugin; its printed output goes to stderr."""
     with redirect_stdout(sys.stderr):
         return importlib.import_module(module)
 
@@ -92,13 +92,13 @@ def _entries(manager: pluggy.PluginManager, kind: str) -> Iterator[Entry]:
 
 
 def at(address: str) -> Any:
-    """The object at ``address``; its module is imported now."""
+    """Object at ``address``; its module is imported now."""
     module, _, attribute = address.partition(":")
     return getattr(importlib.import_module(module), attribute)
 
 
 def noun_at(kind: str, entry: Entry) -> Any:
-    """The object that a plugin registered, if it is of its kind; of an integrator, if its entry says what it takes.
+    """Object that a plugin registers, checked against its kind and, for an integrator, the options of its entry.
 
     Raises
     ------
@@ -128,7 +128,7 @@ def noun_at(kind: str, entry: Entry) -> Any:
 
 
 def _check_ratio(profile: Any) -> None:
-    """Refuse a class of which nothing gives a duration ratio; one with a constructor of its own may set it there."""
+    """Refuse a class without a duration ratio; a class with its own constructor may set it there."""
     fields = {field.name for field in getattr(profile, "__attrs_attrs__", ())}
     plain = "__init__" in vars(profile) and not fields
     if "duration_ratio" not in fields and not hasattr(profile, "duration_ratio") and not plain:
@@ -143,7 +143,7 @@ def _check_takes(method: Any, takes: str) -> None:
 
 
 def named(error: BaseException) -> str:
-    """The error of a plugin in one line, with a remedy where there is a usual one."""
+    """Error of a plugin in one line, with the usual remedy, if any."""
     remedy = ""
     if isinstance(error, ModuleNotFoundError):
         remedy = (

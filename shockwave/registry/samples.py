@@ -1,4 +1,4 @@
-"""Names that the sample plugins of the source tree register, for the hint what to install."""
+"""Names that the sample plugins of the source tree register, for the installation hint."""
 
 from __future__ import annotations
 

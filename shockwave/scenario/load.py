@@ -90,7 +90,7 @@ class Scenario:
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """What it was read from: its file and that of its record."""
+        """Files that the scenario was read from: its own and that of its record."""
         if self.path is None or self.document is None:
             return ()
         shock = self.document.data["shock"]

@@ -91,7 +91,7 @@ def uncertainty() -> Form:
     return {
         **dotted({"anyOf": [percent, mapping]}),
         "type": ["object", "null"],
-        # what is no mapping would pass `required`
+        # `required` accepts every value that is not a mapping
         "not": {"type": "object", "anyOf": [{"required": list(pair)} for pair in TWINS]},
     }
 

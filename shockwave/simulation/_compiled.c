@@ -223,7 +223,7 @@ enum { STATUS, PEAK, LAST, CONTACT, TIME, DOUBT_LEFT, SPEED, MOMENTUM, ENERGY, F
        IMPULSE, FREE_PATH, STEPS, EVALUATIONS, FOUND };
 enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 
-#define MOST_COUNT ((double)(LONG_MAX / 8)) /* a greater number is neither a count nor an index */
+#define MOST_COUNT ((double)(LONG_MAX / 8)) /* a larger number is not a valid count or index */
 #define STRIDE 4      /* contacts between the peaks that are followed to their limit */
 #define KEPT 5        /* how many of them are kept */
 #define SLOW 200       /* differences that hardly fall may add up to so many of the last */

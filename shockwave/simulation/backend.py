@@ -30,7 +30,7 @@ def lack() -> str:
     """Why there is no compiled code; empty where there is."""
     if compiled is not None:
         return ""
-    return "not built: shockwave was installed without a C compiler, on Windows or on free-threaded Python"
+    return "not built: needs a C compiler, and is not available on Windows or free-threaded Python"
 
 
 def chosen(backend: str) -> ModuleType | None:

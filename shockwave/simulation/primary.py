@@ -34,7 +34,7 @@ _REAR, _LONG, _LASTING, _RATE = 16, 10.0, 2.33, 1.25
 _LONG_REARS = ((1e-7, 18), (1e-10, 24), (0.0, 32))
 # Contacts over which a wave may go on changing as it did over the last few: of a shock that rises again, long.
 _GROWING, _GROWING_AGAIN = 20.0, 200.0
-# A power that should be a tenth may be a last digit more.
+# The margin allows for rounding of a power that should equal a tenth.
 _TENTHS = np.arange(10) / 10 * (1 + 1e-9)
 # Shocks that run side by side in the compiled code.
 _WIDTH = 8

@@ -31,7 +31,7 @@ _log = logging.getLogger(__name__)
 class DaskCrew:
     """Workers of a scheduler, who are sent to and heard through ``client``.
 
-    ``ending`` ends the client, and the cluster if it was made for the sweep on this machine.
+    ``ending`` closes the client, and the cluster if the sweep started it on this machine.
     ``asked`` says how many workers to keep busy; None for as many as there are.
     """
 
@@ -55,7 +55,7 @@ class DaskCrew:
         Raises
         ------
         UsageError
-            When dask, or for a cluster on this machine cryptography, is not installed.
+            When dask is not installed or, for a cluster on this machine, cryptography is not.
         LostError
             When nothing answers at the address.
         """
@@ -133,10 +133,10 @@ class DaskCrew:
 
 
 def _begun(workers: int, ending: ExitStack) -> Any:
-    """A cluster on this machine, which ``ending`` ends."""
+    """Start a cluster on this machine, which ``ending`` closes."""
     from shockwave.sweep.dask_local import local_cluster
 
-    # as long as it lives, workers that die are begun anew
+    # while the cluster runs, it restarts workers that die
     ending.enter_context(safe_path())
     with uninterrupted():
         cluster = local_cluster(workers)

@@ -1,4 +1,4 @@
-"""A dask cluster on this machine to which nobody else can connect."""
+"""A dask cluster on this machine to which no other user can connect."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import Any
 
 __all__ = ["local_cluster"]
 
-# Neither is needed for the types of the package to be checked.
+# Typed as Any, so that checking the types of the package does not need dask.
 dask: Any = import_module("dask")
 distributed: Any = import_module("distributed")
 
-# This machine alone; that leaves its other users, whom certificates keep out.
+# Only this machine can connect; certificates keep out its other users.
 _HOST = "127.0.0.1"
 
 
 class _Unserved:
-    """No web server, which dask starts even without a dashboard, and to which every local user can connect."""
+    """Disable the web server, which dask starts even without a dashboard and to which every local user can connect."""
 
     def start_http_server(self, *arguments: Any, **named: Any) -> None:
         """Start nothing."""
@@ -32,7 +32,7 @@ class LocalWorker(_Unserved, distributed.Worker):  # type: ignore[misc]
 
 
 def local_cluster(workers: int) -> Any:
-    """Processes of one thread each, connected by TLS with certificates made for this cluster."""
+    """Single-threaded worker processes, connected by TLS with certificates created for this cluster."""
     security = distributed.Security.temporary()
     shared = {"host": _HOST, "protocol": "tls://", "security": security}
     worker = {
@@ -45,7 +45,7 @@ def local_cluster(workers: int) -> Any:
             "silence_logs": logging.CRITICAL,
         },
     }
-    # a batch whose worker dies is run again by the sweep, not by dask
+    # the sweep, not dask, repeats a batch whose worker dies
     with dask.config.set({"distributed.scheduler.allowed-failures": 0}):
         return distributed.SpecCluster(
             workers=dict.fromkeys(range(workers), worker),

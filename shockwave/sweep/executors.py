@@ -23,7 +23,7 @@ __all__ = ["Crew", "LostError", "Passed", "Processes", "check_name", "cores", "c
 _STARTS = 3
 # Seconds after which it is looked whether workers are alive.
 _CHECK = 1.0
-# What keeps Python from importing modules that lie in the current folder.
+# Variable that keeps Python from importing modules from the current folder.
 _SAFE_PATH = "PYTHONSAFEPATH"
 
 
@@ -38,10 +38,10 @@ def cores() -> int:
 
 @contextmanager
 def safe_path() -> Iterator[None]:
-    """Processes of Python that are begun meanwhile import nothing from the current folder.
+    """Keep Python processes that start meanwhile from importing modules from the current folder.
 
-    Those of multiprocessing begin with it on their path, and take up the path of this process only after the first
-    imports: a ``numpy.py`` that lies there would be run.
+    Processes of multiprocessing start with that folder on their path, and adopt the path of this process only after the
+    first imports: a ``numpy.py`` in that folder would be run.
     """
     before = os.environ.get(_SAFE_PATH)
     os.environ[_SAFE_PATH] = "1"
@@ -58,7 +58,7 @@ def safe_path() -> Iterator[None]:
 def uninterrupted() -> Iterator[None]:
     """An interrupt is raised at the end; processes that are begun meanwhile leave interrupts to this one for ever.
 
-    They have a `safe_path`.
+    These processes also run with `safe_path`.
     """
     masks = hasattr(signal, "pthread_sigmask")
     if masks:
@@ -244,7 +244,7 @@ class Processes:
 
 
 def _shut(pool: ProcessPoolExecutor) -> None:
-    with suppress(OSError):  # its connection may be cut meanwhile
+    with suppress(OSError):  # its connection may be closed meanwhile
         pool.shutdown(cancel_futures=True)
 
 

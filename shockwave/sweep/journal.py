@@ -190,7 +190,7 @@ def written(file: Path, content: bytes) -> None:
 
 
 def header_in(folder: Path) -> dict[str, Any] | None:
-    """The header that a sweep has left in ``folder``; None if there is none. See `Header.read` for what is raised."""
+    """Header of the sweep in ``folder``; None if there is none. Raises as `Header.read` does."""
     return Header.with_document(folder)[1] if (folder / HEADER).exists() else None
 
 

@@ -18,7 +18,7 @@ __all__ = ["locked"]
 
 # Where on Windows the lock lies: beyond the text, which others may then still read.
 _FAR = 1 << 20
-# Bytes that are read of who holds it.
+# Most bytes that are read to identify the holder.
 _MOST = 1000
 _HELD = (errno.EACCES, errno.EAGAIN, errno.EDEADLK)
 _files = weakref.WeakSet[BinaryIO]()
@@ -42,7 +42,7 @@ def locked(file: Path) -> BinaryIO:
     FileAccessError
         When another process holds it; the message tells which. When it cannot be written.
     """
-    if file.is_symlink():  # what it leads to would lose its content
+    if file.is_symlink():  # the target of the link would lose its content
         raise FileAccessError(f"{file}: is not a file (got a link; delete it)")
     opened = open_regular(file, mode="a+b", buffering=0)
     try:

@@ -51,7 +51,7 @@ __all__ = [
 _encoded = json.JSONEncoder(allow_nan=False).encode
 _OWN = ("shockwave", "python", "numpy", "backend")
 _FILE = "shock.parameters.file"
-# Bytes of a record, which has its own limit where it is read.
+# Most bytes of a record that are hashed; the reader of records has its own limit.
 _MOST_RECORD = 2**28
 # Seconds after which a worker answers, whatever is left of its batch; points that it runs side by side: first, at most.
 _SLICE, _FEW, _MANY = 1.0, 8, 128

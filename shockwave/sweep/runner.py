@@ -32,7 +32,7 @@ _BATCH, _FIRST, _MOST = 0.5, 8, 2048
 _AHEAD = 2
 # Seconds that batches under way have to end when the sweep is stopped.
 _LAST = 1.5
-# Bytes of a scenario, which has its own limit where it is read.
+# Most bytes of a scenario that are copied; the reader of scenarios has its own limit.
 _MOST_SCENARIO = 2**24
 _CRASHED = '"error": "the process that ran it has ended (a crash, or too little memory)"'
 

@@ -43,7 +43,7 @@ HEADER, JOURNAL = "sweep.json", "journal.jsonl"
 NOT_RUN = "not run"
 #: Of the header.
 FORMAT = 1
-#: Bytes of a line of the journal.
+#: Longest line of the journal [bytes].
 LONGEST_LINE = 2**24
 #: The last column, whose sentences may be others at every point.
 NOTES = "notes"
@@ -51,9 +51,9 @@ _REMEDY = "give a folder that `shockwave sweep FILE --out FOLDER` has written"
 _BEGIN = b'{"index": '
 # So many points are held at once.
 _CHUNK = 8192
-# Columns that tables have besides.
+# Further columns of the tables.
 _OTHERS = ("status", "problem")
-# Bytes of a header, which holds a million values or so; points of a sweep.
+# Largest header [bytes], enough for about a million values; most points of a sweep.
 _MOST_BYTES, _MOST_POINTS = 2**28, 10**8
 _STATUSES = ("done", "failed", "crashed")
 # What arrays of whole numbers can hold.
@@ -156,7 +156,7 @@ class Header:
 
     @classmethod
     def with_document(cls, folder: Path) -> tuple[Header, dict[str, Any]]:
-        """The header in ``folder``, and the document that it is read from; see `read` for what is raised."""
+        """Header in ``folder`` and the document it is read from; raises as `read` does."""
         file = folder / HEADER
         document = parse_json(read_bytes(file, _MOST_BYTES, _REMEDY), str(file), _REMEDY)
         form = document.get("format") if isinstance(document, dict) else None
@@ -173,7 +173,7 @@ class Header:
         return header, document
 
     def _broken_rule(self) -> str | None:
-        """What the parts of the header must do to agree with each other, with what they are; None if they do."""
+        """Rule that the parts of the header break, with the values found; None if the header is consistent."""
         lengths = ({len(axis.names), len(axis.units), *map(len, axis.values)} for axis in self.axes)
         agree = all(len(found) == 1 for found in lengths) and self.shape == tuple(map(len, self.axes))
         if not agree or self.points != math.prod(self.shape):
@@ -183,7 +183,7 @@ class Header:
         columns = [column.name for column in self.columns]
         for names in ([name for axis in self.axes for name in axis.names], [*columns, *_OTHERS]):
             if len(set(names)) < len(names):
-                return f"must have other names for all variables, and for all columns (got {', '.join(names)[:200]}"
+                return f"must have unique names of variables and of columns (got {', '.join(names)[:200]}"
         if all(column.kind == "text" for column in self.columns):
             return f"must have a column of numbers (got {', '.join(columns)[:200]}"
         for column in self.columns:
@@ -285,9 +285,8 @@ class Stored:
                         broken += 1
                     size += len(line)
         except FileAccessError as error:
-            if not isinstance(
-                error.__cause__, FileNotFoundError
-            ):  # as of a sweep that was killed before its first point
+            # a sweep that was killed before its first point has no journal
+            if not isinstance(error.__cause__, FileNotFoundError):
                 raise
         warnings = _warnings(place / JOURNAL, offsets, broken, torn)
         if header.earlier_versions:
@@ -364,7 +363,7 @@ _TYPES: dict[str, tuple[type, ...]] = {"number": (float, int), "whole": (int,), 
 
 
 def _is_number(value: Any) -> bool:
-    """Whether it is one that arrays can hold, or none at all, which stands for no value."""
+    """Whether ``value`` is a number that arrays can hold, or None, which stands for a missing value."""
     if type(value) is float:
         return math.isfinite(value)
     return value is None or (type(value) is int and abs(value) < _LONGEST)
@@ -383,7 +382,7 @@ def as_text(value: Any) -> str | None:
     if value is None:
         return None
     text = value if isinstance(value, str) else json.dumps(value)
-    # a name of a file may hold bytes that are no text; arrays of text lose a NUL at the end
+    # a file name may contain bytes that are not text; arrays of text lose a trailing NUL
     return text.encode(errors="backslashreplace").decode().replace("\0", "\\x00")
 
 

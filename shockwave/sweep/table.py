@@ -22,11 +22,11 @@ __all__ = ["RECORD", "Take", "write_all"]
 
 #: Which tables were written, and of which state of the journal.
 RECORD = "tables.json"
-# Bytes of it.
+# Its largest size [bytes].
 _MOST_RECORD = 2**20
-# What a spreadsheet takes for the begin of a formula.
+# Characters that start a formula in a spreadsheet.
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
-# Columns after those of the sweep, which have no units.
+# Names and units of the columns after those of the sweep.
 _LAST = (("status", None), ("problem", None))
 
 #: Takes points, which follow those before; memory does not grow with their number.
@@ -52,9 +52,10 @@ def _csv(file: IO[Any], header: Header) -> Iterator[Take]:
 
 @frozen
 class _Lines:
-    """Ends lines by LF where the writer of the csv module, which quotes what its own ends of lines have, says CR LF.
+    """Replace the CR LF that a csv writer puts at the end of each row by LF.
 
-    A CR that was not in quotes would end a row, too.
+    The writer quotes a cell that contains a character of its line end, so CR LF makes it quote every CR; an unquoted CR
+    would end a row too.
     """
 
     file: IO[str]
@@ -64,7 +65,7 @@ class _Lines:
 
 
 def _cell(value: Any) -> Any:
-    """A value as a cell; text that a spreadsheet would run as a formula begins with an apostrophe."""
+    """Value as a cell; an apostrophe precedes text that a spreadsheet would evaluate as a formula."""
     if isinstance(value, float):
         return value
     text = as_text(value)

@@ -193,7 +193,7 @@ def _by_rule(
     widths = np.diff(edges)[..., None]
     s = edges[:, :-1, None] + widths * nodes
     force = _forces(profiles, breakpoints, s, nodes)
-    # from here on the pieces of all parts stand in a row
+    # below, the pieces of all parts share one axis
     s, force = (values.reshape(len(edges), -1, count) for values in (s, force))
     widths = (widths * pieces).reshape(len(edges), -1, 1)
     weights = widths * weights
@@ -228,7 +228,7 @@ def _forces(
 
 
 def _integral(values: FloatArray, widths: FloatArray, weights: FloatArray, running: FloatArray) -> Any:
-    """The running integrals at the nodes, shape (shapes, pieces, nodes), and the whole ones, shape (shapes,)."""
+    """Running integrals at the nodes, shape (shapes, pieces, nodes), and total integrals, shape (shapes,)."""
     wholes = (weights * values).sum(axis=2)
     ends = np.cumsum(wholes, axis=1)
     return (ends - wholes)[:, :, None] + widths * product(values, running), ends[:, -1]
@@ -236,16 +236,16 @@ def _integral(values: FloatArray, widths: FloatArray, weights: FloatArray, runni
 
 @cache
 def _rule(halvings: int, count: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Gauss-Legendre nodes on [0, 1], on pieces that halve towards both ends; widths of these pieces; and their rule.
+    """Gauss-Legendre rule on [0, 1], on pieces that halve towards both ends: nodes, widths, weights, matrix.
 
-    The last two are the weights on a piece of width 1, shape (count,), and what makes of values at its nodes, a row,
-    their integrals from its begin to each node, shape (count, count).
+    The widths are those of the pieces. The weights, shape (count,), and the matrix, shape (count, count), hold for a
+    piece of width 1: a row of values at its nodes times the matrix gives the integrals from its start to each node.
     """
     towards = np.append(0.0, 0.5 ** np.arange(halvings, 0, -1))
     edges = np.concatenate((towards, 1 - towards[-2::-1])) if halvings else np.array([0.0, 1.0])
     x, weights = np.polynomial.legendre.leggauss(count)
     share, weights, pieces = (1 + x) / 2, weights / 2, np.diff(edges)
-    # integrals up to each node of the polynomials that are 1 at one node and 0 at the others, by the same rule
+    # integrals of the Lagrange polynomials of the nodes, from 0 to each node, by the same rule
     at = interpolation(share, np.outer(share, share).ravel()).reshape(count, count, count)
     running = share * (weights[:, None] * at).sum(axis=1).T
     return (edges[:-1, None] + pieces[:, None] * share).ravel(), pieces, weights, running
