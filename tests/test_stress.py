@@ -38,7 +38,7 @@ def simulated() -> sw.SimulationResult:
 
 @pytest.mark.parametrize(
     "one",
-    [pytest.param(one, id=one.name, marks=[pytest.mark.slow] * (index % 3 > 0)) for index, one in enumerate(QUICK)],
+    [pytest.param(one, id=one.name, marks=[pytest.mark.slow] * (index % 8 > 0)) for index, one in enumerate(QUICK)],
 )
 def test_quick_cases_pass(one: Case) -> None:
     finding, _ = checked(one, "numpy" if compiled is None else "compiled")

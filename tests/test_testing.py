@@ -82,7 +82,7 @@ class TestExponential(ProfileContract):
 
 
 class TestTabulated(ProfileContract):
-    profiles = (Tabulated([0.0, 1.0, 2.0, 5.0], [0.0, 1.0, 2.0, 0.0]), record(1, 12), record(2, 1000))
+    profiles = (Tabulated([0.0, 1.0, 2.0, 5.0], [0.0, 1.0, 2.0, 0.0]), record(1, 12), record(2, 300))
 
 
 class TestIntegrators(IntegratorContract):
