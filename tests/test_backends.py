@@ -16,6 +16,7 @@ import pytest
 
 import shockwave as sw
 from scenes import CASE_A, CASE_B, CHAIN, FORCE, UNITS, power, random_pulses, triangle
+from selection import keeping
 from shockwave.cli import main
 from shockwave.simulation import backend
 from shockwave.simulation.nystroem import Rkn86, Tableau
@@ -76,7 +77,7 @@ def numbers(found: Primary) -> np.ndarray:
 
 @compiled_alone
 @each_scene
-@pytest.mark.parametrize("integrator", ["rkn86", "rkn64", "rkn1210"])
+@pytest.mark.parametrize("integrator", keeping(["rkn86", "rkn64", "rkn1210"], "rkn86"))
 def test_backends_agree(scene: str, integrator: str) -> None:
     one, other = (numbers(run(scene, name, integrator).found) for name in ("compiled", "numpy"))
     # sums of momenta, energies and, with 17 stages, accelerations are rounded in another order
@@ -85,7 +86,7 @@ def test_backends_agree(scene: str, integrator: str) -> None:
 
 @compiled_alone
 @each_scene
-@pytest.mark.parametrize("integrator", ["rkn86", "rkn64"])
+@pytest.mark.parametrize("integrator", keeping(["rkn86", "rkn64"], "rkn86"))
 def test_backends_find_the_same_bits(scene: str, integrator: str) -> None:
     one, other = (run(scene, name, integrator).found for name in ("compiled", "numpy"))
     assert (one.peak, one.time, one.doubt, one.steps) == (other.peak, other.time, other.doubt, other.steps)

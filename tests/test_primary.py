@@ -220,7 +220,9 @@ def test_contact_beyond_a_finite_chain_is_refused() -> None:
         result.passage(99)
 
 
-@pytest.mark.parametrize(("granules", "contact"), [(10, 5), (10, 7), (10, 8), (100, 98)])
+@pytest.mark.parametrize(
+    ("granules", "contact"), [(10, 5), (10, 7), (10, 8), pytest.param(100, 98, marks=pytest.mark.slow)]
+)
 def test_passages_near_a_free_end_are_those_of_the_finite_chain(granules: int, contact: int) -> None:
     until, interval = (2 * granules + 10) * UNITS.time, 0.01 * UNITS.time
     chain = attrs.evolve(CHAIN, granules=granules)

@@ -207,6 +207,7 @@ def test_a_name_that_is_no_case_is_answered_with_the_nearest() -> None:
         find(["steep-decya"])
 
 
+@pytest.mark.slow
 def test_both_codes_are_run_unless_one_is_asked_for() -> None:
     codes = ["numpy"] if compiled is None else ["compiled", "numpy"]
     assert [row.backend for row in stress(["two-granules"]).rows] == codes

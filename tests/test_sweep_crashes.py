@@ -119,6 +119,7 @@ def dies_within_a_message() -> None:
     os._exit(1)
 
 
+@pytest.mark.slow
 def test_a_worker_killed_within_an_answer_is_missed() -> None:
     crew = Processes(1)
     try:
@@ -228,6 +229,7 @@ def test_a_point_that_ends_its_process_is_the_only_one_blamed(tmp_path: Path, in
     assert run_sweep(file, tmp_path / "out").before == 12
 
 
+@pytest.mark.slow
 def test_the_first_point_may_end_its_process(tmp_path: Path, install: Install) -> None:
     install("risky", pulse=RISKY)
     report = run_sweep(written(tmp_path, 2, "risky", "shock.parameters.danger: [5, 1]"), tmp_path / "out", workers=1)
