@@ -11,6 +11,9 @@ from pathlib import Path
 
 import pytest
 
+# Workers side by side take all cores already. It is read when NumPy is imported, here and in child processes.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 # What is tested is the shockwave that is installed, and it may lie elsewhere: `python -m pytest` puts the source tree,
 # which has no compiled part then, before it on the path; so does a child process that runs there.
 ROOT = Path(__file__).parent.parent

@@ -38,6 +38,7 @@ from pages import (
     table,
     workplace,
 )
+from selection import keeping
 from shockwave import cli, registry
 from shockwave.cli.parser import KINDS, parser
 from shockwave.fields import quantity_of
@@ -45,11 +46,15 @@ from shockwave.options import SimulateOptions
 from shockwave.scenario import blocks
 from test_architecture import FLOORS
 
+#: Pages of which commands and code take seconds.
+LONG = [DOCS / f"{name}.md" for name in ("report", "pictures", "stress", "benchmarks")]
+
 
 def of_language(*languages: str) -> Any:
     """The blocks of these languages, as parameters."""
     found = [block for page in PAGES for block in blocks_of(page) if block.language in languages]
-    return pytest.mark.parametrize("block", found, ids=str)
+    quick = [block for block in found if block.page not in LONG or block.language not in ("console", "python")]
+    return pytest.mark.parametrize("block", keeping(found, *quick), ids=str)
 
 
 @pytest.fixture
@@ -92,7 +97,9 @@ def test_scenarios_load_or_fail_as_told(block: Block, tmp_path: Path, patch: pyt
 WITH_CODE = [page for page in PAGES if any(block.language in ("python", "pycon") for block in blocks_of(page))]
 
 
-@pytest.mark.parametrize("page", WITH_CODE, ids=lambda page: str(page.relative_to(ROOT)))
+@pytest.mark.parametrize(
+    "page", keeping(WITH_CODE, *set(WITH_CODE).difference(LONG)), ids=lambda page: str(page.relative_to(ROOT))
+)
 def test_code_runs(page: Path, tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
     blocks = [block for block in blocks_of(page) if block.language in ("python", "pycon")]
     prepare(tmp_path, blocks[-1], patch)

@@ -19,6 +19,7 @@ from numpy.__config__ import CONFIG
 
 import shockwave as sw
 from scenes import CHAIN, FORCE, TRUTH, UNITS, shock_of
+from selection import thinned
 
 RTOLS = (1e-4, 1e-6, 1e-8, 1e-10)
 #: Profiles of which the free path is fitted, or read off a record, as longer and longer pulses.
@@ -105,7 +106,8 @@ def results(setting: str) -> dict[str, Any]:
 
 
 # One test for each processor: its results, some seconds of work, are not shared between workers.
-@pytest.mark.parametrize("setting", SETTINGS)
+# The one that combines the two extremes comes first.
+@pytest.mark.parametrize("setting", thinned(sorted(SETTINGS, key=len, reverse=True), len(SETTINGS)))
 def test_results_are_the_same_on_another_processor(setting: str) -> None:
     here, there = results(""), results(setting)
     peaks, estimates, contacts = zip(*here["primaries"].values(), strict=True)

@@ -194,6 +194,7 @@ def test_print_tells_what_was_recorded() -> None:
     assert "recorded          energies: " in shown
 
 
+@pytest.mark.slow
 def test_histories_of_a_method_of_fixed_step_agree() -> None:
     options = {"contacts": [4], "record": ["forces"], "interval": 0.5 * UNITS.time, "until": 12 * UNITS.time}
     exact, verlet = (

@@ -261,7 +261,7 @@ def test_more_that_the_loader_refuses_is_rejected_in_its_place(tmp_path: Path, n
 # ---------------------------------------------------------------- whatever comes
 
 _SOUND = settings(
-    derandomize=True, deadline=None, max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    derandomize=True, deadline=None, max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 _BLANK = st.sampled_from(["", " ", "  ", "\n", "\t"])
 _TEXT = st.tuples(

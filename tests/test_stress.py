@@ -38,7 +38,7 @@ def simulated() -> sw.SimulationResult:
 
 @pytest.mark.parametrize(
     "one",
-    [pytest.param(one, id=one.name, marks=[pytest.mark.slow] * (index % 3 > 0)) for index, one in enumerate(QUICK)],
+    [pytest.param(one, id=one.name, marks=[pytest.mark.slow] * (index % 8 > 0)) for index, one in enumerate(QUICK)],
 )
 def test_quick_cases_pass(one: Case) -> None:
     finding, _ = checked(one, "numpy" if compiled is None else "compiled")
@@ -207,6 +207,7 @@ def test_a_name_that_is_no_case_is_answered_with_the_nearest() -> None:
         find(["steep-decya"])
 
 
+@pytest.mark.slow
 def test_both_codes_are_run_unless_one_is_asked_for() -> None:
     codes = ["numpy"] if compiled is None else ["compiled", "numpy"]
     assert [row.backend for row in stress(["two-granules"]).rows] == codes

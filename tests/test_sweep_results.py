@@ -744,6 +744,7 @@ def test_a_sweep_of_which_all_failed_is_drawn_empty(tmp_path: Path, held: dict[s
     assert inside(found.figure)
 
 
+@pytest.mark.slow
 def test_pictures_are_the_same_on_every_run(tmp_path: Path) -> None:
     results = a_map(tmp_path, failed=(3,))
     assert svg(plot(results).figure) == svg(plot(results).figure)

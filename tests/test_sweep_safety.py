@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 import shockwave as sw
+from selection import keeping
 from shockwave.sweep.executors import crew_of, safe_path
 
 SCENE = """
@@ -36,7 +37,7 @@ def scenario(tmp_path: Path) -> Path:
 # ---------------------------------------------------------------- the current folder
 
 
-@pytest.mark.parametrize("executor", ["processes", "dask"])
+@pytest.mark.parametrize("executor", keeping(["processes", "dask"], "processes"))
 def test_modules_in_the_current_folder_are_not_run(executor: str, scenario: Path, tmp_path: Path) -> None:
     if executor == "dask":
         pytest.importorskip("distributed")
@@ -96,7 +97,7 @@ def listening() -> set[tuple[str, int]]:
 
 def answer(address: tuple[str, int]) -> bytes:
     """What is answered to whoever asks for a page."""
-    with socket.create_connection(address, timeout=20) as connection:
+    with socket.create_connection(address, timeout=600) as connection:
         connection.sendall(b"GET /health HTTP/1.0\r\n\r\n")
         try:
             return connection.recv(100)

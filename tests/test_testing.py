@@ -21,6 +21,7 @@ from shockwave.quadrature import Quadrature
 from shockwave.quadrature.gauss_legendre import GaussLegendre
 from shockwave.registry import entries, load
 from shockwave.simulation.integrator import Integrator
+from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.one_step import OneStep
 from shockwave.simulation.verlet import Verlet
 from shockwave.testing import IntegratorContract, ProfileContract, QuadratureContract
@@ -53,13 +54,17 @@ class TestPowerLaw(ProfileContract):
         for rise, decay, n in [
             (1, 1, 2),
             (0.5, 1, 3),
-            (1e-5, 50, 4),
-            (50, 1e-5, 1.1),
             (0, 0, 3),
             (0.95, 1.5, 30),
-            (2.5, 0.1, 1.0001),
-            (1e6, 1e6, 3),
         ]
+    )
+
+
+@pytest.mark.slow
+class TestExtremePowerLaw(ProfileContract):
+    profiles = tuple(
+        PowerLaw(rise_exponent=rise, decay_exponent=decay, duration_ratio=n)
+        for rise, decay, n in [(1e-5, 50, 4), (50, 1e-5, 1.1), (2.5, 0.1, 1.0001), (1e6, 1e6, 3)]
     )
 
 
@@ -73,20 +78,35 @@ class TestExponential(ProfileContract):
         for rise, decay, n in [
             (1e-12, 1e-12, 2),
             (1, -1, 3),
-            (700, 700, 10),
-            (-700, -700, 10),
-            (300, 1e-12, 1.1),
-            (1e6, 1e6, 10),
         ]
     )
 
 
+@pytest.mark.slow
+class TestExtremeExponential(ProfileContract):
+    profiles = tuple(
+        Exponential(rise_rate=rise, decay_rate=decay, duration_ratio=n)
+        for rise, decay, n in [(700, 700, 10), (-700, -700, 10), (300, 1e-12, 1.1), (1e6, 1e6, 10)]
+    )
+
+
 class TestTabulated(ProfileContract):
-    profiles = (Tabulated([0.0, 1.0, 2.0, 5.0], [0.0, 1.0, 2.0, 0.0]), record(1, 12), record(2, 1000))
+    profiles = (Tabulated([0.0, 1.0, 2.0, 5.0], [0.0, 1.0, 2.0, 0.0]), record(1, 12))
+
+
+@pytest.mark.slow
+class TestLongRecord(ProfileContract):
+    profiles = (record(2, 1000),)
 
 
 class TestIntegrators(IntegratorContract):
-    integrators = tuple(own("integrators"))
+    # the one that is used by default, and one of fixed step
+    integrators = (Rkn86, Verlet)
+
+
+@pytest.mark.slow
+class TestOtherIntegrators(IntegratorContract):
+    integrators = tuple(cls for cls in own("integrators") if cls not in (Rkn86, Verlet))
 
 
 class TestQuadratures(QuadratureContract):

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
+from selection import thinned
 from shockwave.errors import NumericalError
 from shockwave.hooks import Entry
 from shockwave.quadrature import FloatArray
@@ -287,10 +288,9 @@ def test_an_integrator_that_keeps_its_contract_breaks_no_clause(registered: Any)
     assert broken_clauses(IntegratorContract, Plain) == {}
 
 
-@pytest.mark.parametrize(("method", "clause", "message"), INTEGRATORS.values(), ids=INTEGRATORS)
-def test_a_broken_integrator_is_found_by_its_clause_alone(
-    method: type[Any], clause: str, message: str, registered: Any
-) -> None:
+@pytest.mark.parametrize("broken", thinned(INTEGRATORS, 3))
+def test_a_broken_integrator_is_found_by_its_clause_alone(broken: str, registered: Any) -> None:
+    method, clause, message = INTEGRATORS[broken]
     registered(method)
     check(IntegratorContract, method, f"does not hold for {method.__name__} ", clause, message)
 

@@ -17,6 +17,7 @@ import shockwave as sw
 from measure_trust import Verdict, told
 from pages import table as table_of
 from scenes import CHAIN, FORCE, UNITS
+from selection import thinned
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.prediction import trust
 from shockwave.prediction.trust import Measures, laws, measures
@@ -51,7 +52,9 @@ def resource() -> dict[str, Any]:
 
 
 #: Which part of them is drawn.
-PARTS = pytest.mark.parametrize("part", [pytest.param(1, id="all", marks=pytest.mark.slow), pytest.param(4, id="part")])
+PARTS = pytest.mark.parametrize(
+    "part", [pytest.param(1, id="all", marks=pytest.mark.slow), pytest.param(10, id="part")]
+)
 
 
 @cache
@@ -247,7 +250,7 @@ def test_shipped_shocks_are_those_of_the_seed() -> None:
         assert table("pulses.csv")["simulated"][i] == pytest.approx(peak, rel=2 * module.RTOL)
 
 
-@pytest.mark.parametrize("shape", range(12))
+@pytest.mark.parametrize("shape", thinned(range(12), 4))
 def test_the_map_shows_what_is_predicted_and_simulated(shape: int) -> None:
     module = study()
     name, maker = list(module.SHAPES.items())[shape]
