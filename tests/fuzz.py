@@ -176,6 +176,7 @@ class _Worker:
 
     def __init__(self, seed: int, kinds: Sequence[str], scratch: str) -> None:
         environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "XDG_CACHE_HOME": scratch, "MPLCONFIGDIR": scratch}
+        environment["PYTHONPATH"] = str(Path(__file__).parent)  # a safe path leaves out the folder of the program
         environment["TMPDIR"] = scratch
         self.process = subprocess.Popen(
             [sys.executable, *PROGRAM, "--work", "--seed", str(seed), "--kinds", *kinds],

@@ -91,8 +91,7 @@ def test_the_curve_is_within_its_tolerance_of_other_simulations(name: str, count
 def test_the_error_that_is_told_bounds_the_error(name: str, count: int) -> None:
     off, told = errors(name, 1e-4, count)
     # it is three times what the last checks have shown, and covers 99.9 % of many shapes; simulations are known to 1e-7
-    # two of 200 may lie beyond it, of which the first 50 are a part
-    assert np.count_nonzero(off > told + 1e-7) <= 2
+    assert np.count_nonzero(off > told + 1e-7) <= max(1, count // 100)
 
 
 @pytest.mark.parametrize("name", keeping(["triangle", "rectangle", "exponential", "another's blast"], "triangle"))

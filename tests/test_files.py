@@ -109,3 +109,16 @@ def test_a_new_file_takes_the_place_of_a_link(tmp_path: Path) -> None:
     with open_new(tmp_path / "a") as file:
         file.write(b"new")
     assert ((tmp_path / "other").read_bytes(), (tmp_path / "a").read_bytes()) == (b"kept", b"new")
+
+
+def test_a_link_is_not_written_through(tmp_path: Path) -> None:
+    (tmp_path / "precious").write_bytes(b"1")
+    (tmp_path / "a").symlink_to("precious")
+    with pytest.raises(FileAccessError, match=r"a: is not a file \(got a link; delete it\)"):
+        open_regular(tmp_path / "a", mode="r+b")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there are no such permissions here")
+def test_a_new_file_is_not_executable(tmp_path: Path) -> None:
+    open_regular(tmp_path / "a", mode="ab").close()
+    assert (tmp_path / "a").stat().st_mode & 0o111 == 0

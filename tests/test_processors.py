@@ -11,6 +11,7 @@ import platform
 import subprocess
 import sys
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -101,6 +102,8 @@ def results(setting: str) -> dict[str, Any]:
     """The results under a setting, in a process of its own; the name may be empty for none."""
     environment = {key: value for key, value in os.environ.items() if not key.startswith(("NPY_", "OPENBLAS_"))}
     environment |= SETTINGS[setting] if setting else {}
+    # a safe path leaves out the folder of the program
+    environment["PYTHONPATH"] = str(Path(__file__).parent)
     done = subprocess.run([sys.executable, __file__], env=environment, check=True, capture_output=True, text=True)
     return dict(json.loads(done.stdout))
 

@@ -180,7 +180,8 @@ def test_an_unknown_name_that_a_sample_has_tells_which(monkeypatch: pytest.Monke
     monkeypatch.setattr(importlib.metadata, "distributions", lambda: ())
     registry.forget()
     with pytest.raises(
-        UnknownNameError, match="it comes with the distribution shockwave-blast, which is to be installed"
+        UnknownNameError,
+        match=r"comes with the sample plugin shockwave-blast: `pip install \./plugins/shockwave-blast`",
     ):
         registry.find("profiles", "friedlander")
     registry.forget()

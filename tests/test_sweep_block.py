@@ -224,7 +224,7 @@ FAULTS = {
     "part": ("{|gird: {shock.rise_time: [1]}}", "gird", "did you mean 'grid'"),
     "nothing-varied": ("|{run: predict}", "", "must have a grid, a zip or points"),
     "list": ("|[1]", "", "must be a mapping of run, grid, zip, points"),
-    "1e8-points": (f"|{{grid: {{{MANY}}}}}", "", "got 115856201"),
+    "1e7-points": (f"|{{grid: {{{MANY}}}}}", "", "got 115856201"),
     "choice": ("{grid: {predict.alpha: [constant, |printed]}}", "grid.'predict.alpha'[1]", "'constant' or 'literal'"),
     "setting": ("{grid: {simulate.rtol: [1e-6, |1]}}", "grid.'simulate.rtol'[1]", "<= 0.01"),
 }
@@ -257,7 +257,7 @@ def test_what_stands_in_place_of_another_is_refused_beside_it(tmp_path: Path, bl
 
 # What only the loader knows: units, registries of other kinds, what values make together.
 _UNSEEN = ("dimension", "range", "through-zero", "range-of-names", "half-granules", "lengths", "twice", "other-point",
-           "point", "1e8-points", "material", "material-of-nothing", "lean-material", "profile",
+           "point", "1e7-points", "material", "material-of-nothing", "lean-material", "profile",
            "integrator", "half-granule", "choice", "setting", "end-of-range", "too-many", "not-finite",
            "end-not-finite", "number-or-name")  # fmt: skip
 

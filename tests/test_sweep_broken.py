@@ -114,7 +114,7 @@ def test_a_pipe_in_place_of_a_file_that_is_written_is_replaced(folder: Path, nam
     assert json.loads((folder / "tables.json").read_text())["files"]
 
 
-@pytest.mark.parametrize("name", ["sweep.lock", "results.csv.part"])
+@pytest.mark.parametrize("name", ["sweep.lock", "journal.jsonl", "results.csv.part"])
 def test_nothing_is_written_through_a_link(folder: Path, scene: str, tmp_path: Path, name: str) -> None:
     (tmp_path / "mine").write_text("kept")
     (folder / name).unlink(missing_ok=True)

@@ -37,6 +37,11 @@ def scenario(tmp_path: Path) -> Path:
 # ---------------------------------------------------------------- the current folder
 
 
+def unsafe() -> dict[str, str]:
+    """The environment of most users, in which nothing keeps the current folder off the path."""
+    return {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
+
+
 @pytest.mark.parametrize("executor", keeping(["processes", "dask"], "processes"))
 def test_modules_in_the_current_folder_are_not_run(executor: str, scenario: Path, tmp_path: Path) -> None:
     if executor == "dask":
@@ -49,7 +54,7 @@ def test_modules_in_the_current_folder_are_not_run(executor: str, scenario: Path
     program.parent.mkdir()
     program.write_text("import sys\nfrom shockwave.cli import main\nif __name__ == '__main__': sys.exit(main())\n")
     command = [sys.executable, str(program), "sweep", "scene.yaml", "--workers", "1", "--executor", executor]
-    run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=unsafe())
     assert not marker.exists(), marker.read_text()
     assert run.returncode == 0, run.stderr
 
@@ -69,7 +74,8 @@ def test_a_program_finds_the_modules_in_its_own_folder(scenario: Path, tmp_path:
             """
         )
     )
-    run = subprocess.run([sys.executable, "mine/program.py"], cwd=tmp_path, capture_output=True, text=True)
+    command = [sys.executable, "mine/program.py"]
+    run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=unsafe())
     assert run.stdout == "2\n", run.stderr
 
 

@@ -53,13 +53,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _expanded(name: str) -> list[str]:
-    """Files that match a pattern such as ``*.yaml``, which the shells of Windows do not expand."""
+    """Files that match a pattern such as ``*.yaml``, which the shells of Windows do not expand; else the name."""
     if os.path.lexists(name) or not glob.has_magic(name):
         return [name]
-    found = sorted(glob.glob(name))
-    if not found:
-        raise FileAccessError(f"{name}: must name a file (got a pattern that matches no file)")
-    return found
+    return sorted(glob.glob(name)) or [name]
 
 
 @contextmanager

@@ -23,7 +23,7 @@ def open_regular(path: str | os.PathLike[str], remedy: str = "", mode: str = "rb
     Parameters
     ----------
     path : path-like
-        Links are followed.
+        Links are followed for reading, and refused for writing.
     remedy : str, optional
         Advice to append to error messages.
     mode, buffering : str, int
@@ -35,10 +35,15 @@ def open_regular(path: str | os.PathLike[str], remedy: str = "", mode: str = "rb
         When the file cannot be opened or is not a regular file; ``__cause__`` is the OSError, if any.
     """
     hint = f"; {remedy}" if remedy else ""
+    no_link = 0
+    if mode != "rb":  # whoever can place a link must not choose which file is changed
+        no_link = getattr(os, "O_NOFOLLOW", 0)
+        if os.path.islink(path):
+            raise FileAccessError(f"{os.fspath(path)}: is not a file (got a link; delete it)")
 
     def opener(name: str, flags: int) -> int:
         # do not wait for the other end of a pipe; Windows has neither this flag nor such pipes
-        descriptor = os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
+        descriptor = os.open(name, flags | getattr(os, "O_NONBLOCK", 0) | no_link, 0o666)
         kind = os.fstat(descriptor).st_mode
         if not stat.S_ISREG(kind):
             os.close(descriptor)

@@ -38,13 +38,23 @@ def write_file(path: _Path, content: str | bytes, anew: bool = False) -> None:
     # the content may include file names that are not valid text
     data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
     try:
-        if anew and os.path.lexists(path):
-            raise FileAccessError(f"{os.fspath(path)}: cannot be written (it exists already; choose another name)")
-        _write(os.fspath(path), data)
+        (_write_new if anew else _write)(os.fspath(path), data)
     except OSError as error:
-        raise FileAccessError(f"{os.fspath(path)}: cannot be written ({error.strerror or error})") from error
+        exists = isinstance(error, FileExistsError)
+        reason = "it exists already; choose another name" if exists else error.strerror or error
+        raise FileAccessError(f"{os.fspath(path)}: cannot be written ({reason})") from error
     except ValueError as error:  # a NUL character in the path
         raise FileAccessError(f"{os.fspath(path)!r}: is no path (got {error})") from None
+
+
+def _write_new(path: str, data: bytes) -> None:
+    with open(path, "xb") as file:
+        try:
+            file.write(data)
+            file.flush()
+        except BaseException:
+            os.remove(path)
+            raise
 
 
 def _write(path: str, data: bytes) -> None:
@@ -52,13 +62,14 @@ def _write(path: str, data: bytes) -> None:
         mode = os.stat(path).st_mode
     except FileNotFoundError:
         mode = None
-    direct = mode is not None and (not stat.S_ISREG(mode) or not os.access(path, os.W_OK))
+    target = os.path.realpath(path)
+    folder = os.path.dirname(target)
+    direct = mode is not None and not (stat.S_ISREG(mode) and os.access(path, os.W_OK) and os.access(folder, os.W_OK))
     if direct or path.startswith(_STREAMS):
         with open(path, "wb") as file:  # raises an error if the file is not writable
             file.write(data)
         return
-    target = os.path.realpath(path)
-    part = os.path.join(os.path.dirname(target), f".shockwave-{secrets.token_hex(8)}.part")
+    part = os.path.join(folder, f".shockwave-{secrets.token_hex(8)}.part")
     try:
         with open(part, "xb") as file:
             file.write(data)

@@ -15,7 +15,7 @@ from typing import Any
 import yaml
 from attrs import Factory, frozen
 
-from shockwave.document.files import read_bytes
+from shockwave.document.files import open_regular
 from shockwave.document.tree import (
     MOST_FAULTS,
     UNPRINTABLE,
@@ -129,7 +129,10 @@ def read_document(path: str | os.PathLike[str], faults: list[Fault] | None = Non
         When its text is not valid.
     """
     name = os.fspath(path)
-    data = read_bytes(name, _MOST_BYTES)
+    with open_regular(name) as file:
+        data = file.read(_MOST_BYTES + 1)
+    if len(data) > _MOST_BYTES:
+        raise _too_large(name)
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:

@@ -63,7 +63,7 @@ def _unknown(kind: str, name: str) -> UnknownNameError:
     disabled = [plugin.distribution for plugin in plugins() if plugin.disabled]
     faulty = [f"{plugin.distribution} ({plugin.problem})" for plugin in plugins() if not plugin.readable]
     if home and not any(home == distribution for distribution in disabled):
-        hints.append(f"it comes with the distribution {home}, which is to be installed")
+        hints.append(f"it comes with the sample plugin {home}: `pip install ./plugins/{home}` in the source tree")
     if disabled:
         hints.append(f"plugins that are disabled: {', '.join(disabled)}")
     if faulty:

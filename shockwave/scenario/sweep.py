@@ -24,7 +24,7 @@ __all__ = ["RUNS", "SWEEP", "Axis", "Run", "Sweep", "beginnings", "first", "read
 
 Run = Literal["predict", "simulate", "compare"]
 RUNS: tuple[Run, ...] = ("predict", "simulate", "compare")
-_MOST_POINTS = 10**8
+_MOST_POINTS = 10**7
 _MOST_VALUES = 10**6
 # Points with which a sweep is tried to begin: the first, and others out of all.
 _FIRST, _OTHERS = 16, 84

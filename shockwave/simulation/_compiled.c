@@ -788,7 +788,7 @@ static void book_work(const Method *m, const Window *w, Lane *lane, int l, const
 static int turn(const Method *m, Batch *batch, Window *w, Window *part, Lane *lanes, double (*path)[4])
 {
     Trial trial;
-    int l, i;
+    int l;
     if (!try_steps(m, w, lanes, path, &trial)) return 0;
     for (l = 0; l < w->lanes; l++) {
         Lane *lane = lanes + l;

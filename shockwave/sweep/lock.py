@@ -42,8 +42,6 @@ def locked(file: Path) -> BinaryIO:
     FileAccessError
         When another process holds it; the message tells which. When it cannot be written.
     """
-    if file.is_symlink():  # the target of the link would lose its content
-        raise FileAccessError(f"{file}: is not a file (got a link; delete it)")
     opened = open_regular(file, mode="a+b", buffering=0)
     try:
         _lock(opened)

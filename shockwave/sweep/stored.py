@@ -53,8 +53,10 @@ _BEGIN = b'{"index": '
 _CHUNK = 8192
 # Further columns of the tables.
 _OTHERS = ("status", "problem")
-# Largest header [bytes], enough for about a million values; most points of a sweep.
-_MOST_BYTES, _MOST_POINTS = 2**28, 10**8
+# Largest header [bytes], enough for some hundred thousand values: parsing takes up to 25 times as much memory.
+_MOST_BYTES = 2**24
+# Most points of a sweep, as in `shockwave.scenario.sweep`: the arrays of a result take some hundred megabytes then.
+_MOST_POINTS = 10**7
 _STATUSES = ("done", "failed", "crashed")
 # What arrays of whole numbers can hold.
 _LONGEST = 2**63
