@@ -57,16 +57,19 @@ NUMERICAL = {
 Install = Callable[..., str]
 
 
-def pytest_collection_finish() -> None:
-    # the thousands of collected tests are never garbage: without this, each collection looks at all of them
-    gc.freeze()
-
-
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the numerical tests."""
     for item in items:
         if item.path.stem.removeprefix("test_") in NUMERICAL:
             item.add_marker(pytest.mark.numerical)
+
+
+@pytest.fixture(scope="module")
+def frozen() -> Iterator[None]:
+    """Nothing that exists already is garbage: a collection before each timed run need not look at all tests."""
+    gc.freeze()
+    yield
+    gc.unfreeze()
 
 
 @pytest.fixture

@@ -191,7 +191,7 @@ def without(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("without")
 def test_a_backend_that_is_not_there_is_refused_with_the_reason() -> None:
-    with pytest.raises(sw.InvalidValueError, match=r"backend: must be auto or numpy here .* without a C compiler"):
+    with pytest.raises(sw.InvalidValueError, match=r"backend: must be auto or numpy here .* needs a C compiler"):
         sw.simulate(CASE_A, CHAIN, backend="compiled")
 
 
@@ -211,7 +211,7 @@ def test_what_is_left_to_choose_is_the_compiled_code() -> None:
 def test_list_tells_what_is_not_there(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["list", "backends", "--json"]) == 0
     rows = {row["name"]: row["problem"] for row in json.loads(capsys.readouterr().out)}
-    assert "without a C compiler" in rows["compiled"]
+    assert "needs a C compiler" in rows["compiled"]
     assert rows["numpy"] is None
 
 

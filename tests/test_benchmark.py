@@ -15,6 +15,8 @@ from shockwave.benchmark.timing import Clock, Limits, TooSlowError, tried
 from shockwave.errors import NumericalError
 from shockwave.registry import load
 
+pytestmark = pytest.mark.usefixtures("frozen")
+
 #: One run, without repetitions, of which none is stopped.
 ONCE = Limits(run=60.0, method=0.0, repeats=0)
 

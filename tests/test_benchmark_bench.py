@@ -22,6 +22,8 @@ from shockwave.errors import FileAccessError, InvalidValueError, UsageError
 from shockwave.quadrature import Integral, Integrand
 from shockwave.registry import entries, load
 
+pytestmark = pytest.mark.usefixtures("frozen")
+
 ROOT = Path(__file__).parent.parent
 LITTLE = 0.02
 
