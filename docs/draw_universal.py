@@ -25,11 +25,11 @@ from matplotlib.axes import Axes
 import shockwave as sw
 from shockwave import pictures
 from shockwave.chain.solitary_wave import MOMENTUM
-from shockwave.curve import UniversalCurve
 from shockwave.pictures import style
-from shockwave.theory.measures import measures
-from shockwave.theory.scaled import ScaledShock, Shocks
-from shockwave.theory.short import CORRECTION, IMPULSE_LIMIT, integrals, short_law
+from shockwave.prediction.measures import measures
+from shockwave.prediction.scaled import ScaledShock, Shocks
+from shockwave.prediction.short import CORRECTION, IMPULSE_LIMIT, integrals, short_law
+from shockwave.studies.curve import UniversalCurve
 
 FOLDER = Path(__file__).parent / "universal"
 SEED, COUNT = 6401, 260

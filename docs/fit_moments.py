@@ -4,7 +4,7 @@
 
 makes, in two minutes or so,
 
-- ``shockwave/theory/moments.json``: the coefficients, with the seeds and counts that they rest on;
+- ``shockwave/prediction/moments.json``: the coefficients, with the seeds and counts that they rest on;
 - ``docs/moments/judged.csv``: the pulses on which the law was judged, with their measures and errors;
 - the tables of ``docs/moments.md``.
 
@@ -29,17 +29,17 @@ from numpy.typing import NDArray
 import shockwave as sw
 from shockwave.chain import Scales
 from shockwave.chain.solitary_wave import MOMENTUM
-from shockwave.theory.measures import measures
-from shockwave.theory.moments import RESOURCE, Law, evaluated
-from shockwave.theory.pulse import Pulse, pulse_of
-from shockwave.theory.scaled import ScaledShock
+from shockwave.prediction.measures import measures
+from shockwave.prediction.moments import RESOURCE, Law, evaluated
+from shockwave.prediction.pulse import Pulse, pulse_of
+from shockwave.prediction.scaled import ScaledShock
 
 Array = NDArray[np.float64]
 Draw = np.random.Generator
 
 PAGE = Path(__file__).parent / "moments.md"
 TABLE = Path(__file__).parent / "moments" / "judged.csv"
-FILE = Path(sw.__file__).parent / "theory" / RESOURCE
+FILE = Path(sw.__file__).parent / "prediction" / RESOURCE
 
 # One number, n t0/T0, governs the answer for a shape: any chain and force would do.
 CHAIN = sw.Chain(material=sw.Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0), radius=4.75e-3)
@@ -313,7 +313,7 @@ def tell(made: dict[str, list[str]]) -> None:
 def entries(law: Law, sample: Sample) -> dict[str, Any]:
     """What the file of the law holds."""
     return {
-        "about": "the law of the primary's peak force of shockwave.theory.moments; docs/moments.md tells what it is",
+        "about": "law of the primary's peak force of shockwave.prediction.moments, described in docs/moments.md",
         "provenance": {
             "command": "python docs/fit_moments.py",
             "shockwave": sw.__version__,

@@ -2,9 +2,9 @@
 
     python docs/fit_short.py
 
-makes, in a quarter of a minute or so, ``shockwave/theory/short.json`` and two tables of ``docs/auto.md``. The common
-kinds of pulses are those of ``fit_moments.py``, which stands beside it; half of those judged are of kinds that had no
-part in the fit. Kinds with far tails, which stand here, tell how wide the bound must be.
+makes, in a quarter of a minute or so, ``shockwave/prediction/short.json`` and two tables of ``docs/auto.md``. The
+common kinds of pulses are those of ``fit_moments.py``, which stands beside it; half of those judged are of kinds that
+had no part in the fit. Kinds with far tails, which stand here, tell how wide the bound must be.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from judge_auto import tell
 
 import shockwave as sw
 from shockwave.chain.solitary_wave import MOMENTUM
-from shockwave.theory import short
-from shockwave.theory.measures import measures
-from shockwave.theory.scaled import ScaledShock
+from shockwave.prediction import short
+from shockwave.prediction.measures import measures
+from shockwave.prediction.scaled import ScaledShock
 
 PAGE = Path(__file__).parent / "auto.md"
-FILE = Path(sw.__file__).parent / "theory" / short.RESOURCE
+FILE = Path(sw.__file__).parent / "prediction" / short.RESOURCE
 
 SEED, COUNT, RTOL, MOST_DOUBT = 6201, 4000, 1e-7, 1e-5
 # Of x: beyond, one number no longer orders the errors; below, the error is nothing.
@@ -148,7 +148,7 @@ def main() -> None:
     """Make everything, and print the judgement."""
     law, count = fitted()
     entries = {
-        "about": "the short form of the law of moments of shockwave.theory.short; docs/auto.md tells what it is",
+        "about": "the short form of the law of moments of shockwave.prediction.short; docs/auto.md tells what it is",
         "provenance": {
             "command": "python docs/fit_short.py",
             "shockwave": sw.__version__,

@@ -22,10 +22,10 @@ from attrs import evolve
 from fit_moments import CHAIN, FORCE, Draw, exponential, lasting, one_peak, power_law, ratio, several_peaks
 
 import shockwave as sw
-from shockwave import auto
+from shockwave.prediction import short
 from shockwave.profiles import base
 from shockwave.registry import load
-from shockwave.theory import short
+from shockwave.studies import auto
 
 PAGE = Path(__file__).parent / "auto.md"
 SEED, COUNT, SHORTEST, LONGEST = 6301, 1000, 1e-2, 20.0

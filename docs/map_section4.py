@@ -30,10 +30,10 @@ from numpy.typing import NDArray
 import shockwave as sw
 from shockwave.chain import Scales
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
+from shockwave.prediction.scaled import ScaledAnswer, ScaledShock, Settings
+from shockwave.prediction.section4 import predict
 from shockwave.prediction.trust import RESOURCE, Law, measures, monomials
 from shockwave.profiles.conditions import conditions
-from shockwave.theory.scaled import ScaledAnswer, ScaledShock, Settings
-from shockwave.theory.section4 import predict
 
 Array = NDArray[np.float64]
 

@@ -10,9 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from shockwave.chain import Chain, Material, SolitaryWave
-    from shockwave.comparison import Comparison, compare
-    from shockwave.curve import UniversalCurve
-    from shockwave.designs.design import Design, design
     from shockwave.errors import (
         FileAccessError,
         InvalidValueError,
@@ -35,11 +32,14 @@ if TYPE_CHECKING:
     from shockwave.profiles.tabulated import Tabulated
     from shockwave.profiles.triangular import Triangular
     from shockwave.scenario.load import Scenario, load_scenario
+    from shockwave.studies.comparison import Comparison, compare
+    from shockwave.studies.curve import UniversalCurve
+    from shockwave.studies.designs.design import Design, design
+    from shockwave.studies.uncertainties.result import Uncertainty
+    from shockwave.studies.uncertainties.uncertainty import uncertainty
     from shockwave.sweep.report import SweepReport
     from shockwave.sweep.results import SweepResults, load_sweep
     from shockwave.sweep.runner import run_sweep
-    from shockwave.uncertainties.result import Uncertainty
-    from shockwave.uncertainties.uncertainty import uncertainty
 
 __version__ = "0.1.0"
 #: Name of the distribution; on the package index, the name ``shockwave`` belongs to another project.
@@ -78,13 +78,13 @@ _HOMES = {
     "SweepResults": "sweep.results",
     "load_sweep": "sweep.results",
     "run_sweep": "sweep.runner",
-    "Comparison": "comparison",
-    "compare": "comparison",
-    "UniversalCurve": "curve",
-    "Design": "designs.design",
-    "design": "designs.design",
-    "Uncertainty": "uncertainties.result",
-    "uncertainty": "uncertainties.uncertainty",
+    "Comparison": "studies.comparison",
+    "compare": "studies.comparison",
+    "UniversalCurve": "studies.curve",
+    "Design": "studies.designs.design",
+    "design": "studies.designs.design",
+    "Uncertainty": "studies.uncertainties.result",
+    "uncertainty": "studies.uncertainties.uncertainty",
 }
 
 __all__ = [

@@ -81,10 +81,15 @@ def shockwave_materials() -> list[Entry]:
 
 @hookimpl
 def shockwave_models() -> list[Entry]:
-    place = "shockwave.theory"
+    place = "shockwave.prediction"
     relations = "relations of section 4 of Hasan & Nemat-Nasser"
     return [
         Entry("section-4", f"{place}.section4:predict", relations, takes="alpha"),
         Entry("moments", f"{place}.moments:MODEL", "law of the primary by the moments of the shock"),
-        Entry("auto", "shockwave.auto:MODEL", "the cheapest of laws, curve, simulation that meets rtol", takes="rtol"),
+        Entry(
+            "auto",
+            "shockwave.studies.auto:MODEL",
+            "the cheapest of laws, curve, simulation that meets rtol",
+            takes="rtol",
+        ),
     ]

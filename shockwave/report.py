@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 from shockwave.text import range_text, si, table
 
 if TYPE_CHECKING:
-    from shockwave.comparison import Comparison
     from shockwave.measurement.result import SimulationResult
     from shockwave.prediction.outcome import Outcome
     from shockwave.profiles.conditions import Condition
+    from shockwave.studies.comparison import Comparison
 
 __all__ = ["comparison_table", "outcome_table", "simulation_table"]
 

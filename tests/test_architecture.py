@@ -17,39 +17,35 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 # A module may import from its own room and from those on lower floors.
 FLOORS = {
     "errors": 0,
-    "numerics": 1,
-    "text": 0,
-    "fields": 1,
-    "quadrature": 2,
     "hooks": 0,
+    "text": 0,
     "built_ins": 1,
-    "document": 2,
+    "fields": 1,
+    "files": 1,
+    "markup": 1,
+    "numerics": 1,
+    "output": 1,
+    "quadrature": 2,
     "registry": 2,
     "options": 3,
     "profiles": 3,
     "chain": 3,
     "scene": 4,
-    "theory": 4,
     "simulation": 4,
     "prediction": 5,
     "measurement": 5,
     "pictures": 6,
     "scenario": 6,
-    "comparison": 7,
-    "benchmark": 7,
-    "curve": 7,
-    "stress": 7,
-    "report": 7,
-    "auto": 8,
-    "designs": 8,
-    "uncertainties": 8,
+    "studies": 7,
+    "report": 8,
     "page": 8,
     "sweep": 8,
     "testing": 8,
-    "cli": 9,
-    "__main__": 10,
+    "benchmark": 9,
+    "cli": 10,
+    "__main__": 11,
 }
-A_PRIORI = {"theory", "prediction", "scenario"}
+A_PRIORI = {"prediction", "scenario"}
 DIRECT = {"simulation", "measurement"}
 
 
@@ -176,7 +172,7 @@ def test_a_simulation_loads_no_predictor() -> None:
         "sw.simulate(shock, chain, rtol=1e-2)"
     )
     modules = loaded(program)
-    assert {m for m in modules if m.startswith(("shockwave.theory", "shockwave.prediction"))} == set()
+    assert {m for m in modules if m.startswith(("shockwave.prediction", "shockwave.prediction"))} == set()
 
 
 def test_units_are_loaded_only_for_a_file_that_has_one(tmp_path: Path) -> None:

@@ -18,13 +18,14 @@ import pytest
 import shockwave as sw
 from pages import table
 from scenes import CHAIN, FORCE, STEEL, TRUTH, UNITS, name_of, random_pulses, shock_of, triangle
-from shockwave import auto, cli
+from shockwave import cli
 from shockwave.chain.solitary_wave import MOMENTUM
+from shockwave.prediction import moments, short
+from shockwave.prediction.measures import points
+from shockwave.prediction.scaled import Peaks
+from shockwave.prediction.short import CORRECTION, IMPULSE_LIMIT, correction, integrals, short_law
 from shockwave.quadrature import FloatArray
-from shockwave.theory import moments, short
-from shockwave.theory.measures import points
-from shockwave.theory.scaled import Peaks
-from shockwave.theory.short import CORRECTION, IMPULSE_LIMIT, correction, integrals, short_law
+from shockwave.studies import auto
 
 DOCS = Path(__file__).parent.parent / "docs"
 TRIANGLE = sw.Triangular(duration_ratio=3)
@@ -290,7 +291,7 @@ def test_the_coefficient_of_the_paper_does_not_change_the_peak_force(
     if not compiled:
         monkeypatch.setattr(auto, "chosen", lambda _: None)
     if method == "section-4":
-        monkeypatch.setattr("shockwave.theory.moments.peaks", lambda shocks, _: Peaks.of(len(shocks)))
+        monkeypatch.setattr("shockwave.prediction.moments.peaks", lambda shocks, _: Peaks.of(len(shocks)))
     paper, exact = (predicted(shock, rtol, momentum_coefficient=choice) for choice in ("paper", "exact"))
     assert paper.peak_force == exact.peak_force
     assert paper.method == exact.method
@@ -308,7 +309,7 @@ def test_the_full_law_is_not_asked_for_uneven_records(monkeypatch: pytest.Monkey
 
 def test_without_compiled_code_one_and_many_take_section_4_alike(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(auto, "chosen", lambda _: None)
-    monkeypatch.setattr("shockwave.theory.moments.peaks", lambda shocks, _: Peaks.of(len(shocks)))
+    monkeypatch.setattr("shockwave.prediction.moments.peaks", lambda shocks, _: Peaks.of(len(shocks)))
     alone = predicted(SINGLE, 2e-2)
     many = sw.Predictor(model="auto", rtol=2e-2).predict_many([SINGLE], CHAIN)
     assert alone.method == many.method[0] == "section-4"
@@ -355,7 +356,7 @@ def test_a_shock_too_long_for_anything_is_refused() -> None:
 
 def test_one_that_nothing_knows_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     doubtful(monkeypatch, {0.0: 1.0})
-    monkeypatch.setattr("shockwave.theory.moments.peaks", lambda shocks, _: Peaks.of(len(shocks)))
+    monkeypatch.setattr("shockwave.prediction.moments.peaks", lambda shocks, _: Peaks.of(len(shocks)))
     with pytest.raises(sw.NumericalError, match="its waves part too slowly"):
         predicted(triangle(8.0), 1e-2)
 
@@ -619,7 +620,7 @@ def test_what_was_asked_before_makes_no_difference(series: list[sw.Shock]) -> No
 def test_a_curve_is_kept(series: list[sw.Shock], monkeypatch: pytest.MonkeyPatch) -> None:
     predictor = sw.Predictor(model="auto", rtol=1e-3)
     first = predictor.predict_many(series, CHAIN)
-    monkeypatch.setattr("shockwave.auto.UniversalCurve", None)
+    monkeypatch.setattr("shockwave.studies.auto.UniversalCurve", None)
     assert predictor.predict_many(series, CHAIN) == first
 
 

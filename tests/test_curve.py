@@ -22,13 +22,13 @@ from selection import keeping, thinned
 from shockwave import cli, pictures
 from shockwave.chain import Scales
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
-from shockwave.curve import UniversalCurve, build, write
-from shockwave.curve.fit import fitted
-from shockwave.curve.response import curve_of
-from shockwave.curve.series import Piece, Series
 from shockwave.pictures.curve import curve as draw
+from shockwave.prediction import short
 from shockwave.quadrature import FloatArray
-from shockwave.theory import short
+from shockwave.studies.curve import UniversalCurve, build, write
+from shockwave.studies.curve.fit import fitted
+from shockwave.studies.curve.response import curve_of
+from shockwave.studies.curve.series import Piece, Series
 
 TRIANGLE = sw.Triangular(duration_ratio=3)
 SHAPES: dict[str, sw.ShockProfile] = {

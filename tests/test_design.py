@@ -22,8 +22,9 @@ from scenes import CASE_A, CHAIN, FORCE, POWER, UNITS
 from selection import keeping, thinned
 from shockwave import cli
 from shockwave.chain.chain import Scales
-from shockwave.curve.crossings import crossings, landmarks, tilted
-from shockwave.curve.response import (
+from shockwave.scenario.family import Family
+from shockwave.studies.curve.crossings import crossings, landmarks, tilted
+from shockwave.studies.curve.response import (
     POWERS,
     Exponents,
     Response,
@@ -33,9 +34,8 @@ from shockwave.curve.response import (
     scenario_of,
     value_of,
 )
-from shockwave.designs.lines import Line
-from shockwave.designs.targets import TARGETS, Option, Target
-from shockwave.scenario.family import Family
+from shockwave.studies.designs.lines import Line
+from shockwave.studies.designs.targets import TARGETS, Option, Target
 from test_docs import flat
 
 SCENE = scenario_of(CASE_A, CHAIN)
@@ -399,7 +399,7 @@ def test_a_target_that_hardly_varies_is_told_to_do_so() -> None:
 
 
 def test_a_curve_is_refused_where_simulations_do_not_tell_their_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    from shockwave.curve import build
+    from shockwave.studies.curve import build
 
     longest, count = 150.0, 0
 
@@ -537,7 +537,7 @@ def test_an_unknown_material_is_told_with_the_nearest() -> None:
 
 def test_the_function_is_not_hidden_by_a_module() -> None:
     program = (
-        "import shockwave as sw, shockwave.designs.design, shockwave.uncertainties.uncertainty\n"
+        "import shockwave as sw, shockwave.studies.designs.design, shockwave.studies.uncertainties.uncertainty\n"
         "assert callable(sw.design) and callable(sw.uncertainty)"
     )
     subprocess.run([sys.executable, "-c", program], check=True)

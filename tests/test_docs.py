@@ -305,10 +305,10 @@ def test_exit_statuses_are_those_of_the_errors() -> None:
 @pytest.mark.parametrize(
     ("module", "limit"),
     [
-        ("document.tree", "MOST_FAULTS"),
-        ("document.tree", "_DEEPEST"),
-        ("document.tree", "_MOST_NODES"),
-        ("document.units", "_LONGEST"),
+        ("scenario.yaml_tree", "MOST_FAULTS"),
+        ("scenario.yaml_tree", "_DEEPEST"),
+        ("scenario.yaml_tree", "_MOST_NODES"),
+        ("scenario.units", "_LONGEST"),
         ("profiles.record", "_MOST_LINES"),
         ("profiles.record", "_LONGEST_LINE"),
     ],

@@ -10,10 +10,10 @@ from pathlib import Path
 import pint
 import pytest
 
-from shockwave.document import units
-from shockwave.document.reader import parse_document, read_document
-from shockwave.document.units import to_si
 from shockwave.errors import FileAccessError, ScenarioError
+from shockwave.scenario import units
+from shockwave.scenario.units import to_si
+from shockwave.scenario.yaml_document import parse_document, read_document
 
 NESTED = """\
 # a comment
@@ -197,7 +197,7 @@ def test_hostile_documents_end_in_a_fault(text: str, fragment: str) -> None:
 
 
 def test_a_document_of_too_many_values_ends_in_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("shockwave.document.tree._MOST_NODES", 1000)
+    monkeypatch.setattr("shockwave.scenario.yaml_tree._MOST_NODES", 1000)
     assert any("at most 1000 values" in fault for fault in _faults("a: [" + "1," * 1001 + "]"))
 
 
@@ -317,7 +317,7 @@ def test_the_usual_units_are_those_of_pint(unit: str, usual: str, factor: str) -
 
 def test_pint_is_imported_for_an_unusual_unit_only() -> None:
     code = (
-        "import sys; from shockwave.document.units import to_si; to_si('15 us', 's'); to_si('3', 'm');"
+        "import sys; from shockwave.scenario.units import to_si; to_si('15 us', 's'); to_si('3', 'm');"
         "assert 'pint' not in sys.modules; to_si('1 lbf', 'N'); assert 'pint' in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

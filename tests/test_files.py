@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from shockwave.document.files import lines_of, open_new, open_regular, parse_json, read_bytes, read_text
 from shockwave.errors import FileAccessError, InvalidValueError
+from shockwave.files import lines_of, open_new, open_regular, parse_json, read_bytes, read_text
 
 
 def test_a_file_of_the_limit_is_read(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from attrs import evolve
 import shockwave as sw
 from scenes import CASE_B, CHAIN, power, triangle
 from selection import keeping
-from shockwave.document.markup import Html, document, formula, percent, plain, quantity, small, table
+from shockwave.markup import Html, document, formula, percent, plain, quantity, small, table
 from shockwave.options import SimulateOptions
 from shockwave.page import findings, normalised, page, scene_hash, written
 from shockwave.page.provenance import provenance

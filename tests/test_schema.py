@@ -20,7 +20,6 @@ from jsonschema import Draft7Validator
 
 from pages import PAGES, ROOT, Block, blocks_of, prepare, workplace
 from shockwave import registry
-from shockwave.document.reader import Document, parse_document, read_document
 from shockwave.errors import ScenarioError, ShockwaveError
 from shockwave.fields import Quantity
 from shockwave.scenario import blocks
@@ -28,6 +27,7 @@ from shockwave.scenario.load import load_scenario, scenario_of
 from shockwave.scenario.schema import _quantity, schema
 from shockwave.scenario.template import template
 from shockwave.scenario.values import structure
+from shockwave.scenario.yaml_document import Document, parse_document, read_document
 from test_bad_scenarios import BAD, CHAIN, GOOD, RECORD, SHOCK
 
 #: Faults that no schema sees -> why. Of the first ones there is nothing to look at: the text cannot be read.

@@ -11,11 +11,11 @@ from jsonschema import Draft7Validator
 
 from distributions import install
 from pages import workplace
-from shockwave.document.reader import parse_document
 from shockwave.errors import ScenarioError
 from shockwave.scenario.load import scenario_of
 from shockwave.scenario.schema import schema
 from shockwave.scenario.template import template
+from shockwave.scenario.yaml_document import parse_document
 from test_bad_scenarios import CHAIN, SHOCK
 
 HOOKS = """

@@ -6,8 +6,8 @@ import pytest
 
 import shockwave as sw
 from scenes import CHAIN, FORCE
-from shockwave.theory.scaled import ScaledShock, Settings
-from shockwave.theory.section4 import predict
+from shockwave.prediction.scaled import ScaledShock, Settings
+from shockwave.prediction.section4 import predict
 
 PAPER = sw.Predictor(momentum_coefficient="paper")
 #: A F0^(-1/6) of the paper's beads at 100 N with 13/3, from eq. (4c) written out.

@@ -11,13 +11,13 @@ import pytest
 import shockwave as sw
 from pages import table
 from scenes import CHAIN, power
+from shockwave.benchmark.stress.case import Case, Finding
+from shockwave.benchmark.stress.catalogue import CASES, find
+from shockwave.benchmark.stress.checks import against, by_law, faults_of, judged, like, refused
+from shockwave.benchmark.stress.runner import Row, Stress, run_case, stress
+from shockwave.benchmark.stress.scenes import power as made
+from shockwave.benchmark.stress.worker import checked
 from shockwave.simulation.backend import compiled
-from shockwave.stress.case import Case, Finding
-from shockwave.stress.catalogue import CASES, find
-from shockwave.stress.checks import against, by_law, faults_of, judged, like, refused
-from shockwave.stress.runner import Row, Stress, run_case, stress
-from shockwave.stress.scenes import power as made
-from shockwave.stress.worker import checked
 
 QUICK = [case for case in CASES if not case.slow]
 #: One of each kind of check, for the code in NumPy.

@@ -14,10 +14,10 @@ import pytest
 
 import shockwave as sw
 from shockwave.cli import main
-from shockwave.comparison import compare
 from shockwave.scenario.family import Family
 from shockwave.scenario.load import load_scenario
 from shockwave.scenario.scene_hash import Normaliser, normalised
+from shockwave.studies.comparison import compare
 from shockwave.sweep import points as of_points
 from shockwave.sweep import runner
 from shockwave.sweep.executors import LostError

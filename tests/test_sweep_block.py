@@ -13,13 +13,13 @@ from jsonschema import Draft7Validator
 import shockwave as sw
 from pages import table
 from shockwave import cli
-from shockwave.document.reader import parse_document
 from shockwave.errors import InvalidValueError, ScenarioError, UnknownNameError
 from shockwave.registry import load
 from shockwave.scenario.family import Family
 from shockwave.scenario.schema_dotted import sweep as form
 from shockwave.scenario.sweep import SWEEP, Sweep
 from shockwave.scenario.variable import variable
+from shockwave.scenario.yaml_document import parse_document
 
 SCENE: dict[str, Any] = {
     "name": "a family",

@@ -20,9 +20,9 @@ from scenes import CHAIN, FORCE, UNITS
 from selection import thinned
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.prediction import trust
+from shockwave.prediction.scaled import ScaledShock
 from shockwave.prediction.trust import Measures, laws, measures
 from shockwave.quadrature import FloatArray
-from shockwave.theory.scaled import ScaledShock
 
 DOCS = Path(__file__).parent.parent / "docs"
 # a thousand shocks that are told a range, drawn with a seed of their own; they hold one single by chance, so that these

@@ -21,13 +21,13 @@ from pages import ROOT, code_in, table
 from scenes import CASE_A, CHAIN, POWER, UNITS
 from selection import thinned
 from shockwave import cli
-from shockwave.curve import UniversalCurve
-from shockwave.curve.response import Exponents, Response, curve_of, data_of, duration_of, scenario_of, value_of
 from shockwave.scenario.family import Family
 from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.variable import variable
-from shockwave.uncertainties.distribution import Distribution
-from shockwave.uncertainties.uncertainty import _slopes
+from shockwave.studies.curve import UniversalCurve
+from shockwave.studies.curve.response import Exponents, Response, curve_of, data_of, duration_of, scenario_of, value_of
+from shockwave.studies.uncertainties.distribution import Distribution
+from shockwave.studies.uncertainties.uncertainty import _slopes
 from test_docs import flat
 
 FILE = ROOT / "profiles" / "examples" / "protector.yaml"

@@ -20,9 +20,9 @@ from shockwave.benchmark.chains import Case
 from shockwave.benchmark.quadratures import Areas
 from shockwave.benchmark.rows import FAMILIES, Problem, Row, WorkPrecision
 from shockwave.benchmark.timing import Limits
-from shockwave.document.output import write_file
 from shockwave.errors import FileAccessError, InvalidValueError, ShockwaveError, UsageError
 from shockwave.fields import Quantity, text_of
+from shockwave.output import write_file
 from shockwave.registry import plugins
 from shockwave.scenario.load import Scenario
 from shockwave.simulation.backend import compiled

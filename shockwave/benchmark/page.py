@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from shockwave.benchmark import smooth
 from shockwave.benchmark.figure import drawing, panels_of
 from shockwave.benchmark.rows import FAMILIES, Problem, Row, WorkPrecision, cells, columns
-from shockwave.document.markup import Html, document, facts, joined, listed, section, table, tag
+from shockwave.markup import Html, document, facts, joined, listed, section, table, tag
 
 __all__ = ["page"]
 

@@ -10,7 +10,7 @@ from shockwave.cli.output import print_json
 from shockwave.cli.scenes import loaded
 
 if TYPE_CHECKING:
-    from shockwave.stress.runner import Row
+    from shockwave.benchmark.stress.runner import Row
 
 __all__ = ["bench", "stress"]
 
@@ -41,7 +41,7 @@ def bench(options: argparse.Namespace) -> int:
 
 def stress(options: argparse.Namespace) -> int:
     """The catalogue of extremes."""
-    from shockwave.stress.runner import stress as run
+    from shockwave.benchmark.stress.runner import stress as run
 
     def tell(row: Row) -> None:
         _tell(f"{row.name} ({row.backend}): {'passed' if row.passed else 'FAILED'}")

@@ -49,7 +49,7 @@ def _of_file(file: str) -> Iterator[None]:
 
 def design(options: argparse.Namespace) -> int:
     """Values at which the primary is as wanted."""
-    from shockwave.designs.design import design as run
+    from shockwave.studies.designs.design import design as run
 
     given = options.target[-1]
     name, sign, value = given.partition("=")
@@ -58,7 +58,7 @@ def design(options: argparse.Namespace) -> int:
     if len(options.target) > 1:
         raise UsageError(f"--target must be given once (got {' and '.join(options.target)}; run one design for each)")
     if options.output:
-        from shockwave.designs.picture import checked, write
+        from shockwave.studies.designs.picture import checked, write
 
         with _of_arguments(options):
             checked(options.output, options.vary)
@@ -91,7 +91,7 @@ def design(options: argparse.Namespace) -> int:
 
 def uncertainty(options: argparse.Namespace) -> int:
     """Distribution of the primary where values are uncertain."""
-    from shockwave.uncertainties.uncertainty import uncertainty as run
+    from shockwave.studies.uncertainties.uncertainty import uncertainty as run
 
     scenarios, status = loaded([options.file], _SWEPT)
     if status:

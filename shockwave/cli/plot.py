@@ -7,8 +7,8 @@ import re
 import sys
 from pathlib import Path
 
-from shockwave.document.output import refuse_inputs
 from shockwave.errors import InvalidValueError, UsageError
+from shockwave.output import refuse_inputs
 
 __all__ = ["plot"]
 

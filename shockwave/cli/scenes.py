@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from shockwave.cli.output import DEBUG, internal, print_json, written
-from shockwave.document.output import refuse_inputs
 from shockwave.errors import Fault, InvalidValueError, PluginError, ScenarioError, ShockwaveError, UsageError
+from shockwave.output import refuse_inputs
 
 if TYPE_CHECKING:
     from shockwave.options import SimulateOptions
@@ -118,8 +118,8 @@ def simulate(options: argparse.Namespace) -> int:
 def compare(options: argparse.Namespace) -> int:
     from attrs import evolve
 
-    from shockwave.comparison import compare as compared
     from shockwave.report import comparison_table
+    from shockwave.studies.comparison import compare as compared
 
     def one(scenario: Scenario) -> Any:
         found = compared(scenario.shock, scenario.chain, scenario.predictor, _settings(options, scenario))
@@ -167,8 +167,8 @@ def report(options: argparse.Namespace) -> int:
 def curve(options: argparse.Namespace) -> int:
     """The universal curve of a scenario's shape."""
     from shockwave.chain import Scales
-    from shockwave.curve import UniversalCurve, write
-    from shockwave.curve.output import checked
+    from shockwave.studies.curve import UniversalCurve, write
+    from shockwave.studies.curve.output import checked
 
     if options.output:
         try:

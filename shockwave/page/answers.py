@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from itertools import zip_longest
 
 from shockwave.chain.solitary_wave import SolitaryWave
-from shockwave.document.markup import Html, joined, percent, quantity, small, table, tag
+from shockwave.markup import Html, joined, percent, quantity, small, table, tag
 from shockwave.measurement.result import MeasuredWave, SimulationResult
 from shockwave.page.findings import Findings
 from shockwave.page.words import count, digits_of, expected, known, settled

@@ -10,8 +10,8 @@ from attrs import frozen
 
 from shockwave import pictures
 from shockwave.chain.chain import Scales
-from shockwave.document.markup import Html, joined, listed, tag
 from shockwave.errors import ShockwaveError, UsageError
+from shockwave.markup import Html, joined, listed, tag
 from shockwave.page.findings import Findings
 from shockwave.prediction.outcome import EjectionOutcome
 

@@ -6,13 +6,13 @@ from pathlib import Path
 
 from attrs import evolve, frozen
 
-from shockwave.comparison import Comparison, compare
 from shockwave.errors import ShockwaveError
 from shockwave.measurement.result import Passage, SimulationResult
 from shockwave.measurement.simulate import MEASURABLE, scaled, simulate_with
 from shockwave.options import SimulateOptions
 from shockwave.prediction.outcome import Outcome
 from shockwave.scenario.load import Scenario
+from shockwave.studies.comparison import Comparison, compare
 
 __all__ = ["Findings", "findings"]
 

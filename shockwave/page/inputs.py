@@ -8,9 +8,9 @@ import attrs
 import numpy as np
 
 from shockwave.chain.chain import Scales
-from shockwave.document.markup import Html, density, facts, formula, joined, quantity, table, tag
 from shockwave.errors import ShockwaveError
 from shockwave.fields import quantity_of
+from shockwave.markup import Html, density, facts, formula, joined, quantity, table, tag
 from shockwave.page.provenance import profile_name
 from shockwave.profiles.conditions import TOLERANCE, Condition, conditions
 from shockwave.scenario.load import Scenario

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, version
 
 from shockwave import OWN_DISTRIBUTION, __version__
-from shockwave.document.markup import Html, facts, joined, table, tag
 from shockwave.errors import ShockwaveError
 from shockwave.hooks import Entry
+from shockwave.markup import Html, facts, joined, table, tag
 from shockwave.page.findings import Findings
 from shockwave.profiles.base import ShockProfile
 from shockwave.registry import entries, find, load, own_entries

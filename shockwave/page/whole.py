@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from shockwave import pictures
-from shockwave.document.markup import Html, document, joined, listed, section, tag
+from shockwave.markup import Html, document, joined, listed, section, tag
 from shockwave.page.answers import answers
 from shockwave.page.drawings import drawn
 from shockwave.page.findings import Findings, findings

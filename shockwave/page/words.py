@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-from shockwave.document.markup import Html, formula, joined, listed, percent, quantity, small, tag
+from shockwave.markup import Html, formula, joined, listed, percent, quantity, small, tag
 from shockwave.measurement.result import MeasuredWave, SimulationResult
 from shockwave.page.findings import Findings
 from shockwave.prediction.outcome import EjectionOutcome, Outcome
-from shockwave.theory.scaled import Inequality
+from shockwave.prediction.scaled import Inequality
 
 __all__ = ["count", "decision", "digits_of", "expected", "known", "lead", "settled"]
 

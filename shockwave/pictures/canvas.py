@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from shockwave import OWN_DISTRIBUTION
-from shockwave.document.markup import plain
-from shockwave.document.output import write_file
 from shockwave.errors import InvalidValueError, UsageError
+from shockwave.markup import plain
+from shockwave.output import write_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -32,10 +32,10 @@ from shockwave.pictures.style import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from shockwave.comparison import Comparison
     from shockwave.measurement.recording import Recording
     from shockwave.measurement.result import SimulationResult
     from shockwave.quadrature import FloatArray
+    from shockwave.studies.comparison import Comparison
 
 __all__ = ["contact_forces", "recorded", "space_time", "train"]
 

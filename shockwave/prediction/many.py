@@ -15,6 +15,7 @@ from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import InvalidValueError, PluginError, ShockwaveError
 from shockwave.fields import text_of
 from shockwave.prediction.predictor import chain_warnings
+from shockwave.prediction.scaled import Model, Peaks, Settings, Shocks
 from shockwave.prediction.trust import told
 from shockwave.profiles.base import Areas, ShockProfile
 from shockwave.profiles.conditions import conditions
@@ -23,7 +24,6 @@ from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.registry import blame, load
 from shockwave.text import notes, range_text
-from shockwave.theory.scaled import Model, Peaks, Settings, Shocks
 
 __all__ = ["Predictions", "predicted"]
 

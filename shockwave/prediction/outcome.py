@@ -8,11 +8,11 @@ from typing import Any, ClassVar
 from attrs import asdict, field, frozen
 
 from shockwave.chain.solitary_wave import SolitaryWave
+from shockwave.prediction.scaled import Inequality, Regime, Relation
 from shockwave.profiles.base import Areas
 from shockwave.profiles.conditions import Condition
 from shockwave.scene import Scene
 from shockwave.text import indent, notes, range_text, si, table
-from shockwave.theory.scaled import Inequality, Regime, Relation
 
 __all__ = ["EjectionOutcome", "Exponents", "Outcome", "SingleOutcome", "TrainOutcome"]
 

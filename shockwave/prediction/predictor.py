@@ -12,12 +12,12 @@ from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, MOMENTUM, PAPER_COE
 from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity, quantity
 from shockwave.prediction.outcome import EjectionOutcome, Exponents, Outcome, SingleOutcome, TrainOutcome
+from shockwave.prediction.scaled import ScaledAnswer, ScaledShock, Settings
 from shockwave.prediction.trust import told
 from shockwave.profiles.conditions import conditions
 from shockwave.profiles.shock import Shock
 from shockwave.registry import blame, find, load
 from shockwave.scene import Scene
-from shockwave.theory.scaled import ScaledAnswer, ScaledShock, Settings
 
 if TYPE_CHECKING:
     from shockwave.prediction.many import Predictions

@@ -21,11 +21,11 @@ from attrs import frozen
 
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
 from shockwave.numerics import product
+from shockwave.prediction.measures import Measures, measures
+from shockwave.prediction.scaled import ScaledAnswer, ScaledShock
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import Condition, reversal
 from shockwave.quadrature import FloatArray
-from shockwave.theory.measures import Measures, measures
-from shockwave.theory.scaled import ScaledAnswer, ScaledShock
 
 __all__ = ["RESOURCE", "Law", "Measures", "expected_error", "laws", "measures", "told"]
 

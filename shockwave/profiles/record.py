@@ -15,9 +15,9 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.document.files import read_text
 from shockwave.errors import Fault, FileAccessError, InvalidValueError
 from shockwave.fields import text_of
+from shockwave.files import read_text
 from shockwave.quadrature import FloatArray
 
 __all__ = ["Record", "read_record"]

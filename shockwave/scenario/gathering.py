@@ -8,7 +8,6 @@ from typing import Any
 
 from attrs import define
 
-from shockwave.document.reader import MOST_FAULTS, Document, Steps, dotted
 from shockwave.errors import (
     Fault,
     FileAccessError,
@@ -20,6 +19,7 @@ from shockwave.errors import (
 )
 from shockwave.scenario.blocks import keys_of
 from shockwave.scenario.values import Wrong, structure
+from shockwave.scenario.yaml_document import MOST_FAULTS, Document, Steps, dotted
 
 __all__ = ["Gathering"]
 

@@ -14,7 +14,6 @@ from attrs import define, evolve, field, frozen
 from shockwave import OWN_DISTRIBUTION
 from shockwave.chain.chain import Chain
 from shockwave.chain.material import Material
-from shockwave.document.reader import Document, Steps, read_document
 from shockwave.errors import (
     Fault,
     FileAccessError,
@@ -43,6 +42,7 @@ from shockwave.scenario.sweep import Sweep, beginnings, first, read
 from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.uncertainty import read as read_spreads
 from shockwave.scenario.values import missing, structure
+from shockwave.scenario.yaml_document import Document, Steps, read_document
 
 __all__ = ["DISTRIBUTION", "Published", "Scenario", "load_scenario", "scenario_of"]
 

@@ -11,7 +11,6 @@ import numpy as np
 from attrs import define, evolve, frozen
 
 from shockwave.chain.material import Material
-from shockwave.document.reader import Document, Steps
 from shockwave.errors import InvalidValueError, PluginError, UnknownNameError
 from shockwave.fields import Quantity, text_of
 from shockwave.registry import find, load
@@ -19,6 +18,7 @@ from shockwave.scenario.blocks import Key, keys_of
 from shockwave.scenario.gathering import Gathering
 from shockwave.scenario.values import structure
 from shockwave.scenario.variable import Variable, variable
+from shockwave.scenario.yaml_document import Document, Steps
 
 __all__ = ["RUNS", "SWEEP", "Axis", "Run", "Sweep", "beginnings", "first", "read"]
 

@@ -11,7 +11,6 @@ from typing import Any, Final, Literal
 
 from shockwave import OWN_DISTRIBUTION
 from shockwave.chain.material import Material
-from shockwave.document.units import to_si
 from shockwave.fields import Quantity
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
@@ -29,6 +28,7 @@ from shockwave.scenario.blocks import (
 )
 from shockwave.scenario.sweep import SWEEP
 from shockwave.scenario.uncertainty import FORMS
+from shockwave.scenario.units import to_si
 
 __all__ = ["purpose_of", "template", "within"]
 

@@ -7,11 +7,11 @@ from typing import Any, Final, Literal
 
 from attrs import frozen
 
-from shockwave.document.reader import Steps
-from shockwave.document.units import to_si
 from shockwave.errors import InvalidValueError, nearest
 from shockwave.fields import Quantity, text_of
+from shockwave.scenario.units import to_si
 from shockwave.scenario.variable import Variable, variable
+from shockwave.scenario.yaml_document import Steps
 from shockwave.text import si
 
 __all__ = ["FORMS", "TWINS", "Add", "Spread", "read"]

@@ -14,11 +14,11 @@ from cattrs import BaseValidationError, Converter
 from cattrs.errors import ForbiddenExtraKeysError, StructureHandlerNotFoundError
 from cattrs.gen import make_dict_structure_fn, override
 
-from shockwave.document.reader import Steps
-from shockwave.document.units import to_si
 from shockwave.errors import nearest
 from shockwave.fields import Quantity, text_of
 from shockwave.scenario.blocks import Key
+from shockwave.scenario.units import to_si
+from shockwave.scenario.yaml_document import Steps
 
 __all__ = ["Wrong", "missing", "structure"]
 

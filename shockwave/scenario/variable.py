@@ -9,13 +9,13 @@ from typing import Any
 from attrs import evolve, frozen
 
 from shockwave.chain.material import Material
-from shockwave.document.reader import Steps
 from shockwave.errors import Fault, InvalidValueError, ShockwaveError, nearest
 from shockwave.fields import text_of
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.scenario.blocks import CHAIN, Key, keys_of, parameters_of, profile_class, shock_keys
 from shockwave.scenario.values import structure
+from shockwave.scenario.yaml_document import Steps
 
 __all__ = ["Variable", "variable"]
 

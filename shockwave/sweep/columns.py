@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from shockwave.comparison import Comparison
 from shockwave.measurement.result import MeasuredWave, SimulationResult
 from shockwave.prediction.outcome import EjectionOutcome, Outcome
 from shockwave.scenario.sweep import Run
+from shockwave.studies.comparison import Comparison
 from shockwave.sweep.stored import NOTES, Column
 
 __all__ = ["Answer", "Read", "reads", "row"]

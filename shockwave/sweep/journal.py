@@ -11,8 +11,8 @@ from typing import Any, BinaryIO
 
 from attrs import define, field
 
-from shockwave.document.files import lines_of, open_new, open_regular
 from shockwave.errors import FileAccessError
+from shockwave.files import lines_of, open_new, open_regular
 from shockwave.sweep.lock import locked
 from shockwave.sweep.stored import HEADER, JOURNAL, LONGEST_LINE, Header
 

@@ -11,8 +11,8 @@ import weakref
 from pathlib import Path
 from typing import BinaryIO
 
-from shockwave.document.files import open_regular
 from shockwave.errors import FileAccessError
+from shockwave.files import open_regular
 
 __all__ = ["locked"]
 

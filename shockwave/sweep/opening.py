@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from shockwave import OWN_DISTRIBUTION
-from shockwave.document.reader import read_document
 from shockwave.errors import Fault, PluginError, ShockwaveError
 from shockwave.registry import find
 from shockwave.scenario.load import Scenario, scenario_of
+from shockwave.scenario.yaml_document import read_document
 from shockwave.sweep.executors import Processes
 from shockwave.sweep.points import let_through
 

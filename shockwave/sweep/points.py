@@ -19,9 +19,8 @@ from attrs import define, field
 
 import shockwave
 from shockwave.chain.chain import Scales
-from shockwave.comparison import beside
-from shockwave.document.files import read_bytes
 from shockwave.errors import FileAccessError, ShockwaveError
+from shockwave.files import read_bytes
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import simulate_many
 from shockwave.options import SimulateOptions
@@ -31,6 +30,7 @@ from shockwave.scenario.load import Scenario
 from shockwave.scenario.scene_hash import Normaliser
 from shockwave.scenario.sweep import Sweep
 from shockwave.simulation.backend import lack
+from shockwave.studies.comparison import beside
 from shockwave.sweep.columns import Answer, Read, reads, row
 
 __all__ = [

@@ -13,8 +13,8 @@ from typing import Any
 
 from attrs import define, evolve, field
 
-from shockwave.document.files import read_bytes
 from shockwave.errors import InvalidValueError, UsageError
+from shockwave.files import read_bytes
 from shockwave.scenario.load import Scenario
 from shockwave.sweep.executors import Crew, LostError, crew_of
 from shockwave.sweep.header import EARLIER, header_of, plugins_of, settle

@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.document.units import to_si
 from shockwave.errors import UnknownNameError, UsageError
 from shockwave.pictures.style import thousandths
 from shockwave.pictures.sweep import Along
+from shockwave.scenario.units import to_si
 from shockwave.sweep.results import SweepResults
 from shockwave.sweep.stored import as_text
 

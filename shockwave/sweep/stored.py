@@ -17,9 +17,9 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.document.files import lines_of, open_regular, parse_json, read_bytes
 from shockwave.errors import FileAccessError, InvalidValueError
 from shockwave.fields import text_of
+from shockwave.files import lines_of, open_regular, parse_json, read_bytes
 
 __all__ = [
     "FORMAT",

@@ -14,8 +14,8 @@ from typing import IO, Any, TypeAlias
 
 from attrs import frozen
 
-from shockwave.document.files import open_new, parse_json, read_bytes
 from shockwave.errors import FileAccessError, ShockwaveError
+from shockwave.files import open_new, parse_json, read_bytes
 from shockwave.sweep.stored import Chunk, Header, Stored, as_text
 
 __all__ = ["RECORD", "Take", "write_all"]

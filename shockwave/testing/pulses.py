@@ -9,11 +9,11 @@ import numpy as np
 
 from shockwave.chain import Chain, Material
 from shockwave.chain.chain import Scales
-from shockwave.document.units import to_si
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray, Integral
 from shockwave.quadrature.gauss_legendre import GaussLegendre
+from shockwave.scenario.units import to_si
 
 __all__ = ["CHAIN", "MANY", "are_numbers", "branches", "integral", "is_unit", "sampled", "shock"]
 

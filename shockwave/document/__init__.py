@@ -1,1 +1,0 @@
-"""Documents: safe reading of YAML into plain data with source positions, values with units, files, HTML."""

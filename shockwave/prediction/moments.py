@@ -1,0 +1,353 @@
+r"""The law of the primary's peak force: one kernel, and a correction by local measures.
+
+Time t is measured in A F0^(-1/6), the force f(t) in F0, so that the impulse int f dt is S. The primary, of peak
+force F, sees the pulse on its own scales: x = t F^(1/6), and impulses over those of a wave, f dt / F^(5/6). With the
+kernel G(x) = G0 exp(-|x/w|^(5/2)) the law says that F is the force for which the largest eigenvalue of
+
+    psi(x) = int G(x - x') psi(x') f(x') dx' / F
+
+is one, times the exponential of a short sum of products of local measures (`columns`), which vanishes with the 5/2-th
+power of the duration. Two limits fix the kernel. All impulse at one instant gives F = (G0 S)^(6/5), so that G0^(6/5) =
+1.1681817. A force f that lasts for ever gives F = f int G dx. The power 5/2 is that by which a short pulse falls short
+of an impulse: the path of the granule gives a contact force of the power 3/2 in time, and that force a momentum.
+
+The pulse enters by its moments: `shockwave.prediction.pulse` makes of it a few impulses with the same first moments.
+Integral and eigenvector are then sums and a small matrix.
+
+``moments.json`` holds the coefficients, ``docs/fit_moments.py`` makes them, ``docs/moments.md`` tells how they were
+judged.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from functools import cache
+from importlib import resources
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+
+from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
+from shockwave.errors import NumericalError
+from shockwave.prediction.pulse import Pulse, padded, pulse_of
+from shockwave.prediction.scaled import (
+    Inequality,
+    Model,
+    Peaks,
+    Regime,
+    Relation,
+    ScaledAnswer,
+    ScaledEjection,
+    ScaledShock,
+    Settings,
+    Shocks,
+)
+from shockwave.prediction.train import constant_alpha
+from shockwave.quadrature import FloatArray
+
+__all__ = [
+    "COLUMNS",
+    "MODEL",
+    "RESOURCE",
+    "Law",
+    "answer",
+    "columns",
+    "evaluated",
+    "kernel_force",
+    "law",
+    "peaks",
+    "predict",
+    "regime",
+]
+
+#: Name of the file with the coefficients, beside this one.
+RESOURCE = "moments.json"
+#: Names of the local measures, in the order of the columns.
+COLUMNS = ("apart", "before", "after", "before_up", "after_up", "lean", "tilt", "offset", "square", "share", "scatter")
+
+_G0 = IMPULSE_LIMIT ** (5 / 6)
+_POWER = 2.5
+# Between two steps of Newton's method the eigenvector is multiplied so often by the matrix. After so many rounds what
+# is left are pulses of several nearly equal parts, whose vectors want to be solved for.
+_MULTIPLICATIONS, _ROUNDS, _MOST_STEPS, _SETTLED = 12, 8, 60, 1e-9
+_TOGETHER = 128
+_STEP = 1e-4  # of ln t0, for the derivative
+
+
+@frozen(eq=False)
+class Law:
+    """Coefficients of the law.
+
+    Attributes
+    ----------
+    step_limit : float
+        Amplification of a force that lasts for ever, int G dx.
+    reach : float
+        Of the local measures, in x: they count an impulse at a distance x by exp(-(x/reach)^2).
+    terms : tuple of tuple of str
+        The products of columns in the correction.
+    coefficients : numpy.ndarray, shape (terms,)
+        Of these products.
+    spreads, errors : numpy.ndarray, shape (knots,)
+        Relative error to be expected, at spreads tau; between them powers, below the first one the power 5/2.
+    """
+
+    step_limit: float
+    reach: float
+    terms: tuple[tuple[str, ...], ...]
+    coefficients: FloatArray
+    spreads: FloatArray
+    errors: FloatArray
+
+    @classmethod
+    def of(cls, entries: dict[str, Any]) -> Law:
+        """From what the file holds under ``law``."""
+        known = {key: np.array(entries[key]) for key in ("coefficients", "spreads", "errors")}
+        terms = tuple(tuple(names) for names in entries["terms"])
+        return cls(entries["step_limit"], entries["reach"], terms, **known)
+
+    @property
+    def width(self) -> float:
+        """w of the kernel: int G dx = 2 Gamma(7/5) w G0."""
+        return float(self.step_limit / (2 * math.gamma(1 + 1 / _POWER) * _G0))
+
+    def products(self, found: FloatArray) -> FloatArray:
+        """The products in the correction, shape (..., terms), of columns of shape (..., columns)."""
+        picks = [[COLUMNS.index(name) for name in names] for names in self.terms]
+        return np.stack([np.prod(found[..., pick], axis=-1) for pick in picks], axis=-1)
+
+    def corrected(self, log_force: FloatArray, found: FloatArray) -> FloatArray:
+        """Amplification F/F0 of pulses, shape (...), from the kernel's ln F and columns of shape (..., columns)."""
+        return np.asarray(np.exp(log_force + (self.products(found) * self.coefficients).sum(axis=-1)))
+
+    def error(self, spread: FloatArray | float) -> FloatArray:
+        """Relative error to be expected at a spread tau, same shape; it was measured up to the last of ``spreads``."""
+        logarithm = np.log(np.maximum(spread, 1e-300))
+        known = np.interp(logarithm, np.log(self.spreads), np.log(self.errors))
+        short = _POWER * np.minimum(logarithm - math.log(self.spreads[0]), 0)
+        return np.asarray(np.exp(known + short) + _least(self))
+
+    def bound(self, pulse: Pulse) -> float | None:
+        """The error to be expected of a pulse; None where none was measured."""
+        return float(self.error(pulse.spread)) if pulse.known and pulse.spread <= self.spreads[-1] else None
+
+    def amplification(self, pulses: Sequence[Pulse]) -> FloatArray:
+        """F/F0 of pulses, shape (pulses,)."""
+        return self.corrected(*evaluated(self, pulses))
+
+
+def _least(made: Law) -> float:
+    # The error of 1.1681817 itself, to its last digit, and a share of the smallest error that could be measured.
+    return min(5e-8, float(made.errors[0]))
+
+
+@cache
+def law() -> Law:
+    """The law, read once."""
+    text = resources.files(__package__).joinpath(RESOURCE).read_text(encoding="utf-8")
+    return Law.of(json.loads(text)["law"])
+
+
+def evaluated(made: Law, pulses: Sequence[Pulse]) -> tuple[FloatArray, FloatArray]:
+    """The kernel's ln F/F0, shape (pulses,), and the columns, shape (pulses, columns).
+
+    Pulses of like length are done together, as the work goes with its square.
+    """
+    order = np.argsort([len(pulse.times) for pulse in pulses], kind="stable")
+    log_force, found = np.zeros(len(order)), np.zeros((len(order), len(COLUMNS)))
+    for group in np.array_split(order, math.ceil(len(order) / _TOGETHER)):
+        times, impulses = padded([pulses[index] for index in group])
+        log_force[group], shape = kernel_force(made, times, impulses)
+        found[group] = columns(made, times, impulses, log_force[group], shape)
+    return log_force, found
+
+
+# ---------------------------------------------------------------- the kernel and the local measures
+
+
+def kernel_force(made: Law, times: FloatArray, impulses: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """ln F/F0 by the kernel alone, shape (pulses,), and its eigenvectors psi, shape (pulses, k).
+
+    Parameters
+    ----------
+    made : Law
+        Of which the kernel is taken.
+    times, impulses : numpy.ndarray, shape (pulses, k)
+        As of `Pulse`; instants without impulse do not count.
+
+    Raises
+    ------
+    NumericalError
+        When the eigenvalue does not settle.
+    """
+    apart = np.abs(times[:, :, None] - times[:, None, :]) / made.width
+    # Both limits are upper bounds.
+    log_force = np.minimum(1.2 * np.log(_G0 * impulses.sum(axis=1)), math.log(made.step_limit))
+    shape = np.ones_like(times)
+    left = np.arange(len(times))
+    for turn in range(_MOST_STEPS):
+        distance = apart[left] * np.exp(log_force[left] / 6)[:, None, None]
+        power = distance * distance * np.sqrt(distance)
+        kernel = _G0 * np.exp(-power)
+        shape[left] = _eigenvector(kernel, impulses[left], shape[left], exact=turn >= _ROUNDS)
+        weight = impulses[left] * shape[left]
+        value = (weight * _product(kernel, weight)).sum(axis=1)
+        eigenvalue = value / (weight * shape[left]).sum(axis=1)
+        # d ln(eigenvalue) / d ln F is this over six.
+        slope = -_POWER * (weight * _product(power * kernel, weight)).sum(axis=1) / value
+        step = (1.2 * np.log(eigenvalue) - log_force[left]) / (1 - 0.2 * slope)
+        log_force[left] += step
+        left = left[~(np.abs(step) < _SETTLED)]
+        if not len(left):
+            return log_force, shape
+    raise NumericalError("the kernel of the law of moments has no settled eigenvalue for this pulse: simulate it")
+
+
+def _eigenvector(kernel: FloatArray, impulses: FloatArray, shape: FloatArray, exact: bool) -> FloatArray:
+    """The vector of the largest eigenvalue, at most 1, from a nearby one; not by powers alone if ``exact``."""
+    if exact:
+        root = np.sqrt(impulses)
+        vector = np.abs(np.linalg.eigh(root[:, :, None] * kernel * root[:, None, :])[1][:, :, -1])
+        # Without impulse an instant has no root to divide by, but one product gives it its value.
+        shape = np.where(root > 0, vector / np.where(root > 0, root, 1.0), 0.0)
+    for _ in range(1 if exact else _MULTIPLICATIONS):
+        shape = _product(kernel, impulses * shape)
+        shape = shape / shape.max(axis=1, keepdims=True)
+    return shape
+
+
+def _product(matrix: FloatArray, vector: FloatArray) -> FloatArray:
+    return np.asarray((matrix @ vector[:, :, None])[:, :, 0])
+
+
+def columns(made: Law, times: FloatArray, impulses: FloatArray, log_force: FloatArray, shape: FloatArray) -> FloatArray:
+    """The local measures, shape (pulses, columns), for what `kernel_force` takes and gives.
+
+    Each instant x_i has the impulses m_j F^(-5/6) around it, u_ij = G0 m_j F^(-5/6) exp(-((x_i - x_j)/reach)^2), with
+    the sums N = sum u_ij, D = sum u_ij (x_i - x_j), Q = sum u_ij (x_i - x_j)^2, and B and A, the parts of D with x_j
+    before and after x_i, both positive. With means < > over the instants, weighted by m_i psi_i^2:
+
+    ==========  ==================================  ==========  ==================================
+    apart       < sum u_ij abs(x_i - x_j)^(5/2) >   lean, tilt  < D^3 >, < D Q >
+    before      < B^(5/2) >                         offset      < D^2 >
+    after       < A^(5/2) >                         square      < Q >
+    before_up   < B^(7/2) >                         share       < N > - 1
+    after_up    < A^(7/2) >                         scatter     < N^2 > - < N >^2
+    ==========  ==================================  ==========  ==================================
+    """
+    x = times * np.exp(log_force / 6)[:, None]
+    strength = _G0 * impulses * np.exp(-log_force * (5 / 6))[:, None]
+    weights = impulses * shape * shape
+    weights = weights / weights.sum(axis=1, keepdims=True)
+    off = x[:, :, None] - x[:, None, :]
+    near = np.exp(-((off / made.reach) ** 2)) * strength[:, None, :]
+    distance = np.abs(off)
+    total, directed, length = near.sum(axis=2), (near * off).sum(axis=2), (near * distance).sum(axis=2)
+    squared = (near * off * off).sum(axis=2)
+    before, after = np.maximum(length + directed, 0) / 2, np.maximum(length - directed, 0) / 2
+    share = total - 1
+    local = (
+        (near * distance * distance * np.sqrt(distance)).sum(axis=2),
+        before**2.5,
+        after**2.5,
+        before**3.5,
+        after**3.5,
+        directed**3,
+        directed * squared,
+        directed**2,
+        squared,
+        share,
+        (share - (weights * share).sum(axis=1, keepdims=True)) ** 2,
+    )
+    return np.stack([(weights * each).sum(axis=1) for each in local], axis=-1)
+
+
+# ---------------------------------------------------------------- the model
+
+
+def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
+    """The primary of a scaled shock by the law; the regime by (5d), (5e), the relation by the peak force."""
+    pulse, made = pulse_of(shock), law()
+    stretched = [pulse.stretched(math.exp(step)) for step in (0.0, _STEP, -_STEP)]
+    peak, longer, shorter = made.amplification(stretched).tolist()
+    sensitivity = -math.log(longer / shorter) / (2 * _STEP)
+    warnings = ["the law of moments tells the primary alone: later waves of a train are not listed"]
+    bound = made.bound(pulse)
+    if bound is None:
+        warnings.append("the shock is longer, or finer, than those on which the law was judged: simulate to know")
+    return answer(shock, settings, peak, bound, sensitivity, warnings)
+
+
+def answer(
+    shock: ScaledShock,
+    settings: Settings,
+    peak: float,
+    bound: float | None,
+    sensitivity: float | None,
+    warnings: Sequence[str] = (),
+) -> ScaledAnswer:
+    """What there is to say of a shock whose primary alone is known, of amplification ``peak`` within ``bound``."""
+    split, trace = regime(shock)
+    relation: Relation = "greater" if peak > 1 else "less"
+    return ScaledAnswer(
+        split,
+        "equal" if abs(peak - 1) <= settings.equal_tolerance else relation,
+        (peak,),
+        trace,
+        sensitivity,
+        ejection=_ejection(shock, peak) if split == "ejection" else None,
+        roots=(peak,) if split == "train" else (),
+        warnings=tuple(warnings),
+        tells_error=True,
+        expected_error=None if bound is None else (-bound, bound),
+    )
+
+
+def peaks(shocks: Shocks, settings: Settings) -> Peaks:
+    """The primaries of many shocks by the law."""
+    made, results = law(), Peaks.of(len(shocks))
+    pulses = [pulse_of(shocks.shock(index)) for index in range(len(shocks))]
+    if pulses:
+        bounds = np.array([np.inf if (bound := made.bound(pulse)) is None else bound for pulse in pulses])
+        results.amplification[:], results.method[:] = made.amplification(pulses), "moments"
+        results.low[:], results.high[:] = -bounds, bounds
+    return results
+
+
+#: The model as it is registered.
+MODEL = Model(predict, peaks)
+
+
+def regime(shock: ScaledShock) -> tuple[Regime, tuple[Inequality, ...]]:
+    """The decision of section 4 between train, ejection and one wave of the whole impulse."""
+    time_of_wave, alpha = shock.momentum_parameter, constant_alpha(shock)
+    train = alpha * time_of_wave < shock.duration
+    split = Inequality(
+        f"alphaF0 A F0^(-1/6) {'<' if train else '>='} n t0",
+        alpha * time_of_wave,
+        shock.duration,
+        "(5d)" if train else "(5e)",
+        "train" if train else "one wave",
+    )
+    if train:
+        return "train", (split,)
+    ejects = shock.impulse < time_of_wave
+    kind: Regime = "ejection" if ejects else "single"
+    statement = f"whole impulse over F0 {'<' if ejects else '>='} A F0^(-1/6)"
+    momentum = Inequality(statement, shock.impulse, time_of_wave, "4.2.2" if ejects else "4.2.3", kind)
+    return kind, (split, momentum)
+
+
+def _ejection(shock: ScaledShock, peak: float) -> ScaledEjection:
+    """The virtual rise time of (5g), and as added momentum what the primary has beyond the shock's impulse.
+
+    A single wave leaves that to the granules thrown back, as momentum the other way: 0.1383 of the impulse of a short
+    shock.
+    """
+    virtual = shock.momentum_parameter / shock.areas.total
+    window = 1 - shock.impulse / shock.momentum_parameter
+    added = MOMENTUM * peak ** (5 / 6) - shock.impulse
+    return ScaledEjection(virtual, added, window / shock.profile.duration_ratio)

@@ -1,0 +1,251 @@
+r"""The law of moments for short shocks, written out: four integrals of the shape, three coefficients.
+
+A shock much shorter than its wave hands its impulse to the first granule. What differs from a blow of no duration is
+the momentum that the first contact passes on meanwhile: with s = t/t0, X(s) the path of a free granule, the double
+integral of the force, over the impulse a, and s' the centroid of the force, the contact feels X^(3/2) instead of
+(s - s')^(3/2). What it takes up while the force acts is
+
+    q = sqrt(a) int_0^n X^(3/2) - max(s - s', 0)^(3/2) ds,
+
+and a shock of the impulse S, in that of a wave of its peak force, falls short of the impulse limit by
+
+    F = 1.168181738 F0 S^(6/5) exp(-x / (1 + x (p0 + p1 g + p2 g^2))),   x = 1.1445 q (t0/T0)^3,
+
+where g is the skewness of the force as a density in time. The first power of x is known, with the cube of the duration;
+the denominator is fitted, and has no zero. The error stays below c sqrt(h) x^(3/2), with h the kurtosis of that
+density, which orders the errors of pulses with far tails. ``short.json`` holds the coefficients, ``docs/fit_short.py``
+makes them, ``docs/auto.md`` tells how they were judged.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import OrderedDict
+from collections.abc import Iterator, Sequence
+from functools import cache
+from importlib import resources
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from attrs import frozen
+
+from shockwave.chain.solitary_wave import MOMENTUM
+from shockwave.numerics import product
+from shockwave.prediction.scaled import Shocks
+from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.guard import guarded, is_value, trusted
+from shockwave.quadrature import FloatArray
+from shockwave.quadrature.gauss_legendre import interpolation
+
+__all__ = ["CORRECTION", "IMPULSE_LIMIT", "RESOURCE", "ShortLaw", "correction", "integrals", "short_law"]
+
+#: Name of the file with the coefficients, beside this one.
+RESOURCE = "short.json"
+
+#: As of `shockwave.chain.solitary_wave`, to all digits that simulation at rtol 1e-12 gives, for seven shapes.
+IMPULSE_LIMIT = 1.168181738
+#: Simulated at rtol 1e-12 for sixteen shapes that last a tenth of T0: 1.14440 to 1.14455.
+CORRECTION = 1.1445
+# What the last digit leaves open.
+_LIMIT_ERROR = 3e-9
+# How the integrals of a shape are taken: halvings of its parts towards both their ends, the share of the impulse that
+# may be missed, the most parts. A record is straight between its samples, and may do without halvings; so must shapes
+# of very many parts. A rule of fewer nodes must give nearly the same.
+_RULES = ((0, 1e-9, 100_000), (5, 1e-5, 16), (12, 1e-5, 64))
+_NODES, _FEWER, _AGREED, _NEAR = 4, 3, 1e-3, 1e-2
+# For all digits.
+_FINE, _SMOOTH_PARTS, _FINE_NODES = 20, 8, 8
+Indices = npt.NDArray[np.intp]
+
+# Shapes whose integrals are kept, and parts that are worked on together.
+_MOST_KNOWN, _MOST_TOGETHER = 256, 20_000
+_known: OrderedDict[ShockProfile, list[float]] = OrderedDict()
+
+
+@frozen(eq=False)
+class ShortLaw:
+    """Coefficients of the law.
+
+    Attributes
+    ----------
+    coefficients : numpy.ndarray, shape (3,)
+        p0, p1, p2.
+    error : float
+        Relative error to be expected, over x^(3/2) and the root of the kurtosis.
+    farthest : float
+        Of x; the law was judged up to there.
+    """
+
+    coefficients: FloatArray
+    error: float
+    farthest: float
+
+    def slope(self, x: FloatArray, skewness: FloatArray | float) -> FloatArray:
+        """The denominator."""
+        p0, p1, p2 = self.coefficients
+        return np.asarray(1 + x * (p0 + skewness * (p1 + skewness * p2)))
+
+    def amplification(self, strength: FloatArray, x: FloatArray, skewness: FloatArray | float) -> FloatArray:
+        """F/F0 of pulses, given their integrals; arrays of one shape.
+
+        Parameters
+        ----------
+        strength : numpy.ndarray
+            S, impulse over that of a wave of the shock's peak force.
+        x : numpy.ndarray
+            1.1445 q (t0/T0)^3.
+        skewness : numpy.ndarray or float
+            g.
+        """
+        return np.asarray(IMPULSE_LIMIT * np.exp(1.2 * np.log(strength) - x / self.slope(x, skewness)))
+
+    def bound(self, x: FloatArray, tails: FloatArray | float) -> FloatArray:
+        """Relative error to be expected, infinite where the law was not judged; ``tails`` is the kurtosis."""
+        told = self.error * np.sqrt(tails) * x * np.sqrt(x) + _LIMIT_ERROR
+        return np.where(x <= self.farthest, told, np.inf)
+
+    def of(self, shocks: Shocks) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """F/F0, bound, and d ln(F/F0) / d ln t0 of shocks; the bound is infinite where the shape is too fine."""
+        areas = [areas.total for areas in shocks.areas]
+        first, skewness, tails = integrals(shocks.profiles, areas)[shocks.shapes].T
+        x = CORRECTION * first * shocks.rise_times**3
+        strength = np.array(areas)[shocks.shapes] / MOMENTUM * shocks.rise_times
+        with np.errstate(over="ignore", invalid="ignore"):
+            slope = 1.2 - 3 * x / self.slope(x, skewness) ** 2
+            return self.amplification(strength, x, skewness), self.bound(x, tails), slope
+
+
+@cache
+def short_law() -> ShortLaw:
+    """The law, read once."""
+    text = resources.files(__package__).joinpath(RESOURCE).read_text(encoding="utf-8")
+    entries: dict[str, Any] = json.loads(text)["law"]
+    return ShortLaw(np.array(entries["coefficients"]), entries["error"], entries["farthest"])
+
+
+# ---------------------------------------------------------------- the integrals of shapes
+
+
+def integrals(profiles: Sequence[ShockProfile], areas: Sequence[float]) -> FloatArray:
+    """q, g and h of shapes with these areas a1 + a2, shape (shapes, 3); NaN where one is too fine to have them."""
+    if len(profiles) > _MOST_KNOWN:
+        return _integrals(profiles, areas)
+    # A series of shocks has few shapes; of very many, none comes again, and to look for it takes as long as the rest.
+    values = [is_value(profile) for profile in profiles]
+    kept = [_known.get(profile) if value else None for profile, value in zip(profiles, values, strict=True)]
+    left = [index for index, found in enumerate(kept) if found is None]
+    made = _integrals([profiles[index] for index in left], [areas[index] for index in left]) if left else np.empty(0)
+    for index, own in zip(left, made.tolist(), strict=True):
+        kept[index] = own
+        if values[index]:
+            _known[profiles[index]] = own
+    while len(_known) > _MOST_KNOWN:
+        _known.popitem(last=False)
+    return np.array(kept, dtype=float).reshape(-1, 3)
+
+
+def correction(profile: ShockProfile) -> float:
+    """q to ten digits or so: pieces halve until they do not matter, unless there are so many that each is short."""
+    halvings = _FINE if len(profile.breakpoints) - 1 <= _SMOOTH_PARTS else 0
+    return float(_by_rule([profile], [profile.breakpoints], halvings, _FINE_NODES)[1][0])
+
+
+def _integrals(profiles: Sequence[ShockProfile], areas: Sequence[float]) -> FloatArray:
+    result, edges = np.full((len(profiles), 3), np.nan), [profile.breakpoints for profile in profiles]
+    parts = np.array([len(each) - 1 for each in edges], dtype=int)
+    records = np.array([_is_record(profile) for profile in profiles], dtype=bool)
+    for halvings, missed, most in _RULES:
+        left = np.isnan(result[:, 0]) & (parts <= most)
+        if not halvings:
+            left &= records | (parts > _RULES[-1][-1])
+        for where in _alike(np.flatnonzero(left), parts, records) if left.any() else ():
+            shapes = [profiles[index] for index in where], [edges[index] for index in where], halvings
+            whole, *found = _by_rule(*shapes, _NODES)
+            _, *fewer = _by_rule(*shapes, _FEWER)
+            good = (np.abs(whole / [areas[index] for index in where] - 1) <= missed) & (found[0] > 0)
+            # the area alone may be right by chance
+            off = np.abs(np.subtract(fewer, found))
+            good &= (off[0] <= _AGREED * found[0]) & (off[1:] <= _NEAR * np.maximum(found[2], 1)).all(axis=0)
+            result[where[good]] = np.transpose(found)[good]
+    return result
+
+
+def _is_record(profile: ShockProfile) -> bool:
+    return type(profile).__name__ == "Tabulated" and trusted(profile)
+
+
+def _alike(left: Indices, parts: Indices, records: npt.NDArray[np.bool_]) -> Iterator[Indices]:
+    """Of the indices ``left`` those of records or of others, with equally many parts, and not too many at once."""
+    keys = 2 * parts[left] + records[left]
+    for key in np.unique(keys).tolist():
+        where = left[keys == key]
+        size = max(1, _MOST_TOGETHER // (key // 2))
+        yield from (where[begin : begin + size] for begin in range(0, len(where), size))
+
+
+def _by_rule(
+    profiles: Sequence[ShockProfile], breakpoints: Sequence[Sequence[float]], halvings: int, count: int
+) -> tuple[FloatArray, ...]:
+    """Areas, q, g and kurtosis of shapes with equally many parts, shape (shapes,) each."""
+    nodes, pieces, weights, running = _rule(halvings, count)
+    edges = np.array(breakpoints, dtype=float)
+    widths = np.diff(edges)[..., None]
+    s = edges[:, :-1, None] + widths * nodes
+    force = _forces(profiles, breakpoints, s, nodes)
+    # below, the pieces of all parts share one axis
+    s, force = (values.reshape(len(edges), -1, count) for values in (s, force))
+    widths = (widths * pieces).reshape(len(edges), -1, 1)
+    weights = widths * weights
+    with np.errstate(all="ignore"):
+        impulse, area = _integral(force, widths, weights, running)
+        path, whole = _integral(impulse, widths, weights, running)
+        # the time from the centroid to the end, after which the path is a straight line
+        after = whole / area
+        path = np.maximum(path / area[:, None, None], 0)
+        held = (weights * path * np.sqrt(path)).sum(axis=(1, 2))
+        off, mass = s - (edges[:, -1] - after)[:, None, None], weights * force / area[:, None, None]
+        squared = off * off
+        variance = (mass * squared).sum(axis=(1, 2))
+        skewness = (mass * squared * off).sum(axis=(1, 2)) / variance**1.5
+        tails = (mass * squared * squared).sum(axis=(1, 2)) / variance**2
+        return area, np.sqrt(area) * (held - np.sqrt(after) * after**2 / 2.5), skewness, tails
+
+
+def _forces(
+    profiles: Sequence[ShockProfile], breakpoints: Sequence[Sequence[float]], s: FloatArray, nodes: FloatArray
+) -> FloatArray:
+    """At the nodes of each part, shape (shapes, parts, nodes): none of them lies on the border of rise and decay."""
+    if _is_record(profiles[0]):
+        # read off the samples, not searched for: that would be most of the work
+        values = np.array([profile._pulse.values for profile in profiles])  # type: ignore[attr-defined]
+        return np.asarray(values[:, :-1, None] + np.diff(values)[..., None] * nodes)
+    force = np.empty_like(s)
+    for profile, edges, at, here in zip(profiles, breakpoints, s, force, strict=True):
+        rising = edges.index(1.0)
+        here[:rising], here[rising:] = guarded(profile, "rise", at[:rising]), guarded(profile, "decay", at[rising:])
+    return force
+
+
+def _integral(values: FloatArray, widths: FloatArray, weights: FloatArray, running: FloatArray) -> Any:
+    """Running integrals at the nodes, shape (shapes, pieces, nodes), and total integrals, shape (shapes,)."""
+    wholes = (weights * values).sum(axis=2)
+    ends = np.cumsum(wholes, axis=1)
+    return (ends - wholes)[:, :, None] + widths * product(values, running), ends[:, -1]
+
+
+@cache
+def _rule(halvings: int, count: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Gauss-Legendre rule on [0, 1], on pieces that halve towards both ends: nodes, widths, weights, matrix.
+
+    The widths are those of the pieces. The weights, shape (count,), and the matrix, shape (count, count), hold for a
+    piece of width 1: a row of values at its nodes times the matrix gives the integrals from its start to each node.
+    """
+    towards = np.append(0.0, 0.5 ** np.arange(halvings, 0, -1))
+    edges = np.concatenate((towards, 1 - towards[-2::-1])) if halvings else np.array([0.0, 1.0])
+    x, weights = np.polynomial.legendre.leggauss(count)
+    share, weights, pieces = (1 + x) / 2, weights / 2, np.diff(edges)
+    # integrals of the Lagrange polynomials of the nodes, from 0 to each node, by the same rule
+    at = interpolation(share, np.outer(share, share).ravel()).reshape(count, count, count)
+    running = share * (weights[:, None] * at).sum(axis=1).T
+    return (edges[:-1, None] + pieces[:, None] * share).ravel(), pieces, weights, running

@@ -1,0 +1,1 @@
+"""Studies: questions about a scene that take many predictions or simulations."""

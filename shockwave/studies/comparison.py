@@ -1,0 +1,113 @@
+"""Prediction beside simulation: how right the relations are for one shock on one chain."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from attrs import asdict, frozen
+
+from shockwave.chain.chain import Chain
+from shockwave.measurement.result import SimulationResult
+from shockwave.measurement.simulate import simulate, simulate_with
+from shockwave.options import SimulateOptions
+from shockwave.prediction.outcome import Outcome
+from shockwave.prediction.predictor import Predictor
+from shockwave.prediction.scaled import Relation
+from shockwave.profiles.shock import Shock
+from shockwave.scenario.blocks import Published
+from shockwave.text import range_text, si
+
+__all__ = ["Comparison", "beside", "compare"]
+
+
+@frozen(kw_only=True)
+class Comparison:
+    """A prediction and a simulation of the same scene.
+
+    Attributes
+    ----------
+    predicted, simulated : Outcome, SimulationResult
+        The two answers.
+    error : float
+        Relative error of the predicted peak force; known as far as ``simulated.error_estimate`` allows.
+    relation : str
+        ``less``, ``equal`` or ``greater`` by simulation, with the predictor's tolerance of equality.
+    published : Published or None
+        Figures printed in a source for the same scene.
+    """
+
+    predicted: Outcome
+    simulated: SimulationResult
+    error: float
+    relation: Relation
+    published: Published | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ``compare --json`` prints."""
+        return {
+            "scenario": self.predicted.scenario,
+            "predicted": self.predicted.to_dict(),
+            "simulated": self.simulated.to_dict(),
+            "errors": {"peak_force": self.error},
+            "relations": {"predicted": self.predicted.relation, "simulated": self.relation},
+            "published": None if self.published is None else asdict(self.published),
+        }
+
+    def __str__(self) -> str:
+        lines = [
+            str(self.predicted),
+            "",
+            str(self.simulated),
+            "",
+            f"error of the predicted peak force: {self.error:+.2%}, "
+            f"expected {range_text(self.predicted.expected_error)}",
+            f"relation to the shock's peak force: predicted {self.predicted.relation}, simulated {self.relation}",
+        ]
+        if self.published is not None:
+            lines.append(f"printed in {self.published.source}: {_printed(self.published)}")
+        return "\n".join(lines)
+
+
+def compare(
+    shock: Shock, chain: Chain, predictor: Predictor | None = None, options: SimulateOptions | None = None, **asked: Any
+) -> Comparison:
+    """Predict and simulate ``shock`` on ``chain``.
+
+    Parameters
+    ----------
+    shock, chain : Shock, Chain
+        The scene.
+    predictor : Predictor, optional
+        Left out, one with its defaults.
+    options : SimulateOptions, optional
+        How to simulate, such as ``scenario.simulate``; or else
+    **asked
+        the arguments of `simulate`.
+    """
+    predictor = predictor or Predictor()
+    predicted = predictor.predict(shock, chain)
+    simulated = simulate_with(options, shock, chain) if options is not None else simulate(shock, chain, **asked)
+    return beside(predicted, simulated, predictor.equal_tolerance)
+
+
+def beside(predicted: Outcome, simulated: SimulationResult, equal_tolerance: float) -> Comparison:
+    """The two answers side by side; forces that differ by less than ``equal_tolerance`` are called equal."""
+    excess = simulated.amplification - 1
+    relation: Relation = "greater" if excess > 0 else "less"
+    if abs(excess) <= equal_tolerance:
+        relation = "equal"
+    return Comparison(
+        predicted=predicted,
+        simulated=simulated,
+        error=predicted.peak_force / simulated.peak_force - 1,
+        relation=relation,
+    )
+
+
+def _printed(published: Published) -> str:
+    figures = (
+        ("relation", published.relation),
+        ("error", None if published.error is None else f"{published.error:.1%}"),
+        ("virtual rise time", None if published.virtual_rise_time is None else si(published.virtual_rise_time, "s")),
+    )
+    return ", ".join(f"{name} {figure}" for name, figure in figures if figure is not None)
