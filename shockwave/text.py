@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 from collections.abc import Iterable, Sequence
 
-__all__ = ["indent", "notes", "range_text", "si", "table"]
+__all__ = ["indent", "notes", "printed", "range_text", "si", "table"]
 
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
 
@@ -46,3 +47,10 @@ def notes(warnings: Iterable[str]) -> list[str]:
     """Lines for ``warnings``, after a blank one; none for none."""
     lines = [f"  note: {warning}" for warning in warnings]
     return ["", *lines] if lines else []
+
+
+def printed(result: object, writer: str) -> str:
+    """Text of ``result`` by the function at the address ``writer``, imported when it is used: results know no text."""
+    module, _, name = writer.partition(":")
+    text: str = getattr(importlib.import_module(module), name)(result)
+    return text

@@ -13,6 +13,7 @@ from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
 from shockwave.scene import Scene
 from shockwave.simulation.primary import Primary
+from shockwave.text import printed
 
 if TYPE_CHECKING:
     from shockwave.measurement.recording import Recording
@@ -353,6 +354,4 @@ class SimulationResult:
         }
 
     def __str__(self) -> str:
-        from shockwave.measurement.text import result_text
-
-        return result_text(self)
+        return printed(self, "shockwave.measurement.result_text:result_text")

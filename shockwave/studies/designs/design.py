@@ -19,7 +19,7 @@ from shockwave.scenario.variable import Variable, variable
 from shockwave.studies.curve.response import data_of, duration_of, notes_of, scenario_of, too_long
 from shockwave.studies.designs.lines import Line, spaced
 from shockwave.studies.designs.targets import Option, Target
-from shockwave.text import si
+from shockwave.text import printed, si
 
 __all__ = ["Design", "design"]
 
@@ -92,7 +92,7 @@ class Design:
     @property
     def why(self) -> str:
         """Why there is no solution, in a sentence; empty where there is one."""
-        from shockwave.studies.designs.text import why
+        from shockwave.studies.designs.design_text import why
 
         return why(self)
 
@@ -115,9 +115,7 @@ class Design:
         }
 
     def __str__(self) -> str:
-        from shockwave.studies.designs.text import design_text
-
-        return design_text(self)
+        return printed(self, "shockwave.studies.designs.design_text:design_text")
 
 
 def design(

@@ -9,6 +9,7 @@ from attrs import asdict, field, frozen
 
 from shockwave.quadrature import FloatArray
 from shockwave.studies.curve.response import Exponents
+from shockwave.text import printed
 
 __all__ = ["Estimate", "Sensitivity", "Statistics", "Uncertainty"]
 
@@ -128,6 +129,4 @@ class Uncertainty:
         return {**whole, "warnings": list(self.warnings), "sensitivities": list(whole["sensitivities"])}
 
     def __str__(self) -> str:
-        from shockwave.studies.uncertainties.text import uncertainty_text
-
-        return uncertainty_text(self)
+        return printed(self, "shockwave.studies.uncertainties.uncertainty_text:uncertainty_text")
