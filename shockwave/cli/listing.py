@@ -36,8 +36,8 @@ def listed(options: argparse.Namespace) -> int:
 
 def _plugins(check: bool) -> list[dict[str, Any]]:
     """Rows for the installed plugins; ``check`` imports each and what it registers in a separate process."""
+    from shockwave.plugin_check import checked_plugins
     from shockwave.registry import plugins
-    from shockwave.registry.check import checked_plugins
 
     rows = []
     for plugin in checked_plugins() if check else plugins():
