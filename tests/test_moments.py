@@ -19,9 +19,9 @@ from measure_trust import composed
 from pages import table as table_of
 from scenes import CHAIN, FORCE, TRUTH, UNITS, name_of, shock_of
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
+from shockwave.prediction.discrete_pulse import gauss, pulse_of
+from shockwave.prediction.model_interface import ScaledShock
 from shockwave.prediction.moments import COLUMNS, columns, kernel_force, law
-from shockwave.prediction.pulse import gauss, pulse_of
-from shockwave.prediction.scaled import ScaledShock
 from shockwave.quadrature import FloatArray
 from test_architecture import loaded
 

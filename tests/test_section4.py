@@ -6,7 +6,7 @@ import pytest
 
 import shockwave as sw
 from scenes import CHAIN, FORCE
-from shockwave.prediction.scaled import ScaledShock, Settings
+from shockwave.prediction.model_interface import ScaledShock, Settings
 from shockwave.prediction.section4 import predict
 
 PAPER = sw.Predictor(momentum_coefficient="paper")

@@ -19,9 +19,10 @@ from pages import table as table_of
 from scenes import CHAIN, FORCE, UNITS
 from selection import thinned
 from shockwave.chain.solitary_wave import MOMENTUM
-from shockwave.prediction import trust
-from shockwave.prediction.scaled import ScaledShock
-from shockwave.prediction.trust import Measures, laws, measures
+from shockwave.prediction import expected_error
+from shockwave.prediction.expected_error import laws
+from shockwave.prediction.model_interface import ScaledShock
+from shockwave.prediction.shock_measures import Measures, measures
 from shockwave.quadrature import FloatArray
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -48,7 +49,9 @@ def table(name: str) -> dict[str, Any]:
 
 @cache
 def resource() -> dict[str, Any]:
-    return dict(json.loads((Path(trust.__file__).parent / trust.RESOURCE).read_text(encoding="utf-8")))
+    return dict(
+        json.loads((Path(expected_error.__file__).parent / expected_error.RESOURCE).read_text(encoding="utf-8"))
+    )
 
 
 #: Which part of them is drawn.
