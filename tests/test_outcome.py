@@ -15,23 +15,11 @@ from shockwave.chain import Scales
 
 T0 = Scales.of(CHAIN, FORCE).time
 
-KEYS = (
-    "scenario",
-    "model",
-    "regime",
-    "relation",
-    "peak_force",
-    "amplification",
-    "waves",
-    "applied_momentum",
-    "ejection",
-    "conditions",
-    "expected_error",
-    "warnings",
-)
-WAVE_KEYS = ("peak_force", "momentum", "energy", "speed", "width")
-EJECTION_KEYS = ("virtual_rise_time", "added_momentum")
-CONDITION_KEYS = ("name", "margin", "holds")
+# Part of the public face.
+KEYS = {
+    *("scenario", "model", "regime", "relation", "peak_force", "amplification", "waves", "applied_momentum"),
+    *("ejection", "conditions", "expected_error", "warnings"),
+}
 
 
 def _power(n: float, rise: float, decay: float) -> sw.PowerLaw:
@@ -59,91 +47,39 @@ def _read(outcome: sw.Outcome) -> dict[str, Any]:
     return read
 
 
-# ---------------------------------------------------------------- to_dict
-
-
 @EVERY_REGIME
-@pytest.mark.parametrize("key", KEYS)
-def test_json_has_the_key(name: str, key: str) -> None:
-    assert key in _read(_predict(*CASES[name]))
-
-
-@EVERY_REGIME
-def test_json_says_what_the_outcome_says(name: str) -> None:
+def test_json_holds_the_outcome(name: str) -> None:
     outcome = _predict(*CASES[name])
     read = _read(outcome)
-    said = {key: getattr(outcome, key) for key in ("model", "regime", "relation", "peak_force", "amplification")}
-    assert {key: read[key] for key in said} == said
-
-
-@EVERY_REGIME
-def test_json_names_the_regime(name: str) -> None:
-    assert _read(_predict(*CASES[name]))["regime"] == name
-
-
-@EVERY_REGIME
-def test_every_wave_in_json_has_its_quantities(name: str) -> None:
-    assert all(set(WAVE_KEYS) <= set(wave) for wave in _read(_predict(*CASES[name]))["waves"])
-
-
-@EVERY_REGIME
-def test_the_first_wave_is_the_primary(name: str) -> None:
-    read = _read(_predict(*CASES[name]))
+    assert read == outcome.to_dict()
+    assert set(read) >= KEYS
+    assert read["regime"] == name
+    for key in ("model", "relation", "peak_force", "amplification", "applied_momentum"):
+        assert read[key] == getattr(outcome, key)
     assert read["waves"][0]["peak_force"] == read["peak_force"]
     # One division.
     assert read["amplification"] == pytest.approx(read["peak_force"] / FORCE, rel=1e-15)
-
-
-@EVERY_REGIME
-def test_conditions_in_json_have_name_margin_and_standing(name: str) -> None:
-    conditions = _read(_predict(*CASES[name]))["conditions"]
-    assert len(conditions) == 3
-    assert all(set(CONDITION_KEYS) <= set(condition) for condition in conditions)
-
-
-def test_ejection_in_json_has_its_quantities() -> None:
-    assert set(EJECTION_KEYS) <= set(_read(_predict(*CASES["ejection"]))["ejection"])
-
-
-@pytest.mark.parametrize("name", ["single", "train"])
-def test_ejection_in_json_is_null_without_one(name: str) -> None:
-    assert _read(_predict(*CASES[name]))["ejection"] is None
-
-
-@EVERY_REGIME
-def test_expected_error_in_json_is_a_pair(name: str) -> None:
-    low, high = _read(_predict(*CASES[name]))["expected_error"]
+    assert all({"peak_force", "momentum", "energy", "speed", "width"} <= set(wave) for wave in read["waves"])
+    assert [set(each) >= {"name", "margin", "holds"} for each in read["conditions"]] == [True] * 3
+    assert (read["ejection"] is not None) == (name == "ejection")
+    low, high = read["expected_error"]
     assert -1 <= low < high
 
 
-# ---------------------------------------------------------------- a value
-
-
 @EVERY_REGIME
-def test_an_outcome_is_frozen(name: str) -> None:
-    outcome = _predict(*CASES[name])
+def test_an_outcome_is_a_frozen_value(name: str) -> None:
+    profile, rise_time = CASES[name]
+    outcome = _predict(profile, rise_time)
     with pytest.raises(attrs.exceptions.FrozenInstanceError):
         outcome.peak_force = 1.0  # type: ignore[misc]
+    assert outcome == _predict(profile, rise_time)
+    assert hash(outcome) == hash(_predict(profile, rise_time))
+    assert outcome != _predict(profile, rise_time * (1 + 1e-9))
 
 
 @EVERY_REGIME
-def test_outcomes_of_equal_values_are_equal(name: str) -> None:
-    first, second = _predict(*CASES[name]), _predict(*CASES[name])
-    assert first == second
-    assert hash(first) == hash(second)
-
-
-@EVERY_REGIME
-def test_outcomes_of_other_values_differ(name: str) -> None:
-    profile, rise_time = CASES[name]
-    assert _predict(profile, rise_time) != _predict(profile, rise_time * (1 + 1e-9))
-
-
-@EVERY_REGIME
-def test_an_outcome_prints_its_regime_and_relation(name: str) -> None:
-    outcome = _predict(*CASES[name])
-    text = str(outcome).lower()
-    assert {"ejection": "eject", "single": "single", "train": "train"}[name] in text
+def test_an_outcome_prints_its_regime(name: str) -> None:
+    assert f"regime            {name}" in str(_predict(*CASES[name]))
 
 
 # ---------------------------------------------------------------- extremes
@@ -154,19 +90,13 @@ def test_an_outcome_prints_its_regime_and_relation(name: str) -> None:
     [
         (sw.Triangular(duration_ratio=2), 1e-12),
         (sw.Triangular(duration_ratio=2), 1e3),
-        (sw.Triangular(duration_ratio=1 + 1e-9), 1e-12),
         (sw.Triangular(duration_ratio=1 + 1e-9), 1.0),
-        (sw.Triangular(duration_ratio=1 + 1e-9), 1e3),
-        (sw.Triangular(duration_ratio=1e4), 1e-12),
         (sw.Triangular(duration_ratio=1e4), 1e3),
         (_power(2, 50, 50), 1e-12),
-        (_power(2, 50, 50), 1e3),
         (_power(1 + 1e-9, 50, 50), 1.0),
         (_power(1e4, 50, 1), 1e-2),
         (_power(1e4, 0, 50), 1e3),
         (_power(1e4, 1e-9, 1e-9), 1e-12),
-        (sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=2), 1e-12),
-        (sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=2), 1.0),
         (sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=1 + 1e-9), 1.0),
         pytest.param(sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=1e4), 1e3, marks=pytest.mark.slow),
         (sw.Exponential(rise_rate=-700, decay_rate=1e4, duration_ratio=2), 1.0),
@@ -182,16 +112,6 @@ def test_an_extreme_shock_has_a_finite_outcome(profile: sw.ShockProfile, rise_ti
     assert all(wave["peak_force"] > 0 for wave in read["waves"])
 
 
-@pytest.mark.parametrize(
-    "profile",
-    [sw.Triangular(duration_ratio=2), _power(10, 1, 5), sw.Exponential(rise_rate=3, decay_rate=2, duration_ratio=4)],
-    ids=["triangle", "power-law", "exponential"],
-)
-def test_of_a_vanishing_shock_the_reader_is_told_to_simulate(profile: sw.ShockProfile) -> None:
-    # The window of (5h) has a momentum of its own, however little the shock has.
-    assert any("simulate" in warning for warning in _predict(profile, 1e-6).warnings)
-
-
 @pytest.mark.parametrize("force", [1e-30, 1e30], ids=str)
 @pytest.mark.parametrize("radius", [1e-9, 1e3], ids=str)
 @EVERY_REGIME
@@ -205,21 +125,11 @@ def test_extreme_sizes_and_forces_have_finite_outcomes(name: str, radius: float,
 # ---------------------------------------------------------------- records
 
 
-@pytest.mark.parametrize(
-    ("profile", "rise_time"),
-    [
-        (_power(3, 0.5, 1), 0.6),
-        (_power(3, 1 / 9, 1), 0.91),
-        (_power(10, 1, 5), 1.0),
-        (_power(6, 0.5, 6), 1.0),
-        (_power(4, 2, 2), 0.3),
-    ],
-    ids=["ejection", "single", "train", "table1-row2", "slow-rise"],
-)
-def test_a_finely_sampled_record_is_predicted_like_its_formula(profile: sw.PowerLaw, rise_time: float) -> None:
-    n = profile.duration_ratio
+@EVERY_REGIME
+def test_a_finely_sampled_record_is_predicted_like_its_formula(name: str) -> None:
+    profile, rise_time = CASES[name]
     # Samples gather towards the start, where the slope may be unbounded.
-    s = np.concatenate((np.linspace(0, 1, 2001) ** 4, np.linspace(1, n, 4001)[1:]))
+    s = np.concatenate((np.linspace(0, 1, 2001) ** 4, np.linspace(1, profile.duration_ratio, 4001)[1:]))
     record = sw.Shock(profile=sw.Tabulated(s * rise_time * T0, profile.force(s) * FORCE))
     sampled, exact = sw.Predictor().predict(record, CHAIN), _predict(profile, rise_time)
     assert sampled.regime == exact.regime
@@ -227,7 +137,7 @@ def test_a_finely_sampled_record_is_predicted_like_its_formula(profile: sw.Power
     assert sampled.peak_force == pytest.approx(exact.peak_force, rel=1e-3)
 
 
-def test_what_was_done_to_a_record_is_among_the_warnings() -> None:
+def test_notes_on_a_record_are_among_the_warnings() -> None:
     shock = sw.Shock(profile=sw.Tabulated([1.0, 2.0, 4.0], [0.0, 5.0, 0.0]))
-    assert set(shock.profile.notes) <= set(sw.Predictor().predict(shock, CHAIN).warnings)
     assert shock.profile.notes
+    assert set(shock.profile.notes) <= set(sw.Predictor().predict(shock, CHAIN).warnings)
