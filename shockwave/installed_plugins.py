@@ -25,22 +25,6 @@ from shockwave.hooks import Entry
 if TYPE_CHECKING:
     from importlib.metadata import Distribution
 
-__all__ = [
-    "DISABLE",
-    "EVERY",
-    "KINDS",
-    "PLUGIN_FAULTS",
-    "Plugin",
-    "built_in",
-    "described",
-    "found",
-    "imported",
-    "plugins",
-    "registered",
-    "same_distribution",
-    "twice",
-]
-
 #: Kind of an entry -> how one of them is called in a sentence.
 KINDS = {
     "profiles": "profile",

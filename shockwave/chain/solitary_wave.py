@@ -11,18 +11,6 @@ from attrs import asdict, frozen
 
 from shockwave.chain.chain import Chain, Scales
 
-__all__ = [
-    "ENERGY",
-    "EXACT_COEFFICIENT",
-    "GRANULE_VELOCITY",
-    "IMPULSE_LIMIT",
-    "MOMENTUM",
-    "PAPER_COEFFICIENT",
-    "SPEED",
-    "WIDTH",
-    "SolitaryWave",
-]
-
 #: Speed in granules per unit of time; scales as F^(1/6).
 SPEED = 0.905515776419121
 #: Momentum, the integral of the contact force over time; scales as F^(5/6).

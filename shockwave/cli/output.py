@@ -5,12 +5,11 @@ from __future__ import annotations
 import json
 import os
 import sys
-from typing import Any
 
 from shockwave.errors import ShockwaveError
 from shockwave.output import write_file
 
-__all__ = ["failure", "print_json", "print_result", "written"]
+__all__ = ["failure", "print_json", "written"]
 
 #: The variable that shows where an internal error comes from.
 _DEBUG = "SHOCKWAVE_DEBUG"
@@ -27,14 +26,6 @@ def failure(error: Exception) -> tuple[str, int]:
 
 def print_json(document: object) -> None:
     print(json.dumps(document, indent=2, allow_nan=False))
-
-
-def print_result(result: Any, as_json: bool) -> None:
-    """Print a result as one JSON document or as text."""
-    if as_json:
-        print_json(result.to_dict())
-    else:
-        print(result)
 
 
 def written(text: str, output: str | None, anew: bool) -> int:

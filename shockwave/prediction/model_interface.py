@@ -12,20 +12,6 @@ from attrs import field, frozen
 from shockwave.profiles.base import Areas, ShockProfile
 from shockwave.quadrature import FloatArray
 
-__all__ = [
-    "Indices",
-    "Inequality",
-    "Model",
-    "Peaks",
-    "Regime",
-    "Relation",
-    "ScaledAnswer",
-    "ScaledEjection",
-    "ScaledShock",
-    "Settings",
-    "Shocks",
-]
-
 Regime = Literal["ejection", "single", "train"]
 Relation = Literal["less", "equal", "greater"]
 Indices = npt.NDArray[np.intp]

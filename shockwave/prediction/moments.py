@@ -44,20 +44,6 @@ from shockwave.prediction.model_interface import (
 from shockwave.prediction.section4 import regime, relation_of
 from shockwave.quadrature import FloatArray
 
-__all__ = [
-    "COLUMNS",
-    "MODEL",
-    "RESOURCE",
-    "Law",
-    "answer",
-    "columns",
-    "evaluated",
-    "kernel_force",
-    "law",
-    "peaks",
-    "predict",
-]
-
 #: Name of the file with the coefficients, beside this one.
 RESOURCE = "moments.json"
 #: Names of the local measures, in the order of the columns.
