@@ -133,7 +133,7 @@ def law() -> Law:
 def evaluated(made: Law, pulses: Sequence[Pulse]) -> tuple[FloatArray, FloatArray]:
     """The kernel's ln F/F0, shape (pulses,), and the columns, shape (pulses, columns).
 
-    Pulses of like length are done together, as the work goes with its square.
+    Pulses of like length are done together, as the work scales as its square.
     """
     order = np.argsort([len(pulse.times) for pulse in pulses], kind="stable")
     log_force, found = np.zeros(len(order)), np.zeros((len(order), len(COLUMNS)))
