@@ -26,7 +26,6 @@ from importlib import resources
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from attrs import field, frozen
 
 from shockwave.chain.solitary_wave import MOMENTUM
@@ -149,12 +148,12 @@ def correction(profile: ShockProfile) -> float:
 def _integrals(profiles: Sequence[ShockProfile], areas: Sequence[float]) -> FloatArray:
     result, edges = np.full((len(profiles), 3), np.nan), [profile.breakpoints for profile in profiles]
     parts = np.array([len(each) - 1 for each in edges], dtype=int)
-    records = np.array([_is_record(profile) for profile in profiles], dtype=bool)
+    records = [type(profile).__name__ == "Tabulated" and trusted(profile) for profile in profiles]
     for halvings, missed, most in _RULES:
         left = np.isnan(result[:, 0]) & (parts <= most)
         if not halvings:
             left &= records | (parts > _RULES[-1][-1])
-        for where in _alike(np.flatnonzero(left), parts, records) if left.any() else ():
+        for where in _alike(np.flatnonzero(left), parts):
             shapes = [profiles[index] for index in where], [edges[index] for index in where], halvings
             whole, *found = _by_rule(*shapes, _NODES)
             _, *fewer = _by_rule(*shapes, _FEWER)
@@ -166,16 +165,11 @@ def _integrals(profiles: Sequence[ShockProfile], areas: Sequence[float]) -> Floa
     return result
 
 
-def _is_record(profile: ShockProfile) -> bool:
-    return type(profile).__name__ == "Tabulated" and trusted(profile)
-
-
-def _alike(left: Indices, parts: Indices, records: npt.NDArray[np.bool_]) -> Iterator[Indices]:
-    """Of the indices ``left`` those of records or of others, with equally many parts, and not too many at once."""
-    keys = 2 * parts[left] + records[left]
-    for key in np.unique(keys).tolist():
-        where = left[keys == key]
-        size = max(1, _MOST_TOGETHER // (key // 2))
+def _alike(left: Indices, parts: Indices) -> Iterator[Indices]:
+    """Of the indices ``left`` those of shapes with equally many parts, and not too many at once."""
+    for count in np.unique(parts[left]).tolist():
+        where = left[parts[left] == count]
+        size = max(1, _MOST_TOGETHER // count)
         yield from (where[begin : begin + size] for begin in range(0, len(where), size))
 
 
@@ -188,7 +182,7 @@ def _by_rule(
     edges = np.array(breakpoints, dtype=float)
     widths = np.diff(edges)[..., None]
     s = edges[:, :-1, None] + widths * nodes
-    force = _forces(profiles, breakpoints, s, nodes)
+    force = _forces(profiles, breakpoints, s)
     # below, the pieces of all parts share one axis
     s, force = (values.reshape(len(edges), -1, count) for values in (s, force))
     widths = (widths * np.diff(pieces(halvings))).reshape(len(edges), -1, 1)
@@ -208,14 +202,8 @@ def _by_rule(
         return area, np.sqrt(area) * (held - np.sqrt(after) * after**2 / 2.5), skewness, tails
 
 
-def _forces(
-    profiles: Sequence[ShockProfile], breakpoints: Sequence[Sequence[float]], s: FloatArray, nodes: FloatArray
-) -> FloatArray:
+def _forces(profiles: Sequence[ShockProfile], breakpoints: Sequence[Sequence[float]], s: FloatArray) -> FloatArray:
     """At the nodes of each part, shape (shapes, parts, nodes): none of them lies on the border of rise and decay."""
-    if _is_record(profiles[0]):
-        # read off the samples, not searched for: that would be most of the work
-        values = np.array([profile._pulse.values for profile in profiles])  # type: ignore[attr-defined]
-        return np.asarray(values[:, :-1, None] + np.diff(values)[..., None] * nodes)
     force = np.empty_like(s)
     for profile, edges, at, here in zip(profiles, breakpoints, s, force, strict=True):
         rising = edges.index(1.0)
