@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import math
 from functools import cache
@@ -16,7 +15,7 @@ import pytest
 import shockwave as sw
 from measure_trust import Verdict, told
 from pages import table as table_of
-from scenes import CHAIN, FORCE, UNITS
+from scenes import CHAIN, FORCE, UNITS, script
 from selection import thinned
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.prediction import expected_error
@@ -25,21 +24,14 @@ from shockwave.prediction.model_interface import ScaledShock
 from shockwave.prediction.shock_measures import Measures, measures
 from shockwave.quadrature import FloatArray
 
-DOCS = Path(__file__).parent.parent / "docs"
 # a thousand shocks that are told a range, drawn with a seed of their own; they hold one single by chance, so that these
 # are drawn as well
 COUNTS = {"built-in": 440, "recorded": 350, "composed": 60, "single": 150}
 CLAIMED = 0.95
 
 
-@cache
 def study() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("map_section4", DOCS / "map_section4.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return script("map_section4")
 
 
 @cache
