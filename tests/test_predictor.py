@@ -1,7 +1,8 @@
-"""The predictor: its settings, how the answer depends on the granules, and what an outcome tells."""
+"""The predictor: its settings, how the answer depends on the granules, and the outcome, a value finite everywhere."""
 
 from __future__ import annotations
 
+import json
 import math
 from typing import Any
 
@@ -14,6 +15,12 @@ from scenes import CHAIN, FORCE, STEEL
 from shockwave.chain import Scales
 
 T0 = Scales.of(CHAIN, FORCE).time
+
+# Part of the public face.
+KEYS = {
+    *("scenario", "model", "regime", "relation", "peak_force", "amplification", "waves", "applied_momentum"),
+    *("ejection", "conditions", "expected_error", "warnings"),
+}
 
 
 def _power(n: float, rise: float, decay: float) -> sw.PowerLaw:
@@ -32,6 +39,7 @@ SHOCKS = {
     "train": _shock(_power(10, 1, 5), 1.0),
 }
 EVERY_REGIME = pytest.mark.parametrize("shock", SHOCKS.values(), ids=SHOCKS)
+EVERY_NAME = pytest.mark.parametrize("name", SHOCKS)
 
 
 # ---------------------------------------------------------------- how the answer depends on the granules
@@ -198,3 +206,100 @@ def test_the_range_told_for_a_long_triangle_holds_the_simulated_error(rise_time:
 def test_a_chain_too_short_for_a_steady_wave_is_warned_of(granules: int | None, warned: bool) -> None:
     outcome = sw.Predictor().predict(SHOCKS["single"], attrs.evolve(CHAIN, granules=granules))
     assert any("granules" in warning for warning in outcome.warnings) is warned
+
+
+# ---------------------------------------------------------------- the outcome
+
+
+def _read(outcome: sw.Outcome) -> dict[str, Any]:
+    """``to_dict`` by way of JSON, which refuses NaN, infinities and numbers of numpy."""
+    read: dict[str, Any] = json.loads(json.dumps(outcome.to_dict(), allow_nan=False))
+    return read
+
+
+@EVERY_NAME
+def test_json_holds_the_outcome(name: str) -> None:
+    outcome = sw.Predictor().predict(SHOCKS[name], CHAIN)
+    read = _read(outcome)
+    assert read == outcome.to_dict()
+    assert set(read) >= KEYS
+    assert read["regime"] == name
+    for key in ("model", "relation", "peak_force", "amplification", "applied_momentum"):
+        assert read[key] == getattr(outcome, key)
+    assert read["waves"][0]["peak_force"] == read["peak_force"]
+    # One division.
+    assert read["amplification"] == pytest.approx(read["peak_force"] / FORCE, rel=1e-15)
+    assert all({"peak_force", "momentum", "energy", "speed", "width"} <= set(wave) for wave in read["waves"])
+    assert [set(each) >= {"name", "margin", "holds"} for each in read["conditions"]] == [True] * 3
+    assert (read["ejection"] is not None) == (name == "ejection")
+    low, high = read["expected_error"]
+    assert -1 <= low < high
+    assert f"regime            {name}" in str(outcome)
+
+
+@EVERY_REGIME
+def test_an_outcome_is_a_frozen_value(shock: sw.Shock) -> None:
+    outcome, again = (sw.Predictor().predict(shock, CHAIN) for _ in range(2))
+    with pytest.raises(attrs.exceptions.FrozenInstanceError):
+        outcome.peak_force = 1.0  # type: ignore[misc]
+    assert outcome == again
+    assert hash(outcome) == hash(again)
+    assert outcome != sw.Predictor().predict(attrs.evolve(shock, rise_time=shock.rise_time * (1 + 1e-9)), CHAIN)
+
+
+# ---------------------------------------------------------------- extremes
+
+
+@pytest.mark.parametrize(
+    ("profile", "rise_time"),
+    [
+        (sw.Triangular(duration_ratio=2), 1e-12),
+        (sw.Triangular(duration_ratio=2), 1e3),
+        (sw.Triangular(duration_ratio=1 + 1e-9), 1.0),
+        (sw.Triangular(duration_ratio=1e4), 1e3),
+        (_power(2, 50, 50), 1e-12),
+        (_power(1 + 1e-9, 50, 50), 1.0),
+        (_power(1e4, 50, 1), 1e-2),
+        (_power(1e4, 0, 50), 1e3),
+        (_power(1e4, 1e-9, 1e-9), 1e-12),
+        (sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=1 + 1e-9), 1.0),
+        pytest.param(sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=1e4), 1e3, marks=pytest.mark.slow),
+        (sw.Exponential(rise_rate=-700, decay_rate=1e4, duration_ratio=2), 1.0),
+        (sw.Exponential(rise_rate=-700, decay_rate=-700, duration_ratio=2), 1e-12),
+        pytest.param(sw.Exponential(rise_rate=-700, decay_rate=-700, duration_ratio=2), 1e3, marks=pytest.mark.slow),
+    ],
+    ids=lambda value: f"{value:g}" if isinstance(value, float) else str(value).replace("duration_ratio", "n"),
+)
+@pytest.mark.parametrize("alpha", ["constant", "literal"])
+def test_an_extreme_shock_has_a_finite_outcome(profile: sw.ShockProfile, rise_time: float, alpha: Any) -> None:
+    # Only the waves near the primary are asked for: a long train has a thousand.
+    predictor = sw.Predictor(alpha=alpha, wave_threshold=0.999)
+    read = _read(predictor.predict(_shock(profile, rise_time), CHAIN))
+    assert all(wave["peak_force"] > 0 for wave in read["waves"])
+
+
+@pytest.mark.parametrize("force", [1e-30, 1e30], ids=str)
+@pytest.mark.parametrize("radius", [1e-9, 1e3], ids=str)
+@EVERY_NAME
+def test_extreme_sizes_and_forces_have_finite_outcomes(name: str, radius: float, force: float) -> None:
+    chain = attrs.evolve(CHAIN, radius=radius)
+    rise_time = SHOCKS[name].rise_time / T0 * Scales.of(chain, force).time
+    alike = attrs.evolve(SHOCKS[name], peak_force=force, rise_time=rise_time)
+    assert _read(sw.Predictor().predict(alike, chain))["regime"] == name
+
+
+@EVERY_REGIME
+def test_a_finely_sampled_record_is_predicted_like_its_formula(shock: sw.Shock) -> None:
+    # Samples gather towards the start, where the slope may be unbounded.
+    s = np.concatenate((np.linspace(0, 1, 2001) ** 4, np.linspace(1, shock.profile.duration_ratio, 4001)[1:]))
+    record = sw.Shock(profile=sw.Tabulated(s * shock.rise_time, shock.profile.force(s) * FORCE))
+    sampled, exact = (sw.Predictor().predict(each, CHAIN) for each in (record, shock))
+    assert sampled.regime == exact.regime
+    # Chords cut what is convex: second order in the spacing.
+    assert sampled.peak_force == pytest.approx(exact.peak_force, rel=1e-3)
+
+
+def test_notes_on_a_record_are_among_the_warnings() -> None:
+    shock = sw.Shock(profile=sw.Tabulated([1.0, 2.0, 4.0], [0.0, 5.0, 0.0]))
+    assert shock.profile.notes
+    assert set(shock.profile.notes) <= set(sw.Predictor().predict(shock, CHAIN).warnings)
