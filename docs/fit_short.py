@@ -2,9 +2,9 @@
 
     python docs/fit_short.py
 
-makes, in a quarter of a minute or so, ``shockwave/prediction/short.json`` and two tables of ``docs/auto.md``. The
-common kinds of pulses are those of ``fit_moments.py``, which stands beside it; half of those judged are of kinds that
-had no part in the fit. Kinds with far tails, which stand here, tell how wide the bound must be.
+makes, in a quarter of a minute or so, ``shockwave/prediction/short_shock_law.json`` and two tables of ``docs/auto.md``.
+The common kinds of pulses are those of ``fit_moments.py``, which stands beside it; half of those judged are of kinds
+that had no part in the fit. Kinds with far tails, which stand here, tell how wide the bound must be.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from judge_auto import tell
 
 import shockwave as sw
 from shockwave.chain.solitary_wave import MOMENTUM
-from shockwave.prediction import short
-from shockwave.prediction.measures import measures
-from shockwave.prediction.scaled import ScaledShock
+from shockwave.prediction import short_shock_law as short
+from shockwave.prediction.model_interface import ScaledShock
+from shockwave.prediction.shock_measures import measures
 
 PAGE = Path(__file__).parent / "auto.md"
 FILE = Path(sw.__file__).parent / "prediction" / short.RESOURCE
@@ -148,7 +148,7 @@ def main() -> None:
     """Make everything, and print the judgement."""
     law, count = fitted()
     entries = {
-        "about": "the short form of the law of moments of shockwave.prediction.short; docs/auto.md tells what it is",
+        "about": "short form of the law of moments (shockwave.prediction.short_shock_law), described in docs/auto.md",
         "provenance": {
             "command": "python docs/fit_short.py",
             "shockwave": sw.__version__,

@@ -22,7 +22,7 @@ from attrs import evolve
 from fit_moments import CHAIN, FORCE, Draw, exponential, lasting, one_peak, power_law, ratio, several_peaks
 
 import shockwave as sw
-from shockwave.prediction import short
+from shockwave.prediction import short_shock_law as short
 from shockwave.profiles import base
 from shockwave.registry import load
 from shockwave.studies import auto
@@ -70,7 +70,7 @@ def fresh() -> None:
     """Forget what is known of shapes, so that each time counts all of the work."""
     auto.forget()
     base._kept_areas.cache_clear()
-    short._known.clear()
+    short._of_one.cache_clear()
 
 
 def best(calls: Sequence[Callable[[], Any]], repeats: int) -> list[float]:

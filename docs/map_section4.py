@@ -7,8 +7,8 @@ makes, in two minutes or so and the same to the byte on every run on one machine
 - ``docs/section4/map.csv``: predicted and simulated peak force for a dozen shapes over the plane (n t0/T0, n);
 - ``docs/section4/map.png``: the errors, the borders of the regimes, and where the conditions (3) fail;
 - ``docs/section4/pulses.csv``: random shocks of the built-in kinds that meet (3), their measures and peak forces;
-- ``shockwave/prediction/section4.json``: the laws fitted to these, from which ranges of error are told, and the tables
-  of them in ``docs/trust.md``.
+- ``shockwave/prediction/expected_error.json``: the laws fitted to these, for ranges of errors, and the tables of
+  them in ``docs/trust.md``.
 
 ``--only map``, ``pulses``, ``laws`` or ``picture`` does one step; the last two read the tables as they are.
 """
@@ -30,9 +30,10 @@ from numpy.typing import NDArray
 import shockwave as sw
 from shockwave.chain import Scales
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
-from shockwave.prediction.scaled import ScaledAnswer, ScaledShock, Settings
+from shockwave.prediction.expected_error import RESOURCE, Law, monomials
+from shockwave.prediction.model_interface import ScaledAnswer, ScaledShock, Settings
 from shockwave.prediction.section4 import predict
-from shockwave.prediction.trust import RESOURCE, Law, measures, monomials
+from shockwave.prediction.shock_measures import measures
 from shockwave.profiles.conditions import conditions
 
 Array = NDArray[np.float64]

@@ -8,126 +8,80 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from shockwave.chain import Chain, Material, SolitaryWave
-    from shockwave.errors import (
-        FileAccessError,
-        InvalidValueError,
-        NumericalError,
-        PluginError,
-        ScenarioError,
-        ShockwaveError,
-        UnknownNameError,
-        UsageError,
-    )
-    from shockwave.fields import quantity
-    from shockwave.measurement.result import SimulationResult
-    from shockwave.measurement.simulate import simulate, simulate_many
-    from shockwave.prediction.outcome import EjectionOutcome, Outcome, SingleOutcome, TrainOutcome
-    from shockwave.prediction.predictor import Predictor
-    from shockwave.profiles.base import ShockProfile
-    from shockwave.profiles.exponential import Exponential
-    from shockwave.profiles.power_law import PowerLaw
-    from shockwave.profiles.shock import Shock
-    from shockwave.profiles.tabulated import Tabulated
-    from shockwave.profiles.triangular import Triangular
-    from shockwave.scenario.load import Scenario, load_scenario
-    from shockwave.studies.comparison import Comparison, compare
-    from shockwave.studies.curve import UniversalCurve
-    from shockwave.studies.designs.design import Design, design
-    from shockwave.studies.uncertainties.result import Uncertainty
-    from shockwave.studies.uncertainties.uncertainty import uncertainty
-    from shockwave.sweep.report import SweepReport
-    from shockwave.sweep.results import SweepResults, load_sweep
-    from shockwave.sweep.runner import run_sweep
+if TYPE_CHECKING:  # type checkers and editors do not run __getattr__
+    from shockwave.chain import Chain as Chain
+    from shockwave.chain import Material as Material
+    from shockwave.chain import SolitaryWave as SolitaryWave
+    from shockwave.errors import FileAccessError as FileAccessError
+    from shockwave.errors import InvalidValueError as InvalidValueError
+    from shockwave.errors import NumericalError as NumericalError
+    from shockwave.errors import PluginError as PluginError
+    from shockwave.errors import ScenarioError as ScenarioError
+    from shockwave.errors import ShockwaveError as ShockwaveError
+    from shockwave.errors import UnknownNameError as UnknownNameError
+    from shockwave.errors import UsageError as UsageError
+    from shockwave.fields import quantity as quantity
+    from shockwave.measurement.result import SimulationResult as SimulationResult
+    from shockwave.measurement.simulate import simulate as simulate
+    from shockwave.measurement.simulate import simulate_many as simulate_many
+    from shockwave.prediction.outcome import EjectionOutcome as EjectionOutcome
+    from shockwave.prediction.outcome import Outcome as Outcome
+    from shockwave.prediction.outcome import SingleOutcome as SingleOutcome
+    from shockwave.prediction.outcome import TrainOutcome as TrainOutcome
+    from shockwave.prediction.predictor import Predictor as Predictor
+    from shockwave.profiles.base import ShockProfile as ShockProfile
+    from shockwave.profiles.exponential import Exponential as Exponential
+    from shockwave.profiles.power_law import PowerLaw as PowerLaw
+    from shockwave.profiles.shock import Shock as Shock
+    from shockwave.profiles.tabulated import Tabulated as Tabulated
+    from shockwave.profiles.triangular import Triangular as Triangular
+    from shockwave.scenario.load import Scenario as Scenario
+    from shockwave.scenario.load import load_scenario as load_scenario
+    from shockwave.studies.comparison import Comparison as Comparison
+    from shockwave.studies.comparison import compare as compare
+    from shockwave.studies.curve import UniversalCurve as UniversalCurve
+    from shockwave.studies.designs.design import Design as Design
+    from shockwave.studies.designs.design import design as design
+    from shockwave.studies.uncertainties.result import Uncertainty as Uncertainty
+    from shockwave.studies.uncertainties.uncertainty import uncertainty as uncertainty
+    from shockwave.sweep.report import SweepReport as SweepReport
+    from shockwave.sweep.results import SweepResults as SweepResults
+    from shockwave.sweep.results import load_sweep as load_sweep
+    from shockwave.sweep.runner import run_sweep as run_sweep
 
 __version__ = "0.1.0"
 #: Name of the distribution; on the package index, the name ``shockwave`` belongs to another project.
 OWN_DISTRIBUTION = "granular-shockwave"
 
-_HOMES = {
-    "Chain": "chain",
-    "Material": "chain",
-    "SolitaryWave": "chain",
-    "FileAccessError": "errors",
-    "InvalidValueError": "errors",
-    "NumericalError": "errors",
-    "PluginError": "errors",
-    "ScenarioError": "errors",
-    "ShockwaveError": "errors",
-    "UnknownNameError": "errors",
-    "UsageError": "errors",
-    "quantity": "fields",
-    "SimulationResult": "measurement.result",
-    "simulate": "measurement.simulate",
-    "simulate_many": "measurement.simulate",
-    "EjectionOutcome": "prediction.outcome",
-    "Outcome": "prediction.outcome",
-    "SingleOutcome": "prediction.outcome",
-    "TrainOutcome": "prediction.outcome",
-    "Predictor": "prediction.predictor",
-    "ShockProfile": "profiles.base",
-    "Exponential": "profiles.exponential",
-    "PowerLaw": "profiles.power_law",
-    "Shock": "profiles.shock",
-    "Tabulated": "profiles.tabulated",
-    "Triangular": "profiles.triangular",
-    "Scenario": "scenario.load",
-    "load_scenario": "scenario.load",
-    "SweepReport": "sweep.report",
-    "SweepResults": "sweep.results",
-    "load_sweep": "sweep.results",
-    "run_sweep": "sweep.runner",
-    "Comparison": "studies.comparison",
-    "compare": "studies.comparison",
-    "UniversalCurve": "studies.curve",
-    "Design": "studies.designs.design",
-    "design": "studies.designs.design",
-    "Uncertainty": "studies.uncertainties.result",
-    "uncertainty": "studies.uncertainties.uncertainty",
+# Module -> its public names.
+_PUBLIC = {
+    "chain": "Chain Material SolitaryWave",
+    "errors": "FileAccessError InvalidValueError NumericalError PluginError ScenarioError ShockwaveError "
+    "UnknownNameError UsageError",
+    "fields": "quantity",
+    "measurement.result": "SimulationResult",
+    "measurement.simulate": "simulate simulate_many",
+    "prediction.outcome": "EjectionOutcome Outcome SingleOutcome TrainOutcome",
+    "prediction.predictor": "Predictor",
+    "profiles.base": "ShockProfile",
+    "profiles.exponential": "Exponential",
+    "profiles.power_law": "PowerLaw",
+    "profiles.shock": "Shock",
+    "profiles.tabulated": "Tabulated",
+    "profiles.triangular": "Triangular",
+    "scenario.load": "Scenario load_scenario",
+    "studies.comparison": "Comparison compare",
+    "studies.curve": "UniversalCurve",
+    "studies.designs.design": "Design design",
+    "studies.uncertainties.result": "Uncertainty",
+    "studies.uncertainties.uncertainty": "uncertainty",
+    "sweep.report": "SweepReport",
+    "sweep.results": "SweepResults load_sweep",
+    "sweep.runner": "run_sweep",
 }
+_HOMES = {name: module for module, names in _PUBLIC.items() for name in names.split()}
 
-__all__ = [
-    "Chain",
-    "Comparison",
-    "Design",
-    "EjectionOutcome",
-    "Exponential",
-    "FileAccessError",
-    "InvalidValueError",
-    "Material",
-    "NumericalError",
-    "Outcome",
-    "PluginError",
-    "PowerLaw",
-    "Predictor",
-    "Scenario",
-    "ScenarioError",
-    "Shock",
-    "ShockProfile",
-    "ShockwaveError",
-    "SimulationResult",
-    "SingleOutcome",
-    "SolitaryWave",
-    "SweepReport",
-    "SweepResults",
-    "Tabulated",
-    "TrainOutcome",
-    "Triangular",
-    "Uncertainty",
-    "UniversalCurve",
-    "UnknownNameError",
-    "UsageError",
-    "compare",
-    "design",
-    "load_scenario",
-    "load_sweep",
-    "quantity",
-    "run_sweep",
-    "simulate",
-    "simulate_many",
-    "uncertainty",
-]
+__all__ = sorted(_HOMES)
 
 
 def __getattr__(name: str) -> Any:
@@ -139,4 +93,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted([*__all__, "__version__"])
+    return [*__all__, "__version__"]

@@ -1,6 +1,9 @@
-"""What shockwave itself registers, through the same hooks as a plugin."""
+"""Everything that shockwave itself registers, through the same hooks as a plugin."""
 
 from __future__ import annotations
+
+import json
+from importlib import resources
 
 from shockwave.hooks import Entry, hookimpl
 
@@ -47,49 +50,26 @@ def shockwave_integrators() -> list[Entry]:
 
 @hookimpl
 def shockwave_materials() -> list[Entry]:
-    place = "shockwave.chain.library"
-    return [
-        Entry("paper-steel", f"{place}:PAPER_STEEL", "E 193 GPa, nu 0.30, 7958 kg/m^3"),
-        Entry("stainless-steel-302", f"{place}:STAINLESS_STEEL_302", "E 193 GPa, nu 0.30, 7860 kg/m^3"),
-        Entry("stainless-steel-304", f"{place}:STAINLESS_STEEL_304", "E 193 GPa, nu 0.29, 8000 kg/m^3"),
-        Entry("stainless-steel-316", f"{place}:STAINLESS_STEEL_316", "E 193 GPa, nu 0.30, 8000 kg/m^3"),
-        Entry("stainless-steel-440c", f"{place}:STAINLESS_STEEL_440C", "E 200 GPa, nu 0.28, 7650 kg/m^3"),
-        Entry("bearing-steel-52100", f"{place}:BEARING_STEEL_52100", "E 203 GPa, nu 0.30, 7810 kg/m^3"),
-        Entry("carbon-steel-1020", f"{place}:CARBON_STEEL_1020", "E 207 GPa, nu 0.29, 7870 kg/m^3"),
-        Entry("aluminium-6061-t6", f"{place}:ALUMINIUM_6061_T6", "E 68.9 GPa, nu 0.33, 2700 kg/m^3"),
-        Entry("brass-260", f"{place}:BRASS_260", "E 110 GPa, nu 0.35, 8530 kg/m^3"),
-        Entry("phosphor-bronze-510", f"{place}:PHOSPHOR_BRONZE_510", "E 110 GPa, nu 0.34, 8860 kg/m^3"),
-        Entry("copper", f"{place}:COPPER", "E 117 GPa, nu 0.34, 8940 kg/m^3"),
-        Entry("titanium-ti-6al-4v", f"{place}:TITANIUM_TI_6AL_4V", "E 113.8 GPa, nu 0.34, 4430 kg/m^3"),
-        Entry("tungsten", f"{place}:TUNGSTEN", "E 411 GPa, nu 0.28, 19300 kg/m^3"),
-        Entry("lead", f"{place}:LEAD", "E 16.1 GPa, nu 0.44, 11340 kg/m^3"),
-        Entry("tungsten-carbide", f"{place}:TUNGSTEN_CARBIDE", "E 630 GPa, nu 0.24, 14900 kg/m^3"),
-        Entry("alumina", f"{place}:ALUMINA", "E 375 GPa, nu 0.22, 3890 kg/m^3"),
-        Entry("zirconia", f"{place}:ZIRCONIA", "E 205 GPa, nu 0.30, 6050 kg/m^3"),
-        Entry("silicon-nitride", f"{place}:SILICON_NITRIDE", "E 310 GPa, nu 0.27, 3290 kg/m^3"),
-        Entry("soda-lime-glass", f"{place}:SODA_LIME_GLASS", "E 72 GPa, nu 0.22, 2520 kg/m^3"),
-        Entry("borosilicate-glass", f"{place}:BOROSILICATE_GLASS", "E 64 GPa, nu 0.20, 2230 kg/m^3"),
-        Entry("fused-silica", f"{place}:FUSED_SILICA", "E 73 GPa, nu 0.17, 2200 kg/m^3"),
-        Entry("ptfe", f"{place}:PTFE", "E 1.46 GPa, nu 0.46, 2178 kg/m^3"),
-        Entry("nylon-66", f"{place}:NYLON_66", "E 2.7 GPa, nu 0.41, 1140 kg/m^3"),
-        Entry("delrin", f"{place}:DELRIN", "E 3 GPa, nu 0.35, 1410 kg/m^3"),
-        Entry("pmma", f"{place}:PMMA", "E 2.7 GPa, nu 0.35, 1190 kg/m^3"),
-        Entry("polycarbonate", f"{place}:POLYCARBONATE", "E 2.4 GPa, nu 0.38, 1200 kg/m^3"),
-        Entry("homalite-100", f"{place}:HOMALITE_100", "E 3.9 GPa, nu 0.35, 1230 kg/m^3"),
-    ]
+    # the file is read without the module beside it, which would import the chain
+    rows = json.loads(resources.files("shockwave").joinpath("chain/library.json").read_text(encoding="utf-8"))
+    return [_material(row) for row in rows]
+
+
+def _material(row: dict[str, str | float]) -> Entry:
+    name = str(row["name"])
+    constant = name.upper().replace("-", "_")
+    modulus = float(row["youngs_modulus"]) / 1e9
+    figures = f"E {modulus:g} GPa, nu {row['poisson_ratio']:.2f}, {row['density']:g} kg/m^3"
+    return Entry(name, f"shockwave.chain.library:{constant}", figures)
 
 
 @hookimpl
 def shockwave_models() -> list[Entry]:
-    place = "shockwave.prediction"
     relations = "relations of section 4 of Hasan & Nemat-Nasser"
+    law = "law of the primary by the moments of the shock"
+    cheapest = "the cheapest of laws, curve, simulation that meets rtol"
     return [
-        Entry("section-4", f"{place}.section4:predict", relations, takes="alpha"),
-        Entry("moments", f"{place}.moments:MODEL", "law of the primary by the moments of the shock"),
-        Entry(
-            "auto",
-            "shockwave.studies.auto:MODEL",
-            "the cheapest of laws, curve, simulation that meets rtol",
-            takes="rtol",
-        ),
+        Entry("section-4", "shockwave.prediction.section4:predict", relations, takes="alpha"),
+        Entry("moments", "shockwave.prediction.moments:MODEL", law),
+        Entry("auto", "shockwave.studies.auto:MODEL", cheapest, takes="rtol"),
     ]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 from functools import cache
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -92,3 +94,14 @@ def shock_of(case: dict[str, Any]) -> sw.Shock:
 def simulated(index: int, rtol: float) -> sw.SimulationResult:
     """Simulation of case ``index`` of direct.json, once for all tests."""
     return sw.simulate(shock_of(TRUTH[index]), CHAIN, rtol=rtol)
+
+
+@cache
+def script(name: str) -> ModuleType:
+    """A script of the documentation as a module."""
+    spec = importlib.util.spec_from_file_location(name, Path(__file__).parent.parent / "docs" / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

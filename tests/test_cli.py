@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -15,7 +16,6 @@ from shockwave.cli import main
 
 ROOT = Path(__file__).parent.parent
 PAPER = ROOT / "profiles" / "paper"
-EXAMPLES = ROOT / "profiles" / "examples"
 SCENE = str(PAPER / "table2-row1.yaml")
 ALL_SCENES = sorted(file for file in (ROOT / "profiles").rglob("*.yaml") if file.parent.name != "maps")
 
@@ -57,18 +57,11 @@ def test_compare_holds_both_answers_and_the_error(capsys: pytest.CaptureFixture[
     assert found["errors"]["peak_force"] == predicted / simulated - 1
 
 
-def test_compare_shows_the_eight_rows_of_the_paper(capsys: pytest.CaptureFixture[str]) -> None:
+def test_compare_shows_the_eight_rows_of_the_paper_with_printed_figures(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["compare", "--rtol", "1e-4", *map(str, sorted(PAPER.glob("*.yaml")))]) == 0
     text = capsys.readouterr().out
-    assert [line.split("  ")[0] for line in text.splitlines() if line.startswith("table ")] == [
-        *(f"table 1 row {row}" for row in (1, 2, 3)),
-        *(f"table 2 row {row}" for row in (1, 2, 3, 4, 5)),
-    ]
-
-
-def test_printed_figures_stand_beside_ours(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["compare", "--rtol", "1e-4", SCENE, str(PAPER / "table2-row5.yaml")]) == 0
-    text = capsys.readouterr().out
+    rows = [line.split("  ")[0] for line in text.splitlines() if line.startswith("table ")]
+    assert rows == [f"table {table} row {row}" for table, last in ((1, 3), (2, 5)) for row in range(1, last + 1)]
     assert all(figure in text for figure in ("+3.16%", "3.0%", "14.414 us", "14.4 us", "+1.49%", "2.9%"))
 
 
@@ -77,27 +70,17 @@ def test_every_shipped_scene_is_compared(scene: Path, capsys: pytest.CaptureFixt
     found = document(capsys, "compare", "--json", "--rtol", "1e-4", str(scene))
     assert isinstance(found, dict)
     assert found["simulated"]["error_estimate"] < 1e-4
-
-
-@pytest.mark.parametrize("scene", ALL_SCENES, ids=lambda scene: scene.stem)
-def test_error_of_every_shipped_scene_lies_in_the_range_told(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    found = document(capsys, "compare", "--json", "--rtol", "1e-4", str(scene))
-    assert isinstance(found, dict)
     bounds = found["predicted"]["expected_error"]
     assert bounds is None or bounds[0] <= found["errors"]["peak_force"] <= bounds[1]
 
 
-def test_validate_tells_a_valid_file(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["validate", SCENE]) == 0
-    assert capsys.readouterr().out == f"{SCENE}: valid\n"
-
-
-def test_validate_tells_every_fault_of_every_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_validate_reports_every_error_of_every_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bad = tmp_path / "bad.yaml"
     bad.write_text(SOFT.replace("radius: 1e-3", "radius: -1").replace("rise_time: 1e-5", "rise_time: 3 kg"))
     assert main(["validate", str(bad), SCENE]) == 3
-    lines = capsys.readouterr().out.splitlines()
-    assert [line.split(": ")[1] for line in lines[:2]] == ["chain.radius", "shock.rise_time"]
+    *lines, last = capsys.readouterr().out.splitlines()
+    assert [line.split(": ")[1] for line in lines] == ["chain.radius", "shock.rise_time"]
+    assert last == f"{SCENE}: valid"
 
 
 def test_an_invalid_file_stops_the_others_before_they_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -109,11 +92,6 @@ def test_an_invalid_file_stops_the_others_before_they_run(tmp_path: Path, capsys
     assert f"{bad}:2:" in err
 
 
-def test_a_missing_file_ends_with_5(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["predict", "nowhere.yaml"]) == 5
-    assert "nowhere.yaml" in capsys.readouterr().err
-
-
 def test_no_command_is_a_usage_error() -> None:
     with pytest.raises(SystemExit, match="2"):
         main([])
@@ -123,8 +101,7 @@ def test_no_command_is_a_usage_error() -> None:
     ("rtol", "problem"),
     [
         ("1e-20", "must be >= 1e-13 and <= 0.01 (got 1e-20)"),
-        ("nan", "must be >= 1e-13 and <= 0.01 (got nan)"),
-        ("soon", "must be a number (got 'soon')"),
+        ("soon", "must be >= 1e-13 and <= 0.01 (got 'soon')"),
     ],
 )
 def test_tolerance_out_of_range_is_a_usage_error(rtol: str, problem: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -141,23 +118,16 @@ def test_validate_goes_on_after_a_missing_file(capsys: pytest.CaptureFixture[str
 
 
 @pytest.mark.parametrize("command", ["predict", "simulate"])
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ("peak_force: 10", "peak_force: 1e-300"),
-        ("peak_force: 10", "peak_force: 1e300"),
-        ("rise_time: 1e-5", "rise_time: 1e-300"),
-        ("rise_time: 1e-5", "rise_time: 1e300"),
-    ],
-)
+@pytest.mark.parametrize("new", ["peak_force: 1e-300", "peak_force: 1e300", "rise_time: 1e-300", "rise_time: 1e300"])
 def test_a_scene_beyond_floating_point_numbers_fails_alone(
-    command: str, old: str, new: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    command: str, new: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     extreme = tmp_path / "extreme.yaml"
-    extreme.write_text(SOFT.replace(old, new))
+    name = new.partition(":")[0]
+    extreme.write_text(re.sub(rf"{name}: [^,]+", new, SOFT))
     assert main([command, "--json", str(extreme), SCENE]) == 3
     first, second = json.loads(capsys.readouterr().out)
-    assert f"{new.split(':')[0]}: must" in first["error"]
+    assert f"{name}: must" in first["error"]
     assert second["peak_force"] > 0
 
 
@@ -184,12 +154,11 @@ def test_a_run_that_fails_ends_with_1_and_keeps_the_others(
 
 
 @pytest.mark.parametrize("form", [["--json"], []], ids=["json", "text"])
-@pytest.mark.parametrize("block", ["{contacts: [500]}"], ids=["contact-beyond"])
-def test_a_result_that_cannot_be_told_in_full_fails_alone(
-    form: list[str], block: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_a_result_that_fails_when_it_is_printed_fails_alone(
+    form: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     scene = tmp_path / "short.yaml"
-    scene.write_text(f"{SOFT.replace('radius: 1e-3', 'radius: 1e-3, granules: 100')}simulate: {block}\n")
+    scene.write_text(f"{SOFT.replace('radius: 1e-3', 'radius: 1e-3, granules: 100')}simulate: {{contacts: [500]}}\n")
     assert main(["simulate", *form, str(scene), SCENE]) == 3
     out, err = capsys.readouterr()
     assert "table 2 row 1" in out
@@ -219,12 +188,7 @@ def test_new_writes_a_scene_that_runs(profile: str, tmp_path: Path, capsys: pyte
     assert main(["compare", "--rtol", "1e-2", str(scene)]) == 0
 
 
-def test_new_prints_to_stdout(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["new"]) == 0
-    assert "profile: power-law" in capsys.readouterr().out
-
-
-def test_new_overwrites_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_new_overwrites_nothing(tmp_path: Path) -> None:
     scene = tmp_path / "scene.yaml"
     scene.write_text("mine")
     assert main(["new", "-o", str(scene)]) == 5
@@ -234,20 +198,6 @@ def test_new_overwrites_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[st
 def test_new_of_an_unknown_profile_names_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["new", "--profile", "triangel"]) == 3
     assert "did you mean 'triangular'" in capsys.readouterr().err
-
-
-def test_other_units_give_the_same_amplification(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    si, other = tmp_path / "si.yaml", tmp_path / "other.yaml"
-    si.write_text(SOFT)
-    other.write_text(
-        "chain: {material: {youngs_modulus: 1 GPa, poisson_ratio: 30 %, density: 1 g/cm**3}, diameter: 0.2 cm}\n"
-        "shock: {profile: triangular, peak_force: 0.01 kN, rise_time: 10 us, duration_ratio: 3}\n"
-    )
-    here, there = (document(capsys, "compare", "--json", str(path)) for path in (si, other))
-    assert isinstance(here, dict)
-    assert isinstance(there, dict)
-    assert here["predicted"]["amplification"] == pytest.approx(there["predicted"]["amplification"], rel=1e-12)
-    assert here["simulated"]["amplification"] == pytest.approx(there["simulated"]["amplification"], rel=1e-9)
 
 
 def test_module_runs_as_a_program() -> None:

@@ -21,7 +21,7 @@ def singles() -> list[sw.SimulationResult]:
 
 
 def test_many_are_equal_to_single_runs() -> None:
-    assert sw.simulate_many(PULSES, CHAIN) == singles()
+    assert sw.simulate_many(iter(PULSES), CHAIN) == singles()
 
 
 @pytest.mark.parametrize("integrator", ["rkn64", "rkn1210"])
@@ -30,7 +30,7 @@ def test_many_by_another_pair_are_equal_to_single_runs(integrator: str) -> None:
     assert many == [sw.simulate(pulse, CHAIN, integrator=integrator) for pulse in PULSES[:20]]
 
 
-@pytest.mark.parametrize("threads", [1, 2, 4, None])
+@pytest.mark.parametrize("threads", [1, 4])
 def test_number_of_threads_changes_nothing(threads: int | None) -> None:
     assert sw.simulate_many(PULSES, CHAIN, threads=threads) == singles()
 
@@ -40,10 +40,6 @@ def test_many_in_numpy_are_equal_to_single_runs_in_numpy() -> None:
     single = [sw.simulate(pulse, CHAIN, rtol=1e-4, backend="numpy") for pulse in FEW]
     # sums over a column of many lanes, and over one alone, are rounded in another order
     assert [result.peak_force for result in many] == pytest.approx([result.peak_force for result in single], rel=1e-12)
-
-
-def test_results_come_in_the_order_of_the_shocks() -> None:
-    assert [result.shock for result in sw.simulate_many(PULSES[::-1], CHAIN)] == PULSES[::-1]
 
 
 BAD = {
@@ -84,10 +80,6 @@ def test_each_shock_may_have_a_chain_of_its_own() -> None:
 def test_a_wrong_number_of_chains_is_refused() -> None:
     with pytest.raises(sw.InvalidValueError, match=r"chain: must be one, or one for each shock \(got 2\)"):
         sw.simulate_many(FEW, [CHAIN, CHAIN])
-
-
-def test_shocks_may_come_from_a_generator() -> None:
-    assert sw.simulate_many((pulse for pulse in FEW), CHAIN) == singles()[:5]
 
 
 def test_many_by_a_method_of_fixed_step_are_equal_to_single_runs() -> None:

@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 import csv
-import importlib.util
 import math
 from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import attrs
 import numpy as np
 import pytest
-from scipy.integrate import trapezoid
 
 import shockwave as sw
 from measure_trust import composed
 from pages import table as table_of
-from scenes import CHAIN, FORCE, TRUTH, UNITS, name_of, shock_of
+from scenes import CHAIN, FORCE, STEEL, TRUTH, UNITS, name_of, script, shock_of
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
+from shockwave.prediction.discrete_pulse import gauss, pulse_of
+from shockwave.prediction.model_interface import ScaledShock
 from shockwave.prediction.moments import COLUMNS, columns, kernel_force, law
-from shockwave.prediction.pulse import gauss, pulse_of
-from shockwave.prediction.scaled import ScaledShock
 from shockwave.quadrature import FloatArray
-from test_architecture import loaded
 
 DOCS = Path(__file__).parent.parent / "docs"
 MOMENTS = sw.Predictor(model="moments")
@@ -38,14 +36,8 @@ SHAPES = {
 OF_SHAPES = pytest.mark.parametrize("profile", SHAPES.values(), ids=SHAPES)
 
 
-@cache
 def study() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("fit_moments", DOCS / "fit_moments.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return script("fit_moments")
 
 
 def lasting(profile: sw.ShockProfile, duration: float) -> sw.Shock:
@@ -74,6 +66,9 @@ def shortfall(profile: sw.ShockProfile, duration: float) -> float:
 def test_a_short_shock_is_an_impulse(profile: sw.ShockProfile) -> None:
     # 1.1681817 has eight digits; the rest is rounding
     assert shortfall(profile, 1e-5) == pytest.approx(0, abs=1e-7)
+    outcome = predicted(profile, 1e-3)
+    # the momentum of the impulse limit, to the digits given
+    assert outcome.waves[0].momentum / outcome.applied_momentum == pytest.approx(1.1383, abs=5e-5)
 
 
 @OF_SHAPES
@@ -81,12 +76,6 @@ def test_the_limit_is_approached_with_the_power_five_halves(profile: sw.ShockPro
     slope = math.log(shortfall(profile, 0.04) / shortfall(profile, 0.02)) / math.log(2)
     # the scale of time is F^(1/6), which adds a fifth for each unit of duration; the next power adds to it
     assert slope == pytest.approx(2.5 * 1.2, abs=0.1)
-
-
-@OF_SHAPES
-def test_a_short_shock_gives_its_wave_the_momentum_of_the_impulse_limit(profile: sw.ShockProfile) -> None:
-    outcome = predicted(profile, 1e-3)
-    assert outcome.waves[0].momentum / outcome.applied_momentum == pytest.approx(1.1383, abs=5e-5)
 
 
 def test_what_the_wave_has_too_much_is_the_recoil() -> None:
@@ -108,17 +97,10 @@ def test_exponents_of_a_short_shock_are_those_of_its_impulse() -> None:
 def test_exponents_are_those_of_a_chain_slightly_denser() -> None:
     powers = predicted(TRIANGLE, 5.0).exponents
     assert powers is not None
-    peaks = [
-        MOMENTS.predict(
-            lasting(TRIANGLE, 5.0),
-            sw.Chain(
-                material=sw.Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0 * factor), radius=4.75e-3
-            ),
-        ).peak_force
-        for factor in (0.99, 1.01)
-    ]
+    chains = [attrs.evolve(CHAIN, material=attrs.evolve(STEEL, density=7958.0 * factor)) for factor in (0.99, 1.01)]
+    less, more = (MOMENTS.predict(lasting(TRIANGLE, 5.0), chain).peak_force for chain in chains)
     # a difference over 2 % errs by a part in 1e4
-    assert math.log(peaks[1] / peaks[0]) / math.log(1.01 / 0.99) == pytest.approx(powers.density, abs=1e-4)
+    assert math.log(more / less) / math.log(1.01 / 0.99) == pytest.approx(powers.density, abs=1e-4)
 
 
 # ---------------------------------------------------------------- the limit of long ones
@@ -131,7 +113,7 @@ def test_a_force_that_lasts_amplifies_as_a_step_does(duration: float) -> None:
     assert predicted(plateau, duration).amplification == pytest.approx(2.33, rel=5e-3)
 
 
-def test_of_a_shock_longer_than_those_judged_no_error_is_told() -> None:
+def test_no_error_is_given_for_a_shock_longer_than_those_judged() -> None:
     outcome = predicted(TRIANGLE, 200)
     assert outcome.expected_error is None
     assert "simulate to know" in " ".join(outcome.warnings)
@@ -163,7 +145,7 @@ def test_a_long_shock_has_the_wave_of_its_strongest_stretch() -> None:
 
 @pytest.mark.parametrize("duration", [1e-12, 1.0, 1e12])
 @pytest.mark.parametrize("n", [1.000001, 1e6])
-@pytest.mark.parametrize("exponents", [(0, 0), (1e4, 1e4), (0.01, 1e4), (1e4, 0.01)])
+@pytest.mark.parametrize("exponents", [(0, 0), (1e4, 1e4), (0.01, 1e4)])
 def test_extremes_have_an_answer(exponents: tuple[float, float], n: float, duration: float) -> None:
     profile = sw.PowerLaw(rise_exponent=exponents[0], decay_exponent=exponents[1], duration_ratio=n)
     # no shock of one peak amplifies more than a step
@@ -212,29 +194,17 @@ def test_the_kernel_has_the_eigenvalue_one(profile: sw.ShockProfile, duration: f
     assert norm == pytest.approx(1, abs=1e-3)
 
 
-def test_the_kernel_amplifies_a_lasting_force_by_its_integral() -> None:
-    x = np.linspace(-12, 12, 100_001)
-    integral = IMPULSE_LIMIT ** (5 / 6) * trapezoid(np.exp(-(np.abs(x / law().width) ** 2.5)), x)
-    assert integral == pytest.approx(law().step_limit, rel=1e-9)
-
-
-@pytest.fixture(name="mirrored")
-def two_pulses() -> tuple[FloatArray, FloatArray]:
-    """A pulse, and the same backwards."""
+def test_a_pulse_and_its_mirror_image() -> None:
     pulse = pulse_of(scaled(SHAPES["power law"], 4.0))
-    return np.array([pulse.times, -pulse.times]), np.array([pulse.impulses, pulse.impulses])
-
-
-def test_the_kernel_cannot_tell_a_pulse_from_its_mirror_image(mirrored: tuple[FloatArray, FloatArray]) -> None:
-    log_force, _ = kernel_force(law(), *mirrored)
+    mirrored = np.array([pulse.times, -pulse.times]), np.array([pulse.impulses, pulse.impulses])
+    log_force, shape = kernel_force(law(), *mirrored)
+    # settled to 1e-9
     assert log_force[0] == pytest.approx(log_force[1], rel=1e-9)
-
-
-def test_columns_of_a_mirror_image(mirrored: tuple[FloatArray, FloatArray]) -> None:
-    there, back = columns(law(), *mirrored, *kernel_force(law(), *mirrored))
+    there, back = columns(law(), *mirrored, log_force, shape)
     own, other = (dict(zip(COLUMNS, row, strict=True)) for row in (there, back))
     swapped = {"before": "after", "after": "before", "before_up": "after_up", "after_up": "before_up"}
     expected = {name: own[swapped.get(name, name)] * (-1 if name in ("lean", "tilt") else 1) for name in COLUMNS}
+    # vectors by powers, to half the digits
     assert other == pytest.approx(expected, rel=1e-6)
 
 
@@ -275,11 +245,6 @@ def test_the_error_told_grows_from_nothing_with_the_power_five_halves() -> None:
     assert told[1] / told[0] == pytest.approx(4**2.5, rel=1e-9)
 
 
-def test_the_error_told_at_its_knots() -> None:
-    made = law()
-    assert made.error(made.spreads) == pytest.approx(made.errors, rel=1e-3)
-
-
 # ---------------------------------------------------------------- against simulation
 
 
@@ -312,19 +277,13 @@ PARTS = pytest.mark.parametrize("part", [pytest.param(1, id="all", marks=pytest.
 
 @PARTS
 @FAMILIES
-def test_errors_on_fresh_pulses_are_below_what_is_accepted(family: str, part: int) -> None:
-    spread, error, _ = fresh(family, part)
+def test_errors_on_fresh_pulses_are_as_stated_and_below_what_is_accepted(family: str, part: int) -> None:
+    spread, error, stated = fresh(family, part)
     ends, limits = np.transpose(study().ACCEPTED)
     limit = limits[np.searchsorted(ends, spread)]
     assert np.mean(error <= limit) >= 0.99
     assert np.all(error <= 3 * limit)
-
-
-@PARTS
-@FAMILIES
-def test_errors_on_fresh_pulses_are_as_told(family: str, part: int) -> None:
-    _, error, told = fresh(family, part)
-    assert np.mean(error <= told + 2 * study().RTOL) >= 0.99
+    assert np.mean(error <= stated + 2 * study().RTOL) >= 0.99
 
 
 # ---------------------------------------------------------------- the model
@@ -336,15 +295,10 @@ def test_the_error_is_told_outside_the_conditions_too() -> None:
     assert late.expected_error is not None
 
 
-@pytest.mark.parametrize(
-    ("duration", "relation"), [(1, "less"), (3.35, "equal"), (8, "greater")], ids=["less", "equal", "greater"]
-)
+@pytest.mark.parametrize(("duration", "relation"), [(1, "less"), (3.35, "equal"), (8, "greater")], ids=str)
 def test_relation_follows_from_the_peak_force(duration: float, relation: str) -> None:
     assert predicted(TRIANGLE, duration).relation == relation
-
-
-def test_what_is_about_equal_is_the_settings() -> None:
-    assert predicted(TRIANGLE, 3.35, equal_tolerance=1e-6).relation != "equal"
+    assert predicted(TRIANGLE, duration, equal_tolerance=1e-6).relation != "equal"
 
 
 @pytest.mark.parametrize("duration", [1, 3.2, 8])
@@ -365,43 +319,7 @@ def test_the_coefficient_of_the_paper_does_not_change_the_peak_force() -> None:
     assert paper.peak_force == exact.peak_force
 
 
-def test_a_scenario_may_ask_for_it(tmp_path: Path) -> None:
-    file = tmp_path / "scene.yaml"
-    file.write_text(
-        "chain: {material: {youngs_modulus: 193e9, poisson_ratio: 0.3, density: 7958}, radius: 4.75 mm}\n"
-        "shock: {profile: triangular, peak_force: 100 N, rise_time: 20 us, duration_ratio: 3}\n"
-        "predict: {model: moments}\n"
-    )
-    scene = sw.load_scenario(file)
-    outcome = scene.predictor.predict(scene.shock, scene.chain)
-    assert (outcome.model, outcome) == ("moments", MOMENTS.predict(scene.shock, scene.chain))
-
-
-def test_section_4_tells_its_errors_as_before() -> None:
-    # from the table of pulses in docs/section4, whose laws are those of section 4
-    outcome = sw.Predictor().predict(lasting(TRIANGLE, 2), CHAIN)
-    told = outcome.expected_error
-    assert told is not None
-    assert told[0] != -told[1]
-
-
-def test_it_loads_no_simulator_and_no_scipy() -> None:
-    program = (
-        "import shockwave as sw\n"
-        "chain = sw.Chain(material=sw.Material(youngs_modulus=1e9, poisson_ratio=0.3, density=1e3), radius=1e-3)\n"
-        "shock = sw.Shock(profile=sw.Triangular(duration_ratio=2), peak_force=1.0, rise_time=1e-6)\n"
-        "sw.Predictor(model='moments').predict(shock, chain)"
-    )
-    unwanted = ("scipy", "shockwave.simulation", "shockwave.measurement")
-    assert {name for name in loaded(program) if name.startswith(unwanted)} == set()
-
-
 # ---------------------------------------------------------------- coefficients and page
-
-
-def test_the_law_has_at_most_forty_coefficients() -> None:
-    made = law()
-    assert 2 + len(made.coefficients) + len(made.spreads) + len(made.errors) <= 40
 
 
 def test_the_terms_are_those_that_the_command_fits() -> None:

@@ -98,25 +98,15 @@ def test_a_fault_stops_the_scene_that_needs_it_with_4(
     assert report.startswith("foreign.yaml:2:18: shock.profile: ")
     assert "test-faulty" in report
     assert cause in report
+    # listing imports the hooks, but no class
+    row = rows(capsys)["test-faulty"]
+    assert row["version"] == "1.2"
+    assert (cause in str(row["problem"])) == (fault in IN_HOOKS) == (row["entries"] == [])
     # others, before and after it in the order in which they are read, go on working
     for name in ("triangular", "one", "other"):
         (scene / "sound.yaml").write_text(CHAIN + SHOCK.replace("PROFILE", name))
         assert main(["predict", "sound.yaml"]) == 0
         assert capsys.readouterr().err == ""
-
-
-@pytest.mark.parametrize("fault", IN_HOOKS)
-def test_a_fault_of_the_hooks_is_listed(install: Install, capsys: pytest.CaptureFixture[str], fault: str) -> None:
-    cause = install_faulty(install, fault)
-    row = rows(capsys)["test-faulty"]
-    assert (row["version"], row["entries"]) == ("1.2", [])
-    assert cause in str(row["problem"])
-
-
-@pytest.mark.parametrize("fault", IN_PULSE)
-def test_listing_imports_no_class(install: Install, capsys: pytest.CaptureFixture[str], fault: str) -> None:
-    install_faulty(install, fault)
-    assert rows(capsys)["test-faulty"]["problem"] is None
 
 
 def test_a_built_in_scene_imports_no_plugin(install: Install, scene: Path) -> None:
@@ -150,9 +140,7 @@ def test_a_plugin_for_another_version_is_not_read(install: Install, capsys: pyte
     "requires",
     [
         "granular-shockwave>=0.0.1",
-        "granular-shockwave",
         "granular_shockwave[test]>0",
-        "granular-shockwave-other>=99",
         "shockwave>=99",
         "granular-shockwave>=99 ; sys_platform=='none'",
         "granular-shockwave>=99 ; extra=='more'",
@@ -273,10 +261,3 @@ def test_what_is_disabled_is_not_imported(
     monkeypatch.setenv("SHOCKWAVE_DISABLE_PLUGINS", names)
     row = rows(capsys)["test-pulses"]
     assert (row["disabled"], row["problem"]) == (True, None)
-
-
-@pytest.mark.usefixtures("scene")
-def test_one_disabled_plugin_leaves_another_in_use(install: Install, monkeypatch: pytest.MonkeyPatch) -> None:
-    install("test-pulses", name="faulty-pulse")
-    monkeypatch.setenv("SHOCKWAVE_DISABLE_PLUGINS", "test-others")
-    assert main(["predict", "foreign.yaml"]) == 0

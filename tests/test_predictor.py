@@ -1,7 +1,8 @@
-"""The predictor: its settings, how the answer depends on the granules, and what an outcome tells."""
+"""The predictor: its settings, how the answer depends on the granules, and the outcome, a value finite everywhere."""
 
 from __future__ import annotations
 
+import json
 import math
 from typing import Any
 
@@ -14,6 +15,12 @@ from scenes import CHAIN, FORCE, STEEL
 from shockwave.chain import Scales
 
 T0 = Scales.of(CHAIN, FORCE).time
+
+# Part of the public face.
+KEYS = {
+    *("scenario", "model", "regime", "relation", "peak_force", "amplification", "waves", "applied_momentum"),
+    *("ejection", "conditions", "expected_error", "warnings"),
+}
 
 
 def _power(n: float, rise: float, decay: float) -> sw.PowerLaw:
@@ -32,6 +39,7 @@ SHOCKS = {
     "train": _shock(_power(10, 1, 5), 1.0),
 }
 EVERY_REGIME = pytest.mark.parametrize("shock", SHOCKS.values(), ids=SHOCKS)
+EVERY_NAME = pytest.mark.parametrize("name", SHOCKS)
 
 
 # ---------------------------------------------------------------- how the answer depends on the granules
@@ -48,22 +56,18 @@ def _changed(quantity: str, factor: float) -> sw.Chain:
     ("shock", "alpha"),
     [
         (SHOCKS["ejection"], "constant"),
-        (_shock(_power(6, 0.9, 1), 0.13), "constant"),
         (_shock(_power(1.5, 0, 0), 0.5), "constant"),
         (SHOCKS["single"], "constant"),
         (SHOCKS["train"], "constant"),
-        (_shock(sw.Triangular(duration_ratio=10), 3.0), "constant"),
         (_shock(sw.Exponential(rise_rate=3, decay_rate=4, duration_ratio=20), 0.5), "constant"),
         (_shock(_power(4, 0.25, 1), 1.0), "literal"),
         (_shock(_power(5, 2, 7), 3.0), "literal"),
     ],
     ids=[
         "ejection",
-        "ejection-table2-row4",
         "ejection-rectangle",
         "single",
         "train",
-        "train-while-it-rises",
         "train-exponential",
         "literal-root",
         "literal-whole-impulse",
@@ -85,27 +89,18 @@ def test_a_single_wave_depends_on_the_granules_as_eq_5f_says() -> None:
     assert attrs.astuple(exponents) == pytest.approx((-1.6, -0.6, 0.4), rel=1e-14)
 
 
-def _random_chains() -> list[Any]:
-    rng = np.random.default_rng(20240607)
-    chains = []
-    for index in range(10):
-        material = sw.Material(
-            youngs_modulus=float(10 ** rng.uniform(6, 12)),
-            poisson_ratio=float(rng.uniform(-0.9, 0.49)),
-            density=float(10 ** rng.uniform(1, 4.5)),
-        )
-        chains.append(pytest.param(sw.Chain(material=material, radius=float(10 ** rng.uniform(-6, 1))), id=f"{index}"))
-    return chains
-
-
 @EVERY_REGIME
-@pytest.mark.parametrize("chain", _random_chains())
-def test_one_shape_at_one_scaled_rise_time_is_amplified_alike_on_every_chain(chain: sw.Chain, shock: sw.Shock) -> None:
-    force = 37.0 * chain.radius**2
-    alike = attrs.evolve(shock, peak_force=force, rise_time=shock.rise_time / T0 * Scales.of(chain, force).time)
+def test_one_shape_at_one_scaled_rise_time_is_amplified_alike_on_every_chain(shock: sw.Shock) -> None:
+    draw = np.random.default_rng(20240607)
     expected = sw.Predictor().predict(shock, CHAIN).amplification
-    # The universality of the paper's title; t0/T0 is rounded a few times.
-    assert sw.Predictor().predict(alike, chain).amplification == pytest.approx(expected, rel=1e-12)
+    for _ in range(10):
+        modulus, density, radius = 10 ** draw.uniform([6, 1, -6], [12, 4.5, 1])
+        material = sw.Material(youngs_modulus=modulus, poisson_ratio=draw.uniform(-0.9, 0.49), density=density)
+        chain = sw.Chain(material=material, radius=radius)
+        force = 37.0 * radius**2
+        alike = attrs.evolve(shock, peak_force=force, rise_time=shock.rise_time / T0 * Scales.of(chain, force).time)
+        # The universality of the paper's title; t0/T0 is rounded a few times.
+        assert sw.Predictor().predict(alike, chain).amplification == pytest.approx(expected, rel=1e-12)
 
 
 # ---------------------------------------------------------------- settings
@@ -118,46 +113,30 @@ def test_the_momentum_coefficient_is_named_or_given(choice: Any, number: float) 
     # (5f) with A by that number; the impulse is 0.9 + 1 rise times.
     tied = (1.9 * 0.91 * T0 * FORCE / CHAIN.momentum_parameter(number)) ** 1.2
     assert outcome.peak_force == pytest.approx(tied, rel=1e-12)
-
-
-@pytest.mark.parametrize("choice", ["exact", "paper", 4.3], ids=str)
-def test_a_single_wave_carries_the_applied_momentum_by_any_coefficient(choice: Any) -> None:
-    outcome = sw.Predictor(momentum_coefficient=choice).predict(SHOCKS["single"], CHAIN)
     assert outcome.waves[0].momentum == pytest.approx(outcome.applied_momentum, rel=1e-12)
+
+
+_COEFFICIENT = "momentum_coefficient: must be 'exact', 'paper' or a number >= 0.01 and <= 1000"
 
 
 @pytest.mark.parametrize(
     ("setting", "message"),
     [
         ({"alpha": "x"}, "alpha: must be 'constant' or 'literal' (got 'x')"),
-        ({"alpha": None}, "alpha: must be 'constant' or 'literal' (got None)"),
         ({"equal_tolerance": -1}, "equal_tolerance: must be >= 0 and < 1 (got -1)"),
         ({"equal_tolerance": math.nan}, "equal_tolerance: must be >= 0 and < 1 (got nan)"),
         ({"wave_threshold": 0}, "wave_threshold: must be > 0 and < 1 (got 0)"),
-        (
-            {"momentum_coefficient": "13/3"},
-            "momentum_coefficient: must be 'exact', 'paper' or a number >= 0.01 and <= 1000 (got '13/3')",
-        ),
-        (
-            {"momentum_coefficient": 0},
-            "momentum_coefficient: must be 'exact', 'paper' or a number >= 0.01 and <= 1000 (got 0)",
-        ),
-        (
-            {"momentum_coefficient": True},
-            "momentum_coefficient: must be 'exact', 'paper' or a number >= 0.01 and <= 1000 (got True)",
-        ),
+        ({"momentum_coefficient": "13/3"}, f"{_COEFFICIENT} (got '13/3')"),
+        ({"momentum_coefficient": 0}, f"{_COEFFICIENT} (got 0)"),
+        ({"rtol": 1e-6}, "rtol: must be left out for model 'section-4'"),
+        ({"model": "moments", "alpha": "literal"}, "alpha: must be left out for model 'moments', which has none"),
     ],
-    ids=lambda value: "-".join(f"{k}-{v}" for k, v in value.items()) if isinstance(value, dict) else "",
+    ids=str,
 )
 def test_a_wrong_setting_is_refused_with_its_rule(setting: dict[str, Any], message: str) -> None:
     with pytest.raises(sw.InvalidValueError) as caught:
         sw.Predictor(**setting)
-    assert str(caught.value) == message
-
-
-def test_a_tolerance_is_refused_as_there_is_nothing_to_choose() -> None:
-    with pytest.raises(sw.InvalidValueError, match=r"^rtol: must be left out .*\(got 1e-06"):
-        sw.Predictor(rtol=1e-6)
+    assert str(caught.value).startswith(message)
 
 
 @pytest.mark.parametrize(
@@ -173,12 +152,6 @@ def test_an_unknown_name_is_answered_with_the_nearest(setting: dict[str, Any], k
         sw.Predictor(**setting)
 
 
-@pytest.mark.parametrize("setting", ["model", "quadrature"])
-def test_a_name_that_is_no_text_is_refused(setting: str) -> None:
-    with pytest.raises(sw.ShockwaveError, match=setting):
-        sw.Predictor(**{setting: 4})
-
-
 @EVERY_REGIME
 @pytest.mark.parametrize("quadrature", ["gauss-legendre", "tanh-sinh", "quadpack"])
 def test_a_quadrature_gives_what_the_closed_forms_give(quadrature: str, shock: sw.Shock) -> None:
@@ -191,12 +164,6 @@ def test_a_quadrature_gives_what_the_closed_forms_give(quadrature: str, shock: s
 # ---------------------------------------------------------------- conditions and trust
 
 
-@EVERY_REGIME
-def test_within_the_conditions_an_error_is_expected(shock: sw.Shock) -> None:
-    low, high = sw.Predictor().predict(shock, CHAIN).expected_error or (math.nan, math.nan)
-    assert -1 < low < high
-
-
 @pytest.mark.parametrize(
     ("profile", "rise_time", "broken"),
     [
@@ -207,18 +174,13 @@ def test_within_the_conditions_an_error_is_expected(shock: sw.Shock) -> None:
     ],
     ids=["slow-rise", "rectangle", "train", "sawtooth"],
 )
-class TestOutsideTheConditions:
-    def test_no_error_is_expected(self, profile: sw.ShockProfile, rise_time: float, broken: str) -> None:
-        assert sw.Predictor().predict(_shock(profile, rise_time), CHAIN).expected_error is None
-
-    def test_a_warning_tells_which_fails(self, profile: sw.ShockProfile, rise_time: float, broken: str) -> None:
-        warnings = sw.Predictor().predict(_shock(profile, rise_time), CHAIN).warnings
-        assert any("conditions (3)" in warning and f"{broken} fails" in warning for warning in warnings)
-
-    def test_the_condition_is_marked(self, profile: sw.ShockProfile, rise_time: float, broken: str) -> None:
-        failed = [c for c in sw.Predictor().predict(_shock(profile, rise_time), CHAIN).conditions if not c.holds]
-        assert [c.statement for c in failed] == [broken]
-        assert failed[0].margin < 0
+def test_outside_the_conditions_no_error_is_expected(profile: sw.ShockProfile, rise_time: float, broken: str) -> None:
+    outcome = sw.Predictor().predict(_shock(profile, rise_time), CHAIN)
+    assert outcome.expected_error is None
+    assert any("conditions (3)" in warning and f"{broken} fails" in warning for warning in outcome.warnings)
+    (failed,) = [condition for condition in outcome.conditions if not condition.holds]
+    assert failed.statement == broken
+    assert failed.margin < 0
 
 
 # A triangle with n = 2 and rise time T has t0_hat = A F0^(-1/6) = 1.652 T0, and a window (1 - T/1.652)/2.
@@ -246,6 +208,98 @@ def test_a_chain_too_short_for_a_steady_wave_is_warned_of(granules: int | None, 
     assert any("granules" in warning for warning in outcome.warnings) is warned
 
 
-def test_a_model_without_an_alpha_takes_none() -> None:
-    with pytest.raises(sw.InvalidValueError, match="alpha: must be left out for model 'moments', which has none"):
-        sw.Predictor(model="moments", alpha="literal")
+# ---------------------------------------------------------------- the outcome
+
+
+def _read(outcome: sw.Outcome) -> dict[str, Any]:
+    """``to_dict`` by way of JSON, which refuses NaN, infinities and numbers of numpy."""
+    read: dict[str, Any] = json.loads(json.dumps(outcome.to_dict(), allow_nan=False))
+    return read
+
+
+@EVERY_NAME
+def test_json_holds_the_outcome(name: str) -> None:
+    outcome = sw.Predictor().predict(SHOCKS[name], CHAIN)
+    read = _read(outcome)
+    assert read == outcome.to_dict()
+    assert set(read) >= KEYS
+    assert read["regime"] == name
+    for key in ("model", "relation", "peak_force", "amplification", "applied_momentum"):
+        assert read[key] == getattr(outcome, key)
+    assert read["waves"][0]["peak_force"] == read["peak_force"]
+    # One division.
+    assert read["amplification"] == pytest.approx(read["peak_force"] / FORCE, rel=1e-15)
+    assert all({"peak_force", "momentum", "energy", "speed", "width"} <= set(wave) for wave in read["waves"])
+    assert [set(each) >= {"name", "margin", "holds"} for each in read["conditions"]] == [True] * 3
+    assert (read["ejection"] is not None) == (name == "ejection")
+    low, high = read["expected_error"]
+    assert -1 <= low < high
+    assert f"regime            {name}" in str(outcome)
+
+
+@EVERY_REGIME
+def test_an_outcome_is_a_frozen_value(shock: sw.Shock) -> None:
+    outcome, again = (sw.Predictor().predict(shock, CHAIN) for _ in range(2))
+    with pytest.raises(attrs.exceptions.FrozenInstanceError):
+        outcome.peak_force = 1.0  # type: ignore[misc]
+    assert outcome == again
+    assert hash(outcome) == hash(again)
+    assert outcome != sw.Predictor().predict(attrs.evolve(shock, rise_time=shock.rise_time * (1 + 1e-9)), CHAIN)
+
+
+# ---------------------------------------------------------------- extremes
+
+
+@pytest.mark.parametrize(
+    ("profile", "rise_time"),
+    [
+        (sw.Triangular(duration_ratio=2), 1e-12),
+        (sw.Triangular(duration_ratio=2), 1e3),
+        (sw.Triangular(duration_ratio=1 + 1e-9), 1.0),
+        (sw.Triangular(duration_ratio=1e4), 1e3),
+        (_power(2, 50, 50), 1e-12),
+        (_power(1 + 1e-9, 50, 50), 1.0),
+        (_power(1e4, 50, 1), 1e-2),
+        (_power(1e4, 0, 50), 1e3),
+        (_power(1e4, 1e-9, 1e-9), 1e-12),
+        (sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=1 + 1e-9), 1.0),
+        pytest.param(sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=1e4), 1e3, marks=pytest.mark.slow),
+        (sw.Exponential(rise_rate=-700, decay_rate=1e4, duration_ratio=2), 1.0),
+        (sw.Exponential(rise_rate=-700, decay_rate=-700, duration_ratio=2), 1e-12),
+        pytest.param(sw.Exponential(rise_rate=-700, decay_rate=-700, duration_ratio=2), 1e3, marks=pytest.mark.slow),
+    ],
+    ids=lambda value: f"{value:g}" if isinstance(value, float) else str(value).replace("duration_ratio", "n"),
+)
+@pytest.mark.parametrize("alpha", ["constant", "literal"])
+def test_an_extreme_shock_has_a_finite_outcome(profile: sw.ShockProfile, rise_time: float, alpha: Any) -> None:
+    # Only the waves near the primary are asked for: a long train has a thousand.
+    predictor = sw.Predictor(alpha=alpha, wave_threshold=0.999)
+    read = _read(predictor.predict(_shock(profile, rise_time), CHAIN))
+    assert all(wave["peak_force"] > 0 for wave in read["waves"])
+
+
+@pytest.mark.parametrize("force", [1e-30, 1e30], ids=str)
+@pytest.mark.parametrize("radius", [1e-9, 1e3], ids=str)
+@EVERY_NAME
+def test_extreme_sizes_and_forces_have_finite_outcomes(name: str, radius: float, force: float) -> None:
+    chain = attrs.evolve(CHAIN, radius=radius)
+    rise_time = SHOCKS[name].rise_time / T0 * Scales.of(chain, force).time
+    alike = attrs.evolve(SHOCKS[name], peak_force=force, rise_time=rise_time)
+    assert _read(sw.Predictor().predict(alike, chain))["regime"] == name
+
+
+@EVERY_REGIME
+def test_a_finely_sampled_record_is_predicted_like_its_formula(shock: sw.Shock) -> None:
+    # Samples gather towards the start, where the slope may be unbounded.
+    s = np.concatenate((np.linspace(0, 1, 2001) ** 4, np.linspace(1, shock.profile.duration_ratio, 4001)[1:]))
+    record = sw.Shock(profile=sw.Tabulated(s * shock.rise_time, shock.profile.force(s) * FORCE))
+    sampled, exact = (sw.Predictor().predict(each, CHAIN) for each in (record, shock))
+    assert sampled.regime == exact.regime
+    # Chords cut what is convex: second order in the spacing.
+    assert sampled.peak_force == pytest.approx(exact.peak_force, rel=1e-3)
+
+
+def test_notes_on_a_record_are_among_the_warnings() -> None:
+    shock = sw.Shock(profile=sw.Tabulated([1.0, 2.0, 4.0], [0.0, 5.0, 0.0]))
+    assert shock.profile.notes
+    assert set(shock.profile.notes) <= set(sw.Predictor().predict(shock, CHAIN).warnings)

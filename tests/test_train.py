@@ -117,11 +117,6 @@ def test_every_later_wave_satisfies_5i(name: str) -> None:
     assert gathered == pytest.approx(applied, rel=0, abs=1e-10 * applied[-1])
 
 
-@EVERY_TRAIN
-def test_a_train_has_more_than_one_wave(name: str) -> None:
-    assert len(_outcome(name).waves) > 1
-
-
 @pytest.mark.parametrize("name", STEEP)
 def test_waves_fall_after_a_steep_rise(name: str) -> None:
     forces = [wave.peak_force for wave in _outcome(name).waves]
@@ -129,31 +124,14 @@ def test_waves_fall_after_a_steep_rise(name: str) -> None:
 
 
 @EVERY_TRAIN
-def test_waves_carry_no_more_than_was_applied(name: str) -> None:
-    outcome = _outcome(name)
-    # Rounding of a sum over some hundred waves.
-    assert sum(wave.momentum for wave in outcome.waves) <= outcome.applied_momentum * (1 + 1e-12)
-
-
-@EVERY_TRAIN
 def test_all_waves_together_use_up_the_impulse(name: str) -> None:
     outcome = _outcome(name, threshold=1e-12)
+    # Quadrature here is good to 1e-12; a sum over some hundred waves.
     assert sum(wave.momentum for wave in outcome.waves) == pytest.approx(outcome.applied_momentum, rel=1e-11)
-
-
-@EVERY_TRAIN
-def test_the_applied_momentum_is_the_impulse(name: str) -> None:
-    assert _outcome(name).applied_momentum == pytest.approx(FORCE * _impulse(name, math.inf), rel=1e-11)
+    assert outcome.applied_momentum == pytest.approx(FORCE * _impulse(name, math.inf), rel=1e-11)
 
 
 # ---------------------------------------------------------------- threshold
-
-
-@pytest.mark.parametrize("threshold", [0.01, 0.2, 0.7, 0.999])
-@pytest.mark.parametrize("name", ["table1-row1", "triangle", "exponential"])
-def test_no_wave_below_the_threshold_is_listed(name: str, threshold: float) -> None:
-    outcome = _outcome(name, threshold)
-    assert min(wave.peak_force for wave in outcome.waves) >= threshold * outcome.peak_force
 
 
 @pytest.mark.parametrize("threshold", [0.01, 0.2, 0.7, 0.999])
@@ -202,33 +180,19 @@ def test_for_a_triangle_the_roots_end_with_the_rise_and_with_the_shock(n: float,
     ],
     ids=["table1-row1", "table1-row3", "exponential"],
 )
-class TestLiteralAlpha:
-    def test_other_shapes_have_two_roots(self, profile: sw.ShockProfile, rise_time: float) -> None:
-        assert len(_literal(profile, rise_time).roots) == 2
-
-    def test_every_root_satisfies_5a_and_5c(self, profile: sw.ShockProfile, rise_time: float) -> None:
-        areas, n = profile.areas(), profile.duration_ratio
-        deviation = abs(0.5 - areas.rise.value) ** 1.5 + abs(0.5 - areas.decay.value / (n - 1)) ** 1.5
-        amplitudes = [root / FORCE for root in _literal(profile, rise_time).roots]
-        ends = [(2 * each - deviation) * TIME * each ** (-1 / 6) for each in amplitudes]
-        gathered = [float(profile.running_impulse(end / (rise_time * T0))) * rise_time * T0 for end in ends]
-        assert gathered == pytest.approx([TIME * each ** (5 / 6) for each in amplitudes], rel=1e-10)
-
-    def test_the_primary_is_one_of_the_roots(self, profile: sw.ShockProfile, rise_time: float) -> None:
-        outcome = _literal(profile, rise_time)
-        assert outcome.peak_force in outcome.roots
-
-    def test_no_error_is_told(self, profile: sw.ShockProfile, rise_time: float) -> None:
-        outcome = _literal(profile, rise_time)
-        assert outcome.expected_error is None
-        assert any("(5c)" in warning for warning in outcome.warnings)
-
-
-def test_a_root_near_simulation_is_not_called_far_from_it() -> None:
-    # Table 1, row 1: simulation gives 101.817 N, and the second root is 106.08 N.
-    outcome = _literal(*TRAINS["table1-row1"])
-    assert outcome.roots[1] == pytest.approx(101.817, rel=0.05)
-    assert not any("none of them near simulation" in warning for warning in outcome.warnings)
+def test_other_shapes_have_two_roots_by_5c_as_printed(profile: sw.ShockProfile, rise_time: float) -> None:
+    outcome = _literal(profile, rise_time)
+    areas, n = profile.areas(), profile.duration_ratio
+    deviation = abs(0.5 - areas.rise.value) ** 1.5 + abs(0.5 - areas.decay.value / (n - 1)) ** 1.5
+    amplitudes = [root / FORCE for root in outcome.roots]
+    ends = [(2 * each - deviation) * TIME * each ** (-1 / 6) for each in amplitudes]
+    gathered = [float(profile.running_impulse(end / (rise_time * T0))) * rise_time * T0 for end in ends]
+    assert len(amplitudes) == 2
+    # roots to rounding, of powers up to six
+    assert gathered == pytest.approx([TIME * each ** (5 / 6) for each in amplitudes], rel=1e-10)
+    assert outcome.peak_force in outcome.roots
+    assert outcome.expected_error is None
+    assert any("(5c)" in warning for warning in outcome.warnings)
 
 
 def test_without_a_root_the_primary_is_given_the_whole_impulse() -> None:

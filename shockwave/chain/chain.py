@@ -55,7 +55,7 @@ class Chain:
     @property
     def granule_mass(self) -> float:
         """Mass of one granule, m = 4/3 pi R^3 rho [kg]."""
-        # A product overflows to infinity, which is told; a power would raise.
+        # A product overflows to infinity, which is reported; a power would raise.
         return 4 / 3 * math.pi * self.material.density * self.radius * self.radius * self.radius
 
     @property

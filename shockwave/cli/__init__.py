@@ -10,9 +10,9 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 
-from shockwave.cli.output import DEBUG, internal
+from shockwave.cli.output import failure
 from shockwave.cli.parser import parser
-from shockwave.errors import FileAccessError, ShockwaveError
+from shockwave.errors import FileAccessError
 
 __all__ = ["main"]
 
@@ -23,33 +23,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):  # a name in letters that the terminal does not have is no error
             stream.reconfigure(errors="backslashreplace")
     options = parser().parse_args(arguments)
+    if "files" in options:
+        options.files = [file for name in options.files for file in _expanded(name)]
     try:
-        if "files" in options:
-            options.files = [file for name in options.files for file in _expanded(name)]
         with _without_plugins() if options.no_plugins else nullcontext():
             module, _, name = options.command.partition(":")
-            status: int = getattr(importlib.import_module(module), name)(options)
+            status: int = getattr(importlib.import_module(f"shockwave.cli.{module}"), name)(options)
             sys.stdout.flush()
             return status
-    except ShockwaveError as error:
-        print(error, file=sys.stderr)
-        return error.exit_code
-    except BrokenPipeError:
-        # The reader of our output has gone; Python must not complain about it again on exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return 130
     except OSError as error:
-        print(f"the output cannot be written ({error.strerror or error})", file=sys.stderr)
+        # Python must not complain about the output again on exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):  # the reader has gone
+            return 0
+        print(f"the output cannot be written ({error.strerror or error})", file=sys.stderr)
         return FileAccessError.exit_code
     except Exception as error:
-        if os.environ.get(DEBUG):
-            raise
-        print(internal(error), file=sys.stderr)
-        return 1
+        text, status = failure(error)
+        print(text, file=sys.stderr)
+        return status
 
 
 def _expanded(name: str) -> list[str]:
@@ -61,14 +56,14 @@ def _expanded(name: str) -> list[str]:
 
 @contextmanager
 def _without_plugins() -> Iterator[None]:
-    """All plugins are disabled, here and in processes that are begun meanwhile."""
+    """All plugins are disabled, here and in processes that are started meanwhile."""
     from shockwave.registry import DISABLE, EVERY, forget
 
-    before = os.environ.get(DISABLE)
+    before = os.environ.get(DISABLE, "")
     os.environ[DISABLE] = EVERY
     forget()
     try:
         yield
     finally:
+        os.environ[DISABLE] = before
         forget()
-        os.environ.update({DISABLE: before or ""})

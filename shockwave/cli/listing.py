@@ -18,26 +18,42 @@ def listed(options: argparse.Namespace) -> int:
     if options.check and options.kind not in (None, "plugins"):
         raise UsageError("--check is for plugins: shockwave list plugins --check")
     kinds = [options.kind] if options.kind else list(KINDS)
-    document = {kind: _plugins(options.check) if kind == "plugins" else _rows(kind) for kind in kinds}
+    document = {kind: _rows(kind, options.check) for kind in kinds}
     if options.json:
         print_json(document[options.kind] if options.kind else document)
     else:
-        from shockwave.text import table
-
-        for kind, found in document.items():
-            rows = [(row["name"], row["summary"], row["distribution"]) for row in found]
-            print(table((kind, "", "from"), rows) if rows else f"{kind}: none installed", end="\n\n")
-            for row in found if kind == "plugins" else ():
-                if row["problem"]:
-                    print(f"{row['distribution']} is at fault: {row['problem']}", end="\n\n")
+        _print(document)
     faulty = options.check and any(row["problem"] for row in document["plugins"])
     return PluginError.exit_code if faulty else 0
 
 
+def _print(document: dict[str, list[dict[str, Any]]]) -> None:
+    from shockwave.text import table
+
+    for kind, found in document.items():
+        rows = [(row["name"], row["summary"], row["distribution"]) for row in found]
+        print(table((kind, "", "from"), rows) if rows else f"{kind}: none installed", end="\n\n")
+        for row in found if kind == "plugins" else ():
+            if row["problem"]:
+                print(f"{row['distribution']} is at fault: {row['problem']}", end="\n\n")
+
+
+def _rows(kind: str, check: bool) -> list[dict[str, Any]]:
+    from shockwave.registry import entries
+
+    if kind == "plugins":
+        return _plugins(check)
+    if kind == "backends":
+        return _backends()
+    return [
+        {"name": entry.name, "summary": entry.summary, "distribution": entry.distribution} for entry in entries(kind)
+    ]
+
+
 def _plugins(check: bool) -> list[dict[str, Any]]:
     """Rows for the installed plugins; ``check`` imports each and what it registers in a separate process."""
+    from shockwave.plugin_check import checked_plugins
     from shockwave.registry import plugins
-    from shockwave.registry.check import checked_plugins
 
     rows = []
     for plugin in checked_plugins() if check else plugins():
@@ -58,25 +74,13 @@ def _plugins(check: bool) -> list[dict[str, Any]]:
     return rows
 
 
-def _rows(kind: str) -> list[dict[str, Any]]:
-    from shockwave import registry
+def _backends() -> list[dict[str, Any]]:
+    from shockwave.simulation.backend import BACKENDS, lack
 
-    if kind == "backends":
-        from shockwave.simulation.backend import BACKENDS, lack
-
-        problems = {"compiled": lack() or None, "numpy": None}
-        return [
-            {
-                "name": name,
-                "summary": problems[name] or what,
-                "distribution": OWN_DISTRIBUTION,
-                "problem": problems[name],
-            }
-            for name, what in BACKENDS.items()
-        ]
+    problems = {"compiled": lack() or None, "numpy": None}
     return [
-        {"name": entry.name, "summary": entry.summary, "distribution": entry.distribution}
-        for entry in registry.entries(kind)
+        {"name": name, "summary": problem or BACKENDS[name], "distribution": OWN_DISTRIBUTION, "problem": problem}
+        for name, problem in problems.items()
     ]
 
 

@@ -1,21 +1,27 @@
-"""What commands print and write."""
+"""Output of the commands: documents, files, and one sentence for each error."""
 
 from __future__ import annotations
 
 import json
+import os
 import sys
 
+from shockwave.errors import ShockwaveError
 from shockwave.output import write_file
 
-__all__ = ["DEBUG", "internal", "print_json", "written"]
+__all__ = ["failure", "print_json", "written"]
 
 #: The variable that shows where an internal error comes from.
-DEBUG = "SHOCKWAVE_DEBUG"
+_DEBUG = "SHOCKWAVE_DEBUG"
 
 
-def internal(error: Exception) -> str:
-    """A sentence on an error that nobody foresaw."""
-    return f"internal error: {type(error).__name__}: {error} ({DEBUG}=1 shows where; please report it)"
+def failure(error: Exception) -> tuple[str, int]:
+    """The message and the exit status for an error; with SHOCKWAVE_DEBUG, an internal error is raised instead."""
+    if isinstance(error, ShockwaveError):
+        return str(error), error.exit_code
+    if os.environ.get(_DEBUG):
+        raise error
+    return f"internal error: {type(error).__name__}: {error} ({_DEBUG}=1 shows where; please report it)", 1
 
 
 def print_json(document: object) -> None:

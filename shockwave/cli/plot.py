@@ -35,14 +35,14 @@ def plot(options: argparse.Namespace) -> int:
     file = Path(options.output or Path(options.folder) / _name(found.column, options.x, held))
     results = (each for each in Path(options.folder).iterdir() if each.suffix != file.suffix)
     refuse_inputs(file, results)
-    told = "replaced" if file.exists() else "written"
+    state = "replaced" if file.exists() else "written"
     try:
         save(found.figure, file)
     except InvalidValueError as error:
         raise InvalidValueError.of("--output", error.faults[0].problem) from None
     for note in found.notes:
         print(f"note: {note}", file=sys.stderr)
-    print(f"{file}: {told}", file=sys.stderr)
+    print(f"{file}: {state}", file=sys.stderr)
     return 0
 
 

@@ -1,15 +1,14 @@
-"""Commands on scenario files: predict, simulate, compare, validate."""
+"""Commands on scenario files: predict, simulate, compare, validate, report, curve."""
 
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from shockwave.cli.output import DEBUG, internal, print_json, written
-from shockwave.errors import Fault, InvalidValueError, PluginError, ScenarioError, ShockwaveError, UsageError
+from shockwave.cli.output import failure, print_json, written
+from shockwave.errors import Fault, InvalidValueError, ShockwaveError, UsageError
 from shockwave.output import refuse_inputs
 
 if TYPE_CHECKING:
@@ -20,9 +19,9 @@ __all__ = ["compare", "curve", "loaded", "predict", "report", "simulate", "valid
 
 
 def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) -> tuple[list[Scenario], int]:
-    """All scenarios and 0; or, after every fault of every file was told, the greatest exit status of them.
+    """All scenarios and 0; or, after all errors of all files were reported, the greatest exit status of them.
 
-    One that stands for many is a fault here; ``remedy`` says what to do, or to run the sweep. ``output`` is the output
+    One that stands for many is an error here; ``remedy`` says what to do, or to run the sweep. ``output`` is the output
     file, which must not be one of the input files.
     """
     from shockwave.scenario.load import load_scenario
@@ -44,12 +43,8 @@ def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) ->
     return scenarios, status
 
 
-def _run(
-    options: argparse.Namespace,
-    one: Callable[[Scenario], Any],
-    several: Callable[[list[Any]], str],
-) -> int:
-    """Do ``one`` for every scenario and print the results; a failure is told and does not stop the others."""
+def _run(options: argparse.Namespace, one: Callable[[Scenario], Any], several: Callable[[list[Any]], str]) -> int:
+    """Do ``one`` for every scenario and print the results; a failure is reported and does not stop the others."""
     scenarios, status = loaded(options.files)
     if status:
         return status
@@ -60,34 +55,23 @@ def _run(
             print(f"{number} of {len(scenarios)}: {scenario.name}", file=sys.stderr)
         try:
             result = one(scenario)
-            # whatever the result leaves until it is looked at is looked at here
-            document = result.to_dict()
-        except ShockwaveError as error:
-            print(f"{scenario.path}: {error}", file=sys.stderr)
-            documents.append({"scenario": scenario.name, "error": str(error)})
-            status = max(status, error.exit_code)
-        except Exception as error:
-            if os.environ.get(DEBUG):
-                raise
-            told = internal(error)
-            print(f"{scenario.path}: {told}", file=sys.stderr)
-            documents.append({"scenario": scenario.name, "error": told})
-            status = max(status, 1)
+            # parts of a result that are computed when they are used may fail, too
+            documents.append(result.to_dict())
+            done.append(result)
         except KeyboardInterrupt:
             print(f"{scenario.path}: interrupted; what was done before follows", file=sys.stderr)
             status = 130
             break
-        else:
-            done.append(result)
-            documents.append(document)
+        except Exception as error:
+            text, code = failure(error)
+            print(f"{scenario.path}: {text}", file=sys.stderr)
+            documents.append({"scenario": scenario.name, "error": text})
+            status = max(status, code)
     if options.json:
         if documents:
             print_json(documents if len(options.files) > 1 else documents[0])
-    elif len(options.files) == 1:
-        for result in done:
-            print(result)
     elif done:
-        print(several(done))
+        print(several(done) if len(options.files) > 1 else done[0])
     return status
 
 
@@ -134,7 +118,7 @@ def compare(options: argparse.Namespace) -> int:
 
 
 def _settings(options: argparse.Namespace, scenario: Scenario) -> SimulateOptions:
-    """The scenario's block ``simulate``, with what the command line puts in its place."""
+    """The scenario's block ``simulate``, with the options of the command line in its place."""
     from attrs import evolve
 
     names = ("rtol", "step", "integrator", "backend", "contacts")
@@ -145,6 +129,26 @@ def _settings(options: argparse.Namespace, scenario: Scenario) -> SimulateOption
     if "integrator" in given:
         given = {"rtol": None, "step": None} | given
     return evolve(scenario.simulate, **given)
+
+
+def validate(options: argparse.Namespace) -> int:
+    from shockwave.scenario.load import load_scenario
+
+    status, documents = 0, []
+    for file in options.files:
+        faults: Sequence[Fault] = ()
+        try:
+            load_scenario(file)
+        except ShockwaveError as error:
+            faults = getattr(error, "faults", ()) or [Fault("", str(error))]
+            status = max(status, error.exit_code)
+        listed = [{"location": f.location, "path": f.path, "problem": f.problem} for f in faults]
+        documents.append({"file": file, "valid": not faults, "faults": listed})
+        if not options.json:
+            print("\n".join(map(str, faults)) or f"{file}: valid")
+    if options.json:
+        print_json(documents if len(documents) > 1 else documents[0])
+    return status
 
 
 def report(options: argparse.Namespace) -> int:
@@ -158,8 +162,8 @@ def report(options: argparse.Namespace) -> int:
         return status
     figure()  # what the page needs is looked for before anything is computed
     found = findings(scenarios[0])
-    for failure in found.failures:
-        print(f"{options.file}: {failure}", file=sys.stderr)
+    for failed in found.failures:
+        print(f"{options.file}: {failed}", file=sys.stderr)
     status = written(page(found), options.output, anew=False)
     return status or (1 if found.failures else 0)
 
@@ -189,29 +193,3 @@ def curve(options: argparse.Namespace) -> int:
     write(found, options.output, mark=ratio)
     print(f"{options.output}: written", file=sys.stderr)
     return 0
-
-
-def validate(options: argparse.Namespace) -> int:
-    from shockwave.scenario.load import load_scenario
-
-    status, documents = 0, []
-    for file in options.files:
-        faults: tuple[Fault, ...] = ()
-        try:
-            load_scenario(file)
-        except (ScenarioError, PluginError) as error:
-            faults, status = error.faults or (Fault("", str(error)),), max(status, error.exit_code)
-        except ShockwaveError as error:
-            faults, status = (Fault("", str(error)),), max(status, error.exit_code)
-        documents.append(
-            {
-                "file": file,
-                "valid": not faults,
-                "faults": [{"location": f.location, "path": f.path, "problem": f.problem} for f in faults],
-            }
-        )
-        if not options.json:
-            print(*(faults or [f"{file}: valid"]), sep="\n")
-    if options.json:
-        print_json(documents if len(documents) > 1 else documents[0])
-    return status

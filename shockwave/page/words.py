@@ -7,8 +7,8 @@ import math
 from shockwave.markup import Html, formula, joined, listed, percent, quantity, small, tag
 from shockwave.measurement.result import MeasuredWave, SimulationResult
 from shockwave.page.findings import Findings
+from shockwave.prediction.model_interface import Inequality
 from shockwave.prediction.outcome import EjectionOutcome, Outcome
-from shockwave.prediction.scaled import Inequality
 
 __all__ = ["count", "decision", "digits_of", "expected", "known", "lead", "settled"]
 

@@ -11,10 +11,10 @@ power of the duration. Two limits fix the kernel. All impulse at one instant giv
 1.1681817. A force f that lasts for ever gives F = f int G dx. The power 5/2 is that by which a short pulse falls short
 of an impulse: the path of the granule gives a contact force of the power 3/2 in time, and that force a momentum.
 
-The pulse enters by its moments: `shockwave.prediction.pulse` makes of it a few impulses with the same first moments.
-Integral and eigenvector are then sums and a small matrix.
+The pulse enters by its moments: `shockwave.prediction.discrete_pulse` makes of it a few impulses with the same first
+moments. Integral and eigenvector are then sums and a small matrix.
 
-``moments.json`` holds the coefficients, ``docs/fit_moments.py`` makes them, ``docs/moments.md`` tells how they were
+``moments.json`` holds the coefficients, ``docs/fit_moments.py`` makes them, ``docs/moments.md`` reports how they were
 judged.
 """
 
@@ -25,43 +25,24 @@ import math
 from collections.abc import Sequence
 from functools import cache
 from importlib import resources
-from typing import Any
 
 import numpy as np
-from attrs import frozen
+from attrs import field, frozen
 
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
 from shockwave.errors import NumericalError
-from shockwave.prediction.pulse import Pulse, padded, pulse_of
-from shockwave.prediction.scaled import (
-    Inequality,
+from shockwave.prediction.discrete_pulse import Pulse, padded, pulse_of
+from shockwave.prediction.model_interface import (
     Model,
     Peaks,
-    Regime,
-    Relation,
     ScaledAnswer,
     ScaledEjection,
     ScaledShock,
     Settings,
     Shocks,
 )
-from shockwave.prediction.train import constant_alpha
+from shockwave.prediction.section4 import regime, relation_of
 from shockwave.quadrature import FloatArray
-
-__all__ = [
-    "COLUMNS",
-    "MODEL",
-    "RESOURCE",
-    "Law",
-    "answer",
-    "columns",
-    "evaluated",
-    "kernel_force",
-    "law",
-    "peaks",
-    "predict",
-    "regime",
-]
 
 #: Name of the file with the coefficients, beside this one.
 RESOURCE = "moments.json"
@@ -70,11 +51,20 @@ COLUMNS = ("apart", "before", "after", "before_up", "after_up", "lean", "tilt", 
 
 _G0 = IMPULSE_LIMIT ** (5 / 6)
 _POWER = 2.5
-# Between two steps of Newton's method the eigenvector is multiplied so often by the matrix. After so many rounds what
-# is left are pulses of several nearly equal parts, whose vectors want to be solved for.
-_MULTIPLICATIONS, _ROUNDS, _MOST_STEPS, _SETTLED = 12, 8, 60, 1e-9
+# Between two steps of Newton's method the eigenvector is multiplied so often by the matrix.
+_MULTIPLICATIONS = 12
+# The pulses left after so many steps have several nearly equal parts: their vectors are solved for.
+_ROUNDS = 8
+_MOST_STEPS = 60
+# Step of ln F at which it has settled.
+_SETTLED = 1e-9
+# Pulses that are worked on together.
 _TOGETHER = 128
 _STEP = 1e-4  # of ln t0, for the derivative
+
+
+def _tuples(terms: Sequence[Sequence[str]]) -> tuple[tuple[str, ...], ...]:
+    return tuple(tuple(names) for names in terms)
 
 
 @frozen(eq=False)
@@ -97,17 +87,10 @@ class Law:
 
     step_limit: float
     reach: float
-    terms: tuple[tuple[str, ...], ...]
-    coefficients: FloatArray
-    spreads: FloatArray
-    errors: FloatArray
-
-    @classmethod
-    def of(cls, entries: dict[str, Any]) -> Law:
-        """From what the file holds under ``law``."""
-        known = {key: np.array(entries[key]) for key in ("coefficients", "spreads", "errors")}
-        terms = tuple(tuple(names) for names in entries["terms"])
-        return cls(entries["step_limit"], entries["reach"], terms, **known)
+    terms: tuple[tuple[str, ...], ...] = field(converter=_tuples)
+    coefficients: FloatArray = field(converter=np.array)
+    spreads: FloatArray = field(converter=np.array)
+    errors: FloatArray = field(converter=np.array)
 
     @property
     def width(self) -> float:
@@ -128,7 +111,8 @@ class Law:
         logarithm = np.log(np.maximum(spread, 1e-300))
         known = np.interp(logarithm, np.log(self.spreads), np.log(self.errors))
         short = _POWER * np.minimum(logarithm - math.log(self.spreads[0]), 0)
-        return np.asarray(np.exp(known + short) + _least(self))
+        # the error of 1.1681817 itself, to its last digit, and a share of the smallest error that could be measured
+        return np.asarray(np.exp(known + short) + min(5e-8, float(self.errors[0])))
 
     def bound(self, pulse: Pulse) -> float | None:
         """The error to be expected of a pulse; None where none was measured."""
@@ -139,22 +123,17 @@ class Law:
         return self.corrected(*evaluated(self, pulses))
 
 
-def _least(made: Law) -> float:
-    # The error of 1.1681817 itself, to its last digit, and a share of the smallest error that could be measured.
-    return min(5e-8, float(made.errors[0]))
-
-
 @cache
 def law() -> Law:
     """The law, read once."""
     text = resources.files(__package__).joinpath(RESOURCE).read_text(encoding="utf-8")
-    return Law.of(json.loads(text)["law"])
+    return Law(**json.loads(text)["law"])
 
 
 def evaluated(made: Law, pulses: Sequence[Pulse]) -> tuple[FloatArray, FloatArray]:
     """The kernel's ln F/F0, shape (pulses,), and the columns, shape (pulses, columns).
 
-    Pulses of like length are done together, as the work goes with its square.
+    Pulses of like length are done together, as the work scales as its square.
     """
     order = np.argsort([len(pulse.times) for pulse in pulses], kind="stable")
     log_force, found = np.zeros(len(order)), np.zeros((len(order), len(COLUMNS)))
@@ -289,17 +268,16 @@ def answer(
     sensitivity: float | None,
     warnings: Sequence[str] = (),
 ) -> ScaledAnswer:
-    """What there is to say of a shock whose primary alone is known, of amplification ``peak`` within ``bound``."""
-    split, trace = regime(shock)
-    relation: Relation = "greater" if peak > 1 else "less"
+    """The answer for a shock whose primary alone is known, of amplification ``peak`` within ``bound``."""
+    kind, trace = regime(shock)
     return ScaledAnswer(
-        split,
-        "equal" if abs(peak - 1) <= settings.equal_tolerance else relation,
+        kind,
+        relation_of(peak, settings.equal_tolerance),
         (peak,),
         trace,
         sensitivity,
-        ejection=_ejection(shock, peak) if split == "ejection" else None,
-        roots=(peak,) if split == "train" else (),
+        ejection=_ejection(shock, peak) if kind == "ejection" else None,
+        roots=(peak,) if kind == "train" else (),
         warnings=tuple(warnings),
         tells_error=True,
         expected_error=None if bound is None else (-bound, bound),
@@ -321,30 +299,10 @@ def peaks(shocks: Shocks, settings: Settings) -> Peaks:
 MODEL = Model(predict, peaks)
 
 
-def regime(shock: ScaledShock) -> tuple[Regime, tuple[Inequality, ...]]:
-    """The decision of section 4 between train, ejection and one wave of the whole impulse."""
-    time_of_wave, alpha = shock.momentum_parameter, constant_alpha(shock)
-    train = alpha * time_of_wave < shock.duration
-    split = Inequality(
-        f"alphaF0 A F0^(-1/6) {'<' if train else '>='} n t0",
-        alpha * time_of_wave,
-        shock.duration,
-        "(5d)" if train else "(5e)",
-        "train" if train else "one wave",
-    )
-    if train:
-        return "train", (split,)
-    ejects = shock.impulse < time_of_wave
-    kind: Regime = "ejection" if ejects else "single"
-    statement = f"whole impulse over F0 {'<' if ejects else '>='} A F0^(-1/6)"
-    momentum = Inequality(statement, shock.impulse, time_of_wave, "4.2.2" if ejects else "4.2.3", kind)
-    return kind, (split, momentum)
-
-
 def _ejection(shock: ScaledShock, peak: float) -> ScaledEjection:
     """The virtual rise time of (5g), and as added momentum what the primary has beyond the shock's impulse.
 
-    A single wave leaves that to the granules thrown back, as momentum the other way: 0.1383 of the impulse of a short
+    A single wave leaves that to the rebounding granules, as momentum the other way: 0.1383 of the impulse of a short
     shock.
     """
     virtual = shock.momentum_parameter / shock.areas.total

@@ -1,18 +1,17 @@
-"""What a prediction says: one frozen class per regime."""
+"""The outcome of a prediction: one frozen class per regime."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any, ClassVar
 
-from attrs import asdict, field, frozen
+from attrs import asdict, frozen
 
 from shockwave.chain.solitary_wave import SolitaryWave
-from shockwave.prediction.scaled import Inequality, Regime, Relation
+from shockwave.prediction.model_interface import Inequality, Regime, Relation
 from shockwave.profiles.base import Areas
 from shockwave.profiles.conditions import Condition
 from shockwave.scene import Scene
-from shockwave.text import indent, notes, range_text, si, table
+from shockwave.text import printed
 
 __all__ = ["EjectionOutcome", "Exponents", "Outcome", "SingleOutcome", "TrainOutcome"]
 
@@ -30,11 +29,12 @@ class Exponents:
 
     @classmethod
     def of(cls, sensitivity: float) -> Exponents:
-        """From d ln F / d ln A, as A goes with R^(4/3) rho^(1/2) E^(-1/3), eq. (4c)."""
+        """From d ln F / d ln A, as A scales as R^(4/3) rho^(1/2) E^(-1/3), eq. (4c)."""
         return cls(4 / 3 * sensitivity, sensitivity / 2, -sensitivity / 3)
 
 
-_RELATIONS = {"less": "less than", "equal": "about equal to", "greater": "greater than"}
+def _plain(_: object, __: object, value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value
 
 
 @frozen(kw_only=True)
@@ -43,129 +43,71 @@ class Outcome:
 
     Attributes
     ----------
-    model, scenario : str, str or None
-        What predicted it; the name of the scenario, if it came from one.
+    scenario, model : str or None, str
+        Name of the scenario, if it came from one; name of the model.
     method, reason : str
-        What the peak force was found by: the model itself, unless that chooses; then why, in a sentence.
+        The method by which the peak force was found: the model itself, unless that chooses; then why, in a sentence.
+    relation : str
+        ``less``, ``equal`` or ``greater``: the primary's peak against the shock's, (5d) or (5e).
     peak_force : float
         Of the primary [N].
     amplification : float
         ``peak_force`` over the shock's.
-    relation : str
-        ``less``, ``equal`` or ``greater``: the primary's peak against the shock's, (5d) or (5e).
     waves : tuple of SolitaryWave
         Primary first.
     applied_momentum : float
         Impulse of the shock [N s].
     conditions : tuple of Condition
         The inequalities (3).
-    trace : tuple of Inequality
-        The inequalities that decided; both sides in seconds.
     expected_error : tuple of float or None
         Lowest and highest relative error of ``peak_force`` to be expected of such a shock, from simulated ones; None
         where nothing was measured or the errors have no useful bound.
+    warnings : tuple of str
+        What a reader must know before using the figures.
+    trace : tuple of Inequality
+        The inequalities that decided; both sides in seconds.
     exponents : Exponents or None
         How the answer depends on radius, density and stiffness; None where the relation has no derivative.
     areas : Areas
         a1 and a2, with their errors.
     momentum_coefficient : float
         The leading number of A.
-    warnings : tuple of str
-        What a reader must know before using the figures.
     scene : Scene
         The shock and the chain as they were understood.
     """
 
     regime: ClassVar[Regime]
 
+    scenario: str | None = None
     model: str
+    method: str
+    reason: str = ""
+    relation: Relation
     peak_force: float
     amplification: float
-    relation: Relation
     waves: tuple[SolitaryWave, ...]
     applied_momentum: float
     conditions: tuple[Condition, ...]
-    trace: tuple[Inequality, ...]
     expected_error: tuple[float, float] | None
+    warnings: tuple[str, ...]
+    trace: tuple[Inequality, ...]
     exponents: Exponents | None
     areas: Areas
     momentum_coefficient: float
-    warnings: tuple[str, ...]
     scene: Scene
-    method: str
-    reason: str = ""
-    scenario: str | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """What ``predict --json`` prints: SI floats, no NaN."""
-        return {
-            "scenario": self.scenario,
-            "model": self.model,
-            "method": self.method,
-            "reason": self.reason or None,
-            "regime": self.regime,
-            "relation": self.relation,
-            "peak_force": self.peak_force,
-            "amplification": self.amplification,
-            "waves": [wave.to_dict() for wave in self.waves],
-            "applied_momentum": self.applied_momentum,
-            "ejection": self._ejection(),
-            "conditions": [asdict(condition) for condition in self.conditions],
-            "expected_error": None if self.expected_error is None else list(self.expected_error),
-            "warnings": list(self.warnings),
-            "trace": [asdict(comparison) for comparison in self.trace],
-            "exponents": None if self.exponents is None else asdict(self.exponents),
-            "areas": asdict(self.areas),
-            "momentum_coefficient": self.momentum_coefficient,
-            "scene": asdict(self.scene),
-        }
-
-    def _ejection(self) -> dict[str, float] | None:
-        return None
+        """The document that ``predict --json`` prints: SI floats, no NaN."""
+        values = asdict(self, value_serializer=_plain)
+        return {**values, "regime": self.regime, "reason": self.reason or None, "ejection": None}
 
     def __str__(self) -> str:
-        lines = [
-            f"prediction by {self.model}" + (f" of {self.scenario}" if self.scenario else ""),
-            *self.scene.lines(),
-            *([f"  taken             {self.method}: {self.reason}"] if self.reason else []),
-            f"  regime            {self.regime}",
-            f"  relation          primary {_RELATIONS[self.relation]} the shock's peak force",
-            f"  peak force        {si(self.peak_force, 'N')}, {self.amplification:.5g} times the shock's",
-            f"  expected error    {range_text(self.expected_error)}",
-            f"  applied momentum  {si(self.applied_momentum, 'N s')}",
-        ]
-        ejection = self._ejection()
-        if ejection:
-            lines += [
-                f"  ejection          virtual rise time {si(ejection['virtual_rise_time'], 's')}, "
-                f"added momentum {si(ejection['added_momentum'], 'N s')}"
-            ]
-        if self.exponents:
-            powers = self.exponents
-            lines.append(
-                f"  goes with         R^{powers.radius:.3f} rho^{powers.density:.3f} E^{powers.youngs_modulus:.3f}"
-            )
-        lines += ["", indent(_waves_text(self.waves)), ""]
-        conditions = ([c.statement, f"{c.margin:+.4g} t0", "holds" if c.holds else "FAILS"] for c in self.conditions)
-        lines += [indent(table(("condition (3)", "margin", ""), conditions)), ""]
-        steps = ((t.statement, si(t.left, "s"), si(t.right, "s"), t.outcome, t.equation) for t in self.trace)
-        lines += [indent(table(("decided by", "left", "right", "hence", "equation"), steps))]
-        return "\n".join(lines + notes(self.warnings))
-
-
-def _waves_text(waves: Iterable[SolitaryWave]) -> str:
-    units = {"peak_force": "N", "momentum": "N s", "energy": "J", "speed": "m/s", "width": "s"}
-    header = ("wave", *(name.replace("_", " ") for name in units))
-    rows = (
-        (str(number), *(si(getattr(wave, name), unit) for name, unit in units.items()))
-        for number, wave in enumerate(waves, start=1)
-    )
-    return table(header, rows)
+        return printed(self, "shockwave.prediction.outcome_text:outcome_text")
 
 
 @frozen(kw_only=True)
 class EjectionOutcome(Outcome):
-    """One wave, weaker than the shock, and the first granule thrown back (4.2.2).
+    """One wave, weaker than the shock, and the first granule rebounds (4.2.2).
 
     Attributes
     ----------
@@ -183,12 +125,11 @@ class EjectionOutcome(Outcome):
     added_momentum: float
     window_ratio: float
 
-    def _ejection(self) -> dict[str, float] | None:
-        return {
-            "virtual_rise_time": self.virtual_rise_time,
-            "added_momentum": self.added_momentum,
-            "window_ratio": self.window_ratio,
-        }
+    def to_dict(self) -> dict[str, Any]:
+        document = super().to_dict()
+        own = ("virtual_rise_time", "added_momentum", "window_ratio")
+        document["ejection"] = {name: document.pop(name) for name in own}
+        return document
 
 
 @frozen(kw_only=True)
@@ -210,7 +151,4 @@ class TrainOutcome(Outcome):
 
     regime: ClassVar[Regime] = "train"
 
-    roots: tuple[float, ...] = field(default=())
-
-    def to_dict(self) -> dict[str, Any]:
-        return {**super().to_dict(), "roots": list(self.roots)}
+    roots: tuple[float, ...] = ()

@@ -5,30 +5,27 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
-from attrs import evolve, field, frozen
+from attrs import evolve, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, MOMENTUM, PAPER_COEFFICIENT, SolitaryWave
 from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity, quantity
+from shockwave.prediction.expected_error import chain_warnings, expected_error
+from shockwave.prediction.model_interface import ScaledAnswer, ScaledShock, Settings
 from shockwave.prediction.outcome import EjectionOutcome, Exponents, Outcome, SingleOutcome, TrainOutcome
-from shockwave.prediction.scaled import ScaledAnswer, ScaledShock, Settings
-from shockwave.prediction.trust import told
 from shockwave.profiles.conditions import conditions
 from shockwave.profiles.shock import Shock
 from shockwave.registry import blame, find, load
 from shockwave.scene import Scene
 
 if TYPE_CHECKING:
-    from shockwave.prediction.many import Predictions
+    from shockwave.prediction.many_shocks import Predictions
 
-__all__ = ["MOMENTUM_COEFFICIENT", "MOMENTUM_COEFFICIENTS", "Predictor", "bounded", "chain_warnings", "coefficient_of"]
+__all__ = ["MOMENTUM_COEFFICIENT", "MOMENTUM_COEFFICIENTS", "Predictor", "coefficient_of"]
 
 MOMENTUM_COEFFICIENTS = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
 MOMENTUM_COEFFICIENT = Quantity("", "leading number of A", at_least=0.01, at_most=1000)
-# Below this many granules the steady wave that a prediction speaks of has not formed.
-_SHORT_CHAIN = 25
-_ENDLESS = ", on an endless chain"
 
 
 def coefficient_of(choice: str | float) -> float:
@@ -48,34 +45,9 @@ def coefficient_of(choice: str | float) -> float:
     return float(choice)
 
 
-def _one_of(*names: str) -> Any:
-    def check(_: object, attribute: Any, value: object) -> None:
-        if value not in names:
-            listed = " or ".join(repr(name) for name in names)
-            raise InvalidValueError.of(attribute.name, f"must be {listed} (got {value!r})")
-
-    return check
-
-
-def _known_model(_: object, attribute: Any, value: str) -> None:
-    find("models", value)
-
-
-def _known_quadrature(_: object, attribute: Any, value: str | None) -> None:
-    if value is not None:
-        find("quadratures", value)
-
-
-def _known_alpha(instance: Predictor, attribute: Any, value: str) -> None:
-    _one_of("constant", "literal")(instance, attribute, value)
-    if value != "constant" and "alpha" not in find("models", instance.model).takes.split():
-        problem = f"must be left out for model {instance.model!r}, which has none (got {value!r})"
-        raise InvalidValueError.of("alpha", problem)
-
-
 @frozen
 class Predictor:
-    """Says a priori which solitary waves a shock makes, by section 4 of Hasan & Nemat-Nasser.
+    """Predicts the solitary waves that a shock makes, by section 4 of Hasan & Nemat-Nasser.
 
     Parameters
     ----------
@@ -101,7 +73,7 @@ class Predictor:
         When a setting is out of range or a name unknown.
     """
 
-    model: str = field(default="section-4", validator=_known_model)
+    model: str = "section-4"
     rtol: float | None = quantity(
         "",
         "relative error allowed of the primary's peak force; for model auto, 1e-3 unless given",
@@ -110,16 +82,23 @@ class Predictor:
         optional=True,
         default=None,
     )
-    momentum_coefficient: str | float = field(
-        default="exact", validator=lambda _, __, value: coefficient_of(value) and None
-    )
-    alpha: Literal["constant", "literal"] = field(default="constant", validator=_known_alpha)
+    momentum_coefficient: str | float = "exact"
+    alpha: Literal["constant", "literal"] = "constant"
     equal_tolerance: float = quantity("", "relative difference called equal", at_least=0, below=1, default=0.05)
     wave_threshold: float = quantity("", "weakest later wave listed, over the primary", above=0, below=1, default=5e-3)
-    quadrature: str | None = field(default=None, validator=_known_quadrature)
+    quadrature: str | None = None
 
     def __attrs_post_init__(self) -> None:
-        if self.rtol is not None and "rtol" not in find("models", self.model).takes.split():
+        takes = find("models", self.model).takes.split()
+        coefficient_of(self.momentum_coefficient)
+        if self.quadrature is not None:
+            find("quadratures", self.quadrature)
+        if self.alpha not in ("constant", "literal"):
+            raise InvalidValueError.of("alpha", f"must be 'constant' or 'literal' (got {self.alpha!r})")
+        if self.alpha != "constant" and "alpha" not in takes:
+            problem = f"must be left out for model {self.model!r}, which has none (got {self.alpha!r})"
+            raise InvalidValueError.of("alpha", problem)
+        if self.rtol is not None and "rtol" not in takes:
             raise InvalidValueError.of(
                 "rtol",
                 f"must be left out for model {self.model!r}: its formulae have no tolerance to choose"
@@ -146,24 +125,19 @@ class Predictor:
         NumericalError
             When a root of the train relations is not found, or no method has an answer.
         """
-        coefficient = coefficient_of(self.momentum_coefficient)
         scales = Scales.of(chain, shock.peak_force)
         areas = shock.profile.areas(self.quadrature)
-        scaled = ScaledShock(
-            profile=shock.profile,
-            areas=areas,
-            rise_time=scales.rise_time(shock.rise_time),
-            momentum_parameter=MOMENTUM * coefficient / EXACT_COEFFICIENT,
-        )
+        ratio = scales.rise_time(shock.rise_time)
+        scaled = ScaledShock(shock.profile, areas, ratio, self._momentum_parameter)
         model = load("models", self.model)
         with blame("models", model):
             answer: ScaledAnswer = model(scaled, self._settings)
-        return self._outcome(shock, chain, scales, scaled, answer, coefficient)
+        return self._outcome(shock, chain, scales, scaled, answer)
 
     def predict_many(self, shocks: Iterable[Shock], chain: Chain | Sequence[Chain]) -> Predictions:
         """The primaries of many shocks, as arrays.
 
-        What depends on the shape alone is worked out once for shocks that share a profile, or have equal ones.
+        Whatever depends on the shape alone is computed once for shocks that share a profile, or have equal ones.
 
         Parameters
         ----------
@@ -175,44 +149,41 @@ class Predictor:
         Returns
         -------
         Predictions
-            In the order of the shocks. One that cannot be had is told among its ``failures``.
+            In the order of the shocks. One without an answer is listed among its ``failures``.
 
         Raises
         ------
         InvalidValueError
             When there are not as many chains as shocks, or one of these is something else.
         """
-        # Who asks for one shock needs none of it.
-        from shockwave.prediction.many import predicted
+        # One shock needs none of it.
+        from shockwave.prediction.many_shocks import predicted
 
-        parameter = MOMENTUM * coefficient_of(self.momentum_coefficient) / EXACT_COEFFICIENT
-        return predicted(self.model, self._settings, self.quadrature, parameter, shocks, chain)
+        return predicted(self.model, self._settings, self.quadrature, self._momentum_parameter, shocks, chain)
 
     @property
     def _settings(self) -> Settings:
         return Settings(self.alpha, self.equal_tolerance, self.wave_threshold, self.rtol)
 
+    @property
+    def _momentum_parameter(self) -> float:
+        return MOMENTUM * coefficient_of(self.momentum_coefficient) / EXACT_COEFFICIENT
+
     def _outcome(
-        self,
-        shock: Shock,
-        chain: Chain,
-        scales: Scales,
-        scaled: ScaledShock,
-        answer: ScaledAnswer,
-        coefficient: float,
+        self, shock: Shock, chain: Chain, scales: Scales, scaled: ScaledShock, answer: ScaledAnswer
     ) -> Outcome:
+        coefficient = coefficient_of(self.momentum_coefficient)
         checked = conditions(scaled.areas, shock.profile.duration_ratio)
-        error, doubts = told(answer, scaled, checked)
-        doubts += chain_warnings(chain, answer.tells_error)
-        if not bounded(chain, answer.tells_error):
-            error = None
+        error, doubts = expected_error(answer, scaled, checked)
+        of_chain = chain_warnings(chain, answer.tells_error)
         waves = tuple(
             SolitaryWave.of(amplitude * shock.peak_force, chain, coefficient) for amplitude in answer.amplitudes
         )
+        endless = ", on an endless chain" if answer.reason and chain.granules is not None else ""
         common: dict[str, Any] = {
             "model": self.model,
             "method": answer.method or self.model,
-            "reason": answer.reason + _ENDLESS * bool(answer.reason and chain.granules is not None),
+            "reason": answer.reason + endless,
             "peak_force": waves[0].peak_force,
             "amplification": answer.amplitudes[0],
             "relation": answer.relation,
@@ -222,12 +193,12 @@ class Predictor:
             "trace": tuple(
                 evolve(step, left=step.left * scales.time, right=step.right * scales.time) for step in answer.trace
             ),
-            "expected_error": error,
+            "expected_error": None if of_chain else error,
             "exponents": None if answer.sensitivity is None else Exponents.of(answer.sensitivity),
             "areas": scaled.areas,
             "momentum_coefficient": coefficient,
             "scene": Scene.of(shock, chain),
-            "warnings": (*shock.profile.notes, *answer.warnings, *doubts),
+            "warnings": (*shock.profile.notes, *answer.warnings, *doubts, *of_chain),
         }
         if answer.ejection is not None:
             return EjectionOutcome(
@@ -239,18 +210,3 @@ class Predictor:
         if answer.regime == "train":
             return TrainOutcome(**common, roots=tuple(root * shock.peak_force for root in answer.roots))
         return SingleOutcome(**common)
-
-
-def bounded(chain: Chain, tells_error: bool) -> bool:
-    """Whether the error told holds of this chain: all were judged on endless ones, the models' own to many digits."""
-    return chain.granules is None or (chain.granules >= _SHORT_CHAIN and not tells_error)
-
-
-def chain_warnings(chain: Chain, tells_error: bool) -> list[str]:
-    """What to know of a finite chain."""
-    if bounded(chain, tells_error):
-        return []
-    count = f"a chain of {chain.granules} granules"
-    if chain.granules is not None and chain.granules < _SHORT_CHAIN:
-        return [f"{count} is too short for a steady wave, of which a prediction speaks"]
-    return [f"of {count} the error is not known: the peak force is that of an endless chain (simulate to know)"]

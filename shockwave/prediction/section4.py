@@ -15,59 +15,65 @@ The relation to the shock's peak force is decided before that, by (5d) for a tra
 
 from __future__ import annotations
 
-from shockwave.prediction.scaled import Inequality, Relation, ScaledAnswer, ScaledEjection, ScaledShock, Settings
-from shockwave.prediction.train import constant_alpha, train
+from attrs import evolve
 
-__all__ = ["predict"]
+from shockwave.prediction.model_interface import (
+    Inequality,
+    Regime,
+    Relation,
+    ScaledAnswer,
+    ScaledEjection,
+    ScaledShock,
+    Settings,
+)
+from shockwave.prediction.wave_train import constant_alpha, train
+
+__all__ = ["predict", "regime", "relation_of"]
 
 
-def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
-    """Section 4's answer for a scaled shock; the table above is its logic."""
+def regime(shock: ScaledShock) -> tuple[Regime, tuple[Inequality, ...]]:
+    """The regime of a scaled shock, by the table above, and the inequalities that decide it."""
     time_of_wave = shock.momentum_parameter
-    alpha = constant_alpha(shock)
-    is_train = alpha * time_of_wave < shock.duration
-    split = Inequality(
-        f"alphaF0 A F0^(-1/6) {'<' if is_train else '>='} n t0",
-        alpha * time_of_wave,
-        shock.duration,
-        "(5d)" if is_train else "(5e)",
-        "train" if is_train else "one wave",
-    )
-    share = shock.impulse_until(alpha * time_of_wave) if is_train else shock.impulse
-    relation = _relation(share / time_of_wave, settings.equal_tolerance)
-    related = Inequality(
-        "impulse up to alphaF0 A F0^(-1/6), over F0, against A F0^(-1/6)"
-        if is_train
-        else "whole impulse over F0 against A F0^(-1/6)",
-        share,
-        time_of_wave,
-        "(5d)" if is_train else "(5e)",
-        relation,
-    )
-    if is_train:
-        return _train(shock, settings, relation, (split, related))
-    ejects = shock.impulse < time_of_wave
-    momentum = Inequality(
-        f"whole impulse over F0 {'<' if ejects else '>='} A F0^(-1/6)",
-        shock.impulse,
-        time_of_wave,
-        "4.2.2" if ejects else "4.2.3",
-        "ejection" if ejects else "single",
-    )
-    branch = _ejection if ejects else _single
-    return branch(shock, relation, (split, related, momentum))
+    long_enough = constant_alpha(shock) * time_of_wave
+    statement = "alphaF0 A F0^(-1/6) {} n t0"
+    if long_enough < shock.duration:
+        return "train", (Inequality(statement.format("<"), long_enough, shock.duration, "(5d)", "train"),)
+    split = Inequality(statement.format(">="), long_enough, shock.duration, "(5e)", "one wave")
+    statement = "whole impulse over F0 {} A F0^(-1/6)"
+    if shock.impulse < time_of_wave:
+        step = Inequality(statement.format("<"), shock.impulse, time_of_wave, "4.2.2", "ejection")
+        return "ejection", (split, step)
+    return "single", (split, Inequality(statement.format(">="), shock.impulse, time_of_wave, "4.2.3", "single"))
 
 
-def _relation(ratio: float, tolerance: float) -> Relation:
+def relation_of(ratio: float, tolerance: float) -> Relation:
+    """The relation of a primary to the shock, from one over the other."""
     if abs(ratio - 1) <= tolerance:
         return "equal"
     return "greater" if ratio > 1 else "less"
 
 
-def _single(shock: ScaledShock, relation: Relation, trace: tuple[Inequality, ...]) -> ScaledAnswer:
-    amplitude = (shock.impulse / shock.momentum_parameter) ** 1.2  # (5f)
-    ratio = shock.duration / (constant_alpha(shock) * shock.momentum_parameter)
-    return ScaledAnswer("single", relation, (amplitude,), trace, sensitivity=-1.2, trust=ratio)
+def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
+    """Section 4's answer for a scaled shock; the table above is its logic."""
+    kind, (split, *momentum) = regime(shock)
+    statement, share = "whole impulse over F0 against A F0^(-1/6)", shock.impulse
+    if kind == "train":
+        statement = "impulse up to alphaF0 A F0^(-1/6), over F0, against A F0^(-1/6)"
+        share = shock.impulse_until(split.left)
+    time_of_wave = shock.momentum_parameter
+    relation = relation_of(share / time_of_wave, settings.equal_tolerance)
+    trace = (split, Inequality(statement, share, time_of_wave, split.equation, relation), *momentum)
+    if kind == "train":
+        return _train(shock, settings, relation, trace)
+    if kind == "ejection":
+        return _ejection(shock, relation, trace)
+    amplitude = (shock.impulse / time_of_wave) ** 1.2  # (5f)
+    return ScaledAnswer("single", relation, (amplitude,), trace, sensitivity=-1.2, trust=_length(shock))
+
+
+def _length(shock: ScaledShock) -> float:
+    """Duration over the time in which a wave of the shock's peak force gathers its impulse."""
+    return shock.duration / (constant_alpha(shock) * shock.momentum_parameter)
 
 
 def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Inequality, ...]) -> ScaledAnswer:
@@ -76,12 +82,12 @@ def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Inequality, .
     virtual = shock.momentum_parameter / shock.areas.total
     window = 1 - ratio  # (virtual - t0) / virtual
     n = shock.profile.duration_ratio
-    as_virtual = ScaledShock(shock.profile, shock.areas, virtual, shock.momentum_parameter)
-    begin = max(n - window, 0.0)
-    added = 2 * (as_virtual.impulse - as_virtual.impulse_until(begin * virtual))
+    as_virtual = evolve(shock, rise_time=virtual)
+    begin = max(n - window, 0.0) * virtual
+    added = 2 * (as_virtual.impulse - as_virtual.impulse_until(begin))
     total = ratio + added / shock.momentum_parameter
     # d/d ln A: the ratio falls as 1/A, and the window grows with it by F at its beginning.
-    slope = -ratio * (1 - 2 * as_virtual.force_at(begin * virtual) / shock.areas.total)
+    slope = -ratio * (1 - 2 * as_virtual.force_at(begin) / shock.areas.total)
     warnings: tuple[str, ...] = ()
     amplitude = total**1.2  # (5h)
     if amplitude > 1 and relation == "less":
@@ -104,14 +110,14 @@ def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Inequality, .
 def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tuple[Inequality, ...]) -> ScaledAnswer:
     found = train(shock, settings)
     # Errors of the literal reading were not measured by range: it has no trustworthy root.
-    ratio = shock.duration / (constant_alpha(shock) * shock.momentum_parameter)
+    measured = settings.alpha == "constant" and max(found.amplitudes) == found.amplitudes[0]
     return ScaledAnswer(
         "train",
         relation,
         found.amplitudes,
         trace,
         found.sensitivity,
-        trust=ratio if settings.alpha == "constant" and max(found.amplitudes) == found.amplitudes[0] else None,
+        trust=_length(shock) if measured else None,
         roots=found.roots,
         warnings=found.warnings,
     )

@@ -23,9 +23,9 @@ from shockwave.errors import NumericalError
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import simulate_many
 from shockwave.prediction import moments, section4
-from shockwave.prediction.scaled import Model, Peaks, ScaledAnswer, ScaledShock, Settings, Shocks
-from shockwave.prediction.short import short_law
-from shockwave.prediction.trust import told
+from shockwave.prediction.expected_error import expected_error
+from shockwave.prediction.model_interface import Model, Peaks, ScaledAnswer, ScaledShock, Settings, Shocks
+from shockwave.prediction.short_shock_law import short_law
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import conditions, reversal
 from shockwave.profiles.guard import is_value
@@ -177,7 +177,7 @@ def _by_section_4(shocks: Shocks, settings: Settings, peaks: Peaks, rtol: float)
         checked = conditions(shock.areas, shock.profile.duration_ratio)
         with suppress(NumericalError):
             answer = section4.predict(shock, settings)
-            error, _ = told(answer, shock, checked)
+            error, _ = expected_error(answer, shock, checked)
             if error is not None:
                 peaks.better(np.array([index]), answer.amplitudes[0], _RANGES * max(map(abs, error)), "section-4")
 

@@ -10,9 +10,9 @@ from shockwave.chain.chain import Chain
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import simulate, simulate_with
 from shockwave.options import SimulateOptions
+from shockwave.prediction.model_interface import Relation
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.predictor import Predictor
-from shockwave.prediction.scaled import Relation
 from shockwave.profiles.shock import Shock
 from shockwave.scenario.blocks import Published
 from shockwave.text import range_text, si

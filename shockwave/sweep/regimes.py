@@ -11,9 +11,9 @@ import numpy.typing as npt
 from shockwave.chain.chain import Scales
 from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, MOMENTUM
 from shockwave.errors import FileAccessError, ShockwaveError
+from shockwave.prediction.model_interface import ScaledShock
 from shockwave.prediction.predictor import coefficient_of
-from shockwave.prediction.scaled import ScaledShock
-from shockwave.prediction.train import constant_alpha
+from shockwave.prediction.wave_train import constant_alpha
 from shockwave.scenario.family import Family
 from shockwave.scenario.load import load_scenario
 from shockwave.sweep.results import SweepResults

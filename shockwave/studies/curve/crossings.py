@@ -12,7 +12,7 @@ import numpy.typing as npt
 from numpy.polynomial import polynomial
 
 from shockwave.numerics import bracketed_root
-from shockwave.prediction.short import CORRECTION
+from shockwave.prediction.short_shock_law import CORRECTION
 from shockwave.quadrature import FloatArray
 from shockwave.studies.curve.universal import UniversalCurve
 

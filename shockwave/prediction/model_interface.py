@@ -1,35 +1,20 @@
-"""What a prediction model takes and gives, in scaled units (mass, contact stiffness, peak force of the shock 1)."""
+"""The input and output of prediction models, in scaled units: mass, contact stiffness, peak force of the shock 1."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
+import numpy as np
+import numpy.typing as npt
 from attrs import field, frozen
 
 from shockwave.profiles.base import Areas, ShockProfile
-
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
-    from shockwave.quadrature import FloatArray
-
-__all__ = [
-    "Inequality",
-    "Model",
-    "Peaks",
-    "Regime",
-    "Relation",
-    "ScaledAnswer",
-    "ScaledEjection",
-    "ScaledShock",
-    "Settings",
-    "Shocks",
-]
+from shockwave.quadrature import FloatArray
 
 Regime = Literal["ejection", "single", "train"]
 Relation = Literal["less", "equal", "greater"]
+Indices = npt.NDArray[np.intp]
 
 
 @frozen
@@ -58,21 +43,18 @@ class ScaledShock:
         """Of the shock up to ``time``."""
         if time >= self.duration:
             return self.impulse
-        return self.rise_time * float(self.profile.running_impulse(time / self.rise_time, self._quadrature))
+        method = self.areas.rise.method
+        quadrature = None if method == "closed form" else method
+        return self.rise_time * float(self.profile.running_impulse(time / self.rise_time, quadrature))
 
     def force_at(self, time: float) -> float:
         """Of the shock at ``time``."""
         return float(self.profile.force(time / self.rise_time))
 
-    @property
-    def _quadrature(self) -> str | None:
-        method = self.areas.rise.method
-        return None if method == "closed form" else method
-
 
 @frozen
 class Settings:
-    """How the relations are read; see `Predictor`."""
+    """Settings of `Predictor` that a model uses."""
 
     alpha: Literal["constant", "literal"] = "constant"
     equal_tolerance: float = 0.05
@@ -82,7 +64,7 @@ class Settings:
 
 @frozen
 class Inequality:
-    """One inequality that decided: its two sides (times over T0), its equation, and what followed."""
+    """One inequality that decided: its two sides (times over T0), its equation, and the outcome."""
 
     statement: str
     left: float
@@ -102,13 +84,13 @@ class ScaledEjection:
 
 @frozen
 class ScaledAnswer:
-    """What a model found.
+    """The answer of a model.
 
     ``amplitudes`` are peak forces of the waves, primary first. ``sensitivity`` is d ln F / d ln A of the
     primary, or None where the relation has no derivative. ``roots`` are all peak forces that satisfy the
     relation read. ``trust`` is the number by which measured errors are ordered (None: not measured). A model that
-    ``tells_error`` brings the lowest and highest relative error of the primary's peak force itself, or None where it
-    does not know. One that chooses among others tells the ``method`` that it took, and the ``reason`` in a sentence.
+    ``tells_error`` gives the lowest and highest relative error of the primary's peak force itself, or None where it
+    is unknown. A model that chooses among others states the ``method`` used, and the ``reason`` in a sentence.
     """
 
     regime: Regime
@@ -119,7 +101,7 @@ class ScaledAnswer:
     trust: float | None = None
     ejection: ScaledEjection | None = None
     roots: tuple[float, ...] = ()
-    warnings: tuple[str, ...] = field(default=())
+    warnings: tuple[str, ...] = ()
     tells_error: bool = False
     expected_error: tuple[float, float] | None = None
     method: str = ""
@@ -135,7 +117,7 @@ class Shocks:
     profiles, areas : tuple
         Of each shape.
     shapes : numpy.ndarray of int, shape (shocks,)
-        Of each shock the index of its shape.
+        Index of the shape of each shock.
     rise_times : numpy.ndarray, shape (shocks,)
         t0/T0 of each.
     momentum_parameter : float
@@ -144,7 +126,7 @@ class Shocks:
 
     profiles: tuple[ShockProfile, ...]
     areas: tuple[Areas, ...]
-    shapes: npt.NDArray[np.intp]
+    shapes: Indices
     rise_times: FloatArray
     momentum_parameter: float
 
@@ -163,8 +145,8 @@ class Shocks:
 class Peaks:
     """The primaries of many shocks: arrays of the shape (shocks,), to be filled.
 
-    ``low`` and ``high`` are the ends of the relative error, infinite where it is not known. ``failures`` tell of which
-    shocks there is no answer, and why; ``warnings`` are sentences on all of them.
+    ``low`` and ``high`` are the ends of the relative error, infinite where it is unknown. ``failures`` holds the reason
+    for each shock without an answer; ``warnings`` are sentences on all of them.
     """
 
     amplification: FloatArray
@@ -177,17 +159,11 @@ class Peaks:
     @classmethod
     def of(cls, count: int) -> Peaks:
         """With nothing known yet."""
-        import numpy as np
-
         far = np.full(count, np.inf)
         return cls(np.full(count, np.nan), -far, far, np.full(count, "", dtype="U16"), {})
 
-    def better(
-        self, where: npt.NDArray[np.intp], amplification: FloatArray | float, bound: FloatArray | float, method: str
-    ) -> None:
-        """Put in answers of one method for the shocks ``where``, as far as their bounds are below what is there."""
-        import numpy as np
-
+    def better(self, where: Indices, amplification: FloatArray | float, bound: FloatArray | float, method: str) -> None:
+        """Put in answers of one method for the shocks ``where``, as far as their bounds are below those present."""
         good = bound < self.high[where]
         own, bounds = where[good], np.broadcast_to(bound, where.shape)[good]
         self.amplification[own] = np.broadcast_to(amplification, where.shape)[good]

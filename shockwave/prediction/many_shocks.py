@@ -14,16 +14,15 @@ from attrs import cmp_using, field, frozen
 from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import InvalidValueError, PluginError, ShockwaveError
 from shockwave.fields import text_of
-from shockwave.prediction.predictor import chain_warnings
-from shockwave.prediction.scaled import Model, Peaks, Settings, Shocks
-from shockwave.prediction.trust import told
+from shockwave.prediction.expected_error import chain_warnings, expected_error
+from shockwave.prediction.model_interface import Indices, Model, Peaks, Settings, Shocks
 from shockwave.profiles.base import Areas, ShockProfile
 from shockwave.profiles.conditions import conditions
 from shockwave.profiles.guard import is_value
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.registry import blame, load
-from shockwave.text import notes, range_text
+from shockwave.text import printed
 
 __all__ = ["Predictions", "predicted"]
 
@@ -44,13 +43,13 @@ class Predictions:
     Attributes
     ----------
     model : str
-        What predicted them.
+        Name of the model.
     peak_force, amplification : numpy.ndarray, shape (shocks,)
         Of the primary [N]; over the peak force of the shock. NaN for a shock among ``failures``.
     expected_error : numpy.ndarray, shape (shocks, 2)
         Lowest and highest relative error of ``peak_force`` to be expected; infinite where it is not known.
     method : numpy.ndarray of str, shape (shocks,)
-        By what each was found; empty for a shock among ``failures``.
+        The method by which each was found; empty for a shock among ``failures``.
     failures : tuple of (int, str)
         Indices of shocks that have no answer, ascending, each with the reason.
     warnings : tuple of str
@@ -81,22 +80,7 @@ class Predictions:
         }
 
     def __str__(self) -> str:
-        good = np.isfinite(self.peak_force)
-        known = good & np.isfinite(self.expected_error).all(axis=1)
-        lines = [f"{len(self)} predictions by {self.model}"]
-        for name, count in Counter(self.method[good].tolist()).most_common():
-            lines.append(f"  by {name:<15}{count}")
-        if good.any():
-            own = self.amplification[good]
-            lines.append(f"  amplification     {own.min():.5g} to {own.max():.5g}")
-        if known.any():
-            ends = self.expected_error[known]
-            within = range_text((float(ends[:, 0].min()), float(ends[:, 1].max())))
-            lines.append(f"  expected error    {within}, known of {known.sum()}")
-        if self.failures:
-            index, reason = self.failures[0]
-            lines.append(f"  no answer         {len(self.failures)}; the first, shock {index}: {reason}")
-        return "\n".join(lines + notes(self.warnings))
+        return printed(self, "shockwave.prediction.outcome_text:predictions_text")
 
 
 def _plain(values: FloatArray) -> list[float | None]:
@@ -111,7 +95,7 @@ def predicted(
     shocks: Iterable[Shock],
     chain: Chain | Sequence[Chain],
 ) -> Predictions:
-    """What `Predictor.predict_many` returns."""
+    """The result of `Predictor.predict_many`."""
     shocks = _listed("shocks", "shocks", shocks)
     chains = [chain] * len(shocks) if isinstance(chain, Chain) else _listed("chain", "a Chain, or chains", chain)
     if len(chains) != len(shocks):
@@ -130,10 +114,9 @@ def predicted(
     warnings = [*found.warnings, *_of_chains(chains, error, isinstance(model, Model))]
     warnings += dict.fromkeys(note for profile in given.profiles for note in profile.notes)
     failures |= {int(places[index]): reason for index, reason in found.failures.items()}
-    forces = np.array([shock.peak_force for shock in shocks], dtype=float)
     return Predictions(
         model=name,
-        peak_force=amplification * forces,
+        peak_force=amplification * np.array([shock.peak_force for shock in shocks], dtype=float),
         amplification=amplification,
         expected_error=error,
         method=method,
@@ -150,16 +133,13 @@ def _listed(name: str, rule: str, values: Any) -> list[Any]:
 
 
 def _of_chains(chains: Sequence[Chain], error: FloatArray, tells_error: bool) -> list[str]:
-    """Forget errors that are not known of a chain; warnings, each with how many it is of."""
-    known: dict[Chain, list[str]] = {}
+    """Delete errors that do not hold for a chain; warnings, each with the number of its chains."""
     counts: Counter[str] = Counter()
     for index, chain in enumerate(chains):
-        if chain.granules is not None:
-            if chain not in known:
-                known[chain] = chain_warnings(chain, tells_error)
-            counts.update(known[chain])
-            if known[chain]:
-                error[index] = -np.inf, np.inf
+        warnings = chain_warnings(chain, tells_error)
+        counts.update(warnings)
+        if warnings:
+            error[index] = -np.inf, np.inf
     return [f"{warning}: {count} of {len(chains)}" for warning, count in counts.items()]
 
 
@@ -187,41 +167,38 @@ def _by_shape(
     quadrature: str | None,
     momentum_parameter: float,
     failures: dict[int, str],
-) -> tuple[npt.NDArray[np.intp], Shocks]:
-    """Those that have a rise time and whose shape is not at fault, and their indices."""
+) -> tuple[Indices, Shocks]:
+    """Those that have a rise time and whose shape has areas, and their indices."""
     profiles: list[ShockProfile] = []
     areas: list[Areas] = []
-    by_object: dict[int, int | str] = {}
-    by_value: dict[ShockProfile | int, int | str] = {}
-    places, shapes = [], []
-    for index, shock in enumerate(shocks):
-        if not ratios[index] > 0:
-            continue
-        profile = shock.profile
-        shape = by_object.get(id(profile))
+    shape_of: dict[int, int | str] = {}  # identity of a profile -> index of its shape, or why it has no areas
+    by_value: dict[ShockProfile, int | str] = {}
+    for profile in {id(shock.profile): shock.profile for shock in shocks}.values():
+        shape = by_value.get(profile) if is_value(profile) else None
         if shape is None:
-            key = profile if is_value(profile) else id(profile)
-            shape = by_value.setdefault(key, len(areas))
-            if shape == len(areas):
-                try:
-                    areas.append(profile.areas(quadrature))
-                    profiles.append(profile)
-                except ShockwaveError as error:
-                    shape = by_value[key] = str(error)
-            by_object[id(profile)] = shape
+            try:
+                areas.append(profile.areas(quadrature))
+                profiles.append(profile)
+                shape = len(profiles) - 1
+            except ShockwaveError as error:
+                shape = str(error)
+            if is_value(profile):
+                by_value[profile] = shape
+        shape_of[id(profile)] = shape
+    places, shapes = [], []
+    for index in np.flatnonzero(ratios).tolist():
+        shape = shape_of[id(shocks[index].profile)]
         if isinstance(shape, str):
             failures[index] = shape
         else:
             places.append(index)
             shapes.append(shape)
-    where = np.array(places, dtype=np.intp)
-    return where, Shocks(
-        tuple(profiles), tuple(areas), np.array(shapes, dtype=np.intp), ratios[where], momentum_parameter
-    )
+    where, which = np.array(places, dtype=np.intp), np.array(shapes, dtype=np.intp)
+    return where, Shocks(tuple(profiles), tuple(areas), which, ratios[where], momentum_parameter)
 
 
 def _one_by_one(model: Any, shocks: Shocks, settings: Settings, name: str) -> Peaks:
-    """What a model says that answers one shock at a time."""
+    """The answers of a model for one shock at a time."""
     peaks = Peaks.of(len(shocks))
     pairs = zip(shocks.areas, shocks.profiles, strict=True)
     checked = [conditions(areas, profile.duration_ratio) for areas, profile in pairs]
@@ -229,7 +206,7 @@ def _one_by_one(model: Any, shocks: Shocks, settings: Settings, name: str) -> Pe
         shock = shocks.shock(index)
         try:
             answer = model(shock, settings)
-            error, _ = told(answer, shock, checked[shocks.shapes[index]])
+            error, _ = expected_error(answer, shock, checked[shocks.shapes[index]])
         except PluginError:
             raise
         except ShockwaveError as failure:

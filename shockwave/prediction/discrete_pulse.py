@@ -1,27 +1,27 @@
-"""A pulse as the law of moments takes it: by its first moments, at a few instants."""
+"""A pulse as a few impulses with the same first moments, the input of the law of moments."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from attrs import frozen
 
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
-from shockwave.prediction.measures import points
-from shockwave.prediction.scaled import ScaledShock
+from shockwave.prediction.model_interface import ScaledShock
+from shockwave.prediction.shock_measures import kept, points
 from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.guard import is_value
 from shockwave.quadrature import FloatArray
 
 __all__ = ["Pulse", "gauss", "padded", "pulse_of"]
 
-# Instants for pulses that last up to so many times of their wave; the longest are cut to the strongest stretch.
+# Instants for pulses that last up to so many times of their wave.
 _INSTANTS = ((0.5, 8), (1.5, 12), (3.0, 16), (10.0, 32), (35.0, 64), (math.inf, 128))
-_LONGEST, _CELLS = 50.0, 400
+# Longer ones, in times of their wave, are cut to the strongest stretch.
+_LONGEST = 50.0
+# That stretch is looked for on so many cells.
+_CELLS = 400
 _HIGHEST = 2.36  # amplification, but for a per cent
 _ROUNDING = 1e-14
 # Points of a pulse by quadrature may miss this share of its impulse; more is a pulse too fine for them.
@@ -30,7 +30,7 @@ _MOST_MISSED = 1e-3
 
 @frozen(eq=False)
 class Pulse:
-    """A pulse as the law takes it: instants, shape (k,), over A F0^(-1/6), and impulses, over those of a wave of F0.
+    """A pulse as a few impulses: instants, shape (k,), over A F0^(-1/6), and impulses, over those of a wave of F0.
 
     ``spread`` is tau, the standard deviation of the force in time over A F0^(-1/6) S^(-1/5); ``known`` says whether
     its points missed nothing, and nothing was cut off it.
@@ -111,16 +111,6 @@ def _strongest(shock: ScaledShock, length: float) -> tuple[FloatArray, FloatArra
         begin, end = edges[max(first - 1, 0)], edges[min(first + held + 1, _CELLS)]
 
 
-def _kept(function: Any) -> Any:
-    """Kept for profiles that are values; scenes of one shape come in series."""
-    keeping = lru_cache(maxsize=256)(function)
-
-    def chosen(profile: ShockProfile, *rest: Any) -> Any:
-        return keeping(profile, *rest) if is_value(profile) else function(profile, *rest)
-
-    return chosen
-
-
 def _fine(profile: ShockProfile) -> tuple[FloatArray, FloatArray]:
     """Many points s of a profile and their impulses."""
     few = len(profile.breakpoints) <= 5
@@ -128,12 +118,12 @@ def _fine(profile: ShockProfile) -> tuple[FloatArray, FloatArray]:
     return s, weights * profile.force(s)
 
 
-@_kept
+@kept
 def _instants(profile: ShockProfile, count: int) -> tuple[FloatArray, FloatArray]:
     return gauss(*_fine(profile), count)
 
 
-@_kept
+@kept
 def _width(profile: ShockProfile, area: float) -> tuple[float, float, bool]:
     """Mean and standard deviation in s, and whether the points miss no impulse."""
     s, density = _fine(profile)

@@ -11,7 +11,7 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.numerics import bracketed_root
-from shockwave.prediction.scaled import ScaledShock, Settings
+from shockwave.prediction.model_interface import ScaledShock, Settings
 
 __all__ = ["Train", "constant_alpha", "train"]
 

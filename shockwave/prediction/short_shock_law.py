@@ -13,35 +13,34 @@ and a shock of the impulse S, in that of a wave of its peak force, falls short o
 
 where g is the skewness of the force as a density in time. The first power of x is known, with the cube of the duration;
 the denominator is fitted, and has no zero. The error stays below c sqrt(h) x^(3/2), with h the kurtosis of that
-density, which orders the errors of pulses with far tails. ``short.json`` holds the coefficients, ``docs/fit_short.py``
-makes them, ``docs/auto.md`` tells how they were judged.
+density, which orders the errors of pulses with far tails. ``short_shock_law.json`` holds the coefficients,
+``docs/fit_short.py`` makes them, ``docs/auto.md`` reports how they were judged.
 """
 
 from __future__ import annotations
 
 import json
-from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from functools import cache
 from importlib import resources
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
-from attrs import frozen
+from attrs import field, frozen
 
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.numerics import product
-from shockwave.prediction.scaled import Shocks
+from shockwave.prediction.model_interface import Indices, Shocks
+from shockwave.prediction.shock_measures import gauss_legendre, kept, pieces
 from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.guard import guarded, is_value, trusted
+from shockwave.profiles.guard import guarded, trusted
 from shockwave.quadrature import FloatArray
 from shockwave.quadrature.gauss_legendre import interpolation
 
 __all__ = ["CORRECTION", "IMPULSE_LIMIT", "RESOURCE", "ShortLaw", "correction", "integrals", "short_law"]
 
 #: Name of the file with the coefficients, beside this one.
-RESOURCE = "short.json"
+RESOURCE = "short_shock_law.json"
 
 #: As of `shockwave.chain.solitary_wave`, to all digits that simulation at rtol 1e-12 gives, for seven shapes.
 IMPULSE_LIMIT = 1.168181738
@@ -51,16 +50,20 @@ CORRECTION = 1.1445
 _LIMIT_ERROR = 3e-9
 # How the integrals of a shape are taken: halvings of its parts towards both their ends, the share of the impulse that
 # may be missed, the most parts. A record is straight between its samples, and may do without halvings; so must shapes
-# of very many parts. A rule of fewer nodes must give nearly the same.
+# of very many parts.
 _RULES = ((0, 1e-9, 100_000), (5, 1e-5, 16), (12, 1e-5, 64))
-_NODES, _FEWER, _AGREED, _NEAR = 4, 3, 1e-3, 1e-2
-# For all digits.
-_FINE, _SMOOTH_PARTS, _FINE_NODES = 20, 8, 8
-Indices = npt.NDArray[np.intp]
-
-# Shapes whose integrals are kept, and parts that are worked on together.
-_MOST_KNOWN, _MOST_TOGETHER = 256, 20_000
-_known: OrderedDict[ShockProfile, list[float]] = OrderedDict()
+# Nodes on each piece.
+_NODES = 4
+# A rule of so many nodes must give nearly the same: q relative to itself, skewness and kurtosis to the latter.
+_FEWER = 3
+_AGREED = 1e-3
+_NEAR = 1e-2
+# For all digits of q: halvings, for shapes of so few parts, and nodes.
+_FINE = 20
+_SMOOTH_PARTS = 8
+_FINE_NODES = 8
+# Parts that are worked on together.
+_MOST_TOGETHER = 20_000
 
 
 @frozen(eq=False)
@@ -77,7 +80,7 @@ class ShortLaw:
         Of x; the law was judged up to there.
     """
 
-    coefficients: FloatArray
+    coefficients: FloatArray = field(converter=np.array)
     error: float
     farthest: float
 
@@ -102,8 +105,8 @@ class ShortLaw:
 
     def bound(self, x: FloatArray, tails: FloatArray | float) -> FloatArray:
         """Relative error to be expected, infinite where the law was not judged; ``tails`` is the kurtosis."""
-        told = self.error * np.sqrt(tails) * x * np.sqrt(x) + _LIMIT_ERROR
-        return np.where(x <= self.farthest, told, np.inf)
+        error = self.error * np.sqrt(tails) * x * np.sqrt(x) + _LIMIT_ERROR
+        return np.where(x <= self.farthest, error, np.inf)
 
     def of(self, shocks: Shocks) -> tuple[FloatArray, FloatArray, FloatArray]:
         """F/F0, bound, and d ln(F/F0) / d ln t0 of shocks; the bound is infinite where the shape is too fine."""
@@ -120,8 +123,7 @@ class ShortLaw:
 def short_law() -> ShortLaw:
     """The law, read once."""
     text = resources.files(__package__).joinpath(RESOURCE).read_text(encoding="utf-8")
-    entries: dict[str, Any] = json.loads(text)["law"]
-    return ShortLaw(np.array(entries["coefficients"]), entries["error"], entries["farthest"])
+    return ShortLaw(**json.loads(text)["law"])
 
 
 # ---------------------------------------------------------------- the integrals of shapes
@@ -129,20 +131,12 @@ def short_law() -> ShortLaw:
 
 def integrals(profiles: Sequence[ShockProfile], areas: Sequence[float]) -> FloatArray:
     """q, g and h of shapes with these areas a1 + a2, shape (shapes, 3); NaN where one is too fine to have them."""
-    if len(profiles) > _MOST_KNOWN:
-        return _integrals(profiles, areas)
-    # A series of shocks has few shapes; of very many, none comes again, and to look for it takes as long as the rest.
-    values = [is_value(profile) for profile in profiles]
-    kept = [_known.get(profile) if value else None for profile, value in zip(profiles, values, strict=True)]
-    left = [index for index, found in enumerate(kept) if found is None]
-    made = _integrals([profiles[index] for index in left], [areas[index] for index in left]) if left else np.empty(0)
-    for index, own in zip(left, made.tolist(), strict=True):
-        kept[index] = own
-        if values[index]:
-            _known[profiles[index]] = own
-    while len(_known) > _MOST_KNOWN:
-        _known.popitem(last=False)
-    return np.array(kept, dtype=float).reshape(-1, 3)
+    return _of_one(profiles[0], areas[0]) if len(profiles) == 1 else _integrals(profiles, areas)
+
+
+@kept
+def _of_one(profile: ShockProfile, area: float) -> FloatArray:
+    return _integrals([profile], [area])
 
 
 def correction(profile: ShockProfile) -> float:
@@ -154,12 +148,12 @@ def correction(profile: ShockProfile) -> float:
 def _integrals(profiles: Sequence[ShockProfile], areas: Sequence[float]) -> FloatArray:
     result, edges = np.full((len(profiles), 3), np.nan), [profile.breakpoints for profile in profiles]
     parts = np.array([len(each) - 1 for each in edges], dtype=int)
-    records = np.array([_is_record(profile) for profile in profiles], dtype=bool)
+    records = [type(profile).__name__ == "Tabulated" and trusted(profile) for profile in profiles]
     for halvings, missed, most in _RULES:
         left = np.isnan(result[:, 0]) & (parts <= most)
         if not halvings:
             left &= records | (parts > _RULES[-1][-1])
-        for where in _alike(np.flatnonzero(left), parts, records) if left.any() else ():
+        for where in _alike(np.flatnonzero(left), parts):
             shapes = [profiles[index] for index in where], [edges[index] for index in where], halvings
             whole, *found = _by_rule(*shapes, _NODES)
             _, *fewer = _by_rule(*shapes, _FEWER)
@@ -171,16 +165,11 @@ def _integrals(profiles: Sequence[ShockProfile], areas: Sequence[float]) -> Floa
     return result
 
 
-def _is_record(profile: ShockProfile) -> bool:
-    return type(profile).__name__ == "Tabulated" and trusted(profile)
-
-
-def _alike(left: Indices, parts: Indices, records: npt.NDArray[np.bool_]) -> Iterator[Indices]:
-    """Of the indices ``left`` those of records or of others, with equally many parts, and not too many at once."""
-    keys = 2 * parts[left] + records[left]
-    for key in np.unique(keys).tolist():
-        where = left[keys == key]
-        size = max(1, _MOST_TOGETHER // (key // 2))
+def _alike(left: Indices, parts: Indices) -> Iterator[Indices]:
+    """Of the indices ``left`` those of shapes with equally many parts, and not too many at once."""
+    for count in np.unique(parts[left]).tolist():
+        where = left[parts[left] == count]
+        size = max(1, _MOST_TOGETHER // count)
         yield from (where[begin : begin + size] for begin in range(0, len(where), size))
 
 
@@ -188,14 +177,15 @@ def _by_rule(
     profiles: Sequence[ShockProfile], breakpoints: Sequence[Sequence[float]], halvings: int, count: int
 ) -> tuple[FloatArray, ...]:
     """Areas, q, g and kurtosis of shapes with equally many parts, shape (shapes,) each."""
-    nodes, pieces, weights, running = _rule(halvings, count)
+    nodes, _ = gauss_legendre(halvings, count, count)
+    weights, running = _running(count)
     edges = np.array(breakpoints, dtype=float)
     widths = np.diff(edges)[..., None]
     s = edges[:, :-1, None] + widths * nodes
-    force = _forces(profiles, breakpoints, s, nodes)
+    force = _forces(profiles, breakpoints, s)
     # below, the pieces of all parts share one axis
     s, force = (values.reshape(len(edges), -1, count) for values in (s, force))
-    widths = (widths * pieces).reshape(len(edges), -1, 1)
+    widths = (widths * np.diff(pieces(halvings))).reshape(len(edges), -1, 1)
     weights = widths * weights
     with np.errstate(all="ignore"):
         impulse, area = _integral(force, widths, weights, running)
@@ -212,14 +202,8 @@ def _by_rule(
         return area, np.sqrt(area) * (held - np.sqrt(after) * after**2 / 2.5), skewness, tails
 
 
-def _forces(
-    profiles: Sequence[ShockProfile], breakpoints: Sequence[Sequence[float]], s: FloatArray, nodes: FloatArray
-) -> FloatArray:
+def _forces(profiles: Sequence[ShockProfile], breakpoints: Sequence[Sequence[float]], s: FloatArray) -> FloatArray:
     """At the nodes of each part, shape (shapes, parts, nodes): none of them lies on the border of rise and decay."""
-    if _is_record(profiles[0]):
-        # read off the samples, not searched for: that would be most of the work
-        values = np.array([profile._pulse.values for profile in profiles])  # type: ignore[attr-defined]
-        return np.asarray(values[:, :-1, None] + np.diff(values)[..., None] * nodes)
     force = np.empty_like(s)
     for profile, edges, at, here in zip(profiles, breakpoints, s, force, strict=True):
         rising = edges.index(1.0)
@@ -235,17 +219,12 @@ def _integral(values: FloatArray, widths: FloatArray, weights: FloatArray, runni
 
 
 @cache
-def _rule(halvings: int, count: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Gauss-Legendre rule on [0, 1], on pieces that halve towards both ends: nodes, widths, weights, matrix.
+def _running(count: int) -> tuple[FloatArray, FloatArray]:
+    """Weights, shape (count,), and matrix, shape (count, count), of a rule on a piece of width 1.
 
-    The widths are those of the pieces. The weights, shape (count,), and the matrix, shape (count, count), hold for a
-    piece of width 1: a row of values at its nodes times the matrix gives the integrals from its start to each node.
+    A row of values at the nodes times the matrix gives the integrals from the start of the piece to each node.
     """
-    towards = np.append(0.0, 0.5 ** np.arange(halvings, 0, -1))
-    edges = np.concatenate((towards, 1 - towards[-2::-1])) if halvings else np.array([0.0, 1.0])
-    x, weights = np.polynomial.legendre.leggauss(count)
-    share, weights, pieces = (1 + x) / 2, weights / 2, np.diff(edges)
+    share, weights = gauss_legendre(0, count, count)
     # integrals of the Lagrange polynomials of the nodes, from 0 to each node, by the same rule
     at = interpolation(share, np.outer(share, share).ravel()).reshape(count, count, count)
-    running = share * (weights[:, None] * at).sum(axis=1).T
-    return (edges[:-1, None] + pieces[:, None] * share).ravel(), pieces, weights, running
+    return weights, share * (weights[:, None] * at).sum(axis=1).T

@@ -1,9 +1,9 @@
-"""How far section 4 can be trusted: errors of the primary's peak force, as direct simulation has shown them.
+"""Errors of section 4 to be expected of a shock, from errors that direct simulation has shown.
 
-What simulation gives was measured for random shocks of the built-in kinds and put into two laws, each a polynomial in
-integrals of the shock with the spread of the simulated figures about it; ``section4.json`` holds them, and
+Simulated peak forces of random shocks of the built-in kinds are described by two laws, each a polynomial in
+integrals of the shock with the spread of the simulated figures about it; ``expected_error.json`` holds them, and
 ``docs/map_section4.py`` makes that file. A range of errors is the predicted peak force over both ends of the simulated
-one. ``docs/trust.md`` tells how often the error lay in the range for shocks that had no part in the laws.
+one. ``docs/trust.md`` reports how often the error lay in the range for shocks that had no part in the laws.
 """
 
 from __future__ import annotations
@@ -14,23 +14,22 @@ from collections.abc import Sequence
 from functools import cache
 from importlib import resources
 from itertools import combinations_with_replacement
-from typing import Any
 
 import numpy as np
-from attrs import frozen
+from attrs import field, frozen
 
+from shockwave.chain.chain import Chain
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
 from shockwave.numerics import product
-from shockwave.prediction.measures import Measures, measures
-from shockwave.prediction.scaled import ScaledAnswer, ScaledShock
-from shockwave.profiles.base import ShockProfile
+from shockwave.prediction.model_interface import ScaledAnswer, ScaledShock
+from shockwave.prediction.shock_measures import Measures, measures
 from shockwave.profiles.conditions import Condition, reversal
 from shockwave.quadrature import FloatArray
 
-__all__ = ["RESOURCE", "Law", "Measures", "expected_error", "laws", "measures", "told"]
+__all__ = ["RESOURCE", "Law", "chain_warnings", "expected_error", "laws", "monomials"]
 
 #: Name of the file with the laws, beside this one.
-RESOURCE = "section4.json"
+RESOURCE = "expected_error.json"
 
 # Window of (5h) over the virtual shock: beyond, its added momentum means nothing, whatever the range would say.
 _WIDEST_WINDOW = 0.165
@@ -40,6 +39,10 @@ _MOST_REVERSAL = 0.05
 _USELESS = 0.5
 # Errors were measured with the exact coefficient of A; they hold for others as near as the paper's.
 _NEAR = 0.01
+# Below this many granules the steady wave of a prediction has not formed.
+_SHORT_CHAIN = 25
+
+_Range = tuple[float, float] | None
 
 
 @frozen(eq=False)
@@ -65,26 +68,22 @@ class Law:
         Of the first input before shift: upper ends of its bands; lowest and highest difference from the polynomial.
     longest : float
         Of the durations n t0/T0.
+    shocks : sequence of int
+        How many simulated shocks each band rests on.
     """
 
     name: str
     degree: int
-    centre: FloatArray
-    scale: FloatArray
-    basis: FloatArray
-    coefficients: FloatArray
+    centre: FloatArray = field(converter=np.array)
+    scale: FloatArray = field(converter=np.array)
+    basis: FloatArray = field(converter=np.array)
+    coefficients: FloatArray = field(converter=np.array)
     farthest: float
-    bounds: FloatArray
-    low: FloatArray
-    high: FloatArray
+    bounds: FloatArray = field(converter=np.array)
+    low: FloatArray = field(converter=np.array)
+    high: FloatArray = field(converter=np.array)
     longest: float = math.inf
-
-    @classmethod
-    def of(cls, name: str, entries: dict[str, Any]) -> Law:
-        """From what the file holds under ``name``."""
-        known: dict[str, Any] = {key: value for key, value in entries.items() if key != "shocks"}
-        known |= {key: np.array(value) for key, value in known.items() if isinstance(value, list)}
-        return cls(name, **known)
+    shocks: Sequence[int] = ()
 
     def inputs(self, found: Measures) -> FloatArray:
         """The inputs of this law, shape (inputs,)."""
@@ -94,7 +93,7 @@ class Law:
         """The orthonormal polynomials at ``inputs``, shape (..., inputs): shape (..., terms)."""
         return product(monomials((inputs - self.centre) / self.scale, self.degree), self.basis)
 
-    def bounds_of(self, found: Measures) -> tuple[float, float] | None:
+    def bounds_of(self, found: Measures) -> _Range:
         """Lowest and highest simulated peak force over F0, or None where the law was not measured."""
         inputs = self.inputs(found)
         terms = self.polynomials(inputs)
@@ -117,78 +116,77 @@ def monomials(inputs: FloatArray, degree: int) -> FloatArray:
 @cache
 def laws() -> tuple[Law, Law]:
     """The laws of short and of long shocks, read once."""
-    text = resources.files(__package__).joinpath(RESOURCE).read_text(encoding="utf-8")
-    entries = json.loads(text)["laws"]
-    return Law.of("short", entries["short"]), Law.of("long", entries["long"])
-
-
-_LATER_ABOVE = (
-    "no error was measured for this reading of section 4 where a later wave is predicted above the primary: simulate,"
-    " or take model moments"
-)
-
-
-def told(
-    answer: ScaledAnswer, shock: ScaledShock, conditions: Sequence[Condition]
-) -> tuple[tuple[float, float] | None, list[str]]:
-    """The range of errors that the model itself tells of its answer, or else that measured for section 4."""
-    if answer.tells_error:
-        return answer.expected_error, []
-    return expected_error(answer, shock, conditions, abs(shock.momentum_parameter / MOMENTUM - 1) < _NEAR)
+    entries = json.loads(resources.files(__package__).joinpath(RESOURCE).read_text(encoding="utf-8"))["laws"]
+    return Law("short", **entries["short"]), Law("long", **entries["long"])
 
 
 def expected_error(
-    answer: ScaledAnswer, shock: ScaledShock, conditions: Sequence[Condition], near: bool = True
-) -> tuple[tuple[float, float] | None, list[str]]:
-    """The measured range of the relative error of the primary's peak force, or None; and sentences on it.
+    answer: ScaledAnswer, shock: ScaledShock, conditions: Sequence[Condition]
+) -> tuple[_Range, list[str]]:
+    """The range of the relative error of the primary's peak force, None if unknown; and sentences on it.
 
     Parameters
     ----------
     answer : ScaledAnswer
-        What section 4 makes of the shock; its ``trust`` is None when errors were not measured for the reading in use.
+        A model's answer, which may state its own range; the others are those of section 4. Its ``trust`` is None when
+        errors were not measured for the reading in use.
     shock : ScaledShock
         The shock.
     conditions : sequence of Condition
         The inequalities (3): errors were measured only where all hold.
-    near : bool
-        Whether the coefficient of A is near the exact one.
     """
-    doubts = _why_not(answer, shock.profile, conditions, near)
-    if doubts:
-        return None, doubts
+    if answer.tells_error:
+        return answer.expected_error, []
+    reason = _unmeasured(answer, shock, conditions)
+    if reason:
+        return None, [reason]
     found = measures(shock)
-    simulated = None if found is None else _simulated(found)
+    simulated = None
+    if found is not None:
+        short, long = laws()
+        simulated = (short if found.spread <= short.bounds[-1] else long).bounds_of(found)
     if simulated is None:
         return None, [
             "the shock is longer, or of another shape, than those whose errors were measured: simulate to know"
         ]
     low, high = (answer.amplitudes[0] / end - 1 for end in reversed(simulated))
     if high > _USELESS and answer.regime == "ejection":
-        doubts.append("(5h) adds more momentum than the shock has to give: simulate instead")
-    return (low, high), doubts
+        return (low, high), ["(5h) adds more momentum than the shock has to give: simulate instead"]
+    return (low, high), []
 
 
-def _simulated(found: Measures) -> tuple[float, float] | None:
-    short, long = laws()
-    return (short if found.spread <= short.bounds[-1] else long).bounds_of(found)
-
-
-def _why_not(answer: ScaledAnswer, profile: ShockProfile, conditions: Sequence[Condition], near: bool) -> list[str]:
-    """Why no range is told; empty if one may be."""
-    broken = [condition for condition in conditions if not condition.holds]
+def _unmeasured(answer: ScaledAnswer, shock: ScaledShock, conditions: Sequence[Condition]) -> str:
+    """Why there is no range; empty if there may be one."""
+    broken = [f"{each.statement} fails by {-each.margin:.3g}" for each in conditions if not each.holds]
     if broken:
-        listed = "; ".join(f"{c.statement} fails by {-c.margin:.3g}" for c in broken)
-        return [f"outside the conditions (3) no error was measured for section 4: {listed}"]
-    turns = reversal(profile)
+        return f"outside the conditions (3) no error was measured for section 4: {'; '.join(broken)}"
+    turns = reversal(shock.profile)
     if turns > _MOST_REVERSAL:
-        return [f"the shock has several peaks (it turns by {turns:.0%} of its peak): simulate to know"]
+        return f"the shock has several peaks (it turns by {turns:.0%} of its peak): simulate to know"
+    near = abs(shock.momentum_parameter / MOMENTUM - 1) < _NEAR
     if answer.trust is None and near and answer.regime == "train" and max(answer.amplitudes) > answer.amplitudes[0]:
-        return [_LATER_ABOVE]
+        return (
+            "no error was measured for this reading of section 4 where a later wave is predicted above the primary:"
+            " simulate, or take model moments"
+        )
     if answer.trust is None or not near:
-        return ["no error was measured for this reading of section 4: simulate to know"]
+        return "no error was measured for this reading of section 4: simulate to know"
     if answer.regime == "ejection" and answer.trust > _WIDEST_WINDOW:
-        return [
+        return (
             f"the correction window of (5h) is {answer.trust:.2f} of the virtual shock; beyond 0.165 its error has"
             " no useful bound (+2277 % was measured, and it grows as the shock shortens): simulate instead"
-        ]
-    return []
+        )
+    return ""
+
+
+def chain_warnings(chain: Chain, tells_error: bool) -> list[str]:
+    """Sentences on a finite chain for which the expected error does not hold; empty where it holds.
+
+    Errors were measured on endless chains; those that a model states itself hold there alone, to many digits.
+    """
+    if chain.granules is None or (chain.granules >= _SHORT_CHAIN and not tells_error):
+        return []
+    count = f"a chain of {chain.granules} granules"
+    if chain.granules < _SHORT_CHAIN:
+        return [f"{count} is too short for a steady wave, of which a prediction speaks"]
+    return [f"of {count} the error is not known: the peak force is that of an endless chain (simulate to know)"]

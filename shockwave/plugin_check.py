@@ -14,17 +14,18 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Any
 
-from shockwave.errors import PluginError, UsageError
+from shockwave.errors import UsageError
 from shockwave.hooks import Entry
-from shockwave.registry.installed import Plugin, found
-from shockwave.registry.nouns import KINDS, imported, named, noun_at, registered
+from shockwave.installed_plugins import KINDS, Plugin, described, found, imported, registered
+from shockwave.registry import loaded_entry
 
 __all__ = ["checked_plugins", "time_limit"]
 
 _LIMIT = "SHOCKWAVE_PLUGIN_TIMEOUT"
-_USUAL_LIMIT = 10.0  # s
+_USUAL_LIMIT = "10"  # s
 _LONGEST = 3600  # s
 
 
@@ -36,7 +37,7 @@ def time_limit() -> float:
     UsageError
         When the variable is no number above 0.
     """
-    text = os.environ.get(_LIMIT) or str(_USUAL_LIMIT)
+    text = os.environ.get(_LIMIT) or _USUAL_LIMIT
     try:
         limit = float(text)
     except ValueError:
@@ -48,28 +49,27 @@ def time_limit() -> float:
 
 def checked_plugins() -> tuple[Plugin, ...]:
     """Every installed plugin, with the problems of importing it and everything that it registers."""
-    limit = time_limit()
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return found(lambda modules: pool.map(lambda module: _checked(module, limit), modules))
+        return found(partial(_checked, limit=time_limit()), each=pool.map)
 
 
 def _checked(module: str, limit: float) -> tuple[tuple[tuple[str, Entry], ...], str]:
+    # -P: a module in the current folder must not replace an installed one
+    command = [sys.executable, "-P", "-m", "shockwave.plugin_check", module]
     with tempfile.TemporaryFile() as answers:  # not a pipe: a process that the plugin leaves behind would keep it open
         try:
-            # -P: a module in the current folder must not replace an installed one
-            command = [sys.executable or "python", "-P", "-m", "shockwave.registry.check", module]
             status = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=answers, timeout=limit).returncode
             ending = _ending(status)
         except subprocess.TimeoutExpired:
             ending = f"does not end (stopped after {limit:g} s)"
-        except OSError as error:
-            raise PluginError(f"plugins cannot be checked, because no process can be started ({error})") from error
         answers.seek(0)
         steps: list[dict[str, Any]] = [json.loads(line) for line in answers if line.endswith(b"\n")]
-    entries = tuple((kind, Entry(*entry)) for kind, *entry in (steps[0].get("entries", ()) if steps else ()))
+    if not steps:
+        return (), ending
+    entries = tuple((kind, Entry(*entry)) for kind, *entry in steps[0].get("entries", ()))
     problems = [step["problem"] for step in steps if "problem" in step]
     if len(steps) <= len(entries):
-        problems.append(f"{_subject(*entries[len(steps) - 1])}: {ending}" if steps else ending)
+        problems.append(f"{_subject(*entries[len(steps) - 1])}: {ending}")
     return entries, "; ".join(problems)
 
 
@@ -80,10 +80,7 @@ def _subject(kind: str, entry: Entry) -> str:
 def _ending(status: int) -> str:
     if status >= 0:
         return f"ends, or closes, the process that imports it (status {status})"
-    try:
-        return f"crashes the process that imports it ({signal.Signals(-status).name})"
-    except ValueError:
-        return f"crashes the process that imports it (signal {-status})"
+    return f"crashes the process that imports it ({signal.Signals(-status).name})"
 
 
 def _steps(module: str) -> Iterator[dict[str, Any]]:
@@ -91,15 +88,15 @@ def _steps(module: str) -> Iterator[dict[str, Any]]:
     try:
         entries = registered(imported(module))
     except BaseException as error:
-        yield {"problem": named(error)}
+        yield {"problem": described(error)}
         return
     yield {"entries": [(kind, *entry) for kind, entry in entries]}
     for kind, entry in entries:
         try:
-            noun_at(kind, entry)
+            loaded_entry(kind, entry)
             yield {}
         except BaseException as error:
-            yield {"problem": f"{_subject(kind, entry)}: {named(error)}"}
+            yield {"problem": f"{_subject(kind, entry)}: {described(error)}"}
 
 
 if __name__ == "__main__":

@@ -1,23 +1,28 @@
-"""Points between the breakpoints of a shock for integrals of any function of its force, and some of these integrals."""
+"""Quadrature points of a whole shock, and the integrals by which simulated peak forces are ordered."""
 
 from __future__ import annotations
 
 import math
-from functools import cache
+from functools import cache, lru_cache
+from typing import Any
 
 import numpy as np
 from attrs import frozen
 
 from shockwave.chain.solitary_wave import MOMENTUM
-from shockwave.prediction.scaled import ScaledShock
+from shockwave.prediction.model_interface import ScaledShock
 from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.guard import is_value
 from shockwave.quadrature import FloatArray
 
-__all__ = ["Measures", "measures", "points"]
+__all__ = ["Measures", "gauss_legendre", "kept", "measures", "pieces", "points"]
 
-# Pieces of a smooth part of the force halve towards both its ends so many times, for infinite slopes and steep decays;
-# a record of more parts than the next number needs none of it, and of more than the last not every sample.
-_HALVINGS, _SMOOTH_PARTS, _MOST_PARTS = 36, 16, 2048
+# Pieces of a smooth part of the force halve towards both its ends so many times, for infinite slopes and steep decays.
+_HALVINGS = 36
+# A record of more parts than this needs no halving.
+_SMOOTH_PARTS = 16
+# Of a record of more parts than this, not every sample is used.
+_MOST_PARTS = 2048
 # Pieces wider than this share of a part lie in its middle.
 _MIDDLE = 0.05
 # Impulse by these points against the exact one: if they differ by more, they have missed something.
@@ -26,7 +31,7 @@ _MOST_MISSED = 1e-3
 
 @frozen
 class Measures:
-    """Integrals of a shock by which what simulation gives is ordered.
+    """Integrals of a shock by which simulated peak forces are ordered.
 
     Attributes
     ----------
@@ -101,19 +106,37 @@ def points(
         breakpoints = (*breakpoints[: -1 : -(-parts // _MOST_PARTS)], breakpoints[-1])
     edges = np.array(breakpoints, dtype=float)
     # Between the samples of a record the force is linear: three nodes are exact for its fourth power.
-    nodes, weights = _rule(halvings, middle, outer) if parts <= _SMOOTH_PARTS else _rule(0, 3, 3)
+    nodes, weights = gauss_legendre(halvings, middle, outer) if parts <= _SMOOTH_PARTS else gauss_legendre(0, 3, 3)
     widths = np.diff(edges)[:, None]
     return (edges[:-1, None] + widths * nodes).ravel(), (widths * weights).ravel()
 
 
 @cache
-def _rule(halvings: int, middle: int, outer: int) -> tuple[FloatArray, FloatArray]:
-    """Gauss-Legendre nodes and weights on [0, 1], on the whole of it or on pieces that halve towards both ends."""
-    towards = np.append(0.0, 0.5 ** np.arange(halvings, 0, -1))
-    edges = np.concatenate((towards, 1 - towards[-2::-1])) if halvings else np.array([0.0, 1.0])
+def gauss_legendre(halvings: int, middle: int, outer: int) -> tuple[FloatArray, FloatArray]:
+    """Gauss-Legendre nodes and weights on [0, 1], on `pieces`; wide ones have ``middle`` nodes, others ``outer``."""
+    edges = pieces(halvings)
     nodes, weights = [], []
     for begin, width in zip(edges[:-1], np.diff(edges), strict=True):
         x, own = np.polynomial.legendre.leggauss(middle if width > _MIDDLE else outer)
         nodes.append(begin + width * (1 + x) / 2)
         weights.append(width * own / 2)
     return np.concatenate(nodes), np.concatenate(weights)
+
+
+def pieces(halvings: int) -> FloatArray:
+    """Edges of pieces of [0, 1] that halve so many times towards both ends."""
+    if not halvings:
+        return np.array([0.0, 1.0])
+    towards = np.append(0.0, 0.5 ** np.arange(halvings, 0, -1))
+    return np.concatenate((towards, 1 - towards[-2::-1]))
+
+
+def kept(function: Any) -> Any:
+    """The function with a cache for profiles that are values: scenes of one shape come in series."""
+    keeping = lru_cache(maxsize=256)(function)
+
+    def chosen(profile: ShockProfile, *rest: Any) -> Any:
+        return keeping(profile, *rest) if is_value(profile) else function(profile, *rest)
+
+    chosen.cache_clear = keeping.cache_clear  # type: ignore[attr-defined]
+    return chosen
