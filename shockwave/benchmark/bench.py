@@ -6,7 +6,7 @@ import os
 import platform
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from attrs import evolve
 
 from shockwave import __version__
 from shockwave.benchmark import convergence_order, integrators, predictors, quadrature_problems
-from shockwave.benchmark.timed_runs import Limits, Method, measured
+from shockwave.benchmark.timed_runs import Experiment, Limits, Method, measured
 from shockwave.benchmark.work_precision import Problem, Row, WorkPrecision
 from shockwave.errors import ShockwaveError
 from shockwave.registry import plugins
@@ -31,8 +31,6 @@ _FAMILIES: dict[str, Any] = {
     "predictors": predictors,
     "integrators": integrators,
 }
-
-_Experiment = tuple[Problem, Iterable[Method]]
 
 
 def run(
@@ -77,7 +75,7 @@ def run(
     )
 
 
-def _experiments(family: str, scenarios: Sequence[Scenario], limits: Limits, quick: bool) -> Iterator[_Experiment]:
+def _experiments(family: str, scenarios: Sequence[Scenario], limits: Limits, quick: bool) -> Iterator[Experiment]:
     """Problems and their methods; a scenario that cannot be run is a problem with one method that says why."""
     module = _FAMILIES[family]
     if not scenarios:
@@ -87,7 +85,7 @@ def _experiments(family: str, scenarios: Sequence[Scenario], limits: Limits, qui
             yield module.of_scenario(scenario, limits, quick)
         except ShockwaveError as error:
             about = "there is no reference", ("peak force",), "none", 1.0
-            yield Problem(family, scenario.name, *about), [Method.broken("reference", error)]
+            yield Problem(family, scenario.name, *about), iter([Method.broken("reference", error)])
 
 
 def _distinct(scenarios: Sequence[Scenario]) -> list[Scenario]:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache
 
 import numpy as np
 
-from shockwave.benchmark.timed_runs import Answer, Clock, Method
+from shockwave.benchmark.timed_runs import Answer, Clock, Experiment, Method
 from shockwave.benchmark.work_precision import Order, Problem, Row, observed_order
 from shockwave.errors import PluginError
 from shockwave.quadrature import FloatArray
@@ -55,7 +54,7 @@ def _difference(best: FloatArray, other: FloatArray) -> float:
     return float(np.linalg.norm(other - best) / np.linalg.norm(best))
 
 
-def experiment(quick: bool) -> tuple[Problem, Iterator[Method]]:
+def experiment(quick: bool) -> Experiment:
     """The problem, and the registered methods of fixed step."""
     description = f"{_GRANULES} granules pressed together between walls, let go: the state after {_UNTIL:g} T0"
     source = f"rkn1210 at a step tolerance of {_TIGHTEST:g}, cross-checked by rkn86"

@@ -246,23 +246,7 @@ def flying_apart(case: Case, backend: Backend) -> Finding:
     return _judged(result, outcome, error, 1e-3, expected)
 
 
+_GENERIC = (law, method, like, like_simulated, scaled_beads, number, refused)
+_SINGLE = (blow_on_two, far_passage, integrated_passage, quickly, no_more_steps, rebound, flying_apart)
 #: Each check by the name that a case gives.
-CHECKS = {
-    check.__name__: check
-    for check in (
-        law,
-        method,
-        like,
-        like_simulated,
-        scaled_beads,
-        number,
-        refused,
-        blow_on_two,
-        far_passage,
-        integrated_passage,
-        quickly,
-        no_more_steps,
-        rebound,
-        flying_apart,
-    )
-}
+CHECKS = {check.__name__: check for check in (*_GENERIC, *_SINGLE)}

@@ -4,18 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from shockwave.benchmark import convergence_order
-from shockwave.benchmark.chain_problems import (
-    NAMED,
-    Case,
-    Reference,
-    at_setting,
-    case_of,
-    patience,
-    read_front,
-    reference,
-)
-from shockwave.benchmark.timed_runs import Answer, Clock, Limits, Method
+from shockwave.benchmark import chain_problems, convergence_order
+from shockwave.benchmark.chain_problems import Case, Reference, at_setting, read_front
+from shockwave.benchmark.timed_runs import Answer, Clock, Experiment, Limits, Method
 from shockwave.benchmark.work_precision import Problem
 from shockwave.errors import PluginError
 from shockwave.measurement.simulate import scaled, simulate
@@ -24,8 +15,6 @@ from shockwave.scenario.load import Scenario
 from shockwave.simulation.integrator import Integrator
 
 __all__ = ["named", "of_scenario"]
-
-Experiment = tuple[Problem, Iterator[Method]]
 
 _LADDER = tuple(10.0**-power for power in range(2, 13))
 _QUICK_RTOLS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
@@ -38,7 +27,7 @@ def named(limits: Limits, quick: bool) -> Iterator[Experiment]:
     """The problem of the orders, and the named problems."""
     yield convergence_order.experiment(quick)
     for name in ("A",) if quick else ("A", "B", "slow"):
-        yield _experiment(NAMED[name], limits, quick)
+        yield _experiment(chain_problems.named(name), limits, quick)
 
 
 def of_scenario(scenario: Scenario, limits: Limits, quick: bool) -> Experiment:
@@ -49,11 +38,11 @@ def of_scenario(scenario: Scenario, limits: Limits, quick: bool) -> Experiment:
     ShockwaveError
         When there is no reference.
     """
-    return _experiment(case_of(scenario), limits, quick)
+    return _experiment(chain_problems.case_of(scenario), limits, quick)
 
 
 def _experiment(case: Case, limits: Limits, quick: bool) -> Experiment:
-    answer = reference(case, patience(limits))
+    answer = chain_problems.reference(case, chain_problems.patience(limits))
     quantities = ("peak force", "arrival time", "energy")
     problem = Problem("integrators", case.name, case.place, quantities, answer.source, answer.error)
     return problem, _methods(case, answer, quick)

@@ -6,8 +6,9 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from shockwave.benchmark.chain_problems import NAMED, Case, patience
-from shockwave.benchmark.timed_runs import Answer, Clock, Limits, Method
+from shockwave.benchmark import chain_problems
+from shockwave.benchmark.chain_problems import Case, patience
+from shockwave.benchmark.timed_runs import Answer, Clock, Experiment, Limits, Method
 from shockwave.benchmark.work_precision import Problem, greatest
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import simulate
@@ -16,8 +17,6 @@ from shockwave.registry import entries
 from shockwave.scenario.load import Scenario
 
 __all__ = ["named", "of_scenario"]
-
-Experiment = tuple[Problem, Iterator[Method]]
 
 _LADDER = tuple(10.0**-power for power in range(2, 10))
 _QUICK = (1e-2, 1e-4, 1e-6, 1e-8)
@@ -32,7 +31,7 @@ Run = Callable[[Any, Clock], Answer]
 def named(limits: Limits, quick: bool) -> Iterator[Experiment]:
     """The named problems."""
     names = ("short", "A", "B") if quick else ("short", "A", "B", "slow")
-    return (_experiment(NAMED[name], limits, quick) for name in names)
+    return (_experiment(chain_problems.named(name), limits, quick) for name in names)
 
 
 def of_scenario(scenario: Scenario, limits: Limits, quick: bool) -> Experiment:

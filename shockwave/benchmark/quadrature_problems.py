@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from attrs import evolve, frozen
 
-from shockwave.benchmark.timed_runs import Answer, Clock, Limits, Method
+from shockwave.benchmark.timed_runs import Answer, Clock, Experiment, Limits, Method
 from shockwave.benchmark.work_precision import Problem, greatest
 from shockwave.errors import NumericalError
 from shockwave.profiles.base import ShockProfile
@@ -109,18 +109,18 @@ def named_areas() -> Iterator[Areas]:
     yield areas_of("nearly a jump", steep, "power law, eta 0.001 and 1, n = 3: the rise is nearly a jump")
 
 
-def named(_: Limits, quick: bool) -> Iterator[tuple[Problem, Iterator[Method]]]:
+def named(_: Limits, quick: bool) -> Iterator[Experiment]:
     """The named problems and their methods."""
     return (_experiment(areas, quick) for areas in named_areas())
 
 
-def of_scenario(scenario: Scenario, _: Limits, quick: bool) -> tuple[Problem, Iterator[Method]]:
+def of_scenario(scenario: Scenario, _: Limits, quick: bool) -> Experiment:
     """The areas of a scenario's profile and their methods."""
     profile = scenario.shock.profile
     return _experiment(areas_of(scenario.name, profile, type(profile).__name__), quick)
 
 
-def _experiment(areas: Areas, quick: bool) -> tuple[Problem, Iterator[Method]]:
+def _experiment(areas: Areas, quick: bool) -> Experiment:
     quantities = ("areas", "impulse")
     about = areas.name, areas.description, quantities, areas.reference, areas.reference_error
     return Problem("quadratures", *about), _methods(areas, quick)

@@ -7,14 +7,14 @@ import statistics
 import time
 from collections.abc import Callable, Iterator, Mapping
 from timeit import Timer
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from attrs import evolve, frozen
 
 from shockwave.benchmark.work_precision import Problem, Row
 from shockwave.errors import NumericalError, ShockwaveError
 
-__all__ = ["Answer", "Clock", "Limits", "Method", "TooSlowError", "measured"]
+__all__ = ["Answer", "Clock", "Experiment", "Limits", "Method", "TooSlowError", "measured"]
 
 # A finer setting takes about twice as long as the one before.
 _GROWTH = 2.0
@@ -89,6 +89,10 @@ class Method:
         if value is None:
             return self.setting
         return f"{self.setting} {value:.3g}" if self.setting == "step" else f"{self.setting} {value:.0e}"
+
+
+#: A problem and its methods.
+Experiment: TypeAlias = tuple[Problem, Iterator[Method]]
 
 
 def measured(problem: Problem, method: Method, limits: Limits) -> Iterator[Row]:
