@@ -1,4 +1,4 @@
-"""Random cases for the command line: mutated scenarios, records and results, and command lines of random options.
+"""Random cases for the command line: mutated scenarios and records, and command lines of random options.
 
     python tests/fuzz.py 5000 --seed 1
 
@@ -277,38 +277,8 @@ def command_case(rng: random.Random) -> Case:
     return Case((*arguments, *CHEAP.get(name, "").split()), FILES)
 
 
-@cache
-def results() -> dict[str, bytes]:
-    """The files of a small sweep."""
-    from shockwave.cli import main
-
-    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), contextlib.redirect_stderr(io.StringIO()):
-        Path("swept.yaml").write_bytes(FILES["swept.yaml"])
-        with contextlib.redirect_stdout(io.StringIO()):
-            main(["sweep", "swept.yaml", "-o", "results", "--workers", "1"])
-        return {file.as_posix(): file.read_bytes() for file in sorted(Path().rglob("*")) if file.is_file()}
-
-
-def result_case(rng: random.Random) -> Case:
-    """A command on a folder of results, of which one is mutated or missing."""
-    files = dict(results())
-    name = rng.choice(sorted(files))
-    content = files.pop(name)
-    if rng.random() < 0.85:
-        files[name] = other_text(rng, content)
-    options = rng.choice(("", "-o out.svg", "--at shock.duration_ratio=2", "--column regime")).split()
-    return Case(
-        rng.choice((("plot", "results", *options), ("sweep", "swept.yaml", "-o", "results", "--dry-run"))), files
-    )
-
-
 #: What makes a case -> how often it is asked.
-KINDS: dict[Callable[[random.Random], Case], int] = {
-    scenario_case: 45,
-    record_case: 20,
-    command_case: 30,
-    result_case: 5,
-}
+KINDS: dict[Callable[[random.Random], Case], int] = {scenario_case: 45, record_case: 20, command_case: 30}
 
 
 def case_of(seed: int, number: int) -> Case:

@@ -89,7 +89,7 @@ def _experiments(family: str, scenarios: Sequence[Scenario], limits: Limits, qui
 
 
 def _distinct(scenarios: Sequence[Scenario]) -> list[Scenario]:
-    """The scenarios with distinct names, by which rows are told apart."""
+    """The scenarios with distinct names, by which rows are distinguished."""
     count = Counter[str]()
     found = []
     for scenario in scenarios:

@@ -66,13 +66,9 @@ def page(result: WorkPrecision) -> str:
         lstrip_blocks=True,
     )
     shown = [_shown(result, problem, f"p{number}") for number, problem in enumerate(result.problems)]
-    return environment.get_template("bench_page.html").render(
-        shown=shown,
-        order_columns=bench_table.ORDER_COLUMNS,
-        orders=[bench_table.order_cells(order) for order in result.orders],
-        smooth_problem=NAME,
-        provenance=result.provenance,
-    )
+    orders = [bench_table.order_cells(order) for order in result.orders]
+    template = environment.get_template("bench_page.html")
+    return template.render(result=result, shown=shown, orders=orders, tables=bench_table, smooth_problem=NAME)
 
 
 def _admitted(value: object) -> object:
@@ -87,8 +83,7 @@ def _shown(result: WorkPrecision, problem: Problem, key: str) -> dict[str, Any]:
         "problem": problem,
         "drawings": [_drawing([panel], f"{key}q{n}") for n, panel in enumerate(_panels(result, problem))],
         "failures": {row.method: row.problem for row in rows if row.method not in drawn},
-        "columns": bench_table.columns(problem),
-        "rows": [bench_table.cells(problem, row) for row in rows],
+        "table": [bench_table.cells(problem, row) for row in rows],
     }
 
 

@@ -83,11 +83,6 @@ class Case:
     contact: int
     known: tuple[float, float] | None = None
 
-    @property
-    def place(self) -> str:
-        """The description with the contact."""
-        return f"{self.description}, read at contact {self.contact}"
-
 
 # 20 digits each: integrated in quadruple precision by two methods, steps ending on every kink.
 _KNOWN = {

@@ -43,8 +43,9 @@ def of_scenario(scenario: Scenario, limits: Limits, quick: bool) -> Experiment:
 
 def _experiment(case: Case, limits: Limits, quick: bool) -> Experiment:
     answer = chain_problems.reference(case, chain_problems.patience(limits))
+    description = f"{case.description}, read at contact {case.contact}"
     quantities = ("peak force", "arrival time", "energy")
-    problem = Problem("integrators", case.name, case.place, quantities, answer.source, answer.error)
+    problem = Problem("integrators", case.name, description, quantities, answer.source, answer.error)
     return problem, _methods(case, answer, quick)
 
 
