@@ -8,6 +8,8 @@ import sys
 from functools import cache
 from pathlib import Path
 
+import pytest
+
 import shockwave
 
 ROOT = Path(__file__).parent.parent
@@ -173,6 +175,12 @@ def test_a_simulation_loads_no_predictor() -> None:
     )
     modules = loaded(program)
     assert {m for m in modules if m.startswith(("shockwave.prediction", "shockwave.prediction"))} == set()
+
+
+@pytest.mark.parametrize("name", ["predict", "simulate"])
+def test_a_scene_loads_no_bench_page_or_picture(name: str) -> None:
+    drawing = ("shockwave.benchmark", "shockwave.page", "shockwave.pictures", "matplotlib", "jinja2", "pebble")
+    assert {m for m in loaded(command(name, SCENE)) if m.startswith(drawing)} == set()
 
 
 def test_units_are_loaded_only_for_a_file_that_has_one(tmp_path: Path) -> None:
