@@ -1,11 +1,11 @@
-"""Random cases for the command line: mutated scenarios, records and results, and command lines of random options.
+"""Random cases for the command line: mutated scenarios and records, and command lines of random options.
 
     python tests/fuzz.py 5000 --seed 1
 
-runs so many cases in processes of their own and prints those that fail, each with what repeats it. A case must end
-with a documented status, without a traceback or an internal error, within ten seconds of processor time and 500 MB more
-than the program itself takes, must print JSON where it is asked to, and must leave what it reads as it was. A case
-follows from its seed and number alone.
+runs so many cases, each in a folder of its own, and prints those that fail with what repeats them. A case must end with
+a documented status, without a traceback or an internal error, within ten seconds of processor time and 500 MB more than
+the program itself takes, must print JSON where it is asked to, and must leave what it reads as it was. A case follows
+from its seed and number alone.
 """
 
 from __future__ import annotations
@@ -13,278 +13,375 @@ from __future__ import annotations
 import argparse
 import contextlib
 import importlib
+import io
 import json
 import os
-import queue
+import random
 import re
 import resource
-import signal
-import subprocess
 import sys
 import tempfile
-import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from attrs import asdict, frozen
-
-from fuzz_cases import KINDS, Case, case_of
+import yaml
+from attrs import frozen
+from pebble import ProcessExpired, ProcessPool
 
 ROOT = Path(__file__).parent.parent
-#: What a worker runs.
-PROGRAM: tuple[str, ...] = (__file__,)
-#: What a case may take: processor time [s], and memory beyond that of the program with all its parts loaded [bytes].
+#: Processor time that a case may take [s], and memory beyond that of the program with all its parts loaded [bytes].
 MOST_SECONDS, MOST_MEMORY = 10, 500 * 10**6
 #: A case that waits for something for so long hangs [s]; a busy machine does not take so long.
-_HANGS = 300.0
-_STATUSES = {0, 1, 2, 3, 4, 5, 130}
-_WRONG = re.compile(r"Traceback \(most recent|internal error|[A-Z]\w+Warning:")
+HANGS = 300.0
+STATUSES = (0, 1, 2, 3, 4, 5, 130)
+WRONG = re.compile(r"Traceback \(most recent|internal error|[A-Z]\w+Warning:")
+OUTPUTS = ("-o", "--output", "--out")
 
 
 @frozen
-class Outcome:
-    """How a case ended: its status, processor time [s], greatest memory beyond the program's [bytes], what is wrong."""
+class Case:
+    """A command line, and the files that lie in its folder."""
 
-    number: int
-    status: int | None
-    seconds: float
-    memory: int
-    wrong: str = ""
+    arguments: tuple[str, ...]
+    files: dict[str, bytes]
 
 
-# ---------------------------------------------------------------- a worker
+# ---------------------------------------------------------------- material
 
 
-def _peak() -> int:
-    """The greatest memory of this process since it was last cleared [bytes]."""
-    with contextlib.suppress(OSError), open("/proc/self/status") as file:
-        return 1024 * int(re.search(r"VmHWM:\s+(\d+)", file.read())[1])  # type: ignore[index]
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+@cache
+def scenarios() -> list[bytes]:
+    """The scenarios that come along, and those of the pages."""
+    found = [file.read_bytes() for file in sorted((ROOT / "profiles").rglob("*.yaml"))]
+    for page in sorted((ROOT / "docs").glob("*.md")):
+        blocks = re.findall(r"^```yaml\n(.*?)^```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+        found += [block.encode() for block in blocks]
+    return found
 
 
-def _clear_peak() -> None:
-    with contextlib.suppress(OSError), open("/proc/self/clear_refs", "w") as file:
-        file.write("5")
+HAMMER = (ROOT / "profiles" / "examples" / "hammer.csv").read_bytes()
+SMALL = b"""\
+name: small
+chain: {material: copper, diameter: 9.5 mm}
+shock: {profile: triangular, peak_force: 100 N, rise_time: 10 us, duration_ratio: 3}
+"""
+FILES = {
+    "scene.yaml": SMALL,
+    "record.yaml": b"""\
+chain: {material: copper, diameter: 9.5 mm}
+shock: {profile: tabulated, parameters: {file: hammer.csv}}
+""",
+    "swept.yaml": SMALL + b"sweep: {grid: {shock.duration_ratio: [2, 4]}}\n",
+    "uncertain.yaml": SMALL + b"uncertainty: {shock.peak_force: 3 %}\n",
+    "hammer.csv": HAMMER,
+}
+# Values as they are typed.
+NUMBERS = (
+    "0 -0.0 -1 1 2 1e-5 0.5 1e3 1e12 1e-320 1e308 1e999 -1e999 .nan .inf nan 1e5000 1e-9999 0x1F 0o17 1_000 1,5 +7"
+)
+UNITS = ("s", "us", "N", "mm", "GPa", "kg/m**3", "", "%", "m/s", "furlong", "m**99", "/Hz", "degC")
+TEXTS = (
+    *("", " ", "true", "null", "[]", "{}", "[1, 2]", "{a: 1}", "*x", "&x 1", "!!python/object:os.system x", "<<"),
+    *("'", '"', "%", "@", "- ", "? ", ": ", "#", "|", "2001-01-01", "12:30:45", "\u202e", "\u00e9", "\U0001f600"),
+    *("\ufeff", "\0", "\t", "\r", "\x1b[31m", "\ud800", "a" * 5000, "[" * 200, "{a: " * 60, "9" * 5000, "../x", "/"),
+    *("hammer.csv", "scene.yaml", "nowhere.csv", "copper", "triangular", "tabulated", "section-4", "moments", "verlet"),
+    *("chain.radius", "chain.material", "shock.rise_time", "peak_force=60 N", "a=b=c", "{linspace: [1, 2, 3]}", "5 %"),
+)
 
 
-def _memory_now() -> int:
-    with contextlib.suppress(OSError), open("/proc/self/statm") as file:
-        return int(file.read().split()[0]) * resource.getpagesize()
-    return 0
+def typed(rng: random.Random) -> str:
+    """A value as it is typed."""
+    if rng.random() < 0.4:
+        return rng.choice(TEXTS)
+    near = f"{rng.choice((1, -1)) * 10 ** rng.uniform(-8, 8):.4g}"
+    return f"{rng.choice((near, rng.choice(NUMBERS.split())))} {rng.choice(UNITS)}".strip()
 
 
-def _answer(number: int, case: Case) -> Outcome:
-    """Run a case in the current process, in a folder of its own."""
+def encoded(rng: random.Random) -> bytes:
+    return typed(rng).encode("utf-8", "surrogatepass")
+
+
+def value(rng: random.Random, depth: int = 0) -> Any:
+    """A value as YAML may hold it."""
+    move = rng.random()
+    if depth < 3 and move < 0.12:
+        return [value(rng, depth + 1) for _ in range(rng.randrange(4))]
+    if depth < 3 and move < 0.24:
+        return {typed(rng): value(rng, depth + 1) for _ in range(rng.randrange(4))}
+    if move < 0.28:
+        return yaml.safe_load("[" * (deep := rng.choice((5, 40))) + "]" * deep)
+    return rng.choice((None, True, 0, -1, 1e308, -1e-308, 10**30, 0.5, typed(rng), typed(rng), typed(rng)))
+
+
+# ---------------------------------------------------------------- mutations
+
+
+def places(data: Any) -> Iterator[tuple[Any, Any]]:
+    """Every container with each of its keys or indices."""
+    for key in list(data) if isinstance(data, dict) else range(len(data)) if isinstance(data, list) else ():
+        yield data, key
+        yield from places(data[key])
+
+
+def other_tree(rng: random.Random, text: bytes) -> bytes:
+    """The scenario with keys deleted, added, or of other values."""
+    data = yaml.safe_load(text)
+    for _ in range(rng.choice((1, 1, 2, 4))):
+        holder, key = rng.choice(list(places(data)) or [({0: 0}, 0)])
+        move, number = rng.random(), holder[key]
+        if move < 0.2:
+            del holder[key]
+        elif move < 0.3 and isinstance(holder, dict):
+            holder[typed(rng)] = number
+        elif move < 0.5 and type(number) in (int, float):
+            holder[key] = number * rng.choice((-1, 0, 1e-3, 0.5, 2, 1e9))
+        else:
+            holder[key] = value(rng)
+    dumped = yaml.safe_dump(data, allow_unicode=True, default_flow_style=rng.choice((None, False)), sort_keys=False)
+    # quotes come and go, so that text is read as numbers too
+    return (dumped if rng.random() < 0.5 else dumped.replace("'", "")).encode("utf-8", "surrogatepass")
+
+
+def other_text(rng: random.Random, text: bytes) -> bytes:
+    """The text with lines or bytes changed, or its end missing."""
+    for _ in range(rng.choice((1, 1, 2, 5))):
+        lines, at, given = text.split(b"\n"), rng.randrange(len(text) + 1), encoded(rng)
+        line = rng.randrange(len(lines))
+        text = rng.choice((
+            text[:at],
+            text[:at] + given + text[at:],
+            text[:at] + rng.randbytes(rng.choice((1, 3, 200))) + text[at + 1 :],
+            b"\n".join(lines[:line] + lines[line + 1 :]),
+            b"\n".join(lines[: line + 1] + lines[line:]),
+            b"\n".join([*lines[:line], rng.choice((b"  ", b"\t")) + lines[line], *lines[line + 1 :]]),
+            re.sub(rb"(?<=: )[\w.+-]+", lambda found: given if rng.random() < 0.2 else found[0], text),  # noqa: B023
+            text.replace(b"\n", rng.choice((b"\r", b"\r\n", b"\0", b"\x85"))),
+            rng.choice((b"\xef\xbb\xbf", b"\xff\xfe", b"%YAML 9.9\n---\n", b"---\n", b"&a ", b"\x1f\x8b")) + text,
+            text * rng.choice((2, 50)),
+        ))  # fmt: skip
+    return text
+
+
+def other_numbers(rng: random.Random, text: bytes) -> bytes:
+    """The text with some of its numbers larger or smaller, so that most scenes remain valid."""
+
+    def changed(found: re.Match[bytes]) -> bytes:
+        factor = rng.choice((1, 1, 1, 0.5, 1.1, 2, 10 ** rng.uniform(-3, 3)))
+        return found[0] if factor == 1 else b"%.4g" % (float(found[0]) * factor)
+
+    return re.sub(rb"(?<=[ \[])[0-9]+(?:\.[0-9]+)?(?:e-?[0-9]+)?(?=[ ,\]}\n])", changed, text)
+
+
+def other_record(rng: random.Random) -> bytes:
+    """A record with cells, rows or separators changed, or no record at all."""
+    rows = [line.split(b",") for line in HAMMER.split(b"\n")][: rng.choice((2, 5, 1000))]
+    for _ in range(rng.choice((1, 2, 10))):
+        row = rng.choice(rows)
+        row[rng.randrange(len(row))] = encoded(rng)
+        row += [encoded(rng)] * (rng.random() < 0.2)
+    changed = b"\n".join(b",".join(row) for row in rows)
+    separated = HAMMER.replace(b",", rng.choice((b";", b"\t", b" ", b"|", b"")))
+    odd = rng.choice((b"", b"\n", b"\0" * 1000, b"1,2", b"," * 20_000, b"0,0\n" * 1000, rng.randbytes(2000)))
+    return rng.choices((changed, separated, odd, other_text(rng, HAMMER)), (5, 2, 1, 3))[0]
+
+
+# ---------------------------------------------------------------- kinds of cases
+
+#: What keeps a command cheap; it comes last, and so counts.
+CHEAP = {
+    "simulate": "--primary --rtol 1e-2",
+    "compare": "--primary --rtol 1e-2",
+    "curve": "--rtol 1e-2 --longest 1",
+    "design": "--rtol 1e-2 --points 3",
+    "uncertainty": "--rtol 1e-2 --draws 64",
+    "bench": "--quick --longest 1e-3 --family quadratures",
+    "sweep": "--dry-run",
+}
+#: Commands on a scenario -> how often each is asked.
+ON_SCENE = {
+    "validate": 16,
+    "predict": 16,
+    "predict --json": 8,
+    "simulate": 10,
+    "simulate --json": 4,
+    "compare": 5,
+    "curve -o out.json": 2,
+    "curve -o out.svg": 2,
+    "design --vary chain.radius --target amplification=0.8 --between 1mm 5mm": 3,
+    "design --vary shock.rise_time --target momentum=1e-3 --between 1us 9us": 3,
+    "design --vary chain.material --target peak_force=60N": 2,
+    "uncertainty": 5,
+    "sweep": 6,
+    "report -o out.html": 0.5,
+    "bench": 1.5,
+}
+
+
+def on_scene(rng: random.Random) -> tuple[str, ...]:
+    """A command on the file ``scene.yaml``."""
+    name, *options = rng.choices(list(ON_SCENE), list(ON_SCENE.values()))[0].split()
+    return name, "scene.yaml", *options, *CHEAP.get(name, "").split()
+
+
+def scenario_case(rng: random.Random) -> Case:
+    """A command on a mutated scenario."""
+    mutate = rng.choices((other_tree, other_text, other_numbers), (4, 3, 3))[0]
+    text = mutate(rng, rng.choice(scenarios()))
+    return Case(on_scene(rng), {"scene.yaml": text, "hammer.csv": HAMMER, "pulse.csv": HAMMER})
+
+
+def record_case(rng: random.Random) -> Case:
+    """A command on a mutated record."""
+    return Case(on_scene(rng), {"scene.yaml": FILES["record.yaml"], "hammer.csv": other_record(rng)})
+
+
+@cache
+def commands() -> dict[str, list[argparse.Action]]:
+    """The arguments of each command."""
+    from shockwave.cli.parser import parser
+
+    (subparsers,) = (action for action in parser()._actions if isinstance(action, argparse._SubParsersAction))
+    return {name: command._actions for name, command in subparsers.choices.items()}
+
+
+def argument(rng: random.Random, action: argparse.Action) -> str:
+    """A value of an argument."""
+    if action.dest in ("output", "out"):
+        return rng.choice(("out.html", "out.svg", "out.json", "out.pdf", "scene.yaml", ".", "", "no/out.svg", "a\0"))
+    if action.dest in ("file", "files", "folder"):
+        return rng.choice((*FILES, "nowhere.yaml", ".", "*.yaml", "*.x"))
+    return str(rng.choice(list(action.choices))) if action.choices and rng.random() < 0.8 else typed(rng)
+
+
+def command_case(rng: random.Random) -> Case:
+    """A command line of random options."""
+    name = rng.choice(list(commands()))
+    arguments = [name]
+    for action in commands()[name]:
+        count = (
+            action.nargs if isinstance(action.nargs, int) else rng.choice((1, 2)) if action.nargs in ("+", "*") else 1
+        )
+        if action.required or rng.random() < 0.4:
+            named = [rng.choice(action.option_strings)] if action.option_strings else []
+            arguments += [*named, *(argument(rng, action) for _ in range(count))]
+    if name == "stress":  # the catalogue takes minutes
+        arguments[1:2] = arguments[1:2] or ["nothing"]
+    if name == "report" and rng.random() < 0.8:  # a page takes long
+        arguments[0] = name = "validate"
+    if rng.random() < 0.25:
+        arguments.insert(rng.randrange(len(arguments) + 1), rng.choice((typed(rng), "--no-plugins", "--help", "--")))
+    return Case((*arguments, *CHEAP.get(name, "").split()), FILES)
+
+
+#: What makes a case -> how often it is asked.
+KINDS: dict[Callable[[random.Random], Case], int] = {scenario_case: 45, record_case: 20, command_case: 30}
+
+
+def case_of(seed: int, number: int) -> Case:
+    """The case of this number."""
+    rng = random.Random(f"{seed}-{number}")
+    return rng.choices(list(KINDS), list(KINDS.values()))[0](rng)
+
+
+# ---------------------------------------------------------------- running
+
+
+def load_all() -> None:
+    """Load what commands load, so that it counts for no case, and limit what a case may take beyond."""
+    for module in ("matplotlib.figure", "scipy.optimize", "shockwave.cli"):
+        importlib.import_module(module)
+    with open("/proc/self/statm") as file:
+        now = int(file.read().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (now + MOST_MEMORY, resource.RLIM_INFINITY))
+
+
+def answer(case: Case) -> str:
+    """Run a case in the current process, in a folder of its own; what is wrong with it, or nothing."""
     from shockwave.cli import main
 
-    with tempfile.TemporaryDirectory() as folder, open(os.path.join(folder, "printed"), "w+b") as printed:
-        place = Path(folder) / "here"
-        place.mkdir()
+    out, err = io.TextIOWrapper(io.BytesIO(), "utf-8"), io.StringIO()
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         for name, content in case.files.items():
-            (place / name).parent.mkdir(exist_ok=True)
-            (place / name).write_bytes(content)
-        errors = open(os.path.join(folder, "errors"), "w+b")  # noqa: SIM115
-        os.dup2(printed.fileno(), 1)
-        os.dup2(errors.fileno(), 2)
-        sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115
-        sys.stderr = open(2, "w", encoding="utf-8", closefd=False)  # noqa: SIM115
-        os.chdir(place)
-        _clear_peak()
-        before, begun, wrong = _peak(), time.process_time(), ""
-        try:
-            status: Any = main(case.arguments)
-        except SystemExit as end:
-            status = end.code or 0
-        except BaseException as error:
-            status, wrong = None, f"raised {type(error).__name__}: {error}"
-        seconds, memory = time.process_time() - begun, _peak() - before
-        with contextlib.suppress(OSError):
-            sys.stdout.flush()
-        sys.stderr.flush()
-        os.chdir(ROOT)
-        out, err = ((Path(folder) / name).read_bytes().decode("utf-8", "replace") for name in ("printed", "errors"))
-        errors.close()
-        changed = [name for name in _read(case) if not _is(place / name, case.files[name])]
-        wrong = wrong or _wrong(case, status, out, err, changed)
-    return Outcome(number, status, seconds, memory, wrong)
+            Path(name).parent.mkdir(exist_ok=True)
+            Path(name).write_bytes(content)
+        begun = time.process_time()
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            try:
+                status: Any = main(list(case.arguments))
+            except SystemExit as end:
+                status = end.code or 0
+        seconds = time.process_time() - begun
+        changed = [name for name in inputs(case) if Path(name).read_bytes() != case.files[name]]
+    out.seek(0)
+    return fault(case, status, seconds, out.read(), err.getvalue(), changed)
 
 
-def _read(case: Case) -> set[str]:
-    """The files that a case may read: those that it names other than as its output, and the records that they name."""
-    named = {
-        given
-        for option, given in zip(("", *case.arguments), case.arguments, strict=False)
-        if option not in ("-o", "--output", "--out")
-    }
-    if named & {"scene.yaml", "record.yaml", "*.yaml"}:
-        named |= {"hammer.csv"}
+def inputs(case: Case) -> set[str]:
+    """The files that a case names, other than as its output, and the records that they name."""
+    before = ("", *case.arguments)
+    named = {given for option, given in zip(before, case.arguments, strict=False) if option not in OUTPUTS}
+    named |= {"hammer.csv"} if named & {"scene.yaml", "record.yaml"} else set()
     return set(case.files) if "*.yaml" in named else named & set(case.files)
 
 
-def _is(file: Path, content: bytes) -> bool:
-    try:
-        return file.read_bytes() == content
-    except OSError:
-        return False
-
-
-def _wrong(case: Case, status: Any, out: str, err: str, changed: list[str]) -> str:
-    if status not in _STATUSES:
+def fault(case: Case, status: Any, seconds: float, out: str, err: str, changed: list[str]) -> str:
+    """What is wrong with how a case ended."""
+    if status not in STATUSES:
         return f"status {status!r}"
-    found = _WRONG.search(err) or _WRONG.search(out if "--json" not in case.arguments else "")
-    if found:
-        return f"{(err + out)[-1500:]}"
+    if WRONG.search(err) or ("--json" not in case.arguments and WRONG.search(out)):
+        return (err + out)[-1500:]
+    if seconds > MOST_SECONDS:
+        return f"took {seconds:.1f} s"
     if changed:
         return f"changed {changed}"
     if "--json" in case.arguments and status == 0 and not {"--help", "-h", "--version"} & set(case.arguments):
         try:
-            json.loads(out, parse_constant=_no_number)
+            json.loads(out, parse_constant=lambda name: float(f"no number: {name}"))
         except ValueError as error:
             return f"no JSON: {error}: {out[:200]}"
     return ""
 
 
-def _no_number(name: str) -> None:
-    raise ValueError(name)
-
-
-def _work(seed: int, kinds: Sequence[str]) -> None:
-    """Answer numbers of cases, a line each, until there are no more."""
-    # so that loading them counts for no case
-    importlib.import_module("matplotlib.figure")
-    importlib.import_module("scipy.optimize")
-
-    answers = os.fdopen(os.dup(1), "w")
-    hard = resource.getrlimit(resource.RLIMIT_CPU)[1]
-    for line in sys.stdin:
-        number = int(line)
-        case = case_of(seed, number, kinds)
-        used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
-        resource.setrlimit(resource.RLIMIT_CPU, (int(used) + MOST_SECONDS + 1, hard))
-        resource.setrlimit(resource.RLIMIT_AS, (_memory_now() + MOST_MEMORY + 64 * 2**20, resource.RLIM_INFINITY))
-        outcome = _answer(number, case)
-        print(json.dumps(asdict(outcome)), file=answers, flush=True)
-
-
-# ---------------------------------------------------------------- all cases
-
-
-class _Worker:
-    """A process that answers cases one after another."""
-
-    def __init__(self, seed: int, kinds: Sequence[str], scratch: str) -> None:
-        environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "XDG_CACHE_HOME": scratch, "MPLCONFIGDIR": scratch}
-        environment["PYTHONPATH"] = str(Path(__file__).parent)  # a safe path leaves out the folder of the program
-        environment["TMPDIR"] = scratch
-        self.process = subprocess.Popen(
-            [sys.executable, *PROGRAM, "--work", "--seed", str(seed), "--kinds", *kinds],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            text=True,
-            env=environment,
-            cwd=ROOT,
-        )
-
-    def answer(self, number: int) -> Outcome:
-        assert self.process.stdin is not None
-        assert self.process.stdout is not None
-        timer = threading.Timer(_HANGS, self.process.kill)
-        timer.start()
-        try:
-            print(number, file=self.process.stdin, flush=True)
-            line = self.process.stdout.readline()
-        finally:
-            timer.cancel()
-        if line:
-            return Outcome(**json.loads(line))
-        status = -self.process.wait()
-        slow = status == getattr(signal, "SIGXCPU", 0)
-        wrong = f"more than {MOST_SECONDS} s" if slow else f"ended by signal {status}"
-        return Outcome(number, None, float(MOST_SECONDS), 0, wrong)
-
-    def end(self) -> None:
-        assert self.process.stdin is not None
-        self.process.stdin.close()
-        self.process.wait()
-        self.process.stdout.close()  # type: ignore[union-attr]
-
-
-def run(
-    numbers: Sequence[int],
-    seed: int,
-    kinds: Sequence[str] = tuple(KINDS),
-    workers: int = 2,
-    tell: Callable[[Outcome], None] | None = None,
-) -> list[Outcome]:
-    """The outcomes of cases, in their order."""
-    left: queue.SimpleQueue[int] = queue.SimpleQueue()
-    for number in numbers:
-        left.put(number)
-    found: list[Outcome] = []
-
-    def work(scratch: str) -> None:
-        worker = _Worker(seed, kinds, scratch)
-        with contextlib.suppress(queue.Empty):
-            while True:
-                outcome = worker.answer(left.get_nowait())
-                found.append(outcome)
-                if tell:
-                    tell(outcome)
-                if outcome.status is None:  # its process may have ended, or be of no more use
-                    worker.end()
-                    worker = _Worker(seed, kinds, scratch)
-        worker.end()
-
-    with tempfile.TemporaryDirectory() as scratch:
-        threads = [threading.Thread(target=work, args=(scratch,)) for _ in range(workers)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-    return sorted(found, key=lambda outcome: outcome.number)
+def run(cases: Sequence[Case], workers: int = 2) -> Iterator[str]:
+    """What is wrong with each case, in their order; a process that ends is replaced."""
+    pool = ProcessPool(workers, context=get_context("spawn"), initializer=load_all)
+    with pool:
+        for future in [pool.schedule(answer, (case,), timeout=HANGS) for case in cases]:
+            try:
+                yield future.result()
+            except (ProcessExpired, TimeoutError) as error:
+                yield f"{type(error).__name__}: {error}"
+            except Exception as error:
+                yield f"raised {type(error).__name__}: {error}"
 
 
 def main() -> int:
+    """Run cases and print those that fail."""
     reader = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     reader.add_argument("cases", nargs="?", type=int, default=100, help="how many")
     reader.add_argument("--seed", type=int, default=1)
     reader.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     reader.add_argument("--only", type=int, help="the number of one case: its command line and files are printed too")
-    reader.add_argument("--kinds", nargs="+", choices=tuple(KINDS), default=tuple(KINDS), help="left out, all")
-    reader.add_argument("--work", action="store_true", help=argparse.SUPPRESS)
     options = reader.parse_args()
-    if options.work:
-        _work(options.seed, options.kinds)
-        return 0
     numbers = range(options.cases) if options.only is None else [options.only]
+    cases = [case_of(options.seed, number) for number in numbers]
     if options.only is not None:
-        case = case_of(options.seed, options.only, options.kinds)
-        print(
-            case.arguments,
-            *(f"--- {name}\n{text.decode('utf-8', 'backslashreplace')}" for name, text in case.files.items()),
-            sep="\n",
-        )
-
-    def tell(outcome: Outcome) -> None:
-        if outcome.wrong:
-            case = case_of(options.seed, outcome.number, options.kinds)
-            repeat = (
-                f"python tests/fuzz.py --seed {options.seed} --only {outcome.number} --kinds {' '.join(options.kinds)}"
+        print(cases[0].arguments)
+        for name, text in cases[0].files.items():
+            print(f"--- {name}\n{text.decode('utf-8', 'backslashreplace')}")
+    failed = 0
+    for number, case, wrong in zip(numbers, cases, run(cases, options.workers), strict=True):
+        if wrong:
+            failed += 1
+            print(
+                f"python tests/fuzz.py --seed {options.seed} --only {number}: {case.arguments}\n    {wrong}", flush=True
             )
-            print(f"{repeat}: {case.kind}: {' '.join(map(repr, case.arguments))[:300]}")
-            print("   ", outcome.wrong.replace("\n", "\n    "), flush=True)
-
-    found = run(numbers, options.seed, options.kinds, options.workers, tell)
-    slowest = max(found, key=lambda each: each.seconds)
-    largest = max(found, key=lambda each: each.memory)
-    statuses = {status: sum(each.status == status for each in found) for status in (*sorted(_STATUSES), None)}
-    print(f"{len(found)} cases, {sum(bool(each.wrong) for each in found)} wrong; statuses {statuses}")
-    print(f"slowest: {slowest.seconds:.1f} s (case {slowest.number})")
-    print(f"most memory: {largest.memory / 1e6:.0f} MB (case {largest.number})")
-    return int(any(each.wrong for each in found))
+    print(f"{len(cases)} cases, {failed} wrong")
+    return int(failed > 0)
 
 
 if __name__ == "__main__":

@@ -149,6 +149,12 @@ def test_a_program_does_not_load(program: str, unwanted: tuple[str, ...]) -> Non
     assert {name for name in loaded(program) if name.startswith(unwanted)} == set()
 
 
+@pytest.mark.parametrize("name", ["predict", "simulate"])
+def test_a_scene_loads_no_bench_page_or_picture(name: str) -> None:
+    drawing = ("shockwave.benchmark", "shockwave.page", "shockwave.pictures", "matplotlib", "jinja2", "pebble")
+    assert {m for m in loaded(command(name, SCENE)) if m.startswith(drawing)} == set()
+
+
 def test_units_are_loaded_only_for_a_file_that_has_one(tmp_path: Path) -> None:
     bare = tmp_path / "bare.yaml"
     bare.write_text(

@@ -92,7 +92,7 @@ def test_every_command_leaves_the_old_file_on_a_full_disk(
 ) -> None:
     # pages are written without their pictures
     monkeypatch.setattr("shockwave.page.whole.drawn", lambda _: "")
-    monkeypatch.setattr("shockwave.benchmark.page.drawing", lambda *_: "")
+    monkeypatch.setattr("shockwave.benchmark.bench_page._drawing", lambda *_: "")
     old = folder / WRITERS[name][-1]
     old.write_text("old")
     assert main(WRITERS[name]) == 5

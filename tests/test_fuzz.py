@@ -3,63 +3,53 @@
 from __future__ import annotations
 
 import random
-from pathlib import Path
 
 import pytest
 
 pytest.importorskip("resource", reason="limits of POSIX")
 
 import fuzz
-from fuzz_cases import case_of, command_case, commands
 
 
 @pytest.mark.slow
 def test_random_cases_end_as_documented() -> None:
-    outcomes = fuzz.run(range(100), seed=0)
-    assert len(outcomes) == 100
-    assert [outcome for outcome in outcomes if outcome.wrong] == []
+    cases = [fuzz.case_of(0, number) for number in range(100)]
+    assert [(case.arguments, wrong) for case, wrong in zip(cases, fuzz.run(cases), strict=True) if wrong] == []
 
 
 def test_a_case_follows_from_its_seed_and_number() -> None:
-    assert case_of(3, 14) == case_of(3, 14) != case_of(3, 15)
+    assert fuzz.case_of(3, 14) == fuzz.case_of(3, 14) != fuzz.case_of(3, 15)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("program", "wrong"),
+    ("status", "seconds", "out", "err", "changed", "wrong"),
     [
-        ("raise ValueError('odd')", "internal error: ValueError: odd"),
-        ("import sys; sys.exit(9)", "status 9"),
-        ("while True: pass", "more than 10 s"),
-        ("kept = bytearray(2**30)", "internal error: MemoryError"),
-        ("open('scene.yaml', 'w').close()", "changed ['scene.yaml']"),
-        ("import os; os.abort()", "ended by signal 6"),
+        (0, 1.0, "{}", "", [], ""),
+        (9, 1.0, "{}", "", [], "status 9"),
+        (1, 1.0, "", "internal error: ValueError: odd", [], "internal error"),
+        (0, 99.0, "{}", "", [], "took 99.0 s"),
+        (0, 1.0, "{}", "", ["scene.yaml"], "changed"),
+        (0, 1.0, '{"a": NaN}', "", [], "no JSON"),
     ],
-    ids=["raises", "status", "endless", "memory", "input", "dies"],
+    ids=["right", "status", "internal", "endless", "input", "json"],
 )
 def test_what_is_wrong_with_a_case_is_found(
-    program: str, wrong: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    status: int, seconds: float, out: str, err: str, changed: list[str], wrong: str
 ) -> None:
-    # the worker of a copy, in which validating does something else
-    worker = tmp_path / "broken.py"
-    worker.write_text(
-        "import sys; sys.path.insert(0, sys.argv.pop(1))\nimport fuzz\nimport shockwave.cli.scenes as scenes\n"
-        f"def validate(options):\n    {program}\n    return 0\nscenes.validate = validate\n"
-        "fuzz.case_of = lambda *_: fuzz.Case('own', ('validate', 'scene.yaml'), {'scene.yaml': b'x'})\nfuzz.main()\n"
-    )
-    monkeypatch.setattr(fuzz, "PROGRAM", (str(worker), str(fuzz.ROOT / "tests")))
-    (outcome,) = fuzz.run([0], seed=0, workers=1)
-    assert wrong in outcome.wrong
+    case = fuzz.Case(("validate", "scene.yaml", "--json"), {})
+    found = fuzz.fault(case, status, seconds, out, err, changed)
+    assert found.startswith(wrong)
+    assert bool(found) == bool(wrong)
 
 
 def test_every_command_and_option_is_tried() -> None:
     tried: dict[str, set[str]] = {}
     for number in range(3000):
-        name, *arguments = command_case(random.Random(number)).arguments
+        name, *arguments = fuzz.command_case(random.Random(number)).arguments
         tried.setdefault(name, set()).update(arguments)
     missing = {
         (name, option)
-        for name, actions in commands().items()
+        for name, actions in fuzz.commands().items()
         for option in (max(action.option_strings, default="", key=len) for action in actions)
         if option and name != "report" and option not in tried[name]
     }

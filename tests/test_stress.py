@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import os
+import time
 
 import attrs
 import pytest
@@ -11,26 +13,22 @@ import pytest
 import shockwave as sw
 from pages import table
 from scenes import CHAIN, power
-from shockwave.benchmark.stress.case import Case, Finding
-from shockwave.benchmark.stress.catalogue import CASES, find
-from shockwave.benchmark.stress.checks import against, by_law, faults_of, judged, like, refused
-from shockwave.benchmark.stress.runner import Row, Stress, run_case, stress
-from shockwave.benchmark.stress.scenes import power as made
-from shockwave.benchmark.stress.worker import checked
+from shockwave.benchmark import extreme_checks, stress
+from shockwave.benchmark.extreme_cases import CASES, Case, find
+from shockwave.benchmark.extreme_checks import CHECKS, Finding
+from shockwave.benchmark.stress import Row, Stress, checked
 from shockwave.simulation.backend import compiled
 
-QUICK = [case for case in CASES if not case.slow]
+QUICK = [case for case in CASES if case.limit <= 60]
 #: One of each kind of check, for the code in NumPy.
 WITH_NUMPY = ("rates-1e-12", "small-weak-stiff", "rise-time-1e-12", "two-granules-blow", "steep-decay", "no-force")
+SCENE = {"power": [0.5, 1, 3, 0.5]}
 
 
-def case(check: object, **changes: object) -> Case:
-    """A case that is in no catalogue."""
-    return Case(name="trial", theme="trials", asked="?", must="!", check=check, **changes)  # type: ignore[arg-type]
-
-
-def simulated() -> sw.SimulationResult:
-    return sw.simulate(power(0.5), CHAIN, waves="primary")
+def case(check: str, **fields: object) -> Case:
+    """A case that is in no catalogue, of a shock that is not short."""
+    given = {"name": "trial", "theme": "trials", "asked": "?", "must": "!", "scene": SCENE, **fields}
+    return Case(check=check, options={"waves": "primary"}, **given)  # type: ignore[arg-type]
 
 
 # ---------------------------------------------------------------- the cases
@@ -41,164 +39,129 @@ def simulated() -> sw.SimulationResult:
     [pytest.param(one, id=one.name, marks=[pytest.mark.slow] * (index % 8 > 0)) for index, one in enumerate(QUICK)],
 )
 def test_quick_cases_pass(one: Case) -> None:
-    finding, _ = checked(one, "numpy" if compiled is None else "compiled")
-    assert finding.faults == ()
+    assert checked(one, "numpy" if compiled is None else "compiled").faults == ()
 
 
 @pytest.mark.parametrize("name", WITH_NUMPY)
 def test_cases_of_every_kind_pass_in_numpy(name: str) -> None:
     (one,) = find([name])
-    assert checked(one, "numpy")[0].faults == ()
+    assert checked(one, "numpy").faults == ()
 
 
-def test_names_are_unique() -> None:
-    assert len({one.name for one in CASES} | {one.theme for one in CASES}) == len(CASES) + len(
-        {one.theme for one in CASES}
-    )
+def test_names_are_unique_and_checks_exist() -> None:
+    names = [*(one.name for one in CASES), *{one.theme for one in CASES}]
+    assert len(set(names)) == len(names)
+    assert {one.check for one in CASES} == set(CHECKS)
 
 
-def test_themes_stand_together() -> None:
-    themes = [one.theme for one in CASES]
-    assert themes == sorted(themes, key=themes.index)
+def test_the_page_lists_every_case() -> None:
+    assert table("docs/stress.md", "cases") == [[f"`{one.name}`", one.asked, one.must] for one in CASES]
 
 
 # ---------------------------------------------------------------- checks can fail
 
 
-def test_a_peak_force_that_is_off_is_a_fault() -> None:
-    result = simulated()
-    assert judged(result, result.amplification, 1e-9).faults == ()
-    (fault,) = judged(result, result.amplification * (1 + 2e-9), 1e-9).faults
-    assert fault.startswith("the peak force is")
-
-
-def test_an_open_book_of_momentum_is_a_fault() -> None:
-    result = simulated()
-    found = result.found._replace(chain_momentum=result.found.chain_momentum * (1 + 1e-11))
-    assert faults_of(attrs.evolve(result, found=found)) == ["the book of momentum is open by 1.0e-11"]
-
-
-def test_a_figure_that_is_not_finite_is_a_fault() -> None:
-    result = simulated()
-    broken = attrs.evolve(result, found=result.found._replace(energy=math.nan))
-    assert faults_of(broken) == ["a figure of the result is not finite"]
-
-
-def test_a_tolerance_that_is_missed_is_a_fault() -> None:
-    result = sw.simulate(power(0.5), CHAIN, waves="primary", rtol=1e-13)
-    (fault,) = faults_of(result)
-    assert fault.startswith("the tolerance was not met")
-
-
-def test_a_shock_that_is_not_short_breaks_the_law_of_short_shocks() -> None:
-    assert by_law(made(0.5, 1.0, 3.0, 0.5))("numpy").faults != ()
-
-
-def test_another_scene_is_told_from_the_same() -> None:
-    finding = like(made(0.5, 1.0, 3.0, 0.5), made(0.5, 1.0, 3.0, 0.5001), 1e-6, waves="primary")("numpy")
-    # simulation and prediction both
-    assert len(finding.faults) == 2
-
-
-def test_a_wrong_number_is_told() -> None:
-    assert against(made(0.5, 1.0, 3.0, 0.5), 0.51, 1e-6, waves="primary")("numpy").faults != ()
-
-
-def raising(error: Exception) -> object:
-    def call(backend: str) -> None:
-        raise error
-
-    return call
+@pytest.mark.parametrize(
+    ("one", "count"),
+    [
+        pytest.param(case("number", reference=0.51), 1, id="another number"),
+        pytest.param(case("law"), 1, id="a shock that is not short"),
+        # simulation and prediction both
+        pytest.param(case("like", other={"power": [0.5, 1, 3, 0.5001]}), 2, id="another scene"),
+        pytest.param(case("refused", message="must be > 0"), 1, id="no error"),
+        pytest.param(
+            case("refused", scene={"power": [1, 1, 1, 1]}, message="must be > 0"), 1, id="an error with another message"
+        ),
+        pytest.param(case("number", scene={"power": [1, 1, 1, 1]}), 1, id="an error by accident"),
+    ],
+)
+def test_what_must_not_happen_is_a_fault(one: Case, count: int) -> None:
+    assert len(checked(one, "numpy").faults) == count
 
 
 @pytest.mark.parametrize(
-    "call",
+    ("changes", "rtol", "fault"),
     [
-        raising(sw.NumericalError("too slow")),
-        raising(sw.InvalidValueError.of("force", "must be strong")),
-        lambda backend: simulated(),
+        ({"chain_momentum": 1 + 1e-11}, 1e-6, "the momentum balance is violated by 1.0e-11"),
+        ({"energy": math.nan}, 1e-6, "a value of the result is not finite"),
+        ({}, 1e-13, "the tolerance was not met"),
     ],
-    ids=["another-error", "other-words", "no-error"],
+    ids=["momentum", "not-finite", "tolerance"],
 )
-def test_what_is_not_refused_as_it_should_be_is_a_fault(call: object) -> None:
-    check = refused(call, sw.InvalidValueError, "must be > 0")  # type: ignore[arg-type]
-    assert check("numpy").faults == ("it should be InvalidValueError with 'must be > 0'",)
+def test_a_result_that_is_not_sound_is_a_fault(
+    changes: dict[str, float], rtol: float, fault: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    result = sw.simulate(power(0.5), CHAIN, waves="primary", rtol=rtol)
+    changed = {name: getattr(result.found, name) * factor for name, factor in changes.items()}
+    broken = attrs.evolve(result, found=result.found._replace(**changed))
+    monkeypatch.setattr(extreme_checks, "simulate", lambda *_, **__: broken)
+    (found,) = checked(case("number", reference=result.amplification), "numpy").faults
+    assert found.startswith(fault)
 
 
-def test_the_named_error_with_its_words_passes() -> None:
-    error = sw.InvalidValueError.of("force", "must be > 0 N")
-    finding = refused(raising(error), sw.InvalidValueError, "must be > 0")("numpy")  # type: ignore[arg-type]
-    assert finding == Finding(outcome="InvalidValueError: force: must be > 0 N")
+# ---------------------------------------------------------------- the run
 
 
-def test_what_a_check_raises_by_accident_is_a_fault() -> None:
-    finding, _ = checked(case(raising(ZeroDivisionError("by nothing"))), "numpy")
-    assert finding.outcome == "ZeroDivisionError: by nothing"
-    assert len(finding.faults) == 1
+def hung(name: str, backend: str) -> None:
+    time.sleep(60)
 
 
-# ---------------------------------------------------------------- the runner
+def crashed(name: str, backend: str) -> None:
+    os.abort()
 
 
-def test_a_case_that_hangs_is_a_row_that_says_so() -> None:
-    # far less than the interpreter takes to start
-    row = run_case(attrs.evolve(CASES[0], limit=0.001), "numpy")
-    assert row.faults == ("does not end: stopped after 0.001 s",)
-    assert not row.passed
+def left(name: str, backend: str) -> None:
+    os._exit(3)
 
 
-def test_a_process_that_fails_is_a_row_that_says_why() -> None:
-    row = run_case(case(lambda backend: Finding(outcome="")), "numpy")
-    assert row.outcome == "its process ended with status 1"
-    assert "unknown case (got 'trial'" in row.faults[0]
+@pytest.mark.parametrize(
+    ("work", "limit", "outcome"),
+    [
+        (hung, 0.1, "does not end: stopped after 0.1 s"),
+        (crashed, 60.0, "its process crashed (SIGABRT)"),
+        (left, 60.0, "its process ended with status 3"),
+    ],
+    ids=["hangs", "crashes", "exits"],
+)
+def test_a_case_that_does_not_end_as_it_should_is_a_row_that_says_so(
+    work: object, limit: float, outcome: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stress, "_in_process", work)
+    monkeypatch.setattr(stress, "find", lambda _: [attrs.evolve(find(["one-granule"])[0], limit=limit)])
+    (row,) = stress.stress(backend="numpy").rows
+    assert (row.finding.outcome, row.passed) == (outcome, False)
 
 
 @pytest.fixture(scope="module")
 def two() -> Stress:
-    return stress(["duration-ratio-1", "two-granules-blow"], backend="numpy")
+    return stress.stress(["two-granules-blow", "duration-ratio-1"], backend="numpy")
 
 
 def test_rows_are_in_the_order_of_the_catalogue(two: Stress) -> None:
-    assert [row.name for row in two.rows] == ["duration-ratio-1", "two-granules-blow"]
-    assert [row.backend for row in two.rows] == ["numpy", "numpy"]
-
-
-def test_cases_that_pass_end_with_0(two: Stress) -> None:
-    assert two.passed
+    assert [row.case.name for row in two.rows] == ["duration-ratio-1", "two-granules-blow"]
     assert two.exit_code == 0
 
 
-def failed() -> Row:
-    finding = Finding(outcome="1 F0", error=math.inf, bound=1e-6, momentum_defect=0.0)
-    return Row.of(case(lambda backend: finding), "numpy", finding, 0.5)
+FAILED = Stress((Row(case("law"), "numpy", Finding("1 F0", ("it is wrong",), math.inf, 1e-6), 0.5),), 1.0)
 
 
-def test_a_failure_ends_with_1() -> None:
-    run = Stress(rows=(failed(),), seconds=1.0)
-    assert run.exit_code == 1
-    assert "trial (numpy): error is inf" in str(run)
-    assert str(run).endswith("0 of 1 passed in 1.0 s")
+def test_a_failure_ends_with_1_and_says_why() -> None:
+    assert FAILED.exit_code == 1
+    assert str(FAILED).endswith("trial (numpy): it is wrong\n0 of 1 passed in 1.0 s")
 
 
-@pytest.mark.parametrize("rows", ["two", "failed"])
-def test_the_document_holds_no_nan(rows: str, two: Stress) -> None:
-    run = two if rows == "two" else Stress(rows=(failed(),), seconds=1.0)
-    document = json.loads(json.dumps(run.to_dict(), allow_nan=False))
-    assert document["passed"] is run.passed
-    assert len(document["cases"]) == len(run.rows)
+@pytest.mark.parametrize("failed", [False, True], ids=["passed", "failed"])
+def test_the_document_holds_no_nan(failed: bool, two: Stress) -> None:
+    document = json.loads(json.dumps((FAILED if failed else two).to_dict(), allow_nan=False))
+    assert document["passed"] is not failed
+    assert list(document["cases"][0]) == [
+        *("case", "theme", "backend", "asked", "must", "passed", "outcome", "faults", "error", "bound"),
+        *("momentum_defect", "seconds"),
+    ]
 
 
-def test_every_row_is_told_as_soon_as_it_is_known() -> None:
-    told: list[str] = []
-    stress(["one-granule", "no-force"], backend="numpy", tell=lambda row: told.append(row.name))
-    assert sorted(told) == ["no-force", "one-granule"]
-
-
-def test_a_theme_stands_for_its_cases() -> None:
+def test_a_theme_stands_for_its_cases_and_no_name_for_all() -> None:
     assert [one.name for one in find(["collisions"])] == ["steep-decay", "recollisions", "chain-flies-apart"]
-
-
-def test_no_name_stands_for_all_cases() -> None:
     assert find([]) == CASES
 
 
@@ -208,20 +171,7 @@ def test_a_name_that_is_no_case_is_answered_with_the_nearest() -> None:
 
 
 @pytest.mark.slow
-def test_both_codes_are_run_unless_one_is_asked_for() -> None:
-    codes = ["numpy"] if compiled is None else ["compiled", "numpy"]
-    assert [row.backend for row in stress(["two-granules"]).rows] == codes
-
-
-def test_what_steps_no_chain_or_by_numpy_alone_is_run_once() -> None:
-    refused = {one.name for one in CASES if one.must.startswith("InvalidValueError") and not one.twice}
-    assert {one.name for one in CASES if not one.twice} - refused == {"slow-push-dop853", "slow-push-radau"}
-    assert "one-granule" in refused
-
-
-# ---------------------------------------------------------------- the page
-
-
-def test_page_tells_every_case() -> None:
-    rows = [[f"`{one.name}`", one.asked, one.must] for one in CASES]
-    assert table("docs/stress.md", "cases") == rows
+def test_both_backends_are_run_unless_one_is_asked_for_or_nothing_is_stepped() -> None:
+    both = ["numpy"] if compiled is None else ["compiled", "numpy"]
+    rows = stress.stress(["two-granules", "one-granule", "slow-push-radau"]).rows
+    assert [row.backend for row in rows] == [*both, "numpy", "numpy"]

@@ -1,90 +1,83 @@
-"""Integrators: every registered one, the simulation as it is called, and codes made elsewhere, on one problem."""
+"""Integrators: every registered one, and the simulation as it is called, on the front at one contact."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
-from shockwave.benchmark import outside
-from shockwave.benchmark.chains import Case, Reading, by_search, method_of, read_front
-from shockwave.benchmark.predictors import SIMULATION
-from shockwave.benchmark.rows import Problem, Row, setting_text
-from shockwave.benchmark.timing import Clock, Limits, Tried, tried
+from shockwave.benchmark import chain_problems, convergence_order
+from shockwave.benchmark.chain_problems import Case, Reference, at_setting, read_front
+from shockwave.benchmark.timed_runs import Answer, Clock, Experiment, Limits, Method
+from shockwave.benchmark.work_precision import Problem
 from shockwave.errors import PluginError
-from shockwave.measurement.simulate import simulate
+from shockwave.measurement.simulate import scaled, simulate
 from shockwave.registry import entries, load
+from shockwave.scenario.load import Scenario
 from shockwave.simulation.integrator import Integrator
 
-__all__ = ["problem", "rows"]
+__all__ = ["named", "of_scenario"]
 
-_QUANTITIES = ("peak force", "arrival time", "energy")
-_RTOLS = tuple(10.0**-power for power in range(2, 13))
+_LADDER = tuple(10.0**-power for power in range(2, 13))
 _QUICK_RTOLS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
-_TOLERANCES = tuple(10.0**-power for power in range(2, 13))
 _QUICK_TOLERANCES = (1e-3, 1e-6, 1e-9)
 _STEPS = tuple(0.2 / 2**power for power in range(9))
 _QUICK_STEPS = (0.2, 0.1, 0.05)
 
 
-def problem(case: Case) -> Problem:
-    """The problem in words.
+def named(limits: Limits, quick: bool) -> Iterator[Experiment]:
+    """The problem of the orders, and the named problems."""
+    yield convergence_order.experiment(quick)
+    for name in ("A",) if quick else ("A", "B", "slow"):
+        yield _experiment(chain_problems.named(name), limits, quick)
+
+
+def of_scenario(scenario: Scenario, limits: Limits, quick: bool) -> Experiment:
+    """The scene of a scenario.
 
     Raises
     ------
     ShockwaveError
-        When its reference cannot be had.
+        When there is no reference.
     """
-    return Problem(
-        family="integrators",
-        name=case.name,
-        description=case.description,
-        quantities=_QUANTITIES,
-        reference=case.reference.source,
-        reference_error=case.reference.error,
-    )
+    return _experiment(chain_problems.case_of(scenario), limits, quick)
 
 
-def rows(case: Case, limits: Limits, quick: bool) -> Iterator[Row]:
-    """A row for each setting of each method."""
-    about = problem(case)
-    yield from _of_simulation(about, case, limits, quick)
+def _experiment(case: Case, limits: Limits, quick: bool) -> Experiment:
+    answer = chain_problems.reference(case, chain_problems.patience(limits))
+    description = f"{case.description}, read at contact {case.contact}"
+    quantities = ("peak force", "arrival time", "energy")
+    problem = Problem("integrators", case.name, description, quantities, answer.source, answer.error)
+    return problem, _methods(case, answer, quick)
+
+
+def _methods(case: Case, reference: Reference, quick: bool) -> Iterator[Method]:
+    yield _simulation(case, reference, quick)
     for entry in entries("integrators"):
         try:
             method: type[Integrator] = load("integrators", entry.name)
         except PluginError as error:
-            yield Row(
-                family=about.family, case=case.name, method=entry.name, setting="-", value=None, problem=str(error)
-            )
-            continue
-        yield from _of_method(about, case, method, limits, quick)
-    for code in outside.CODES:
-        for found in outside.ladder(code, case, case.reference.time, limits, quick):
-            yield _row(about, case, code.name, setting_text(code.setting, found.setting), found)
+            yield Method.broken(entry.name, error)
+        else:
+            yield _integrator(case, reference, method, quick)
 
 
-def _of_simulation(about: Problem, case: Case, limits: Limits, quick: bool) -> Iterator[Row]:
-    def run(rtol: float, _: Clock) -> Reading:
-        return by_search(case, simulate(case.shock, case.chain, rtol=rtol, waves="primary", contacts=(case.contact,)))
+def _simulation(case: Case, reference: Reference, quick: bool) -> Method:
+    _, scales = scaled(case.shock, case.chain)
 
-    for found in tried(_QUICK_RTOLS if quick else _RTOLS, run, limits):
-        yield _row(about, case, SIMULATION, setting_text("rtol", found.setting), found)
+    def run(rtol: float, _: Clock) -> Answer:
+        result = simulate(case.shock, case.chain, rtol=rtol, waves="primary", contacts=(case.contact,))
+        passage, cost = result.passage(case.contact), result.cost
+        errors = reference.errors(passage.peak_force / scales.force, passage.arrival_time / scales.time)
+        return Answer({**errors, "energy": result.energy_defect}, cost.force_evaluations, cost.steps)
+
+    return Method("simulate", run, "rtol", _QUICK_RTOLS if quick else _LADDER)
 
 
-def _of_method(about: Problem, case: Case, method: type[Integrator], limits: Limits, quick: bool) -> Iterator[Row]:
-    def run(setting: float, clock: Clock) -> Reading:
-        return read_front(case, method_of(method, setting), clock)
+def _integrator(case: Case, reference: Reference, method: type[Integrator], quick: bool) -> Method:
+    def run(setting: float, clock: Clock) -> Answer:
+        reading = read_front(case, at_setting(method, setting), clock)
+        errors = reference.errors(reading.force, reading.time)
+        return Answer({**errors, "energy": reading.drift}, reading.evaluations, reading.steps)
 
     if method.adaptive:
-        what, settings = "tolerance", _QUICK_TOLERANCES if quick else _TOLERANCES
-    else:
-        what, settings = "step", _QUICK_STEPS if quick else _STEPS
-    for found in tried(settings, run, limits):
-        yield _row(about, case, method.name, setting_text(what, found.setting), found)
-
-
-def _row(about: Problem, case: Case, method: str, setting: str, found: Tried[Any, Reading]) -> Row:
-    told: dict[str, Any] = {}
-    if found.result is not None:
-        reading = found.result
-        told = {"errors": case.errors(reading), "evaluations": reading.evaluations, "steps": reading.steps}
-    return Row.of(about, method, setting, found, found.setting, **told)
+        return Method(method.name, run, "tolerance", _QUICK_TOLERANCES if quick else _LADDER)
+    return Method(method.name, run, "step", _QUICK_STEPS if quick else _STEPS)

@@ -1,144 +1,104 @@
-"""Predictors: formulae, simulation and a code made elsewhere on one scale of error of the primary's peak force."""
+"""Predictors: formulae and simulation on one scale of error of the primary's peak force."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from typing import Any, Literal, NamedTuple
+from collections.abc import Callable, Iterator
+from typing import Any
 
-from attrs import frozen
-
-from shockwave.benchmark import outside
-from shockwave.benchmark.chains import Case, patience
-from shockwave.benchmark.rows import Problem, Row, setting_text, worst
-from shockwave.benchmark.timing import Clock, Limits, tried
+from shockwave.benchmark import chain_problems
+from shockwave.benchmark.chain_problems import Case, patience
+from shockwave.benchmark.timed_runs import Answer, Clock, Experiment, Limits, Method
+from shockwave.benchmark.work_precision import Problem, greatest
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import simulate
-from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.predictor import Predictor
 from shockwave.registry import entries
+from shockwave.scenario.load import Scenario
 
-__all__ = ["SIMULATION", "rows"]
-
-#: What the product's own simulation is called beside others.
-SIMULATION = "simulate"
+__all__ = ["named", "of_scenario"]
 
 _LADDER = tuple(10.0**-power for power in range(2, 10))
 _QUICK = (1e-2, 1e-4, 1e-6, 1e-8)
-# The reference: from loose to tight, each with how many times as long as the one before it may take at the worst: a
-# search cannot be stopped midway, and that by rkn1210 is done again and again on some long trains.
+# References, each with how many times as long as the one before it may take: a search cannot be stopped midway.
 _REFERENCES = (("rkn86", 1e-6, 0.0), ("rkn86", 1e-8, 2.0), ("rkn86", 1e-11, 20.0), ("rkn1210", 1e-12, 5.0))
-# The limit of the primary is read by others where the simulation has found it, unless that is farther than this.
-_FARTHEST = 400
-# What the others' chain may lack of the limit.
-_LIMIT_RTOL = 1e-9
+# Readings of section 4: alpha, and the coefficient A.
+_READINGS = (("constant", "exact"), ("constant", "paper"), ("literal", "exact"), ("literal", "paper"))
+
+Run = Callable[[Any, Clock], Answer]
 
 
-class _Reading(NamedTuple):
-    alpha: Literal["constant", "literal"]
-    coefficient: str
+def named(limits: Limits, quick: bool) -> Iterator[Experiment]:
+    """The named problems."""
+    names = ("short", "A", "B") if quick else ("short", "A", "B", "slow")
+    return (_experiment(chain_problems.named(name), limits, quick) for name in names)
 
 
-_SECTION_4 = "section-4"
-_READINGS = tuple(_Reading(alpha, which) for alpha in ("constant", "literal") for which in ("exact", "paper"))
-
-
-@frozen(eq=False)
-class _Limit:
-    """The peak force of the primary far along the chain, and where and when others may read it."""
-
-    problem: Problem
-    peak_force: float
-    place: Case
-    time: float
-
-    def error(self, peak_force: float) -> float:
-        return abs(peak_force / self.peak_force - 1)
-
-
-def _limit(case: Case, limits: Limits) -> _Limit:
-    found: list[tuple[str, float, SimulationResult]] = []
-    seconds = 0.0
-    for name, rtol, growth in _REFERENCES:
-        if growth * seconds > patience(limits).run:
-            break
-        begin = time.perf_counter()
-        found.append((name, rtol, simulate(case.shock, case.chain, rtol=rtol, integrator=name, waves="primary")))
-        seconds = time.perf_counter() - begin
-    name, rtol, best = found[-1]
-    source, error = f"simulation at rtol {rtol:g} by {name}", best.error_estimate
-    if len(found) > 1:
-        second, looser, other = found[-2]
-        source += f", cross-checked by {second}" + (f" at {looser:g}" if second == name else "")
-        error = worst(error, abs(other.peak_force / best.peak_force - 1))
-    whole = len(found) == len(_REFERENCES)
-    near = simulate(case.shock, case.chain, _LIMIT_RTOL, waves="primary").found if whole else best.found
-    problem = Problem(
-        family="predictors",
-        name=case.name,
-        description=case.description.partition(", read at")[0] + ": the limit of the primary's peak force",
-        quantities=("peak force",),
-        reference=source,
-        reference_error=error,
-    )
-    place = Case(case.name, case.description, case.shock, case.chain, int(near.contact))
-    return _Limit(problem, best.peak_force, place, near.time)
-
-
-def rows(case: Case, limits: Limits, quick: bool) -> tuple[Problem, Iterator[Row]]:
-    """The problem, and a row for every reading of every model, every tolerance of the simulation, and SciPy's.
+def of_scenario(scenario: Scenario, limits: Limits, quick: bool) -> Experiment:
+    """The scene of a scenario.
 
     Raises
     ------
     ShockwaveError
-        When the problem cannot be simulated, so that there is nothing to compare with.
+        When it cannot be simulated, so that there is no reference.
     """
-    limit = _limit(case, limits)
-    return limit.problem, _rows(case, limit, limits, quick)
+    shock, chain = scenario.shock, scenario.chain
+    return _experiment(Case(scenario.name, type(shock.profile).__name__, shock, chain, 0), limits, quick)
 
 
-def _rows(case: Case, limit: _Limit, limits: Limits, quick: bool) -> Iterator[Row]:
-    for model in (entry.name for entry in entries("models")):
-        yield from _of_model(model, case, limit, limits)
-    yield from _of_simulation(case, limit, limits, quick)
-    if limit.place.contact > _FARTHEST:
-        problem = f"left out: the limit is reached at contact {limit.place.contact} only"
-        yield Row(
-            family="predictors", case=case.name, method=outside.SCIPY.name, setting="-", value=None, problem=problem
-        )
-        return
-    for found in outside.ladder(outside.SCIPY, limit.place, limit.time, limits, quick):
-        told: dict[str, Any] = {}
-        if found.result is not None:
-            peak_force = found.result.force * case.scaled[1].force
-            told = {"errors": {"peak force": limit.error(peak_force)}, "evaluations": found.result.evaluations}
-        setting = setting_text(outside.SCIPY.setting, found.setting)
-        yield Row.of(limit.problem, outside.SCIPY.name, setting, found, found.setting, **told)
+def _experiment(case: Case, limits: Limits, quick: bool) -> Experiment:
+    best, source, error = _limit(case, patience(limits))
+    description = f"{case.description}: the limit of the primary's peak force"
+    problem = Problem("predictors", case.name, description, ("peak force",), source, error)
+    return problem, _methods(case, best.peak_force, quick)
 
 
-def _of_model(model: str, case: Case, limit: _Limit, limits: Limits) -> Iterator[Row]:
-    def run(reading: _Reading, _: Clock) -> Outcome:
-        predictor = Predictor(model=model, alpha=reading.alpha, momentum_coefficient=reading.coefficient)
-        return predictor.predict(case.shock, case.chain)
+def _limit(case: Case, seconds: float) -> tuple[SimulationResult, str, float]:
+    """The tightest simulation in time, how it was obtained, and the relative error of its peak force."""
+    found: list[SimulationResult] = []
+    last = 0.0
+    for name, rtol, growth in _REFERENCES:
+        if growth * last > seconds:
+            break
+        begin = time.perf_counter()
+        found.append(simulate(case.shock, case.chain, rtol=rtol, integrator=name, waves="primary"))
+        last = time.perf_counter() - begin
+    best = found[-1]
+    source, error = f"simulation at rtol {best.rtol:g} by {best.integrator}", best.error_estimate
+    if len(found) > 1:
+        other = found[-2]
+        source += f", cross-checked by {other.integrator} at {other.rtol:g}"
+        error = greatest((error, abs(other.peak_force / best.peak_force - 1)))
+    return best, source, error
 
-    # Only section 4 is read in several ways.
-    several = model == _SECTION_4
-    for found in tried(_READINGS if several else _READINGS[:1], run, limits):
-        setting = f"alpha {found.setting.alpha}, {found.setting.coefficient} A" if several else "-"
-        told: dict[str, Any] = {}
-        if found.result is not None:
-            told = {"errors": {"peak force": limit.error(found.result.peak_force)}}
-        name = f"{model}, {found.setting.alpha}" if several else model
-        yield Row.of(limit.problem, name, setting, found, **told)
+
+def _methods(case: Case, peak_force: float, quick: bool) -> Iterator[Method]:
+    for entry in entries("models"):
+        if entry.name == "section-4":
+            for alpha, coefficient in _READINGS:
+                yield _section_4(case, peak_force, alpha, coefficient)
+        else:
+            yield Method(entry.name, _prediction(case, peak_force, model=entry.name))
+    yield Method("simulate", _simulation(case, peak_force), "rtol", _QUICK if quick else _LADDER)
 
 
-def _of_simulation(case: Case, limit: _Limit, limits: Limits, quick: bool) -> Iterator[Row]:
-    def run(rtol: float, _: Clock) -> SimulationResult:
-        return simulate(case.shock, case.chain, rtol=rtol, waves="primary")
+def _section_4(case: Case, peak_force: float, alpha: str, coefficient: str) -> Method:
+    run = _prediction(case, peak_force, model="section-4", alpha=alpha, momentum_coefficient=coefficient)
+    return Method(f"section-4, {alpha}", run, f"alpha {alpha}, {coefficient} A")
 
-    for found in tried(_QUICK if quick else _LADDER, run, limits):
-        told: dict[str, Any] = {}
-        if found.result is not None:
-            errors, cost = {"peak force": limit.error(found.result.peak_force)}, found.result.cost
-            told = {"errors": errors, "evaluations": cost.force_evaluations, "steps": cost.steps}
-        yield Row.of(limit.problem, SIMULATION, setting_text("rtol", found.setting), found, found.setting, **told)
+
+def _prediction(case: Case, peak_force: float, **settings: Any) -> Run:
+    def run(_: None, __: Clock) -> Answer:
+        found = Predictor(**settings).predict(case.shock, case.chain)
+        return Answer({"peak force": abs(found.peak_force / peak_force - 1)})
+
+    return run
+
+
+def _simulation(case: Case, peak_force: float) -> Run:
+    def run(rtol: float, _: Clock) -> Answer:
+        found = simulate(case.shock, case.chain, rtol=rtol, waves="primary")
+        error = abs(found.peak_force / peak_force - 1)
+        return Answer({"peak force": error}, found.cost.force_evaluations, found.cost.steps)
+
+    return run

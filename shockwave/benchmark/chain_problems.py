@@ -1,0 +1,207 @@
+"""Shocks on chains: the front as it passes one contact, its reference, and how an integrator's front is read."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from attrs import frozen
+from scipy.optimize import brentq
+
+from shockwave.benchmark.timed_runs import Clock, Limits, TooSlowError
+from shockwave.benchmark.work_precision import greatest
+from shockwave.chain.chain import Chain, Scales
+from shockwave.chain.material import Material
+from shockwave.errors import NumericalError
+from shockwave.measurement.simulate import scaled, simulate
+from shockwave.profiles.power_law import PowerLaw
+from shockwave.profiles.shock import Shock
+from shockwave.quadrature import FloatArray
+from shockwave.scenario.load import Scenario
+from shockwave.simulation.backend import compiled
+from shockwave.simulation.integrator import Integrator
+from shockwave.simulation.march import Span, march
+from shockwave.simulation.nystroem import Nystroem, Rkn86, Rkn1210
+from shockwave.simulation.problem import contact_forces, overlaps
+
+__all__ = ["Case", "Reading", "Reference", "at_setting", "case_of", "named", "patience", "read_front", "reference"]
+
+_STEEL = Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0)
+# The chain of the paper, and the force of its tables [N].
+_CHAIN = Chain(material=_STEEL, radius=4.75e-3)
+_FORCE = 100.0
+# A smaller maximum of a contact force, in units of the wave to come, is not that of the front.
+_FLOOR = 0.05
+# Step tolerances of references: the first that two methods reach in time.
+_TIGHT = (1e-13, 1e-11, 1e-9, 1e-7)
+_ROUNDING = 2e-16
+# The contact of a scenario at which the front is read, at most, and how many contacts before a chain's end.
+_FARTHEST = 200
+_BEFORE_END = 8
+# In characteristic times after the shock: no front of a named problem or scenario takes longer to its contact.
+_LONGEST = 1e4
+
+
+class Reading(NamedTuple):
+    """Peak force and its time at the contact, in scaled units, and what the run took.
+
+    ``drift`` is the relative change of the chain's energy from the end of the force until the peak, None where the
+    force still acts.
+    """
+
+    force: float
+    time: float
+    drift: float | None
+    evaluations: int
+    steps: int
+
+
+class Reference(NamedTuple):
+    """Peak force and its time in scaled units, their relative error, and how they were obtained."""
+
+    force: float
+    time: float
+    error: float
+    source: str
+
+    def errors(self, force: float, time: float) -> dict[str, float | None]:
+        """Relative errors."""
+        return {"peak force": abs(force / self.force - 1), "arrival time": abs(time / self.time - 1)}
+
+
+@frozen(eq=False)
+class Case:
+    """A shock on a chain, and the contact at which the front is read, counted from 0.
+
+    ``known`` are peak force and time there, in characteristic units, where 20 digits of them are known.
+    """
+
+    name: str
+    description: str
+    shock: Shock
+    chain: Chain
+    contact: int
+    known: tuple[float, float] | None = None
+
+
+# 20 digits each: integrated in quadruple precision by two methods, steps ending on every kink.
+_KNOWN = {
+    "A": (1.505133369796510557, 63.699048040316566),
+    "B": (2.178748500679994696, 201.244071882915959),
+}
+# Exponents of rise and decay, n, t0/T0, contact, remark.
+_POWER_LAWS = {
+    "A": (0.5, 1, 3, 2, 59, "infinite slope at the start, one wave ahead"),
+    "B": (1, 1, 10, 10, 199, "long, a train of waves"),
+    "slow": (2, 2, 2, 40, 99, "the force is slow, its contacts swing fast"),
+    "short": (0.5, 1, 3, 0.5, 39, "granules are ejected, as in Table 2, row 1"),
+}
+
+
+def named(name: str) -> Case:
+    """A problem by its name: a power law with the paper's peak force, on the paper's chain."""
+    rise, decay, ratio, rise_time, contact, remark = _POWER_LAWS[name]
+    profile = PowerLaw(rise_exponent=rise, decay_exponent=decay, duration_ratio=ratio)
+    shock = Shock(profile=profile, peak_force=_FORCE, rise_time=rise_time * Scales.of(_CHAIN, _FORCE).time)
+    description = f"power law, t0 = {rise_time:g} T0, n = {ratio:g}, eta {rise:g} and {decay:g}: {remark}"
+    return Case(name, description, shock, _CHAIN, contact, _KNOWN.get(name))
+
+
+def case_of(scenario: Scenario) -> Case:
+    """A scenario, read where its primary is found, or at contact 200 if that is farther.
+
+    Raises
+    ------
+    ShockwaveError
+        When it cannot be simulated.
+    """
+    shock, chain = scenario.shock, scenario.chain
+    contact = min(int(simulate(shock, chain, waves="primary").found.contact), _FARTHEST)
+    if chain.granules is not None:
+        contact = max(min(contact, chain.granules - 2 - _BEFORE_END), 0)
+    return Case(scenario.name, type(shock.profile).__name__, shock, chain, contact)
+
+
+def patience(limits: Limits) -> float:
+    """How long a reference may take, where runs have these limits [s]."""
+    return max(4 * limits.run, 1.0)
+
+
+def reference(case: Case, seconds: float = math.inf) -> Reference:
+    """The known digits, or the tightest run within ``seconds``, cross-checked by another method.
+
+    Raises
+    ------
+    NumericalError
+        When there is none in time.
+    """
+    if case.known is not None:
+        return Reference(*case.known, _ROUNDING, "two integrators in quadruple precision that agree to 20 digits")
+    for tolerance in _TIGHT:
+        clock = Clock(seconds)
+        try:
+            best, other = (read_front(case, at_setting(method, tolerance), clock) for method in (Rkn1210, Rkn86))
+        except TooSlowError as error:
+            late = error
+            continue
+        difference = greatest((abs(other.force / best.force - 1), abs(other.time / best.time - 1)))
+        source = f"rkn1210 at a step tolerance of {tolerance:g}, cross-checked by rkn86"
+        return Reference(best.force, best.time, max(difference, _ROUNDING), source)
+    raise NumericalError(f"there is no reference in time ({late})")
+
+
+def at_setting(method: type[Integrator], setting: float) -> Integrator:
+    """The method at a tolerance or a step, by the compiled code where there is one for it."""
+    if issubclass(method, Nystroem):
+        return method(tolerance=setting, compiled=compiled)
+    return method(tolerance=setting) if method.adaptive else method(size=setting)
+
+
+def read_front(case: Case, integrator: Integrator, clock: Clock) -> Reading:
+    """The front at the contact of ``case``, by an integrator, on a window that grows with it.
+
+    Raises
+    ------
+    NumericalError
+        When the integrator fails, takes too long, or the front has no peak at the contact.
+    """
+    problem, _ = scaled(case.shock, case.chain)
+    initial = None
+    for steps, span in enumerate(march(problem, integrator, problem.duration + _LONGEST), start=1):
+        clock.check()
+        if span.end == problem.duration:
+            initial = _energy(span)
+        found = _peak(span, case.contact)
+        if found is not None:
+            drift = None if initial is None else abs(_energy(span) / initial - 1)
+            return Reading(*found, drift, integrator.evaluations, steps)
+    raise NumericalError(f"the front has no peak of its own at contact {case.contact}")
+
+
+def _peak(span: Span, contact: int) -> tuple[float, float] | None:
+    """Peak force and its time, if the force at the contact has a maximum in the span: velocities are equal there."""
+    if len(span.v0) < contact + 2:
+        return None
+    if not (_closing(span.v0, contact) > 0 >= _closing(span.v1, contact) and _force(span.x1, contact) > _FLOOR):
+        return None
+
+    def closing(time: float) -> float:
+        return _closing(span.at(time)[1], contact)
+
+    # Interpolation and step agree to rounding only.
+    opposite = closing(span.begin) * closing(span.end) < 0
+    top = brentq(closing, span.begin, span.end, xtol=1e-14, rtol=1e-14) if opposite else span.end
+    return _force(span.at(top)[0], contact), float(top)
+
+
+def _closing(v: FloatArray, contact: int) -> float:
+    return float(v[contact] - v[contact + 1])
+
+
+def _force(x: FloatArray, contact: int) -> float:
+    return math.pow(max(float(x[contact] - x[contact + 1]), 0.0), 1.5)
+
+
+def _energy(span: Span) -> float:
+    """Of motion and of the contacts, 2/5 of force times overlap each, in scaled units, at the end of a step."""
+    return float(0.5 * (span.v1 @ span.v1) + 0.4 * (contact_forces(span.x1) @ overlaps(span.x1)))

@@ -1,0 +1,91 @@
+"""Scenes of the extreme cases: shocks on the paper's beads at 100 N, in their characteristic times."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+from attrs import evolve
+from numpy.typing import ArrayLike
+
+from shockwave.chain.chain import Chain, Scales
+from shockwave.chain.material import Material
+from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.exponential import Exponential
+from shockwave.profiles.power_law import PowerLaw
+from shockwave.profiles.shock import Shock
+from shockwave.profiles.tabulated import Tabulated
+
+__all__ = ["FORCE", "UNITS", "Scene", "made"]
+
+Scene: TypeAlias = tuple[Shock, Chain]
+
+#: Peak force [N] and chain of the paper's tables.
+FORCE = 100.0
+BEADS = Chain(material=Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0), radius=4.75e-3)
+#: Their characteristic units.
+UNITS = Scales.of(BEADS, FORCE)
+
+
+def made(scene: dict[str, Any]) -> Scene:
+    """A scene from the name of one of the functions below and its arguments."""
+    ((name, given),) = scene.items()
+    scene_of = _SCENES[name]
+    return scene_of(**given) if isinstance(given, dict) else scene_of(*given)
+
+
+def power(rise: float, decay: float, ratio: float, rise_time: float, granules: int | None = None) -> Scene:
+    """A power law of these exponents; ``rise_time`` over the characteristic time."""
+    profile = PowerLaw(rise_exponent=rise, decay_exponent=decay, duration_ratio=ratio)
+    return _shock(profile, rise_time), evolve(BEADS, granules=granules)
+
+
+def exponential(rise: float, decay: float, ratio: float, rise_time: float) -> Scene:
+    """Exponentials of these rates."""
+    return _shock(Exponential(rise_rate=rise, decay_rate=decay, duration_ratio=ratio), rise_time), BEADS
+
+
+def _shock(profile: ShockProfile, rise_time: float) -> Shock:
+    return Shock(profile=profile, peak_force=FORCE, rise_time=rise_time * UNITS.time)
+
+
+def record(times: ArrayLike, shares: ArrayLike) -> Scene:
+    """Samples at ``times`` over the characteristic time, in shares of 100 N."""
+    return Shock(profile=Tabulated(times=UNITS.time * np.asarray(times), forces=FORCE * np.asarray(shares))), BEADS
+
+
+def resampled(count: int, times: Sequence[float], shares: Sequence[float]) -> Scene:
+    """A record at more times."""
+    finer = np.linspace(times[0], times[-1], count)
+    return record(finer, np.interp(finer, times, shares))
+
+
+def noisy(count: int) -> Scene:
+    """A pulse of 6 characteristic times with noise of 2 % of its peak."""
+    share = np.linspace(0.0, 1.0, count)
+    forces = np.sin(np.pi * share) ** 2 + np.random.default_rng(3).normal(0.0, 0.02, count)
+    forces[[0, -1]] = 0.0
+    return record(6.0 * share, np.maximum(forces, 0.0))
+
+
+def sampled(count: int, noise: float = 0.0) -> Scene:
+    """A pulse of 20 characteristic times, steeper in its rise, with noise of a share of the peak."""
+    share = np.linspace(0.0, 1.0, count)
+    return record(20.0 * share, np.sin(np.pi * share**0.7) ** 2 + np.random.default_rng(20).normal(0.0, noise, count))
+
+
+def sized(
+    force: float = FORCE,
+    radius: float = BEADS.radius,
+    modulus: float = BEADS.material.youngs_modulus,
+    ratio: float = BEADS.material.poisson_ratio,
+    rise_time: float = 2.0,
+) -> Scene:
+    """One shape and one t0/T0 on a chain of any size: by the scaling law the same problem as on the beads."""
+    chain = Chain(material=evolve(BEADS.material, youngs_modulus=modulus, poisson_ratio=ratio), radius=radius)
+    profile = PowerLaw(rise_exponent=0.5, decay_exponent=1.0, duration_ratio=3.0)
+    return Shock(profile=profile, peak_force=force, rise_time=rise_time * Scales.of(chain, force).time), chain
+
+
+_SCENES = {scene.__name__: scene for scene in (power, exponential, record, resampled, noisy, sampled, sized)}

@@ -1,0 +1,141 @@
+"""Timed runs: methods at setting after setting on a problem, each with a warm-up, repetitions and a time limit."""
+
+from __future__ import annotations
+
+import math
+import statistics
+import time
+from collections.abc import Callable, Iterator, Mapping
+from timeit import Timer
+from typing import Any, NamedTuple, TypeAlias
+
+from attrs import evolve, frozen
+
+from shockwave.benchmark.work_precision import Problem, Row
+from shockwave.errors import NumericalError, ShockwaveError
+
+__all__ = ["Answer", "Clock", "Experiment", "Limits", "Method", "TooSlowError", "measured"]
+
+# A finer setting takes about twice as long as the one before.
+_GROWTH = 2.0
+
+
+class TooSlowError(NumericalError):
+    """A run was stopped because it took longer than it may."""
+
+
+@frozen
+class Limits:
+    """Time limits: ``run`` of one run and ``repetitions`` of all at one setting [s], and the number of ``repeats``."""
+
+    run: float
+    repetitions: float
+    repeats: int
+
+
+class Clock:
+    """Stops a run after ``seconds`` [s], wherever the run checks it."""
+
+    def __init__(self, seconds: float = math.inf) -> None:
+        self.seconds = seconds
+        self.end = time.perf_counter() + seconds
+
+    def check(self) -> None:
+        """Raise `TooSlowError` when the time of the run is up."""
+        if time.perf_counter() > self.end:
+            raise TooSlowError(f"stopped: a run may take {self.seconds:g} s")
+
+
+class Answer(NamedTuple):
+    """Relative errors by quantity, and the cost that the method reports."""
+
+    errors: Mapping[str, float | None]
+    evaluations: int | None = None
+    steps: int | None = None
+
+
+@frozen
+class Method:
+    """A method of a problem, ready to run.
+
+    Attributes
+    ----------
+    name : str
+        Its name in rows.
+    run : callable
+        From a value of the setting and a `Clock` to an `Answer`.
+    setting : str
+        The name of what is varied; the whole text of the setting where there is one run only.
+    values : tuple of float
+        Cheapest first; None for a single run.
+    """
+
+    name: str
+    run: Callable[[Any, Clock], Answer]
+    setting: str = "-"
+    values: tuple[float | None, ...] = (None,)
+
+    @classmethod
+    def broken(cls, name: str, error: Exception) -> Method:
+        """A method that cannot be loaded: its one run raises ``error``."""
+
+        def run(_: None, __: Clock) -> Answer:
+            raise error
+
+        return cls(name, run)
+
+    def text(self, value: float | None) -> str:
+        """The setting in words: steps as they are, tolerances as powers of ten."""
+        if value is None:
+            return self.setting
+        return f"{self.setting} {value:.3g}" if self.setting == "step" else f"{self.setting} {value:.0e}"
+
+
+#: A problem and its methods.
+Experiment: TypeAlias = tuple[Problem, Iterator[Method]]
+
+
+def measured(problem: Problem, method: Method, limits: Limits) -> Iterator[Row]:
+    """A row for each value of the setting; a run that fails, or would take too long, has a row with the reason."""
+    last = 0.0
+    for value in method.values:
+        row = Row(problem.family, problem.name, method.name, method.text(value), value)
+        row = evolve(row, reference_error=problem.reference_error)
+        if last * _GROWTH > limits.run:
+            yield evolve(row, problem=f"left out: it would take longer than the {limits.run:g} s that a run may")
+            continue
+        begin = time.perf_counter()
+        try:
+            row = _timed(row, method, limits)
+        except (Exception, SystemExit) as error:  # of code that may be anybody's
+            row = evolve(row, problem=_reason(error))
+        last = row.seconds or time.perf_counter() - begin
+        yield row
+
+
+def _timed(row: Row, method: Method, limits: Limits) -> Row:
+    """The row with errors, cost and times; no garbage is collected during runs."""
+    answers: list[Answer] = []
+    timer = Timer(lambda: answers.append(method.run(row.value, Clock(limits.run))))
+    warm_up = timer.timeit(number=1)
+    repeats = min(limits.repeats, int(limits.repetitions / max(warm_up, 1e-9)))
+    # The one run of a slow method is worth more than none.
+    seconds = timer.repeat(repeats, number=1) or [warm_up]
+    errors, evaluations, steps = answers[0]
+    finite = {name: error if error is None or math.isfinite(error) else None for name, error in errors.items()}
+    return evolve(
+        row,
+        errors=finite,
+        seconds=statistics.median(seconds),
+        least=min(seconds),
+        most=max(seconds),
+        runs=len(seconds),
+        evaluations=evaluations,
+        steps=steps,
+        problem="" if finite == errors else "not finite",
+    )
+
+
+def _reason(error: BaseException) -> str:
+    text = " ".join(str(error).split()) or "no message"
+    return text if isinstance(error, ShockwaveError) else f"{type(error).__name__}: {text}"[:200]
