@@ -33,10 +33,11 @@ if TYPE_CHECKING:
     from shockwave.profiles.triangular import Triangular
     from shockwave.scenario.load import Scenario, load_scenario
     from shockwave.studies.comparison import Comparison, compare
-    from shockwave.studies.curve import UniversalCurve
-    from shockwave.studies.designs.design import Design, design
-    from shockwave.studies.uncertainties.result import Uncertainty
-    from shockwave.studies.uncertainties.uncertainty import uncertainty
+    from shockwave.studies.design import Design
+    from shockwave.studies.design_search import design
+    from shockwave.studies.uncertainty import Uncertainty
+    from shockwave.studies.uncertainty_sampling import uncertainty
+    from shockwave.studies.universal_curve import UniversalCurve
     from shockwave.sweep.report import SweepReport
     from shockwave.sweep.results import SweepResults, load_sweep
     from shockwave.sweep.runner import run_sweep
@@ -80,11 +81,11 @@ _HOMES = {
     "run_sweep": "sweep.runner",
     "Comparison": "studies.comparison",
     "compare": "studies.comparison",
-    "UniversalCurve": "studies.curve",
-    "Design": "studies.designs.design",
-    "design": "studies.designs.design",
-    "Uncertainty": "studies.uncertainties.result",
-    "uncertainty": "studies.uncertainties.uncertainty",
+    "UniversalCurve": "studies.universal_curve",
+    "Design": "studies.design",
+    "design": "studies.design_search",
+    "Uncertainty": "studies.uncertainty",
+    "uncertainty": "studies.uncertainty_sampling",
 }
 
 __all__ = [

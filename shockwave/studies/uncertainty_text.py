@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from shockwave.studies.uncertainties.result import Estimate, Sensitivity, Statistics, Uncertainty
+from shockwave.studies.uncertainty import Estimate, Sensitivity, Statistics, Uncertainty
 from shockwave.text import indent, notes, si, table
 
 __all__ = ["uncertainty_text"]

@@ -1,4 +1,4 @@
-"""What is said of a primary whose scene is uncertain."""
+"""The distribution of the primary where values of the scene are uncertain: a result as plain data."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from attrs import asdict, field, frozen
 
 from shockwave.quadrature import FloatArray
-from shockwave.studies.curve.response import Exponents
+from shockwave.studies.scaling_exponents import Exponents
 from shockwave.text import printed
 
 __all__ = ["Estimate", "Sensitivity", "Statistics", "Uncertainty"]
@@ -129,4 +129,4 @@ class Uncertainty:
         return {**whole, "warnings": list(self.warnings), "sensitivities": list(whole["sensitivities"])}
 
     def __str__(self) -> str:
-        return printed(self, "shockwave.studies.uncertainties.uncertainty_text:uncertainty_text")
+        return printed(self, "shockwave.studies.uncertainty_text:uncertainty_text")

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from shockwave.studies.curve.response import SIGNS
-from shockwave.studies.designs.design import Design
-from shockwave.studies.designs.targets import Option
+from shockwave.studies.design import Design, Option
+from shockwave.studies.scaling_exponents import SIGNS
 from shockwave.text import indent, notes, si, table
 
 __all__ = ["design_text", "shown", "why"]
