@@ -176,7 +176,7 @@ def test_beyond_its_range_a_curve_says_how_to_make_it_longer() -> None:
         curve("triangle").amplification([1.0, 17.0])
 
 
-@pytest.mark.parametrize("ratio", [0.0, -1.0, math.nan, math.inf, 1e4, "one", None, [[1], [1, 2]]], ids=repr)
+@pytest.mark.parametrize("ratio", [0.0, -1.0, math.nan, math.inf, 1e4, None], ids=repr)
 def test_what_is_no_rise_time_is_refused(ratio: Any) -> None:
     with pytest.raises(sw.InvalidValueError, match=r"rise_time: must be t0/T0 > 0 and <= 16\.6667 \(got [^;]*\)$"):
         curve("triangle").amplification(ratio)
@@ -262,7 +262,8 @@ def test_a_shape_without_a_long_curve_has_a_shorter_one(monkeypatch: pytest.Monk
     # a tolerance of its own: curves are kept
     assert curve_of(TRIANGLE, 1.7e-4, 9.0).longest == 12.5
     assert curve_of(TRIANGLE, 1.7e-4, 1.0).longest == 3.125
-    with pytest.raises(sw.NumericalError, match="there is no curve so long"):
+    match = r"no curve so long: a simulation of 50 natural times does not tell .*shorter ones did up to [1-9].*; try"
+    with pytest.raises(sw.NumericalError, match=match):
         curve_of(TRIANGLE, 1.7e-4, 26.0)
 
 
@@ -299,12 +300,11 @@ def broken(*path: Any, value: Any) -> Any:
         (("area",), -1.5, "area: must be > 0"),
         (("rtol",), "small", "rtol: must be a number"),
         (("simulations",), -1, "simulations: must be a whole number"),
-        (("profile",), {"class": 3}, "profile: must hold class and parameters"),
+        (("profile",), 3, "profile: must be a list or a mapping"),
         (("short", "error"), -1.0, "short.error: must be > 0"),
-        (("pieces", 0, "coefficients"), [], r"pieces\[0\].coefficients: must be one number or more"),
         (("pieces", 0, "coefficients", 2), "x", r"pieces\[0\].coefficients\[2\]: must be a number"),
-        (("pieces", 1, "begin"), 0.0, r"pieces\[1\].begin: must be .* where the one before ends"),
-        (("pieces", 2), None, "pieces: must reach ln of longest"),
+        (("pieces", 1, "begin"), 0.0, "pieces: must adjoin from short.end"),
+        (("pieces", 2), None, "pieces: must adjoin .* to ln of longest"),
         (("made_with",), [1], "made_with: must be a list or a mapping"),
     ],
 )

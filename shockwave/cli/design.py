@@ -58,10 +58,10 @@ def design(options: argparse.Namespace) -> int:
     if len(options.target) > 1:
         raise UsageError(f"--target must be given once (got {' and '.join(options.target)}; run one design for each)")
     if options.output:
-        from shockwave.studies.study_pictures import check_design_file, write_design
+        from shockwave.studies.study_pictures import PICTURES, checked, write_design
 
         with _of_arguments(options):
-            check_design_file(options.output, options.vary)
+            checked(options.output, PICTURES, options.vary)
     scenarios, status = loaded([options.file], _SWEPT, options.output)
     if status:
         return status

@@ -167,12 +167,12 @@ def report(options: argparse.Namespace) -> int:
 def curve(options: argparse.Namespace) -> int:
     """The universal curve of a scenario's shape."""
     from shockwave.chain import Scales
-    from shockwave.studies.study_pictures import check_curve_file, write_curve
+    from shockwave.studies.study_pictures import CURVE_FILES, checked, write_curve
     from shockwave.studies.universal_curve import UniversalCurve
 
     if options.output:
         try:
-            check_curve_file(options.output)
+            checked(options.output, CURVE_FILES)
         except InvalidValueError as error:
             raise UsageError(f"--output: {error.faults[0].problem}") from None
     scenarios, status = loaded([options.file], output=options.output)

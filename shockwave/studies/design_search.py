@@ -189,15 +189,11 @@ def _among_materials(family: Family, target: Target, among: Iterable[str] | None
     return _Search(
         meeting=[first] if target.distance(first) <= max(rtol, first.reached_error) else [],
         nearest=first,
-        least=min(options, key=_reached),
-        most=max(options, key=_reached),
+        least=min(options, key=lambda one: one.reached),
+        most=max(options, key=lambda one: one.reached),
         table=tuple(ranked),
         warnings=left_out,
     )
-
-
-def _reached(option: Option) -> float:
-    return option.reached
 
 
 def _along(

@@ -11,7 +11,6 @@ import attrs
 import numpy as np
 from attrs import frozen
 
-from shockwave.errors import InvalidValueError
 from shockwave.fields import quantity, text_of
 from shockwave.prediction.short import correction
 from shockwave.profiles.base import ShockProfile
@@ -49,11 +48,6 @@ class Shape:
     centroid: float = quantity("", "centroid of the force over t0", above=0)
     correction: float = quantity("", "leading correction of short shocks", above=0)
 
-    @profile.validator
-    def _names_a_class(self, attribute: attrs.Attribute[Any], value: Mapping[str, Any]) -> None:
-        if not isinstance(value.get("class"), str) or not isinstance(value.get("parameters"), dict):
-            raise InvalidValueError.of(attribute.name, f"must hold class and parameters (got {text_of(value)})")
-
     @classmethod
     def of(cls, profile: ShockProfile) -> Shape:
         """The shape of ``profile``.
@@ -80,7 +74,7 @@ class Shape:
         )
 
     def __str__(self) -> str:
-        name, parameters = self.profile["class"].rpartition(":")[2], self.profile["parameters"]
+        name, parameters = str(self.profile.get("class")).rpartition(":")[2], self.profile.get("parameters", {})
         return f"{name}({', '.join(f'{key}={_shown(value)}' for key, value in parameters.items())})"
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ __all__ = ["Distribution"]
 _INSIDE = 1e-9
 
 
-@frozen(slots=False)
+@frozen
 class Distribution:
     """A truncated normal or lognormal distribution about the value of the scene, or a uniform one.
 
@@ -28,16 +27,19 @@ class Distribution:
     ----------
     spread : Spread
         As it was given.
-    value : float
-        Of the scene.
     begin, end : float
         The range of the value; just inside a bound that is excluded.
+    of_value : object
+        Frozen distribution of SciPy; for a ``factor`` that of the logarithm.
+    cut : float
+        Share of the distribution that lay outside the range.
     """
 
     spread: Spread
-    value: float
     begin: float
     end: float
+    of_value: Any
+    cut: float
 
     @classmethod
     def of(cls, spread: Spread, value: float) -> Distribution:
@@ -48,64 +50,49 @@ class Distribution:
         InvalidValueError
             When a share of the value is asked for that is 0, or a factor of one that is not above 0.
         """
-        if spread.kind == "factor" and not value > 0:
-            raise _unfit(spread, value, "a factor")
-        if spread.kind == "relative" and value == 0:
-            raise _unfit(spread, value, "a percentage")
-        spec = spread.variable.key.spec
-        assert spec is not None  # a spread is of a number
-        begin = spec.at_least if spec.at_least is not None else -math.inf
-        end = spec.at_most if spec.at_most is not None else math.inf
-        if spec.above is not None:
-            begin = spec.above + _INSIDE * max(abs(spec.above), 1e-3 * _INSIDE)
-        if spec.below is not None:
-            end = spec.below - _INSIDE * abs(spec.below)
-        return cls(spread, value, begin, end)
+        from scipy.stats import norm, truncnorm, uniform
 
-    @cached_property
-    def _scipy(self) -> Any:
-        """Of the value; for ``factor`` of its logarithm."""
-        from scipy.stats import truncnorm, uniform
-
-        first = self.spread.numbers[0]
-        if self.spread.kind == "between":
-            return uniform(first, self.spread.numbers[1] - first)
-        centre, scale, begin, end = self.value, first, self.begin, self.end
-        if self.spread.kind == "relative":
-            scale = first * abs(self.value)
-        if self.spread.kind == "factor":
-            centre, scale = math.log(self.value), math.log(first)
-            begin, end = (math.log(bound) if bound > 0 else -math.inf for bound in (begin, end))
-        return truncnorm((begin - centre) / scale, (end - centre) / scale, centre, scale)
-
-    @property
-    def cut(self) -> float:
-        """The share that lay beyond the range."""
-        from scipy.stats import norm
-
-        if self.spread.kind == "between":
-            return 0.0
-        low, high = self._scipy.args[:2]
-        return float(norm.cdf(low) + norm.sf(high))
+        begin, end = _range(spread)
+        first = spread.numbers[0]
+        if spread.kind == "between":
+            return cls(spread, begin, end, uniform(first, spread.numbers[1] - first), 0.0)
+        if (spread.kind == "factor" and not value > 0) or (spread.kind == "relative" and value == 0):
+            got = f"got a {'factor' if spread.kind == 'factor' else 'percentage'} of it"
+            problem = f"must be {{sd: ...}} or {{between: ...}}, as the value is {value:g} ({got})"
+            raise InvalidValueError.of(dotted(("uncertainty", spread.name)), problem)
+        centre, bounds = value, [begin, end]
+        scale = first * abs(value) if spread.kind == "relative" else first
+        if spread.kind == "factor":
+            centre, scale = math.log(value), math.log(first)
+            bounds = [math.log(bound) if bound > 0 else -math.inf for bound in bounds]
+        low, high = ((bound - centre) / scale for bound in bounds)
+        cut = float(norm.cdf(low) + norm.sf(high))
+        return cls(spread, begin, end, truncnorm(low, high, centre, scale), cut)
 
     def at(self, shares: FloatArray) -> FloatArray:
         """The values below which these shares of the distribution lie, each above 0 and below 1."""
-        values = self._scipy.ppf(shares)
-        if self.spread.kind == "between":
-            return np.asarray(values)
-        values = np.exp(values) if self.spread.kind == "factor" else values
+        values = self.of_value.ppf(shares)
+        if self.spread.kind == "factor":
+            values = np.exp(values)
         return np.asarray(np.clip(values, self.begin, self.end))
 
-    @cached_property
+    @property
     def sd(self) -> float:
-        """Standard deviation, after the cut."""
+        """Standard deviation of the truncated distribution."""
         if self.spread.kind != "factor":
-            return float(self._scipy.std())
+            return float(self.of_value.std())
         # by the midpoint rule in the share, which the tails of a normal distribution leave right to four digits
         count = 100_000
         return float(np.std(self.at((np.arange(count) + 0.5) / count)))
 
 
-def _unfit(spread: Spread, value: float, what: str) -> InvalidValueError:
-    problem = f"must be {{sd: ...}} or {{between: ...}}, as the value is {value:g} (got {what} of it)"
-    return InvalidValueError.of(dotted(("uncertainty", spread.name)), problem)
+def _range(spread: Spread) -> tuple[float, float]:
+    spec = spread.variable.key.spec
+    assert spec is not None  # a spread is of a number
+    begin = spec.at_least if spec.at_least is not None else -math.inf
+    end = spec.at_most if spec.at_most is not None else math.inf
+    if spec.above is not None:
+        begin = spec.above + _INSIDE * max(abs(spec.above), 1e-3 * _INSIDE)
+    if spec.below is not None:
+        end = spec.below - _INSIDE * abs(spec.below)
+    return begin, end

@@ -12,56 +12,46 @@ from shockwave.pictures.design import design as draw_design
 from shockwave.studies.design import Design
 from shockwave.studies.universal_curve import UniversalCurve
 
-__all__ = ["check_curve_file", "check_design_file", "write_curve", "write_design"]
+__all__ = ["CURVE_FILES", "PICTURES", "checked", "write_curve", "write_design"]
 
-_PICTURES = (".svg", ".png", ".pdf")
-
-
-def check_curve_file(output: str | os.PathLike[str]) -> None:
-    """Raise the errors of `write_curve` that can be found without a curve."""
-    _check(pathlib.Path(output), ".json", *_PICTURES)
+PICTURES = (".svg", ".png", ".pdf")
+CURVE_FILES = (".json", *PICTURES)
 
 
-def check_design_file(output: str | os.PathLike[str], vary: str) -> None:
-    """Raise the errors of `write_design` that can be found without the design along ``vary``."""
-    path = pathlib.Path(output)
-    _check(path, *_PICTURES)
-    if vary == "chain.material":
-        raise UsageError(f"{path}: {vary} has no picture, as materials lie on no line (leave -o out)")
-    figure()  # which raises if there is no matplotlib
-
-
-def _check(path: pathlib.Path, *endings: str) -> None:
-    if path.suffix.lower() not in endings:
-        rule = f"must end in {', '.join(endings[:-1])} or {endings[-1]}"
-        raise InvalidValueError.of("output", f"{rule} (got {path.name!r})")
-    if not path.parent.is_dir():
-        raise FileAccessError(f"{path}: cannot be written (there is no folder {path.parent})")
-
-
-def write_curve(curve: UniversalCurve, output: str | os.PathLike[str], mark: float | None = None) -> None:
-    """Write ``curve`` to a file: as JSON if its name ends so, else drawn, as SVG, PNG or PDF.
-
-    Parameters
-    ----------
-    curve : UniversalCurve
-        The curve.
-    output : path-like
-        The file; its ending selects the format.
-    mark : float, optional
-        A t0/T0 that the picture is to mark.
+def checked(output: str | os.PathLike[str], endings: tuple[str, ...], vary: str = "") -> pathlib.Path:
+    """The file, if it can be written: a picture of a design along ``vary``, or a curve.
 
     Raises
     ------
     InvalidValueError
-        When the ending is another.
+        When it has none of these endings.
     FileAccessError
-        When the file cannot be written.
+        When there is no such folder.
     UsageError
-        When matplotlib is not installed.
+        When materials were compared, as they lie on no line, or matplotlib is not installed.
     """
-    check_curve_file(output)
     path = pathlib.Path(output)
+    if path.suffix.lower() not in endings:
+        rule = f"must end in {', '.join(endings[:-1])} or {endings[-1]}"
+        raise InvalidValueError.of("output", f"{rule} (got {path.name!r})")
+    if vary == "chain.material":
+        raise UsageError(f"{path}: {vary} has no picture, as materials lie on no line (leave -o out)")
+    if not path.parent.is_dir():
+        raise FileAccessError(f"{path}: cannot be written (there is no folder {path.parent})")
+    if path.suffix.lower() in PICTURES:
+        figure()  # raises if there is no matplotlib
+    return path
+
+
+def write_curve(curve: UniversalCurve, output: str | os.PathLike[str], mark: float | None = None) -> None:
+    """Write ``curve`` to a file, whose ending selects JSON or a picture; ``mark`` is a t0/T0 to be marked in that.
+
+    Raises
+    ------
+    InvalidValueError, FileAccessError, UsageError
+        As `checked`, and when the file cannot be written.
+    """
+    path = checked(output, CURVE_FILES)
     if path.suffix.lower() == ".json":
         curve.save(path)
         return
@@ -71,19 +61,17 @@ def write_curve(curve: UniversalCurve, output: str | os.PathLike[str], mark: flo
 
 
 def write_design(found: Design, output: str | os.PathLike[str]) -> None:
-    """Draw ``found`` into a file, whose ending selects the format: svg, png or pdf.
+    """Draw ``found`` into a file, whose ending selects the format.
 
     Raises
     ------
-    InvalidValueError, FileAccessError
-        When the ending is another, or the file cannot be written.
-    UsageError
-        When matplotlib is not installed, or materials were compared: they lie on no line.
+    InvalidValueError, FileAccessError, UsageError
+        As `checked`, and when the file cannot be written.
     """
-    check_design_file(output, found.vary)
+    path = checked(output, PICTURES, found.vary)
     sheet, (ax,) = figure()
     value, target = (name.replace("_", " ") for name in (found.vary.rpartition(".")[2], found.target.name))
     solutions = [float(option.value) for option in found.solutions]
     units = found.unit, found.target.unit
     draw_design(ax, *found.line, found.target.value, solutions, labels=(value, target), units=units)
-    save(sheet, pathlib.Path(output))
+    save(sheet, path)

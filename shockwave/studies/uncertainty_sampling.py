@@ -20,18 +20,8 @@ from shockwave.quadrature import FloatArray
 from shockwave.scenario.load import Scenario
 from shockwave.scenario.uncertainty import Spread, read
 from shockwave.scenario.yaml_document import Steps, dotted
+from shockwave.studies import scene_response
 from shockwave.studies.scaling_exponents import POWERS, Exponents
-from shockwave.studies.scene_response import (
-    curve_of,
-    data_of,
-    duration_of,
-    exponents_of,
-    keep_shape,
-    notes_of,
-    primaries,
-    scenario_of,
-    value_of,
-)
 from shockwave.studies.spread_distribution import Distribution
 from shockwave.studies.uncertainty import Estimate, Sensitivity, Statistics, Uncertainty
 from shockwave.text import si
@@ -98,15 +88,15 @@ def uncertainty(
     """
     _check(draws, seed, rtol)
     draws, seed = int(draws), int(seed)
-    scenario = scenario_of(scene, chain)
+    scenario = scene_response.scenario_of(scene, chain)
     known = _spreads(scenario, spreads)
-    nominal = {spread.name: value_of(scenario, spread.name) for spread in known}
+    nominal = {spread.name: scene_response.value_of(scenario, spread.name) for spread in known}
     drawn = [_distribution(spread, nominal[spread.name]) for spread in known]
     # for a shock without a curve this raises before anything is drawn
-    curve = curve_of(scenario.shock.profile, min(rtol, _SLOPE), duration_of(scenario))
-    exponents = exponents_of(scenario, curve)
+    curve = scene_response.curve_of(scenario.shock.profile, min(rtol, _SLOPE), scene_response.duration_of(scenario))
+    exponents = scene_response.exponents_of(scenario, curve)
     slopes = [slopes_at(scenario, exponents, one, nominal) for one in drawn]
-    (amplification,), _, (error,) = primaries(
+    (amplification,), _, (error,) = scene_response.primaries(
         scenario, {name: np.array([value]) for name, value in nominal.items()}, rtol
     )
     points, outputs, errors = _sampled(scenario, drawn, draws, seed, rtol)
@@ -123,7 +113,7 @@ def uncertainty(
         draws=draws,
         seed=seed,
         evaluations=draws * (len(drawn) + 2),
-        method="curve" if keep_shape(nominal) else "simulation",
+        method="curve" if scene_response.keep_shape(nominal) else "simulation",
         peak_force=statistics[0],
         amplification=statistics[1],
         sensitivities=tuple(
@@ -163,7 +153,7 @@ def _spreads(scenario: Scenario, given: Mapping[str, Any] | None) -> tuple[Sprea
         named = (step if isinstance(step, str | int) else text_of(step) for step in steps)
         faults.append(Fault(dotted(("uncertainty", *named)), problem))
 
-    found = read(given, data_of(scenario), add)
+    found = read(given, scene_response.data_of(scenario), add)
     if faults:
         raise InvalidValueError(faults)
     return found
@@ -188,7 +178,7 @@ def _warnings(scenario: Scenario, drawn: Sequence[Distribution], nominal: Mappin
         if not spread.numbers[0] <= value <= spread.numbers[1]:
             here = si(value, spread.variable.unit or "").rstrip()
             warnings.append(f"{spread.name} is {here} in the scenario, outside {spread}, between which it is drawn")
-    return (*notes_of(scenario), *warnings)
+    return (*scene_response.notes_of(scenario), *warnings)
 
 
 # ---------------------------------------------------------------- sampling
@@ -210,7 +200,7 @@ def _sampled(
         columns = mixed.transpose(1, 0, 2).reshape(len(drawn), -1)
         values = {one.spread.name: column for one, column in zip(drawn, columns, strict=True)}
         try:
-            amplification, force, error = primaries(scenario, values, rtol)
+            amplification, force, error = scene_response.primaries(scenario, values, rtol)
         except InvalidValueError as wrong:
             fault = wrong.faults[0]
             problem = f"must draw scenes that can be: {fault}" if fault.path else fault.problem
@@ -322,7 +312,7 @@ def slopes_at(
     step = _STEP * one.sd
     ends = np.clip([value - step, value - step / 2, value + step / 2, value + step], one.begin, one.end)
     values = {other: np.full(ends.shape, here) for other, here in nominal.items()} | {name: ends}
-    ratios, forces, _ = primaries(scenario, values, _TIGHT)
+    ratios, forces, _ = scene_response.primaries(scenario, values, _TIGHT)
     # what sets the shape may set the peak force of the shock too
     return _difference(ends, np.log(ratios * forces)), _difference(ends, np.log(ratios))
 

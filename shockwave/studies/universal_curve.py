@@ -319,10 +319,7 @@ class UniversalCurve(CurveData):
         return np.asarray(self.short.error * np.exp(_NEXT_POWER * np.minimum(x - self.short.end, 0.0)) + _DIGITS)
 
     def _checked(self, rise_time: npt.ArrayLike) -> FloatArray:
-        try:
-            ratios = np.asarray(rise_time, dtype=float)
-        except (TypeError, ValueError):
-            ratios = np.array(math.nan)
+        ratios = np.asarray(rise_time, dtype=float)
         most = self.longest_rise_time
         wrong = ~((ratios > 0) & (ratios <= most * (1 + _ROUNDING)))
         if wrong.any():

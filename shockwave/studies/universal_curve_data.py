@@ -52,19 +52,10 @@ class CurveData:
 
     @pieces.validator
     def _adjoin(self, attribute: Attribute[Any], pieces: tuple[Piece, ...]) -> None:
-        at, end = self.short.end, math.log(self.longest)
-        for index, piece in enumerate(pieces):
-            path = f"{attribute.name}[{index}]"
-            if piece.begin != at:
-                problem = f"must be {at!r}, where the one before ends (got {piece.begin!r})"
-                raise InvalidValueError.of(f"{path}.begin", problem)
-            if not piece.end > at:
-                raise InvalidValueError.of(f"{path}.end", f"must be > {at!r} (got {piece.end!r})")
-            if not piece.coefficients:
-                raise InvalidValueError.of(f"{path}.coefficients", "must be one number or more (got none)")
-            at = piece.end
-        if at < end:
-            raise InvalidValueError.of(attribute.name, f"must reach ln of longest, {end!r} (got {at!r})")
+        joints = [self.short.end, *(piece.end for piece in pieces)]
+        if [piece.begin for piece in pieces] != joints[:-1] or joints[-1] < math.log(self.longest):
+            rule = f"must adjoin from short.end, {joints[0]!r}, to ln of longest"
+            raise InvalidValueError.of(attribute.name, f"{rule} (got joints at {text_of(joints[1:])})")
 
 
 def unstructured(data: CurveData) -> dict[str, Any]:
