@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from attrs import asdict, evolve, frozen
+from attrs import asdict, evolve
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.solitary_wave import SolitaryWave
@@ -93,44 +93,18 @@ def design(
         if problem := spec.problem(value):
             raise InvalidValueError.of(name, problem)
     scenario, wanted = scene_response.scenario_of(scene, chain), Target.of(target)
+    family = Family(scenario)
     try:
         varied = variable(vary, scene_response.data_of(scenario), fits=_can_be_varied)
     except InvalidValueError as error:
         raise InvalidValueError.of("vary", error.faults[0].problem) from None
-    materials = vary == _MATERIAL
-    if materials and between is not None:
-        raise InvalidValueError.of("between", f"must be left out for {_MATERIAL} (got {text_of(between)})")
-    if not materials and among is not None:
+    if vary == _MATERIAL:
+        if between is not None:
+            raise InvalidValueError.of("between", f"must be left out for {_MATERIAL} (got {text_of(between)})")
+        return _simulated(_among_materials(family, wanted, among, rtol), family, rtol)
+    if among is not None:
         raise InvalidValueError.of("among", f"must be left out: it is for {_MATERIAL} (got {text_of(among)})")
-    family = Family(scenario)
-    if materials:
-        interval, unit = None, ""
-        search = _among_materials(family, wanted, among, rtol)
-    else:
-        interval, unit = _interval(varied, between), varied.unit or ""
-        search = _along(varied, family, wanted, interval, int(points), rtol)
-    checked, failures = _simulated(search.meeting or [search.nearest], family, vary, wanted)
-    met = tuple(one for one in checked if search.meeting and not _misses(one, wanted, rtol))
-    nearest = min(checked, key=wanted.distance)
-    found = Design(
-        scenario=scenario.name,
-        vary=vary,
-        unit=unit,
-        target=wanted,
-        between=interval,
-        solutions=met,
-        nearest=nearest if materials or not met else None,
-        least=search.least,
-        most=search.most,
-        table=(nearest, *search.table[1:]) if materials else search.table,
-        warnings=(
-            *scene_response.notes_of(scenario, besides="; simulations are of the chain as it is"),
-            *search.warnings,
-            *failures,
-        ),
-        line=search.line,
-    )
-    return evolve(found, why=why(found))
+    return _simulated(_along(varied, family, wanted, _interval(varied, between), int(points), rtol), family, rtol)
 
 
 def _can_be_varied(name: str) -> bool:
@@ -154,20 +128,8 @@ def _interval(varied: Variable, given: Sequence[Any] | None) -> tuple[float, flo
     return low, high
 
 
-@frozen(kw_only=True)
-class _Search:
-    """The options of a design before simulation: those that meet the target, and the others as of `Design`."""
-
-    meeting: list[Option]
-    nearest: Option
-    least: Option
-    most: Option
-    table: tuple[Option, ...]
-    warnings: list[str]
-    line: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
-
-
-def _among_materials(family: Family, target: Target, among: Iterable[str] | None, rtol: float) -> _Search:
+def _among_materials(family: Family, target: Target, among: Iterable[str] | None, rtol: float) -> Design:
+    """The design before simulation."""
     if isinstance(among, str):
         raise InvalidValueError.of("among", f"must be a list of names (got {among!r}; put it in brackets)")
     names = [entry.name for entry in entries("materials")] if among is None else list(among)
@@ -186,55 +148,83 @@ def _among_materials(family: Family, target: Target, among: Iterable[str] | None
         raise InvalidValueError.of("among", f"must have a material for which there is a curve ({left_out[0]})")
     ranked = sorted(options, key=target.distance)
     first = ranked[0]
-    return _Search(
-        meeting=[first] if target.distance(first) <= max(rtol, first.reached_error) else [],
+    met = target.distance(first) <= max(rtol, first.reached_error)
+    return Design(
+        scenario=family.base.name,
+        vary=_MATERIAL,
+        unit="",
+        target=target,
+        between=None,
+        solutions=(first,) if met else (),
         nearest=first,
         least=min(options, key=lambda one: one.reached),
         most=max(options, key=lambda one: one.reached),
         table=tuple(ranked),
-        warnings=left_out,
+        warnings=(*_notes(family), *left_out),
+        line=((), ()),
     )
+
+
+def _notes(family: Family) -> tuple[str, ...]:
+    return scene_response.notes_of(family.base, besides="; simulations are of the chain as it is")
 
 
 def _along(
     varied: Variable, family: Family, target: Target, between: tuple[float, float], points: int, rtol: float
-) -> _Search:
-    """Search along a number."""
-    name = varied.name
+) -> Design:
+    """The design along a number, before simulation."""
 
     def option(value: float) -> Option:
-        return _option(value, family.scenario({name: value}), target, rtol, line.reach)
+        return _option(value, family.scenario({varied.name: value}), target, rtol, line.reach)
 
     try:
-        _check_durations(family, name, between)
-        line = line_along(family.base, name, target, between, rtol)
+        _check_durations(family, varied.name, between)
+        line = line_along(family.base, varied.name, target, between, rtol)
         least, most = (option(extreme(line.landmarks, key=line.height)) for extreme in (min, max))
-        meeting, warnings = [], []
-        for value, miss, slope in solutions(line, target):
-            found = option(value)
-            error = slope * max(found.reached_error, 0.0 if line.reach else rtol)
-            meeting.append(evolve(found, value_error=error if math.isfinite(error) else None))
-            if abs(miss) > _ROUNDING:
-                end = f"{si(value, varied.unit or '')} is an end of the interval or a turning point"
-                warnings.append(f"{end}: it misses what is wanted by {miss:+.1e}, no more than the error allowed")
+        met = [(option(value), miss, slope) for value, miss, slope in solutions(line, target)]
         table = tuple(option(value) for value in spaced(between, points))
     except InvalidValueError as error:
         fault = error.faults[0]
         problem = f"must give scenes that can be: {fault}" if fault.path else fault.problem
         raise InvalidValueError.of("between", f"{problem}: narrow the interval") from None
-    range_ = (most.reached - least.reached) / target.value
-    if range_ <= max(least.reached_error, most.reached_error, rtol):
-        warnings = [f"over the whole interval {target.name} varies by no more than {range_:.0e} of what is wanted"]
     values = spaced(between, _FINE)
-    return _Search(
-        meeting=meeting,
+    # along the shape each simulation may be off by the tolerance
+    least_error = 0.0 if line.reach else rtol
+    return Design(
+        scenario=family.base.name,
+        vary=varied.name,
+        unit=varied.unit or "",
+        target=target,
+        between=between,
+        solutions=tuple(_with_error(one, slope, least_error) for one, _, slope in met),
         nearest=min(least, most, key=target.distance),
         least=least,
         most=most,
         table=table,
-        warnings=warnings,
+        warnings=(*_notes(family), *_doubts(met, least, most, target, rtol, varied.unit or "")),
         line=(tuple(values), tuple(math.exp(line.height(value)) for value in values)),
     )
+
+
+def _with_error(option: Option, slope: float, least: float) -> Option:
+    """With the error of its value, which changes by ``slope`` over the share by which the target does."""
+    error = slope * max(option.reached_error, least)
+    return evolve(option, value_error=error if math.isfinite(error) else None)
+
+
+def _doubts(
+    met: Iterable[tuple[Option, float, float]], least: Option, most: Option, target: Target, rtol: float, unit: str
+) -> list[str]:
+    """Warnings of solutions that are none but for the error of the curve."""
+    range_ = (most.reached - least.reached) / target.value
+    if range_ <= max(least.reached_error, most.reached_error, rtol):
+        return [f"over the whole interval {target.name} varies by no more than {range_:.0e} of what is wanted"]
+    return [
+        f"{si(float(option.value), unit)} is an end of the interval or a turning point: it misses what is wanted by"
+        f" {miss:+.1e}, no more than the error allowed"
+        for option, miss, _ in met
+        if abs(miss) > _ROUNDING
+    ]
 
 
 def _check_durations(family: Family, name: str, between: tuple[float, float]) -> None:
@@ -280,12 +270,13 @@ def _option(value: float | str, scenario: Scenario, target: Target, rtol: float,
     )
 
 
-def _simulated(options: Iterable[Option], family: Family, name: str, target: Target) -> tuple[list[Option], list[str]]:
-    """The options with their simulations, and sentences on those that could not be simulated."""
+def _simulated(found: Design, family: Family, rtol: float) -> Design:
+    """The design with its solutions simulated, or the nearest option where there is none."""
     checked: list[Option] = []
     failures: list[str] = []
-    for option in options:
-        scene = family.scenario({name: option.value})
+    target = found.target
+    for option in found.solutions or [one for one in [found.nearest] if one is not None]:
+        scene = family.scenario({found.vary: option.value})
         try:
             result = simulate(scene.shock, scene.chain, rtol=_VERIFIED, waves="primary")
         except ShockwaveError as error:
@@ -295,7 +286,14 @@ def _simulated(options: Iterable[Option], family: Family, name: str, target: Tar
         reached = target.reached(result.peak_force, scene)
         simulated = Simulated(reached=reached, peak_force=result.peak_force, error_estimate=result.error_estimate)
         checked.append(evolve(option, simulated=simulated))
-    return checked, failures
+    met = tuple(one for one in checked if found.solutions and not _misses(one, target, rtol))
+    nearest = min(checked, key=target.distance)
+    found = evolve(found, solutions=met, warnings=(*found.warnings, *failures))
+    if found.between is None:
+        found = evolve(found, nearest=nearest, table=(nearest, *found.table[1:]))
+    else:
+        found = evolve(found, nearest=None if met else nearest)
+    return evolve(found, why=why(found))
 
 
 def _misses(option: Option, target: Target, rtol: float) -> bool:
