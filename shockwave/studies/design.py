@@ -55,10 +55,8 @@ class Target:
             When the name is unknown or the value is none above 0.
         """
         if not isinstance(given, Mapping) or len(given) != 1:
-            example = '{"peak_force": "60 N"}'
-            raise InvalidValueError.of(
-                "target", f"must be one quantity and its value, {example} (got {text_of(given)})"
-            )
+            rule = 'must be one quantity and its value, {"peak_force": "60 N"}'
+            raise InvalidValueError.of("target", f"{rule} (got {text_of(given)})")
         ((name, value),) = given.items()
         if name not in TARGETS:
             hint = nearest(str(name)[:60], TARGETS)

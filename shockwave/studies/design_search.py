@@ -184,9 +184,8 @@ def _along(
         met = [(option(value), miss, slope) for value, miss, slope in solutions(line, target)]
         table = tuple(option(value) for value in spaced(between, points))
     except InvalidValueError as error:
-        fault = error.faults[0]
-        problem = f"must give scenes that can be: {fault}" if fault.path else fault.problem
-        raise InvalidValueError.of("between", f"{problem}: narrow the interval") from None
+        problem = f"{scene_response.impossible(error, 'give')}: narrow the interval"
+        raise InvalidValueError.of("between", problem) from None
     values = spaced(between, _FINE)
     # along the shape each simulation may be off by the tolerance
     least_error = 0.0 if line.reach else rtol
@@ -276,16 +275,11 @@ def _simulated(found: Design, family: Family, rtol: float) -> Design:
     failures: list[str] = []
     target = found.target
     for option in found.solutions or [one for one in [found.nearest] if one is not None]:
-        scene = family.scenario({found.vary: option.value})
         try:
-            result = simulate(scene.shock, scene.chain, rtol=_VERIFIED, waves="primary")
+            checked.append(_verified(option, family.scenario({found.vary: option.value}), target))
         except ShockwaveError as error:
             checked.append(option)
             failures.append(f"no simulation at {option.value}: {error}")
-            continue
-        reached = target.reached(result.peak_force, scene)
-        simulated = Simulated(reached=reached, peak_force=result.peak_force, error_estimate=result.error_estimate)
-        checked.append(evolve(option, simulated=simulated))
     met = tuple(one for one in checked if found.solutions and not _misses(one, target, rtol))
     nearest = min(checked, key=target.distance)
     found = evolve(found, solutions=met, warnings=(*found.warnings, *failures))
@@ -294,6 +288,14 @@ def _simulated(found: Design, family: Family, rtol: float) -> Design:
     else:
         found = evolve(found, nearest=None if met else nearest)
     return evolve(found, why=why(found))
+
+
+def _verified(option: Option, scene: Scenario, target: Target) -> Option:
+    """With the simulation of its scene."""
+    result = simulate(scene.shock, scene.chain, rtol=_VERIFIED, waves="primary")
+    reached = target.reached(result.peak_force, scene)
+    simulated = Simulated(reached=reached, peak_force=result.peak_force, error_estimate=result.error_estimate)
+    return evolve(option, simulated=simulated)
 
 
 def _misses(option: Option, target: Target, rtol: float) -> bool:

@@ -86,26 +86,31 @@ def _value(found: Design, option: Option) -> str:
 
 
 def _properties(found: Design, rows: Sequence[Option]) -> str:
-    target = found.target
-    named = target.name in ("peak_force", "amplification", "speed", "width")
-    own = [] if named else [target.name.replace("_", " ")]
-    header = [found.vary.rpartition(".")[2], *own, "peak force", "amplification", "within", "speed", "width"]
-    lines = []
-    for option in rows:
-        mass = option.mass_per_length if option.chain_mass is None else option.chain_mass
-        line = [
-            _value(found, option),
-            *([] if named else [_si(option.reached, target.unit, 6)]),
-            si(option.peak_force, "N", 6),
-            f"{option.amplification:.5g}",
-            f"{option.error:.0e}",
-            si(option.speed, "m/s"),
-            si(option.width, "s"),
-            si(1e3 * option.granule_mass, "g", 4),
-            si(1e3 * mass, "g", 4) + ("/m" if option.chain_mass is None else ""),
-        ]
-        lines.append(line)
-    return table([*header, "granule", "chain"], lines)
+    others = [found.target.name.replace("_", " ")] if _is_other(found) else []
+    header = [found.vary.rpartition(".")[2], *others, "peak force", "amplification", "within", "speed", "width"]
+    return table([*header, "granule", "chain"], (_row(found, option) for option in rows))
+
+
+def _is_other(found: Design) -> bool:
+    """Whether the target is in none of the columns that all tables have."""
+    return found.target.name not in ("peak_force", "amplification", "speed", "width")
+
+
+def _row(found: Design, option: Option) -> list[str]:
+    chain = f"{si(1e3 * option.mass_per_length, 'g', 4)}/m"
+    if option.chain_mass is not None:
+        chain = si(1e3 * option.chain_mass, "g", 4)
+    return [
+        _value(found, option),
+        *([_si(option.reached, found.target.unit, 6)] if _is_other(found) else []),
+        si(option.peak_force, "N", 6),
+        f"{option.amplification:.5g}",
+        f"{option.error:.0e}",
+        si(option.speed, "m/s"),
+        si(option.width, "s"),
+        si(1e3 * option.granule_mass, "g", 4),
+        chain,
+    ]
 
 
 def _simulations(found: Design, rows: Sequence[Option]) -> str:

@@ -41,6 +41,7 @@ __all__ = [
     "duration_of",
     "exponents_of",
     "family_of",
+    "impossible",
     "keep_shape",
     "longest_for",
     "notes_of",
@@ -128,6 +129,12 @@ def notes_of(scenario: Scenario, besides: str = "") -> tuple[str, ...]:
     if scenario.sweep is not None:
         notes.append(f"the scenario stands for {len(scenario.sweep)} scenes: this is the first")
     return tuple(notes)
+
+
+def impossible(error: InvalidValueError, verb: str) -> str:
+    """The rule that is broken where a range or a distribution contains scenes that cannot be."""
+    fault = error.faults[0]
+    return f"must {verb} scenes that can be: {fault}" if fault.path else fault.problem
 
 
 # ---------------------------------------------------------------- curves

@@ -192,24 +192,25 @@ def _sampled(
     These are of shape (batches, 2 outputs, values + 2, draws of a batch): for the draws A, for others B, and for A with
     each value of B in turn.
     """
-    points: list[FloatArray] = []
-    outputs: list[FloatArray] = []
-    worst = 0.0
-    for sequence in np.random.SeedSequence(seed).spawn(_BATCHES):
-        mixed = _mixed(drawn, np.random.default_rng(sequence), draws // _BATCHES)
-        columns = mixed.transpose(1, 0, 2).reshape(len(drawn), -1)
-        values = {one.spread.name: column for one, column in zip(drawn, columns, strict=True)}
-        try:
-            amplification, force, error = scene_response.primaries(scenario, values, rtol)
-        except InvalidValueError as wrong:
-            fault = wrong.faults[0]
-            problem = f"must draw scenes that can be: {fault}" if fault.path else fault.problem
-            remedy = "narrow the spreads, or give a {factor: ...}"
-            raise InvalidValueError.of("uncertainty", f"{problem}: {remedy}") from None
-        points.append(mixed[0])
-        outputs.append(np.array([amplification * force, amplification]).reshape(2, len(mixed), -1))
-        worst = max(worst, float(error.max()))
-    return np.concatenate(points, axis=-1), np.array(outputs), worst
+    generators = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(_BATCHES))
+    batches = [_batch(scenario, _mixed(drawn, rng, draws // _BATCHES), drawn, rtol) for rng in generators]
+    points, outputs, errors = zip(*batches, strict=True)
+    return np.concatenate(points, axis=-1), np.array(outputs), max(errors)
+
+
+def _batch(
+    scenario: Scenario, mixed: FloatArray, drawn: Sequence[Distribution], rtol: float
+) -> tuple[FloatArray, FloatArray, float]:
+    """The draws A, and what `_sampled` returns, of one batch."""
+    columns = mixed.transpose(1, 0, 2).reshape(len(drawn), -1)
+    values = {one.spread.name: column for one, column in zip(drawn, columns, strict=True)}
+    try:
+        amplification, force, error = scene_response.primaries(scenario, values, rtol)
+    except InvalidValueError as wrong:
+        problem = f"{scene_response.impossible(wrong, 'draw')}: narrow the spreads, or give a {{factor: ...}}"
+        raise InvalidValueError.of("uncertainty", problem) from None
+    outputs = np.array([amplification * force, amplification]).reshape(2, len(mixed), -1)
+    return mixed[0], outputs, float(error.max())
 
 
 def _mixed(drawn: Sequence[Distribution], rng: np.random.Generator, count: int) -> FloatArray:

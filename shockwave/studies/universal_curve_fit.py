@@ -91,16 +91,7 @@ def fitted_curve(profile: ShockProfile, rtol: float, longest: float) -> CurveDat
     shape = Shape.of(profile)
     simulated = _Simulated(profile, shape, max(_SHARE * rtol, _TIGHTEST))
     short = _short(simulated, rtol, math.log(longest))
-    pieces: tuple[Piece, ...] = ()
-    if short.end < math.log(longest):
-        probe = _PROBED
-        while probe < longest:
-            simulated(math.log(probe))
-            probe *= 2
-        pieces = tuple(
-            evolve(piece, error=_CAUTION * piece.error + simulated.greatest_estimate(piece.begin, piece.end))
-            for piece in fitted(simulated, short.end, math.log(longest), rtol)
-        )
+    pieces = _pieces(simulated, rtol, short.end, longest) if short.end < math.log(longest) else ()
     return CurveData(
         shape=shape,
         rtol=rtol,
@@ -109,6 +100,18 @@ def fitted_curve(profile: ShockProfile, rtol: float, longest: float) -> CurveDat
         made_with={"shockwave": shockwave.__version__, "numpy": np.__version__},
         short=short,
         pieces=pieces,
+    )
+
+
+def _pieces(simulated: _Simulated, rtol: float, begin: float, longest: float) -> tuple[Piece, ...]:
+    """The polynomials from the logarithm ``begin`` on."""
+    probe = _PROBED
+    while probe < longest:
+        simulated(math.log(probe))
+        probe *= 2
+    return tuple(
+        evolve(piece, error=_CAUTION * piece.error + simulated.greatest_estimate(piece.begin, piece.end))
+        for piece in fitted(simulated, begin, math.log(longest), rtol)
     )
 
 
