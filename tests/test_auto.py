@@ -20,7 +20,6 @@ from pages import table
 from scenes import CHAIN, FORCE, STEEL, TRUTH, UNITS, name_of, random_pulses, shock_of, triangle
 from shockwave import cli
 from shockwave.chain.solitary_wave import MOMENTUM
-from shockwave.prediction.measures import points
 from shockwave.prediction.scaled import Peaks
 from shockwave.prediction.short import CORRECTION, IMPULSE_LIMIT, correction, integrals, short_law
 from shockwave.quadrature import FloatArray
@@ -81,18 +80,6 @@ def test_the_correction_of_a_shape_is_that_of_finer_points(profile: sw.ShockProf
     ((found, _, _),) = integrals([profile], [profile.areas().total])
     # points may miss 1e-5 of the impulse
     assert found == pytest.approx(correction(profile), rel=3e-5)
-
-
-@OF_SHAPES
-def test_skewness_and_kurtosis_are_those_of_the_density(profile: sw.ShockProfile) -> None:
-    ((_, skewness, tails),) = integrals([profile], [profile.areas().total])
-    s, weights = points(profile)
-    density = weights * profile.force(s)
-    density = density / density.sum()
-    off = s - density @ s
-    spread = math.sqrt(density @ off**2)
-    assert skewness == pytest.approx(density @ off**3 / spread**3, abs=1e-4)
-    assert tails == pytest.approx(density @ off**4 / spread**4, rel=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -183,13 +170,6 @@ def test_without_compiled_code_the_whole_law_is_cheaper(monkeypatch: pytest.Monk
     many = sw.Predictor(model="auto", rtol=3e-2).predict_many([triangle(8.0), triangle(1.0)], CHAIN)
     assert many.method.tolist() == ["moments", "moments"]
     assert many.peak_force[0] == pytest.approx(law.peak_force, rel=1e-12)
-
-
-@pytest.mark.parametrize("duration", [1, 3.2, 8])
-@OF_SHAPES
-def test_regime_is_that_of_section_4(profile: sw.ShockProfile, duration: float) -> None:
-    shock = sw.Shock.of_duration(profile=profile, peak_force=FORCE, duration=duration * UNITS.time)
-    assert type(predicted(shock, 1e-2)) is type(sw.Predictor().predict(shock, CHAIN))
 
 
 def test_it_says_why() -> None:
