@@ -20,9 +20,9 @@ from shockwave import cli
 from shockwave.scenario.family import Family
 from shockwave.studies.crossings import crossings
 from shockwave.studies.design import TARGETS, Target
-from shockwave.studies.design_line import line_along
 from shockwave.studies.scaling_exponents import POWERS
 from shockwave.studies.scene_response import curve_of, duration_of, exponents_of, scenario_of, value_of
+from shockwave.studies.target_along_value import line_along
 from test_docs import flat
 
 SCENE = scenario_of(CASE_A, CHAIN)

@@ -18,7 +18,7 @@ from shockwave.text import printed
 
 __all__ = ["TARGETS", "Design", "Option", "Simulated", "Target"]
 
-#: What may be asked of the primary -> its SI unit.
+#: Properties of the primary that may be asked for -> its SI unit.
 TARGETS = {
     "peak_force": "N",
     "amplification": "",
@@ -176,7 +176,7 @@ class Design:
     vary, unit : str
         Dotted name of the value that was varied, and its unit.
     target : Target
-        What is wanted of the primary.
+        The property wanted of the primary.
     between : tuple of float, or None
         The interval of the value; None for materials.
     solutions : tuple of Option
@@ -222,7 +222,7 @@ class Design:
         return self.least.reached <= self.target.value <= self.most.reached
 
     def to_dict(self) -> dict[str, Any]:
-        """What ``design --json`` prints: SI floats."""
+        """The document that ``design --json`` prints: SI floats."""
         document = asdict(self, filter=lambda attribute, _: attribute.name != "line")
         target = {"name": self.target.name, "value": self.target.value, "unit": self.target.unit}
         return {**document, "target": target, "reachable": self.reachable}

@@ -21,8 +21,8 @@ from shockwave.scenario.load import Scenario
 from shockwave.scenario.variable import Variable, variable
 from shockwave.studies import scene_response
 from shockwave.studies.design import Design, Option, Simulated, Target
-from shockwave.studies.design_line import line_along, solutions, spaced
 from shockwave.studies.design_text import why
+from shockwave.studies.target_along_value import line_along, solutions, spaced
 from shockwave.text import si
 
 __all__ = ["design"]

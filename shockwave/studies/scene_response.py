@@ -82,7 +82,7 @@ def scenario_of(scene: Scenario | Shock, chain: Chain | None) -> Scenario:
 
 
 def data_of(scenario: Scenario) -> Mapping[str, Any]:
-    """What the document holds, or would have to for its profile to be known."""
+    """The content of the document, or as much of it as names the profile."""
     if scenario.document is not None:
         return scenario.document.data
     cls = type(scenario.shock.profile)

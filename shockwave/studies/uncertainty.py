@@ -47,7 +47,7 @@ class Statistics:
 
 @frozen(kw_only=True)
 class Sensitivity:
-    """What the uncertainty of one value does.
+    """The effect of the uncertainty of one value.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class Uncertainty:
     draws, seed, evaluations : int
         Scenes of which the distribution is made; seed; scenes with those for the indices.
     method : "curve" or "simulation"
-        What gave the peak forces.
+        The origin of the peak forces.
     peak_force, amplification : Statistics
         Of the primary [N], and over the peak force of the shock.
     sensitivities : tuple of Sensitivity
@@ -101,7 +101,7 @@ class Uncertainty:
     warnings : tuple of str
         What a reader must know.
     values : mapping of str to ndarray, shape (draws,)
-        What was drawn.
+        The draws.
     peak_forces : ndarray, shape (draws,)
         And what came out [N].
     """
@@ -121,7 +121,7 @@ class Uncertainty:
     peak_forces: FloatArray = field(eq=False, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
-        """What ``uncertainty --json`` prints: SI floats, without the draws."""
+        """The document that ``uncertainty --json`` prints: SI floats, without the draws."""
         whole = asdict(self, filter=lambda attribute, _: attribute.name not in ("values", "peak_forces"))
         for name in ("peak_force", "amplification"):
             pairs = whole[name]["quantiles"].items()

@@ -49,7 +49,7 @@ _MOST_BYTES = 2**24
 
 @frozen(kw_only=True)
 class CurveAnswer:
-    """What a curve predicts for one shock on one chain.
+    """The prediction of a curve for one shock on one chain.
 
     Attributes
     ----------
@@ -93,7 +93,7 @@ class UniversalCurve(CurveData):
     Attributes
     ----------
     shape : Shape
-        What is known of the profile.
+        The profile by name and by integrals.
     rtol, longest : float
         As given.
     short : ShortLaw

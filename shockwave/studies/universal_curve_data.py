@@ -82,12 +82,12 @@ def structured(document: Any) -> CurveData:
     try:
         return structure({**document, "shape": document}, CurveData)
     except BaseValidationError as error:
-        parts = [message.rpartition(" @ ") for message in transform_error(error, "", _told)]
-        told = (f"{path.removeprefix('.shape')}{message}".lstrip(".") for message, _, path in parts)
-        raise InvalidValueError(Fault("", message) for message in told) from None
+        parts = [message.rpartition(" @ ") for message in transform_error(error, "", _rule)]
+        rules = (f"{path.removeprefix('.shape')}{message}".lstrip(".") for message, _, path in parts)
+        raise InvalidValueError(Fault("", message) for message in rules) from None
 
 
-def _told(error: BaseException, kind: Any) -> str:
+def _rule(error: BaseException, kind: Any) -> str:
     """A rule behind the path at which cattrs found the error."""
     if isinstance(error, InvalidValueError):
         return f".{error}"
