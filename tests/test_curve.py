@@ -289,7 +289,7 @@ def broken(*path: Any, value: Any) -> Any:
         (("area",), -1.5, "area: must be > 0"),
         (("rtol",), "small", "rtol: must be a number"),
         (("simulations",), -1, "simulations: must be a whole number"),
-        (("profile",), 3, "profile: must be a list or a mapping"),
+        (("profile", "parameters"), [3], "profile: must hold class and parameters"),
         (("short", "error"), -1.0, "short.error: must be > 0"),
         (("pieces", 0, "coefficients", 2), "x", r"pieces\[0\].coefficients\[2\]: must be a number"),
         (("pieces", 1, "begin"), 0.0, "pieces: must adjoin from short.end"),

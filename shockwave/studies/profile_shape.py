@@ -11,6 +11,7 @@ import attrs
 import numpy as np
 from attrs import frozen
 
+from shockwave.errors import InvalidValueError
 from shockwave.fields import quantity, text_of
 from shockwave.prediction.short import correction
 from shockwave.profiles.base import ShockProfile
@@ -48,6 +49,11 @@ class Shape:
     centroid: float = quantity("", "centroid of the force over t0", above=0)
     correction: float = quantity("", "leading correction of short shocks", above=0)
 
+    @profile.validator
+    def _is_named(self, attribute: attrs.Attribute[Any], profile: Mapping[str, Any]) -> None:
+        if not isinstance(profile.get("class"), str) or not isinstance(profile.get("parameters"), Mapping):
+            raise InvalidValueError.of(attribute.name, f"must hold class and parameters (got {text_of(profile)})")
+
     @classmethod
     def of(cls, profile: ShockProfile) -> Shape:
         """The shape of ``profile``.
@@ -74,7 +80,7 @@ class Shape:
         )
 
     def __str__(self) -> str:
-        name, parameters = str(self.profile.get("class")).rpartition(":")[2], self.profile.get("parameters", {})
+        name, parameters = self.profile["class"].rpartition(":")[2], self.profile["parameters"]
         return f"{name}({', '.join(f'{key}={_shown(value)}' for key, value in parameters.items())})"
 
 
