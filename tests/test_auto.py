@@ -20,8 +20,8 @@ from pages import table
 from scenes import CHAIN, FORCE, STEEL, TRUTH, UNITS, name_of, random_pulses, shock_of, triangle
 from shockwave import cli
 from shockwave.chain.solitary_wave import MOMENTUM
-from shockwave.prediction.scaled import Peaks
-from shockwave.prediction.short import CORRECTION, IMPULSE_LIMIT, correction, integrals, short_law
+from shockwave.prediction.model_interface import Peaks
+from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT, correction, integrals, short_law
 from shockwave.quadrature import FloatArray
 from shockwave.studies import auto
 

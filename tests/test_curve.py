@@ -22,7 +22,7 @@ from shockwave import cli, pictures
 from shockwave.chain import Scales
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
 from shockwave.pictures.curve import curve as draw
-from shockwave.prediction import short
+from shockwave.prediction import short_shock_law as short
 from shockwave.quadrature import FloatArray
 from shockwave.studies import universal_curve_fit
 from shockwave.studies.chebyshev_fit import evaluated, fitted

@@ -23,9 +23,9 @@ from shockwave.errors import NumericalError
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import simulate_many
 from shockwave.prediction import moments, section4
-from shockwave.prediction.scaled import Model, Peaks, ScaledAnswer, ScaledShock, Settings, Shocks
-from shockwave.prediction.short import short_law
-from shockwave.prediction.trust import told
+from shockwave.prediction.model_interface import Model, Peaks, ScaledAnswer, ScaledShock, Settings, Shocks
+from shockwave.prediction.short_shock_law import short_law
+from shockwave.prediction.expected_error import expected_error
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import conditions, reversal
 from shockwave.profiles.guard import is_value

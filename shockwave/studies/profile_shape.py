@@ -13,7 +13,7 @@ from attrs import frozen
 
 from shockwave.errors import InvalidValueError
 from shockwave.fields import quantity, text_of
-from shockwave.prediction.short import correction
+from shockwave.prediction.short_shock_law import correction
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.guard import examine, trusted
 
@@ -40,7 +40,7 @@ class Shape:
     centroid : float
         Of the force, in units of t0.
     correction : float
-        As of `shockwave.prediction.short.correction`.
+        As of `shockwave.prediction.short_shock_law.correction`.
     """
 
     profile: Mapping[str, Any] = attrs.field(hash=False)

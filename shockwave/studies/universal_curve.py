@@ -19,7 +19,7 @@ from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity, text_of
 from shockwave.files import parse_json, read_bytes
 from shockwave.output import write_file
-from shockwave.prediction.short import CORRECTION, IMPULSE_LIMIT
+from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
@@ -78,7 +78,7 @@ class UniversalCurve(CurveData):
     """Amplification of the primary as a function of t0/T0, for every chain and peak force.
 
     With S = (t0/T0) (a1 + a2)/1.652067 the amplification is 1.168181738 S^(6/5) e^g, and g is, for short shocks,
-    -q (t0/T0)^3 + w (t0/T0)^6 with q known beforehand, see `shockwave.prediction.short`; from there on a piecewise
+    -q (t0/T0)^3 + w (t0/T0)^6 with q known beforehand, see `shockwave.prediction.short_shock_law`; from there on a piecewise
     Chebyshev series in the logarithm of n t0/T0.
 
     Parameters

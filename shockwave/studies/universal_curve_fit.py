@@ -14,7 +14,7 @@ from shockwave.chain.material import Material
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.errors import NumericalError
 from shockwave.measurement.simulate import simulate
-from shockwave.prediction.short import CORRECTION, IMPULSE_LIMIT
+from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
 from shockwave.studies.chebyshev_fit import Piece, fitted
