@@ -23,13 +23,12 @@ from judge_auto import fresh
 from matplotlib.axes import Axes
 
 import shockwave as sw
-from shockwave import pictures
+from shockwave import UniversalCurve, pictures
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.pictures import style
 from shockwave.prediction.model_interface import ScaledShock, Shocks
 from shockwave.prediction.shock_measures import measures
 from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT, integrals, short_law
-from shockwave.studies.curve import UniversalCurve
 
 FOLDER = Path(__file__).parent / "universal"
 SEED, COUNT = 6401, 260

@@ -39,11 +39,11 @@ if TYPE_CHECKING:  # type checkers and editors do not run __getattr__
     from shockwave.scenario.load import load_scenario as load_scenario
     from shockwave.studies.comparison import Comparison as Comparison
     from shockwave.studies.comparison import compare as compare
-    from shockwave.studies.curve import UniversalCurve as UniversalCurve
-    from shockwave.studies.designs.design import Design as Design
-    from shockwave.studies.designs.design import design as design
-    from shockwave.studies.uncertainties.result import Uncertainty as Uncertainty
-    from shockwave.studies.uncertainties.uncertainty import uncertainty as uncertainty
+    from shockwave.studies.design import Design as Design
+    from shockwave.studies.design_search import design as design
+    from shockwave.studies.uncertainty import Uncertainty as Uncertainty
+    from shockwave.studies.uncertainty_sampling import uncertainty as uncertainty
+    from shockwave.studies.universal_curve import UniversalCurve as UniversalCurve
     from shockwave.sweep.report import SweepReport as SweepReport
     from shockwave.sweep.results import SweepResults as SweepResults
     from shockwave.sweep.results import load_sweep as load_sweep
@@ -71,10 +71,11 @@ _PUBLIC = {
     "profiles.triangular": "Triangular",
     "scenario.load": "Scenario load_scenario",
     "studies.comparison": "Comparison compare",
-    "studies.curve": "UniversalCurve",
-    "studies.designs.design": "Design design",
-    "studies.uncertainties.result": "Uncertainty",
-    "studies.uncertainties.uncertainty": "uncertainty",
+    "studies.universal_curve": "UniversalCurve",
+    "studies.design": "Design",
+    "studies.design_search": "design",
+    "studies.uncertainty": "Uncertainty",
+    "studies.uncertainty_sampling": "uncertainty",
     "sweep.report": "SweepReport",
     "sweep.results": "SweepResults load_sweep",
     "sweep.runner": "run_sweep",

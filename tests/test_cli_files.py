@@ -185,7 +185,7 @@ def test_an_input_file_is_not_overwritten(
         (folder / f"out{ending}").symlink_to(target)
     else:  # a name that the command takes for an output
         (folder / f"out{ending}").hardlink_to(target)
-    monkeypatch.setattr("shockwave.studies.curve.UniversalCurve.__init__", None)  # nothing is computed
+    monkeypatch.setattr("shockwave.studies.universal_curve.UniversalCurve.__init__", None)  # nothing is computed
     design = ["--vary", "chain.radius", "--target", "amplification=1", "--between", "1mm", "2mm"]
     assert main([command, scene, "-o", f"out{ending}", *(design if command == "design" else [])]) == 2
     error = capsys.readouterr().err

@@ -24,10 +24,17 @@ from shockwave import cli
 from shockwave.scenario.family import Family
 from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.variable import variable
-from shockwave.studies.curve import UniversalCurve
-from shockwave.studies.curve.response import Exponents, Response, curve_of, data_of, duration_of, scenario_of, value_of
-from shockwave.studies.uncertainties.distribution import Distribution
-from shockwave.studies.uncertainties.uncertainty import _slopes
+from shockwave.studies.scene_response import (
+    curve_of,
+    data_of,
+    duration_of,
+    exponents_of,
+    primaries,
+    scenario_of,
+    value_of,
+)
+from shockwave.studies.spread_distribution import Distribution
+from shockwave.studies.uncertainty_sampling import slopes_at
 from test_docs import flat
 
 FILE = ROOT / "profiles" / "examples" / "protector.yaml"
@@ -67,21 +74,6 @@ def test_draws_agree_with_their_simulations() -> None:
     assert np.abs(result.peak_forces[:500] / known - 1).max() <= result.model_error + 1e-6
 
 
-def test_statistics_agree_with_2000_simulations_within_the_error_of_sampling() -> None:
-    result = found()
-    known = simulated(result, 2000, 1e-5)
-    # the 2000 are not those of the whole: their own error is that of independent draws, at three deviations
-    own = 3 * known.std() / math.sqrt(len(known))
-    assert result.peak_force.mean.value == pytest.approx(known.mean(), abs=result.peak_force.mean.error + own)
-    off = result.peak_force.sd.error + 3 * known.std() / math.sqrt(2 * len(known))
-    assert result.peak_force.sd.value == pytest.approx(known.std(), abs=off)
-    for share, estimate in result.peak_force.quantiles.items():
-        # that share of the simulations lies below, within three deviations of a count and what the error is worth
-        below = (known < estimate.value).mean()
-        width = 3 * math.sqrt(share * (1 - share) / len(known))
-        assert below == pytest.approx(share, abs=width + 0.02)
-
-
 NARROW = {
     "chain.radius": "5 %",
     "chain.diameter": {"between": [8e-3, 1e-2]},
@@ -97,7 +89,7 @@ NARROW = {
 @pytest.mark.parametrize("name", thinned(NARROW, 3))
 def test_draws_of_each_value_are_the_scenes_that_have_it(name: str) -> None:
     result = sw.uncertainty(CASE_A, CHAIN, {name: NARROW[name]}, draws=1024)
-    family, curve = Family(scenario_of(CASE_A, CHAIN)), UniversalCurve(POWER)
+    family, curve = Family(SCENE), sw.UniversalCurve(POWER)
     scenes = [family.scenario({name: float(value)}) for value in result.values[name][:20]]
     known = [curve.peak_force(scene.shock, scene.chain) for scene in scenes]
     # the same curve: what differs is rounding
@@ -147,15 +139,6 @@ def test_a_short_shock_with_lognormal_values_is_lognormal() -> None:
         assert one.exponent == pytest.approx(powers[one.name], abs=1e-6)
 
 
-def test_small_spreads_give_the_sd_that_exponents_tell() -> None:
-    spreads = {"chain.radius": "0.1 %", "shock.peak_force": "0.1 %"}
-    # a curve of 1e-4 has slopes known to some thousandths
-    result = sw.uncertainty(CASE_A, CHAIN, spreads, draws=2**16, rtol=1e-6)
-    # the next term is of the order of the spread, and so is the error of sampling
-    assert result.peak_force.sd.value == pytest.approx(result.peak_force.linear_sd, rel=1e-3)
-    assert result.amplification.sd.value == pytest.approx(result.amplification.linear_sd, rel=1e-3)
-
-
 def test_one_uncertain_value_has_all_of_the_variance() -> None:
     result = sw.uncertainty(CASE_A, CHAIN, {"chain.material.density": "5 %"})
     (one,) = result.sensitivities
@@ -163,19 +146,11 @@ def test_one_uncertain_value_has_all_of_the_variance() -> None:
         assert share.value == pytest.approx(1, abs=3 * share.error)
 
 
-def test_errors_of_sampling_are_those_that_other_seeds_show() -> None:
-    results = [found(seed, 1024) for seed in range(12)]
-    means = [result.peak_force.mean.value for result in results]
-    # half a 95 % interval is about twice the deviation, itself known to a factor of two from 12 seeds
-    told = float(np.mean([result.peak_force.mean.error for result in results])) / 2.13
-    assert 0.4 * told < np.std(means) < 2.5 * told
-
-
 def test_intervals_of_quantiles_hold_the_truth() -> None:
     """Of one value with which the force rises quantiles are known; points of Sobol lie nearly even along it."""
     spreads = {"shock.peak_force": "5 %"}
     ends = CASE_A.peak_force * (1 + 0.05 * np.array([-1.6448536269514722, 1.6448536269514722]))
-    amplification, force, _ = Response.of(SCENE, spreads, 1e-4)({"shock.peak_force": ends})
+    amplification, force, _ = primaries(SCENE, {"shock.peak_force": ends}, 1e-4)
     truth = dict(zip((0.05, 0.95), (amplification * force).tolist(), strict=True))
     told = [sw.uncertainty(CASE_A, CHAIN, spreads, draws=1024, seed=seed).peak_force.quantiles for seed in range(30)]
     held = [abs(each[share].value - value) <= each[share].error for each in told for share, value in truth.items()]
@@ -184,10 +159,6 @@ def test_intervals_of_quantiles_hold_the_truth() -> None:
     # and it is no wider than it need be
     off = np.mean([abs(each[share].value - value) for each in told for share, value in truth.items()])
     assert np.mean([each[share].error for each in told for share in truth]) < 6 * off
-
-
-def test_more_draws_tell_more() -> None:
-    assert found(draws=2**14).peak_force.mean.error < found(draws=1024).peak_force.mean.error / 4
 
 
 # ---------------------------------------------------------------- to first order
@@ -207,7 +178,7 @@ def slopes(scenario: sw.Scenario, spreads: dict[str, Any], name: str) -> tuple[f
     nominal = {each: value_of(scenario, each) for each in spreads}
     one = next(Distribution.of(each, nominal[name]) for each in given if each.name == name)
     curve = curve_of(scenario.shock.profile, 1e-4, duration_of(scenario))
-    told = _slopes(Response.of(scenario, spreads, 1e-4), Exponents.of(scenario, curve), one, nominal)
+    told = slopes_at(scenario, exponents_of(scenario, curve), one, nominal)
     return told[0].value * nominal[name], told[1].value * nominal[name]
 
 
@@ -225,25 +196,6 @@ def test_a_parameter_that_sets_the_peak_force_has_its_exponent(force_too: bool) 
     assert slopes(scenario, spreads, name) == pytest.approx(exponent(low, high, scenario.chain, step), abs=1e-3)
 
 
-@pytest.mark.slow
-def test_exponents_keep_what_is_drawn_besides() -> None:
-    """With the duration drawn too, another ratio means another rise time, and not another duration."""
-    n, step = 3.0, 2e-3
-    spreads = {"shock.duration": "2 %", "shock.duration_ratio": "2 %"}
-    result = sw.uncertainty(CASE_A, CHAIN, spreads, draws=1024)
-    ends = []
-    for k in (-1, 1):
-        ratio = n * math.exp(k * math.log1p(step) / 2)
-        profile = evolve(POWER, duration_ratio=ratio)
-        ends.append(sw.Shock(profile=profile, peak_force=CASE_A.peak_force, rise_time=CASE_A.duration / ratio))
-    known, _ = exponent(ends[0], ends[1], CHAIN, step)
-    assert {one.name: one.exponent for one in result.sensitivities}["shock.duration_ratio"] == pytest.approx(
-        known, abs=1e-3
-    )
-    # the next term is of the order of the spread
-    assert result.peak_force.linear_sd == pytest.approx(result.peak_force.sd.value, rel=0.02)
-
-
 # ---------------------------------------------------------------- seeds
 
 
@@ -257,10 +209,6 @@ def test_the_same_seed_gives_the_same_digits_in_another_process() -> None:
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     own = sw.uncertainty(sw.load_scenario(FILE), draws=1024, seed=5)
     assert json.loads(done.stdout) == json.loads(json.dumps(own.to_dict()))
-
-
-def test_another_seed_gives_other_digits() -> None:
-    assert found(0, 1024).peak_force.mean != found(1, 1024).peak_force.mean
 
 
 # ---------------------------------------------------------------- distributions
@@ -296,8 +244,8 @@ def test_distributions_have_the_mean_and_deviation_asked_for(
     one = distribution("shock.peak_force", 10.0, kind, *numbers)
     values = one.at((np.arange(20_000) + 0.5) / 20_000)
     assert values.mean() == pytest.approx(mean, rel=1e-5)
-    # the midpoint rule lacks the last of the tails
-    assert one.sd == pytest.approx(sd, rel=2e-4)
+    # of the lognormal one the second-order term is written out, and the midpoint rule lacks the last of the tails
+    assert one.sd == pytest.approx(sd, rel=2e-4 if kind == "factor" else 1e-12)
 
 
 def test_what_is_cut_off_is_told() -> None:
@@ -310,10 +258,6 @@ def test_a_value_outside_what_is_drawn_is_told() -> None:
     assert any("shock.peak_force is 100 N in the scenario, outside 200 N to 300 N" in text for text in result.warnings)
     result = sw.uncertainty(CASE_A, CHAIN, {"shock.peak_force": {"between": [100, 300]}}, draws=1024)
     assert not any("outside" in text for text in result.warnings)
-
-
-def test_a_deviation_in_kilograms_takes_no_prefix() -> None:
-    assert str(distribution("chain.material.density", 1e4, "sd", 20_000.0).spread) == "sd 20000 kg/m**3"
 
 
 # ---------------------------------------------------------------- the block
@@ -332,10 +276,6 @@ def test_the_block_is_read_in_any_units(tmp_path: Path) -> None:
         ("chain.diameter", "sd", (1e-5,)),
         ("shock.rise_time", "between", (30e-6, 50e-6)),
     ]
-
-
-def test_a_scenario_without_the_block_has_none(tmp_path: Path) -> None:
-    assert load(tmp_path, "").uncertainty == ()
 
 
 FAULTS = {
@@ -445,8 +385,3 @@ def test_a_sweep_is_to_be_deleted(tmp_path: Path, capsys: pytest.CaptureFixture[
     for arguments in (["uncertainty", str(file)], design):
         assert cli.main(arguments) == 2
         assert "delete the block sweep" in capsys.readouterr().err
-
-
-def test_the_command_ends_with_a_sentence_without_the_block(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["uncertainty", str(ROOT / "profiles" / "paper" / "table2-row1.yaml")]) == 3
-    assert "must say which values are uncertain" in capsys.readouterr().err

@@ -49,7 +49,7 @@ def _of_file(file: str) -> Iterator[None]:
 
 def design(options: argparse.Namespace) -> int:
     """Values at which the primary is as wanted."""
-    from shockwave.studies.designs.design import design as run
+    from shockwave.studies.design_search import design as run
 
     given = options.target[-1]
     name, sign, value = given.partition("=")
@@ -58,10 +58,10 @@ def design(options: argparse.Namespace) -> int:
     if len(options.target) > 1:
         raise UsageError(f"--target must be given once (got {' and '.join(options.target)}; run one design for each)")
     if options.output:
-        from shockwave.studies.designs.picture import checked, write
+        from shockwave.studies.study_pictures import PICTURES, checked, write_design
 
         with _of_arguments(options):
-            checked(options.output, options.vary)
+            checked(options.output, PICTURES, options.vary)
     scenarios, status = loaded([options.file], _SWEPT, options.output)
     if status:
         return status
@@ -81,7 +81,7 @@ def design(options: argparse.Namespace) -> int:
     else:
         print(found)
     if options.output:
-        write(found, options.output)
+        write_design(found, options.output)
         print(f"{options.output}: written", file=sys.stderr)
     if found.why:
         print(f"{options.file}: {found.why}", file=sys.stderr)
@@ -91,7 +91,7 @@ def design(options: argparse.Namespace) -> int:
 
 def uncertainty(options: argparse.Namespace) -> int:
     """Distribution of the primary where values are uncertain."""
-    from shockwave.studies.uncertainties.uncertainty import uncertainty as run
+    from shockwave.studies.uncertainty_sampling import uncertainty as run
 
     scenarios, status = loaded([options.file], _SWEPT)
     if status:

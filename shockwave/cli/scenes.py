@@ -171,12 +171,12 @@ def report(options: argparse.Namespace) -> int:
 def curve(options: argparse.Namespace) -> int:
     """The universal curve of a scenario's shape."""
     from shockwave.chain import Scales
-    from shockwave.studies.curve import UniversalCurve, write
-    from shockwave.studies.curve.output import checked
+    from shockwave.studies.study_pictures import CURVE_FILES, checked, write_curve
+    from shockwave.studies.universal_curve import UniversalCurve
 
     if options.output:
         try:
-            checked(options.output)
+            checked(options.output, CURVE_FILES)
         except InvalidValueError as error:
             raise UsageError(f"--output: {error.faults[0].problem}") from None
     scenarios, status = loaded([options.file], output=options.output)
@@ -190,6 +190,6 @@ def curve(options: argparse.Namespace) -> int:
         here = found.answer(shock, chain) if ratio <= found.longest_rise_time else longer
         print(found, f"  this scenario  {here}", sep="\n")
         return 0
-    write(found, options.output, mark=ratio)
+    write_curve(found, options.output, mark=ratio)
     print(f"{options.output}: written", file=sys.stderr)
     return 0

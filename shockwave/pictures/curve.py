@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from shockwave.quadrature import FloatArray
 
     class Curve(Protocol):
-        """What is drawn of a `shockwave.studies.curve.UniversalCurve`."""
+        """What is drawn of a `shockwave.UniversalCurve`."""
 
         @property
         def longest_rise_time(self) -> float: ...

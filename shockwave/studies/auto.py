@@ -1,17 +1,17 @@
 """The model ``auto``: the cheapest of law, curve and simulation whose bound meets the tolerance.
 
-What is cheap was measured (docs/auto.md): of many shocks of few shapes the short form of the law of moments costs a
-fraction of a simulation, and so does a curve. The full law and section 4 cost more than a simulation by compiled code:
-they are asked where there is none, or where a simulation is known to be dear, or has no answer.
+Costs were measured (docs/auto.md): for many shocks of few shapes the short form of the law of moments costs a fraction
+of a simulation, and so does a curve. The full law and section 4 cost more than a simulation by compiled code: they are
+used where there is none, or where a simulation is known to be expensive, or has no answer.
 
-It stands above both columns, which know nothing of it: the registry holds its address.
+It stands above prediction and simulation, which do not import it: the registry holds its address.
 """
 
 from __future__ import annotations
 
 import math
-from collections import OrderedDict
 from contextlib import suppress
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -32,43 +32,50 @@ from shockwave.profiles.guard import is_value
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.backend import chosen
-from shockwave.studies.curve.build import any_chain
-from shockwave.studies.curve.universal import UniversalCurve
+from shockwave.studies.universal_curve import UniversalCurve
+from shockwave.studies.universal_curve_fit import any_chain
 
 __all__ = ["MODEL", "RTOL", "forget"]
 
 #: The tolerance where none is given.
 RTOL = 1e-3
-# Tolerances that a curve can be made to, and a simulation asked for.
-_CURVE_RTOL, _SIMULATION_RTOL = (1e-7, 1e-2), (1e-13, 1e-2)
-# An estimate is no bound: so many times the estimate of a simulation are taken for one, and of the range of section 4,
-# which holds 98 % of the shocks on which it was measured. What is wider than the last knows nothing.
-_ESTIMATES, _RANGES, _USELESS = 2.0, 1.5, 0.5
-# So is that of a curve, which may miss what lies between its nodes.
+# Tolerances to which a curve can be made, and a simulation run.
+_CURVE_RTOL = (1e-7, 1e-2)
+_SIMULATION_RTOL = (1e-13, 1e-2)
+# An estimate is no bound: the bound of a simulation is so many times its estimate,
+_ESTIMATES = 2.0
+# that of section 4 so many times its range, which holds 98 % of the shocks on which it was measured,
+_RANGES = 1.5
+# and that of a curve so many times its own, as it may miss what lies between its nodes.
 _CURVES = 2.0
-# Waves of nearly equal height part slowly: a shock that lasts so many natural times, and rises again by this share of
-# its peak, may take seconds to simulate. Of such shapes so many times the law's bound is taken, none if one part is so
-# many times as long as another, as the law was not judged on such; it is no closer than the last of these there.
-_SLOW, _RISES, _LAWS, _UNEVEN, _CLOSEST = 10.0, 0.05, 2.0, 30.0, 1e-2
+# An answer with a greater bound than this is none.
+_USELESS = 0.5
+# Waves of nearly equal height part slowly: a shock that lasts so many characteristic times, and rises again by this
+# share of its peak, may take seconds to simulate.
+_SLOW = 10.0
+_RISES = 0.05
+# For such shapes the bound of the law is multiplied by this; the law is not used if one part is so many times as long
+# as another, as it was not judged on such, nor below this tolerance.
+_LAWS = 2.0
+_UNEVEN = 30.0
+_CLOSEST = 1e-2
 # For so many shocks of one shape a curve is worth making at rtol 1e-2, and for more at finer ones, by this power; it is
-# made for durations up to one of so many natural times. So many curves are kept.
-_WORTH, _FINER, _LONGEST, _MOST_CURVES = 150, 0.17, (4.0, 8.0, 16.0, 32.0, 60.0), 64
-# What is asked of a simulation that does not meet the tolerance: so many times that, then this.
-_LOOSER, _PLAIN = 10.0, 1e-6
+# made for durations up to one of so many characteristic times.
+_WORTH = 150
+_FINER = 0.17
+_LONGEST = (4.0, 8.0, 16.0, 32.0, 60.0)
+# Where a simulation misses the tolerance, so many times that is asked of it, then the last.
+_LOOSER = 10.0
+_PLAIN = 1e-6
 _UNKNOWN = "no method knows the primary of so long a shock: its waves part too slowly (shorten it)"
 _ALONE = "auto tells the primary alone: later waves of a train are not listed"
 
 Indices = npt.NDArray[np.intp]
 
-_curves: OrderedDict[tuple[ShockProfile, float, float], UniversalCurve] = OrderedDict()
-
 
 def forget() -> None:
-    """Forget the curves that are kept; what comes of later calls is the same."""
-    _curves.clear()
-
-
-# ---------------------------------------------------------------- one shock
+    """Forget the curves that are kept; answers of later calls are the same."""
+    _curve.cache_clear()
 
 
 def _one(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
@@ -76,8 +83,7 @@ def _one(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     rtol = RTOL if settings.rtol is None else settings.rtol
     shape = np.zeros(1, dtype=np.intp)
     shocks = Shocks((shock.profile,), (shock.areas,), shape, np.array([shock.rise_time]), shock.momentum_parameter)
-    short = short_law().of(shocks)
-    peaks = _found(shocks, settings, short)
+    peaks = _many(shocks, settings)
     if peaks.failures:
         raise NumericalError(peaks.failures[0])
     peak, bound, method = float(peaks.amplification[0]), float(peaks.high[0]), str(peaks.method[0])
@@ -85,32 +91,29 @@ def _one(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     if bound > rtol:
         reason = f"nothing comes nearer to {rtol:g} than {bound:.1e}"
         warnings.insert(0, f"the tolerance was not met: {reason}")
-    sensitivity = -float(short[2][0]) if peak == short[0][0] else _sensitivity(shock, settings, method)
-    answer = moments.answer(shock, settings, peak, bound, sensitivity, warnings)
+    answer = moments.answer(shock, settings, peak, bound, _sensitivity(shock, shocks, settings, peaks), warnings)
     return evolve(answer, method=method, reason=reason)
 
 
-def _sensitivity(shock: ScaledShock, settings: Settings, method: str) -> float | None:
-    """d ln F / d ln A of the way that was taken, or None."""
-    if method == "simulation":
+def _sensitivity(shock: ScaledShock, shocks: Shocks, settings: Settings, peaks: Peaks) -> float | None:
+    """d ln F / d ln A of the method that was used, or None."""
+    if peaks.method[0] == "simulation":
         return None
-    model = section4.predict if method == "section-4" else moments.predict
+    amplification, _, slope = short_law().of(shocks)
+    if peaks.amplification[0] == amplification[0]:
+        return -float(slope[0])
+    model = section4.predict if peaks.method[0] == "section-4" else moments.predict
     return model(evolve(shock, momentum_parameter=MOMENTUM), settings).sensitivity
 
 
-# ---------------------------------------------------------------- many shocks
-
-
 def _many(shocks: Shocks, settings: Settings) -> Peaks:
-    """As for one, each method for all shocks at once; a curve is made where many have one shape."""
-    return _found(shocks, settings, short_law().of(shocks)) if len(shocks) else Peaks.of(0)
-
-
-def _found(shocks: Shocks, settings: Settings, short: tuple[FloatArray, FloatArray, FloatArray]) -> Peaks:
-    """By all ways, given what the short form of the law says."""
+    """By each method in turn, for all shocks at once whose bounds do not meet the tolerance yet."""
     rtol = RTOL if settings.rtol is None else settings.rtol
     peaks = Peaks.of(len(shocks))
-    peaks.better(np.arange(len(shocks)), short[0], short[1], "moments")
+    if not len(shocks):
+        return peaks
+    amplification, bound, _ = short_law().of(shocks)
+    peaks.better(np.arange(len(shocks)), amplification, bound, "moments")
     if not len(_left(peaks, rtol)):
         return peaks
     _by_curves(shocks, peaks, rtol)
@@ -118,15 +121,15 @@ def _found(shocks: Shocks, settings: Settings, short: tuple[FloatArray, FloatArr
         _by_law(shocks, settings, peaks, _left(peaks, rtol))
         _by_section_4(shocks, settings, peaks, rtol)
     elif rtol >= _CLOSEST:
-        _by_law(shocks, settings, peaks, _slow(shocks, _left(peaks, rtol)))
+        long = np.flatnonzero(_durations(shocks) > _SLOW)
+        left = np.intersect1d(_left(peaks, rtol), long)
+        _by_law(shocks, settings, peaks, left[_cautions(shocks, left) > 1])
     reasons = _by_simulation(shocks, peaks, rtol)
-    left = _left(peaks, rtol)
-    _by_law(shocks, settings, peaks, left)
-    for index in left.tolist():
-        if peaks.high[index] > max(rtol, _USELESS):
-            peaks.amplification[index], peaks.method[index] = math.nan, ""
-            peaks.low[index], peaks.high[index] = -math.inf, math.inf
-            peaks.failures[index] = reasons.get(index, _UNKNOWN)
+    _by_law(shocks, settings, peaks, _left(peaks, rtol))
+    for index in np.flatnonzero(~(peaks.high <= max(rtol, _USELESS))).tolist():
+        peaks.amplification[index], peaks.method[index] = math.nan, ""
+        peaks.low[index], peaks.high[index] = -math.inf, math.inf
+        peaks.failures[index] = reasons.get(index, _UNKNOWN)
     missed = peaks.high[(peaks.high > rtol) & (peaks.method != "")]
     if len(missed):
         counted = f"{len(missed)} have bounds above {rtol:g}, up to {missed.max():.1e}"
@@ -138,10 +141,8 @@ def _left(peaks: Peaks, rtol: float) -> Indices:
     return np.asarray(np.flatnonzero(~(peaks.high <= rtol)))
 
 
-def _slow(shocks: Shocks, left: Indices) -> Indices:
-    """Those of ``left`` whose simulation may be slow."""
-    long = left[_durations(shocks)[left] > _SLOW]
-    return np.asarray(long[_cautions(shocks, long) > 1])
+def _durations(shocks: Shocks) -> FloatArray:
+    return np.array([profile.duration_ratio for profile in shocks.profiles])[shocks.shapes] * shocks.rise_times
 
 
 def _cautions(shocks: Shocks, where: Indices) -> FloatArray:
@@ -155,10 +156,6 @@ def _caution(profile: ShockProfile) -> float:
         return 1.0
     parts = np.diff(profile.breakpoints)
     return _LAWS if parts.max() <= _UNEVEN * parts.min() else math.inf
-
-
-def _durations(shocks: Shocks) -> FloatArray:
-    return np.array([profile.duration_ratio for profile in shocks.profiles])[shocks.shapes] * shocks.rise_times
 
 
 def _by_law(shocks: Shocks, settings: Settings, peaks: Peaks, left: Indices) -> None:
@@ -191,7 +188,10 @@ def _by_curves(shocks: Shocks, peaks: Peaks, rtol: float) -> None:
     counts = np.bincount(shocks.shapes[left], minlength=len(shocks.profiles))
     for shape in np.flatnonzero(counts >= _worth(rtol)):
         profile, own = shocks.profiles[shape], left[shocks.shapes[left] == shape]
-        curve = _curve(profile, float(shocks.rise_times[own].max() * profile.duration_ratio), rtol / _CURVES)
+        # few lengths, so that a curve that is kept is likely to do, and is the one that would be made anew
+        longest = next(each for each in _LONGEST if each >= _durations(shocks)[own].max())
+        make = _curve if is_value(profile) else _curve.__wrapped__
+        curve = make(profile, min(rtol / _CURVES, _CURVE_RTOL[1]), longest)
         if curve is not None:
             times = shocks.rise_times[own]
             peaks.better(own, curve.amplification(times), _CURVES * curve.error(times), "curve")
@@ -225,23 +225,12 @@ def _worth(rtol: float) -> float:
     return float(_WORTH * (_CURVE_RTOL[1] / min(rtol, _CURVE_RTOL[1])) ** _FINER)
 
 
-def _curve(profile: ShockProfile, longest: float, rtol: float) -> UniversalCurve | None:
-    """A curve for durations up to ``longest`` at least, if it can be had: one that is kept, or a new one."""
-    # few ends, so that one that is kept is likely to do, and is the one that would be made anew
-    end = next(each for each in _LONGEST if each >= longest)
-    key = (profile, min(rtol, _CURVE_RTOL[1]), end)
-    if is_value(profile) and key in _curves:
-        _curves.move_to_end(key)
-        return _curves[key]
+@lru_cache(maxsize=64)
+def _curve(profile: ShockProfile, rtol: float, longest: float) -> UniversalCurve | None:
     try:
-        curve = UniversalCurve(*key)
+        return UniversalCurve(profile, rtol, longest)
     except NumericalError:
         return None
-    if is_value(profile):
-        _curves[key] = curve
-        while len(_curves) > _MOST_CURVES:
-            _curves.popitem(last=False)
-    return curve
 
 
 #: The model as it is registered.

@@ -43,7 +43,7 @@ class Comparison:
     published: Published | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """What ``compare --json`` prints."""
+        """The document that ``compare --json`` prints."""
         return {
             "scenario": self.predicted.scenario,
             "predicted": self.predicted.to_dict(),

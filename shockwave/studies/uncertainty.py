@@ -1,4 +1,4 @@
-"""What is said of a primary whose scene is uncertain."""
+"""The distribution of the primary where values of the scene are uncertain: a result as plain data."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from attrs import asdict, field, frozen
 
 from shockwave.quadrature import FloatArray
-from shockwave.studies.curve.response import Exponents
+from shockwave.studies.scaling_exponents import Exponents
 from shockwave.text import printed
 
 __all__ = ["Estimate", "Sensitivity", "Statistics", "Uncertainty"]
@@ -47,7 +47,7 @@ class Statistics:
 
 @frozen(kw_only=True)
 class Sensitivity:
-    """What the uncertainty of one value does.
+    """The effect of the uncertainty of one value.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class Uncertainty:
     draws, seed, evaluations : int
         Scenes of which the distribution is made; seed; scenes with those for the indices.
     method : "curve" or "simulation"
-        What gave the peak forces.
+        The origin of the peak forces.
     peak_force, amplification : Statistics
         Of the primary [N], and over the peak force of the shock.
     sensitivities : tuple of Sensitivity
@@ -101,7 +101,7 @@ class Uncertainty:
     warnings : tuple of str
         What a reader must know.
     values : mapping of str to ndarray, shape (draws,)
-        What was drawn.
+        The draws.
     peak_forces : ndarray, shape (draws,)
         And what came out [N].
     """
@@ -121,7 +121,7 @@ class Uncertainty:
     peak_forces: FloatArray = field(eq=False, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
-        """What ``uncertainty --json`` prints: SI floats, without the draws."""
+        """The document that ``uncertainty --json`` prints: SI floats, without the draws."""
         whole = asdict(self, filter=lambda attribute, _: attribute.name not in ("values", "peak_forces"))
         for name in ("peak_force", "amplification"):
             pairs = whole[name]["quantiles"].items()
@@ -129,4 +129,4 @@ class Uncertainty:
         return {**whole, "warnings": list(self.warnings), "sensitivities": list(whole["sensitivities"])}
 
     def __str__(self) -> str:
-        return printed(self, "shockwave.studies.uncertainties.uncertainty_text:uncertainty_text")
+        return printed(self, "shockwave.studies.uncertainty_text:uncertainty_text")

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 
-from shockwave.studies.uncertainties.result import Estimate, Sensitivity, Statistics, Uncertainty
+from shockwave.studies.uncertainty import Estimate, Sensitivity, Statistics, Uncertainty
 from shockwave.text import indent, notes, si, table
 
 __all__ = ["uncertainty_text"]
 
 
 def uncertainty_text(found: Uncertainty) -> str:
-    """What ``print`` shows."""
+    """The text that ``print`` shows."""
     of = f" of {found.scenario}" if found.scenario else ""
     means = {"curve": "the universal curve of the shape", "simulation": "simulations, as the shape is uncertain"}
     lines = [
@@ -40,13 +40,16 @@ def _column(one: Statistics, unit: str, error: float) -> list[tuple[str, str]]:
         """With what each force may be off, which moves it by no more."""
         return Estimate(estimate.value, estimate.error + error * abs(estimate.value))
 
-    quantiles = [(f"{100 * share:g} % below", _told(whole(each), unit)) for share, each in one.quantiles.items()]
-    sds = [("sd", _told(one.sd, unit)), ("linear sd", _told(Estimate(one.linear_sd, one.sd.error), unit, alone=True))]
-    nominal = _told(whole(Estimate(one.nominal, 0.0)), unit)
-    return [("nominal", nominal), ("mean", _told(whole(one.mean), unit)), *sds, *quantiles]
+    quantiles = [(f"{100 * share:g} % below", _shown(whole(each), unit)) for share, each in one.quantiles.items()]
+    sds = [
+        ("sd", _shown(one.sd, unit)),
+        ("linear sd", _shown(Estimate(one.linear_sd, one.sd.error), unit, alone=True)),
+    ]
+    nominal = _shown(whole(Estimate(one.nominal, 0.0)), unit)
+    return [("nominal", nominal), ("mean", _shown(whole(one.mean), unit)), *sds, *quantiles]
 
 
-def _told(estimate: Estimate, unit: str, alone: bool = False) -> str:
+def _shown(estimate: Estimate, unit: str, alone: bool = False) -> str:
     """A number with as many digits as its error leaves, and that, unless it is to stand ``alone``."""
     exponent = 3 * math.floor(math.log10(abs(estimate.value)) / 3) if unit and estimate.value else 0
     value, error = (number / 10.0**exponent for number in (estimate.value, estimate.error))
@@ -63,4 +66,4 @@ def _sensitivities(found: Uncertainty) -> str:
 def _row(one: Sensitivity) -> tuple[str, ...]:
     estimates = (one.peak_force_first, one.peak_force_total, one.amplification_first, one.amplification_total)
     exponent = "-" if one.exponent is None else f"{one.exponent:.3f}"
-    return one.name, one.spread, exponent, *(_told(share, "") for share in estimates)
+    return one.name, one.spread, exponent, *(_shown(share, "") for share in estimates)

@@ -1,12 +1,14 @@
-"""What a curve is made of, found by simulation."""
+"""The two laws of a universal curve, fitted to simulations: one of short shocks, polynomials for longer ones."""
 
 from __future__ import annotations
 
 import math
 from functools import cache
 
-from attrs import define, evolve, field, frozen
+import numpy as np
+from attrs import define, evolve, field
 
+import shockwave
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.material import Material
 from shockwave.chain.solitary_wave import MOMENTUM
@@ -15,40 +17,33 @@ from shockwave.measurement.simulate import simulate
 from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
-from shockwave.studies.curve.fit import fitted
-from shockwave.studies.curve.series import Series
-from shockwave.studies.curve.shape import Shape
+from shockwave.studies.chebyshev_fit import Piece, fitted
+from shockwave.studies.profile_shape import Shape
+from shockwave.studies.universal_curve_data import CurveData, ShortLaw
 
-__all__ = ["Built", "any_chain", "built"]
+__all__ = ["any_chain", "fitted_curve"]
 
 # Error asked of a simulation, over that of the curve; and the tightest that is worth it.
-_SHARE, _TIGHTEST = 0.03, 1e-12
+_SHARE = 0.03
+_TIGHTEST = 1e-12
 # The law of short shocks is used while its second term is about so many times the tolerance: the third is far less. The
 # second is one to four times the square of the first.
-_SECOND, _SQUARE = 2.0, 1.4
+_SECOND = 2.0
+_SQUARE = 1.4
 # Where it is checked, over the longest for which it is used; how much shorter that becomes if the check fails, and how
 # often at most.
-_CHECK, _SHORTER, _MOST = 0.8, 0.75, 40
-# Beyond this durations are tried by doubling: the simulation of one that does not tell its error may take minutes, and
-# the longer the more.
+_CHECK = 0.8
+_SHORTER = 0.75
+_MOST = 40
+# Beyond this durations are tried by doubling: a simulation that does not report its error may take minutes, and longer
+# ones more.
 _PROBED = 50.0
-# Force evaluations of all simulations together that a curve may take: some twenty seconds of the dearest, where waves
-# of nearly equal height part slowly. Ordinary curves take a tenth of a million.
+# Force evaluations of all simulations of a curve: some twenty seconds of the most expensive, where waves of nearly
+# equal height part slowly. Ordinary curves take a tenth of a million.
 _BUDGET = 3_000_000
-# An error is told as so many times the greatest that checks have shown; measured on 95 shapes at rtol 1e-2 to 1e-6,
-# 99.9 % are covered at each.
+# The error is reported as so many times the greatest that checks have shown; measured on 95 shapes at rtol 1e-2 to
+# 1e-6, 99.9 % are covered at each.
 _CAUTION = 3.0
-
-
-@frozen
-class Built:
-    """The parts of a curve that simulation gives; see `UniversalCurve`."""
-
-    second_correction: float
-    short_end: float
-    short_error: float
-    series: Series | None
-    simulations: int
 
 
 @cache
@@ -66,7 +61,7 @@ class _Simulated:
     rtol: float
     count: int = 0
     evaluations: int = 0
-    doubts: dict[float, float] = field(factory=dict)
+    estimates: dict[float, float] = field(factory=dict)
 
     def __call__(self, x: float) -> float:
         chain = any_chain()
@@ -76,53 +71,64 @@ class _Simulated:
         self.count += 1
         self.evaluations += result.cost.force_evaluations
         if result.error_estimate >= 1 or self.evaluations > _BUDGET:
-            known = max((math.exp(known) for known in self.doubts if known < x), default=0.0)
+            known = max((math.exp(known) for known in self.estimates if known < x), default=0.0)
             unknown = "does not tell how good it is" if result.error_estimate >= 1 else "is too slow"
             raise NumericalError(
                 f"there is no curve so long: a simulation of {math.exp(x):.4g} natural times {unknown}"
                 f" (shorter ones did up to {known:.4g}; try a longest up to that or in between, or shorten the shock)"
             )
-        self.doubts[x] = result.error_estimate
+        self.estimates[x] = result.error_estimate
         strength = ratio * self.shape.area / MOMENTUM
         return math.log(result.amplification / IMPULSE_LIMIT) - 1.2 * math.log(strength)
 
-    def doubt(self, begin: float, end: float) -> float:
+    def greatest_estimate(self, begin: float, end: float) -> float:
         """The greatest error estimate in this range."""
-        return max((doubt for x, doubt in self.doubts.items() if begin <= x <= end), default=0.0)
+        return max((estimate for x, estimate in self.estimates.items() if begin <= x <= end), default=0.0)
 
 
-def built(profile: ShockProfile, shape: Shape, rtol: float, longest: float) -> Built:
-    """Find the law of short shocks and the series of long ones."""
+def fitted_curve(profile: ShockProfile, rtol: float, longest: float) -> CurveData:
+    """Find the law of short shocks and the polynomials of longer ones, up to n t0/T0 = ``longest``."""
+    shape = Shape.of(profile)
     simulated = _Simulated(profile, shape, max(_SHARE * rtol, _TIGHTEST))
-    second_correction, short_end, short_error = _short(simulated, rtol, math.log(longest))
-    if short_end >= math.log(longest):
-        return Built(second_correction, short_end, short_error, None, simulated.count)
+    short = _short(simulated, rtol, math.log(longest))
+    pieces = _pieces(simulated, rtol, short.end, longest) if short.end < math.log(longest) else ()
+    return CurveData(
+        shape=shape,
+        rtol=rtol,
+        longest=longest,
+        simulations=simulated.count,
+        made_with={"shockwave": shockwave.__version__, "numpy": np.__version__},
+        short=short,
+        pieces=pieces,
+    )
+
+
+def _pieces(simulated: _Simulated, rtol: float, begin: float, longest: float) -> tuple[Piece, ...]:
+    """The polynomials from the logarithm ``begin`` on."""
     probe = _PROBED
     while probe < longest:
         simulated(math.log(probe))
         probe *= 2
-    series = fitted(simulated, short_end, math.log(longest), rtol)
-    pieces = tuple(
-        evolve(piece, error=_CAUTION * piece.error + simulated.doubt(piece.begin, piece.end)) for piece in series.pieces
+    return tuple(
+        evolve(piece, error=_CAUTION * piece.error + simulated.greatest_estimate(piece.begin, piece.end))
+        for piece in fitted(simulated, begin, math.log(longest), rtol)
     )
-    return Built(second_correction, short_end, short_error, Series(pieces), simulated.count)
 
 
-def _short(simulated: _Simulated, rtol: float, longest: float) -> tuple[float, float, float]:
-    """w, the logarithm of the n t0/T0 up to which the law holds, and its error there."""
-    shape = simulated.shape
-    first = CORRECTION * shape.correction
+def _short(simulated: _Simulated, rtol: float, longest: float) -> ShortLaw:
+    """The law of short shocks, up to the logarithm of ``longest`` at the most."""
+    first = CORRECTION * simulated.shape.correction
+    n = simulated.shape.duration_ratio
     # where the square of the first term is that of the tolerance
-    end = math.log(shape.duration_ratio) + math.log(math.sqrt(_SECOND / _SQUARE * rtol) / first) / 3
-    end = min(end, longest)
+    end = min(math.log(n) + math.log(math.sqrt(_SECOND / _SQUARE * rtol) / first) / 3, longest)
     for _ in range(_MOST):
-        cube = math.exp(3 * end) / shape.duration_ratio**3
+        cube = math.exp(3 * end) / n**3
         second_correction = (simulated(end) + first * cube) / cube**2
         check = end + math.log(_CHECK)
-        earlier = math.exp(3 * check) / shape.duration_ratio**3
+        earlier = math.exp(3 * check) / n**3
         off = abs(simulated(check) - earlier * (second_correction * earlier - first))
-        error = _CAUTION * off + simulated.doubt(check, end)
+        error = _CAUTION * off + simulated.greatest_estimate(check, end)
         if error <= rtol / 2:
-            return second_correction, end, error
+            return ShortLaw(second_correction=second_correction, end=end, error=error)
         end += math.log(_SHORTER)
     raise NumericalError("the law of short shocks does not show, however short the shock: its force is too uneven")

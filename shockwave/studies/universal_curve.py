@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from attrs import frozen
+from attrs import asdict, evolve, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity, text_of
-from shockwave.numerics import bracketed_root
+from shockwave.files import parse_json, read_bytes
+from shockwave.output import write_file
 from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
-from shockwave.studies.curve import stored
-from shockwave.studies.curve.build import Built, built
-from shockwave.studies.curve.series import Series
-from shockwave.studies.curve.shape import Shape
+from shockwave.studies.chebyshev_fit import Piece
+from shockwave.studies.crossings import crossings
+from shockwave.studies.universal_curve_data import CurveData, structured, unstructured
+from shockwave.studies.universal_curve_fit import fitted_curve
 from shockwave.text import si
 
 __all__ = ["CurveAnswer", "UniversalCurve"]
@@ -33,17 +36,20 @@ _LONGEST = Quantity("", "longest duration n t0/T0", at_least=1e-3, at_most=1e3)
 _TARGET = Quantity("", "amplification", above=0)
 # Below its end the law of short shocks errs by what its first term is off, at the most.
 _NEXT_POWER = 3
-# Its slope by so many times as much: the third term goes with the ninth power.
+# Its slope by so many times as much: the third term scales as the ninth power.
 _SHORT_SLOPE = 9.0
 # The law of short shocks has so many digits itself.
 _DIGITS = 3e-9
-# A rise time that is the longest but for rounding is the longest.
+# A rise time that is the longest but for rounding is the longest; a root whose imaginary part is so small is real.
 _ROUNDING = 1e-12
+_REAL = 1e-9
+# Largest file [bytes]; a curve takes some tens of thousands.
+_MOST_BYTES = 2**24
 
 
 @frozen(kw_only=True)
 class CurveAnswer:
-    """What a curve says of one shock on one chain.
+    """The prediction of a curve for one shock on one chain.
 
     Attributes
     ----------
@@ -68,7 +74,7 @@ class CurveAnswer:
 
 
 @frozen(init=False, slots=False)
-class UniversalCurve:
+class UniversalCurve(CurveData):
     """Amplification of the primary as a function of t0/T0, for every chain and peak force.
 
     With S = (t0/T0) (a1 + a2)/1.652067 the amplification is 1.168181738 S^(6/5) e^g, and g is, for short shocks,
@@ -87,19 +93,17 @@ class UniversalCurve:
     Attributes
     ----------
     shape : Shape
-        What is known of the profile.
+        The profile by name and by integrals.
     rtol, longest : float
         As given.
-    second_correction : float
-        w.
-    short_end, short_error : float
-        Logarithm of n t0/T0 up to which the law of short shocks is used, and a bound on its relative error there.
-    series : Series or None
-        g, from there on; None where short shocks are all.
+    short : ShortLaw
+        g of short shocks.
+    pieces : tuple of Piece
+        g, from there on; empty where short shocks are all.
     simulations : int
         How many it took.
-    versions : dict
-        Of the programs that made it.
+    made_with : mapping
+        Versions of the programs that made it.
 
     Raises
     ------
@@ -109,40 +113,13 @@ class UniversalCurve:
         When a simulation fails.
     """
 
-    shape: Shape
-    rtol: float
-    longest: float
-    second_correction: float
-    short_end: float
-    short_error: float
-    series: Series | None
-    simulations: int
-    versions: tuple[tuple[str, str], ...]
-
     def __init__(self, profile: ShockProfile, rtol: float = 1e-4, longest: float = 50.0) -> None:
         for name, spec, value in (("rtol", _RTOL, rtol), ("longest", _LONGEST, longest)):
             if problem := spec.problem(value):
                 raise InvalidValueError.of(name, problem)
         if not isinstance(profile, ShockProfile):
             raise InvalidValueError.of("profile", f"must be a ShockProfile (got {text_of(profile)})")
-        shape = Shape.of(profile)
-        found = built(profile, shape, float(rtol), float(longest))
-        self._set(shape, float(rtol), float(longest), found, stored.versions())
-
-    def _set(
-        self, shape: Shape, rtol: float, longest: float, found: Built, versions: tuple[tuple[str, str], ...]
-    ) -> None:
-        self.__attrs_init__(
-            shape,
-            rtol,
-            longest,
-            found.second_correction,
-            found.short_end,
-            found.short_error,
-            found.series,
-            found.simulations,
-            versions,
-        )
+        self.__attrs_init__(**asdict(fitted_curve(profile, float(rtol), float(longest)), recurse=False))
 
     # ---------------------------------------------------------------- values
 
@@ -165,38 +142,30 @@ class UniversalCurve:
             When one is beyond, where the curve was not made.
         """
         ratios = self._checked(rise_time)
-        return np.asarray(np.exp(self._limit + 1.2 * np.log(ratios) + self._reduced(ratios)))
+        reduced = self._by_law(ratios, self._of_short, lambda piece: piece.polynomial)
+        limit = math.log(IMPULSE_LIMIT) + 1.2 * math.log(self.shape.area / MOMENTUM)
+        return np.asarray(np.exp(limit + 1.2 * np.log(ratios) + reduced))
 
     def error(self, rise_time: npt.ArrayLike) -> FloatArray:
         """Bound on the relative error of `amplification`, for the same t0/T0."""
-        ratios = self._checked(rise_time)
-        x = np.log(ratios * self.shape.duration_ratio)
-        result = np.array(self.short_error * np.exp(_NEXT_POWER * np.minimum(x - self.short_end, 0.0)) + _DIGITS)
-        if self.series is not None:
-            later = x > self.short_end
-            result[later] = self.series.error(x[later])
-        return result
+        return self._by_law(self._checked(rise_time), self._error_of_short, lambda piece: piece.error)
 
     def slope(self, rise_time: npt.ArrayLike) -> FloatArray:
-        """Power of t0/T0 with which `amplification` goes there, d ln (F/F0) / d ln (t0/T0): 6/5 for short shocks."""
-        ratios = self._checked(rise_time)
-        cube = ratios**3
-        result = np.asarray(1.2 + 3 * cube * (2 * self.second_correction * cube - CORRECTION * self.shape.correction))
-        x = np.log(ratios * self.shape.duration_ratio)
-        later = x > self.short_end
-        if self.series is not None:
-            result[later] = 1.2 + self.series.slope(x[later])
-        return result
+        """Power of t0/T0 with which `amplification` scales there, d ln (F/F0) / d ln (t0/T0): 6/5 for short shocks."""
+
+        def of_short(x: FloatArray) -> FloatArray:
+            cube = self._cube(x)
+            return 3 * cube * (2 * self.short.second_correction * cube - CORRECTION * self.shape.correction)
+
+        return 1.2 + self._by_law(self._checked(rise_time), of_short, lambda piece: piece.polynomial.deriv())
 
     def slope_error(self, rise_time: npt.ArrayLike) -> FloatArray:
         """Estimate of the error of `slope`, absolute, for the same t0/T0."""
-        ratios = self._checked(rise_time)
-        result = np.array(_SHORT_SLOPE * self.error(ratios))
-        x = np.log(ratios * self.shape.duration_ratio)
-        later = x > self.short_end
-        if self.series is not None:
-            result[later] = self.series.slope_error(x[later])
-        return result
+        return self._by_law(
+            self._checked(rise_time),
+            lambda x: _SHORT_SLOPE * self._error_of_short(x),
+            lambda piece: piece.slope_error,
+        )
 
     def answer(self, shock: Shock, chain: Chain) -> CurveAnswer:
         """Peak force of the primary of ``shock`` on ``chain``, as if that had no end.
@@ -221,7 +190,7 @@ class UniversalCurve:
         """Peak force of the primary [N]; see `answer`."""
         return self.answer(shock, chain).peak_force
 
-    # ---------------------------------------------------------------- back again
+    # ---------------------------------------------------------------- inverse
 
     def solve(self, amplification: float) -> tuple[float, ...]:
         """All t0/T0 at which the curve has this amplification, ascending; none if it is out of reach.
@@ -233,49 +202,54 @@ class UniversalCurve:
         """
         if problem := _TARGET.problem(amplification):
             raise InvalidValueError.of("amplification", problem)
-        n, target = self.shape.duration_ratio, math.log(float(amplification)) - self._limit
-        found = []
-        end = math.exp(self.short_end) / n
+        # the amplification of an impulse, which is not below that of a shock, is reached later
+        impulse = (amplification / IMPULSE_LIMIT) ** (1 / 1.2) * MOMENTUM / self.shape.area
+        least = min(impulse, math.exp(self.short.end) / self.shape.duration_ratio) * (1 - 1e-9)
+        points = [least, *self.turns(0.0, least, self.longest_rise_time), self.longest_rise_time]
+        target = math.log(amplification)
 
         def off(ratio: float) -> float:
-            return 1.2 * math.log(ratio) + float(self._short(ratio)) - target
+            return math.log(float(self.amplification(ratio))) - target
 
-        # g is negative there and its slope small against 6/5: one solution, later than without it
-        if off(end) >= 0:
-            begin = min(math.exp(target / 1.2), end) * (1 - 1e-9)
-            found.append(bracketed_root(off, begin, end, "t0/T0") if off(begin) < 0 else begin)
-        if self.series is not None:
-            points = self.series.solve(target + 1.2 * math.log(n), 1.2)
-            found += [math.exp(x) / n for x in points]
-        return tuple(min(ratio, self.longest_rise_time) for ratio in found)
+        return tuple(crossings(off, points))
 
     @cached_property
     def highest(self) -> tuple[float, float]:
         """t0/T0 of the greatest amplification, and that: no solution is beyond."""
-        x = self.short_end
-        if self.series is not None:
-            x = max(self.series.landmarks(1.2), key=lambda landmark: landmark[1])[0]
-        ratio = min(math.exp(x) / self.shape.duration_ratio, self.longest_rise_time)
-        return ratio, float(self.amplification(ratio))
+        end = self.longest_rise_time
+        points = [*self.turns(0.0, 0.0, end), end]
+        heights = self.amplification(points).tolist()
+        return max(zip(points, heights, strict=True), key=lambda point: point[1])
+
+    def turns(self, slope: float, least: float, most: float) -> list[float]:
+        """All t0/T0 between two at which (t0/T0)^slope times the amplification turns, or two of its laws join."""
+        start = math.log(self.shape.duration_ratio)
+        whole = 1.2 + slope
+        points = [self.short.end, *(x for piece in self.pieces for x in (*piece.turns(whole), piece.end))]
+        # for short shocks the derivative of its logarithm is a quadratic in (t0/T0)^3
+        quadratic = np.array([6 * self.short.second_correction, -3 * CORRECTION * self.shape.correction, whole])
+        cubes = np.roots(quadratic)
+        cubes = cubes.real[(np.abs(cubes.imag) < _REAL) & (cubes.real > 0)]
+        points += [x for x in (np.log(cubes) / 3 + start).tolist() if x < self.short.end]
+        return [ratio for ratio in sorted(math.exp(x - start) for x in points) if least < ratio < most]
 
     # ---------------------------------------------------------------- files
 
     def to_dict(self) -> dict[str, Any]:
-        """All of it, as JSON holds it."""
-        return stored.to_dict(self)
+        """All of it, as JSON holds it: floats keep all their digits."""
+        return unstructured(self)
 
     @classmethod
     def from_dict(cls, document: Any) -> UniversalCurve:
-        """The curve that `to_dict` has told, to the last bit.
+        """The curve that `to_dict` has written, to the last bit.
 
         Raises
         ------
         InvalidValueError
             When it is none.
         """
-        shape, rtol, longest, found, versions = stored.from_dict(document)
         curve = cls.__new__(cls)
-        curve._set(shape, rtol, longest, found, versions)
+        curve.__attrs_init__(**asdict(structured(document), recurse=False))
         return curve
 
     def save(self, file: str | os.PathLike[str]) -> None:
@@ -286,7 +260,7 @@ class UniversalCurve:
         FileAccessError
             When that cannot be written.
         """
-        stored.write(file, self.to_dict())
+        write_file(file, json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n")
 
     @classmethod
     def load(cls, file: str | os.PathLike[str]) -> UniversalCurve:
@@ -299,50 +273,53 @@ class UniversalCurve:
         InvalidValueError
             When it holds no curve.
         """
-        return cls.from_dict(stored.read(file))
+        document = parse_json(read_bytes(file, _MOST_BYTES), os.fspath(file))
+        try:
+            return cls.from_dict(document)
+        except InvalidValueError as error:
+            raise InvalidValueError(evolve(fault, location=os.fspath(file)) for fault in error.faults) from None
 
     def __str__(self) -> str:
         ratio, most = self.highest
-        pieces = self.series.pieces if self.series is not None else ()
-        worst = max([self.short_error + _DIGITS, *(piece.error for piece in pieces)])
-        later = f", then {len(pieces)} polynomials" if pieces else ""
+        worst = max([self.short.error + _DIGITS, *(piece.error for piece in self.pieces)])
+        later = f", then {len(self.pieces)} polynomials" if self.pieces else ""
         lines = [
             f"universal curve of {self.shape}",
             f"  durations      n t0/T0 up to {self.longest:g}, t0/T0 up to {self.longest_rise_time:g}",
             f"  amplification  at most {most:.6g}, at t0/T0 = {ratio:.6g}",
             f"  error          below {worst:.0e} relative ({self.rtol:g} was asked for)",
             f"  made from      {self.simulations} simulations: the law of short shocks up to n t0/T0 ="
-            f" {math.exp(self.short_end):.3g}{later}",
+            f" {math.exp(self.short.end):.3g}{later}",
         ]
         return "\n".join(lines)
 
     # ---------------------------------------------------------------- inside
 
-    @cached_property
-    def _limit(self) -> float:
-        """Logarithm of the amplification over (t0/T0)^(6/5), for short shocks."""
-        return math.log(IMPULSE_LIMIT) + 1.2 * math.log(self.shape.area / MOMENTUM)
-
-    def _short(self, ratio: Any) -> Any:
-        cube = ratio**3
-        return cube * (self.second_correction * cube - CORRECTION * self.shape.correction)
-
-    def _reduced(self, ratios: FloatArray) -> FloatArray:
-        """g."""
-        if self.series is None:
-            return np.asarray(self._short(ratios))
+    def _by_law(
+        self,
+        ratios: FloatArray,
+        of_short: Callable[[FloatArray], FloatArray],
+        of_piece: Callable[[Piece], Any],
+    ) -> FloatArray:
+        """A function of x = ln (n t0/T0): by the law of short shocks, then by each piece."""
         x = np.log(ratios * self.shape.duration_ratio)
-        later = x > self.short_end
-        result = np.empty_like(ratios)
-        result[~later] = self._short(ratios[~later])
-        result[later] = self.series(x[later])
-        return result
+        ends = [self.short.end, *(piece.end for piece in self.pieces)][: len(self.pieces)]
+        law = np.searchsorted(ends, x)
+        functions = [of_short, *map(of_piece, self.pieces)]
+        return np.piecewise(x, [law == k for k in range(len(functions))], functions)
+
+    def _cube(self, x: FloatArray) -> FloatArray:
+        return np.asarray(np.exp(3 * x) / self.shape.duration_ratio**3)
+
+    def _of_short(self, x: FloatArray) -> FloatArray:
+        cube = self._cube(x)
+        return cube * (self.short.second_correction * cube - CORRECTION * self.shape.correction)
+
+    def _error_of_short(self, x: FloatArray) -> FloatArray:
+        return np.asarray(self.short.error * np.exp(_NEXT_POWER * np.minimum(x - self.short.end, 0.0)) + _DIGITS)
 
     def _checked(self, rise_time: npt.ArrayLike) -> FloatArray:
-        try:
-            ratios = np.array(rise_time, dtype=float)
-        except (TypeError, ValueError):
-            ratios = np.array(math.nan)
+        ratios = np.asarray(rise_time, dtype=float)
         most = self.longest_rise_time
         wrong = ~((ratios > 0) & (ratios <= most * (1 + _ROUNDING)))
         if wrong.any():
@@ -352,5 +329,4 @@ class UniversalCurve:
             if 0 < needed <= float(_LONGEST.at_most or 0):
                 got += f"; make the curve with longest={math.ceil(needed)}"
             raise InvalidValueError.of("rise_time", f"must be t0/T0 > 0 and <= {most:g} (got {got})")
-        np.minimum(ratios, most, out=ratios)
-        return ratios
+        return np.asarray(np.minimum(ratios, most))

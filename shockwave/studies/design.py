@@ -1,4 +1,4 @@
-"""Targets: what of the primary a design may ask for, and options, scenes that may meet it."""
+"""The results of a design: targets, the scenes that may meet one, and all values that do."""
 
 from __future__ import annotations
 
@@ -6,20 +6,19 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from attrs import asdict, evolve, frozen
+from attrs import asdict, field, frozen
 
-from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import SolitaryWave
-from shockwave.errors import InvalidValueError, ShockwaveError, nearest
+from shockwave.errors import InvalidValueError, nearest
 from shockwave.fields import Quantity, text_of
-from shockwave.measurement.simulate import simulate
 from shockwave.scenario.load import Scenario
 from shockwave.scenario.units import to_si
-from shockwave.studies.curve.response import Exponents, curve_of, duration_of
+from shockwave.studies.scaling_exponents import Exponents
+from shockwave.text import printed
 
-__all__ = ["TARGETS", "Option", "Simulated", "Target"]
+__all__ = ["TARGETS", "Design", "Option", "Simulated", "Target"]
 
-#: What may be asked of the primary -> its SI unit.
+#: Properties of the primary that may be asked for -> its SI unit.
 TARGETS = {
     "peak_force": "N",
     "amplification": "",
@@ -29,9 +28,6 @@ TARGETS = {
     "width": "s",
     "granule_velocity": "m/s",
 }
-_VERIFIED = 1e-8
-# A simulation that differs from the curve by so many times its error is of another scene: of a chain too short for it.
-_FAR = 5.0
 
 
 @frozen
@@ -59,10 +55,8 @@ class Target:
             When the name is unknown or the value is none above 0.
         """
         if not isinstance(given, Mapping) or len(given) != 1:
-            example = '{"peak_force": "60 N"}'
-            raise InvalidValueError.of(
-                "target", f"must be one quantity and its value, {example} (got {text_of(given)})"
-            )
+            rule = 'must be one quantity and its value, {"peak_force": "60 N"}'
+            raise InvalidValueError.of("target", f"{rule} (got {text_of(given)})")
         ((name, value),) = given.items()
         if name not in TARGETS:
             hint = nearest(str(name)[:60], TARGETS)
@@ -93,23 +87,14 @@ class Target:
         return abs(math.log(option.reached) - math.log(self.value))
 
     def power(self, scenario: Scenario) -> float:
-        """The power with which it goes with the peak force of the primary alone."""
-        return _power(self.reached(2.0, scenario) / self.reached(1.0, scenario))
-
-    def power_of(self, scenario: Scenario, doubled: Scenario) -> float:
-        """The power with which it goes with a value at the same amplification, of which one scene has the double."""
-        forces = scenario.shock.peak_force, doubled.shock.peak_force
-        return _power(self.reached(forces[1], doubled) / self.reached(forces[0], scenario))
-
-
-def _power(ratio: float) -> float:
-    # these are small fractions: what is more is rounding
-    return round(math.log2(ratio), 12)
+        """The power with which it scales with the peak force of the primary alone."""
+        # it is a small fraction: what is more is rounding
+        return round(math.log2(self.reached(2.0, scenario) / self.reached(1.0, scenario)), 12)
 
 
 @frozen(kw_only=True)
 class Simulated:
-    """What a simulation of the scene itself says.
+    """The outcome of a simulation of the scene itself.
 
     Attributes
     ----------
@@ -143,13 +128,13 @@ class Option:
     momentum, energy, speed, width, granule_velocity : float
         Of the primary [N s], [J], [m/s], [s], [m/s]; as of `SolitaryWave`.
     rise_time : float
-        t0/T0, of the shock over the natural time of the chain.
+        t0/T0, of the shock over the characteristic time of the chain.
     granule_mass, mass_per_length : float
         Of one granule [kg], of the chain [kg/m].
     chain_mass : float or None
         Of all granules [kg], if their number is known.
     exponents : Exponents
-        Powers with which the peak force goes with what makes the scene.
+        Powers with which the peak force scales with what makes the scene.
     simulated : Simulated or None
         Of the scene itself, for solutions and for the nearest.
     value_error : float or None
@@ -175,61 +160,72 @@ class Option:
     simulated: Simulated | None = None
     value_error: float | None = None
 
-    @classmethod
-    def of(cls, value: float | str, scenario: Scenario, target: Target, rtol: float, reach: float = 0.0) -> Option:
-        """The option that ``scenario`` is, which has ``value``; by a curve that goes on to n t0/T0 = ``reach``."""
-        shock, chain = scenario.shock, scenario.chain
-        curve = curve_of(shock.profile, rtol, max(duration_of(scenario), reach))
-        answer = curve.answer(shock, chain)
-        wave = SolitaryWave.of(answer.peak_force, chain)
-        return cls(
-            value=value,
-            reached=target.reached(answer.peak_force, scenario),
-            reached_error=abs(target.power(scenario)) * answer.error,
-            amplification=answer.amplification,
-            error=answer.error,
-            peak_force=answer.peak_force,
-            momentum=wave.momentum,
-            energy=wave.energy,
-            speed=wave.speed,
-            width=wave.width,
-            granule_velocity=wave.granule_velocity,
-            rise_time=Scales.of(chain, shock.peak_force).rise_time(shock.rise_time),
-            granule_mass=chain.granule_mass,
-            mass_per_length=chain.granule_mass / (2 * chain.radius),
-            chain_mass=_mass(chain),
-            exponents=Exponents.of(scenario, curve),
-        )
-
-    def known(self, slope: float, least: float) -> Option:
-        """With how well the value is known, which changes by ``slope`` over the share by which the target does."""
-        error = slope * max(self.reached_error, least)
-        return evolve(self, value_error=error if math.isfinite(error) else None)
-
-    def misses(self, target: Target, rtol: float) -> bool:
-        """Whether its simulation misses the target by far more than the curve may err."""
-        if self.simulated is None:
-            return False
-        off = abs(self.simulated.reached / target.value - 1)
-        return off > _FAR * max(self.reached_error, rtol) + self.simulated.error_estimate
-
-    def verified(self, scenario: Scenario, target: Target) -> tuple[Option, str]:
-        """The option with what its simulation says, or with why there is none."""
-        try:
-            result = simulate(scenario.shock, scenario.chain, rtol=_VERIFIED, waves="primary")
-        except ShockwaveError as error:
-            return self, f"no simulation at {self.value}: {error}"
-        found = Simulated(
-            reached=target.reached(result.peak_force, scenario),
-            peak_force=result.peak_force,
-            error_estimate=result.error_estimate,
-        )
-        return evolve(self, simulated=found), ""
-
     def to_dict(self) -> dict[str, Any]:
         """SI floats by name."""
         return asdict(self)
 
 
-def _mass(chain: Chain) -> float | None:
-    return None if chain.granules is None else chain.granules * chain.granule_mass
+@frozen(kw_only=True)
+class Design:
+    """The outcome of a design.
+
+    Attributes
+    ----------
+    scenario : str
+        Name of the scenario, if it has one.
+    vary, unit : str
+        Dotted name of the value that was varied, and its unit.
+    target : Target
+        The property wanted of the primary.
+    between : tuple of float, or None
+        The interval of the value; None for materials.
+    solutions : tuple of Option
+        All values in the interval that meet the target, ascending; each was simulated. Among them are ends and turning
+        points that miss it by no more than the error allowed, which a warning reports. Materials that meet it within
+        that are some too.
+    nearest : Option or None
+        Where none does, the one that comes nearest; for materials always.
+    least, most : Option
+        Where the target is least and greatest: what can be reached.
+    table : tuple of Option
+        For a trade-off: values over the interval, ascending; or materials, the nearest first.
+    why : str
+        Why there is no solution, in a sentence; empty where there is one.
+    warnings : tuple of str
+        What a reader must know.
+    line : tuple of (tuple of float, tuple of float)
+        Values and targets close together, for a picture; empty for materials.
+    """
+
+    scenario: str
+    vary: str
+    unit: str
+    target: Target
+    between: tuple[float, float] | None
+    solutions: tuple[Option, ...]
+    nearest: Option | None
+    least: Option
+    most: Option
+    table: tuple[Option, ...]
+    why: str = ""
+    warnings: tuple[str, ...]
+    line: tuple[tuple[float, ...], tuple[float, ...]] = field(repr=False)
+
+    @property
+    def reachable(self) -> bool:
+        """Whether anything meets the target."""
+        return bool(self.solutions)
+
+    @property
+    def spanned(self) -> bool:
+        """Whether the target lies between the least and the greatest, met or not."""
+        return self.least.reached <= self.target.value <= self.most.reached
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document that ``design --json`` prints: SI floats."""
+        document = asdict(self, filter=lambda attribute, _: attribute.name != "line")
+        target = {"name": self.target.name, "value": self.target.value, "unit": self.target.unit}
+        return {**document, "target": target, "reachable": self.reachable}
+
+    def __str__(self) -> str:
+        return printed(self, "shockwave.studies.design_text:design_text")

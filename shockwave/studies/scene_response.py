@@ -1,0 +1,292 @@
+"""The primary in scenes that differ from a scenario in some values, for arrays of values.
+
+Of what makes a scene, all but the shape of the shock enters by one number,
+
+    t0/T0 = t0 F0^(1/6) R^(-4/3) rho^(-1/2) (E / (1 - nu^2))^(1/3) times a constant,
+
+so that one curve answers for all of them. Another shape is simulated.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from typing import Any
+
+import attrs
+import numpy as np
+from attrs import evolve
+
+from shockwave.chain.chain import Chain, Scales
+from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
+from shockwave.fields import text_of
+from shockwave.measurement.result import SimulationResult
+from shockwave.measurement.simulate import simulate_many
+from shockwave.options import SimulateOptions
+from shockwave.prediction.predictor import Predictor
+from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.guard import trusted
+from shockwave.profiles.shock import Shock
+from shockwave.quadrature import FloatArray
+from shockwave.registry import entries
+from shockwave.scenario.family import Family
+from shockwave.scenario.load import Scenario
+from shockwave.studies.scaling_exponents import POWERS, Exponents
+from shockwave.studies.universal_curve import UniversalCurve
+
+__all__ = [
+    "curve_of",
+    "data_of",
+    "duration_of",
+    "exponents_of",
+    "family_of",
+    "impossible",
+    "keep_shape",
+    "longest_for",
+    "notes_of",
+    "primaries",
+    "scenario_of",
+    "too_long",
+    "value_of",
+]
+
+# Curves reach so far, or longer by so many steps to the double, up to the limit.
+_LONGEST = 50.0
+_STEPS = 16
+_LIMIT = 1000.0
+# Where there is none so long, down to this one of a half, a quarter and so on will do.
+_SHORTEST = 3.0
+# Of so many scenes none may last longer where each is simulated: thousands of them would take minutes.
+_MANY = 64
+_EACH = 300.0
+_ROUNDING = 1e-9
+
+
+def scenario_of(scene: Scenario | Shock, chain: Chain | None) -> Scenario:
+    """The scenario that was given, or that of a shock on a chain.
+
+    Raises
+    ------
+    InvalidValueError
+        When it is neither.
+    """
+    if isinstance(scene, Scenario) and chain is None:
+        return scene
+    if isinstance(scene, Shock) and isinstance(chain, Chain):
+        return Scenario(name="", path=None, shock=scene, chain=chain, predictor=Predictor(), simulate=SimulateOptions())
+    if isinstance(chain, Mapping):
+        raise InvalidValueError.of("chain", f"must be a Chain, or left out (got {text_of(chain)}; name it spreads=)")
+    got = f"got {text_of(scene)} and {text_of(chain)}"
+    raise InvalidValueError.of("scene", f"must be a Scenario alone, or a Shock and a Chain ({got})")
+
+
+def data_of(scenario: Scenario) -> Mapping[str, Any]:
+    """The content of the document, or as much of it as names the profile."""
+    if scenario.document is not None:
+        return scenario.document.data
+    cls = type(scenario.shock.profile)
+    address = f"{cls.__module__}:{cls.__qualname__}"
+    return {"shock": {"profile": next((e.name for e in entries("profiles") if e.address == address), None)}}
+
+
+def value_of(scenario: Scenario, name: str) -> float:
+    """The scenario's own value, in SI units.
+
+    Raises
+    ------
+    InvalidValueError
+        When its profile does not have it.
+    """
+    shock, chain = scenario.shock, scenario.chain
+    block, _, last = name.rpartition(".")
+    if name == "chain.diameter":
+        return 2 * chain.radius
+    owners: dict[str, Any] = {"chain": chain, "chain.material": chain.material, "shock": shock}
+    owner = shock.profile if last == "duration_ratio" else owners.get(block, shock.profile)
+    value = getattr(owner, last, None)
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+        problem = f"must be a number that the scene has (got {text_of(value)}; vary another value)"
+        raise InvalidValueError.of(name, problem)
+    return float(value)
+
+
+def rise_time_of(scenario: Scenario) -> float:
+    """t0/T0 of the scene."""
+    return Scales.of(scenario.chain, scenario.shock.peak_force).rise_time(scenario.shock.rise_time)
+
+
+def duration_of(scenario: Scenario) -> float:
+    """n t0/T0 of the scene."""
+    return rise_time_of(scenario) * float(scenario.shock.profile.duration_ratio)
+
+
+def notes_of(scenario: Scenario, besides: str = "") -> tuple[str, ...]:
+    """Notes on an answer for the scenario; ``besides`` adds to the one on a chain that ends."""
+    notes = list(scenario.shock.profile.notes)
+    if scenario.chain.granules is not None:
+        notes.append(f"the chain counts as one without end, not of {scenario.chain.granules} granules{besides}")
+    if scenario.sweep is not None:
+        notes.append(f"the scenario stands for {len(scenario.sweep)} scenes: this is the first")
+    return tuple(notes)
+
+
+def impossible(error: InvalidValueError, verb: str) -> str:
+    """The rule that is broken where a range or a distribution contains scenes that cannot be."""
+    fault = error.faults[0]
+    return f"must {verb} scenes that can be: {fault}" if fault.path else fault.problem
+
+
+# ---------------------------------------------------------------- curves
+
+
+def longest_for(duration: float) -> float:
+    """The length of the curve for shocks that last ``duration``, n t0/T0.
+
+    Raises
+    ------
+    InvalidValueError
+        When no curve is so long.
+    """
+    if not duration <= _LIMIT:
+        got = f"got {duration:.4g}; shorten the shock, or soften or enlarge the granules"
+        raise InvalidValueError.of("shock", f"must last at most {_LIMIT:g} natural times ({got})")
+    steps = math.ceil(_STEPS * math.log2(max(duration / _LONGEST, 1.0)) - _ROUNDING)
+    return min(max(_LONGEST * 2 ** (steps / _STEPS), duration), _LIMIT)
+
+
+def too_long(
+    durations: FloatArray, values: Mapping[str, FloatArray], limit: float = _LIMIT
+) -> InvalidValueError | None:
+    """The error for scenes with these durations, n t0/T0, and values, if one is longer than ``limit``."""
+    worst = int(durations.argmax())
+    if durations[worst] <= limit * (1 + _ROUNDING):
+        return None
+    where = ", ".join(f"{name} = {given[worst]:.6g}" for name, given in values.items())
+    got = f"got {durations[worst]:.4g} at {where}, in SI units"
+    return InvalidValueError.of("", f"must give shocks that last at most {limit:g} natural times ({got})")
+
+
+def curve_of(profile: ShockProfile, rtol: float, duration: float) -> UniversalCurve:
+    """The curve of a shape, as long as ``duration``, n t0/T0, needs; kept for profiles of shockwave.
+
+    Raises
+    ------
+    InvalidValueError
+        When no curve is so long.
+    NumericalError
+        When a simulation fails, or does not report its error.
+    """
+    longest = longest_for(duration)
+    halves = max(math.floor(math.log2(longest / max(duration, _SHORTEST))), 0)
+    make = _curve if trusted(profile) else _curve.__wrapped__
+    found = make(profile, rtol, longest, longest / 2**halves)
+    if isinstance(found, NumericalError):
+        raise NumericalError(str(found))
+    return found
+
+
+@lru_cache(maxsize=64)
+def _curve(profile: ShockProfile, rtol: float, longest: float, least: float) -> UniversalCurve | NumericalError:
+    """The curve up to ``longest``, or to ``least`` where there is none so long; or why there is neither."""
+    for length in dict.fromkeys((longest, least)):
+        try:
+            return UniversalCurve(profile, rtol=rtol, longest=length)
+        except NumericalError as error:
+            failure = error
+    return failure
+
+
+def exponents_of(scenario: Scenario, curve: UniversalCurve) -> Exponents:
+    """Exponents of the scene, by the curve of its shape."""
+    ratio = rise_time_of(scenario)
+    slope, error = float(curve.slope(ratio)), float(curve.slope_error(ratio))
+    return Exponents.of(slope, error, scenario.chain.material.poisson_ratio)
+
+
+# ---------------------------------------------------------------- many scenes
+
+
+def keep_shape(names: Iterable[str]) -> bool:
+    """Whether scenes that differ in the values called ``names`` share their shape: then one curve answers for them."""
+    return all(name in POWERS for name in names)
+
+
+def family_of(scenario: Scenario, names: Iterable[str]) -> Family:
+    """Scenes with other values of ``names``: by the profile's constructor if the document gives it no more."""
+    shock = scenario.document.data.get("shock") if scenario.document is not None else None
+    cls: type = type(scenario.shock.profile)
+    own = {name.rpartition(".")[2] for name in names if name not in POWERS}
+    fields = {field.name for field in attrs.fields(cls) if field.init} if attrs.has(cls) else set()
+    explicit = isinstance(shock, Mapping) and {"profile", "peak_force", "rise_time"} <= shock.keys()
+    return Family(evolve(scenario, document=None) if explicit and own <= fields else scenario)
+
+
+def primaries(
+    scenario: Scenario, values: Mapping[str, FloatArray], rtol: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Primaries in scenes that differ from ``scenario`` in ``values``; a chain counts as one without end.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The scene that has all other values.
+    values : mapping of str to ndarray, shape (n,)
+        Numbers by their dotted names.
+    rtol : float
+        Relative error allowed of a curve or a simulation.
+
+    Returns
+    -------
+    tuple of ndarray, shape (n,)
+        Amplification, shock's peak force [N] and bound on the relative error.
+
+    Raises
+    ------
+    InvalidValueError
+        When there is no such scene, or its shock is longer than curves reach.
+    NumericalError
+        When a simulation fails.
+    """
+    endless = evolve(scenario, chain=evolve(scenario.chain, granules=None))
+    return (_by_curve if keep_shape(values) else _by_simulation)(endless, values, rtol)
+
+
+def _by_curve(
+    scenario: Scenario, values: Mapping[str, FloatArray], rtol: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    n = float(scenario.shock.profile.duration_ratio)
+    shift: Any = 0.0
+    for name, given in values.items():
+        here = value_of(scenario, name)
+        if name.endswith("poisson_ratio"):
+            shift = shift - (np.log1p(-(given**2)) - math.log1p(-(here**2))) / 3
+        else:
+            shift = shift + POWERS[name] * (np.log(given) - math.log(here))
+    ratios = rise_time_of(scenario) * np.exp(shift)
+    if wrong := too_long(ratios * n, values):
+        raise wrong
+    curve = curve_of(scenario.shock.profile, rtol, float(ratios.max()) * n * (1 - _ROUNDING))
+    forces = np.asarray(values.get("shock.peak_force", np.full(ratios.shape, scenario.shock.peak_force)))
+    ratios = np.minimum(ratios, curve.longest_rise_time)
+    return curve.amplification(ratios), forces, curve.error(ratios)
+
+
+def _by_simulation(
+    scenario: Scenario, values: Mapping[str, FloatArray], rtol: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    family = family_of(scenario, values)
+    rows = zip(*(given.tolist() for given in values.values()), strict=True)
+    scenes = [family.scenario(dict(zip(values, row, strict=True))) for row in rows]
+    durations = np.array([duration_of(scene) for scene in scenes])
+    if wrong := too_long(durations, values, _LIMIT if len(scenes) < _MANY else _EACH):
+        raise wrong
+    chains = [scene.chain for scene in scenes]
+    found = simulate_many([scene.shock for scene in scenes], chains, rtol=rtol, waves="primary")
+    failed = [result for result in found if isinstance(result, ShockwaveError)]
+    if failed:
+        raise NumericalError(f"{len(failed)} of {len(found)} scenes could not be simulated: {failed[0]}")
+    results = [result for result in found if isinstance(result, SimulationResult)]
+    answers = [(one.amplification, one.shock.peak_force, one.error_estimate) for one in results]
+    amplifications, forces, errors = np.array(answers, dtype=float).reshape(-1, 3).T
+    return amplifications, forces, errors
