@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     from shockwave.profiles.shock import Shock
     from shockwave.profiles.tabulated import Tabulated
     from shockwave.profiles.triangular import Triangular
-    from shockwave.scenario.load import Scenario, load_scenario
+    from shockwave.scenario.loader import load_scenario
+    from shockwave.scenario.scenario import Scenario
     from shockwave.studies.comparison import Comparison, compare
     from shockwave.studies.curve import UniversalCurve
     from shockwave.studies.designs.design import Design, design
@@ -72,8 +73,8 @@ _HOMES = {
     "Shock": "profiles.shock",
     "Tabulated": "profiles.tabulated",
     "Triangular": "profiles.triangular",
-    "Scenario": "scenario.load",
-    "load_scenario": "scenario.load",
+    "Scenario": "scenario.scenario",
+    "load_scenario": "scenario.loader",
     "SweepReport": "sweep.report",
     "SweepResults": "sweep.results",
     "load_sweep": "sweep.results",

@@ -10,7 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from shockwave.errors import FileAccessError, ScenarioError, ShockwaveError
-from shockwave.scenario.load import Scenario, load_scenario
+from shockwave.scenario.loader import load_scenario
+from shockwave.scenario.scenario import Scenario
 
 CHAIN = "chain: {material: copper, radius: 1 mm}\n"
 SHOCK = "shock: {profile: triangular, peak_force: 1 N, rise_time: 1 us, duration_ratio: 2}\n"

@@ -22,7 +22,7 @@ from scenes import CASE_A, CHAIN, FORCE, POWER, UNITS
 from selection import keeping, thinned
 from shockwave import cli
 from shockwave.chain.chain import Scales
-from shockwave.scenario.family import Family
+from shockwave.scenario.scene_family import Family
 from shockwave.studies.curve.crossings import crossings, landmarks, tilted
 from shockwave.studies.curve.response import (
     POWERS,

@@ -25,8 +25,9 @@ from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock import Shock
 from shockwave.profiles.tabulated import Tabulated
-from shockwave.scenario.blocks import CHAIN, SCENARIO, keys_of, parameters_of, profile_class, shock_keys
-from shockwave.scenario.load import Published, Scenario, load_scenario
+from shockwave.scenario.keys import CHAIN, SCENARIO, keys_of, parameters_of, profile_class, shock_keys
+from shockwave.scenario.loader import load_scenario
+from shockwave.scenario.scenario import Published, Scenario
 from shockwave.scenario.sweep import SWEEP
 from shockwave.scenario.template import template
 
@@ -323,7 +324,7 @@ def test_loading_imports_neither_scipy_nor_simulator_nor_pint(tmp_path: Path) ->
     path = tmp_path / "scene.yaml"
     path.write_text(CONTRACT, encoding="utf-8")
     code = (
-        "import json, sys; from shockwave.scenario.load import load_scenario;"
+        "import json, sys; from shockwave.scenario.loader import load_scenario;"
         f"load_scenario({str(path)!r}); print(json.dumps(sorted(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)

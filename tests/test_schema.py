@@ -22,11 +22,11 @@ from pages import PAGES, ROOT, Block, blocks_of, prepare, workplace
 from shockwave import registry
 from shockwave.errors import ScenarioError, ShockwaveError
 from shockwave.fields import Quantity
-from shockwave.scenario import blocks
-from shockwave.scenario.load import load_scenario, scenario_of
+from shockwave.scenario import keys
+from shockwave.scenario.loader import load_scenario, scenario_of
 from shockwave.scenario.schema import _quantity, schema
 from shockwave.scenario.template import template
-from shockwave.scenario.values import structure
+from shockwave.scenario.value_conversion import structure
 from shockwave.scenario.yaml_document import Document, parse_document, read_document
 from test_bad_scenarios import BAD, CHAIN, GOOD, RECORD, SHOCK
 
@@ -86,7 +86,7 @@ def test_schema_is_the_same_in_every_process(tmp_path: Path) -> None:
 
 
 def test_every_key_of_a_scenario_is_there() -> None:
-    assert [*schema()["properties"]] == [key.name for key in blocks.SCENARIO]
+    assert [*schema()["properties"]] == [key.name for key in keys.SCENARIO]
 
 
 def _properties(form: Any, path: str = "") -> Iterator[tuple[str, Any]]:
@@ -182,7 +182,7 @@ ADMITTED = {
 
 
 @pytest.mark.parametrize("nothing", ["", "{}", "[]"])
-@pytest.mark.parametrize("block", [key.name for key in blocks.SCENARIO])
+@pytest.mark.parametrize("block", [key.name for key in keys.SCENARIO])
 def test_schema_and_loader_agree_on_an_empty_block(tmp_path: Path, block: str, nothing: str) -> None:
     scenario = {"chain": CHAIN, "shock": SHOCK} | {block: f"{block}: {nothing}\n"}
     path = tmp_path / "scenario.yaml"
@@ -294,7 +294,7 @@ _TEXT = st.tuples(
     ),
 )
 def test_quantities_that_the_loader_takes_are_admitted(value: Any, spec: Quantity) -> None:
-    _, wrongs = structure({"x": value}, [blocks.Key("x", required=True, spec=spec)])
+    _, wrongs = structure({"x": value}, [keys.Key("x", required=True, spec=spec)])
     event("taken" if not wrongs else "refused")
     assert wrongs or _faults_of(value, Draft7Validator(_quantity(spec))) == []
 
@@ -306,7 +306,7 @@ def _paths(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 
 _NAMES = sorted(
-    {key.name for keys in (blocks.SCENARIO, blocks.CHAIN, blocks.SHOCK) for key in keys}
+    {key.name for keys in (keys.SCENARIO, keys.CHAIN, keys.SHOCK) for key in keys}
     | {"file", "times", "rise_exponent", "rise_rate", "rtol", "step", "backend", "quadrature", "relation", "record"}
 )
 _VALUES: st.SearchStrategy[Any] = st.one_of(

@@ -12,7 +12,7 @@ from jsonschema import Draft7Validator
 from distributions import install
 from pages import workplace
 from shockwave.errors import ScenarioError
-from shockwave.scenario.load import scenario_of
+from shockwave.scenario.loader import scenario_of
 from shockwave.scenario.schema import schema
 from shockwave.scenario.template import template
 from shockwave.scenario.yaml_document import parse_document

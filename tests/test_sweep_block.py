@@ -15,8 +15,8 @@ from pages import table
 from shockwave import cli
 from shockwave.errors import InvalidValueError, ScenarioError, UnknownNameError
 from shockwave.registry import load
-from shockwave.scenario.family import Family
-from shockwave.scenario.schema_dotted import sweep as form
+from shockwave.scenario.scene_family import Family
+from shockwave.scenario.schema import schema
 from shockwave.scenario.sweep import SWEEP, Sweep
 from shockwave.scenario.variable import variable
 from shockwave.scenario.yaml_document import parse_document
@@ -265,7 +265,7 @@ _UNSEEN = ("dimension", "range", "through-zero", "range-of-names", "half-granule
 @pytest.mark.parametrize("name", [name for name in FAULTS if name not in _UNSEEN])
 def test_the_schema_rejects_what_it_can_see(name: str) -> None:
     block = parse_document(f"sweep: {FAULTS[name][0].replace('|', '')}\n", "x").data["sweep"]
-    assert list(Draft7Validator(form()).iter_errors(block)) != []
+    assert list(Draft7Validator(schema()["properties"]["sweep"]).iter_errors(block)) != []
 
 
 def test_the_schema_admits_a_sweep_of_every_kind() -> None:
@@ -275,7 +275,7 @@ def test_the_schema_admits_a_sweep_of_every_kind() -> None:
         "zip": {"shock.parameters.rise_exponent": [1, 2], "predict.alpha": ["constant", "literal"]},
         "points": [{"chain.granules": 30}],
     }
-    assert list(Draft7Validator(form()).iter_errors(block)) == []
+    assert list(Draft7Validator(schema()["properties"]["sweep"]).iter_errors(block)) == []
 
 
 # ---------------------------------------------------------------- commands

@@ -21,7 +21,7 @@ from pages import ROOT, code_in, table
 from scenes import CASE_A, CHAIN, POWER, UNITS
 from selection import thinned
 from shockwave import cli
-from shockwave.scenario.family import Family
+from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.variable import variable
 from shockwave.studies.curve import UniversalCurve

@@ -22,7 +22,7 @@ from shockwave.options import SimulateOptions
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
 from shockwave.simulation.backend import compiled
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.march import Span, march

@@ -120,7 +120,7 @@ def noun_at(kind: str, entry: Entry) -> Any:
     if abstract:
         raise TypeError(f"must write {' and '.join(abstract)} too (got {found!r:.80})")
     if kind == "profiles":
-        at("shockwave.scenario.declared:check_declared")(found)
+        at("shockwave.scenario.declared_fields:check_declared")(found)
         _check_ratio(found)
     if kind == "integrators":
         _check_takes(found, entry.takes)

@@ -15,8 +15,8 @@ from shockwave.chain.chain import Chain
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor, coefficient_of
 from shockwave.profiles.base import ShockProfile
-from shockwave.scenario.blocks import keys_of
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.keys import keys_of
+from shockwave.scenario.loader import Scenario
 
 __all__ = ["Normaliser", "normalised", "scene_hash"]
 

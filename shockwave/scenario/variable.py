@@ -6,15 +6,12 @@ import typing
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from attrs import evolve, frozen
+from attrs import frozen
 
-from shockwave.chain.material import Material
 from shockwave.errors import Fault, InvalidValueError, ShockwaveError, nearest
 from shockwave.fields import text_of
-from shockwave.options import SimulateOptions
-from shockwave.prediction.predictor import Predictor
-from shockwave.scenario.blocks import CHAIN, Key, keys_of, parameters_of, profile_class, shock_keys
-from shockwave.scenario.values import structure
+from shockwave.scenario.keys import BLOCKS, Key, parameters_of, profile_class, shock_keys
+from shockwave.scenario.value_conversion import structure
 from shockwave.scenario.yaml_document import Steps
 
 __all__ = ["Variable", "variable"]
@@ -66,7 +63,7 @@ class Variable:
         """
         faults: list[Fault] = []
         for key in (self.key, *self.others):
-            values, wrongs = structure({key.name: given}, [evolve(key, required=False)])
+            values, wrongs = structure({key.name: given}, [key])
             if not wrongs:
                 return values[key.name]
             faults = faults or [Fault(self.name, wrong.problem) for wrong in wrongs]
@@ -107,10 +104,6 @@ def variable(
 def _known(data: Mapping[str, Any], profiles: Sequence[Any]) -> dict[str, list[Key]]:
     shock = data.get("shock")
     given = shock if isinstance(shock, Mapping) else {}
-    blocks: dict[str, Sequence[Key]] = {
-        "chain": CHAIN,
-        "chain.material": keys_of(Material, leave_out=["name", "source"]),
-    }
     keys: list[Key] = []
     parameters: list[Key] = []
     for name in (given.get("profile"), *profiles):
@@ -118,10 +111,9 @@ def _known(data: Mapping[str, Any], profiles: Sequence[Any]) -> dict[str, list[K
             cls = profile_class(name) if isinstance(name, str) else None
         except ShockwaveError:  # reported where the name stands
             cls = None
-        keys += shock_keys(cls)
+        keys += (key for key in shock_keys(cls) if key.name != "parameters")
         parameters += parameters_of(name, cls) if cls is not None else ()
-    blocks |= {"shock": keys, "shock.parameters": parameters}
-    blocks |= {"predict": keys_of(Predictor), "simulate": keys_of(SimulateOptions)}
+    blocks: dict[str, Sequence[Key]] = BLOCKS | {"shock": keys, "shock.parameters": parameters}  # type: ignore[dict-item]
     found: dict[str, list[Key]] = {}
     for block, own in blocks.items():
         for key in own:
@@ -129,5 +121,4 @@ def _known(data: Mapping[str, Any], profiles: Sequence[Any]) -> dict[str, list[K
             # ranges of several profiles: at its point each value is held against that of its own
             if key not in alike:
                 alike.append(key)
-    del found["shock.parameters"]
     return found

@@ -13,7 +13,7 @@ from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.errors import InvalidValueError, ShockwaveError, nearest
 from shockwave.fields import Quantity, text_of
 from shockwave.measurement.simulate import simulate
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.units import to_si
 from shockwave.studies.curve.response import Exponents, curve_of, duration_of
 

@@ -1,4 +1,4 @@
-"""Gathering: parts of a scenario are built one by one, and the faults of all are kept."""
+"""Collects the faults of a document: its parts are built one by one, and all that is wrong is reported together."""
 
 from __future__ import annotations
 
@@ -17,17 +17,18 @@ from shockwave.errors import (
     ShockwaveError,
     UnknownNameError,
 )
-from shockwave.scenario.blocks import keys_of
-from shockwave.scenario.values import Wrong, structure
-from shockwave.scenario.yaml_document import MOST_FAULTS, Document, Steps, dotted
+from shockwave.scenario.keys import Key, keys_of
+from shockwave.scenario.value_conversion import Wrong, structure
+from shockwave.scenario.yaml_document import Document, Steps, dotted
 
-__all__ = ["Gathering"]
+__all__ = ["FaultCollector"]
 
+_MOST_FAULTS = 100
 _STEP = re.compile(r"([^.\[\]]+)|\[([0-9]{1,9})\]")
 
 
 @define(eq=False)
-class Gathering:
+class FaultCollector:
     """Builds parts of the scenario in ``document`` and keeps their ``faults``.
 
     ``access`` is the error of another file that the scenario names and that cannot be read; ``plugin`` says that one
@@ -39,13 +40,10 @@ class Gathering:
     access: FileAccessError | None = None
     plugin: bool = False
 
-    # ---------------------------------------------------------------- faults
-
     def add(self, path: Steps, problem: str, at_key: bool = False) -> None:
         """Add the fault at ``path`` of the document, unless reading it has found that value at fault."""
-        if any(path[:end] in self.document.unreadable for end in range(len(path) + 1)):
-            return
-        self.faults.append(Fault(dotted(path), problem, self.document.locate(path, at_key)))
+        if not any(path[:end] in self.document.unreadable for end in range(len(path) + 1)):
+            self.faults.append(Fault(dotted(path), problem, self.document.locate(path, at_key)))
 
     def blame(self, path: Steps, error: ShockwaveError) -> None:
         """Add what was wrong with a name at ``path``: unknown, or a plugin's whose fault it is."""
@@ -53,6 +51,7 @@ class Gathering:
         self.add(path, str(error))
 
     def report(self, path: Steps, wrongs: Sequence[Wrong]) -> None:
+        """Add what was wrong with the block at ``path``."""
         for wrong in wrongs:
             self.add((*path, *wrong.path), wrong.problem, wrong.at_key)
 
@@ -63,34 +62,50 @@ class Gathering:
         if self.access is not None and len(self.faults) == 1:
             raise FileAccessError(str(self.faults[0])) from self.access
         faults = sorted(dict.fromkeys(self.faults), key=self._order)
-        if len(faults) > MOST_FAULTS:
-            rest = Fault("", f"and {len(faults) - MOST_FAULTS} more faults", self.document.name)
-            faults = [*faults[:MOST_FAULTS], rest]
+        if len(faults) > _MOST_FAULTS:
+            rest = Fault("", f"and {len(faults) - _MOST_FAULTS} more faults", self.document.name)
+            faults = [*faults[:_MOST_FAULTS], rest]
         if self.plugin:
             raise PluginError("\n".join(map(str, faults)), faults)
         raise ScenarioError(faults)
 
-    def _order(self, fault: Fault) -> tuple[bool, int, int]:
+    def _order(self, fault: Fault) -> tuple[float, ...]:
+        """Line and column; those of another file last."""
         name, _, place = fault.location.partition(f"{self.document.name}:")
-        line, _, column = place.partition(":")
-        here = not name and line.isdecimal() and column.isdecimal()
-        return (False, int(line), int(column)) if here else (True, 0, 0)
+        return tuple(map(int, place.split(":"))) if place and not name else (float("inf"),)
 
     # ---------------------------------------------------------------- building
+
+    def values(self, path: Steps, given: Any, keys: Sequence[Key]) -> tuple[dict[str, Any], bool]:
+        """The sound values of the block at ``path``, and whether nothing is wrong with it."""
+        values, wrongs = structure(given, keys)
+        self.report(path, wrongs)
+        return values, not wrongs
+
+    def block(self, path: Steps, given: Any, cls: type) -> Any:
+        """The object of a block whose keys are the arguments of ``cls``; None where something is wrong with it."""
+        keys = keys_of(cls)
+        values, sound = self.values(path, given, keys)
+        if not all(key.name in values for key in keys if key.required):
+            return None
+        # What the constructor has to say about the other values is reported as well.
+        made = self.build(cls, values, path, spare=[key.name for key in keys if not key.required])
+        return made if sound else None
 
     def build(
         self,
         make: Callable[..., Any],
         values: Mapping[str, Any],
-        where: Callable[[Steps], Steps],
+        path: Steps,
+        elsewhere: Mapping[str, Steps] | None = None,
         spare: Collection[str] = (),
     ) -> Any:
-        """What ``make`` makes of ``values``, or None, with the faults it finds; ``where`` places them.
+        """What ``make`` makes of ``values``, or None, with the faults it finds.
 
-        Constructors stop at the first fault. A value at fault that they can spare is therefore left out, and the
-        rest tried again.
+        They are below ``path``, but for arguments that are given ``elsewhere``. Constructors stop at the first fault. A
+        value at fault that they can ``spare`` is therefore left out, and the rest tried again.
         """
-        left, sound = dict(values), True
+        left = dict(values)
         while True:
             try:
                 made = make(**left)
@@ -98,42 +113,30 @@ class Gathering:
                 self.plugin |= error.exit_code == PluginError.exit_code
                 found: tuple[Fault, ...] = (Fault(error.kind, str(error)),)
             except PluginError as error:
-                self.blame(where(()), error)
+                self.blame(path, error)
                 return None
             except InvalidValueError as error:
                 found = error.faults
             except ArithmeticError as error:
                 found = (Fault("", f"must be values whose products a floating-point number can hold (got {error})"),)
             else:
-                return made if sound else None
-            sound = False
+                return made if len(left) == len(values) else None
             for fault in found:
-                path = where(_steps(fault.path))
-                if fault.location:  # in a record, a file of its own
-                    self.faults.append(fault)
-                else:
-                    self.add(path, fault.problem, at_key=not self.document.holds(path))
+                self._place(fault, path, elsewhere or {})
             named = {step for fault in found for step in _steps(fault.path)[:1]}
             dropped = named & left.keys() & set(spare)
             if not dropped:
                 return None
             left = {name: value for name, value in left.items() if name not in dropped}
 
-    def options(self, block: str, data: Mapping[str, Any], cls: type) -> Any:
-        """The object of a block whose keys are the arguments of ``cls``."""
-        keys = keys_of(cls)
-        spare = {key.name for key in keys if not key.required}
-        given = data.get(block)
-        values, wrongs = structure(given, keys)
-        self.report((block,), wrongs)
-        if wrongs and isinstance(given, dict) and len(spare) == len(keys):
-            # What the constructor has to say about the other values is told as well.
-            bad = {wrong.path[0] for wrong in wrongs if wrong.path}
-            values, _ = structure({name: value for name, value in given.items() if name not in bad}, keys)
-        elif wrongs:
-            return None
-        made = self.build(cls, values, lambda steps: (block, *steps), spare)
-        return None if wrongs else made
+    def _place(self, fault: Fault, path: Steps, elsewhere: Mapping[str, Steps]) -> None:
+        """Add a fault that a constructor has found."""
+        if fault.location:  # in a record, a file of its own
+            self.faults.append(fault)
+            return
+        first, *more = _steps(fault.path) or ("",)
+        below = elsewhere.get(str(first), (*path, first) if first else path)
+        self.add((*below, *more), fault.problem, at_key=not self.document.holds((*below, *more)))
 
 
 def _steps(path: str) -> Steps:
