@@ -120,7 +120,7 @@ def quantity(
     """
     spec = Quantity(unit, meaning, above, at_least, below, at_most, whole, optional, example=example)
 
-    converter = attrs.Converter(spec.checked, takes_field=True)  # type: ignore[misc, call-overload]
+    converter = attrs.Converter(spec.checked, takes_field=True)
     return attrs.field(default=default, converter=converter, metadata={_KEY: spec})
 
 

@@ -3,27 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from attrs import define
 
-from shockwave.errors import (
-    Fault,
-    FileAccessError,
-    InvalidValueError,
-    PluginError,
-    ScenarioError,
-    ShockwaveError,
-    UnknownNameError,
-)
-from shockwave.scenario.keys import Key, keys_of
-from shockwave.scenario.value_conversion import Wrong, structure
+from shockwave.errors import Fault, FileAccessError, InvalidValueError, PluginError, ScenarioError, ShockwaveError
+from shockwave.scenario.keys import Key
+from shockwave.scenario.value_conversion import MOST_FAULTS, Wrong, structure
 from shockwave.scenario.yaml_document import Document, Steps, dotted
 
 __all__ = ["FaultCollector"]
 
-_MOST_FAULTS = 100
 _STEP = re.compile(r"([^.\[\]]+)|\[([0-9]{1,9})\]")
 
 
@@ -53,6 +44,7 @@ class FaultCollector:
     def report(self, path: Steps, wrongs: Sequence[Wrong]) -> None:
         """Add what was wrong with the block at ``path``."""
         for wrong in wrongs:
+            self.plugin |= wrong.plugin
             self.add((*path, *wrong.path), wrong.problem, wrong.at_key)
 
     def finish(self) -> None:
@@ -62,9 +54,9 @@ class FaultCollector:
         if self.access is not None and len(self.faults) == 1:
             raise FileAccessError(str(self.faults[0])) from self.access
         faults = sorted(dict.fromkeys(self.faults), key=self._order)
-        if len(faults) > _MOST_FAULTS:
-            rest = Fault("", f"and {len(faults) - _MOST_FAULTS} more faults", self.document.name)
-            faults = [*faults[:_MOST_FAULTS], rest]
+        if len(faults) > MOST_FAULTS:
+            rest = Fault("", f"and {len(faults) - MOST_FAULTS} more faults", self.document.name)
+            faults = [*faults[:MOST_FAULTS], rest]
         if self.plugin:
             raise PluginError("\n".join(map(str, faults)), faults)
         raise ScenarioError(faults)
@@ -82,14 +74,13 @@ class FaultCollector:
         self.report(path, wrongs)
         return values, not wrongs
 
-    def block(self, path: Steps, given: Any, cls: type) -> Any:
+    def block(self, path: Steps, given: Any, cls: type, keys: Sequence[Key]) -> Any:
         """The object of a block whose keys are the arguments of ``cls``; None where something is wrong with it."""
-        keys = keys_of(cls)
         values, sound = self.values(path, given, keys)
         if not all(key.name in values for key in keys if key.required):
             return None
         # What the constructor has to say about the other values is reported as well.
-        made = self.build(cls, values, path, spare=[key.name for key in keys if not key.required])
+        made = self.build(cls, values, path)
         return made if sound else None
 
     def build(
@@ -98,36 +89,21 @@ class FaultCollector:
         values: Mapping[str, Any],
         path: Steps,
         elsewhere: Mapping[str, Steps] | None = None,
-        spare: Collection[str] = (),
     ) -> Any:
         """What ``make`` makes of ``values``, or None, with the faults it finds.
 
-        They are below ``path``, but for arguments that are given ``elsewhere``. Constructors stop at the first fault. A
-        value at fault that they can ``spare`` is therefore left out, and the rest tried again.
+        They are below ``path``, but for arguments that are given ``elsewhere``.
         """
-        left = dict(values)
-        while True:
-            try:
-                made = make(**left)
-            except UnknownNameError as error:
-                self.plugin |= error.exit_code == PluginError.exit_code
-                found: tuple[Fault, ...] = (Fault(error.kind, str(error)),)
-            except PluginError as error:
-                self.blame(path, error)
-                return None
-            except InvalidValueError as error:
-                found = error.faults
-            except ArithmeticError as error:
-                found = (Fault("", f"must be values whose products a floating-point number can hold (got {error})"),)
-            else:
-                return made if len(left) == len(values) else None
-            for fault in found:
+        try:
+            return make(**values)
+        except PluginError as error:
+            self.blame(path, error)
+        except InvalidValueError as error:
+            for fault in error.faults:
                 self._place(fault, path, elsewhere or {})
-            named = {step for fault in found for step in _steps(fault.path)[:1]}
-            dropped = named & left.keys() & set(spare)
-            if not dropped:
-                return None
-            left = {name: value for name, value in left.items() if name not in dropped}
+        except ArithmeticError as error:
+            self.add(path, f"must be values whose products a floating-point number can hold (got {error})")
+        return None
 
     def _place(self, fault: Fault, path: Steps, elsewhere: Mapping[str, Steps]) -> None:
         """Add a fault that a constructor has found."""

@@ -20,10 +20,9 @@ from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
 from shockwave.registry import DISABLE, blame, load, plugins, same_distribution
 from shockwave.scenario.fault_collector import FaultCollector
-from shockwave.scenario.keys import CHAIN, RECORD, SCENARIO, keys_of, parameters_of, profile_class, shock_keys
+from shockwave.scenario.keys import BLOCKS, CHAIN, RECORD, SCENARIO, keys_of, parameters_of, shock_keys
 from shockwave.scenario.scenario import Published, Scenario
 from shockwave.scenario.sweep import Sweep, beginnings, first, read
-from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.uncertainty import read as read_spreads
 from shockwave.scenario.value_conversion import missing
 from shockwave.scenario.yaml_document import Document, Steps, read_document
@@ -91,45 +90,38 @@ class _Loading(FaultCollector):
 
     def scenario(self, whole: Document, sweep: Sweep | None) -> Scenario:
         """The scenario of one scene of ``sweep``, which the document ``whole`` holds."""
-        given = self.document.data
-        # What is wrong at the top must not hide what is wrong in a block.
-        data = given | self.values((), given, SCENARIO)[0]
+        data, _ = self.values((), self.document.data, SCENARIO)
         parts = {
             "name": self._name(data.get("name")),
             "shock": self._shock(data.get("shock")) if "shock" in data else None,
             "chain": self._chain(data.get("chain")) if "chain" in data else None,
-            "predictor": self.block(("predict",), data.get("predict"), Predictor),
-            "simulate": self.block(("simulate",), data.get("simulate"), SimulateOptions),
+            "predictor": self.block(("predict",), data.get("predict"), Predictor, BLOCKS["predict"]),
+            "simulate": self.block(("simulate",), data.get("simulate"), SimulateOptions, BLOCKS["simulate"]),
             "published": None,
         }
         if data.get("published") is not None:
-            parts["published"] = self.block(("published",), data["published"], Published)
+            parts["published"] = self.block(("published",), data["published"], Published, keys_of(Published))
         self._requires(data.get("requires"))
         spreads = whole.data.get("uncertainty")
-        uncertainty = self._uncertainty(spreads) if spreads is not None else ()
+        uncertainty = read_spreads(spreads, self.document.data, self._add_to_uncertainty) if spreads is not None else ()
         self.finish()
         return Scenario(path=self.path, sweep=sweep, uncertainty=uncertainty, document=self.document, **parts)
 
-    def _name(self, given: Any) -> str:
-        if isinstance(given, str):
-            if not given.strip() or "\n" in given:
-                self.add(("name",), f"must be a line of text (got {text_of(given)})")
-            return given
-        return self.path.stem if self.path is not None else self.document.name
+    def _name(self, given: str | None) -> str:
+        if given is None:
+            return self.path.stem if self.path is not None else self.document.name
+        if not given.strip() or "\n" in given:
+            self.add(("name",), f"must be a line of text (got {text_of(given)})")
+        return given
 
-    def _uncertainty(self, given: Any) -> tuple[Spread, ...]:
-        def add(steps: Steps, problem: str, at_key: bool) -> None:
-            self.add(("uncertainty", *steps), problem, at_key)
-
-        return read_spreads(given, self.document.data, add)
+    def _add_to_uncertainty(self, steps: Steps, problem: str, at_key: bool) -> None:
+        self.add(("uncertainty", *steps), problem, at_key)
 
     def _requires(self, given: Any) -> None:
         from importlib.metadata import PackageNotFoundError, distribution
 
-        for index, name in enumerate(given if isinstance(given, list) else ()):
+        for index, name in enumerate(given or ()):
             path: Steps = ("requires", index)
-            if not isinstance(name, str):
-                continue  # reported by its type
             if not DISTRIBUTION.fullmatch(name):
                 self.add(path, f"must be the name of a distribution, without a version (got {text_of(name)})")
                 continue
@@ -151,14 +143,6 @@ class _Loading(FaultCollector):
                 else:
                     self.blame(path, PluginError(f"must be a plugin that works (got {plugin.problem})"))
 
-    def _named(self, path: Steps, get: Callable[[str], Any], name: str) -> Any:
-        """What is registered as ``name``, or None."""
-        try:
-            return get(name)
-        except (UnknownNameError, PluginError) as error:
-            self.blame(path, error)
-            return None
-
     # ---------------------------------------------------------------- chain
 
     def _chain(self, data: Any) -> Chain | None:
@@ -170,7 +154,7 @@ class _Loading(FaultCollector):
         elif len(sizes) == 2:
             problem = "must be given once, as a diameter or as a radius (got both; delete one)"
             self.add(("chain", sizes[1]), problem, at_key=True)
-        material = self._material(given["material"]) if "material" in given else None
+        material = self._material(values["material"]) if "material" in values else None
         if not sound or len(sizes) != 1 or material is None:
             return None
         if "diameter" in values:
@@ -183,10 +167,20 @@ class _Loading(FaultCollector):
     def _material(self, data: Any) -> Any:
         path: Steps = ("chain", "material")
         if isinstance(data, str):
-            return self._named(path, lambda name: load("materials", name), data)
+            return self._loaded(path, "materials", data)
         if isinstance(data, dict | None):
-            return self.block(path, data, Material)
+            return self.block(path, data, Material, keys_of(Material))
         self.add(path, f"must be a name of the material library, or a mapping (got {text_of(data)})")
+        return None
+
+    def _loaded(self, path: Steps, kind: str, name: str) -> Any:
+        """What is registered as ``name``, or None."""
+        try:
+            return load(kind, name)
+        except PluginError as error:
+            self.blame(path, error)
+        except UnknownNameError:
+            pass  # reported with the keys of the block
         return None
 
     # ---------------------------------------------------------------- shock
@@ -194,7 +188,7 @@ class _Loading(FaultCollector):
     def _shock(self, data: Any) -> Shock | None:
         given = data if isinstance(data, dict) else {}
         name = given.get("profile")
-        cls = self._named(("shock", "profile"), profile_class, name) if isinstance(name, str) else None
+        cls = self._loaded(("shock", "profile"), "profiles", name) if isinstance(name, str) else None
         keys = shock_keys(cls)
         if "duration" in given:
             keys = tuple(evolve(key, required=key.required and key.name != "rise_time") for key in keys)
@@ -210,9 +204,7 @@ class _Loading(FaultCollector):
             return None
         sizes = {key: values[key] for key in ("peak_force", "rise_time", "duration") if key in values}
         make = _guarded(cls, Shock.of_duration if "duration" in sizes else Shock)
-        shock: Shock | None = self.build(
-            make, sizes | {"profile": profile}, ("shock",), {"": ("shock", "profile")}
-        )
+        shock: Shock | None = self.build(make, sizes | {"profile": profile}, ("shock",), {"": ("shock", "profile")})
         return shock
 
     def _profile(
@@ -238,9 +230,8 @@ class _Loading(FaultCollector):
         elif not all(key.name in values for key in keys if key.required):
             return None  # reported as missing
         elsewhere: dict[str, Steps] = {"duration_ratio": ("shock", "duration_ratio")}
-        spare = [key.name for key in keys if not key.required]
         try:
-            profile: ShockProfile | None = self.build(_guarded(cls, make), values, _PARAMETERS, elsewhere, spare)
+            profile: ShockProfile | None = self.build(_guarded(cls, make), values, _PARAMETERS, elsewhere)
         except FileAccessError as error:
             self.access = error
             self.add(_FILE, str(error))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -84,7 +84,8 @@ class Family:
 def _shock(shock: Shock, values: dict[str, Any]) -> Shock:
     if "duration" in values:
         values["rise_time"] = values.pop("duration") / float(shock.profile.duration_ratio)
-    return _located("shock.", shock, **values)
+    made: Shock = _located("shock.", shock, **values)
+    return made
 
 
 @lru_cache(maxsize=64)  # most points of a sweep share it
@@ -94,7 +95,8 @@ def _chain(chain: Chain, sizes: tuple[tuple[str, Any], ...], constants: tuple[tu
         values["radius"] = values.pop("diameter") / 2
     if constants:
         values["material"] = _located("chain.material.", chain.material, name="", source="", **dict(constants))
-    return _located("chain.", chain, **values)
+    made: Chain = _located("chain.", chain, **values)
+    return made
 
 
 def _located(block: str, part: Any, **values: Any) -> Any:

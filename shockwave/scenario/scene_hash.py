@@ -16,7 +16,7 @@ from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor, coefficient_of
 from shockwave.profiles.base import ShockProfile
 from shockwave.scenario.keys import keys_of
-from shockwave.scenario.loader import Scenario
+from shockwave.scenario.scenario import Scenario
 
 __all__ = ["Normaliser", "normalised", "scene_hash"]
 

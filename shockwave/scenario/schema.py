@@ -18,19 +18,8 @@ from shockwave import OWN_DISTRIBUTION, registry
 from shockwave.chain.material import Material
 from shockwave.fields import Quantity
 from shockwave.prediction.predictor import MOMENTUM_COEFFICIENT, MOMENTUM_COEFFICIENTS
-from shockwave.scenario.keys import (
-    BLOCKS,
-    CHAIN,
-    RECORD,
-    SCENARIO,
-    SHOCK,
-    UNSTATED,
-    Key,
-    keys_of,
-    parameters_of,
-    profile_class,
-    shock_keys,
-)
+from shockwave.scenario import keys
+from shockwave.scenario.keys import Key, keys_of
 from shockwave.scenario.loader import DISTRIBUTION
 from shockwave.scenario.scenario import Published
 from shockwave.scenario.sweep import SWEEP
@@ -54,6 +43,8 @@ _LINE = rf"^[^\n]*\S[^\n]*{_END}"
 _FILE = rf"^(?!/)[\s\S]*\S[\s\S]*{_END}"
 
 Form = dict[str, Any]
+_OWN_RATIO: Form = {"not": {}, "description": "to be left out, as the profile has its own"}
+_RECORD_FILE: Form = {"required": ["file"], "not": {"required": ["times"]}}
 
 
 def schema() -> Form:
@@ -66,14 +57,14 @@ def schema() -> Form:
         named in a scenario, with any parameters.
     """
     profiles = [(name, *_of_profile(name)) for name in _summaries("profiles")]
-    forms = {key.name: _value(key) for key in SCENARIO}
+    forms = {key.name: _value(key) for key in keys.SCENARIO}
     forms["name"]["pattern"] = _LINE
     forms["requires"]["items"]["pattern"] = f"^(?:{DISTRIBUTION.pattern}){_END}"
     forms["chain"] |= _chain()
-    forms["shock"] |= _mapping(SHOCK) | {"not": {"required": ["rise_time", "duration"]}}
+    forms["shock"] |= _mapping(keys.SHOCK) | {"not": {"required": ["rise_time", "duration"]}}
     forms["shock"]["allOf"] = [_where_profile(name, form) for name, form, _ in profiles]
-    forms["predict"] |= _or_null(_mapping(BLOCKS["predict"]))
-    forms["simulate"] |= _or_null(_mapping(BLOCKS["simulate"]))
+    forms["predict"] |= _or_null(_mapping(keys.BLOCKS["predict"]))
+    forms["simulate"] |= _or_null(_mapping(keys.BLOCKS["simulate"]))
     forms["published"] |= _or_null(_mapping(keys_of(Published)) | _required(keys_of(Published)))
     forms["sweep"] |= _sweep()
     forms["uncertainty"] |= _uncertainty()
@@ -90,11 +81,11 @@ def schema() -> Form:
         "additionalProperties": False,
         # the scenes of a sweep may have from it what is missing here
         "if": {"properties": {"sweep": {"type": "object"}}, "required": ["sweep"]},
-        "else": _required(SCENARIO)
+        "else": _required(keys.SCENARIO)
         | {
             "properties": {
-                "chain": _required(CHAIN) | chain | {"properties": {"material": material}},
-                "shock": _required(SHOCK) | needs,
+                "chain": _required(keys.CHAIN) | chain | {"properties": {"material": material}},
+                "shock": _required(keys.SHOCK) | needs,
             }
         },
     }
@@ -111,17 +102,17 @@ def _installed() -> str:
 # ---------------------------------------------------------------- blocks
 
 
-def _mapping(keys: Sequence[Key]) -> Form:
-    """A mapping of ``keys`` and nothing else."""
-    return {"type": "object", "properties": {key.name: _value(key) for key in keys}, "additionalProperties": False}
+def _mapping(own: Sequence[Key]) -> Form:
+    """A mapping of these keys and nothing else."""
+    return {"type": "object", "properties": {key.name: _value(key) for key in own}, "additionalProperties": False}
 
 
-def _required(keys: Sequence[Key]) -> Form:
-    return {"required": [key.name for key in keys if key.required]}
+def _required(own: Sequence[Key]) -> Form:
+    return {"required": [key.name for key in own if key.required]}
 
 
 def _chain() -> Form:
-    form = _mapping(CHAIN)
+    form = _mapping(keys.CHAIN)
     material = form["properties"]["material"]
     names = {name: material.pop(name) for name in ("type", "enum", "enumDescriptions")}
     material["anyOf"] = [names, _mapping(keys_of(Material))]
@@ -135,34 +126,31 @@ def _where_profile(name: str, form: Form) -> Form:
 def _of_profile(name: str) -> tuple[Form, Form]:
     """What the block ``shock`` may hold for a profile, and what it must."""
     try:
-        cls = profile_class(name)
-        own, keys = keys_of(cls), {key.name: key for key in shock_keys(cls)}
-        form = _mapping(parameters_of(name, cls))
-        needs = _required(parameters_of(name, cls))
+        cls = keys.profile_class(name)
+        own, shock = keys.parameters_of(name, cls), {key.name: key for key in keys.shock_keys(cls)}
+        form, needs = _mapping(own), _required(own)
+        has_ratio = any(key.name == "duration_ratio" for key in keys_of(cls))
     except Exception as error:  # a plugin's class may be anything
         unknown = f"parameters of {name}, which are not known ({' '.join(str(error).split())})"
         return {"properties": {"parameters": {"type": ["object", "null"], "description": unknown}}}, {}
-    if name == RECORD:
+    if name == keys.RECORD:
         form["properties"]["file"]["pattern"] = _FILE
-        samples = {"required": ["times", "forces"]}
-        needs = {"oneOf": [{"required": ["file"], "not": {"required": ["times"]}}, samples]}
-    must = [key for key in ("peak_force", "duration_ratio") if keys[key].required]
-    if needs.get("required") or "oneOf" in needs:
+        needs = {"oneOf": [_RECORD_FILE, {"required": ["times", "forces"]}]}
+    must = [key for key in ("peak_force", "duration_ratio") if shock[key].required]
+    if needs.get("required", True):
         must.append("parameters")
     else:
         form = _or_null(form)
     needed: Form = {"required": must, "properties": {"parameters": needs}}
-    if keys["rise_time"].required:
+    if shock["rise_time"].required:
         needed["anyOf"] = [{"required": ["rise_time"]}, {"required": ["duration"]}]
-    has_ratio = any(key.name == "duration_ratio" for key in own)
-    left_out = {"not": {}, "description": "to be left out, as the profile has its own"}
-    ratio = _value(keys["duration_ratio"]) if has_ratio else left_out
+    ratio = _value(shock["duration_ratio"]) if has_ratio else _OWN_RATIO
     return {"properties": {"duration_ratio": ratio, "parameters": form}}, needed
 
 
 def _dotted(values: Form) -> Form:
     """A mapping of dotted names to ``values``."""
-    names = [re.escape(f"{block}.{key.name}") for block, keys in BLOCKS.items() for key in keys]
+    names = [re.escape(f"{block}.{key.name}") for block, own in keys.BLOCKS.items() for key in own]
     pattern = "|".join((*names, r"shock\.parameters\.\w+")).replace(r"shock\.parameters|", "")
     return {
         "type": "object",
@@ -172,25 +160,15 @@ def _dotted(values: Form) -> Form:
     }
 
 
-def _one_of_keys(forms: dict[str, Form]) -> Form:
-    return {
-        "type": "object",
-        "properties": forms,
-        "additionalProperties": False,
-        "minProperties": 1,
-        "maxProperties": 1,
-    }
-
-
-def _tuple_of(*items: Form) -> Form:
-    return {"type": "array", "items": list(items), "minItems": len(items), "maxItems": len(items)}
-
-
 def _sweep() -> Form:
-    end: Form = {"type": ["number", "string"]}
-    spaced = _tuple_of(end, end, {"type": "integer", "minimum": 1}) | {"description": "first, last, number"}
-    values: Form = {"anyOf": [{"type": "array", "minItems": 1}, _one_of_keys({"linspace": spaced, "logspace": spaced})]}
+    spacing = {"type": "array", "minItems": 3, "maxItems": 3, "description": "first, last, number"}
     form = _mapping(SWEEP)
+    values = {
+        "type": ["array", "object"],
+        "minItems": 1,
+        "properties": {"linspace": spacing, "logspace": spacing},
+        "additionalProperties": False,
+    }
     form["properties"]["grid"] |= _dotted(values)
     form["properties"]["zip"] |= _dotted(values)
     form["properties"]["points"] |= {"type": "array", "minItems": 1, "items": _dotted({})}
@@ -198,13 +176,11 @@ def _sweep() -> Form:
 
 
 def _uncertainty() -> Form:
-    number: Form = {"type": ["number", "string"]}
-    forms = {name: {"description": meaning, **number} for name, meaning in FORMS.items()}
-    forms["between"] |= _tuple_of(number, number)
-    percent = {"type": "string", "pattern": rf"%\s*{_END}", "description": "standard deviation over the value"}
+    forms = {name: {"description": meaning} for name, meaning in FORMS.items()}
+    spread = {"type": ["string", "object"], "pattern": "%", "properties": forms, "additionalProperties": False}
     # `required` accepts every value that is not a mapping
     twins = {"type": "object", "anyOf": [{"required": list(pair)} for pair in TWINS]}
-    return _or_null(_dotted({"anyOf": [percent, _one_of_keys(forms)]})) | {"not": twins}
+    return _or_null(_dotted(spread)) | {"not": twins}
 
 
 # ---------------------------------------------------------------- values
@@ -229,7 +205,7 @@ def _value(key: Key) -> Form:
 
 
 def _default(key: Key) -> Form:
-    if key.default is None or key.default is UNSTATED:
+    if key.default is None or key.default is keys.UNSTATED:
         return {}
     try:
         return {"default": json.loads(json.dumps(key.default, allow_nan=False))}

@@ -4,30 +4,37 @@ from __future__ import annotations
 
 import types
 import typing
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any, Literal, NamedTuple
 
-from shockwave.errors import nearest
+from shockwave.errors import PluginError, UnknownNameError, nearest
 from shockwave.fields import Quantity, text_of
+from shockwave.registry import find
 from shockwave.scenario.keys import Key
 from shockwave.scenario.units import to_si
 from shockwave.scenario.yaml_document import Steps
 
-__all__ = ["Wrong", "missing", "structure"]
+__all__ = ["MOST_FAULTS", "Wrong", "WrongsError", "all_sound", "converted", "gathered", "items", "missing", "structure"]
 
-_MOST_FAULTS = 20
+#: After so many faults in one file, the rest is not looked for.
+MOST_FAULTS = 100
 
 
 class Wrong(NamedTuple):
-    """What is wrong with a block: ``problem`` at ``path`` below it; ``at_key`` where the key is at fault."""
+    """What is wrong with a block: ``problem`` at ``path`` below it.
+
+    ``at_key`` says that the key is at fault, ``plugin`` that a plugin is.
+    """
 
     path: Steps
     problem: str
     at_key: bool = False
+    plugin: bool = False
 
 
-class _ItemsError(ValueError):
-    """Wrong items of a list."""
+class WrongsError(ValueError):
+    """Several things are wrong with a value."""
 
     def __init__(self, wrongs: list[Wrong]) -> None:
         super().__init__()
@@ -49,23 +56,48 @@ def structure(data: Any, keys: Sequence[Key]) -> tuple[dict[str, Any], list[Wron
     tuple
         Values of the keys that were given, without those at fault; and the list of what is wrong.
     """
-    names = [key.name for key in keys]
     if data is None:
         data = {}
     if not isinstance(data, dict):
-        return {}, [Wrong((), f"must be a mapping of {', '.join(names) or 'nothing'} (got {text_of(data)})")]
-    values: dict[str, Any] = {}
+        names = ", ".join(key.name for key in keys) or "nothing"
+        return {}, [Wrong((), f"must be a mapping of {names} (got {text_of(data)})")]
+    values, wrongs = gathered(data.items(), {key.name: partial(converted, key) for key in keys})
+    absent = [key for key in keys if key.required and key.name not in data]
+    return values, [*wrongs, *(missing((key.name,), key.purpose) for key in absent)]
+
+
+def gathered(
+    pairs: Iterable[tuple[Any, Any]], converters: Mapping[Any, Callable[[Any], Any]]
+) -> tuple[dict[Any, Any], list[Wrong]]:
+    """Values converted each by the function of its key or index, without those at fault; and what is wrong."""
+    values: dict[Any, Any] = {}
     wrongs: list[Wrong] = []
-    for key in keys:
-        if key.name in data:
-            try:
-                values[key.name] = _converted(data[key.name], key)
-            except ValueError as error:
-                wrongs += _below(key.name, error)
-        elif key.required:
-            wrongs.append(missing((key.name,), key.purpose))
-    unknown = [name for name in data if name not in names]
-    return values, [*wrongs, *(_unknown(name, names) for name in unknown[:_MOST_FAULTS])]
+    for step, value in pairs:
+        try:
+            values[step] = converters[step](value)
+        except KeyError:
+            wrongs.append(_unknown(step, list(converters)))
+        except WrongsError as error:
+            wrongs += (wrong._replace(path=(step, *wrong.path)) for wrong in error.wrongs)
+        except (ValueError, UnknownNameError, PluginError) as error:
+            plugin = getattr(error, "exit_code", 0) == PluginError.exit_code
+            wrongs.append(Wrong((step,), str(error), plugin=plugin))
+        if len(wrongs) >= MOST_FAULTS:
+            break
+    return values, wrongs
+
+
+def all_sound(found: tuple[dict[Any, Any], list[Wrong]]) -> dict[Any, Any]:
+    """What was `gathered`; raises `WrongsError` where anything is wrong."""
+    values, wrongs = found
+    if wrongs:
+        raise WrongsError(wrongs)
+    return values
+
+
+def items(values: Sequence[Any], convert: Callable[[Any], Any]) -> list[Any]:
+    """All values converted; raises `WrongsError` where some cannot be."""
+    return list(all_sound(gathered(enumerate(values), dict.fromkeys(range(len(values)), convert))).values())
 
 
 def missing(path: Steps, purpose: str) -> Wrong:
@@ -78,23 +110,20 @@ def _unknown(name: str, known: Sequence[str]) -> Wrong:
     return Wrong((name,), f"unknown key (got {text_of(name)}; {hint})", at_key=True)
 
 
-def _below(step: str | int, error: ValueError) -> Iterator[Wrong]:
-    inner = error.wrongs if isinstance(error, _ItemsError) else [Wrong((), str(error))]
-    return (Wrong((step, *wrong.path), wrong.problem) for wrong in inner)
-
-
-def _converted(value: Any, key: Key) -> Any:
-    """The value of ``key`` as the constructor takes it; raises ValueError, with what it must be."""
+def converted(key: Key, value: Any) -> Any:
+    """The value of ``key`` as the constructor takes it; raises ValueError or UnknownNameError for a wrong one."""
     spec = key.spec
     if value is None and (key.default is None if spec is None else spec.optional):
         return None
-    if spec is None:
-        return _of_kind(value, key.annotation)
-    if not spec.samples:
+    if spec is not None and not spec.samples:
         return _quantity(value, spec)
-    if not isinstance(value, list):
-        raise ValueError(f"must be a list of numbers or quantities (got {_shown(value)})")
-    return _items(value, lambda sample: _quantity(sample, spec))
+    if spec is not None:
+        if not isinstance(value, list):
+            raise ValueError(f"must be a list of numbers or quantities (got {_shown(value)})")
+        return items(value, lambda sample: _quantity(sample, spec))
+    if key.kind and isinstance(value, str):
+        find(key.kind, value)
+    return _of_kind(value, key.annotation)
 
 
 def _quantity(value: Any, spec: Quantity) -> int | float:
@@ -103,22 +132,6 @@ def _quantity(value: Any, spec: Quantity) -> int | float:
     if spec.problem(si) is not None:
         raise ValueError(f"must be {spec.rule} (got {_shown(value)})")
     return int(si) if spec.whole else si
-
-
-def _items(values: Sequence[Any], convert: Callable[[Any], Any]) -> list[Any]:
-    """All values converted, or the faults of the first few that cannot be."""
-    converted: list[Any] = []
-    wrongs: list[Wrong] = []
-    for index, value in enumerate(values):
-        try:
-            converted.append(convert(value))
-        except ValueError as error:
-            wrongs += _below(index, error)
-        if len(wrongs) >= _MOST_FAULTS:
-            break
-    if wrongs:
-        raise _ItemsError(wrongs)
-    return converted
 
 
 def _of_kind(value: Any, annotation: Any) -> Any:
@@ -131,8 +144,8 @@ def _of_kind(value: Any, annotation: Any) -> Any:
     if origin in (list, tuple, Sequence):
         if not isinstance(value, list | tuple):  # a tuple is one that was converted before
             raise ValueError(f"must be a list (got {_shown(value)})")
-        items = _items(value, lambda item: _of_kind(item, members[0] if members else Any))
-        return tuple(items) if origin is tuple else items
+        found = items(value, lambda item: _of_kind(item, members[0] if members else Any))
+        return tuple(found) if origin is tuple else found
     if origin is bool and not isinstance(value, bool):
         raise ValueError(f"must be true or false (got {_shown(value)})")
     if origin is str and not isinstance(value, str):

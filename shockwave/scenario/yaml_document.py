@@ -175,7 +175,7 @@ def parse_document(text: str, name: str, faults: list[Fault] | None = None) -> D
 class _Loader(yaml.SafeLoader):
     """The parser in Python: unlike libyaml's it is the same wherever this runs, in its messages too."""
 
-    yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}
+    yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}  # type: ignore[misc]
 
     def _refuse(self) -> None:
         problem = "an anchor, an alias or a tag; write the value out"

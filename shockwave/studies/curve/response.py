@@ -30,8 +30,8 @@ from shockwave.profiles.guard import trusted
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.registry import entries
-from shockwave.scenario.scene_family import Family
 from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scene_family import Family
 from shockwave.studies.curve.universal import UniversalCurve
 
 __all__ = [

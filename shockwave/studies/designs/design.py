@@ -13,8 +13,8 @@ from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity, text_of
 from shockwave.profiles.shock import Shock
 from shockwave.registry import entries, find
-from shockwave.scenario.scene_family import Family
 from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scene_family import Family
 from shockwave.scenario.variable import Variable, variable
 from shockwave.studies.curve.response import data_of, duration_of, notes_of, scenario_of, too_long
 from shockwave.studies.designs.lines import Line, spaced

@@ -11,8 +11,8 @@ from attrs import frozen
 from shockwave.chain.chain import Scales
 from shockwave.errors import NumericalError
 from shockwave.quadrature import FloatArray
-from shockwave.scenario.scene_family import Family
 from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scene_family import Family
 from shockwave.studies.curve.crossings import Landmarks, crossings, landmarks, tilted
 from shockwave.studies.curve.fit import fitted
 from shockwave.studies.curve.response import POWERS, Response, curve_of, duration_of
