@@ -32,7 +32,7 @@ _BY_UNIT = {
     "Pa": ("200 GPa", "1 MPa"),
     "m/s": ("1 m/s",),
 }
-_BY_KIND: dict[Any, Any] = {bool: False, int: 1, float: 1, str: "text"}
+_BY_KIND: dict[Any, Any] = {bool: False, int: 1, float: 1, str: "text", list: [], tuple: []}
 _PLAIN = re.compile(r"(?!(?i:true|false|null)\Z)[A-Za-z_][A-Za-z0-9_-]*")
 
 
@@ -79,7 +79,8 @@ def _shock(name: str, cls: Any) -> Iterator[str]:
 
 
 def _line(indent: str, live: bool, key: Key, value: str) -> str:
-    purpose = key.purpose or str(getattr(key.annotation, "__name__", key.annotation)).replace("typing.", "")
+    kind = key.annotation.__name__ if isinstance(key.annotation, type) else str(key.annotation).replace("typing.", "")
+    purpose = key.purpose or kind
     return f"{indent}{'' if live else '# '}{_text(key.name)}: {value}  # {' '.join(purpose.split())}"
 
 
@@ -97,9 +98,8 @@ def _example(key: Key) -> str:
     if _stated(key):
         return _text(key.default)
     if spec is None:
-        members = typing.get_args(key.annotation)
-        first = members[0] if typing.get_origin(key.annotation) is Literal else 1
-        return _text(_BY_KIND.get(key.annotation, first))
+        origin = typing.get_origin(key.annotation) or key.annotation
+        return _text(typing.get_args(key.annotation)[0] if origin is Literal else _BY_KIND.get(origin, 1))
     if spec.example:
         return spec.example
     if not spec.samples:
