@@ -6,7 +6,6 @@ is left to the loader: units, files, and rules over several values.
 
 from __future__ import annotations
 
-import json
 import math
 import re
 import types
@@ -32,11 +31,9 @@ _ABOUT = (
     "One shock on one chain of equal elastic spheres. A bare number is in SI units; text is a number with a unit"
     " of the same dimension, such as 15 us."
 )
-# A unit is not looked at: there are more spellings than a pattern can hold.
-_NUMBER_PATTERN = r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?"
-_UNIT_START = r"(?:1\s*)?/|[(A-Za-zµμ°%Ω_]"
-_ANY_SIGN = "[-+]?"
-_POSITIVE = r"\+?(?=[0.]*[1-9])"
+# How the text of a quantity begins. A unit is not looked at: there are more spellings than a pattern can hold.
+_POSITIVE = r"^\s*\+?[0.]*[1-9]"
+_ANY_SIGN = r"^\s*[-+]?\.?[0-9]"
 # `$` would also match before a line break at the end.
 _END = r"(?![\s\S])"
 _LINE = rf"^[^\n]*\S[^\n]*{_END}"
@@ -205,18 +202,13 @@ def _value(key: Key) -> Form:
 
 
 def _default(key: Key) -> Form:
-    if key.default is None or key.default is keys.UNSTATED:
-        return {}
-    try:
-        return {"default": json.loads(json.dumps(key.default, allow_nan=False))}
-    except (TypeError, ValueError):  # a plugin's default may be anything
-        return {}
+    finite = isinstance(key.default, float) and math.isfinite(key.default)
+    return {"default": key.default} if finite or isinstance(key.default, str | int) else {}
 
 
 def _quantity(spec: Quantity) -> Form:
     """A number in the range of ``spec``, or text that begins with one; bounds count for numbers alone."""
     positive = (spec.above is not None and spec.above >= 0) or (spec.at_least is not None and spec.at_least > 0)
-    sign = _POSITIVE if positive else _ANY_SIGN
     bounds = {
         "exclusiveMinimum": spec.above,
         "minimum": spec.at_least,
@@ -226,7 +218,7 @@ def _quantity(spec: Quantity) -> Form:
     return {
         "type": ["integer" if spec.whole else "number", "string"],
         **{name: bound for name, bound in bounds.items() if bound is not None and math.isfinite(bound)},
-        "pattern": rf"^\s*{sign}{_NUMBER_PATTERN}\s*(?:{_UNIT_START}|{_END})",
+        "pattern": _POSITIVE if positive else _ANY_SIGN,
     }
 
 
