@@ -11,8 +11,9 @@ from jsonschema import Draft7Validator
 
 from distributions import install
 from pages import workplace
-from shockwave.errors import ScenarioError
+from shockwave.errors import PluginError, ScenarioError
 from shockwave.scenario.loader import scenario_of
+from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.schema import schema
 from shockwave.scenario.template import template
 from shockwave.scenario.yaml_document import parse_document
@@ -31,7 +32,7 @@ from typing import Literal
 
 import attrs
 from attrs import frozen
-from shockwave import quantity
+from shockwave import InvalidValueError, quantity
 from shockwave.fields import Quantity
 from shockwave.profiles.triangular import Triangular
 
@@ -45,6 +46,10 @@ class Declared(Triangular):
     knots: tuple = attrs.field(default=None, converter=attrs.converters.optional(tuple), metadata={"shockwave": KNOTS})
     duration_ratio: float = quantity("", "n", above=20, default=30)
 
+    def __attrs_post_init__(self) -> None:
+        if self.step is not None and self.step > 10:
+            raise InvalidValueError.of("step", "must be at most 10 m here")
+
 @frozen(kw_only=True)
 class Undeclared(Triangular):
     count: int
@@ -57,7 +62,7 @@ class Undeclared(Triangular):
 
 class Plain(Triangular):
     def __init__(self, power: float = 1.0) -> None:
-        super().__init__(duration_ratio=3.0)
+        super().__init__(duration_ratio=3.0 / power)
 """
 PROJECT = '[project]\nname = "{name}"\nversion = "1.0"\nentry-points.shockwave.hooks = "{module}.hooks"\n'
 PROFILES = ("declared", "undeclared", "plain")
@@ -84,6 +89,10 @@ def _faults(text: str, validator: Draft7Validator) -> list[str]:
     """Where the schema finds a scenario wrong, read as the loader reads it."""
     data = parse_document(text, "scenario.yaml").data
     return [str(fault.json_path) for fault in validator.iter_errors(data)]
+
+
+def _load(folder: Path, text: str) -> Scenario:
+    return scenario_of(parse_document(text, "x"), folder / "x")
 
 
 def _pulse(profile: str, parameters: str, more: str = "") -> str:
@@ -128,7 +137,7 @@ class TestPlugin:
     ) -> None:
         text = _pulse(profile, parameters, more)
         assert _faults(text, validator) == []
-        assert scenario_of(parse_document(text, "scenario.yaml"), tmp_path / "scenario.yaml").shock.peak_force == 1.0
+        assert _load(tmp_path, text).shock.peak_force == 1.0
 
     @pytest.mark.parametrize(
         ("profile", "parameters", "more", "place"),
@@ -153,8 +162,24 @@ class TestPlugin:
     ) -> None:
         text = _pulse(profile, parameters, more)
         assert _faults(text, validator) == [f"$.shock.{place}".rstrip(".")]
-        with pytest.raises(ScenarioError):
-            scenario_of(parse_document(text, "scenario.yaml"), tmp_path / "scenario.yaml")
+        with pytest.raises(ScenarioError) as caught:
+            _load(tmp_path, text)
+        assert caught.value.faults[0].path.startswith(f"shock.{place}".rstrip("."))
+
+    def test_units_and_kinds_are_converted(self, tmp_path: Path) -> None:
+        profile: Any = _load(tmp_path, _pulse("declared", "delay: 2 ms, knots: [1, 20 ms]")).shock.profile
+        assert (profile.delay, profile.knots, profile.duration_ratio) == (2e-3, (1.0, 0.02), 30.0)
+        text = "count: '3', kind: even, weights: [1, 50 %]"
+        profile = _load(tmp_path, _pulse("undeclared", text, ", duration_ratio: 2")).shock.profile
+        assert (profile.count, profile.kind, profile.weights) == (3, "even", (1.0, 0.5))
+
+    def test_a_fault_that_the_constructor_finds_has_its_place(self, tmp_path: Path) -> None:
+        with pytest.raises(ScenarioError, match=r"x:2:93: shock\.parameters\.step: must be at most 10 m here"):
+            _load(tmp_path, _pulse("declared", "delay: 2 ms, step: 11"))
+
+    def test_other_errors_of_the_constructor_are_the_plugins_fault(self, tmp_path: Path) -> None:
+        with pytest.raises(PluginError, match=r"profile 'plain' of fake-pulses: .*ZeroDivisionError"):
+            _load(tmp_path, _pulse("plain", "power: 0"))
 
     def test_its_parameters_say_what_they_are_for_and_their_defaults(self, validator: Draft7Validator) -> None:
         assert "fake-pulses 1.0" in validator.schema["$comment"]
@@ -173,7 +198,7 @@ class TestPlugin:
         self, tmp_path: Path, validator: Draft7Validator, profile: str
     ) -> None:
         assert _faults(template(profile), validator) == []
-        assert scenario_of(parse_document(template(profile), "x"), tmp_path / "x").shock.peak_force == 100.0
+        assert _load(tmp_path, template(profile)).shock.peak_force == 100.0
 
     @pytest.mark.parametrize(
         ("profile", "line"),
