@@ -122,17 +122,14 @@ class _Loading(FaultCollector):
 
         for index, name in enumerate(given or ()):
             path: Steps = ("requires", index)
-            if not DISTRIBUTION.fullmatch(name):
-                self.add(path, f"must be the name of a distribution, without a version (got {text_of(name)})")
-                continue
             try:
-                points = distribution(name).entry_points
+                if not DISTRIBUTION.fullmatch(name):
+                    self.add(path, f"must be the name of a distribution, without a version (got {text_of(name)})")
+                elif distribution(name).entry_points.select(group="shockwave"):
+                    self._check_usable(path, name)
             except PackageNotFoundError:
                 remedy = "install it if you trust it: an index may hold another of that name"
                 self.add(path, f"must be installed (got nothing of the name {name}; {remedy})")
-                continue
-            if points.select(group="shockwave"):
-                self._check_usable(path, name)
 
     def _check_usable(self, path: Steps, name: str) -> None:
         """Whether the plugin that the scenario requires can be used."""

@@ -13,7 +13,7 @@ import typing
 from collections.abc import Sequence
 from typing import Any, Final, Literal
 
-from shockwave import OWN_DISTRIBUTION, registry
+from shockwave import registry
 from shockwave.chain.material import Material
 from shockwave.fields import Quantity
 from shockwave.prediction.predictor import MOMENTUM_COEFFICIENT, MOMENTUM_COEFFICIENTS
@@ -259,8 +259,4 @@ def _or_null(form: Form) -> Form:
 
 def _summaries(kind: str) -> dict[str, str]:
     """Names of a registry, each with its summary; one that two plugins claim stands once."""
-    found: dict[str, str] = {}
-    for entry in registry.entries(kind):
-        own = entry.distribution == OWN_DISTRIBUTION
-        found.setdefault(entry.name, entry.summary if own else f"{entry.summary} (from {entry.distribution})".strip())
-    return found
+    return {entry.name: entry.summary for entry in registry.entries(kind)}

@@ -131,8 +131,7 @@ def read_document(path: str | os.PathLike[str], faults: list[Fault] | None = Non
     ScenarioError
         When its text is not valid.
     """
-    remedy = "put a long record in a CSV file, and name it under `file`"
-    return parse_document(read_text(path, _MOST_BYTES, remedy), os.fspath(path), faults)
+    return parse_document(read_text(path, _MOST_BYTES), os.fspath(path), faults)
 
 
 def parse_document(text: str, name: str, faults: list[Fault] | None = None) -> Document:
