@@ -69,7 +69,7 @@ class SimulateOptions:
     rtol : float, optional
         Relative error asked of the primary's peak force, 1e-13 to 1e-2, for adaptive methods. Left out: 1e-6.
     step : float, optional
-        Step of a method of fixed step, up to 1, over the natural time of the wave. Left out: 0.02.
+        Step of a method of fixed step, up to 1, over the characteristic time of the wave. Left out: 0.02.
     wave_threshold : float
         Weakest wave that counts, over the primary, from 1e-3 to below 1.
     waves : "train" or "primary"
@@ -81,8 +81,8 @@ class SimulateOptions:
     record : sequence of "forces", "field", "energies"
         Histories to be kept: forces at ``contacts``, positions and velocities of all granules, energies.
     interval, until : float, optional
-        Sampling interval of the histories and their end [s]. Left out: a tenth of the natural time of the wave, and
-        when the primary has passed the last of ``contacts``, or was read.
+        Sampling interval of the histories and their end [s]. Left out: a tenth of the characteristic time of the wave,
+        and when the primary has passed the last of ``contacts``, or was read.
 
     Raises
     ------
@@ -100,7 +100,12 @@ class SimulateOptions:
         default=None,
     )
     step: float | None = quantity(
-        "", "step of a fixed-step method, over the wave's natural time", above=0, at_most=1, optional=True, default=None
+        "",
+        "step of a fixed-step method, over the wave's characteristic time",
+        above=0,
+        at_most=1,
+        optional=True,
+        default=None,
     )
     # Below a thousandth, peaks drown in what a chain at rest stirs by itself.
     wave_threshold: float = quantity(

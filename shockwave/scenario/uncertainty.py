@@ -46,7 +46,7 @@ class Spread:
     kind : "relative", "sd", "factor" or "between"
         Normal with a standard deviation over the value, or with one in SI units; lognormal; uniform.
     numbers : tuple of float
-        The one that goes with it, for ``between`` two.
+        One number, for ``between`` two.
     """
 
     variable: Variable

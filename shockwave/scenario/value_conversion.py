@@ -73,17 +73,16 @@ def gathered(
     values: dict[Any, Any] = {}
     wrongs: list[Wrong] = []
     for step, value in pairs:
+        if step not in converters:
+            wrongs.append(_unknown(step, list(converters)))
+            continue
         try:
             values[step] = converters[step](value)
-        except KeyError:
-            wrongs.append(_unknown(step, list(converters)))
         except WrongsError as error:
             wrongs += (wrong._replace(path=(step, *wrong.path)) for wrong in error.wrongs)
         except (ValueError, UnknownNameError, PluginError) as error:
             plugin = getattr(error, "exit_code", 0) == PluginError.exit_code
             wrongs.append(Wrong((step,), str(error), plugin=plugin))
-        if len(wrongs) >= MOST_FAULTS:
-            break
     return values, wrongs
 
 
