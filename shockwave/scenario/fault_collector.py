@@ -92,15 +92,16 @@ class FaultCollector:
     ) -> Any:
         """What ``make`` makes of ``values``, or None, with the faults it finds.
 
-        They are below ``path``, but for arguments that are given ``elsewhere``.
+        They are below ``path``, but for arguments that are given ``elsewhere``; an empty name stands for all of them.
         """
+        elsewhere = elsewhere or {}
         try:
             return make(**values)
         except PluginError as error:
-            self.blame(path, error)
+            self.blame(elsewhere.get("", path), error)
         except InvalidValueError as error:
             for fault in error.faults:
-                self._place(fault, path, elsewhere or {})
+                self._place(fault, path, elsewhere)
         except ArithmeticError as error:
             self.add(path, f"must be values whose products a floating-point number can hold (got {error})")
         return None
