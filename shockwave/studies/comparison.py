@@ -12,7 +12,7 @@ from shockwave.measurement.simulate import simulate, simulate_with
 from shockwave.options import SimulateOptions
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.predictor import Predictor
-from shockwave.prediction.scaled import Relation
+from shockwave.prediction.model_interface import Relation
 from shockwave.profiles.shock import Shock
 from shockwave.scenario.scenario import Published
 from shockwave.text import range_text, si
