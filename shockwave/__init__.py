@@ -35,8 +35,8 @@ if TYPE_CHECKING:  # type checkers and editors do not run __getattr__
     from shockwave.profiles.shock import Shock as Shock
     from shockwave.profiles.tabulated import Tabulated as Tabulated
     from shockwave.profiles.triangular import Triangular as Triangular
-    from shockwave.scenario.load import Scenario as Scenario
-    from shockwave.scenario.load import load_scenario as load_scenario
+    from shockwave.scenario.loader import load_scenario as load_scenario
+    from shockwave.scenario.scenario import Scenario as Scenario
     from shockwave.studies.comparison import Comparison as Comparison
     from shockwave.studies.comparison import compare as compare
     from shockwave.studies.design import Design as Design
@@ -69,7 +69,8 @@ _PUBLIC = {
     "profiles.shock": "Shock",
     "profiles.tabulated": "Tabulated",
     "profiles.triangular": "Triangular",
-    "scenario.load": "Scenario load_scenario",
+    "scenario.loader": "load_scenario",
+    "scenario.scenario": "Scenario",
     "studies.comparison": "Comparison compare",
     "studies.universal_curve": "UniversalCurve",
     "studies.design": "Design",

@@ -69,8 +69,17 @@ class Quantity:
 
     def convert(self, value: Any) -> Any:
         """``value`` as a float or int; a wrong one is left alone, for the check to report."""
-        if self.problem(value) is not None or value is None:
+        if value is None or self.problem(value) is not None:
             return value
+        return int(value) if self.whole else float(value)
+
+    def checked(self, value: Any, attribute: attrs.Attribute[Any]) -> Any:
+        """``value`` of ``attribute`` as a float or int; raises `InvalidValueError` for a wrong one."""
+        problem = self.problem(value)
+        if problem is not None:
+            raise InvalidValueError.of(attribute.name, problem)
+        if value is None:
+            return None
         return int(value) if self.whole else float(value)
 
 
@@ -111,12 +120,8 @@ def quantity(
     """
     spec = Quantity(unit, meaning, above, at_least, below, at_most, whole, optional, example=example)
 
-    def check(_: Any, attribute: attrs.Attribute[Any], value: Any) -> None:
-        problem = spec.problem(value)
-        if problem is not None:
-            raise InvalidValueError.of(attribute.name, problem)
-
-    return attrs.field(default=default, converter=spec.convert, validator=check, metadata={_KEY: spec})
+    converter = attrs.Converter(spec.checked, takes_field=True)
+    return attrs.field(default=default, converter=converter, metadata={_KEY: spec})
 
 
 def quantity_of(attribute: attrs.Attribute[Any]) -> Quantity | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+import typing
 from collections.abc import Collection, Iterable
 from typing import Any, Literal
 
@@ -36,33 +37,25 @@ def _one_of(*known: str) -> Any:
     return check
 
 
-def _contacts(values: Any) -> Any:
-    """Ascending numbers of contacts; what is none is left alone, for the check."""
-    if isinstance(values, str | bytes) or not isinstance(values, Iterable):
-        return values
-    values = tuple(values)
+def _contacts(values: Any) -> tuple[int, ...]:
+    """Ascending numbers of contacts."""
     try:
-        numbers = {operator.index(value) for value in values}
+        numbers = {operator.index(value) for value in values if not isinstance(value, bool)}
+        fits = len(numbers) == len(set(values)) and all(0 <= number <= _MOST_CONTACT for number in numbers)
     except TypeError:
-        return values
-    return values if any(isinstance(value, bool) for value in values) else tuple(sorted(numbers))
-
-
-def _check_contacts(_: object, attribute: attrs.Attribute[Any], values: object) -> None:
-    fits = isinstance(values, tuple) and all(type(value) is int and 0 <= value <= _MOST_CONTACT for value in values)
+        fits = False
     if not fits:
         problem = f"must be whole numbers from 0 to {_MOST_CONTACT:g} (got {text_of(values)})"
-        raise InvalidValueError.of(attribute.name, problem)
+        raise InvalidValueError.of("contacts", problem)
+    return tuple(sorted(numbers))
 
 
-def _names(values: Any) -> Any:
-    return tuple(values) if isinstance(values, Iterable) and not isinstance(values, str) else values
-
-
-def _check_recorded(_: object, attribute: attrs.Attribute[Any], values: object) -> None:
-    known = ("forces", "field", "energies")
-    if not isinstance(values, tuple) or any(value not in known for value in values):
-        raise InvalidValueError.of(attribute.name, f"must be a list of {', '.join(known)} (got {text_of(values)})")
+def _recorded(values: Any) -> tuple[Any, ...]:
+    known = typing.get_args(Recorded)
+    names = tuple(values) if isinstance(values, Iterable) and not isinstance(values, str) else ("",)
+    if not set(names) <= set(known):
+        raise InvalidValueError.of("record", f"must be a list of {', '.join(known)} (got {text_of(values)})")
+    return names
 
 
 @frozen(kw_only=True)
@@ -76,7 +69,7 @@ class SimulateOptions:
     rtol : float, optional
         Relative error asked of the primary's peak force, 1e-13 to 1e-2, for adaptive methods. Left out: 1e-6.
     step : float, optional
-        Step of a method of fixed step, up to 1, over the natural time of the wave. Left out: 0.02.
+        Step of a method of fixed step, up to 1, over the characteristic time of the wave. Left out: 0.02.
     wave_threshold : float
         Weakest wave that counts, over the primary, from 1e-3 to below 1.
     waves : "train" or "primary"
@@ -88,8 +81,8 @@ class SimulateOptions:
     record : sequence of "forces", "field", "energies"
         Histories to be kept: forces at ``contacts``, positions and velocities of all granules, energies.
     interval, until : float, optional
-        Sampling interval of the histories and their end [s]. Left out: a tenth of the natural time of the wave, and
-        when the primary has passed the last of ``contacts``, or was read.
+        Sampling interval of the histories and their end [s]. Left out: a tenth of the characteristic time of the wave,
+        and when the primary has passed the last of ``contacts``, or was read.
 
     Raises
     ------
@@ -107,7 +100,12 @@ class SimulateOptions:
         default=None,
     )
     step: float | None = quantity(
-        "", "step of a fixed-step method, over the wave's natural time", above=0, at_most=1, optional=True, default=None
+        "",
+        "step of a fixed-step method, over the wave's characteristic time",
+        above=0,
+        at_most=1,
+        optional=True,
+        default=None,
     )
     # Below a thousandth, peaks drown in what a chain at rest stirs by itself.
     wave_threshold: float = quantity(
@@ -115,8 +113,8 @@ class SimulateOptions:
     )
     waves: Waves = field(default="train", validator=_one_of("train", "primary"))
     backend: Backend = field(default="auto", validator=_one_of("auto", "compiled", "numpy"))
-    contacts: tuple[int, ...] = field(default=(), converter=_contacts, validator=_check_contacts)
-    record: tuple[Recorded, ...] = field(default=(), converter=_names, validator=_check_recorded)
+    contacts: tuple[int, ...] = field(default=(), converter=_contacts)
+    record: tuple[Recorded, ...] = field(default=(), converter=_recorded)
     interval: float | None = quantity("s", "sampling interval of the histories", above=0, optional=True, default=None)
     until: float | None = quantity("s", "end of the histories", above=0, optional=True, default=None)
 

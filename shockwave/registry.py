@@ -192,7 +192,7 @@ def loaded_entry(kind: str, entry: Entry) -> Any:
     if rule:
         raise TypeError(f"{rule} (got {found!r:.80})")
     if kind == "profiles":
-        _at("shockwave.scenario.declared:check_declared")(found)
+        _at("shockwave.scenario.declared_fields:check_declared")(found)
         _check_ratio(found)
     if kind == "integrators":
         _check_takes(found, entry.takes)

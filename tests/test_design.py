@@ -17,7 +17,7 @@ from pages import ROOT, code_in, table
 from scenes import CASE_A, CHAIN, FORCE, POWER, UNITS
 from selection import keeping, thinned
 from shockwave import cli
-from shockwave.scenario.family import Family
+from shockwave.scenario.scene_family import Family
 from shockwave.studies.crossings import crossings
 from shockwave.studies.design import TARGETS, Target
 from shockwave.studies.scaling_exponents import POWERS

@@ -43,7 +43,8 @@ from shockwave import cli, registry
 from shockwave.cli.parser import KINDS, parser
 from shockwave.fields import quantity_of
 from shockwave.options import SimulateOptions
-from shockwave.scenario import blocks
+from shockwave.scenario import keys
+from shockwave.scenario.scenario import Published
 from test_architecture import FLOORS
 
 #: Pages of which commands and code take seconds.
@@ -158,7 +159,7 @@ def test_readme_of_profiles_names_every_file() -> None:
 # ---------------------------------------------------------------- tables
 
 
-def cells_of(key: blocks.Key) -> list[str]:
+def cells_of(key: keys.Key) -> list[str]:
     """What docs/scenarios.md says of a key: name, type, unit, default, range."""
     members = typing.get_args(key.annotation)
     choices = [member for member in (key.annotation, *members) if typing.get_origin(member) is typing.Literal]
@@ -181,7 +182,7 @@ def cells_of(key: blocks.Key) -> list[str]:
     else:
         kind = "list of whole numbers" if listed and int in members else "list of text" if listed else "text"
     unit = key.spec.unit if key.spec is not None and key.spec.unit else "-"
-    stated = key.default not in (None, "", blocks.UNSTATED)
+    stated = key.default not in (None, "", keys.UNSTATED)
     default = "required" if key.required else f"`{key.default:g}`" if isinstance(key.default, float) else "-"
     if stated and isinstance(key.default, str):
         default = f"`{key.default}`"
@@ -189,16 +190,16 @@ def cells_of(key: blocks.Key) -> list[str]:
 
 
 KEYS = {
-    "scenario": blocks.SCENARIO,
-    "chain": blocks.CHAIN,
-    "material": blocks.keys_of(sw.Material),
-    "shock": blocks.shock_keys(sw.PowerLaw),
-    "power-law": blocks.parameters_of("power-law", sw.PowerLaw),
-    "exponential": blocks.parameters_of("exponential", sw.Exponential),
-    "tabulated": blocks.parameters_of("tabulated", sw.Tabulated),
-    "predict": blocks.keys_of(sw.Predictor),
-    "simulate": blocks.keys_of(SimulateOptions),
-    "published": blocks.keys_of(blocks.Published),
+    "scenario": keys.SCENARIO,
+    "chain": keys.CHAIN,
+    "material": keys.keys_of(sw.Material),
+    "shock": keys.shock_keys(sw.PowerLaw),
+    "power-law": keys.parameters_of("power-law", sw.PowerLaw),
+    "exponential": keys.parameters_of("exponential", sw.Exponential),
+    "tabulated": keys.parameters_of("tabulated", sw.Tabulated),
+    "predict": keys.keys_of(sw.Predictor),
+    "simulate": keys.keys_of(SimulateOptions),
+    "published": keys.keys_of(Published),
 }
 
 
@@ -305,9 +306,9 @@ def test_exit_statuses_are_those_of_the_errors() -> None:
 @pytest.mark.parametrize(
     ("module", "limit"),
     [
-        ("scenario.yaml_tree", "MOST_FAULTS"),
-        ("scenario.yaml_tree", "_DEEPEST"),
-        ("scenario.yaml_tree", "_MOST_NODES"),
+        ("scenario.value_conversion", "MOST_FAULTS"),
+        ("scenario.yaml_document", "_DEEPEST"),
+        ("scenario.yaml_document", "_MOST_VALUES"),
         ("scenario.units", "_LONGEST"),
         ("profiles.record", "_MOST_LINES"),
         ("profiles.record", "_LONGEST_LINE"),

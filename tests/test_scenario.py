@@ -3,35 +3,37 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import FrameType
+from typing import TYPE_CHECKING
 
-import attrs
-import numpy as np
 import pytest
 
+import shockwave as sw
+from pages import ROOT
 from shockwave import registry
 from shockwave.chain.chain import Chain
 from shockwave.chain.library import PAPER_STEEL
 from shockwave.chain.material import Material
-from shockwave.errors import FileAccessError, InvalidValueError, PluginError, ScenarioError, UnknownNameError
-from shockwave.fields import quantity
+from shockwave.errors import FileAccessError, ScenarioError, UnknownNameError
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
-from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock import Shock
 from shockwave.profiles.tabulated import Tabulated
-from shockwave.scenario.blocks import CHAIN, SCENARIO, keys_of, parameters_of, profile_class, shock_keys
-from shockwave.scenario.load import Published, Scenario, load_scenario
+from shockwave.scenario.keys import CHAIN, SCENARIO, keys_of, parameters_of, profile_class, shock_keys
+from shockwave.scenario.loader import load_scenario
+from shockwave.scenario.scenario import Published, Scenario
 from shockwave.scenario.sweep import SWEEP
 from shockwave.scenario.template import template
 
 if TYPE_CHECKING:
-    from conftest import Install
+    pass
 
 CONTRACT = """\
 name: table 1, first row
@@ -66,18 +68,15 @@ def _load(folder: Path, text: str, name: str = "scene.yaml") -> Scenario:
 
 
 def test_the_scenario_of_the_contract(tmp_path: Path) -> None:
+    profile = PowerLaw(rise_exponent=1, decay_exponent=5, duration_ratio=10)
+    steel = Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0)
     assert _load(tmp_path, CONTRACT) == Scenario(
         name="table 1, first row",
         path=tmp_path / "scene.yaml",
-        shock=Shock(
-            profile=PowerLaw(rise_exponent=1, decay_exponent=5, duration_ratio=10), peak_force=100.0, rise_time=15e-6
-        ),
-        chain=Chain(
-            material=Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0), radius=4.75e-3, granules=200
-        ),
+        shock=Shock(profile=profile, peak_force=100.0, rise_time=15e-6),
+        chain=Chain(material=steel, radius=4.75e-3, granules=200),
         predictor=Predictor(momentum_coefficient="paper"),
-        simulate=SimulateOptions(integrator="dop853", rtol=1e-6, wave_threshold=5e-3),
-        published=None,
+        simulate=SimulateOptions(integrator="dop853", rtol=1e-6),
     )
 
 
@@ -94,26 +93,20 @@ def test_optional_blocks_may_be_left_out_or_empty(tmp_path: Path) -> None:
     [
         ("momentum_coefficient: 4.2", Predictor(momentum_coefficient=4.2)),
         ('momentum_coefficient: "4.2"', Predictor(momentum_coefficient=4.2)),
-        ("momentum_coefficient: exact", Predictor()),
-        ("alpha: literal", Predictor(alpha="literal")),
-        ("equal_tolerance: 3 %", Predictor(equal_tolerance=0.03)),
-        ("wave_threshold: 1e-3", Predictor(wave_threshold=1e-3)),
-        ("quadrature: tanh-sinh", Predictor(quadrature="tanh-sinh")),
-        ("rtol: null", Predictor()),
+        ("momentum_coefficient: exact, alpha: literal", Predictor(alpha="literal")),
+        ("equal_tolerance: 3 %, wave_threshold: 1e-3", Predictor(equal_tolerance=0.03, wave_threshold=1e-3)),
+        ("quadrature: tanh-sinh, rtol: null", Predictor(quadrature="tanh-sinh")),
     ],
 )
 def test_predict_block_gives_the_predictor(tmp_path: Path, text: str, expected: Predictor) -> None:
     assert _load(tmp_path, f"{CHAIN_LINE}{SHOCK_LINE}predict: {{{text}}}").predictor == expected
 
 
-def test_published_figures(tmp_path: Path) -> None:
+def test_published_figures_and_requirements(tmp_path: Path) -> None:
     text = "published: {source: Table 2, relation: less, virtual_rise_time: 28 us, error: 3.0 %}\n"
     expected = Published(source="Table 2", relation="less", virtual_rise_time=28e-6, error=0.03)
-    assert _load(tmp_path, CHAIN_LINE + SHOCK_LINE + text).published == expected
-
-
-def test_installed_requirements_are_met(tmp_path: Path) -> None:
-    assert _load(tmp_path, CHAIN_LINE + SHOCK_LINE + "requires: [numpy, attrs]\n").name == "scene"
+    found = _load(tmp_path, f"{CHAIN_LINE}{SHOCK_LINE}{text}requires: [numpy, attrs]\n")
+    assert found.published == expected
 
 
 def test_whole_numbers_may_be_written_as_text(tmp_path: Path) -> None:
@@ -146,133 +139,13 @@ def test_a_record_file_is_looked_for_beside_the_scenario(tmp_path: Path, monkeyp
     assert load_scenario(path).shock.peak_force == 100.0
 
 
-def test_a_missing_record_alone_is_a_file_access_error_with_its_place(tmp_path: Path) -> None:
-    with pytest.raises(
-        FileAccessError, match=r"scene\.yaml:2:50: shock\.parameters\.file: .*pulse\.csv: cannot be read"
-    ):
-        _load(tmp_path, CHAIN_LINE + "shock: {profile: tabulated, parameters: {  file: pulse.csv}}")
-
-
-def test_a_missing_record_among_other_faults_is_one_of_them(tmp_path: Path) -> None:
+def test_a_missing_record_is_located_and_alone_a_file_access_error(tmp_path: Path) -> None:
+    record = "shock: {profile: tabulated, parameters: {file: no.csv}}"
+    with pytest.raises(FileAccessError, match=r"\.yaml:2:48: shock\.parameters\.file: .*no\.csv: cannot be read"):
+        _load(tmp_path, CHAIN_LINE + record)
     with pytest.raises(ScenarioError) as caught:
-        _load(tmp_path, "chain: {material: cheese, radius: 1}\nshock: {profile: tabulated, parameters: {file: no.csv}}")
+        _load(tmp_path, "chain: {material: cheese, radius: 1}\n" + record)
     assert [fault.path for fault in caught.value.faults] == ["chain.material", "shock.parameters.file"]
-
-
-# ---------------------------------------------------------------- profiles of plugins
-
-
-@attrs.frozen(kw_only=True)
-class Declared(ShockProfile):
-    """A third party's profile whose fields are declared, with a rule of its own over two of them."""
-
-    delay: float = quantity("s", "a delay", above=1e-3, at_most=5e-3)
-    slope: float = quantity("1/s", "a slope", below=-5)
-    duration_ratio: float = quantity("", "n", above=20)
-
-    def __attrs_post_init__(self) -> None:
-        if self.delay * self.slope < -1:
-            raise InvalidValueError.of("slope", f"must be > -1 over the delay (got {self.slope:g})")
-
-    def rise(self, s: Any) -> Any:
-        return s
-
-    def decay(self, s: Any) -> Any:
-        return 1 - (s - 1) / (self.duration_ratio - 1)
-
-
-@attrs.frozen(kw_only=True)
-class Undeclared(Declared):
-    """One with plain annotations only."""
-
-    delay: float = 2e-3
-    slope: float = -6
-    duration_ratio: float
-    count: int
-    kind: str
-    flag: bool = True
-    weights: list[float] = attrs.Factory(list)
-    shape: np.ndarray | None = None
-
-
-class Plain(Declared):
-    """One without attrs that knows its own ratio and fails as it likes."""
-
-    def __init__(self, power: float = 1.0) -> None:
-        object.__setattr__(self, "power", 1 / power)
-        object.__setattr__(self, "duration_ratio", 3.0)
-
-
-@pytest.fixture
-def plugin(install: Install) -> None:
-    places = {name.lower(): f"test_scenario:{name}" for name in ("Declared", "Undeclared", "Plain")}
-    places |= {"not": "builtins:dict", "base": "shockwave.profiles.base:ShockProfile"}
-    entries = ", ".join(f'Entry("{name}", "{address}", "")' for name, address in places.items())
-    head = "from shockwave.hooks import Entry, hookimpl\n@hookimpl\ndef shockwave_profiles():\n"
-    install("fake-pulses", hooks=f"{head}    return [{entries}]\n")
-
-
-def _shock(profile: str, parameters: str, ratio: str = ", duration_ratio: 30") -> str:
-    head = f"shock: {{profile: {profile}, peak_force: 1 N, rise_time: 1 s{ratio}, "
-    return f"{CHAIN_LINE}{head}parameters: {{{parameters}}}}}\n"
-
-
-@pytest.mark.usefixtures("plugin")
-class TestPlugins:
-    def test_declared_fields_take_units(self, tmp_path: Path) -> None:
-        profile = _load(tmp_path, _shock("declared", "delay: 2 ms, slope: -6 /s")).shock.profile
-        assert profile == Declared(delay=2e-3, slope=-6.0, duration_ratio=30.0)
-
-    def test_undeclared_fields_are_taken_by_their_annotation(self, tmp_path: Path) -> None:
-        text = "delay: 0.002, count: 3, kind: odd, flag: false, weights: [1, 50 %]"
-        profile = _load(tmp_path, _shock("undeclared", text)).shock.profile
-        assert profile == Undeclared(duration_ratio=30.0, count=3, kind="odd", flag=False, weights=[1.0, 0.5])
-
-    @pytest.mark.parametrize(
-        ("text", "path"),
-        [
-            ("count: 1.5, kind: odd", "shock.parameters.count"),
-            ("count: 1, kind: 5", "shock.parameters.kind"),
-            ("count: 1, kind: odd, flag: yes", "shock.parameters.flag"),
-            ("count: 1, kind: odd, weights: [1, x]", "shock.parameters.weights[1]"),
-            ("count: 1, kind: odd, weights: 1", "shock.parameters.weights"),
-            ("count: 1, kind: odd, slope: fast", "shock.parameters.slope"),
-            ("count: 1", "shock.parameters.kind"),
-        ],
-    )
-    def test_faults_of_undeclared_fields_have_their_place(self, tmp_path: Path, text: str, path: str) -> None:
-        with pytest.raises(ScenarioError) as caught:
-            _load(tmp_path, _shock("undeclared", text))
-        assert [fault.path for fault in caught.value.faults] == [path]
-
-    def test_a_fault_that_the_constructor_finds_has_its_place(self, tmp_path: Path) -> None:
-        with pytest.raises(ScenarioError, match=r":2:114: shock\.parameters\.slope: must be > -1 over the delay"):
-            _load(tmp_path, _shock("declared", "delay: 2 ms, slope: -600"))
-
-    def test_other_errors_of_the_constructor_are_the_plugins_fault(self, tmp_path: Path) -> None:
-        with pytest.raises(PluginError, match=r"profile 'plain' of fake-pulses: .*ZeroDivisionError"):
-            _load(tmp_path, _shock("plain", "power: 0", ratio=""))
-
-    def test_a_profile_with_a_ratio_of_its_own_takes_none(self, tmp_path: Path) -> None:
-        assert _load(tmp_path, _shock("plain", "power: 2", ratio="")).shock.profile.duration_ratio == 3.0
-        with pytest.raises(ScenarioError, match=r"shock\.duration_ratio: must be left out, as profile 'plain'"):
-            _load(tmp_path, _shock("plain", "power: 2"))
-
-    @pytest.mark.parametrize("name", ["not", "base"])
-    def test_what_is_no_complete_profile_class_is_the_plugins_fault(self, tmp_path: Path, name: str) -> None:
-        with pytest.raises(PluginError, match=f"fake-pulses 1.2 is at fault: profile '{name}': .*must (be|write)"):
-            _load(tmp_path, _shock(name, ""))
-
-    @pytest.mark.parametrize("name", ["declared", "undeclared", "plain"])
-    def test_templates_choose_values_inside_the_range(self, name: str) -> None:
-        text = template(name)
-        keys = (*shock_keys(profile_class(name)), *parameters_of(name, profile_class(name)))
-        assert all(f"{key.name}: " in text for key in keys if key.name not in ("parameters", "duration_ratio"))
-
-    def test_the_template_of_a_third_party_loads(self, tmp_path: Path) -> None:
-        profile = _load(tmp_path, template("declared")).shock.profile
-        assert isinstance(profile, Declared)
-        assert profile.duration_ratio > 20
 
 
 # ---------------------------------------------------------------- templates
@@ -316,14 +189,33 @@ def test_a_template_of_an_unknown_profile_tells_the_nearest() -> None:
         template("triangle")
 
 
-# ---------------------------------------------------------------- imports
+# ---------------------------------------------------------------- cost
+
+
+@pytest.mark.parametrize("file", ["paper/table1-row1.yaml", "examples/tabulated.yaml", "examples/protector.yaml"])
+def test_loading_makes_few_calls(file: str) -> None:
+    # a bound on the machinery between a file and its scene that does not depend on the machine, as times do
+    path = ROOT / "profiles" / file
+    load_scenario(path)
+    package, calls = os.path.dirname(sw.__file__), Counter[str]()
+
+    def count(frame: FrameType, event: str, _: object) -> None:
+        if event == "call" and frame.f_code.co_filename.startswith(package):
+            calls[frame.f_code.co_qualname] += 1
+
+    sys.setprofile(count)
+    try:
+        load_scenario(path)
+    finally:
+        sys.setprofile(None)
+    assert 0 < calls.total() <= 400, calls.most_common(10)
 
 
 def test_loading_imports_neither_scipy_nor_simulator_nor_pint(tmp_path: Path) -> None:
     path = tmp_path / "scene.yaml"
     path.write_text(CONTRACT, encoding="utf-8")
     code = (
-        "import json, sys; from shockwave.scenario.load import load_scenario;"
+        "import json, sys; from shockwave.scenario.loader import load_scenario;"
         f"load_scenario({str(path)!r}); print(json.dumps(sorted(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)

@@ -21,35 +21,24 @@ from jsonschema import Draft7Validator
 from pages import PAGES, ROOT, Block, blocks_of, prepare, workplace
 from shockwave import registry
 from shockwave.errors import ScenarioError, ShockwaveError
-from shockwave.fields import Quantity
-from shockwave.scenario import blocks
-from shockwave.scenario.load import load_scenario, scenario_of
-from shockwave.scenario.schema import _quantity, schema
+from shockwave.scenario import keys
+from shockwave.scenario.loader import load_scenario, scenario_of
+from shockwave.scenario.schema import schema
 from shockwave.scenario.template import template
-from shockwave.scenario.values import structure
-from shockwave.scenario.yaml_document import Document, parse_document, read_document
+from shockwave.scenario.yaml_document import Document, parse_document
 from test_bad_scenarios import BAD, CHAIN, GOOD, RECORD, SHOCK
 
-#: Faults that no schema sees -> why. Of the first ones there is nothing to look at: the text cannot be read.
+#: Faults that the reader finds, before there is anything for a schema to look at.
 READING = (
-    *("syntax", "tab-indent", "colon-in-text", "at-sign", "empty", "only-comments", "list-at-top", "two-documents"),
-    *("control-character", "duplicate-key", "duplicate-inner-key", "alias", "tag", "merge", "number-as-key"),
-    *("infinite", "not-a-number", "beyond-floats"),
+    *("syntax", "tab-indent", "colon-in-text", "at-sign", "empty", "list-at-top", "two-documents"),
+    *("control-character", "duplicate-key", "alias", "tag", "number-as-key", "infinite"),
 )
-UNSEEN = {
-    "wrong-dimension": "units are not looked at",
-    "no-such-unit": "units are not looked at",
-    "incompressible": "the range is that of the number, and the text has a unit",
-    "radius-beyond-mass": "the mass follows from two values",
-    "diameter-beyond-mass": "the mass follows from two values",
-    "not-installed": "what is installed may differ where the scenario runs",
-    "two-samples": "the profile judges its samples together",
-    "times-backwards": "the profile judges its samples together",
-    "peak-at-start": "the profile judges its samples together",
-    "file-above": "where a path leads depends on the scenario's folder",
-    "file-through-a-link": "where a path leads depends on the file system",
-    "file-of-endless-name": "the file system limits names",
-}
+#: Faults that no schema sees: units, rules over several values, files, what is installed, settings of methods.
+UNSEEN = (
+    *("wrong-dimension", "no-such-unit", "incompressible", "diameter-beyond-mass", "not-installed", "two-samples"),
+    *("times-backwards", "peak-at-start", "file-above", "file-through-a-link", "file-of-endless-name"),
+    "rtol-without-use",
+)
 
 
 @cache
@@ -58,12 +47,12 @@ def _validator() -> Draft7Validator:
 
 
 def _faults(text: str, validator: Draft7Validator | None = None) -> list[str]:
-    """What the schema finds wrong with a scenario, read as the loader reads it."""
+    """Where the schema finds a scenario wrong, read as the loader reads it."""
     return _faults_of(parse_document(text, "scenario.yaml").data, validator)
 
 
 def _faults_of(data: Any, validator: Draft7Validator | None = None) -> list[str]:
-    return [f"{fault.json_path}: {fault.message}" for fault in (validator or _validator()).iter_errors(data)]
+    return [str(fault.json_path) for fault in (validator or _validator()).iter_errors(data)]
 
 
 # ---------------------------------------------------------------- the schema itself
@@ -74,38 +63,22 @@ def test_schema_is_one_of_draft_07() -> None:
     assert schema()["$schema"] == Draft7Validator.META_SCHEMA["$schema"]
 
 
-def test_schema_is_plain_json() -> None:
-    assert json.loads(json.dumps(schema(), allow_nan=False)) == schema()
-
-
-def test_schema_is_the_same_in_every_process(tmp_path: Path) -> None:
-    program = "import json; from shockwave.scenario.schema import schema; print(json.dumps(schema()))"
+def test_schema_is_plain_json_and_the_same_in_every_process() -> None:
+    program = "import json; from shockwave.scenario.schema import schema; print(json.dumps(schema(), allow_nan=False))"
     environment = {**os.environ, "PYTHONHASHSEED": "1"}
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=environment)
     assert json.loads(done.stdout) == schema()
 
 
 def test_every_key_of_a_scenario_is_there() -> None:
-    assert [*schema()["properties"]] == [key.name for key in blocks.SCENARIO]
+    assert [*schema()["properties"]] == [key.name for key in keys.SCENARIO]
 
 
-def _properties(form: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    if isinstance(form, dict):
-        for name, inner in form.get("properties", {}).items():
-            yield f"{path}.{name}", inner
-        for name, inner in form.items():
-            if name not in ("if", "not"):
-                yield from _properties(inner, f"{path}.{name}")
-    elif isinstance(form, list):
-        for index, inner in enumerate(form):
-            yield from _properties(inner, f"{path}[{index}]")
-
-
-def test_every_key_says_what_it_is_for() -> None:
-    inner = (*schema()["properties"].items(), *_properties(schema()))
-    # what stands beside the name of a profile or method only narrows what is told of the key
-    silent = [path for path, form in inner if form and "enum" not in form and not form.get("description")]
-    assert [path for path in silent if not path.endswith("then.parameters") and ".else." not in path] == []
+@pytest.mark.parametrize("block", ["chain", "shock", "predict", "simulate", "published", "sweep"])
+def test_every_key_says_what_it_is_for(block: str) -> None:
+    top = schema()["properties"][block]
+    assert top["description"]
+    assert [name for name, form in top["properties"].items() if not form.get("description")] == []
 
 
 @pytest.mark.parametrize("kind", ["profiles", "materials", "models", "quadratures", "integrators"])
@@ -129,7 +102,7 @@ def test_names_are_those_of_the_registry_each_with_its_summary(kind: str) -> Non
 
 @pytest.mark.parametrize("file", sorted((ROOT / "profiles").rglob("*.yaml")), ids=lambda file: file.name)
 def test_scenarios_of_profiles_are_admitted(file: Path) -> None:
-    assert _faults_of(read_document(file).data) == []
+    assert _faults(file.read_text(encoding="utf-8")) == []
 
 
 @pytest.fixture
@@ -164,25 +137,19 @@ def test_templates_are_admitted(profile: str) -> None:
 
 ADMITTED = {
     "empty-blocks": CHAIN + SHOCK + "predict:\nsimulate:\nrequires:\npublished:\n",
-    "text-with-a-line-break": CHAIN + SHOCK.replace("1 N", '"\\n 1\\tN \\n"'),
     "number-as-text": CHAIN.replace("1 mm", '"1e-3"') + SHOCK,
     "whole-number-as-text": CHAIN.replace("}", ', granules: "50"}') + SHOCK,
-    "whole-number-as-float": CHAIN.replace("}", ", granules: 50.0}") + SHOCK,
     "rare-unit": CHAIN.replace("1 mm", "1 thou") + SHOCK.replace("1 us", "3 /GHz"),
     "coefficient-as-number": CHAIN + SHOCK + "predict: {momentum_coefficient: 4.2}",
-    "coefficient-as-text": CHAIN + SHOCK + 'predict: {momentum_coefficient: "420 %"}',
     "duration": CHAIN + SHOCK.replace("rise_time", "duration"),
     "record-of-its-own-size": CHAIN + "shock: {profile: tabulated, parameters: {times: [0, 1, 2], forces: [0, 1, 0]}}",
-    "record-of-a-duration": CHAIN
-    + "shock: {profile: tabulated, duration: 1 s, parameters: {times: [0, 1, 2], forces: [0, 1, 0]}}",
     "fixed-step": CHAIN + SHOCK + "simulate: {integrator: verlet, step: 0.01, rtol: null}",
     "no-name": CHAIN + SHOCK + "predict: {quadrature: null}\nsimulate: {integrator: null}",
-    "no-rtol": CHAIN + SHOCK + "predict: {rtol: null}",
 }
 
 
 @pytest.mark.parametrize("nothing", ["", "{}", "[]"])
-@pytest.mark.parametrize("block", [key.name for key in blocks.SCENARIO])
+@pytest.mark.parametrize("block", [key.name for key in keys.SCENARIO])
 def test_schema_and_loader_agree_on_an_empty_block(tmp_path: Path, block: str, nothing: str) -> None:
     scenario = {"chain": CHAIN, "shock": SHOCK} | {block: f"{block}: {nothing}\n"}
     path = tmp_path / "scenario.yaml"
@@ -216,24 +183,12 @@ def test_faults_that_no_schema_sees_are_left_to_the_loader(name: str) -> None:
     assert _faults(BAD[name][0]) == []
 
 
-@pytest.mark.parametrize("name", READING)
-def test_faults_of_reading_are_the_reader_s(name: str) -> None:
-    with pytest.raises(ScenarioError):
-        parse_document(BAD[name][0], "bad.yaml")
-
-
 REJECTED = {
     "both-times": (CHAIN + SHOCK.replace("rise_time", "duration: 1 s, rise_time"), "$.shock"),
     "both-times-of-a-record": (
         CHAIN + "shock: {profile: tabulated, rise_time: 1, duration: 2, parameters: {file: x.csv}}", "$.shock",
     ),
     "neither-time": (CHAIN + SHOCK.replace("rise_time: 1 us, ", ""), "$.shock"),
-    "rtol-at-fixed-step": (CHAIN + SHOCK + "simulate: {integrator: pefrl, rtol: 1e-6}", "$.simulate.rtol"),
-    "step-of-an-adaptive-method": (CHAIN + SHOCK + "simulate: {integrator: radau, step: 0.1}", "$.simulate.step"),
-    "step-without-a-method": (CHAIN + SHOCK + "simulate: {step: 0.1}", "$.simulate.step"),
-    "not-in-the-compiled-code": (
-        CHAIN + SHOCK + "simulate: {integrator: verlet, backend: compiled}", "$.simulate.backend",
-    ),
     "unknown-history": (CHAIN + SHOCK + "simulate: {record: [forces, speeds]}", "$.simulate.record[1]"),
     "half-a-contact": (CHAIN + SHOCK + "simulate: {contacts: [1, 2.5]}", "$.simulate.contacts[1]"),
     "zero-as-text": (CHAIN + SHOCK.replace("1 us", "0.00 us"), "$.shock.rise_time"),
@@ -255,7 +210,7 @@ def test_more_that_the_loader_refuses_is_rejected_in_its_place(tmp_path: Path, n
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ShockwaveError):
         load_scenario(path)
-    assert [fault.split(": ")[0] for fault in _faults(text)] == [place]
+    assert _faults(text) == [place]
 
 
 # ---------------------------------------------------------------- whatever comes
@@ -276,29 +231,6 @@ _TEXT = st.tuples(
 ).map("".join)
 
 
-@_SOUND
-@given(
-    value=_TEXT
-    | st.integers()
-    | st.floats(allow_nan=False, allow_infinity=False)
-    | st.sampled_from([None, True, [], {}]),
-    spec=st.builds(
-        Quantity,
-        unit=st.sampled_from(["", "s"]),
-        meaning=st.just("a time"),
-        above=st.sampled_from([None, -1.0, 0.0, 1e-3]),
-        at_least=st.sampled_from([None, -1.0, 0.0, 1e-3]),
-        below=st.sampled_from([None, 1.0, 1e3]),
-        at_most=st.sampled_from([None, 1.0]),
-        optional=st.booleans(),
-    ),
-)
-def test_quantities_that_the_loader_takes_are_admitted(value: Any, spec: Quantity) -> None:
-    _, wrongs = structure({"x": value}, [blocks.Key("x", required=True, spec=spec)])
-    event("taken" if not wrongs else "refused")
-    assert wrongs or _faults_of(value, Draft7Validator(_quantity(spec))) == []
-
-
 def _paths(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
     for key, inner in data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ():
         yield (*path, key)
@@ -306,7 +238,7 @@ def _paths(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 
 _NAMES = sorted(
-    {key.name for keys in (blocks.SCENARIO, blocks.CHAIN, blocks.SHOCK) for key in keys}
+    {key.name for keys in (keys.SCENARIO, keys.CHAIN, keys.SHOCK) for key in keys}
     | {"file", "times", "rise_exponent", "rise_rate", "rtol", "step", "backend", "quadrature", "relation", "record"}
 )
 _VALUES: st.SearchStrategy[Any] = st.one_of(

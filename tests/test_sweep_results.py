@@ -23,7 +23,7 @@ import shockwave as sw
 from shockwave import cli
 from shockwave.errors import FileAccessError, InvalidValueError, UnknownNameError, UsageError
 from shockwave.pictures import svg
-from shockwave.scenario.family import Family
+from shockwave.scenario.scene_family import Family
 from shockwave.sweep import stored, table
 from shockwave.sweep.plot import plot
 from shockwave.sweep.regimes import regimes

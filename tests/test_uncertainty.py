@@ -21,7 +21,7 @@ from pages import ROOT, code_in, table
 from scenes import CASE_A, CHAIN, POWER, UNITS
 from selection import thinned
 from shockwave import cli
-from shockwave.scenario.family import Family
+from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.variable import variable
 from shockwave.studies.scene_response import (
@@ -285,8 +285,8 @@ FAULTS = {
     "two": ("{chain.radius: {sd: 1 mm, factor: 2}}", "15:29", "must be a percentage"),
     "unit": ("{chain.radius: {sd: 1 N}}", "15:34", "must be a length"),
     "negative": ("{chain.radius: {sd: -1 mm}}", "15:34", "must be > 0 m"),
-    "percent": ("{chain.radius: 200 %}", "15:29", "must be above 0 % and at most 100 %"),
-    "nothing": ("{chain.radius: 0 %}", "15:29", "must be above 0 % and at most 100 %"),
+    "percent": ("{chain.radius: 200 %}", "15:29", "must be > 0 and <= 1"),
+    "nothing": ("{chain.radius: 0 %}", "15:29", "must be > 0 and <= 1"),
     "factor": ("{chain.radius: {factor: 0.5}}", "15:38", "must be > 1"),
     "order": ("{chain.radius: {between: [2 mm, 1 mm]}}", "15:39", "must ascend"),
     "range": ("{chain.material.poisson_ratio: {between: [0.1, 0.7]}}", "15:61", "must be > -1 and < 0.5"),

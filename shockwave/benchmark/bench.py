@@ -19,7 +19,7 @@ from shockwave.benchmark.timed_runs import Experiment, Limits, Method, measured
 from shockwave.benchmark.work_precision import Problem, Row, WorkPrecision
 from shockwave.errors import ShockwaveError
 from shockwave.registry import plugins
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
 from shockwave.simulation.backend import compiled
 
 __all__ = ["run"]

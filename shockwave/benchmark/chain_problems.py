@@ -17,7 +17,7 @@ from shockwave.measurement.simulate import scaled, simulate
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
 from shockwave.simulation.backend import compiled
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.march import Span, march

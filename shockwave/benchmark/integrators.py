@@ -11,7 +11,7 @@ from shockwave.benchmark.work_precision import Problem
 from shockwave.errors import PluginError
 from shockwave.measurement.simulate import scaled, simulate
 from shockwave.registry import entries, load
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
 from shockwave.simulation.integrator import Integrator
 
 __all__ = ["named", "of_scenario"]

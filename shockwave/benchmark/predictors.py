@@ -14,7 +14,7 @@ from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import simulate
 from shockwave.prediction.predictor import Predictor
 from shockwave.registry import entries
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
 
 __all__ = ["named", "of_scenario"]
 

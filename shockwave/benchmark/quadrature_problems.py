@@ -17,7 +17,7 @@ from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
 from shockwave.quadrature import Integral, Integrand
 from shockwave.registry import entries, load
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
 
 __all__ = ["Areas", "areas_of", "named", "named_areas", "of_scenario"]
 

@@ -13,7 +13,7 @@ from shockwave.output import refuse_inputs
 
 if TYPE_CHECKING:
     from shockwave.options import SimulateOptions
-    from shockwave.scenario.load import Scenario
+    from shockwave.scenario.scenario import Scenario
 
 __all__ = ["compare", "curve", "loaded", "predict", "report", "simulate", "validate"]
 
@@ -24,7 +24,7 @@ def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) ->
     One that stands for many is an error here; ``remedy`` says what to do, or to run the sweep. ``output`` is the output
     file, which must not be one of the input files.
     """
-    from shockwave.scenario.load import load_scenario
+    from shockwave.scenario.loader import load_scenario
 
     scenarios: list[Scenario] = []
     status = 0
@@ -132,7 +132,7 @@ def _settings(options: argparse.Namespace, scenario: Scenario) -> SimulateOption
 
 
 def validate(options: argparse.Namespace) -> int:
-    from shockwave.scenario.load import load_scenario
+    from shockwave.scenario.loader import load_scenario
 
     status, documents = 0, []
     for file in options.files:

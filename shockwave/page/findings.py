@@ -11,7 +11,7 @@ from shockwave.measurement.result import Passage, SimulationResult
 from shockwave.measurement.simulate import MEASURABLE, scaled, simulate_with
 from shockwave.options import SimulateOptions
 from shockwave.prediction.outcome import Outcome
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
 from shockwave.studies.comparison import Comparison, compare
 
 __all__ = ["Findings", "findings"]

@@ -13,7 +13,7 @@ from shockwave.fields import quantity_of
 from shockwave.markup import Html, density, facts, formula, joined, quantity, table, tag
 from shockwave.page.provenance import profile_name
 from shockwave.profiles.conditions import TOLERANCE, Condition, conditions
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_hash import parameters
 
 __all__ = ["asked", "judged"]

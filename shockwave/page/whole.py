@@ -10,7 +10,7 @@ from shockwave.page.findings import Findings, findings
 from shockwave.page.inputs import asked, judged
 from shockwave.page.provenance import provenance
 from shockwave.page.words import decision, lead
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
 
 __all__ = ["page", "written"]
 

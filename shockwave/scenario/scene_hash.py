@@ -15,8 +15,8 @@ from shockwave.chain.chain import Chain
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor, coefficient_of
 from shockwave.profiles.base import ShockProfile
-from shockwave.scenario.blocks import keys_of
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.keys import keys_of
+from shockwave.scenario.scenario import Scenario
 
 __all__ = ["Normaliser", "normalised", "scene_hash"]
 
@@ -24,8 +24,8 @@ __all__ = ["Normaliser", "normalised", "scene_hash"]
 _DIGITS = 12
 # Longer lists stand as their hash.
 _LONGEST = 64
-# Texts of shared parts kept at a time.
-_MOST_TEXTS = 4096
+# Forms of shared parts kept at a time.
+_MOST_FORMS = 4096
 # Where a profile that keeps no parameters is looked at: so many points of rise and decay each.
 _POINTS = 129
 
@@ -51,38 +51,39 @@ def normalised(scenario: Scenario) -> str:
 
 @define(eq=False)
 class Normaliser:
-    """Normalises many scenarios, of which most share a profile, a chain or settings: these are written out once."""
+    """Normalises many scenarios, of which most share a profile, a chain or settings."""
 
-    _texts: dict[tuple[int, Any], tuple[Any, str]] = field(factory=dict, init=False)
+    _forms: dict[tuple[int, Any], tuple[Any, Any]] = field(factory=dict, init=False)
 
     def text(self, scenario: Scenario) -> str:
         """As `normalised`."""
-        shock, shared = scenario.shock, self._shared
-        forces = f'"peak_force":{_rounded(shock.peak_force)!r},"profile":{shared(shock.profile, _class)}'
-        times = f'"rise_time":{_rounded(shock.rise_time)!r}'
-        return (
-            f'{{"chain":{shared(scenario.chain, _chain)},"predict":{shared(scenario.predictor, _predict)},'
-            f'"shock":{{"parameters":{shared(shock.profile, parameters)},{forces},{times}}},'
-            f'"simulate":{shared(scenario.simulate, _simulate)}}}'
-        )
+        shock = scenario.shock
+        form = {
+            "chain": self._shared(scenario.chain, _chain),
+            "predict": self._shared(scenario.predictor, _predict),
+            "shock": {
+                "parameters": self._shared(shock.profile, parameters),
+                "peak_force": _rounded(shock.peak_force),
+                "profile": f"{type(shock.profile).__module__}:{type(shock.profile).__qualname__}",
+                "rise_time": _rounded(shock.rise_time),
+            },
+            "simulate": self._shared(scenario.simulate, _simulate),
+        }
+        return json.dumps(form, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
-    def _shared(self, part: Any, form: Callable[[Any], Any]) -> str:
-        """The text of a frozen part, kept with it: while it is kept, nothing else has its address."""
-        found = self._texts.get((id(part), form))
-        if found is None:
-            if len(self._texts) >= _MOST_TEXTS:
-                self._texts.clear()
-            found = self._texts[id(part), form] = part, _json(form(part))
-        return found[1]
+    def _shared(self, part: Any, form: Callable[[Any], Any]) -> Any:
+        """The form of a frozen part, kept with it: while it is kept, nothing else has its address."""
+        key = id(part), form
+        if key not in self._forms:
+            if len(self._forms) >= _MOST_FORMS:
+                self._forms.clear()
+            self._forms[key] = part, _canonical(form(part))
+        return self._forms[key][1]
 
 
 def _chain(chain: Chain) -> dict[str, Any]:
     constants = {name: getattr(chain.material, name) for name in ("youngs_modulus", "poisson_ratio", "density")}
     return {"material": constants, "radius": chain.radius, "granules": chain.granules}
-
-
-def _class(profile: ShockProfile) -> str:
-    return f"{type(profile).__module__}:{type(profile).__qualname__}"
 
 
 def _predict(predictor: Predictor) -> dict[str, Any]:
@@ -91,10 +92,6 @@ def _predict(predictor: Predictor) -> dict[str, Any]:
 
 def _simulate(options: SimulateOptions) -> dict[str, Any]:
     return {**_settings(options), "record": sorted(set(options.record))}
-
-
-def _json(value: Any) -> str:
-    return json.dumps(_canonical(value), sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
 def parameters(profile: ShockProfile) -> dict[str, Any]:

@@ -3,39 +3,31 @@
 from __future__ import annotations
 
 import math
-import random
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
-from attrs import define, evolve, frozen
+from attrs import evolve, frozen
 
 from shockwave.chain.material import Material
-from shockwave.errors import InvalidValueError, PluginError, UnknownNameError
+from shockwave.errors import PluginError, UnknownNameError
 from shockwave.fields import Quantity, text_of
-from shockwave.registry import find, load
-from shockwave.scenario.blocks import Key, keys_of
-from shockwave.scenario.gathering import Gathering
-from shockwave.scenario.values import structure
-from shockwave.scenario.variable import Variable, variable
+from shockwave.registry import load
+from shockwave.scenario.fault_collector import FaultCollector
+from shockwave.scenario.keys import BLOCKS, Key, keys_of
+from shockwave.scenario.value_conversion import Wrong, WrongsError, all_sound, converted, gathered, items, structure
+from shockwave.scenario.variable import Variable, variables
 from shockwave.scenario.yaml_document import Document, Steps
 
-__all__ = ["RUNS", "SWEEP", "Axis", "Run", "Sweep", "beginnings", "first", "read"]
+__all__ = ["SWEEP", "Axis", "Run", "Sweep", "beginnings", "first", "read"]
 
 Run = Literal["predict", "simulate", "compare"]
-RUNS: tuple[Run, ...] = ("predict", "simulate", "compare")
 _MOST_POINTS = 10**7
 _MOST_VALUES = 10**6
-# Points with which a sweep is tried to begin: the first, and others out of all.
-_FIRST, _OTHERS = 16, 84
-_LENGTH = Quantity("", "number of values", at_least=1, at_most=_MOST_VALUES, whole=True)
-_REGISTRIES = {
-    "chain.material": "materials",
-    "shock.profile": "profiles",
-    "predict.model": "models",
-    "predict.quadrature": "quadratures",
-    "simulate.integrator": "integrators",
-}
+# So many points, out of all, are tried until one has a scene.
+_MOST_TRIES = 100
+_LENGTH = Key("number", spec=Quantity("", "number of values", at_least=1, at_most=_MOST_VALUES, whole=True))
 _SPACINGS: dict[str, Callable[[float, float, int], np.ndarray]] = {"linspace": np.linspace, "logspace": np.geomspace}
 _VALUES = "must be a list of values, or a mapping {linspace: [first, last, number]} or {logspace: ...}"
 
@@ -112,155 +104,141 @@ class Sweep:
 
 # ---------------------------------------------------------------- the block
 
-
-@define
-class _Reading:
-    """Reads the block and adds what is wrong with it to ``loading``."""
-
-    loading: Gathering
-    data: Mapping[str, Any]
-    profiles: tuple[Any, ...]
-    named: set[str]
-
-    def add(self, steps: Steps, problem: str, at_key: bool = False) -> None:
-        self.loading.add(("sweep", *steps), problem, at_key)
-
-    def variable(self, steps: Steps, name: str) -> Variable | None:
-        try:
-            found = variable(name, self.data, self.profiles)
-        except InvalidValueError as error:
-            self.add((*steps, name), error.faults[0].problem, at_key=True)
-            return None
-        if name in self.named:
-            self.add((*steps, name), "must be varied once (got it again; delete one)", at_key=True)
-            return None
-        self.named.add(name)
-        return found
-
-    def value(self, steps: Steps, of: Variable, given: Any) -> Any:
-        if of.name == "chain.material" and not isinstance(given, str):
-            _, wrongs = structure({} if given is None else given, keys_of(Material))
-            self.loading.report(("sweep", *steps), wrongs)
-            return given
-        try:
-            if of.name in _REGISTRIES and isinstance(given, str):
-                find(_REGISTRIES[of.name], given)
-            return of.value(given)
-        except InvalidValueError as error:
-            for fault in error.faults:
-                self.add(steps, fault.problem)
-        except UnknownNameError as error:
-            self.loading.blame(("sweep", *steps), error)
-        return None
-
-    def values(self, steps: Steps, of: Variable, given: Any) -> tuple[Any, ...]:
-        """The values that ``given`` stands for; none if something is wrong with them."""
-        if isinstance(given, list):
-            if not given or len(given) > _MOST_VALUES:
-                self.add(steps, f"must be 1 to {_MOST_VALUES} values (got {len(given)})")
-            return tuple(self.value((*steps, index), of, one) for index, one in enumerate(given))
-        kind = next(iter(given)) if isinstance(given, dict) and len(given) == 1 else None
-        parts = given[kind] if kind in _SPACINGS else None
-        if kind is None or not isinstance(parts, list) or len(parts) != 3:
-            self.add(steps, f"{_VALUES} (got {text_of(given)})")
-            return ()
-        if of.unit is None:
-            self.add(steps, f"must be a list, as not every value of it is a number (got {text_of(given)})")
-            return ()
-        return self._spaced((*steps, str(kind)), str(kind), of, parts)
-
-    def _spaced(self, steps: Steps, kind: str, of: Variable, parts: list[Any]) -> tuple[Any, ...]:
-        for index in range(2):
-            if parts[index] is None:
-                self.add((*steps, index), "must be a number (got nothing)")
-        first, last = (self.value((*steps, index), of, parts[index]) for index in range(2))
-        if problem := _LENGTH.problem(parts[2]):
-            self.add((*steps, 2), problem)
-            return ()
-        if first is None or last is None:
-            return ()
-        if kind == "logspace" and not (first and last and (first > 0) == (last > 0)):
-            self.add(steps, f"must have ends of the same sign, other than 0 (got {text_of(parts)}; use linspace)")
-            return ()
-        # where both ends are in its range, so is what is between
-        found: list[float] = _SPACINGS[kind](first, last, int(parts[2])).tolist()
-        if not of.whole:
-            return tuple(found)
-        if any(value != int(value) for value in found):
-            self.add(steps, f"must give whole numbers (got {text_of(parts)}; list them)")
-        return tuple(int(value) for value in found)
-
-    # ------------------------------------------------------------ parts
-
-    def grid(self, given: Any) -> list[Axis]:
-        pairs = self._pairs("grid", given)
-        return [Axis((of,), tuple((value,) for value in values)) for of, values in pairs]
-
-    def zip(self, given: Any) -> list[Axis]:
-        pairs = self._pairs("zip", given)
-        lengths = {of.name: len(values) for of, values in pairs}
-        if len(set(lengths.values())) > 1:
-            told = ", ".join(f"{length} of {name}" for name, length in lengths.items())
-            self.add(("zip",), f"must have as many values of each (got {told})")
-            return []
-        if not pairs:
-            return []
-        return [Axis(tuple(of for of, _ in pairs), tuple(zip(*(values for _, values in pairs), strict=True)))]
-
-    def points(self, given: Any) -> list[Axis]:
-        sound = isinstance(given, list) and given and all(isinstance(point, dict) and point for point in given)
-        if not sound:
-            self.add(("points",), f"must be a list of mappings of dotted names to values (got {text_of(given)})")
-            return []
-        found = {name: self.variable(("points", 0), name) for name in given[0]}
-        rows: list[tuple[Any, ...]] = []
-        for index, point in enumerate(given):
-            if point.keys() != found.keys():
-                wanted = ", ".join(found)
-                self.add(("points", index), f"must give {wanted}, as the first point does (got {', '.join(point)})")
-                continue
-            pairs = ((name, of) for name, of in found.items() if of is not None)
-            rows.append(tuple(self.value(("points", index, name), of, point[name]) for name, of in pairs))
-        return [Axis(tuple(of for of in found.values() if of is not None), tuple(rows))]
-
-    def _pairs(self, part: str, given: Any) -> list[tuple[Variable, tuple[Any, ...]]]:
-        if not isinstance(given, dict) or not given:
-            self.add((part,), f"must be a mapping of dotted names to values (got {text_of(given)})")
-            return []
-        found = ((name, self.variable((part,), name), values) for name, values in given.items())
-        return [(of, self.values((part, name), of, values)) for name, of, values in found if of is not None]
+Known = Mapping[str, Variable]
 
 
-def read(loading: Gathering, data: Mapping[str, Any]) -> Sweep | None:
-    """The block ``sweep`` of the document ``data``, whose faults are added to ``loading``; None if there are any."""
+def read(collector: FaultCollector, data: Mapping[str, Any]) -> Sweep | None:
+    """The block ``sweep`` of the document ``data``, whose faults ``collector`` gets; None if there are any."""
     given = data["sweep"]
-    before = len(loading.faults)
-    _, wrongs = structure(given, SWEEP)
-    loading.report(("sweep",), wrongs)
     if not isinstance(given, dict):
+        collector.report(("sweep",), structure(given, SWEEP)[1])
         return None
-    reading = _Reading(loading, data, tuple(_profiles(given)), set())
-    axes: list[Axis] = []
-    for part in given:
-        if part in ("grid", "zip", "points"):
-            axes += getattr(reading, part)(given[part])
+    known = variables(data, [value for name, value in _entries(given) if name == "shock.profile"])
+    parts = {"grid": partial(_grid, known), "zip": partial(_zip, known), "points": partial(_points, known)}
+    found, wrongs = gathered(given.items(), {"run": partial(converted, SWEEP[0]), **parts})
+    run = found.pop("run", None)
+    wrongs += _repeated(found)
+    collector.report(("sweep",), wrongs)
+    if wrongs or any(path[:1] == ("sweep",) for path in collector.document.unreadable):
+        return None
+    axes = tuple(axis for part in found.values() for axis in part)
     count = math.prod(len(axis) for axis in axes)
-    if len(loading.faults) > before or any(path[:1] == ("sweep",) for path in loading.document.unreadable):
-        return None
     if not axes or count > _MOST_POINTS:
         problem = f"must have a grid, a zip or points, of 1 to {_MOST_POINTS:g} scenes in all"
-        reading.add((), f"{problem} (got {count if axes else 'nothing'})")
+        collector.add(("sweep",), f"{problem} (got {count if axes else 'nothing'})")
         return None
-    return Sweep(given.get("run") or _run(data), tuple(axes))
+    return Sweep(run or _run(data), axes)
 
 
-def beginnings(sweep: Sweep | None) -> list[int]:
-    """The points to begin with, one after the other until one has a scene; always the same."""
-    if sweep is None:
-        return [0]
-    count = len(sweep)
-    others = random.Random(0).sample(range(count), min(count, _OTHERS))
-    return list(dict.fromkeys([*range(min(count, _FIRST)), *others]))
+def _run(data: Mapping[str, Any]) -> Run:
+    """What the scenario has a block for: one of the two, or else both side by side."""
+    predict, simulate = (data.get(name) is not None for name in ("predict", "simulate"))
+    return "compare" if predict == simulate else "predict" if predict else "simulate"
+
+
+def _entries(block: Any) -> Iterator[tuple[Any, Any]]:
+    """Every name in the block with every value, whether there is such a thing or not."""
+    parts = [block.get("grid"), block.get("zip"), *_listed(block.get("points"))] if isinstance(block, dict) else []
+    for part in parts:
+        for name, values in part.items() if isinstance(part, dict) else ():
+            yield from ((name, value) for value in _listed(values))
+
+
+def _listed(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else [value]
+
+
+def _repeated(parts: Mapping[str, list[Axis]]) -> Iterator[Wrong]:
+    seen: set[str] = set()
+    for part, axes in parts.items():
+        names = {name for axis in axes for name in axis.names}
+        for name in sorted(names & seen):
+            yield Wrong((part, name), "must be varied once (got it again; delete one)", at_key=True)
+        seen |= names
+
+
+def _columns(known: Known, given: Any) -> list[tuple[Variable, list[Any]]]:
+    """Variables and their values."""
+    if not isinstance(given, dict) or not given:
+        raise ValueError(f"must be a mapping of dotted names to values (got {text_of(given)})")
+    found = all_sound(gathered(given.items(), {name: partial(_values, of) for name, of in known.items()}))
+    return [(known[name], values) for name, values in found.items()]
+
+
+def _grid(known: Known, given: Any) -> list[Axis]:
+    """An axis for each name."""
+    return [Axis((of,), tuple((value,) for value in values)) for of, values in _columns(known, given)]
+
+
+def _zip(known: Known, given: Any) -> list[Axis]:
+    """One axis for all names."""
+    columns = _columns(known, given)
+    if len({len(values) for _, values in columns}) > 1:
+        listed = ", ".join(f"{len(values)} of {of.name}" for of, values in columns)
+        raise ValueError(f"must have as many values of each (got {listed})")
+    return [Axis(tuple(of for of, _ in columns), tuple(zip(*(values for _, values in columns), strict=True)))]
+
+
+def _points(known: Known, given: Any) -> list[Axis]:
+    """One axis of points."""
+    if not isinstance(given, list) or not given or not all(isinstance(point, dict) and point for point in given):
+        raise ValueError(f"must be a list of mappings of dotted names to values (got {text_of(given)})")
+    names = list(given[0])
+    converters = {name: partial(_value, of) for name, of in known.items()}
+
+    def point(one: dict[str, Any]) -> tuple[Any, ...]:
+        if one.keys() != given[0].keys():
+            raise ValueError(f"must give {', '.join(names)}, as the first point does (got {', '.join(one)})")
+        found = all_sound(gathered(one.items(), converters))
+        return tuple(found[name] for name in names)
+
+    return [Axis(tuple(known[name] for name in names if name in known), tuple(items(given, point)))]
+
+
+def _values(of: Variable, given: Any) -> list[Any]:
+    """The values that ``given`` stands for."""
+    if isinstance(given, list):
+        if not given or len(given) > _MOST_VALUES:
+            raise ValueError(f"must be 1 to {_MOST_VALUES} values (got {len(given)})")
+        return items(given, partial(_value, of))
+    kind = next(iter(given)) if isinstance(given, dict) and len(given) == 1 else None
+    if kind not in _SPACINGS or not isinstance(given[kind], list) or len(given[kind]) != 3:
+        raise ValueError(f"{_VALUES} (got {text_of(given)})")
+    if of.unit is None:
+        raise ValueError(f"must be a list, as not every value of it is a number (got {text_of(given)})")
+    found: list[Any] = all_sound(gathered(given.items(), {kind: partial(_spaced, of, kind)}))[kind]
+    return found
+
+
+def _value(of: Variable, given: Any) -> Any:
+    if of.name == "chain.material" and not isinstance(given, str):
+        if wrongs := structure(given, keys_of(Material))[1]:
+            raise WrongsError(wrongs)
+        return given
+    return of.converted(given)
+
+
+def _spaced(of: Variable, kind: str, parts: list[Any]) -> list[Any]:
+    if None in parts:
+        raise WrongsError([Wrong((parts.index(None),), "must be a number (got nothing)")])
+    converters: dict[int, Callable[[Any], Any]] = {0: of.converted, 1: of.converted, 2: partial(converted, _LENGTH)}
+    first, last, number = all_sound(gathered(enumerate(parts), converters)).values()
+    if kind == "logspace" and not first * last > 0:
+        raise ValueError(f"must have ends of the same sign, other than 0 (got {text_of(parts)}; use linspace)")
+    # where both ends are in its range, so is what is between
+    found: list[Any] = _SPACINGS[kind](first, last, number).tolist()
+    if of.whole and any(value != int(value) for value in found):
+        raise ValueError(f"must give whole numbers (got {text_of(parts)}; list them)")
+    return [int(value) for value in found] if of.whole else found
+
+
+# ---------------------------------------------------------------- the first scene
+
+
+def beginnings(sweep: Sweep | None) -> range:
+    """The points to begin with, one after the other until one has a scene."""
+    count = len(sweep) if sweep is not None else 1
+    return range(0, count, -(-count // _MOST_TRIES))
 
 
 def first(document: Document, sweep: Sweep | None, index: int = 0) -> Document:
@@ -268,16 +246,14 @@ def first(document: Document, sweep: Sweep | None, index: int = 0) -> Document:
     rest = {name: value for name, value in document.data.items() if name not in ("sweep", "uncertainty")}
     if sweep is None:
         # what a sweep with faults would have brought is not missing
-        brought = {tuple(name.split(".")) for name in _named(document.data.get("sweep"))}
+        brought = {tuple(str(name).split(".")) for name, _ in _entries(document.data.get("sweep"))}
         return evolve(document, data=rest, unreadable=document.unreadable | brought)
     document = evolve(document, data=rest)
     # a material first, for what is swept of it
     pairs = sorted(sweep.point(index).items(), key=lambda pair: pair[0].count("."))
     values: dict[Steps, Any] = {tuple(name.split(".")): value for name, value in pairs}
     made = _material(document, values)
-    values = {**made, **values, **made}
-    place = document.place(("sweep",), key=True)
-    return document.having(values, dict.fromkeys(values, place))
+    return document.having(made | values | made, document.place(("sweep",), key=True))
 
 
 def _material(document: Document, values: Mapping[Steps, Any]) -> dict[Steps, Any]:
@@ -289,31 +265,6 @@ def _material(document: Document, values: Mapping[Steps, Any]) -> dict[Steps, An
         return {}
     try:
         material = load("materials", given)
-    except (PluginError, UnknownNameError):  # told where the material is built
+    except (PluginError, UnknownNameError):  # reported where the material is built
         return {}
-    return {path: {name: getattr(material, name) for name in ("youngs_modulus", "poisson_ratio", "density")}}
-
-
-def _named(given: Any) -> list[str]:
-    """All names that the block varies, known or not."""
-    blocks = [given.get(part) for part in ("grid", "zip")] if isinstance(given, dict) else []
-    points = given.get("points") if isinstance(given, dict) else None
-    blocks += points if isinstance(points, list) else []
-    return [name for block in blocks if isinstance(block, dict) for name in block if isinstance(name, str)]
-
-
-def _profiles(given: Mapping[str, Any]) -> Iterator[Any]:
-    """All profiles that the block names."""
-    name = "shock.profile"
-    for part in ("grid", "zip"):
-        values = given[part].get(name) if isinstance(given.get(part), dict) else None
-        yield from values if isinstance(values, list) else ()
-    for point in given["points"] if isinstance(given.get("points"), list) else ():
-        if isinstance(point, dict) and name in point:
-            yield point[name]
-
-
-def _run(data: Mapping[str, Any]) -> Run:
-    """What the scenario has a block for: one of the two, or else both side by side."""
-    given = [name for name in ("predict", "simulate") if data.get(name) is not None]
-    return "compare" if len(given) != 1 else "predict" if given == ["predict"] else "simulate"
+    return {path: {key.name: getattr(material, key.name) for key in BLOCKS["chain.material"]}}

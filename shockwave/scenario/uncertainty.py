@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, Final, Literal
 
 from attrs import frozen
 
-from shockwave.errors import InvalidValueError, nearest
+from shockwave.errors import nearest
 from shockwave.fields import Quantity, text_of
-from shockwave.scenario.units import to_si
-from shockwave.scenario.variable import Variable, variable
+from shockwave.scenario.keys import Key
+from shockwave.scenario.value_conversion import Wrong, WrongsError, all_sound, converted, gathered, items
+from shockwave.scenario.variable import Variable, variables
 from shockwave.scenario.yaml_document import Steps
 from shockwave.text import si
 
@@ -20,8 +22,8 @@ Kind = Literal["relative", "sd", "factor", "between"]
 #: Adds a fault: where below the block, what is wrong, and whether the key is.
 Add = Callable[[Steps, str, bool], None]
 
-_RELATIVE = Quantity("", "standard deviation over the value", above=0, at_most=1)
-_FACTOR = Quantity("", "factor within which two thirds of the values lie", above=1, at_most=100)
+_RELATIVE = Key("relative", spec=Quantity("", "standard deviation over the value", above=0, at_most=1))
+_FACTOR = Key("factor", spec=Quantity("", "factor within which two thirds of the values lie", above=1, at_most=100))
 #: Mappings that a value may be -> what they mean.
 FORMS: Final = {
     "sd": "standard deviation of a normal distribution, in the unit of the value",
@@ -44,7 +46,7 @@ class Spread:
     kind : "relative", "sd", "factor" or "between"
         Normal with a standard deviation over the value, or with one in SI units; lognormal; uniform.
     numbers : tuple of float
-        The one that goes with it, for ``between`` two.
+        One number, for ``between`` two.
     """
 
     variable: Variable
@@ -84,70 +86,35 @@ def read(given: Any, data: Mapping[str, Any], add: Add) -> tuple[Spread, ...]:
     for pair in TWINS:
         if all(name in given for name in pair):
             add((pair[0],), f"must be left out where {pair[1]} is given (got both; delete one)", True)
-    found = (_spread(name, one, data, add) for name, one in given.items())
-    return tuple(spread for spread in found if spread is not None)
+    known = variables(data)
+    found, wrongs = gathered(given.items(), {name: partial(_spread, of) for name, of in known.items()})
+    for wrong in wrongs:
+        add(wrong.path, wrong.problem, wrong.at_key)
+    return tuple(found.values())
 
 
-def _spread(name: Any, given: Any, data: Mapping[str, Any], add: Add) -> Spread | None:
-    try:
-        of = variable(name, data)
-    except InvalidValueError as error:
-        add((name,), error.faults[0].problem, True)
-        return None
-    block = name.partition(".")[0]
-    if of.unit is None or block not in ("chain", "shock") or (of.key.spec is not None and of.key.spec.whole):
-        add((name,), f"must be a value of the chain or the shock that can lie anywhere in a range (got {name})", True)
-        return None
-    kind, wanted = _form(given)
-    if kind is None:
-        hint = nearest(str(next(iter(given), "")), FORMS) if isinstance(given, Mapping) else ""
-        add((name,), f"{_RULE} (got {text_of(given)}{f'; {hint.strip()}' if hint else ''})", False)
-        return None
-    steps: Steps = (name,) if kind == "relative" else (name, kind)
-    numbers = _between(steps, of, wanted, add) if kind == "between" else _one(steps, of, kind, wanted, add)
-    return Spread(of, kind, numbers) if numbers else None
-
-
-def _form(given: Any) -> tuple[Kind | None, Any]:
+def _spread(of: Variable, given: Any) -> Spread:
+    if of.unit is None or of.whole or not of.name.startswith(("chain.", "shock.")):
+        problem = f"must be a value of the chain or the shock that can lie anywhere in a range (got {of.name})"
+        raise WrongsError([Wrong((), problem, at_key=True)])
     if isinstance(given, str) and given.strip().endswith("%"):
-        return "relative", given
-    if isinstance(given, Mapping) and len(given) == 1:
-        for kind in ("sd", "between", "factor"):
-            if kind in given:
-                return kind, given[kind]
-    return None, None
+        return Spread(of, "relative", (converted(_RELATIVE, given),))
+    forms: dict[Any, Callable[[Any], float | tuple[float, ...]]] = {
+        "sd": partial(converted, Key("sd", spec=Quantity(of.unit, "standard deviation", above=0))),
+        "factor": partial(converted, _FACTOR),
+        "between": partial(_ends, of),
+    }
+    if not isinstance(given, Mapping) or len(given) != 1 or not given.keys() <= forms.keys():
+        hint = nearest(str(next(iter(given), "")), FORMS).strip() if isinstance(given, Mapping) else ""
+        raise ValueError(f"{_RULE} (got {text_of(given)}{'; ' if hint else ''}{hint})")
+    ((kind, numbers),) = all_sound(gathered(given.items(), forms)).items()
+    return Spread(of, kind, numbers if kind == "between" else (numbers,))
 
 
-def _one(steps: Steps, of: Variable, kind: Kind, given: Any, add: Add) -> tuple[float, ...]:
-    """The number, or nothing where it is at fault."""
-    unit = of.unit or ""
-    specs = {"relative": _RELATIVE, "factor": _FACTOR, "sd": Quantity(unit, "standard deviation", above=0)}
-    spec = specs[kind]
-    try:
-        number = to_si(given, spec.unit)
-    except ValueError as error:
-        add(steps, str(error), False)
-        return ()
-    if spec.problem(number) is not None:
-        rule = "above 0 % and at most 100 %" if kind == "relative" else spec.rule
-        add(steps, f"must be {rule} (got {text_of(given)})", False)
-        return ()
-    return (number,)
-
-
-def _between(steps: Steps, of: Variable, given: Any, add: Add) -> tuple[float, ...]:
+def _ends(of: Variable, given: Any) -> tuple[float, ...]:
     if not isinstance(given, list | tuple) or len(given) != 2:
-        add(steps, f"must be a list of the least and the greatest value (got {text_of(given)})", False)
-        return ()
-    ends: list[float] = []
-    for index, one in enumerate(given):
-        try:
-            ends.append(of.value(one))
-        except InvalidValueError as error:
-            add((*steps, index), error.faults[0].problem, False)
-    if len(ends) < 2:
-        return ()
+        raise ValueError(f"must be a list of the least and the greatest value (got {text_of(given)})")
+    ends = items(given, of.converted)
     if not ends[0] < ends[1]:
-        add(steps, f"must ascend (got {text_of(given)})", False)
-        return ()
+        raise ValueError(f"must ascend (got {text_of(given)})")
     return tuple(ends)

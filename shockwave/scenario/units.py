@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import re
 import reprlib
 from decimal import Context, Decimal, localcontext
 from functools import cache, lru_cache
-from math import isfinite
 from typing import Any
 
 __all__ = ["to_si"]
@@ -60,14 +60,18 @@ def to_si(value: int | float | str, unit: str) -> float:
         When it is no such quantity, or not finite. The message begins with ``must be``.
     """
     if isinstance(value, str):
-        return _from_text(value, unit)
-    if isinstance(value, bool) or not isinstance(value, int | float):
+        number = _from_text(value, unit)
+    elif isinstance(value, bool) or not isinstance(value, int | float):
         raise ValueError(_problem(value, unit))
+    else:
+        number = value
     try:
-        number = float(value)
+        number = float(number)
     except OverflowError:
-        number = float("inf")
-    return _finite(number, value)
+        number = math.inf
+    if not math.isfinite(number):
+        raise ValueError(f"must be finite (got {_repr.repr(value)})")
+    return number
 
 
 def _from_text(text: str, unit: str) -> float:
@@ -77,18 +81,12 @@ def _from_text(text: str, unit: str) -> float:
         raise ValueError(_problem(text, unit))
     number, of_unit = match.groups()
     if of_unit is None:
-        return _finite(float(number), text)
+        return float(number)
     factor = _factor(of_unit, unit)
     if isinstance(factor, str):
         raise ValueError(_problem(text, unit, factor))
     with localcontext(Context(prec=40)):
-        return _finite(float(Decimal(number) * factor), text)
-
-
-def _finite(number: float, given: object) -> float:
-    if not isfinite(number):
-        raise ValueError(f"must be finite (got {reprlib.repr(given)})")
-    return number
+        return float(Decimal(number) * factor)
 
 
 def _problem(value: object, unit: str, reason: str = "") -> str:

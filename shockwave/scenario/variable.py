@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import typing
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
-from attrs import evolve, frozen
+from attrs import frozen
 
-from shockwave.chain.material import Material
 from shockwave.errors import Fault, InvalidValueError, ShockwaveError, nearest
 from shockwave.fields import text_of
-from shockwave.options import SimulateOptions
-from shockwave.prediction.predictor import Predictor
-from shockwave.scenario.blocks import CHAIN, Key, keys_of, parameters_of, profile_class, shock_keys
-from shockwave.scenario.values import structure
+from shockwave.scenario.keys import BLOCKS, Key, parameters_of, profile_class, shock_keys
+from shockwave.scenario.value_conversion import WrongsError, converted
 from shockwave.scenario.yaml_document import Steps
 
-__all__ = ["Variable", "variable"]
+__all__ = ["Variable", "variable", "variables"]
 
 
 @frozen
@@ -63,14 +61,22 @@ class Variable:
         ------
         InvalidValueError
             When it is of another dimension or kind, or out of range.
+        UnknownNameError
+            When nothing has that name.
         """
-        faults: list[Fault] = []
-        for key in (self.key, *self.others):
-            values, wrongs = structure({key.name: given}, [evolve(key, required=False)])
-            if not wrongs:
-                return values[key.name]
-            faults = faults or [Fault(self.name, wrong.problem) for wrong in wrongs]
-        raise InvalidValueError(faults)
+        try:
+            return self.converted(given)
+        except WrongsError as error:
+            raise InvalidValueError(Fault(self.name, wrong.problem) for wrong in error.wrongs) from None
+        except ValueError as error:
+            raise InvalidValueError.of(self.name, str(error)) from None
+
+    def converted(self, given: Any) -> Any:
+        """As `value`; raises ValueError, or `WrongsError`, for a wrong one."""
+        for key in self.others:
+            with suppress(ValueError):
+                return converted(key, given)
+        return converted(self.key, given)
 
 
 def variable(
@@ -94,23 +100,19 @@ def variable(
     InvalidValueError
         When a scenario has no such key.
     """
-    known = _known(data, profiles)
-    keys = known.get(name) if isinstance(name, str) else None
-    if keys is None:
+    known = variables(data, profiles)
+    if not isinstance(name, str) or name not in known:
         listed = [other for other in known if fits(other)]
         hint = nearest(name[:60], listed) if isinstance(name, str) else ""
         remedy = f"{hint}known: {', '.join(listed)}"
         raise InvalidValueError.of("", f"must be the dotted name of a key (got {text_of(name)}; {remedy})")
-    return Variable(name, keys[0], tuple(keys[1:]))
+    return known[name]
 
 
-def _known(data: Mapping[str, Any], profiles: Sequence[Any]) -> dict[str, list[Key]]:
+def variables(data: Mapping[str, Any], profiles: Sequence[Any] = ()) -> dict[str, Variable]:
+    """All variables by their names; see `variable` for the parameters."""
     shock = data.get("shock")
     given = shock if isinstance(shock, Mapping) else {}
-    blocks: dict[str, Sequence[Key]] = {
-        "chain": CHAIN,
-        "chain.material": keys_of(Material, leave_out=["name", "source"]),
-    }
     keys: list[Key] = []
     parameters: list[Key] = []
     for name in (given.get("profile"), *profiles):
@@ -118,10 +120,9 @@ def _known(data: Mapping[str, Any], profiles: Sequence[Any]) -> dict[str, list[K
             cls = profile_class(name) if isinstance(name, str) else None
         except ShockwaveError:  # reported where the name stands
             cls = None
-        keys += shock_keys(cls)
+        keys += (key for key in shock_keys(cls) if key.name != "parameters")
         parameters += parameters_of(name, cls) if cls is not None else ()
-    blocks |= {"shock": keys, "shock.parameters": parameters}
-    blocks |= {"predict": keys_of(Predictor), "simulate": keys_of(SimulateOptions)}
+    blocks: dict[str, Sequence[Key]] = BLOCKS | {"shock": keys, "shock.parameters": parameters}
     found: dict[str, list[Key]] = {}
     for block, own in blocks.items():
         for key in own:
@@ -129,5 +130,4 @@ def _known(data: Mapping[str, Any], profiles: Sequence[Any]) -> dict[str, list[K
             # ranges of several profiles: at its point each value is held against that of its own
             if key not in alike:
                 alike.append(key)
-    del found["shock.parameters"]
-    return found
+    return {name: Variable(name, key, tuple(others)) for name, (key, *others) in found.items()}

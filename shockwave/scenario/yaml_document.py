@@ -1,54 +1,57 @@
 """The reader: YAML text to plain data, each value with its line and column.
 
 Only what a scenario needs of YAML is accepted: one document, a mapping of names; scalars as the core schema
-of YAML 1.2 understands them; no anchors, aliases, merge keys or tags. The tree is built from parser events,
-so that limits hold before anything large exists.
+of YAML 1.2 understands them; no anchors, aliases or tags.
 """
 
 from __future__ import annotations
 
+import math
 import os
 import re
-from collections.abc import Iterator, Mapping
-from typing import Any
+import reprlib
+from collections.abc import Mapping
+from typing import Any, ClassVar, TypeAlias
 
 import yaml
-from attrs import Factory, frozen
+from attrs import Factory, define, frozen
 
 from shockwave.errors import Fault, ScenarioError
-from shockwave.files import open_regular
-from shockwave.scenario.yaml_tree import (
-    MOST_FAULTS,
-    UNPRINTABLE,
-    Place,
-    Steps,
-    StopReadingError,
-    TreeBuilder,
-    dotted,
-)
+from shockwave.files import read_text
 
-__all__ = ["MOST_FAULTS", "Document", "Steps", "dotted", "parse_document", "read_document"]
+__all__ = ["Document", "Steps", "dotted", "parse_document", "read_document"]
+
+#: The way from the top of a document to a value: keys of mappings and indices of lists.
+Steps: TypeAlias = tuple[str | int, ...]
+Place: TypeAlias = tuple[int, int]
 
 _MOST_BYTES = 2**20
-_BREAK = re.compile(r"\r\n|\r|\n")
+_MOST_VALUES = 100_000
+_DEEPEST = 32
 _HINTS = {
     r"'\t'": "indent with spaces",
     "cannot start any token": "put text that begins with this character in quotes",
     "mapping values are not allowed here": "indent keys alike; put text that holds ': ' in quotes",
+    "found another document": "put each scenario in its own file",
+    "recursion": f"nest at most {_DEEPEST} levels deep",
 }
+_BREAK = re.compile(r"\r\n|\r|\n")
+# In YAML a tab may stand between tokens, which PyYAML refuses, but never indents.
+_TAB_BETWEEN = re.compile(r"(?<=\S) *\t[ \t]*")
+# What breaks lines for some programs and not for others is unprintable too, so that all count the same lines.
+_UNPRINTABLE = re.compile("[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_PLAIN_KEY = re.compile(r"[\w-]{1,60}")
 
 
-class _Loader(yaml.SafeLoader):
-    """The parser in Python: unlike libyaml's it is the same wherever this runs, in its messages too."""
-
-    def scan_to_next_token(self) -> None:
-        # As in YAML 1.2 a tab may stand between tokens, before a comment too, but never indents.
-        while True:
-            super().scan_to_next_token()
-            if self.peek() != "\t" or not (self.flow_level or not self.allow_simple_key):
-                return
-            while self.peek() in " \t":
-                self.forward()
+def dotted(path: Steps) -> str:
+    """``path`` as messages write it, such as ``shock.parameters.times[3]``."""
+    text = ""
+    for step in path:
+        if isinstance(step, int):
+            text += f"[{step}]"
+        else:
+            text += ("." if text else "") + (step if _PLAIN_KEY.fullmatch(step) else reprlib.repr(step))
+    return text
 
 
 @frozen(eq=False)
@@ -80,7 +83,7 @@ class Document:
         """Whether there is a value at ``path``."""
         return path in self._values
 
-    def place(self, path: Steps, key: bool = False) -> tuple[int, int]:
+    def place(self, path: Steps, key: bool = False) -> Place:
         """Line and column, counted from 1, of what `locate` names."""
         for end in range(len(path), -1, -1):
             if key and path[:end] in self._keys:
@@ -89,26 +92,26 @@ class Document:
                 return self._values[path[:end]]
         return (1, 1)
 
-    def having(self, values: Mapping[Steps, Any], places: Mapping[Steps, Place] | None = None) -> Document:
+    def having(self, values: Mapping[Steps, Any], place: Place | None = None) -> Document:
         """The document with other ``values`` at their paths; mappings on the way are made where there is nothing.
 
-        A value below something else than a mapping is left out: what is wrong there is found without it. ``places`` are
-        where they stand, if they are to be located elsewhere than what is above them.
+        A value below something else than a mapping is left out: what is wrong there is found without it. ``place`` is
+        where the values stand, if not where what is above them does.
         """
         data = dict(self.data)
         for path, value in values.items():
             block: Any = data
             for step in path[:-1]:
-                inner = block.get(str(step))
+                inner = block.get(step)
                 if inner is not None and not isinstance(inner, dict):
                     break
-                block[str(step)] = dict(inner or {})
-                block = block[str(step)]
+                block[step] = dict(inner or {})
+                block = block[step]
             else:
-                block[str(path[-1])] = value
-        places = places or {}
-        changed = {path: place for path, place in self._values.items() if path not in values} | dict(places)
-        return Document(self.name, data, self.unreadable, changed, {**self._keys, **places})
+                block[path[-1]] = value
+        places = dict.fromkeys(values, place) if place is not None else {}
+        kept = {path: own for path, own in self._values.items() if path not in values}
+        return Document(self.name, data, self.unreadable, kept | places, self._keys | places)
 
 
 def read_document(path: str | os.PathLike[str], faults: list[Fault] | None = None) -> Document:
@@ -124,22 +127,11 @@ def read_document(path: str | os.PathLike[str], faults: list[Fault] | None = Non
     Raises
     ------
     FileAccessError
-        When the file cannot be read, or exceeds 1 MiB.
+        When the file cannot be read, is larger or no UTF-8 text.
     ScenarioError
         When its text is not valid.
     """
-    name = os.fspath(path)
-    with open_regular(name) as file:
-        data = file.read(_MOST_BYTES + 1)
-    if len(data) > _MOST_BYTES:
-        raise _too_large(name)
-    try:
-        text = data.decode("utf-8")
-    except UnicodeDecodeError as error:
-        line, column = _line_and_column(data[: error.start].decode("utf-8"))
-        got = f"got the byte 0x{data[error.start]:02x}; save the file as UTF-8"
-        raise ScenarioError([Fault("", f"must be UTF-8 text ({got})", f"{name}:{line}:{column}")]) from None
-    return parse_document(text, name, faults)
+    return parse_document(read_text(path, _MOST_BYTES), os.fspath(path), faults)
 
 
 def parse_document(text: str, name: str, faults: list[Fault] | None = None) -> Document:
@@ -159,51 +151,132 @@ def parse_document(text: str, name: str, faults: list[Fault] | None = None) -> D
     ScenarioError
         With all faults found, in their order in the text.
     """
-    if len(text) > _MOST_BYTES:
-        raise _too_large(name)
-    text = text.removeprefix("\ufeff")
-    bad = UNPRINTABLE.search(text)
-    if bad:
-        line, column = _line_and_column(text[: bad.start()])
+    if bad := _UNPRINTABLE.search(text):
+        lines = _BREAK.split(text[: bad.start()])
         problem = f"must be printable text (got the character U+{ord(bad[0]):04X}; delete it)"
-        raise ScenarioError([Fault("", problem, f"{name}:{line}:{column}")])
-    builder = TreeBuilder(name)
-    try:
-        for event in _events(text, builder):
-            builder.take(event)
-        data = builder.result()
-    except StopReadingError:
-        raise ScenarioError(builder.faults) from None
-    if faults is None and builder.faults:
-        raise ScenarioError(builder.faults)
+        raise ScenarioError([Fault("", problem, f"{name}:{len(lines)}:{len(lines[-1]) + 1}")])
+    root = _composed(text, name)
+    walk = _Walk(name)
+    data = walk.value(root, ())
+    if not isinstance(data, dict):
+        got = "nothing" if data is None else reprlib.repr(data)
+        walk.fault((), f"must be a mapping, 'key: value' on each line (got {got})", root.start_mark)
+    if walk.faults and (faults is None or not isinstance(data, dict)):
+        raise ScenarioError(walk.faults)
     if faults is not None:
-        faults.extend(builder.faults)
-    return Document(name, data, frozenset(builder.unreadable), builder.values, builder.keys)
+        faults += walk.faults
+    return Document(name, data, frozenset(walk.unreadable), walk.values, walk.keys)
 
 
-def _too_large(name: str) -> ScenarioError:
-    problem = "must be at most 1 MiB (put a long record in a CSV file, and name it under `file`)"
-    return ScenarioError([Fault("", problem, f"{name}:1:1")])
+# ---------------------------------------------------------------- text to nodes
 
 
-def _line_and_column(before: str) -> Place:
-    lines = _BREAK.split(before)
-    return len(lines), len(lines[-1]) + 1
+class _Loader(yaml.SafeLoader):
+    """The parser in Python: unlike libyaml's it is the same wherever this runs, in its messages too."""
+
+    yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}  # type: ignore[misc]
+
+    def _refuse(self) -> None:
+        problem = "an anchor, an alias or a tag; write the value out"
+        raise yaml.MarkedYAMLError(problem=problem, problem_mark=self.get_mark())
+
+    fetch_anchor = fetch_alias = fetch_tag = _refuse
 
 
-def _events(text: str, builder: TreeBuilder) -> Iterator[yaml.Event]:
-    """The parser's events; a syntax error becomes the last fault."""
-    loader = _Loader(text)
+_TEXT = _Loader.DEFAULT_SCALAR_TAG
+_NUMBER = r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|0o[0-7]+|0x[0-9a-fA-F]+"
+_NOT_FINITE = r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)"
+for _tag, _pattern, _first in (
+    ("number", f"{_NUMBER}|{_NOT_FINITE}", "-+.0123456789"),
+    ("truth", "true|True|TRUE|false|False|FALSE", "tTfF"),
+    ("nothing", "|~|null|Null|NULL", ["", *"~nN"]),
+):
+    _Loader.add_implicit_resolver(_tag, re.compile(rf"({_pattern})\Z"), list(_first))
+
+
+def _composed(text: str, name: str) -> yaml.Node:
+    """The node at the top; an empty scalar where there is none."""
+    loader = _Loader(_TAB_BETWEEN.sub(lambda found: " " * len(found[0]), text))
+    start = loader.get_mark()
     try:
-        while loader.check_event():
-            yield loader.get_event()  # type: ignore[no-untyped-call]
-    except yaml.MarkedYAMLError as error:
-        problem = error.problem or error.context or "something else"
-        hint = next((f"; {hint}" for part, hint in _HINTS.items() if part in problem), "")
-        mark = error.problem_mark or error.context_mark or loader.get_mark()
-        builder.stop((), f"must be YAML (got: {problem}{hint})", mark)
-    except (ValueError, OverflowError):
-        # PyYAML makes characters of escapes, and numbers of versions, without asking whether there are such.
-        builder.stop((), "must be YAML (got: an escape or a version that does not exist)", loader.get_mark())
-    finally:
-        loader.dispose()
+        if text.count(",") + text.count("\n") > _MOST_VALUES:  # one of these stands behind nearly every value
+            raise ValueError(f"more than {_MOST_VALUES} values; put a long record in a CSV file")
+        found: yaml.Node | None = loader.get_single_node()
+        return found or yaml.ScalarNode("nothing", "", start)
+    # PyYAML recurses without a limit, and makes characters of escapes without asking whether there are such.
+    except (yaml.MarkedYAMLError, RecursionError, ValueError, OverflowError) as error:
+        got = str(getattr(error, "problem", None) or error)
+        hint = next((f"; {hint}" for part, hint in _HINTS.items() if part in got), "")
+        mark = getattr(error, "problem_mark", None) or loader.get_mark()
+        problem = f"must be YAML (got: {got}{hint})"
+        raise ScenarioError([Fault("", problem, f"{name}:{mark.line + 1}:{mark.column + 1}")]) from None
+
+
+# ---------------------------------------------------------------- nodes to data
+
+
+def _number(text: str) -> int | float:
+    """A finite number; raises ValueError or OverflowError for one that no float holds."""
+    kind = float if text.lstrip("+-").strip("0123456789") else int
+    number = int(text, 0) if text.startswith(("0o", "0x")) else kind(text)
+    if not math.isfinite(number):
+        raise OverflowError
+    return number
+
+
+@define(eq=False)
+class _Walk:
+    """Turns nodes into plain data and gathers places and faults."""
+
+    name: str
+    faults: list[Fault] = Factory(list)
+    unreadable: set[Steps] = Factory(set)
+    values: dict[Steps, Place] = Factory(dict)
+    keys: dict[Steps, Place] = Factory(dict)
+
+    def value(self, node: yaml.Node, path: Steps) -> Any:
+        """The data of a node; None where it could not be read."""
+        self.values[path] = node.start_mark.line + 1, node.start_mark.column + 1
+        if isinstance(node, yaml.ScalarNode):
+            return self._scalar(node, path)
+        if len(path) >= _DEEPEST:
+            self.unreadable.add(path)
+            self.fault(path, f"must be nested at most {_DEEPEST} levels deep (got more)", node.start_mark)
+            return None
+        if isinstance(node, yaml.SequenceNode):
+            return [self.value(inner, (*path, index)) for index, inner in enumerate(node.value)]
+        data: dict[str, Any] = {}
+        for key, inner in node.value:
+            below = (*path, key.value)
+            if key.tag != _TEXT or _UNPRINTABLE.search(key.value):
+                got = f"{reprlib.repr(key.value)[1:-1]}; put it in quotes if it is one" if key.value else "nothing"
+                self.fault(path, f"must have names as keys (got {got})", key.start_mark)
+            elif key.value in data:
+                got = f"got it again; first in line {self.keys[below][0]}; delete one"
+                self.fault(below, f"must be given once ({got})", key.start_mark)
+            else:
+                self.keys[below] = key.start_mark.line + 1, key.start_mark.column + 1
+                data[key.value] = self.value(inner, below)
+        return data
+
+    def _scalar(self, node: yaml.ScalarNode, path: Steps) -> Any:
+        text: str = node.value
+        if node.tag == "nothing":
+            return None
+        if node.tag == "truth":
+            return text.lower() == "true"
+        try:
+            if node.tag == "number":
+                return _number(text)
+            if not _UNPRINTABLE.search(text):
+                return text
+            problem = "must be printable text (got an escape of a character that is not)"
+        except (ValueError, OverflowError):
+            problem = f"must be finite (got {reprlib.repr(text)[1:-1]})"
+        self.unreadable.add(path)
+        self.fault(path, problem, node.start_mark)
+        return None
+
+    def fault(self, path: Steps, problem: str, mark: yaml.Mark) -> None:
+        """Add what is wrong at ``path``."""
+        self.faults.append(Fault(dotted(path), problem, f"{self.name}:{mark.line + 1}:{mark.column + 1}"))

@@ -14,7 +14,7 @@ from shockwave.prediction.model_interface import Relation
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
-from shockwave.scenario.blocks import Published
+from shockwave.scenario.scenario import Published
 from shockwave.text import range_text, si
 
 __all__ = ["Comparison", "beside", "compare"]

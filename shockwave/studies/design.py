@@ -11,7 +11,7 @@ from attrs import asdict, field, frozen
 from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.errors import InvalidValueError, nearest
 from shockwave.fields import Quantity, text_of
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.units import to_si
 from shockwave.studies.scaling_exponents import Exponents
 from shockwave.text import printed

@@ -16,8 +16,8 @@ from shockwave.fields import Quantity, text_of
 from shockwave.measurement.simulate import simulate
 from shockwave.profiles.shock import Shock
 from shockwave.registry import entries, find
-from shockwave.scenario.family import Family
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scene_family import Family
 from shockwave.scenario.variable import Variable, variable
 from shockwave.studies import scene_response
 from shockwave.studies.design import Design, Option, Simulated, Target

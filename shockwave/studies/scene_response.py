@@ -30,8 +30,8 @@ from shockwave.profiles.guard import trusted
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.registry import entries
-from shockwave.scenario.family import Family
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scene_family import Family
 from shockwave.studies.scaling_exponents import POWERS, Exponents
 from shockwave.studies.universal_curve import UniversalCurve
 

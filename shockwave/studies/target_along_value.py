@@ -9,8 +9,8 @@ import numpy as np
 from attrs import evolve, frozen
 
 from shockwave.errors import NumericalError
-from shockwave.scenario.family import Family
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scene_family import Family
 from shockwave.studies import scene_response
 from shockwave.studies.chebyshev_fit import evaluated, fitted
 from shockwave.studies.crossings import crossings

@@ -17,7 +17,7 @@ from shockwave.errors import Fault, InvalidValueError
 from shockwave.fields import Quantity, text_of
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.uncertainty import Spread, read
 from shockwave.scenario.yaml_document import Steps, dotted
 from shockwave.studies import scene_response

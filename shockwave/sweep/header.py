@@ -15,7 +15,7 @@ from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import InvalidValueError, ShockwaveError
 from shockwave.fields import text_of
 from shockwave.registry import entries, find
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_hash import normalised
 from shockwave.sweep.journal import header_in, written
 from shockwave.sweep.points import Points

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from attrs import frozen
 
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
 from shockwave.sweep.executors import Processes, check_name, cores
 from shockwave.sweep.header import header_of, settled
 from shockwave.sweep.journal import DONE, OPEN, Journal, header_in

@@ -14,8 +14,8 @@ from shockwave.errors import FileAccessError, ShockwaveError
 from shockwave.prediction.model_interface import ScaledShock
 from shockwave.prediction.predictor import coefficient_of
 from shockwave.prediction.wave_train import constant_alpha
-from shockwave.scenario.family import Family
-from shockwave.scenario.load import load_scenario
+from shockwave.scenario.loader import load_scenario
+from shockwave.scenario.scene_family import Family
 from shockwave.sweep.results import SweepResults
 
 __all__ = ["regimes"]

@@ -15,7 +15,7 @@ from attrs import define, evolve, field
 
 from shockwave.errors import InvalidValueError, UsageError
 from shockwave.files import read_bytes
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
 from shockwave.sweep.executors import Crew, LostError, crew_of
 from shockwave.sweep.header import EARLIER, header_of, plugins_of, settle
 from shockwave.sweep.journal import COPY, CRASHED, DONE, FAILED, OPEN, Journal, written
