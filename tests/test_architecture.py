@@ -24,7 +24,6 @@ FLOORS = {
     "files": 1,
     "markup": 1,
     "numerics": 1,
-    "output": 1,
     "quadrature": 2,
     "registry": 2,
     "options": 3,

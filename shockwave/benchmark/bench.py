@@ -22,7 +22,7 @@ from shockwave.benchmark.rows import FAMILIES, Problem, Row, WorkPrecision
 from shockwave.benchmark.timing import Limits
 from shockwave.errors import FileAccessError, InvalidValueError, ShockwaveError, UsageError
 from shockwave.fields import Quantity, text_of
-from shockwave.output import write_file
+from shockwave.files import write_file
 from shockwave.registry import plugins
 from shockwave.scenario.load import Scenario
 from shockwave.simulation.backend import compiled

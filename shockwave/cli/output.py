@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 
-from shockwave.output import write_file
+from shockwave.files import write_file
 
 __all__ = ["DEBUG", "internal", "print_json", "written"]
 

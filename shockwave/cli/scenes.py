@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from shockwave.cli.output import DEBUG, internal, print_json, written
 from shockwave.errors import Fault, InvalidValueError, PluginError, ScenarioError, ShockwaveError, UsageError
-from shockwave.output import refuse_inputs
+from shockwave.files import refuse_inputs
 
 if TYPE_CHECKING:
     from shockwave.options import SimulateOptions

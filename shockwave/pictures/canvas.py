@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import InvalidValueError, UsageError
 from shockwave.markup import plain
-from shockwave.output import write_file
+from shockwave.files import write_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

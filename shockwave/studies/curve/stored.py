@@ -13,8 +13,7 @@ import numpy as np
 import shockwave
 from shockwave.errors import InvalidValueError
 from shockwave.fields import text_of
-from shockwave.files import parse_json, read_bytes
-from shockwave.output import write_file
+from shockwave.files import parse_json, read_bytes, write_file
 from shockwave.studies.curve.build import Built
 from shockwave.studies.curve.series import Piece, Series
 from shockwave.studies.curve.shape import Shape
