@@ -36,7 +36,6 @@ FLOORS = {
     "pictures": 6,
     "scenario": 6,
     "studies": 7,
-    "report": 8,
     "page": 8,
     "sweep": 8,
     "testing": 8,

@@ -94,7 +94,7 @@ def _run(
 def predict(options: argparse.Namespace) -> int:
     from attrs import evolve
 
-    from shockwave.report import outcome_table
+    from shockwave.cli.result_tables import outcome_table
 
     def one(scenario: Scenario) -> Any:
         return evolve(scenario.predictor.predict(scenario.shock, scenario.chain), scenario=scenario.name)
@@ -105,8 +105,8 @@ def predict(options: argparse.Namespace) -> int:
 def simulate(options: argparse.Namespace) -> int:
     from attrs import evolve
 
+    from shockwave.cli.result_tables import simulation_table
     from shockwave.measurement.simulate import simulate_with
-    from shockwave.report import simulation_table
 
     def one(scenario: Scenario) -> Any:
         result = simulate_with(_settings(options, scenario), scenario.shock, scenario.chain)
@@ -118,7 +118,7 @@ def simulate(options: argparse.Namespace) -> int:
 def compare(options: argparse.Namespace) -> int:
     from attrs import evolve
 
-    from shockwave.report import comparison_table
+    from shockwave.cli.result_tables import comparison_table
     from shockwave.studies.comparison import compare as compared
 
     def one(scenario: Scenario) -> Any:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import InvalidValueError, UsageError
-from shockwave.markup import plain
 from shockwave.files import write_file
+from shockwave.markup import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
