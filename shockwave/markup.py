@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from shockwave.text import si
-
 __all__ = [
     "Html",
-    "density",
     "document",
     "facts",
-    "formula",
     "joined",
     "listed",
-    "percent",
     "plain",
-    "quantity",
     "section",
-    "small",
     "table",
     "tag",
 ]
@@ -29,18 +21,6 @@ __all__ = [
 # What HTML does not admit, and what turns the direction of the text behind it.
 _UNFIT = re.compile(
     "[^\t\n\x20-\x7e\xa0-\u2029\u202f-\u2065\u206a-\ud7ff\ue000-\ufdcf\ufdf0-\ufffd\U00010000-\U0010fffd]"
-)
-_MINUS, _BLANK, _TIMES = "\N{MINUS SIGN}", "\N{NO-BREAK SPACE}", "\N{MULTIPLICATION SIGN}"
-_POWER = re.compile(r"([0-9.]+)e([+-][0-9]+)")
-# Symbols of the paper as they are written in statements, after escaping.
-_SYMBOLS = (
-    (re.compile(r"\balphaF0\b"), "\N{GREEK SMALL LETTER ALPHA}"),
-    (re.compile(r"\^\((-?)([0-9/]+)\)"), lambda found: f"<sup>{_MINUS if found[1] else ''}{found[2]}</sup>"),
-    (re.compile(r"\b([Fta])([012])\b"), r"<i>\1</i><sub>\2</sub>"),
-    (re.compile(r"\bA(?= <i>F)"), "<i>A</i>"),
-    (re.compile(r"\bn(?= <i>t|-1\))"), "<i>n</i>"),
-    (re.compile("&gt;="), "\N{GREATER-THAN OR EQUAL TO}"),
-    (re.compile("&lt;="), "\N{LESS-THAN OR EQUAL TO}"),
 )
 # matplotlib writes its curves with style attributes, and maps as pictures in data: addresses.
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
@@ -148,49 +128,3 @@ def document(title: str, parts: Iterable[str]) -> str:
         "<body>",
     ]
     return "\n".join([*head, *(plain(part) for part in parts if part), "</body>", "</html>", ""])
-
-
-# ---------------------------------------------------------------- figures
-
-
-def quantity(value: float, unit: str, digits: int = 5) -> Html:
-    """``value`` with an SI prefix, kept on one line; a number without a unit has no prefix."""
-    if not unit:
-        return _number(f"{value:.{digits}g}")
-    number, _, prefixed = si(value, unit, digits).partition(" ")
-    prefixed = f"\N{MICRO SIGN}{unit}" if prefixed == f"u{unit}" else prefixed
-    prefixed = prefixed.replace(" ", _BLANK)
-    return Html(f"{_number(number)}{_BLANK}{plain(prefixed)}")
-
-
-def density(value: float) -> Html:
-    """A density, which takes no prefix."""
-    return Html(f"{_number(f'{value:.6g}')}{_BLANK}kg/m\N{SUPERSCRIPT THREE}")
-
-
-def small(value: float) -> Html:
-    """A share or an error, to one digit."""
-    return _number(f"{value:.0e}") if value and math.isfinite(value) else Html(f"{value:g}")
-
-
-def percent(value: float, digits: int = 1) -> Html:
-    """A relative difference in percent, with its sign."""
-    return Html(f"{_number(f'{100 * value:+.{digits}f}' if abs(value) < 1e3 else f'{100 * value:+.1e}')}{_BLANK}%")
-
-
-def formula(statement: str) -> Html:
-    """A statement with the symbols of the paper set as such."""
-    text: str = plain(statement)
-    for pattern, set_ in _SYMBOLS:
-        text = pattern.sub(set_, text)
-    return Html(text.replace("-1)", f"{_MINUS}1)"))
-
-
-def _number(text: str) -> Html:
-    """A number as it is printed: a sign for minus, powers of ten raised."""
-    found = _POWER.search(text)
-    if found:
-        power = found[2].replace("+0", "").replace("-0", "-").replace("+", "")
-        raised = f"10<sup>{power.replace('-', _MINUS)}</sup>"
-        text = text.replace(found[0], f"{found[1]}{_BLANK}{_TIMES}{_BLANK}{raised}")
-    return Html(text.replace("-", _MINUS))

@@ -6,7 +6,7 @@ write what was drawn. matplotlib is the extra ``plot``: it is loaded when a figu
 
 from shockwave.pictures.amplification import amplification
 from shockwave.pictures.approach import approach
-from shockwave.pictures.books import books
+from shockwave.pictures.balance import balance
 from shockwave.pictures.canvas import figure, save, svg
 from shockwave.pictures.precision import work_precision
 from shockwave.pictures.pulse import conditions, correction_area, pulse
@@ -16,6 +16,7 @@ from shockwave.pictures.waves import contact_forces, space_time, train
 __all__ = [
     "amplification",
     "approach",
+    "balance",
     "books",
     "conditions",
     "contact_forces",
@@ -29,3 +30,6 @@ __all__ = [
     "trust_map",
     "work_precision",
 ]
+
+#: The former name of `balance`.
+books = balance

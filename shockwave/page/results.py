@@ -1,8 +1,10 @@
-"""What there is to tell about a scenario: both answers, or why there is none."""
+"""The results that a page shows: prediction and simulation of a scenario, or why there is none."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 from attrs import evolve, frozen
 
@@ -12,37 +14,42 @@ from shockwave.measurement.simulate import MEASURABLE, scaled, simulate_with
 from shockwave.options import SimulateOptions
 from shockwave.prediction.outcome import Outcome
 from shockwave.scenario.load import Scenario
-from shockwave.studies.comparison import Comparison, compare
+from shockwave.studies.comparison import Comparison, beside
 
 __all__ = ["Findings", "findings"]
 
-# How long histories are, in natural times of the wave, and beyond the end of the shock; how many contacts of those
-# that the first wave passes meanwhile, at nine tenths of a contact a natural time, are drawn.
-_PASSED, _BEYOND, _RATE, _CONTACTS = 60.0, 1.15, 0.9, 120
-#: Longer histories take too long, and no print shows them.
-LONGEST = 400.0
-# Of a longer text the beginning is shown.
+# Histories last so many characteristic times, and this factor beyond the end of the shock.
+_PASSED = 60.0
+_BEYOND = 1.15
+# Contacts that the first wave passes in a characteristic time, and how many of them are drawn.
+_RATE = 0.9
+_CONTACTS = 120
+# Longer histories [characteristic times] take too long, and no print shows them.
+_LONGEST = 400.0
+# Characters of the scenario's text that are shown.
 _MOST_TEXT = 20_000
+
+_T = TypeVar("_T")
 
 
 @frozen(kw_only=True)
 class Findings:
-    """Both answers to a scenario, as far as there are.
+    """Prediction and simulation of a scenario.
 
     Attributes
     ----------
     scenario : Scenario
-        What was asked.
+        The scenario.
     predicted : Outcome or None
         None where the prediction failed.
     simulated : SimulationResult or None
         With histories, where they are not too long. None where the simulation failed.
     comparison : Comparison or None
-        Of both.
+        None where either failed.
     passages : tuple of Passage
         Of the primary at the contacts that the scenario asks for.
     failures : tuple of str
-        What could not be had, and why.
+        What failed, and why.
     text : str
         Of the scenario's file.
     """
@@ -57,55 +64,52 @@ class Findings:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Of both answers, each once."""
-        told = () if self.predicted is None else self.predicted.warnings
-        found = () if self.simulated is None else self.simulated.all_warnings
-        return tuple(dict.fromkeys((*told, *found)))
+        """Of prediction and simulation, each once."""
+        predicted = () if self.predicted is None else self.predicted.warnings
+        simulated = () if self.simulated is None else self.simulated.all_warnings
+        return tuple(dict.fromkeys((*predicted, *simulated)))
 
 
 def findings(scenario: Scenario) -> Findings:
-    """Predict and simulate ``scenario``; a failure of the one does not stop the other."""
+    """Predict and simulate ``scenario``; a failure of one does not stop the other."""
     failures: list[str] = []
-    predicted: Outcome | None = None
-    simulated: SimulationResult | None = None
-    comparison: Comparison | None = None
-    shock, chain = scenario.shock, scenario.chain
-    try:
-        predicted = scenario.predictor.predict(shock, chain)
-    except ShockwaveError as error:
-        failures.append(f"The prediction failed: {error}.")
-    try:
-        options = _with_histories(scenario)
-        if predicted is None:
-            simulated = simulate_with(options, shock, chain)
-        else:
-            comparison = evolve(
-                compare(shock, chain, scenario.predictor, options),
-                published=scenario.published,
-            )
-            simulated = comparison.simulated
-    except ShockwaveError as error:
-        failures.append(f"The simulation failed: {error}.")
+    shock, chain, predictor = scenario.shock, scenario.chain, scenario.predictor
+
+    def attempt(failure: str, compute: Callable[[], _T]) -> _T | None:
+        try:
+            return compute()
+        except ShockwaveError as error:
+            failures.append(f"{failure}: {error}.")
+            return None
+
+    predicted = attempt("The prediction failed", lambda: predictor.predict(shock, chain))
+    simulated = attempt("The simulation failed", lambda: simulate_with(_with_histories(scenario), shock, chain))
+    passages: list[Passage | None] = []
     if simulated is not None:
         simulated = _with_train(simulated, failures)
-        comparison = None if comparison is None else evolve(comparison, simulated=simulated)
-    passages = _passages(scenario, simulated, failures)
+        passages = [
+            attempt(f"The passage of contact {contact} could not be computed", lambda: simulated.passage(contact))  # noqa: B023
+            for contact in scenario.simulate.contacts
+        ]
+    comparison = None
+    if predicted is not None and simulated is not None:
+        comparison = evolve(beside(predicted, simulated, predictor.equal_tolerance), published=scenario.published)
     return Findings(
         scenario=scenario,
         predicted=predicted,
         simulated=simulated,
         comparison=comparison,
-        passages=passages,
+        passages=tuple(passage for passage in passages if passage is not None),
         failures=tuple(failures),
         text=_text(scenario.path),
     )
 
 
 def _with_histories(scenario: Scenario) -> SimulateOptions:
-    """What the scenario asks of the simulation, and the histories that are drawn."""
+    """The scenario's options, with the histories that are drawn."""
     problem, scales = scaled(scenario.shock, scenario.chain)
     until = max(_BEYOND * problem.duration, _PASSED)
-    if until > LONGEST:
+    if until > _LONGEST:
         return evolve(scenario.simulate, record=(), interval=None, until=None)
     granules = scenario.chain.granules
     reached = int(_RATE * until) if granules is None else min(int(_RATE * until), granules - 1)
@@ -119,12 +123,11 @@ def _with_histories(scenario: Scenario) -> SimulateOptions:
 
 
 def _with_train(result: SimulationResult, failures: list[str]) -> SimulationResult:
-    """The result with all of its waves; with the primary alone, where the others cannot be had."""
+    """The result with all of its waves; with the primary alone, where the others cannot be measured."""
     if result.options.waves == "primary":
         return result
     try:
-        # integrated here, and kept
-        train = result.train
+        train = result.train  # integrated here, and kept
     except ShockwaveError as error:
         failures.append(f"The waves behind the primary could not be measured: {error}.")
     else:
@@ -134,21 +137,9 @@ def _with_train(result: SimulationResult, failures: list[str]) -> SimulationResu
     return evolve(result, options=evolve(result.options, waves="primary"))
 
 
-def _passages(scenario: Scenario, result: SimulationResult | None, failures: list[str]) -> tuple[Passage, ...]:
-    found = []
-    for contact in scenario.simulate.contacts if result is not None else ():
-        try:
-            found.append(result.passage(contact))  # type: ignore[union-attr]
-        except ShockwaveError as error:
-            failures.append(f"The passage of contact {contact} could not be had: {error}.")
-    return tuple(found)
-
-
 def _text(path: Path | None) -> str:
-    if path is None:
-        return ""
     try:
-        text = path.read_text(encoding="utf-8-sig", errors="replace")
+        text = "" if path is None else path.read_text(encoding="utf-8-sig", errors="replace")
     except OSError:
         return ""
     rest = len(text) - _MOST_TEXT

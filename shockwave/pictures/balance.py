@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from shockwave.measurement.result import SimulationResult
     from shockwave.quadrature import FloatArray
 
-__all__ = ["books"]
+__all__ = ["balance"]
 
 
-def books(ax: Axes, result: SimulationResult, of: Literal["energy", "momentum"] = "energy") -> Axes:
+def balance(ax: Axes, result: SimulationResult, of: Literal["energy", "momentum"] = "energy") -> Axes:
     """What the shock has put into the chain and where it is, against time; with the defect of the book at the end.
 
     Energy is stacked, of contacts upon kinetic, under the work of the shock: while it acts, where the ``field`` was
