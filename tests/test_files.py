@@ -162,7 +162,7 @@ WRITERS = {
 def test_every_command_leaves_the_old_file_on_a_full_disk(
     name: str, folder: Path, full: None, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("shockwave.page.drawings.drawings", lambda _: [])  # pages are written without their pictures
+    monkeypatch.setattr("shockwave.page.drawings.drawings", lambda _: {})  # pages are written without their pictures
     old = folder / WRITERS[name][-1]
     old.write_text("old")
     before = sorted(folder.iterdir())

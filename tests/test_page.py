@@ -66,7 +66,7 @@ def made(name: str) -> str:
 def without_pictures(found: Any) -> str:
     """A page without its pictures, which take most of the time."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("shockwave.page.drawings.drawings", lambda _: [])
+        patch.setattr("shockwave.page.drawings.drawings", lambda _: {})
         return written(found)
 
 
@@ -240,7 +240,7 @@ def test_a_shock_too_long_for_its_train_has_its_primary_alone() -> None:
     assert found.simulated is not None
     assert found.simulated.options.waves == "primary"
     assert found.failures[0].startswith("Only the primary was simulated: the shock lasts 600 ")
-    assert "the shock is too long for its histories" in without_pictures(found)
+    assert "the shock is too long for its histories to be kept" in without_pictures(found)
 
 
 def test_a_contact_beyond_the_chain_is_reported() -> None:

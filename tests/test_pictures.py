@@ -86,7 +86,7 @@ UNITS_OF_AXES = {
     "approach": ("contact", "relative distance to the limit"),
     "energy": ("time (µs)", "energy (µJ)"),
     "momentum": ("time (µs)", "momentum (mN s)"),
-    "amplification": ("rise time over natural time, $t_0/T_0$", "amplification"),
+    "amplification": ("rise time over characteristic time, $t_0/T_0$", "amplification"),
     "conditions": ("margin over the sum of both sides", ""),
 }
 
@@ -102,7 +102,7 @@ def test_axes_tell_their_units(ax: Axes, picture: str) -> None:
     [
         ("correction_area", ("time (µs)", "force (N)")),
         ("work_precision", ("time (ms)", "relative error")),
-        ("trust_map", ("duration over natural time, $n t_0/T_0$", "duration over rise time, $n$")),
+        ("trust_map", ("duration over characteristic time, $n t_0/T_0$", "duration over rise time, $n$")),
     ],
 )
 def test_other_axes_tell_their_units(ax: Axes, picture: str, told: tuple[str, str]) -> None:

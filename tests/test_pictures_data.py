@@ -13,7 +13,7 @@ import shockwave as sw
 from drawings import ERRORS, REGIMES, RUNS, SHOCKS, N, Run, X, compared, labels, line, recorded, x_of, y_of
 from scenes import CHAIN, FORCE, UNITS, power
 from shockwave import pictures
-from shockwave.pictures.style import thinned
+from shockwave.pictures.axes import thinned
 
 
 @pytest.fixture

@@ -10,12 +10,8 @@ from markupsafe import Markup
 
 from shockwave.text import si
 
-__all__ = ["admitted", "digits_of", "formula", "number", "percent", "quantity", "small"]
+__all__ = ["digits_of", "formula", "number", "percent", "quantity", "small"]
 
-# Characters that HTML does not admit, and those that turn the direction of the text behind them.
-_UNFIT = re.compile(
-    "[^\t\n\x20-\x7e\xa0-\u2029\u202f-\u2065\u206a-\ud7ff\ue000-\ufdcf\ufdf0-\ufffd\U00010000-\U0010fffd]"
-)
 _MINUS = "\N{MINUS SIGN}"
 _BLANK = "\N{NO-BREAK SPACE}"
 _POWER = re.compile(r"e([+-])0*([0-9]+)")
@@ -33,13 +29,6 @@ _SYMBOLS = (
 # Of a figure at least, and what a float holds at most.
 _LEAST_DIGITS = 3
 _MOST_DIGITS = 15
-
-
-def admitted(value: object) -> object:
-    """``value``; in a text, characters that HTML does not admit are replaced."""
-    if isinstance(value, str) and not isinstance(value, Markup):
-        return _UNFIT.sub("\N{REPLACEMENT CHARACTER}", value)
-    return value
 
 
 def number(text: str) -> Markup:

@@ -7,18 +7,20 @@ from pathlib import Path
 
 import attrs
 import numpy as np
+from markupsafe import Markup
 
 from shockwave import pictures
 from shockwave.chain.chain import Scales
 from shockwave.fields import quantity_of
 from shockwave.page.drawings import drawn
-from shockwave.page.number_text import admitted, digits_of, formula, percent, quantity, small
+from shockwave.page.number_text import digits_of, formula, percent, quantity, small
 from shockwave.page.provenance import parts_in_use, profile_name, versions
 from shockwave.page.results import Findings, findings
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import conditions
 from shockwave.scenario.load import Scenario
 from shockwave.scenario.scene_hash import parameters, scene_hash
+from shockwave.text import admitted
 
 __all__ = ["page", "written"]
 
@@ -61,7 +63,7 @@ def written(found: Findings) -> str:
         loader=FileSystemLoader(Path(__file__).parent),
         autoescape=True,
         undefined=StrictUndefined,
-        finalize=admitted,
+        finalize=_admitted,
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
@@ -80,10 +82,15 @@ def written(found: Findings) -> str:
         conditions=conditions(areas, float(shock.profile.duration_ratio)),
         figures=figures,
         not_drawn=not_drawn,
+        svg=pictures.svg,
         versions=versions(found),
         hash=scene_hash(found.scenario),
         parts=list(parts_in_use(found)),
     )
+
+
+def _admitted(value: object) -> object:
+    return admitted(value) if isinstance(value, str) and not isinstance(value, Markup) else value
 
 
 def _parameters(profile: ShockProfile) -> Iterator[tuple[str, str]]:
