@@ -11,7 +11,6 @@ from attrs import evolve, frozen
 from shockwave.errors import ShockwaveError
 from shockwave.measurement.result import Passage, SimulationResult
 from shockwave.measurement.simulate import MEASURABLE, scaled, simulate_with
-from shockwave.options import SimulateOptions
 from shockwave.prediction.outcome import Outcome
 from shockwave.scenario.load import Scenario
 from shockwave.studies.comparison import Comparison, beside
@@ -73,24 +72,15 @@ class Findings:
 def findings(scenario: Scenario) -> Findings:
     """Predict and simulate ``scenario``; a failure of one does not stop the other."""
     failures: list[str] = []
-    shock, chain, predictor = scenario.shock, scenario.chain, scenario.predictor
-
-    def attempt(failure: str, compute: Callable[[], _T]) -> _T | None:
-        try:
-            return compute()
-        except ShockwaveError as error:
-            failures.append(f"{failure}: {error}.")
-            return None
-
-    predicted = attempt("The prediction failed", lambda: predictor.predict(shock, chain))
-    simulated = attempt("The simulation failed", lambda: simulate_with(_with_histories(scenario), shock, chain))
+    predictor = scenario.predictor
+    predicted = _attempt(failures, "The prediction failed", predictor.predict, scenario.shock, scenario.chain)
+    simulated = _attempt(failures, "The simulation failed", _simulate, scenario)
     passages: list[Passage | None] = []
     if simulated is not None:
         simulated = _with_train(simulated, failures)
-        passages = [
-            attempt(f"The passage of contact {contact} could not be computed", lambda: simulated.passage(contact))  # noqa: B023
-            for contact in scenario.simulate.contacts
-        ]
+        for contact in scenario.simulate.contacts:
+            failure = f"The passage of contact {contact} could not be computed"
+            passages.append(_attempt(failures, failure, simulated.passage, contact))
     comparison = None
     if predicted is not None and simulated is not None:
         comparison = evolve(beside(predicted, simulated, predictor.equal_tolerance), published=scenario.published)
@@ -105,21 +95,30 @@ def findings(scenario: Scenario) -> Findings:
     )
 
 
-def _with_histories(scenario: Scenario) -> SimulateOptions:
-    """The scenario's options, with the histories that are drawn."""
-    problem, scales = scaled(scenario.shock, scenario.chain)
+def _attempt(failures: list[str], failure: str, compute: Callable[..., _T], *arguments: object) -> _T | None:
+    try:
+        return compute(*arguments)
+    except ShockwaveError as error:
+        failures.append(f"{failure}: {error}.")
+        return None
+
+
+def _simulate(scenario: Scenario) -> SimulationResult:
+    """As the scenario asks, with the histories that are drawn."""
+    shock, chain = scenario.shock, scenario.chain
+    problem, scales = scaled(shock, chain)
     until = max(_BEYOND * problem.duration, _PASSED)
     if until > _LONGEST:
-        return evolve(scenario.simulate, record=(), interval=None, until=None)
-    granules = scenario.chain.granules
-    reached = int(_RATE * until) if granules is None else min(int(_RATE * until), granules - 1)
-    return evolve(
+        return simulate_with(evolve(scenario.simulate, record=(), interval=None, until=None), shock, chain)
+    reached = int(_RATE * until) if chain.granules is None else min(int(_RATE * until), chain.granules - 1)
+    options = evolve(
         scenario.simulate,
         contacts=range(0, reached, -(-reached // _CONTACTS)),
         record=("forces", "field", "energies"),
         interval=None,
         until=until * scales.time,
     )
+    return simulate_with(options, shock, chain)
 
 
 def _with_train(result: SimulationResult, failures: list[str]) -> SimulationResult:
