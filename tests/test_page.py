@@ -119,6 +119,7 @@ EACH_SCENE = pytest.mark.parametrize("name", keeping(SCENES, "ejection"))
 @EACH_SCENE
 def test_every_scene_has_a_complete_page(name: str) -> None:
     read = Reader(made(name))
+    assert made(name).startswith("<!DOCTYPE html>")
     assert "Not drawn" not in made(name)
     # all pictures but the correction area, which is for ejections
     ejection = findings(SCENES[name]).predicted.regime == "ejection"  # type: ignore[union-attr]

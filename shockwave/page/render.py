@@ -73,7 +73,7 @@ def written(found: Findings) -> str:
     shock, chain = found.scenario.shock, found.scenario.chain
     areas = shock.profile.areas()
     figures, not_drawn = drawn(found)
-    return environment.get_template("report.html.jinja").render(
+    text = environment.get_template("report.html.jinja").render(
         found=found,
         profile=profile_name(shock.profile),
         parameters=list(_parameters(shock.profile)),
@@ -87,6 +87,7 @@ def written(found: Findings) -> str:
         hash=scene_hash(found.scenario),
         parts=list(parts_in_use(found)),
     )
+    return text.lstrip()
 
 
 def _admitted(value: object) -> object:

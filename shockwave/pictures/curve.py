@@ -1,9 +1,9 @@
-"""The universal curve of a shape: amplification against rise time, and simulations beside it."""
+"""The universal curve of a shape: amplification against rise time."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from shockwave.errors import InvalidValueError
 from shockwave.pictures.axes import dress, key, label_axis
-from shockwave.pictures.style import BLACK, COLOURS, GREY, LINES, VERMILION
+from shockwave.pictures.style import BLACK, COLOURS, GREY, LINES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 __all__ = ["Curve", "curve"]
 
 _POINTS = 600
-_DECADES = 3.0
+# Least rise time over the longest.
+_SHORTEST = 1e-3
 # A band narrower than this share of the amplification is no more than the line.
 _VISIBLE = 2e-3
 
@@ -45,8 +46,6 @@ def curve(
     curves: Curve | Sequence[Curve],
     *,
     labels: Sequence[str] | None = None,
-    simulated: Iterable[tuple[float, float]] = (),
-    shortest: float | None = None,
     mark: float | None = None,
 ) -> Axes:
     """Amplification of the primary against t0/T0, for one shape or several; errors that would show are bands.
@@ -59,17 +58,13 @@ def curve(
         One line each.
     labels : sequence of str, optional
         Their names; left out, none for one curve, and numbers for several.
-    simulated : iterable of (float, float)
-        t0/T0 and amplification of simulations to be marked beside.
-    shortest : float, optional
-        Least t0/T0; left out, a thousandth of the longest.
     mark : float, optional
         A t0/T0 of one's own, marked by a line.
 
     Raises
     ------
     InvalidValueError
-        When there is no curve, labels are not one each, or ``shortest`` is out of range.
+        When there is no curve, or labels are not one each.
     """
     drawn = list(curves) if isinstance(curves, Sequence) else [curves]
     if not drawn:
@@ -79,18 +74,13 @@ def curve(
     if len(labels) != len(drawn):
         raise InvalidValueError.of("labels", f"must be one for each of {len(drawn)} curves (got {len(labels)})")
     reach = [one.longest_rise_time for one in drawn]
-    least = max(reach) / 10**_DECADES if shortest is None else float(shortest)
-    if not 0 < least < min(reach):
-        raise InvalidValueError.of("shortest", f"must be > 0 and shorter than every curve reaches (got {least:g})")
+    least = _SHORTEST * max(reach)
     for index, (one, label) in enumerate(zip(drawn, labels, strict=True)):
         _line(ax, one, label, least, index)
-    points = sorted((float(x), float(y)) for x, y in simulated)
-    if points:
-        ax.plot(*zip(*points, strict=True), "s", color=VERMILION, markersize=3, label="simulated")
     ax.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":")
     if mark is not None and least <= mark <= max(reach):
         ax.axvline(mark, color=BLACK, linewidth=0.9, linestyle="-.", label="this shock")
-    highest = max([*(one.highest[1] for one in drawn), *(y for _, y in points)])
+    highest = max(one.highest[1] for one in drawn)
     ax.set(xscale="log", xlim=(least, max(reach)), ylim=(0, 1.08 * highest))
     label_axis(ax, "x", "rise time over characteristic time, $t_0/T_0$")
     label_axis(ax, "y", "amplification")
