@@ -11,7 +11,7 @@ import numpy as np
 
 from shockwave.chain.chain import Scales
 from shockwave.errors import InvalidValueError, ShockwaveError
-from shockwave.pictures.axes import dress, key, label_axis, named
+from shockwave.pictures.axes import finish, named
 from shockwave.pictures.style import BLACK, BLUE, GREY, SKY, VERMILION
 from shockwave.profiles.shock import Shock
 
@@ -94,10 +94,7 @@ def amplification(
     if mark is not None and fine[0] <= mark / unit <= fine[-1]:
         ax.axvline(mark / unit, color=BLACK, linewidth=0.9, linestyle="-.", label="this shock")
     ax.set_ylim(0, 1.14 * max(highest, *(outcome.amplification for outcome in outcomes)))
-    label_axis(ax, "x", "rise time over characteristic time, $t_0/T_0$")
-    label_axis(ax, "y", "amplification")
-    key(ax)
-    return dress(ax)
+    return finish(ax, "rise time over characteristic time, $t_0/T_0$", "amplification")
 
 
 def _ratios(profile: ShockProfile, rise_times: Iterable[float] | None) -> list[float]:

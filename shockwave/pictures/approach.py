@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from shockwave.errors import NumericalError
-from shockwave.pictures.axes import dress, key, label_axis
+from shockwave.pictures.axes import finish
 from shockwave.pictures.style import BLUE, GREY, VERMILION
 
 if TYPE_CHECKING:
@@ -60,7 +60,4 @@ def approach(ax: Axes, result: SimulationResult, contacts: Iterable[int] | None 
     ax.set(yscale="log", ylim=(bottom, 4 * max(sizes)), xlim=(-0.5, last + 1.5))
     ax.axhspan(bottom, floor, color=GREY, alpha=0.2, linewidth=0, label="error of the limit")
     ax.axvline(last, color=GREY, linewidth=1.0, linestyle=":", label="where it was read")
-    label_axis(ax, "x", "contact")
-    label_axis(ax, "y", "relative distance to the limit")
-    key(ax)
-    return dress(ax)
+    return finish(ax, "contact", "relative distance to the limit")

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from shockwave.quadrature import FloatArray
 
-__all__ = ["area", "decades", "dress", "halo", "key", "label_axis", "named", "scale", "thinned"]
+__all__ = ["area", "decades", "dress", "finish", "halo", "key", "label_axis", "named", "scale", "thinned"]
 
 # Over a wider range whole decades alone have ticks.
 _FEW_DECADES = 2000.0
@@ -89,6 +89,14 @@ def dress(ax: Axes, grid: bool = True) -> Axes:
         ax.grid(True, color="#D9D9D9", linewidth=0.4)
         ax.set_axisbelow(True)
     return ax
+
+
+def finish(ax: Axes, x: str | tuple[str, str, float], y: str | tuple[str, str, float]) -> Axes:
+    """Label both axes, each a name or a name, a unit and the largest value; put the key above the picture; dress."""
+    label_axis(ax, "x", *([x] if isinstance(x, str) else x))
+    label_axis(ax, "y", *([y] if isinstance(y, str) else y))
+    key(ax)
+    return dress(ax)
 
 
 def key(ax: Axes, handles: Iterable[Any] | None = None, labels: Iterable[str] | None = None) -> None:

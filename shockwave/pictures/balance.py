@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from shockwave.errors import InvalidValueError
-from shockwave.pictures.axes import area, dress, key, label_axis, thinned
+from shockwave.pictures.axes import area, finish, thinned
 from shockwave.pictures.style import BLACK, BLUE, GREY, MINUS, ORANGE, SKY
 from shockwave.pictures.waves import recorded
 
@@ -43,18 +43,17 @@ def balance(ax: Axes, result: SimulationResult, of: Literal["energy", "momentum"
     """
     if of not in ("energy", "momentum"):
         raise InvalidValueError.of("of", f"must be energy or momentum (got {of!r})")
-    (_energy if of == "energy" else _momentum)(ax, result)
+    highest = (_energy if of == "energy" else _momentum)(ax, result)
     defect = result.energy_defect if of == "energy" else result.momentum_defect
     end = float(recorded(result, "energies", "field").times[-1])
     ax.axvline(result.shock.duration, color=GREY, linewidth=0.8, linestyle=":", label="end of shock")
     ax.plot([], [], " ", label=f"defect {defect:.1e}".replace("-", MINUS))
     ax.set_xlim(0, end)
-    label_axis(ax, "x", "time", "s", end)
-    key(ax)
-    return dress(ax)
+    return finish(ax, ("time", "s", end), (of, "J" if of == "energy" else "N s", highest))
 
 
-def _energy(ax: Axes, result: SimulationResult) -> None:
+def _energy(ax: Axes, result: SimulationResult) -> float:
+    """Draw the energy; the work of the shock [J]."""
     kept = recorded(result, "energies")
     times, kinetic = kept.times, np.asarray(kept.kinetic_energy)
     # what is stacked has its points in common
@@ -70,10 +69,11 @@ def _energy(ax: Axes, result: SimulationResult) -> None:
         drawn = np.array([min(result.shock.duration, times[-1]), times[-1]]), np.array([work, work])
     ax.plot(*drawn, color=BLACK, linewidth=1.2, linestyle="--", label="work of shock")
     ax.set_ylim(0, 1.1 * max(work, float(total.max())))
-    label_axis(ax, "y", "energy", "J", work)
+    return work
 
 
-def _momentum(ax: Axes, result: SimulationResult) -> None:
+def _momentum(ax: Axes, result: SimulationResult) -> float:
+    """Draw the momentum; the greatest [N s]."""
     kept = recorded(result, "field")
     momenta, times = result.chain.granule_mass * np.asarray(kept.velocities), kept.times
     forward, backward = np.maximum(momenta, 0).sum(axis=1), np.minimum(momenta, 0).sum(axis=1)
@@ -86,7 +86,7 @@ def _momentum(ax: Axes, result: SimulationResult) -> None:
     ax.axhline(0, color=BLACK, linewidth=0.6)
     highest = max(float(forward.max()), float(impulse.max()))
     ax.set_ylim(1.2 * float(backward.min()) - 0.02 * highest, 1.1 * highest)
-    label_axis(ax, "y", "momentum", "N s", highest)
+    return highest
 
 
 def _impulse(result: SimulationResult, times: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shockwave.errors import InvalidValueError
-from shockwave.pictures.axes import dress, key, label_axis
+from shockwave.pictures.axes import finish
 from shockwave.pictures.style import BLACK, COLOURS, GREY, LINES
 
 if TYPE_CHECKING:
@@ -82,10 +82,7 @@ def curve(
         ax.axvline(mark, color=BLACK, linewidth=0.9, linestyle="-.", label="this shock")
     highest = max(one.highest[1] for one in drawn)
     ax.set(xscale="log", xlim=(least, max(reach)), ylim=(0, 1.08 * highest))
-    label_axis(ax, "x", "rise time over characteristic time, $t_0/T_0$")
-    label_axis(ax, "y", "amplification")
-    key(ax)
-    return dress(ax)
+    return finish(ax, "rise time over characteristic time, $t_0/T_0$", "amplification")
 
 
 def _line(ax: Axes, one: Curve, label: str, least: float, index: int) -> None:

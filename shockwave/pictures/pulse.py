@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shockwave.errors import InvalidValueError
-from shockwave.pictures.axes import area, dress, key, label_axis, named, thinned
+from shockwave.pictures.axes import area, finish, named, thinned
 from shockwave.pictures.style import BLACK, BLUE, LABEL, MINUS, ORANGE, SKY, VERMILION, thousandths
 from shockwave.prediction.outcome import EjectionOutcome
 from shockwave.profiles.conditions import conditions as conditions_of
@@ -85,8 +85,7 @@ def conditions(ax: Axes, shock: Shock) -> Axes:
     ax.axvline(0, color=BLACK, linewidth=0.8)
     ax.set(xlim=(-1.08, 1.08), xticks=(-1, -0.5, 0, 0.5, 1), ylim=(2.6, -0.6))
     ax.set_yticks(range(len(labels)), labels)
-    label_axis(ax, "x", "margin over the sum of both sides")
-    return dress(ax)
+    return finish(ax, "margin over the sum of both sides", "")
 
 
 def correction_area(ax: Axes, shock: Shock, outcome: Outcome) -> Axes:
@@ -128,10 +127,7 @@ def correction_area(ax: Axes, shock: Shock, outcome: Outcome) -> Axes:
 
 def _force_against_time(ax: Axes, end: float, peak: float) -> Axes:
     ax.set(xlim=(0, end), ylim=(0, 1.08 * peak))
-    label_axis(ax, "x", "time", "s", end)
-    label_axis(ax, "y", "force", "N", peak)
-    key(ax)
-    return dress(ax)
+    return finish(ax, ("time", "s", end), ("force", "N", peak))
 
 
 def _abscissae(profile: ShockProfile) -> FloatArray:

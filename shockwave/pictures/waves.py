@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from shockwave.errors import InvalidValueError
-from shockwave.pictures.axes import decades, dress, halo, key, label_axis, named, scale, thinned
+from shockwave.pictures.axes import decades, dress, finish, halo, label_axis, named, scale, thinned
 from shockwave.pictures.cells import edges_of
 from shockwave.pictures.style import BLACK, BLUE, COLOURS, FIELD, GREY, LINES, VERMILION, thousandths
 
@@ -100,10 +100,7 @@ def contact_forces(ax: Axes, result: SimulationResult, contacts: Iterable[int] |
         ax.plot(*thinned(kept.times, forces[:, kept.contacts.index(contact)]), label=f"contact {contact}", **look)
     top = 1.08 * (highest if far else max(highest, shock.peak_force))
     ax.set(xlim=(0, end), ylim=(0, top))
-    label_axis(ax, "x", "time", "s", end)
-    label_axis(ax, "y", "contact force", "N", top)
-    key(ax)
-    return dress(ax)
+    return finish(ax, ("time", "s", end), ("contact force", "N", top))
 
 
 # ---------------------------------------------------------------- map
@@ -222,10 +219,7 @@ def train(ax: Axes, comparison: Comparison) -> Axes:
         decades(ax, "y")
     else:
         ax.set_ylim(0, 1.12 * top)
-    label_axis(ax, "x", "wave")
-    label_axis(ax, "y", "peak force", "N", top)
-    key(ax)
-    return dress(ax)
+    return finish(ax, "wave", ("peak force", "N", top))
 
 
 def _expected(ax: Axes, predicted: Outcome, top: float) -> None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Protocol
 
-from shockwave.pictures.axes import dress, key, label_axis
+from shockwave.pictures.axes import finish
 from shockwave.pictures.style import BLACK, COLOURS, LINES, MARKERS, SMALL, literal
 
 if TYPE_CHECKING:
@@ -77,7 +77,4 @@ def work_precision(ax: Axes, rows: Iterable[Row], name: str = "relative error") 
     ax.set(xscale="log", yscale="log", ylim=(bottom / apart**0.4, top * apart**0.4))
     ax.set_xlim(min(times) / 1.8, max(times) * wider * 1.8)
     # the prefix of the middle of a logarithmic axis
-    label_axis(ax, "x", "time", "s", math.sqrt(min(times) * max(times)))
-    label_axis(ax, "y", literal(name))
-    key(ax)
-    return dress(ax)
+    return finish(ax, ("time", "s", math.sqrt(min(times) * max(times))), literal(name))
