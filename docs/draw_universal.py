@@ -26,9 +26,9 @@ import shockwave as sw
 from shockwave import pictures
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.pictures import axes, style
-from shockwave.prediction.measures import measures
-from shockwave.prediction.scaled import ScaledShock, Shocks
-from shockwave.prediction.short import CORRECTION, IMPULSE_LIMIT, integrals, short_law
+from shockwave.prediction.shock_measures import measures
+from shockwave.prediction.model_interface import ScaledShock, Shocks
+from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT, integrals, short_law
 from shockwave.studies.curve import UniversalCurve
 
 FOLDER = Path(__file__).parent / "universal"

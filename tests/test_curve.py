@@ -23,7 +23,7 @@ from shockwave import cli, pictures
 from shockwave.chain import Scales
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
 from shockwave.pictures.curve import curve as draw
-from shockwave.prediction import short
+from shockwave.prediction import short_shock_law as short
 from shockwave.quadrature import FloatArray
 from shockwave.studies.curve import UniversalCurve, build, write
 from shockwave.studies.curve.fit import fitted

@@ -24,7 +24,7 @@ from shockwave.errors import FileAccessError, InvalidValueError, ShockwaveError,
 from shockwave.fields import Quantity, text_of
 from shockwave.files import write_file
 from shockwave.registry import plugins
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
 from shockwave.simulation.backend import compiled
 
 __all__ = ["LONGEST", "NotWrittenError", "run"]

@@ -14,7 +14,7 @@ from shockwave.files import refuse_inputs
 
 if TYPE_CHECKING:
     from shockwave.options import SimulateOptions
-    from shockwave.scenario.load import Scenario
+    from shockwave.scenario.scenario import Scenario
 
 __all__ = ["compare", "curve", "loaded", "predict", "report", "simulate", "validate"]
 
@@ -25,7 +25,7 @@ def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) ->
     One that stands for many is a fault here; ``remedy`` says what to do, or to run the sweep. ``output`` is the output
     file, which must not be one of the input files.
     """
-    from shockwave.scenario.load import load_scenario
+    from shockwave.scenario.loader import load_scenario
 
     scenarios: list[Scenario] = []
     status = 0
@@ -192,7 +192,7 @@ def curve(options: argparse.Namespace) -> int:
 
 
 def validate(options: argparse.Namespace) -> int:
-    from shockwave.scenario.load import load_scenario
+    from shockwave.scenario.loader import load_scenario
 
     status, documents = 0, []
     for file in options.files:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from shockwave.measurement.result import SimulationResult
-    from shockwave.scenario.load import Scenario
+    from shockwave.scenario.scenario import Scenario
 
 __all__ = ["drawings", "drawn"]
 

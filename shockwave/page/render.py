@@ -18,7 +18,7 @@ from shockwave.page.provenance import parts_in_use, profile_name, versions
 from shockwave.page.results import Findings, findings
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import conditions
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_hash import parameters, scene_hash
 from shockwave.text import admitted
 

@@ -12,7 +12,7 @@ from shockwave.errors import ShockwaveError
 from shockwave.measurement.result import Passage, SimulationResult
 from shockwave.measurement.simulate import MEASURABLE, scaled, simulate_with
 from shockwave.prediction.outcome import Outcome
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
 from shockwave.studies.comparison import Comparison, beside
 
 __all__ = ["Findings", "findings"]
