@@ -103,12 +103,12 @@ def approach() -> Figure:
     return figure
 
 
-def books() -> Figure:
-    """Energy and momentum of the first row of Table 2, which throws the first granule back."""
+def balance() -> Figure:
+    """Energy and momentum of the first row of Table 2, of which the first granule rebounds."""
     result = recorded(EJECTION, ("field", "energies"), (3,))
     figure, (left, right) = pictures.figure(1, 2, "page")
-    pictures.books(left, result)
-    pictures.books(right, result, of="momentum")
+    pictures.balance(left, result)
+    pictures.balance(right, result, of="momentum")
     return figure
 
 
@@ -170,7 +170,7 @@ PICTURES: dict[str, Callable[[], Figure]] = {
     "train": train,
     "correction-area": correction_area,
     "approach": approach,
-    "books": books,
+    "balance": balance,
     "amplification": amplification,
     "work-precision": work_precision,
     "trust-map": trust_map,

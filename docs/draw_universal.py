@@ -25,7 +25,7 @@ from matplotlib.axes import Axes
 import shockwave as sw
 from shockwave import UniversalCurve, pictures
 from shockwave.chain.solitary_wave import MOMENTUM
-from shockwave.pictures import style
+from shockwave.pictures import axes, style
 from shockwave.prediction.model_interface import ScaledShock, Shocks
 from shockwave.prediction.shock_measures import measures
 from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT, integrals, short_law
@@ -128,9 +128,9 @@ def collapse(made: Drawn) -> None:
     names = ("simulated", "by section 4", "simulated")
     across = (r"spread $\tau$", r"spread $\tau$", r"$x = 1.1445\, q\,(t_0/T_0)^3$")
     for ax, name, below in zip((left, middle, right), names, across, strict=True):
-        style.ratio(ax, "y", rf"$F / (1.168\, F_0 S^{{6/5}})$, {name}")
-        style.ratio(ax, "x", below)
-        style.dress(ax)
+        axes.label_axis(ax, "y", rf"$F / (1.168\, F_0 S^{{6/5}})$, {name}")
+        axes.label_axis(ax, "x", below)
+        axes.dress(ax)
     figure.set_layout_engine(None)
     figure.subplots_adjust(left=0.06, right=0.985, bottom=0.13, top=0.8, wspace=0.28)
     figure.legend(*right.get_legend_handles_labels(), loc="upper center", ncols=3, fontsize=style.SMALL, frameon=False)
@@ -236,9 +236,9 @@ def cost() -> None:
         )
     ax.set_xscale("log")
     ax.set_yscale("log")
-    style.ratio(ax, "x", "time of a pulse, over that of one simulation to 1e-6")
-    style.ratio(ax, "y", "relative error, 99th percentile")
-    style.dress(ax)
+    axes.label_axis(ax, "x", "time of a pulse, over that of one simulation to 1e-6")
+    axes.label_axis(ax, "y", "relative error, 99th percentile")
+    axes.dress(ax)
     figure.set_layout_engine(None)
     figure.subplots_adjust(left=0.09, right=0.66, bottom=0.13, top=0.97)
     figure.legend(loc="upper right", fontsize=style.SMALL, frameon=False)

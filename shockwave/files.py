@@ -1,29 +1,44 @@
-"""Reading of untrusted files: regular files only, up to a size limit, with plain error messages."""
+"""Reading and writing of files: regular files of limited size are read, only complete files replace old ones."""
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
+import secrets
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import IO, Any, BinaryIO
 
-from shockwave.errors import FileAccessError, InvalidValueError
+from shockwave.errors import FileAccessError, InvalidValueError, UsageError
 
-__all__ = ["lines_of", "open_new", "open_regular", "parse_json", "read_bytes", "read_text"]
+__all__ = [
+    "lines_of",
+    "open_new",
+    "open_regular",
+    "parse_json",
+    "read_bytes",
+    "read_text",
+    "refuse_inputs",
+    "write_file",
+]
 
-# Deepest nesting of lists and mappings; functions that walk through a document may recurse to this depth.
-_DEEPEST = 100
+_Path = str | os.PathLike[str]
+# A new file in place of an open stream would not reach whoever reads the stream.
+_STREAMS = ("/dev/", "/proc/")
 
 
-def open_regular(path: str | os.PathLike[str], remedy: str = "", mode: str = "rb", buffering: int = -1) -> BinaryIO:
+# ---------------------------------------------------------------- reading
+
+
+def open_regular(path: _Path, remedy: str = "", mode: str = "rb", buffering: int = -1) -> BinaryIO:
     """Open a regular file; refuse a pipe or a device, which may never end, without waiting for it.
 
     Parameters
     ----------
     path : path-like
-        Links are followed for reading, and refused for writing.
+        Links are followed for reading, and refused for writing: they could point to any file.
     remedy : str, optional
         Advice to append to error messages.
     mode, buffering : str, int
@@ -34,31 +49,16 @@ def open_regular(path: str | os.PathLike[str], remedy: str = "", mode: str = "rb
     FileAccessError
         When the file cannot be opened or is not a regular file; ``__cause__`` is the OSError, if any.
     """
-    hint = f"; {remedy}" if remedy else ""
-    no_link = 0
-    if mode != "rb":  # whoever can place a link must not choose which file is changed
-        no_link = getattr(os, "O_NOFOLLOW", 0)
-        if os.path.islink(path):
-            raise FileAccessError(f"{os.fspath(path)}: is not a file (got a link; delete it)")
-
-    def opener(name: str, flags: int) -> int:
-        # do not wait for the other end of a pipe; Windows has neither this flag nor such pipes
-        descriptor = os.open(name, flags | getattr(os, "O_NONBLOCK", 0) | no_link, 0o666)
-        kind = os.fstat(descriptor).st_mode
-        if not stat.S_ISREG(kind):
-            os.close(descriptor)
-            got = "a folder" if stat.S_ISDIR(kind) else "a pipe or a device"
-            raise FileAccessError(f"{os.fspath(path)}: is not a file (got {got}{hint})")
-        return descriptor
-
+    if mode != "rb" and os.path.islink(path):
+        raise _not_a_file(path, "a link; delete it")
+    if os.path.isdir(path):
+        raise _not_a_file(path, f"a folder{_hint(remedy)}")
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise _not_a_file(path, f"a pipe or a device{_hint(remedy)}")
     try:
-        file: Any = open(path, mode, buffering, opener=opener)  # noqa: SIM115
-    except IsADirectoryError as error:
-        raise FileAccessError(f"{os.fspath(path)}: is not a file (got a folder{hint})") from error
-    except OSError as error:
-        raise _refused(path, error, hint, "read" if mode == "rb" else "written") from error
-    except ValueError as error:  # a NUL character in the path
-        raise FileAccessError(f"{os.fspath(path)!r}: is no path (got {error}{hint})") from None
+        file: Any = open(path, mode, buffering)  # noqa: SIM115
+    except (OSError, ValueError) as error:  # a ValueError for a NUL character in the path
+        raise _refused(path, error, "read" if mode == "rb" else "written", remedy) from error
     opened: BinaryIO = file
     return opened
 
@@ -75,7 +75,7 @@ def open_new(path: Path, mode: str = "xb", **text: Any) -> IO[Any]:
     return path.open(mode, **text)
 
 
-def read_bytes(path: str | os.PathLike[str], limit: int, remedy: str = "") -> bytes:
+def read_bytes(path: _Path, limit: int, remedy: str = "") -> bytes:
     """Content of a regular file of at most ``limit`` bytes.
 
     Raises
@@ -83,18 +83,17 @@ def read_bytes(path: str | os.PathLike[str], limit: int, remedy: str = "") -> by
     FileAccessError
         As for `open_regular`, and when the file is larger.
     """
-    hint = f"; {remedy}" if remedy else ""
     with open_regular(path, remedy) as file:
         try:
             data = file.read(limit + 1)
         except OSError as error:
-            raise _refused(path, error, hint) from error
+            raise _refused(path, error, "read", remedy) from error
     if len(data) > limit:
-        raise FileAccessError(f"{os.fspath(path)}: must be at most {_size(limit)} (got more{hint})")
+        raise FileAccessError(f"{_shown(path)}: must be at most {_size(limit)} (got more{_hint(remedy)})")
     return data
 
 
-def read_text(path: str | os.PathLike[str], limit: int, remedy: str = "") -> str:
+def read_text(path: _Path, limit: int, remedy: str = "") -> str:
     """UTF-8 text of a regular file of at most ``limit`` bytes, without a byte order mark.
 
     Raises
@@ -108,10 +107,10 @@ def read_text(path: str | os.PathLike[str], limit: int, remedy: str = "") -> str
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         got = f"got the byte 0x{data[error.start]:02x} in line {line}"
-        raise FileAccessError(f"{os.fspath(path)}: must be UTF-8 text ({got}; save it as UTF-8)") from error
+        raise FileAccessError(f"{_shown(path)}: must be UTF-8 text ({got}; save it as UTF-8)") from error
 
 
-def lines_of(file: BinaryIO, name: str | os.PathLike[str], longest: int) -> Iterator[bytes]:
+def lines_of(file: BinaryIO, name: _Path, longest: int) -> Iterator[bytes]:
     """Lines of ``file`` with their line ends, which the last may lack; ``name`` is for error messages.
 
     Raises
@@ -122,10 +121,10 @@ def lines_of(file: BinaryIO, name: str | os.PathLike[str], longest: int) -> Iter
     try:
         while line := file.readline(longest):
             if len(line) == longest:
-                raise FileAccessError(f"{os.fspath(name)}: must have lines shorter than {_size(longest)} (got more)")
+                raise FileAccessError(f"{_shown(name)}: must have lines shorter than {_size(longest)} (got more)")
             yield line
     except OSError as error:
-        raise _refused(name, error, "") from error
+        raise _refused(name, error, "read") from error
 
 
 def parse_json(text: str | bytes, name: str, remedy: str = "") -> Any:
@@ -143,30 +142,110 @@ def parse_json(text: str | bytes, name: str, remedy: str = "") -> Any:
     Raises
     ------
     InvalidValueError
-        When the text is not JSON, is nested too deeply, or contains NaN or an infinity, which JSON does not allow.
+        When the text is not JSON, or contains NaN or an infinity, which JSON does not allow.
     """
     try:
-        value = json.loads(text, parse_constant=_no_constant)
-        level, depth = [value], 0
-        while level:
-            depth += 1
-            if depth > _DEEPEST:
-                raise RecursionError
-            inner = (one.values() if isinstance(one, dict) else one for one in level if isinstance(one, dict | list))
-            level = [one for values in inner for one in values if isinstance(one, dict | list)]
-        return value
+        return json.loads(text, parse_constant=_no_constant)
     except (ValueError, RecursionError) as error:  # a UnicodeDecodeError is a ValueError
-        got = "lists or mappings nested too deeply" if isinstance(error, RecursionError) else error
-        hint = f"; {remedy}" if remedy else ""
-        raise InvalidValueError.of(name, f"must be JSON (got {got}{hint})") from None
+        raise InvalidValueError.of(name, f"must be JSON (got {error}{_hint(remedy)})") from None
 
 
 def _no_constant(constant: str) -> None:
     raise ValueError(f"the number {constant}")
 
 
-def _refused(path: str | os.PathLike[str], error: OSError, hint: str, what: str = "read") -> FileAccessError:
-    return FileAccessError(f"{os.fspath(path)}: cannot be {what} (got {error.strerror or error}{hint})")
+# ---------------------------------------------------------------- writing
+
+
+def write_file(path: _Path, content: str | bytes, anew: bool = False) -> None:
+    """Write ``content`` to a temporary file that then replaces ``path``: if the disk is full, the old file remains.
+
+    Parameters
+    ----------
+    path : path-like
+        The target of a link is replaced, not the link. A device or a pipe is written to directly. The new file keeps
+        the permissions of the old one.
+    content : str or bytes
+        Text is encoded as UTF-8.
+    anew : bool
+        Whether the file must not exist yet.
+
+    Raises
+    ------
+    FileAccessError
+        When the file cannot be written.
+    """
+    # the content may include file names that are not valid text
+    data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
+    if anew and os.path.lexists(path):
+        raise FileAccessError(f"{_shown(path)}: cannot be written (it exists already; choose another name)")
+    try:
+        target = os.path.realpath(path)
+        if _replaceable(target) and not os.fspath(path).startswith(_STREAMS):
+            _replace(target, data)
+        else:
+            with open(path, "wb") as file:  # raises an error if the file is not writable
+                file.write(data)
+    except (OSError, ValueError) as error:
+        raise FileAccessError(f"{_shown(path)}: cannot be written ({_reason(error)})") from error
+
+
+def _replaceable(target: str) -> bool:
+    """Whether ``target`` is missing or a regular file, and both it and its folder can be written."""
+    regular = os.path.isfile(target) and os.access(target, os.W_OK)
+    return os.access(os.path.dirname(target), os.W_OK) and (regular or not os.path.exists(target))
+
+
+def _replace(target: str, data: bytes) -> None:
+    part = os.path.join(os.path.dirname(target), f".shockwave-{secrets.token_hex(8)}.part")
+    try:
+        with open(part, "xb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())  # some file systems report a full disk only here
+        if os.path.exists(target):
+            os.chmod(part, stat.S_IMODE(os.stat(target).st_mode))
+        os.replace(part, target)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.remove(part)
+        raise
+
+
+def refuse_inputs(output: _Path, inputs: Iterable[_Path]) -> None:
+    """Raise `UsageError` if ``output`` is one of the input files, even under another name."""
+    for path in inputs:
+        try:
+            same = os.path.samefile(output, path)
+        except (OSError, ValueError):  # one of them does not exist
+            continue
+        if same:
+            got = f"got {os.fspath(output)}, which is {os.fspath(path)}; choose another name"
+            raise UsageError(f"--output: must not be an input file ({got})")
+
+
+# ---------------------------------------------------------------- messages
+
+
+def _refused(path: _Path, error: OSError | ValueError, what: str, remedy: str = "") -> FileAccessError:
+    return FileAccessError(f"{_shown(path)}: cannot be {what} (got {_reason(error)}{_hint(remedy)})")
+
+
+def _not_a_file(path: _Path, got: str) -> FileAccessError:
+    return FileAccessError(f"{_shown(path)}: is not a file (got {got})")
+
+
+def _shown(path: _Path) -> str:
+    """The path as text that can be printed."""
+    return os.fspath(path).replace("\0", "\\0")
+
+
+def _reason(error: OSError | ValueError) -> str:
+    return str(getattr(error, "strerror", None) or error)
+
+
+def _hint(remedy: str) -> str:
+    return f"; {remedy}" if remedy else ""
 
 
 def _size(limit: int) -> str:

@@ -1,13 +1,18 @@
-"""Numbers and tables as text for people."""
+"""Numbers and tables as text for people, and text that documents admit."""
 
 from __future__ import annotations
 
 import importlib
 import math
+import re
 from collections.abc import Iterable, Sequence
 
-__all__ = ["indent", "notes", "printed", "range_text", "si", "table"]
+__all__ = ["admitted", "indent", "notes", "printed", "range_text", "si", "table"]
 
+# Characters that HTML does not admit, and those that turn the direction of the text behind them.
+_UNFIT = re.compile(
+    "[^\t\n\x20-\x7e\xa0-\u2029\u202f-\u2065\u206a-\ud7ff\ue000-\ufdcf\ufdf0-\ufffd\U00010000-\U0010fffd]"
+)
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
 
 
@@ -54,3 +59,8 @@ def printed(result: object, writer: str) -> str:
     module, _, name = writer.partition(":")
     text: str = getattr(importlib.import_module(module), name)(result)
     return text
+
+
+def admitted(text: str) -> str:
+    """``text`` with a replacement sign for each character that HTML does not admit or that turns its direction."""
+    return _UNFIT.sub("\N{REPLACEMENT CHARACTER}", text)

@@ -61,6 +61,10 @@ _NUMBER = r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?!\w|\.\d|\.\.\.)"
 _ROUNDING = 1e-13
 
 
+# A fenced block, and the directives before it.
+_BLOCK = re.compile(r"(?:^<!-- (.*) -->\n+)?^```(.*)\n((?:.*\n)*?)^```$", re.MULTILINE)
+
+
 @frozen
 class Block:
     """A fenced block: its page, the line of its fence, its language, the directives before it, its text."""
@@ -76,37 +80,20 @@ class Block:
 
     @property
     def commands(self) -> list[tuple[str, str]]:
-        """The commands of a console block, without those that are not run, and what each is shown to print."""
-        steps: list[tuple[str, str]] = []
-        for line in self.text.splitlines():
-            if line.startswith("$ "):
-                steps.append((line[2:], ""))
-            else:
-                command, shown = steps.pop()
-                steps.append((command, f"{shown}{line}\n"))
-        return steps
+        """The commands of a console block, and the output that is shown for each."""
+        return re.findall(r"^\$ (.*)\n((?:(?!\$ ).*\n)*)", self.text, flags=re.MULTILINE)
 
 
 @cache
 def blocks_of(page: Path) -> tuple[Block, ...]:
     """All fenced blocks of a page, in order."""
-    found, opened, directives = [], None, {}
-    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), start=1):
-        if opened is not None:
-            if line.strip() == "```":
-                start, language, lines = opened
-                found.append(Block(page, start, language, directives, "\n".join([*lines, ""])))
-                opened, directives = None, {}
-            else:
-                opened[2].append(line)
-        elif line.startswith("```"):
-            opened = (number, line[3:].strip(), [])
-        elif match := re.fullmatch(r"<!-- (.*) -->", line):
-            parts = (part.partition(":") for part in match[1].split(";"))
-            directives = {name.strip(): value.strip() for name, _, value in parts}
-        elif line:
-            directives = {}
-    assert opened is None, f"{page}: a fenced block is not closed"
+    text, found = page.read_text(encoding="utf-8"), []
+    for match in _BLOCK.finditer(text):
+        line = text.count("\n", 0, match.start(2)) + 1
+        parts = (part.partition(":") for part in (match[1] or "").split(";"))
+        directives = {name.strip(): value.strip() for name, _, value in parts}
+        found.append(Block(page, line, match[2].strip(), directives, match[3]))
+    assert 2 * len(found) == len(re.findall(r"^```", text, re.MULTILINE)), f"{page}: a fenced block is not closed"
     return tuple(found)
 
 
@@ -123,15 +110,9 @@ def anchors(page: Path) -> set[str]:
 
 def table(page: str, name: str) -> list[list[str]]:
     """The cells of the table that follows ``<!-- table: name -->``, without its header."""
-    lines = (ROOT / page).read_text(encoding="utf-8").splitlines()
-    begin = lines.index(f"<!-- table: {name} -->") + 1
-    rows = []
-    for line in lines[begin:]:
-        if line.startswith("|"):
-            rows.append([cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]])
-        elif rows:
-            break
-    return rows[2:]
+    text = (ROOT / page).read_text(encoding="utf-8").partition(f"<!-- table: {name} -->\n")[2]
+    (lines,) = re.match(r"\n*((?:\|.*\n)+)", text).groups()  # type: ignore[union-attr]
+    return [[cell.strip() for cell in re.split(r"(?<!\\)\|", row)[1:-1]] for row in lines.splitlines()[2:]]
 
 
 def code_in(cell: str) -> list[str]:
@@ -202,27 +183,25 @@ def run(command: str, status: int) -> tuple[str, int]:
 def agree(shown: str, printed: str) -> bool:
     """Whether text that was shown is what was printed, but for last digits of numbers; ``...`` stands for anything.
 
-    The pages show what the compiled code prints; where it was not built, the other names itself.
+    The pages show what the compiled code prints; where it was not built, the other names itself. The width of columns
+    follows from the numbers in them.
     """
-    shown, printed = _plain(shown), _plain(printed)
-    parts = re.split(rf"(\.\.\.|{_NUMBER})", shown)
     # every other part is a number or an ellipsis
-    texts, marks = parts[::2], parts[1::2]
-    wanted = [".*?" if mark == "..." else f"({_NUMBER})" for mark in marks]
-    pattern = "".join(_to_the_letter(text) + mark for text, mark in zip(texts, [*wanted, ""], strict=True))
-    match = re.fullmatch(pattern, printed, flags=re.DOTALL)
-    numbers = [mark for mark in marks if mark != "..."]
+    parts = re.split(rf"(\.\.\.|{_NUMBER})", _normal(shown))
+    numbers = [part for part in parts[1::2] if part != "..."]
+    wanted = [".*?" if mark == "..." else f"({_NUMBER})" for mark in parts[1::2]]
+    pattern = "".join(_to_the_letter(text) + mark for text, mark in zip(parts[::2], [*wanted, ""], strict=True))
+    match = re.fullmatch(pattern, _normal(printed), flags=re.DOTALL)
     return match is not None and all(map(_is_about, numbers, match.groups()))
 
 
-def _plain(text: str) -> str:
+def _normal(text: str) -> str:
     """``text`` without the name of the backend and spaces at the ends of lines."""
-    text = text.replace("(numpy)", "(compiled)")
-    return "\n".join(line.rstrip() for line in text.rstrip().splitlines())
+    return re.sub(r" +$", "", text.replace("(numpy)", "(compiled)").rstrip(), flags=re.MULTILINE)
 
 
 def _to_the_letter(text: str) -> str:
-    """A pattern for ``text``, whatever the width of columns, which follows from the numbers in them."""
+    """A pattern for ``text``, whatever the width of columns."""
     return re.sub(r"(\\-){3,}", "-{3,}", re.sub(r"(\\ ){2,}", " {2,}", re.escape(text)))
 
 
@@ -231,10 +210,9 @@ def _is_about(shown: str, printed: str) -> bool:
     if re.fullmatch(r"[-+]?\d+", shown) and re.fullmatch(r"[-+]?\d+", printed):
         return shown == printed
     one, other = float(shown), float(printed)
-    if max(abs(one), abs(other)) < _ROUNDING:
-        return True
-    # Of two lengths the longer one counts: 1.0 may stand for 0.9999999999999999, but not for 0.95.
-    return abs(one - other) <= max(1.01 * min(_unit(shown), _unit(printed)), _ROUNDING * abs(one))
+    # of two lengths the longer one counts: 1.0 may stand for 0.9999999999999999, but not for 0.95
+    allowed = max(1.01 * min(_unit(shown), _unit(printed)), _ROUNDING * abs(one))
+    return max(abs(one), abs(other)) < _ROUNDING or abs(one - other) <= allowed
 
 
 def _unit(number: str) -> float:
@@ -265,32 +243,29 @@ def execute(block: Block, names: dict[str, Any]) -> None:
 # ---------------------------------------------------------------- writing
 
 
-def _renewed(block: Block) -> list[str]:
-    """The lines of a console block with its outputs as they are now; lines with ``...`` that still hold are kept."""
-    lines, status = [], 0
+def _renewed(block: Block) -> str:
+    """The text of a console block with its outputs as they are now; lines with ``...`` that still hold are kept."""
+    text, status = "", 0
     with tempfile.TemporaryDirectory() as name, workplace(Path(name).resolve()) as patch:
         prepare(Path(name).resolve(), block, patch)
         for command, shown in block.commands:
             printed, status = run(command, status)
-            loose = [line for line in shown.splitlines() if "..." in line]
-            new = [line.rstrip() for line in printed.rstrip().splitlines()]
             if not agree(shown, printed):
-                shown = "\n".join(next((old for old in loose if agree(old, line)), line) for line in new)
-            lines += [f"$ {command}", *shown.splitlines()]
-    return lines
+                loose = [line for line in shown.splitlines() if "..." in line]
+                new = [line.rstrip() for line in printed.rstrip().splitlines()]
+                shown = "".join(next((old for old in loose if agree(old, line)), line) + "\n" for line in new)
+            text += f"$ {command}\n{shown}"
+    return text
 
 
 def main() -> None:
     """Write the outputs of all commands anew."""
     for page in PAGES:
-        lines = page.read_text(encoding="utf-8").splitlines()
-        for block in reversed(blocks_of(page)):
+        text = page.read_text(encoding="utf-8")
+        for block in blocks_of(page):
             if block.language == "console":
-                lines[block.line : block.line + len(block.text.splitlines())] = _renewed(block)
-        text = "\n".join([*lines, ""])
-        if text != page.read_text(encoding="utf-8"):
-            page.write_text(text, encoding="utf-8")
-            print(page.relative_to(ROOT))
+                text = text.replace(block.text, _renewed(block))
+        page.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

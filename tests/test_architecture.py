@@ -25,7 +25,7 @@ MODULES = [module for module in FILES if module != "shockwave"]
 # A module may import from its own room and from those on lower floors, listed from the bottom.
 _FROM_BELOW: tuple[set[str], ...] = (
     {"errors", "hooks", "text"},
-    {"built_ins", "fields", "files", "markup", "numerics", "output"},
+    {"built_ins", "fields", "files", "numerics"},
     {"installed_plugins", "quadrature"},
     {"registry"},
     {"plugin_check", "chain", "options", "profiles"},
@@ -33,7 +33,7 @@ _FROM_BELOW: tuple[set[str], ...] = (
     {"prediction", "measurement"},
     {"pictures", "scenario"},
     {"studies"},
-    {"page", "report", "sweep", "testing"},
+    {"page", "sweep", "testing"},
     {"benchmark"},
     {"cli"},
     {"__main__"},

@@ -325,12 +325,12 @@ def test_a_curve_prints_its_range_its_error_and_its_cost() -> None:
 def test_the_picture_draws_the_curve_over_its_range() -> None:
     _, (ax,) = pictures.figure()
     found = curve("triangle")
-    draw(ax, found, simulated=[(1.0, 0.9), (4.0, 1.6)], mark=2.0)
+    draw(ax, found, mark=2.0)
     line = ax.get_lines()[0]
     x, y = (np.asarray(values, dtype=float) for values in line.get_data())
     assert np.array_equal(y, found.amplification(x))
     assert (x[-1], ax.get_xscale()) == (found.longest_rise_time, "log")
-    assert ax.get_legend_handles_labels()[1] == ["universal curve", "simulated", "this shock"]
+    assert ax.get_legend_handles_labels()[1] == ["universal curve", "this shock"]
 
 
 @pytest.mark.parametrize(
@@ -338,7 +338,6 @@ def test_the_picture_draws_the_curve_over_its_range() -> None:
     [
         ({"curves": []}, "curves: must be one curve or more"),
         ({"labels": ["a", "b"]}, "labels: must be one for each of 1 curves"),
-        ({"shortest": 20.0}, "shortest: must be > 0 and shorter than every curve reaches"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused(given: dict[str, Any], message: str) -> None:

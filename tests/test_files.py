@@ -1,124 +1,268 @@
-"""Reading of files that anybody may have written."""
+"""Files: read within limits, written completely or not at all, never over an input file, named by patterns."""
 
 from __future__ import annotations
 
+import errno
 import os
-import socket
+import stat
+import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import shockwave as sw
+from shockwave import files
+from shockwave.cli import main
 from shockwave.errors import FileAccessError, InvalidValueError
-from shockwave.files import lines_of, open_new, open_regular, parse_json, read_bytes, read_text
+from shockwave.files import lines_of, open_new, open_regular, parse_json, read_bytes, read_text, write_file
+
+SCENE = """\
+chain: {material: copper, radius: 1 mm}
+shock: {profile: triangular, peak_force: 1 N, rise_time: 10 us, duration_ratio: 2}
+"""
+RECORD = """\
+chain: {material: copper, radius: 1 mm}
+shock: {profile: tabulated, parameters: {file: pulse.json}}
+"""
+PULSE = "0 0\n1e-5 1\n2e-5 0\n"
+
+posix = pytest.mark.skipif(os.name != "posix", reason="links, pipes and permissions of POSIX")
 
 
-def test_a_file_of_the_limit_is_read(tmp_path: Path) -> None:
-    (tmp_path / "a").write_bytes(b"1234")
-    assert read_bytes(tmp_path / "a", 4) == b"1234"
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder, with a scenario and a record."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.yaml").write_text(SCENE, encoding="utf-8")
+    (tmp_path / "record.yaml").write_text(RECORD, encoding="utf-8")
+    (tmp_path / "pulse.json").write_text(PULSE, encoding="utf-8")
+    return tmp_path
 
 
-def test_a_larger_file_is_refused(tmp_path: Path) -> None:
+# ---------------------------------------------------------------- reading
+
+
+def test_a_larger_file_than_the_limit_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a").write_bytes(b"12345")
+    assert read_bytes(tmp_path / "a", 5) == b"12345"
     with pytest.raises(FileAccessError, match=r"a: must be at most 4 bytes \(got more; cut it\)"):
         read_bytes(tmp_path / "a", 4, "cut it")
 
 
-def test_a_link_to_a_file_is_read(tmp_path: Path) -> None:
-    (tmp_path / "a").write_bytes(b"1")
-    (tmp_path / "b").symlink_to("a")
-    assert read_bytes(tmp_path / "b", 4) == b"1"
-
-
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no such pipes here")
-def test_a_pipe_is_refused_at_once(tmp_path: Path) -> None:
+@posix
+@pytest.mark.parametrize("mode", ["rb", "ab", "r+b"])
+def test_a_pipe_is_refused_at_once(tmp_path: Path, mode: str) -> None:
     os.mkfifo(tmp_path / "a")
     with pytest.raises(FileAccessError, match=r"a: is not a file \(got a pipe or a device\)"):
-        open_regular(tmp_path / "a")
-
-
-@pytest.mark.skipif(not os.path.exists("/dev/zero"), reason="there are no such devices here")
-def test_a_link_to_a_device_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "a").symlink_to("/dev/zero")
-    with pytest.raises(FileAccessError, match="is not a file"):
-        read_bytes(tmp_path / "a", 4)
-
-
-@pytest.mark.skipif(not hasattr(socket, "AF_UNIX"), reason="there are no such sockets here")
-def test_a_socket_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)  # names of sockets are short
-    with socket.socket(socket.AF_UNIX) as bound:
-        bound.bind("a")
-        with pytest.raises(FileAccessError, match="a: cannot be read"):
-            read_bytes("a", 4)
-
-
-@pytest.mark.parametrize(
-    ("path", "told"), [(".", "is not a file"), ("none", "cannot be read"), ("a\0b", "is no path")], ids=repr
-)
-def test_a_path_that_is_not_a_readable_file_is_named(tmp_path: Path, path: str, told: str) -> None:
-    with pytest.raises(FileAccessError, match=told):
-        read_bytes(tmp_path / path, 4)
-
-
-def test_text_has_no_byte_order_mark(tmp_path: Path) -> None:
-    (tmp_path / "a").write_bytes(b"\xef\xbb\xbfa")
-    assert read_text(tmp_path / "a", 4) == "a"
-
-
-def test_bytes_that_are_not_text_are_reported_with_their_line(tmp_path: Path) -> None:
-    (tmp_path / "a").write_bytes(b"a\n\xff")
-    with pytest.raises(FileAccessError, match=r"got the byte 0xff in line 2"):
-        read_text(tmp_path / "a", 4)
-
-
-@pytest.mark.parametrize("text", ["[" * 100_000, '{"a": ' * 100_000, "", "{", "[NaN]", "9" * 5000], ids=lambda t: t[:8])
-def test_invalid_json_is_refused(text: str) -> None:
-    with pytest.raises(InvalidValueError, match="sweep: must be JSON"):
-        parse_json(text, "sweep")
-
-
-def test_json_that_is_nested_too_deeply_is_refused() -> None:
-    parse_json("[" * 100 + "]" * 100, "sweep")
-    with pytest.raises(InvalidValueError, match=r"got lists or mappings nested too deeply; mend it\)"):
-        parse_json("[" * 101 + "]" * 101, "sweep", "mend it")
-
-
-def test_lines_keep_their_ends(tmp_path: Path) -> None:
-    (tmp_path / "a").write_bytes(b"12\n\n3")
-    with open_regular(tmp_path / "a") as file:
-        assert list(lines_of(file, "a", 4)) == [b"12\n", b"\n", b"3"]
-
-
-def test_a_line_without_end_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "a").write_bytes(b"1\n2345")
-    with open_regular(tmp_path / "a") as file, pytest.raises(FileAccessError, match="a: must have lines shorter than"):
-        list(lines_of(file, "a", 4))
-
-
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no such pipes here")
-@pytest.mark.parametrize("mode", ["ab", "r+b"])
-def test_a_pipe_is_not_waited_for_to_be_written(tmp_path: Path, mode: str) -> None:
-    os.mkfifo(tmp_path / "a")
-    with pytest.raises(FileAccessError, match=r"a: (is not a file|cannot be written)"):
         open_regular(tmp_path / "a", mode=mode, buffering=0)
 
 
-def test_a_new_file_takes_the_place_of_a_link(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("path", "message"), [(".", "is not a file"), ("none", "cannot be read"), ("a\0b", "cannot be read")], ids=ascii
+)
+def test_a_path_that_is_not_a_readable_file_is_named(tmp_path: Path, path: str, message: str) -> None:
+    with pytest.raises(FileAccessError, match=message):
+        read_bytes(tmp_path / path, 4)
+
+
+def test_text_is_utf8_without_a_byte_order_mark(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"\xef\xbb\xbfa")
+    assert read_text(tmp_path / "a", 4) == "a"
+    (tmp_path / "a").write_bytes(b"a\n\xff")
+    with pytest.raises(FileAccessError, match=r"got the byte 0xff in line 2; save it as UTF-8"):
+        read_text(tmp_path / "a", 4)
+
+
+@pytest.mark.parametrize("text", ["[" * 100_000, "", "{", "[NaN]"], ids=lambda text: text[:5])
+def test_invalid_json_is_refused(text: str) -> None:
+    with pytest.raises(InvalidValueError, match=r"sweep: must be JSON.*; mend it\)"):
+        parse_json(text, "sweep", "mend it")
+
+
+def test_lines_keep_their_ends_and_have_a_limit(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"12\n\n3")
+    with open_regular(tmp_path / "a") as file:
+        assert list(lines_of(file, "a", 4)) == [b"12\n", b"\n", b"3"]
+    with open_regular(tmp_path / "a") as file, pytest.raises(FileAccessError, match="a: must have lines shorter than"):
+        list(lines_of(file, "a", 2))
+
+
+@posix
+@pytest.mark.parametrize("file", ["scene.yaml", "pulse.json"])
+@pytest.mark.parametrize("kind", ["pipe", "device", "folder"])
+def test_scenarios_and_records_are_regular_files(file: str, kind: str, folder: Path) -> None:
+    (folder / file).unlink()
+    if kind == "pipe":
+        os.mkfifo(file)
+    elif kind == "device":
+        (folder / file).symlink_to("/dev/zero")
+    else:
+        (folder / file).mkdir()
+    # a record must lie in the scenario's folder, links resolved
+    error = sw.ScenarioError if (file, kind) == ("pulse.json", "device") else FileAccessError
+    with pytest.raises(error, match=r"is not a file|must be a file in the scenario's folder"):
+        sw.load_scenario("record.yaml" if file == "pulse.json" else file)
+
+
+@pytest.mark.parametrize(
+    ("file", "size", "error"),
+    [("scene.yaml", 2**20 + 1, sw.ScenarioError), ("pulse.json", 128 * 2**20 + 1, FileAccessError)],
+)
+def test_scenarios_and_records_have_a_limit(file: str, size: int, error: type[Exception], folder: Path) -> None:
+    with (folder / file).open("r+b") as opened:
+        opened.truncate(size)
+    with pytest.raises(error, match=r"must be at most \d+ MiB"):
+        sw.load_scenario("record.yaml" if file == "pulse.json" else file)
+
+
+# ---------------------------------------------------------------- writing
+
+
+@posix
+def test_a_link_is_replaced_and_never_written_through(tmp_path: Path) -> None:
     (tmp_path / "other").write_bytes(b"kept")
     (tmp_path / "a").symlink_to("other")
+    with pytest.raises(FileAccessError, match=r"a: is not a file \(got a link; delete it\)"):
+        open_regular(tmp_path / "a", mode="r+b")
     with open_new(tmp_path / "a") as file:
         file.write(b"new")
     assert ((tmp_path / "other").read_bytes(), (tmp_path / "a").read_bytes()) == (b"kept", b"new")
 
 
-def test_a_link_is_not_written_through(tmp_path: Path) -> None:
-    (tmp_path / "precious").write_bytes(b"1")
-    (tmp_path / "a").symlink_to("precious")
-    with pytest.raises(FileAccessError, match=r"a: is not a file \(got a link; delete it\)"):
-        open_regular(tmp_path / "a", mode="r+b")
+@pytest.fixture
+def full(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A disk that is full as soon as something is written."""
+
+    def write_and_fail(*given: Any) -> Any:
+        file = open(*given)  # noqa: SIM115
+        if "r" in given[1]:
+            return file
+        file.write(b"new"[:1])
+        file.close()
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(files, "open", write_and_fail, raising=False)
 
 
-@pytest.mark.skipif(os.name == "nt", reason="there are no such permissions here")
-def test_a_new_file_is_not_executable(tmp_path: Path) -> None:
-    open_regular(tmp_path / "a", mode="ab").close()
-    assert (tmp_path / "a").stat().st_mode & 0o111 == 0
+WRITERS = {
+    "report": ["report", "scene.yaml", "-o", "old.html"],
+    "schema": ["schema", "-o", "old.json"],
+    "curve": ["curve", "scene.yaml", "--rtol", "1e-2", "--longest", "1", "-o", "old.json"],
+    "curve-drawn": ["curve", "scene.yaml", "--rtol", "1e-2", "--longest", "1", "-o", "old.png"],
+    "design": [
+        *("design", "scene.yaml", "--vary", "chain.radius", "--target", "amplification=0.5", "--rtol", "1e-2"),
+        *("--between", "1 mm", "3 mm", "--points", "3", "-o", "old.pdf"),
+    ],
+    "bench": ["bench", "scene.yaml", "--quick", "--family", "quadratures", "--longest", "1e-3", "-o", "old.svg"],
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_every_command_leaves_the_old_file_on_a_full_disk(
+    name: str, folder: Path, full: None, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("shockwave.page.drawings.drawings", lambda _: {})  # pages are written without their pictures
+    old = folder / WRITERS[name][-1]
+    old.write_text("old")
+    before = sorted(folder.iterdir())
+    assert main(WRITERS[name]) == 5
+    assert f"{old.name}: cannot be written (No space left on device)" in capsys.readouterr().err
+    assert old.read_text() == "old"
+    assert sorted(folder.iterdir()) == before
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+def test_a_device_is_written_to_directly_and_may_be_full(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["schema", "-o", "/dev/full"]) == 5
+    assert "/dev/full: cannot be written (No space left on device)" in capsys.readouterr().err
+    assert stat.S_ISCHR(Path("/dev/full").stat().st_mode)
+
+
+@posix
+def test_a_pipe_is_written_to_directly(folder: Path) -> None:
+    os.mkfifo("pipe")
+    found: list[str] = []
+    reader = threading.Thread(target=lambda: found.append(Path("pipe").read_text()))
+    reader.start()
+    write_file("pipe", "through")
+    reader.join()
+    assert found == ["through"]
+    assert stat.S_ISFIFO(Path("pipe").stat().st_mode)
+
+
+@posix
+@pytest.mark.parametrize("place", ["old", "missing"])
+def test_a_link_stays_and_its_target_is_written(folder: Path, place: str) -> None:
+    (folder / "inner").mkdir()
+    (folder / "inner" / "old").write_text("old")
+    (folder / "link").symlink_to(Path("inner") / place)
+    write_file("link", "new")
+    assert (folder / "link").is_symlink()
+    assert (folder / "inner" / place).read_text() == "new"
+
+
+@posix
+def test_permissions_are_those_of_the_old_file_or_follow_the_umask(folder: Path) -> None:
+    (folder / "old").touch(0o600)
+    before = os.umask(0o027)
+    try:
+        write_file("old", "new")
+        write_file("new", "new")
+    finally:
+        os.umask(before)
+    assert [stat.S_IMODE((folder / name).stat().st_mode) for name in ("old", "new")] == [0o600, 0o640]
+
+
+def test_a_new_scenario_replaces_nothing(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["new", "-o", "scene.yaml"]) == 5
+    assert "it exists already" in capsys.readouterr().err
+    assert (folder / "scene.yaml").read_text() == SCENE
+
+
+@pytest.mark.parametrize("place", ["nowhere/new", ".", "a\0b", "x" * 999], ids=["folder", "directory", "nul", "long"])
+def test_a_place_that_cannot_be_written_is_a_file_access_error(folder: Path, place: str) -> None:
+    with pytest.raises(FileAccessError, match="cannot be written"):
+        write_file(place, "new")
+
+
+# ---------------------------------------------------------------- inputs and patterns
+
+
+@pytest.mark.parametrize("command", ["report", "curve", "design", "bench"])
+@pytest.mark.parametrize("taken", ["scenario", "link", "record"])
+def test_an_input_file_is_not_overwritten(
+    command: str, taken: str, folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene, target = ("record.yaml", "pulse.json") if taken == "record" else ("scene.yaml", "scene.yaml")
+    ending = {"report": ".html", "curve": ".json", "design": ".svg", "bench": ".html"}[command]
+    if taken == "link":
+        (folder / f"out{ending}").symlink_to(target)
+    else:  # a name that the command takes for an output
+        (folder / f"out{ending}").hardlink_to(target)
+    monkeypatch.setattr("shockwave.UniversalCurve.__init__", None)  # nothing is computed
+    design = ["--vary", "chain.radius", "--target", "amplification=1", "--between", "1mm", "2mm"]
+    assert main([command, scene, "-o", f"out{ending}", *(design if command == "design" else [])]) == 2
+    error = capsys.readouterr().err
+    assert "--output: must not be an input file" in error
+    assert f"got out{ending}, which is " in error
+    assert target in error
+    assert ((folder / "scene.yaml").read_text(), (folder / "pulse.json").read_text()) == (SCENE, PULSE)
+
+
+@pytest.mark.parametrize(
+    ("given", "status", "shown"),
+    [
+        (["*.yaml"], 0, "record.yaml: valid\nscene.yaml: valid\n"),
+        (["*.yml", "scene.yaml"], 5, "*.yml: cannot be read (got No such file or directory)\nscene.yaml: valid\n"),
+        (["[s]*.yaml"], 0, "[s]*.yaml: valid\n"),
+    ],
+    ids=["sorted", "no-match", "name-of-a-file"],
+)
+def test_patterns_name_files(
+    given: list[str], status: int, shown: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if given[0].startswith("["):
+        (folder / given[0]).write_text(SCENE)
+    assert main(["validate", *given]) == status
+    assert capsys.readouterr().out == shown

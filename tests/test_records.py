@@ -267,7 +267,7 @@ def test_a_line_without_end_is_refused(read):
     [
         ("none.csv", "cannot be read"),
         ("", "is not a file"),
-        ("a\0b", "is no path"),
+        ("a\0b", "cannot be read"),
         ("x" * 999, "cannot be read"),
     ],
     ids=["missing", "directory", "nul", "long-name"],

@@ -14,7 +14,7 @@ from shockwave.benchmark import bench_table
 from shockwave.benchmark.convergence_order import NAME
 from shockwave.benchmark.work_precision import Problem, Row, WorkPrecision
 from shockwave.errors import FileAccessError, UsageError
-from shockwave.output import write_file
+from shockwave.files import write_file
 from shockwave.pictures import figure, svg, work_precision
 
 __all__ = ["check_output", "page", "write"]

@@ -7,7 +7,7 @@ import os
 import sys
 
 from shockwave.errors import ShockwaveError
-from shockwave.output import write_file
+from shockwave.files import write_file
 
 __all__ = ["failure", "print_json", "written"]
 

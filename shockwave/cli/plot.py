@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from shockwave.errors import InvalidValueError, UsageError
-from shockwave.output import refuse_inputs
+from shockwave.files import refuse_inputs
 
 __all__ = ["plot"]
 

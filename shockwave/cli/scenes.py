@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from shockwave.cli.output import failure, print_json, written
 from shockwave.errors import Fault, InvalidValueError, ShockwaveError, UsageError
-from shockwave.output import refuse_inputs
+from shockwave.files import refuse_inputs
 
 if TYPE_CHECKING:
     from shockwave.options import SimulateOptions
@@ -78,7 +78,7 @@ def _run(options: argparse.Namespace, one: Callable[[Scenario], Any], several: C
 def predict(options: argparse.Namespace) -> int:
     from attrs import evolve
 
-    from shockwave.report import outcome_table
+    from shockwave.cli.result_tables import outcome_table
 
     def one(scenario: Scenario) -> Any:
         return evolve(scenario.predictor.predict(scenario.shock, scenario.chain), scenario=scenario.name)
@@ -89,8 +89,8 @@ def predict(options: argparse.Namespace) -> int:
 def simulate(options: argparse.Namespace) -> int:
     from attrs import evolve
 
+    from shockwave.cli.result_tables import simulation_table
     from shockwave.measurement.simulate import simulate_with
-    from shockwave.report import simulation_table
 
     def one(scenario: Scenario) -> Any:
         result = simulate_with(_settings(options, scenario), scenario.shock, scenario.chain)
@@ -102,7 +102,7 @@ def simulate(options: argparse.Namespace) -> int:
 def compare(options: argparse.Namespace) -> int:
     from attrs import evolve
 
-    from shockwave.report import comparison_table
+    from shockwave.cli.result_tables import comparison_table
     from shockwave.studies.comparison import compare as compared
 
     def one(scenario: Scenario) -> Any:

@@ -1,10 +1,10 @@
-"""One self-contained page for one scenario: what was asked, what is predicted, what the simulation found, pictures.
+"""One self-contained page for one scenario: input, prediction, simulation, pictures and provenance.
 
-It needs the extra ``plot``. Nothing in the page is loaded from elsewhere, and every value in it is escaped.
+It needs the extra ``plot``. The page loads nothing from elsewhere, and every value in it is escaped.
 """
 
-from shockwave.page.findings import Findings, findings
-from shockwave.page.whole import page, written
+from shockwave.page.render import page, written
+from shockwave.page.results import Findings, findings
 from shockwave.scenario.scene_hash import normalised, scene_hash
 
 __all__ = ["Findings", "findings", "normalised", "page", "scene_hash", "written"]

@@ -1,21 +1,25 @@
 """Pictures of shocks, predictions and simulations.
 
 A picture takes data and an ``Axes`` of matplotlib, draws on it, and returns it; `figure` makes Axes, `svg` and `save`
-write what was drawn. matplotlib is the extra ``plot``: it is loaded when a figure is made, not by this package.
+write them. matplotlib is the extra ``plot``: it is loaded when a figure is made, not by this package.
 """
 
 from shockwave.pictures.amplification import amplification
 from shockwave.pictures.approach import approach
-from shockwave.pictures.books import books
+from shockwave.pictures.balance import balance
 from shockwave.pictures.canvas import figure, save, svg
-from shockwave.pictures.precision import work_precision
 from shockwave.pictures.pulse import conditions, correction_area, pulse
-from shockwave.pictures.trust import trust_map
+from shockwave.pictures.trust_map import trust_map
 from shockwave.pictures.waves import contact_forces, space_time, train
+from shockwave.pictures.work_precision import work_precision
+
+#: The former name of `balance`.
+books = balance
 
 __all__ = [
     "amplification",
     "approach",
+    "balance",
     "books",
     "conditions",
     "contact_forces",

@@ -4,36 +4,38 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from itertools import pairwise
-from typing import TYPE_CHECKING, Any, TypeAlias
+from itertools import groupby, pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from shockwave.chain.chain import Scales
 from shockwave.errors import InvalidValueError, ShockwaveError
-from shockwave.pictures.style import BLACK, BLUE, GREY, SKY, SMALL, VERMILION, dress, key, ratio
+from shockwave.pictures.axes import finish, named
+from shockwave.pictures.style import BLACK, BLUE, GREY, SKY, VERMILION
 from shockwave.profiles.shock import Shock
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from shockwave.chain.chain import Chain
-    from shockwave.measurement.result import SimulationResult
     from shockwave.prediction.outcome import Outcome
     from shockwave.prediction.predictor import Predictor
     from shockwave.profiles.base import ShockProfile
 
-    Predict: TypeAlias = Callable[[float], Outcome]
-
 __all__ = ["amplification"]
 
-# From the impulse limit to long trains: impulse over F0 T0. No whole duration is longer than so many T0.
-_WEAKEST, _STRONGEST, _LONGEST, _POINTS = 0.15, 20.0, 500.0, 41
+# Impulses over F0 T0, from the impulse limit to long trains.
+_WEAKEST = 0.15
+_STRONGEST = 20.0
+# No whole duration is longer than so many T0.
+_LONGEST = 500.0
+_POINTS = 41
 _PREDICTED_TO_SIMULATED = 6
 _HALVINGS = 40
 _SHADES = {"ejection": "#FFFFFF", "single": "#D0D0D0", "train": "#F1F1F1"}
 # A regime narrower than this share of the picture has no name in it.
-_ROOM = 0.14
+_NARROW = 0.14
 
 
 def amplification(
@@ -84,6 +86,7 @@ def amplification(
 
     fine = np.geomspace(ratios[0], ratios[-1], _PREDICTED_TO_SIMULATED * (len(ratios) - 1) + 1).tolist()
     outcomes = [predicted(ratio) for ratio in fine]
+    ax.set(xscale="log", xlim=(fine[0], fine[-1]))
     _regimes(ax, fine, outcomes, predicted)
     _predictions(ax, fine, outcomes)
     highest = _simulations(ax, ratios, [shock(ratio) for ratio in ratios], chain)
@@ -91,10 +94,7 @@ def amplification(
     if mark is not None and fine[0] <= mark / unit <= fine[-1]:
         ax.axvline(mark / unit, color=BLACK, linewidth=0.9, linestyle="-.", label="this shock")
     ax.set_ylim(0, 1.14 * max(highest, *(outcome.amplification for outcome in outcomes)))
-    ratio(ax, "x", "rise time over natural time, $t_0/T_0$")
-    ratio(ax, "y", "amplification")
-    key(ax)
-    return dress(ax)
+    return finish(ax, "rise time over characteristic time, $t_0/T_0$", "amplification")
 
 
 def _ratios(profile: ShockProfile, rise_times: Iterable[float] | None) -> list[float]:
@@ -114,70 +114,55 @@ def _simulations(ax: Axes, ratios: Sequence[float], shocks: list[Shock], chain: 
     # a page without this picture has no need of the simulator
     from shockwave.measurement.simulate import simulate_many
 
-    results: list[SimulationResult | ShockwaveError] = simulate_many(shocks, chain, waves="primary")
-    known = [
-        (ratio, result.amplification)
-        for ratio, result in zip(ratios, results, strict=True)
-        if not isinstance(result, ShockwaveError)
-    ]
-    lost = len(ratios) - len(known)
+    results = zip(ratios, simulate_many(shocks, chain, waves="primary"), strict=True)
+    found = {ratio: one.amplification for ratio, one in results if not isinstance(one, ShockwaveError)}
+    lost = len(ratios) - len(found)
     label = "simulated" + (f" ({lost} of {len(ratios)} failed)" if lost else "")
-    ax.plot([x for x, _ in known], [y for _, y in known], "s", color=VERMILION, markersize=3, label=label)
-    return max((y for _, y in known), default=0.0)
+    ax.plot(list(found), list(found.values()), "s", color=VERMILION, markersize=3, label=label)
+    return max(found.values(), default=0.0)
 
 
 def _predictions(ax: Axes, ratios: Sequence[float], outcomes: Sequence[Outcome]) -> None:
-    """A line for each stretch of one regime: between regimes the prediction jumps."""
-    changes = [i for i in range(1, len(ratios)) if outcomes[i].regime != outcomes[i - 1].regime]
-    label: str | None = "predicted"
-    for begin, end in pairwise([0, *changes, len(ratios)]):
-        values = [outcome.amplification for outcome in outcomes[begin:end]]
+    """A line and a band for each stretch of one regime: between regimes the prediction jumps."""
+    stretches = groupby(zip(ratios, outcomes, strict=True), key=lambda pair: pair[1].regime)
+    for index, (_, pairs) in enumerate(stretches):
+        x, own = zip(*pairs, strict=True)
         # a stretch of one point has no line
-        style = "-" if end - begin > 1 else "."
-        ax.plot(ratios[begin:end], values, style, color=BLUE, linewidth=1.2, markersize=2, label=label)
-        label = None
-    label = "expected"
-    for begin, end in pairwise([0, *changes, len(ratios)]):
-        told = [index for index in range(begin, end) if outcomes[index].expected_error is not None]
-        for stretch in np.split(told, np.flatnonzero(np.diff(told) != 1) + 1) if told else []:
-            low, high = zip(*(_range(outcomes[index]) for index in stretch), strict=True)
-            x = [ratios[index] for index in stretch]
+        style, first = "-" if len(x) > 1 else ".", index == 0
+        values = [outcome.amplification for outcome in own]
+        label = "predicted" if first else None
+        ax.plot(x, values, style, color=BLUE, linewidth=1.2, markersize=2, label=label)
+        low, high = np.transpose([_range(outcome) for outcome in own])
+        if np.isfinite(low).any():
+            label = None if "expected" in ax.get_legend_handles_labels()[1] else "expected"
             ax.fill_between(x, low, high, color=SKY, alpha=0.35, linewidth=0, label=label)
-            label = None
 
 
 def _range(outcome: Outcome) -> tuple[float, float]:
-    """Least and greatest amplification expected of a simulation."""
-    assert outcome.expected_error is not None
-    low, high = outcome.expected_error
+    """Least and greatest amplification expected of a simulation; not a number where none is known."""
+    low, high = outcome.expected_error or (math.nan, math.nan)
     # an error of -100 % leaves the greatest open: beyond any picture
     return outcome.amplification / (1 + high), outcome.amplification / max(1 + low, 1e-3)
 
 
-def _regimes(ax: Axes, ratios: Sequence[float], outcomes: Sequence[Outcome], predicted: Predict) -> None:
-    """Shades and names of the regimes, and their borders by bisection."""
-    from matplotlib.patheffects import withStroke
-
-    halo = [withStroke(linewidth=2.0, foreground="white")]
-    named: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": SMALL, "path_effects": halo}
+def _regimes(
+    ax: Axes, ratios: Sequence[float], outcomes: Sequence[Outcome], predicted: Callable[[float], Outcome]
+) -> None:
+    """Shades and names of the regimes, and their borders."""
     least, most = ratios[0], ratios[-1]
-    spans = [(least, str(outcomes[0].regime))]
+    spans = [(least, outcomes[0].regime)]
     for (short, before), (long, after) in pairwise(zip(ratios, outcomes, strict=True)):
         if before.regime != after.regime:
-            spans.append((_border(predicted, short, long), str(after.regime)))
-    ax.set_xscale("log")
-    ax.set_xlim(least, most)
-    for (begin, name), end in zip(spans, [*(begin for begin, _ in spans[1:]), most], strict=True):
+            spans.append((_border(predicted, short, long), after.regime))
+            ax.axvline(spans[-1][0], color=GREY, linewidth=0.8, linestyle="--")
+    for (begin, name), (end, _) in pairwise([*spans, (most, "")]):
         ax.axvspan(begin, end, color=_SHADES.get(name, _SHADES["train"]), linewidth=0, zorder=0)
-        if begin != least:
-            ax.axvline(begin, color=GREY, linewidth=0.8, linestyle="--")
-        if math.log(end / begin) > _ROOM * math.log(most / least):
-            middle = math.sqrt(begin * end)
-            ax.text(middle, 0.985, name, transform=ax.get_xaxis_transform(), **named)
+        if math.log(end / begin) > _NARROW * math.log(most / least):
+            named(ax, math.sqrt(begin * end), 0.985, name, va="top", xycoords=ax.get_xaxis_transform())
 
 
-def _border(predicted: Predict, short: float, long: float) -> float:
-    """Where the regime of ``short`` ends."""
+def _border(predicted: Callable[[float], Outcome], short: float, long: float) -> float:
+    """Where the regime of ``short`` ends, by bisection."""
     before = predicted(short).regime
     for _ in range(_HALVINGS):
         middle = math.sqrt(short * long)

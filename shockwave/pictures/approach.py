@@ -1,12 +1,14 @@
-"""How the primary comes to its limit along the chain."""
+"""How the peak force of the primary approaches its limit along the chain."""
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from shockwave.errors import NumericalError
-from shockwave.pictures.style import BLUE, GREY, VERMILION, dress, key, ratio
+from shockwave.pictures.axes import finish
+from shockwave.pictures.style import BLUE, GREY, VERMILION
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -15,8 +17,9 @@ if TYPE_CHECKING:
 
 __all__ = ["approach"]
 
-# How many contacts are looked at, and how far below the error of the limit the picture goes.
-_CONTACTS, _DEEP = 30, 30.0
+_CONTACTS = 30
+# The picture goes as far below the error of the limit.
+_DEEP = 30.0
 
 
 def approach(ax: Axes, result: SimulationResult, contacts: Iterable[int] | None = None) -> Axes:
@@ -39,32 +42,22 @@ def approach(ax: Axes, result: SimulationResult, contacts: Iterable[int] | None 
     InvalidValueError
         When the chain has no such contact.
     """
-    last = result.primary.contact
+    last, floor = result.primary.contact, result.error_estimate
     if contacts is None:
         contacts = range(0, last + 1, -(-(last + 1) // _CONTACTS))
-    above: list[tuple[int, float]] = []
-    below: list[tuple[int, float]] = []
+    distances: dict[int, float] = {}
     for contact in contacts:
-        try:
+        with contextlib.suppress(NumericalError):
             passage = result.passage(contact)
-        except NumericalError:
-            continue
-        distance = passage.peak_force / result.peak_force - 1
-        if distance and contact != last and not passage.exact:
-            (above if distance > 0 else below).append((contact, abs(distance)))
-    for points, marker, colour, name in ((below, "o", BLUE, "below"), (above, "^", VERMILION, "above")):
-        if points:
-            x, y = zip(*points, strict=True)
-            ax.plot(x, y, marker, color=colour, markersize=4, label=f"{name} the limit")
-    floor = result.error_estimate
-    distances = [distance for _, distance in above + below]
-    bottom, top = max(min([floor, *distances]) / 5, floor / _DEEP), max([floor, *distances]) * 4
-    ax.set_yscale("log")
-    ax.set_ylim(bottom, top)
-    ax.set_xlim(-0.5, last + 1.5)
+            if contact != last and not passage.exact:
+                distances[contact] = passage.peak_force / result.peak_force - 1
+    for sign, marker, colour, name in ((-1, "o", BLUE, "below"), (1, "^", VERMILION, "above")):
+        own = {contact: sign * distance for contact, distance in distances.items() if sign * distance > 0}
+        if own:
+            ax.plot(list(own), list(own.values()), marker, color=colour, markersize=4, label=f"{name} the limit")
+    sizes = [floor, *(abs(distance) for distance in distances.values() if distance)]
+    bottom = max(min(sizes) / 5, floor / _DEEP)
+    ax.set(yscale="log", ylim=(bottom, 4 * max(sizes)), xlim=(-0.5, last + 1.5))
     ax.axhspan(bottom, floor, color=GREY, alpha=0.2, linewidth=0, label="error of the limit")
     ax.axvline(last, color=GREY, linewidth=1.0, linestyle=":", label="where it was read")
-    ratio(ax, "x", "contact")
-    ratio(ax, "y", "relative distance to the limit")
-    key(ax)
-    return dress(ax)
+    return finish(ax, "contact", "relative distance to the limit")

@@ -1,16 +1,17 @@
-"""Where pictures are drawn and how they leave: figures, and SVG that is the same on every run."""
+"""Figures to draw on, and SVG, PNG and PDF that are the same on every run."""
 
 from __future__ import annotations
 
 import io
 import re
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import InvalidValueError, UsageError
-from shockwave.markup import plain
-from shockwave.output import write_file
+from shockwave.files import write_file
+from shockwave.text import admitted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -68,11 +69,11 @@ def svg(figure: Figure, name: str = "picture", description: str = "") -> str:
     Parameters
     ----------
     figure : Figure
-        What was drawn.
+        The drawn figure.
     name : str
         Letters, digits and hyphens; begins all names within, so that several pictures can stand in one page.
     description : str
-        What it shows, for those who cannot see it.
+        For readers who cannot see the picture.
 
     Raises
     ------
@@ -83,27 +84,23 @@ def svg(figure: Figure, name: str = "picture", description: str = "") -> str:
         raise InvalidValueError.of("name", f"must be a letter, then letters, digits and hyphens (got {name!r})")
     import matplotlib as mpl
 
+    figure.draw_without_rendering()  # the last digits of the layout settle at its second pass
     written = io.StringIO()
-    # The names of what is drawn more than once are hashes, salted anew on every run unless told otherwise.
+    # without a salt of their own, the names of shared shapes differ from run to run
     unsigned = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     with mpl.rc_context({"svg.hashsalt": "shockwave", "svg.fonttype": "path"}):
         figure.savefig(written, format="svg", metadata=unsigned, dpi=_DOTS)
-    text = written.getvalue()
-    text = text[text.index("<svg") :]
+    text = re.sub(r"\s*<!--.*?-->", "", written.getvalue().partition("<svg ")[2], flags=re.DOTALL)
+    # only names that are referred to are the same on every run
     referred = set(re.findall(r'(?:href="|url\()#([^")]+)', text))
-
-    def named(match: re.Match[str]) -> str:
-        return f' id="{name}-{match[1]}"' if match[1] in referred else ""
-
-    text = re.sub(r' id="([^"]+)"', named, text)
-    text = re.sub(r'(href="|url\()#', rf"\1#{name}-", text)
-    text = re.sub(r"\s*<!--.*?-->", "", text, flags=re.DOTALL)
-    label = f' aria-label="{plain(description)}"' if description else ""
-    return text.replace("<svg ", f'<svg role="img"{label} ', 1)
+    text = re.sub(r' id="([^"]+)"', lambda found: found[0] if found[1] in referred else "", text)
+    text = re.sub(r'( id="|href="#|url\(#)', rf"\1{name}-", text)
+    label = f' aria-label="{escape(admitted(description))}"' if description else ""
+    return f'<svg role="img"{label} {text}'
 
 
 def save(figure: Figure, file: str | Path) -> None:
-    """Write the figure to ``file``, whose ending tells the format: svg, png or pdf.
+    """Write the figure to ``file`` in the format of its ending: svg, png or pdf.
 
     Raises
     ------

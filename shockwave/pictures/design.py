@@ -1,11 +1,12 @@
-"""A design: the target along the value that is looked for, what is wanted, and where it is met."""
+"""A design: the target along the varied value, the wanted level, and where it is met."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal
 
-from shockwave.pictures.style import BLUE, GREY, VERMILION, decades, dress, key, measure, ratio
+from shockwave.pictures.axes import decades, dress, key, label_axis
+from shockwave.pictures.style import BLUE, GREY, VERMILION
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,12 +23,12 @@ def design(
     values: Sequence[float],
     reached: Sequence[float],
     wanted: float,
-    solutions: Iterable[float] = (),
+    solutions: Sequence[float] = (),
     *,
     labels: tuple[str, str] = ("value", "target"),
     units: tuple[str, str] = ("", ""),
 ) -> Axes:
-    """The target against the value, with what is wanted as a level, and the solutions on it.
+    """The target against the value, with the wanted level, and the solutions on it.
 
     Parameters
     ----------
@@ -37,23 +38,19 @@ def design(
         The line, by ascending values.
     wanted : float
         The level.
-    solutions : iterable of float
+    solutions : sequence of float
         Values at which the line has it.
     labels, units : (str, str)
         Of the two axes; a unit is empty for a number without one.
     """
     ax.plot(values, reached, color=BLUE, linewidth=1.2, label="along the interval")
     ax.axhline(wanted, color=GREY, linewidth=0.9, linestyle="--", label="wanted")
-    found = list(solutions)
-    if found:
-        ax.plot(found, [wanted] * len(found), "o", color=VERMILION, markersize=4, label="solutions")
+    if solutions:
+        ax.plot(solutions, [wanted] * len(solutions), "o", color=VERMILION, markersize=4, label="solutions")
     ax.set_xlim(values[0], values[-1])
     for axis, numbers, label, unit in zip(_AXES, (values, reached), labels, units, strict=True):
         if min(numbers) > 0 and max(numbers) > _WIDE * min(numbers):
             decades(ax, axis)
-        if unit:
-            measure(ax, axis, max(numbers), unit, label)
-        else:
-            ratio(ax, axis, label)
+        label_axis(ax, axis, label, unit, max(numbers))
     key(ax)
     return dress(ax)

@@ -7,22 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shockwave.errors import InvalidValueError
-from shockwave.pictures.style import (
-    BLACK,
-    BLUE,
-    LABEL,
-    ORANGE,
-    SKY,
-    VERMILION,
-    dress,
-    key,
-    measure,
-    ratio,
-    thinned,
-    thousandths,
-)
+from shockwave.pictures.axes import area, finish, named, thinned
+from shockwave.pictures.style import BLACK, BLUE, LABEL, MINUS, ORANGE, SKY, VERMILION, thousandths
 from shockwave.prediction.outcome import EjectionOutcome
-from shockwave.profiles.conditions import TOLERANCE
 from shockwave.profiles.conditions import conditions as conditions_of
 
 if TYPE_CHECKING:
@@ -35,9 +22,11 @@ if TYPE_CHECKING:
 
 __all__ = ["conditions", "correction_area", "pulse"]
 
-# An area narrower than this share of the picture, or with its name so near the axis, is named in the key alone.
-_ROOM, _LOW = 0.12, 0.06
+# An area narrower or lower than these shares of the picture is named in the key alone.
+_NARROW = 0.12
+_LOW = 0.06
 _POINTS = 240
+_FORMULA = ((">=", r"\geq"), ("<=", r"\leq"), ("a1", "a_1"), ("a2", "a_2"))
 
 
 def pulse(ax: Axes, shock: Shock) -> Axes:
@@ -48,34 +37,24 @@ def pulse(ax: Axes, shock: Shock) -> Axes:
     ax : Axes
         Where to draw.
     shock : Shock
-        What to draw; time in s, force in N.
+        Time in s, force in N.
     """
     profile, unit = shock.profile, shock.rise_time
     areas, n = profile.areas(), float(profile.duration_ratio)
     s = _abscissae(profile)
     x, y = thinned(unit * s, shock.peak_force * profile.force(s))
+    # the name of an area stands at this place
     parts = (
-        ("1", "rise", areas.rise.value, x <= unit, SKY, "////", (0.0, 1.0)),
-        ("2", "decay", areas.decay.value, x >= unit, ORANGE, r"\\\\", (1.0, n)),
+        ("$a_1$", "rise", areas.rise.value, x <= unit, SKY, "////", 1.0, 0.62),
+        ("$a_2$", "decay", areas.decay.value, x >= unit, ORANGE, r"\\\\", n - 1, 1 + 0.33 * (n - 1)),
     )
-    for number, name, area, inside, colour, hatch, (begin, end) in parts:
-        label = f"{name}, $a_{number}$ = {area:.4g} $F_0 t_0$"
-        # hatches keep the two apart in grey
-        ax.fill_between(
-            x[inside], y[inside], facecolor=colour, alpha=0.55, hatch=hatch, edgecolor="white", linewidth=0, label=label
-        )
-        middle = begin + (0.62 if number == "1" else 0.33) * (end - begin)
-        height = 0.4 * shock.peak_force * float(profile.force(middle))
-        if end - begin > _ROOM * n and height > _LOW * shock.peak_force:
-            box = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
-            ax.text(unit * middle, height, f"$a_{number}$", ha="center", va="center", fontsize=LABEL, bbox=box)
+    for symbol, name, value, inside, colour, hatch, width, place in parts:
+        area(ax, x[inside], 0.0, y[inside], colour, hatch, f"{name}, {symbol} = {value:.4g} $F_0 t_0$")
+        height = 0.4 * float(profile.force(place))
+        if width > _NARROW * n and height > _LOW:
+            named(ax, unit * place, shock.peak_force * height, symbol, fontsize=LABEL)
     ax.plot(x, y, color=BLACK, linewidth=1.2)
-    ax.set_xlim(0, unit * n)
-    ax.set_ylim(0, 1.08 * shock.peak_force)
-    measure(ax, "x", shock.duration, "s", "time")
-    measure(ax, "y", shock.peak_force, "N", "force")
-    key(ax)
-    return dress(ax)
+    return _force_against_time(ax, shock.duration, shock.peak_force)
 
 
 def conditions(ax: Axes, shock: Shock) -> Axes:
@@ -86,29 +65,27 @@ def conditions(ax: Axes, shock: Shock) -> Axes:
     ax : Axes
         Where to draw; a low and wide one will do.
     shock : Shock
-        Whose areas are judged. The margins told are in units of its rise time.
+        The margins are in units of its rise time.
     """
     areas, n = shock.profile.areas(), float(shock.profile.duration_ratio)
     a1, a2 = areas.rise.value, areas.decay.value
-    both = (a1 + a2, a1 + 0.5, a2 + (n - 1) / 2)
-    judged = conditions_of(areas, n)
-    told = []
-    for place, (condition, sides) in enumerate(zip(judged, both, strict=True)):
+    both_sides = (a1 + a2, a1 + 0.5, a2 + (n - 1) / 2)
+    labels = []
+    for place, (condition, sides) in enumerate(zip(conditions_of(areas, n), both_sides, strict=True)):
         colour = BLUE if condition.holds else VERMILION
         share = condition.margin / sides
         ax.plot([0, share], [place, place], color=colour, linewidth=4, solid_capstyle="butt")
         ax.plot([share], [place], "o" if condition.holds else "X", color=colour, markersize=7)
-        margin = condition.margin if abs(condition.margin) > TOLERANCE * n else 0.0
-        verdict = "holds" if condition.holds else "fails"
-        figures = f"{margin:+.4g} $t_0$, {verdict}".replace("-", "\N{MINUS SIGN}")
-        told.append(f"{_formula(condition.statement)}\n{figures}")
+        statement = condition.statement
+        for plain, symbol in _FORMULA:
+            statement = statement.replace(plain, symbol)
+        # adding zero takes the sign from a zero
+        margin = f"{round(condition.margin, 9) + 0.0:+.4g}".replace("-", MINUS)
+        labels.append(f"${statement}$\n{margin} $t_0$, {'holds' if condition.holds else 'fails'}")
     ax.axvline(0, color=BLACK, linewidth=0.8)
-    ax.set_xlim(-1.08, 1.08)
-    ax.set_xticks((-1, -0.5, 0, 0.5, 1))
-    ax.set_ylim(2.6, -0.6)
-    ax.set_yticks(range(len(told)), told)
-    ratio(ax, "x", "margin over the sum of both sides")
-    return dress(ax)
+    ax.set(xlim=(-1.08, 1.08), xticks=(-1, -0.5, 0, 0.5, 1), ylim=(2.6, -0.6))
+    ax.set_yticks(range(len(labels)), labels)
+    return finish(ax, "margin over the sum of both sides", "")
 
 
 def correction_area(ax: Axes, shock: Shock, outcome: Outcome) -> Axes:
@@ -119,7 +96,7 @@ def correction_area(ax: Axes, shock: Shock, outcome: Outcome) -> Axes:
     ax : Axes
         Where to draw.
     shock : Shock
-        That was predicted.
+        The predicted shock.
     outcome : Outcome
         Its prediction, of the regime ejection.
 
@@ -133,43 +110,24 @@ def correction_area(ax: Axes, shock: Shock, outcome: Outcome) -> Axes:
         raise InvalidValueError.of("outcome", f"must be an ejection, to which (5g,h) belong (got {got})")
     profile, force, virtual = shock.profile, shock.peak_force, outcome.virtual_rise_time
     s, n = _abscissae(profile), float(profile.duration_ratio)
-    shape = force * profile.force(s)
     begin = max(n * virtual - (virtual - shock.rise_time), 0.0)
     added = np.unique(np.append(s[s > begin / virtual], begin / virtual))
     label = rf"added: 2 $\times$ area = {thousandths(outcome.added_momentum, 'N s')}"
-    ax.fill_between(
-        virtual * added,
-        force * profile.force(added),
-        facecolor=ORANGE,
-        alpha=0.6,
-        hatch="////",
-        edgecolor="white",
-        linewidth=0,
-        label=label,
-    )
-    own, other = (thousandths(time, "s") for time in (shock.rise_time, virtual))
-    ax.plot(*thinned(shock.rise_time * s, shape), color=BLUE, linewidth=1.4, label=f"shock, $t_0$ = {own}")
-    ax.plot(
-        *thinned(virtual * s, shape),
-        color=VERMILION,
-        linewidth=1.4,
-        linestyle="--",
-        label=rf"virtual shock, $\hat{{t}}_0$ = {other}",
-    )
+    area(ax, virtual * added, 0.0, force * profile.force(added), ORANGE, "////", label)
+    for time, name, colour, line in (
+        (shock.rise_time, "shock, $t_0$", BLUE, "-"),
+        (virtual, r"virtual shock, $\hat{t}_0$", VERMILION, "--"),
+    ):
+        label = f"{name} = {thousandths(time, 's')}"
+        drawn = thinned(time * s, force * profile.force(s))
+        ax.plot(*drawn, color=colour, linewidth=1.4, linestyle=line, label=label)
     ax.axvline(begin, color=BLACK, linewidth=0.7, linestyle=":", label=r"$n \hat{t}_0 - \Delta t_0$")
-    ax.set_xlim(0, n * virtual)
-    ax.set_ylim(0, 1.08 * force)
-    measure(ax, "x", n * virtual, "s", "time")
-    measure(ax, "y", force, "N", "force")
-    key(ax)
-    return dress(ax)
+    return _force_against_time(ax, n * virtual, force)
 
 
-def _formula(statement: str) -> str:
-    """An inequality as mathematics."""
-    for plain, set_ in ((">=", r"\geq"), ("<=", r"\leq"), ("a1", "a_1"), ("a2", "a_2")):
-        statement = statement.replace(plain, set_)
-    return f"${statement}$"
+def _force_against_time(ax: Axes, end: float, peak: float) -> Axes:
+    ax.set(xlim=(0, end), ylim=(0, 1.08 * peak))
+    return finish(ax, ("time", "s", end), ("force", "N", peak))
 
 
 def _abscissae(profile: ShockProfile) -> FloatArray:

@@ -17,8 +17,7 @@ from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity, text_of
-from shockwave.files import parse_json, read_bytes
-from shockwave.output import write_file
+from shockwave.files import parse_json, read_bytes, write_file
 from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock

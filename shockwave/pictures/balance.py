@@ -1,4 +1,4 @@
-"""The books of energy and momentum: what the shock has put in, and where it is."""
+"""The balances of energy and momentum: what the shock has put into the chain, and where it is."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from shockwave.errors import InvalidValueError
-from shockwave.pictures.style import BLACK, BLUE, GREY, ORANGE, SKY, dress, key, measure, thinned
+from shockwave.pictures.axes import area, finish, thinned
+from shockwave.pictures.style import BLACK, BLUE, GREY, MINUS, ORANGE, SKY
 from shockwave.pictures.waves import recorded
 
 if TYPE_CHECKING:
@@ -16,11 +17,11 @@ if TYPE_CHECKING:
     from shockwave.measurement.result import SimulationResult
     from shockwave.quadrature import FloatArray
 
-__all__ = ["books"]
+__all__ = ["balance"]
 
 
-def books(ax: Axes, result: SimulationResult, of: Literal["energy", "momentum"] = "energy") -> Axes:
-    """What the shock has put into the chain and where it is, against time; with the defect of the book at the end.
+def balance(ax: Axes, result: SimulationResult, of: Literal["energy", "momentum"] = "energy") -> Axes:
+    """Input of the shock and content of the chain against time, with the defect of the balance at the end.
 
     Energy is stacked, of contacts upon kinetic, under the work of the shock: while it acts, where the ``field`` was
     recorded too, else its final amount. Momentum is that of granules that move forward and backward, and their sum,
@@ -33,79 +34,59 @@ def books(ax: Axes, result: SimulationResult, of: Literal["energy", "momentum"] 
     result : SimulationResult
         With ``energies`` recorded, for the momentum the ``field``; time in s, energy in J, momentum in N s.
     of : "energy" or "momentum"
-        Which book.
+        Which balance.
 
     Raises
     ------
     InvalidValueError
         When it is another, or what it needs was not recorded.
     """
-    if of == "energy":
-        defect = result.energy_defect
-        _energy(ax, result)
-    elif of == "momentum":
-        defect = result.momentum_defect
-        _momentum(ax, result)
-    else:
+    if of not in ("energy", "momentum"):
         raise InvalidValueError.of("of", f"must be energy or momentum (got {of!r})")
-    kept = recorded(result, "energies", "field")
+    highest = (_energy if of == "energy" else _momentum)(ax, result)
+    defect = result.energy_defect if of == "energy" else result.momentum_defect
+    end = float(recorded(result, "energies", "field").times[-1])
     ax.axvline(result.shock.duration, color=GREY, linewidth=0.8, linestyle=":", label="end of shock")
-    ax.plot([], [], " ", label=f"defect {defect:.1e}".replace("-", "\N{MINUS SIGN}"))
-    ax.set_xlim(0, float(kept.times[-1]))
-    measure(ax, "x", float(kept.times[-1]), "s", "time")
-    key(ax)
-    return dress(ax)
+    ax.plot([], [], " ", label=f"defect {defect:.1e}".replace("-", MINUS))
+    ax.set_xlim(0, end)
+    return finish(ax, ("time", "s", end), (of, "J" if of == "energy" else "N s", highest))
 
 
-def _energy(ax: Axes, result: SimulationResult) -> None:
+def _energy(ax: Axes, result: SimulationResult) -> float:
+    """Draw the energy; the work of the shock [J]."""
     kept = recorded(result, "energies")
-    times, kinetic, contact = kept.times, kept.kinetic_energy, kept.contact_energy
-    assert kinetic is not None
-    assert contact is not None
+    times, kinetic = kept.times, np.asarray(kept.kinetic_energy)
     # what is stacked has its points in common
-    x, total = thinned(times, kinetic + contact)
+    x, total = thinned(times, kinetic + np.asarray(kept.contact_energy))
     own = kinetic[np.searchsorted(times, x)]
-    ax.fill_between(x, own, color=SKY, alpha=0.6, linewidth=0, label="kinetic")
-    ax.fill_between(
-        x, own, total, facecolor=ORANGE, alpha=0.6, hatch="////", edgecolor="white", linewidth=0, label="in contacts"
-    )
+    area(ax, x, 0.0, own, SKY, "", "kinetic")
+    area(ax, x, own, total, ORANGE, "////", "in contacts")
     ax.plot(x, total, color=BLUE, linewidth=1.2, label="sum")
     work = float(result.found.work * result.scales.energy)
     if kept.displacements is not None and kept.velocities is not None:
-        put_in = _work(result, times, kept.displacements, kept.velocities)
-        ax.plot(*thinned(times, put_in), color=BLACK, linewidth=1.2, linestyle="--", label="work of shock")
+        drawn = thinned(times, _work(result, times, kept.displacements, kept.velocities))
     else:
-        begin = min(result.shock.duration, float(times[-1]))
-        ax.plot(
-            [begin, float(times[-1])],
-            [work, work],
-            color=BLACK,
-            linewidth=1.2,
-            linestyle="--",
-            label="work of shock",
-        )
+        drawn = np.array([min(result.shock.duration, times[-1]), times[-1]]), np.array([work, work])
+    ax.plot(*drawn, color=BLACK, linewidth=1.2, linestyle="--", label="work of shock")
     ax.set_ylim(0, 1.1 * max(work, float(total.max())))
-    measure(ax, "y", work, "J", "energy")
+    return work
 
 
-def _momentum(ax: Axes, result: SimulationResult) -> None:
+def _momentum(ax: Axes, result: SimulationResult) -> float:
+    """Draw the momentum; the greatest [N s]."""
     kept = recorded(result, "field")
-    assert kept.velocities is not None
-    momenta, times = result.chain.granule_mass * kept.velocities, kept.times
+    momenta, times = result.chain.granule_mass * np.asarray(kept.velocities), kept.times
     forward, backward = np.maximum(momenta, 0).sum(axis=1), np.minimum(momenta, 0).sum(axis=1)
-    for values, colour, hatch, name in (
-        (forward, SKY, "", "forward"),
-        (backward, ORANGE, "////", "backward"),
-    ):
+    for values, colour, hatch, name in ((forward, SKY, "", "forward"), (backward, ORANGE, "////", "backward")):
         x, y = thinned(times, values)
-        ax.fill_between(x, y, facecolor=colour, alpha=0.6, hatch=hatch, edgecolor="white", linewidth=0, label=name)
+        area(ax, x, 0.0, y, colour, hatch, name)
     ax.plot(*thinned(times, momenta.sum(axis=1)), color=BLUE, linewidth=1.2, label="sum")
     impulse = _impulse(result, times)
     ax.plot(*thinned(times, impulse), color=BLACK, linewidth=1.2, linestyle="--", label="impulse of shock")
     ax.axhline(0, color=BLACK, linewidth=0.6)
-    lowest, highest = min(float(backward.min()), 0.0), max(float(forward.max()), float(impulse.max()))
-    ax.set_ylim(1.2 * lowest - 0.02 * highest, 1.1 * highest)
-    measure(ax, "y", highest, "N s", "momentum")
+    highest = max(float(forward.max()), float(impulse.max()))
+    ax.set_ylim(1.2 * float(backward.min()) - 0.02 * highest, 1.1 * highest)
+    return highest
 
 
 def _impulse(result: SimulationResult, times: FloatArray) -> FloatArray:

@@ -1,0 +1,145 @@
+"""The results that a page shows: prediction and simulation of a scenario, or why there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+from attrs import evolve, frozen
+
+from shockwave.errors import ShockwaveError
+from shockwave.measurement.result import Passage, SimulationResult
+from shockwave.measurement.simulate import MEASURABLE, scaled, simulate_with
+from shockwave.prediction.outcome import Outcome
+from shockwave.scenario.scenario import Scenario
+from shockwave.studies.comparison import Comparison, beside
+
+__all__ = ["Findings", "findings"]
+
+# Histories last so many characteristic times, and this factor beyond the end of the shock.
+_PASSED = 60.0
+_BEYOND = 1.15
+# Contacts that the first wave passes in a characteristic time, and how many of them are drawn.
+_RATE = 0.9
+_CONTACTS = 120
+# Longer histories [characteristic times] take too long, and no print shows them.
+_LONGEST = 400.0
+# Characters of the scenario's text that are shown.
+_MOST_TEXT = 20_000
+
+_T = TypeVar("_T")
+
+
+@frozen(kw_only=True)
+class Findings:
+    """Prediction and simulation of a scenario.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        The scenario.
+    predicted : Outcome or None
+        None where the prediction failed.
+    simulated : SimulationResult or None
+        With histories, where they are not too long. None where the simulation failed.
+    comparison : Comparison or None
+        None where either failed.
+    passages : tuple of Passage
+        Of the primary at the contacts that the scenario asks for.
+    failures : tuple of str
+        What failed, and why.
+    text : str
+        Of the scenario's file.
+    """
+
+    scenario: Scenario
+    predicted: Outcome | None
+    simulated: SimulationResult | None
+    comparison: Comparison | None
+    passages: tuple[Passage, ...]
+    failures: tuple[str, ...]
+    text: str
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Of prediction and simulation, each once."""
+        predicted = () if self.predicted is None else self.predicted.warnings
+        simulated = () if self.simulated is None else self.simulated.all_warnings
+        return tuple(dict.fromkeys((*predicted, *simulated)))
+
+
+def findings(scenario: Scenario) -> Findings:
+    """Predict and simulate ``scenario``; a failure of one does not stop the other."""
+    failures: list[str] = []
+    predictor = scenario.predictor
+    predicted = _attempt(failures, "The prediction failed", predictor.predict, scenario.shock, scenario.chain)
+    simulated = _attempt(failures, "The simulation failed", _simulate, scenario)
+    passages: list[Passage | None] = []
+    if simulated is not None:
+        simulated = _with_train(simulated, failures)
+        for contact in scenario.simulate.contacts:
+            failure = f"The passage of contact {contact} could not be computed"
+            passages.append(_attempt(failures, failure, simulated.passage, contact))
+    comparison = None
+    if predicted is not None and simulated is not None:
+        comparison = evolve(beside(predicted, simulated, predictor.equal_tolerance), published=scenario.published)
+    return Findings(
+        scenario=scenario,
+        predicted=predicted,
+        simulated=simulated,
+        comparison=comparison,
+        passages=tuple(passage for passage in passages if passage is not None),
+        failures=tuple(failures),
+        text=_text(scenario.path),
+    )
+
+
+def _attempt(failures: list[str], failure: str, compute: Callable[..., _T], *arguments: object) -> _T | None:
+    try:
+        return compute(*arguments)
+    except ShockwaveError as error:
+        failures.append(f"{failure}: {error}.")
+        return None
+
+
+def _simulate(scenario: Scenario) -> SimulationResult:
+    """As the scenario asks, with the histories that are drawn."""
+    shock, chain = scenario.shock, scenario.chain
+    problem, scales = scaled(shock, chain)
+    until = max(_BEYOND * problem.duration, _PASSED)
+    if until > _LONGEST:
+        return simulate_with(evolve(scenario.simulate, record=(), interval=None, until=None), shock, chain)
+    reached = int(_RATE * until) if chain.granules is None else min(int(_RATE * until), chain.granules - 1)
+    options = evolve(
+        scenario.simulate,
+        contacts=range(0, reached, -(-reached // _CONTACTS)),
+        record=("forces", "field", "energies"),
+        interval=None,
+        until=until * scales.time,
+    )
+    return simulate_with(options, shock, chain)
+
+
+def _with_train(result: SimulationResult, failures: list[str]) -> SimulationResult:
+    """The result with all of its waves; with the primary alone, where the others cannot be measured."""
+    if result.options.waves == "primary":
+        return result
+    try:
+        train = result.train  # integrated here, and kept
+    except ShockwaveError as error:
+        failures.append(f"The waves behind the primary could not be measured: {error}.")
+    else:
+        if result.was_measured or scaled(result.shock, result.chain)[0].duration <= MEASURABLE:
+            return result
+        failures += [f"Only the primary was simulated: {warning}." for warning in train.warnings]
+    return evolve(result, options=evolve(result.options, waves="primary"))
+
+
+def _text(path: Path | None) -> str:
+    try:
+        text = "" if path is None else path.read_text(encoding="utf-8-sig", errors="replace")
+    except OSError:
+        return ""
+    rest = len(text) - _MOST_TEXT
+    return text if rest <= 0 else f"{text[:_MOST_TEXT]}\n... ({rest} more characters)\n"
