@@ -20,8 +20,9 @@ from selection import keeping
 from shockwave.cli import main
 from shockwave.simulation import backend
 from shockwave.simulation.nystroem import Rkn86, Tableau
-from shockwave.simulation.primary import KNOWN, Primary, find_primaries
-from shockwave.simulation.primary import Request as Asked
+from shockwave.simulation.primary import find_primaries
+from shockwave.simulation.primary_request import KNOWN, Primary
+from shockwave.simulation.primary_request import Request as Asked
 from shockwave.simulation.problem import ChainProblem
 
 compiled_alone = pytest.mark.skipif(backend.compiled is None, reason=backend.lack())

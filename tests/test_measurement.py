@@ -11,7 +11,7 @@ from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.measurement.peaks import PeakLog, history
 from shockwave.measurement.run import Demand, run
 from shockwave.measurement.settle import settling
-from shockwave.simulation.dop853 import Dop853
+from shockwave.simulation.scipy_solver import Dop853
 from shockwave.simulation.march import Stretch, free_granules, march
 from shockwave.simulation.problem import ChainProblem, contact_forces
 

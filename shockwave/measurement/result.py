@@ -12,7 +12,7 @@ from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
 from shockwave.scene import Scene
-from shockwave.simulation.primary import Primary
+from shockwave.simulation.primary_request import Primary
 from shockwave.text import printed
 
 if TYPE_CHECKING:

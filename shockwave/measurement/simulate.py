@@ -21,7 +21,8 @@ from shockwave.registry import load
 from shockwave.simulation.backend import chosen
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Nystroem
-from shockwave.simulation.primary import KNOWN, TOO_LONG, Primary, Request, find_primaries
+from shockwave.simulation.primary import find_primaries
+from shockwave.simulation.primary_request import KNOWN, TOO_LONG, Primary, Request
 from shockwave.simulation.problem import ChainProblem
 
 __all__ = ["MEASURABLE", "Plan", "plan_of", "scaled", "simulate", "simulate_many", "simulate_with"]

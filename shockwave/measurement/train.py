@@ -15,7 +15,7 @@ from shockwave.measurement.simulate import MEASURABLE, Plan, plan_of, scaled
 from shockwave.profiles.shock import Shock
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Nystroem
-from shockwave.simulation.primary import KNOWN, Primary
+from shockwave.simulation.primary_request import KNOWN, Primary
 from shockwave.simulation.problem import ChainProblem
 from shockwave.text import si
 

@@ -19,7 +19,7 @@ Acceleration: TypeAlias = Callable[[Any, FloatArray], FloatArray]
 LONGEST_STEP = 1.0
 # The first step is short, for nothing is known yet; an adaptive method soon makes up for it.
 _FIRST_STEP = 0.05
-_FIRST_SHARE = 1e-3
+_FIRST_SHARE = 1e-3  # of the interval, at most
 
 
 @frozen(eq=False)
@@ -95,10 +95,6 @@ class Integrator(abc.ABC):
     def _first_size(interval: float, hint: float | None) -> float:
         """The first step of an adaptive method."""
         return min(_FIRST_STEP, _FIRST_SHARE * interval) if hint is None else min(hint, LONGEST_STEP, interval)
-
-    def _counted(self, acceleration: Acceleration, until: float) -> Counted:
-        """``acceleration`` with its calls counted."""
-        return Counted(self, acceleration, until)
 
 
 @frozen(eq=False)

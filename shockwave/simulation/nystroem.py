@@ -9,7 +9,7 @@ import numpy as np
 from attrs import define, field, frozen
 
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.integrator import Acceleration, Counted
+from shockwave.simulation.integrator import Acceleration
 from shockwave.simulation.one_step import Attempt, OneStep, Scalar
 from shockwave.simulation.problem import ChainAcceleration
 from shockwave.simulation.tableaux import RKN64, RKN86, RKN1210, Fractions
@@ -89,10 +89,9 @@ class Nystroem(OneStep):
     def attempt(
         self, acceleration: Acceleration, time: Scalar, size: Scalar, x: FloatArray, v: FloatArray, a: FloatArray
     ) -> Attempt:
-        if self.compiled is not None and isinstance(acceleration, Counted):
-            chain = acceleration.acceleration
-            if isinstance(chain, ChainAcceleration):
-                return self._compiled_attempt(self.compiled, chain, float(time), float(size), x, v, a)
+        chain = getattr(acceleration, "acceleration", None)
+        if self.compiled is not None and isinstance(chain, ChainAcceleration):
+            return self._compiled_attempt(chain, float(time), float(size), x, v, a)
         tableau = self.tableau
         shape = (len(tableau.nodes) + 1, *x.shape)
         if self._work.shape != (2, *shape):
@@ -117,30 +116,16 @@ class Nystroem(OneStep):
         return Attempt(end, v + size * velocity, a, error)
 
     def _compiled_attempt(
-        self,
-        compiled: ModuleType,
-        chain: ChainAcceleration,
-        time: float,
-        size: float,
-        x: FloatArray,
-        v: FloatArray,
-        a: FloatArray,
+        self, chain: ChainAcceleration, time: float, size: float, x: FloatArray, v: FloatArray, a: FloatArray
     ) -> Attempt:
         self.evaluations += self.tableau.evaluations
         problem = chain.problem
         state = np.concatenate((x, v, a))
         after = np.empty_like(state)
         rows, coefficients = (problem.path.rows, problem.path.coefficients) if chain.driven else (_NONE, _NONE)
-        error = compiled.attempt(
-            self.tableau.packed,
-            rows,
-            coefficients,
-            state,
-            after,
-            time,
-            size,
-            problem.rise_time,
-            problem.peak_force,
+        assert self.compiled is not None
+        error = self.compiled.attempt(
+            self.tableau.packed, rows, coefficients, state, after, time, size, problem.rise_time, problem.peak_force
         )
         x, v, a = after.reshape(3, -1)
         return Attempt(x, v, a, error)
