@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.one_step import Attempt
 from shockwave.simulation.peak import KEPT, STRIDE, crossing, hertz, limit
 from shockwave.simulation.primary_request import AT_END, FAILED, KNOWN, RUNNING, TOO_LONG, Passage, Primary, Request
-from shockwave.simulation.problem import ChainProblem, chain_acceleration
+from shockwave.simulation.problem import ChainProblem, chain_acceleration, contact_forces
 
 __all__ = ["search"]
 
@@ -89,13 +90,12 @@ class _Window:
         self.request = request
         self.problem = request.problem
         self.method = method
-        self.stops = (*self.problem.stops, math.inf)
+        self.stops = [*self.problem.stops, math.inf]
         self.base = 0
         self.head = -1
-        self.x, self.v, self.a, self.late, self.since = np.zeros((5, 1))
+        self._set(np.zeros((5, 1)))
         self._extend(_ROWS)
         self.status = RUNNING
-        self.stop = 0
         self.driven = True
         self.rejected = False
         self.time = 0.0
@@ -116,31 +116,29 @@ class _Window:
     def count(self) -> int:
         return len(self.x) - 1
 
-    @property
-    def until(self) -> float:
-        return self.stops[self.stop]
-
     def _extend(self, rows: int) -> None:
         granules = self.problem.granules
         if granules is not None:
             rows = min(rows, granules - self.base - self.count)
-        self.x, self.v, self.a, self.late, self.since = (
-            np.append(array, np.zeros(rows)) for array in (self.x, self.v, self.a, self.late, self.since)
-        )
-        self._set_wall()
-
-    def _set_wall(self) -> None:
-        if self.base + self.count == self.problem.granules:
+        self._set([np.append(array, np.zeros(rows)) for array in self._arrays()])
+        if self.base + self.count == granules:
             self.x[-1] = _WALL
+
+    def _arrays(self) -> tuple[FloatArray, ...]:
+        return self.x, self.v, self.a, self.late, self.since
+
+    def _set(self, arrays: Iterable[FloatArray]) -> None:
+        self.x, self.v, self.a, self.late, self.since = arrays
 
     # ---------------------------------------------------------------- steps
 
     def step(self) -> None:
         """One attempt, and what follows from it."""
-        left = self.until - self.time
-        size = self._next_size(left)
+        left = self.stops[0] - self.time
+        # no step is left a sliver before the next stop
+        size = left if self.size >= left else min(self.size, left / 2)
         at_stop = size >= left
-        end = self.until if at_stop else self.time + size
+        end = self.stops[0] if at_stop else self.time + size
         force = _Force(self.problem, self.driven, self.time + size, end)
         tried = self.method.attempt(force, self.time, size, self.x, self.v, self.a)
         if not self._control(size, float(tried.error) / self.request.tolerance, at_stop):
@@ -150,12 +148,6 @@ class _Window:
             self._add_work(size, free[0], force)
         self._find_peaks(size, free, tried)
         self._accept(end, at_stop, free, tried)
-
-    def _next_size(self, left: float) -> float:
-        """The next step, so that none is left a sliver before the next stop."""
-        if self.size >= left:
-            return left
-        return min(self.size, left / 2)
 
     def _control(self, size: float, error: float, at_stop: bool) -> bool:
         """Choose the step after one of ``size`` with this error over the tolerance; whether that one holds."""
@@ -195,8 +187,8 @@ class _Window:
         self.time, self.free = end, free
         self.steps += 1
         if at_stop:
-            self.stop += 1
-            if self.until == math.inf:
+            del self.stops[0]
+            if self.stops[0] == math.inf:
                 self._release()
         if max(abs(self.x.item(-3)), abs(self.v.item(-3))) > _AT_REST:
             self._extend(_ROWS)
@@ -228,16 +220,14 @@ class _Window:
         most = self.head - self.base - self.request.rear_of(self.peaks[-1].force) if self.peaks else 0
         if most < _ROWS:
             return
-        forces = _forces(self.x[most - _ROWS : most + 1])[::-1]
+        forces = contact_forces(self.x[most - _ROWS : most + 1])[::-1]
         weakest = int(np.argmin(forces))
         if not forces[weakest] < _SLACK * self.peaks[-1].force or self._may_be_overtaken():
             return
         rows = most - weakest
         self.bank_momentum += math.fsum(self.v[:rows].tolist())
         self.bank_energy += _energy(self.x[: rows + 1], self.v[:rows])
-        self.x, self.v, self.a, self.late, self.since = (
-            array[rows:].copy() for array in (self.x, self.v, self.a, self.late, self.since)
-        )
+        self._set([array[rows:].copy() for array in self._arrays()])
         self.a[0] = -hertz(self.x.item(0) - self.x.item(1))  # it has lost its neighbour
         self.base += rows
 
@@ -348,7 +338,7 @@ class _Window:
         grown = late + np.minimum(self.request.growing * change, late)
         if np.any((self.time - since < _RECENT) & (grown > bound)):
             return True
-        forces = _forces(self.x[: front + 1])
+        forces = contact_forces(self.x[: front + 1])
         if np.any(forces > bound):
             return True
         v = self.v[:front]
@@ -358,7 +348,7 @@ class _Window:
     def primary(self) -> Primary:
         """The balances, and the wave: from the least force behind the head on."""
         v = self.v[:-1]
-        forces = _forces(self.x).tolist()
+        forces = contact_forces(self.x).tolist()
         foot = max(self.head - self.base, 0)
         while foot > 0 and forces[foot - 1] < forces[foot]:
             foot -= 1
@@ -386,11 +376,6 @@ class _Window:
             evaluations=self.evaluations,
             passages=tuple(self.passages),
         )
-
-
-def _forces(x: FloatArray) -> FloatArray:
-    closed = np.maximum(x[:-1] - x[1:], 0.0)
-    return np.asarray(closed * np.sqrt(closed))
 
 
 def _energy(x: FloatArray, v: FloatArray) -> float:

@@ -68,7 +68,7 @@ def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: lis
     )
     triples = iter(passages.reshape(-1, 3).tolist())
     return [
-        Primary(*numbers, passages=_passages([next(triples) for _ in request.contacts]))  # type: ignore[misc]
+        Primary._make([*numbers, _passages([next(triples) for _ in request.contacts])])
         for numbers, request in zip(found.tolist(), requests, strict=True)
     ]
 
