@@ -26,28 +26,24 @@ _FARTHEST = 2000
 def passage_at(result: SimulationResult, contact: int) -> Passage:
     """See `SimulationResult.passage`."""
     contact = check_contact(result, contact)
-    found, scales, granules = result.found, result.scales, result.chain.granules
+    found, granules = result.found, result.chain.granules
     feels_end = granules is not None and (result.was_measured or contact > granules - 2 - _REACH)
-    if contact >= found.contact and not feels_end:
+    beyond = contact - found.contact
+    exact = beyond >= 0 and not feels_end
+    if exact:
         # Slope and origin of the path of the exact wave: its speed scales as the sixth root of the peak force.
-        speed = SPEED * found.peak ** (1 / 6)
-        time = found.time + (contact - found.contact) / speed
+        time, force = found.time + beyond / (SPEED * found.peak ** (1 / 6)), found.peak
         # what the peak lacked of its limit where it was read, and how that falls off at the slowest
-        left = abs(found.last / found.peak - 1) * _FALL ** (contact - found.contact)
-        return Passage(
-            contact=contact,
-            arrival_time=time * scales.time,
-            peak_force=result.peak_force,
-            exact=True,
-            error_estimate=result.error_estimate + left,
-        )
-    time, force = _integrated(result, contact, feels_end)
+        left = abs(found.last / found.peak - 1) * _FALL**beyond
+    else:
+        time, force = _integrated(result, contact, feels_end)
+        left = 0.0
     return Passage(
         contact=contact,
-        arrival_time=time * scales.time,
-        peak_force=force * scales.force,
-        exact=False,
-        error_estimate=result.error_estimate,
+        arrival_time=time * result.scales.time,
+        peak_force=force * result.scales.force,
+        exact=exact,
+        error_estimate=result.error_estimate + left,
     )
 
 

@@ -90,7 +90,7 @@ class _Window:
         self.request = request
         self.problem = request.problem
         self.method = method
-        self.stops = [*self.problem.stops, math.inf]
+        self.stops = [*request.problem.stops, math.inf]
         self.base = 0
         self.head = -1
         self._set(np.zeros((5, 1)))

@@ -13,7 +13,7 @@ from attrs import define
 
 from shockwave.errors import NumericalError
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.integrator import LONGEST_STEP, Acceleration, Counted, Integrator, Step
+from shockwave.simulation.integrator import LONGEST_STEP, Acceleration, Integrator, Step
 
 __all__ = ["Dop853", "Radau", "ScipySolver"]
 
@@ -42,13 +42,14 @@ class ScipySolver(Integrator):
         first_size: float | None,
     ) -> Iterator[Step]:
         granules = len(x)
-        counted = Counted(self, acceleration, until)
+        counted = self._counted(acceleration, until)
 
         def derivative(time: float, state: FloatArray) -> FloatArray:
             return np.concatenate((state[granules:], counted(time, state[:granules])))
 
-        # Without a first step SciPy looks for one, and never ends where the acceleration is not finite.
-        with _quiet():
+        # Without a first step SciPy looks for one, and never ends where the acceleration is not finite; what is not
+        # finite is looked for afterwards.
+        with np.errstate(over="ignore", invalid="ignore"):
             solver = self._solver(granules)(
                 derivative,
                 begin,
@@ -62,7 +63,7 @@ class ScipySolver(Integrator):
         time = begin
         self._check(solver, time, None)
         while solver.status == "running":
-            with _quiet():
+            with np.errstate(over="ignore", invalid="ignore"):
                 message = solver.step()
             self._check(solver, time, message)
             dense = solver.dense_output()
@@ -78,11 +79,6 @@ class ScipySolver(Integrator):
     def _check(self, solver: Any, time: float, message: str | None) -> None:
         if message is not None or not np.all(np.isfinite((solver.y, solver.f))):
             raise NumericalError(f"{self.name} cannot step beyond t = {time:g} T0 ({message or 'not finite'})")
-
-
-def _quiet() -> np.errstate:
-    # What is not finite is looked for afterwards.
-    return np.errstate(over="ignore", invalid="ignore")
 
 
 @define
