@@ -33,7 +33,7 @@ class MeasuredWave:
         As in `SolitaryWave`, measured from the history of the contact force. Width and granule velocity of a primary
         that was followed alone are those of the exact wave of its peak force.
     speed : float or None
-        Of the peak along the chain [m/s]; None in a chain too short to tell.
+        Of the peak along the chain [m/s]; None where only one contact was passed.
     contact : int
         Where it was read, counted from 0: contact i lies between granules i and i + 1.
     arrival_time : float
@@ -81,7 +81,7 @@ class Passage:
 
 @frozen(kw_only=True)
 class Cost:
-    """What a result cost; ``seconds`` vary from run to run and are left out of comparisons."""
+    """Work that a result took; ``seconds`` vary from run to run and are left out of comparisons."""
 
     steps: int
     force_evaluations: int
@@ -97,7 +97,7 @@ class Cost:
 
 @frozen(kw_only=True)
 class Train:
-    """All waves, and what comes of the granules at the ends.
+    """All waves, and the granules that leave the ends.
 
     Attributes
     ----------
@@ -115,7 +115,7 @@ class Train:
     cost : Cost
         Of the two runs.
     warnings : tuple of str
-        What a reader must know before using the figures.
+        Notes to read before using the figures.
     """
 
     waves: tuple[MeasuredWave, ...]

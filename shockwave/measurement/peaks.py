@@ -80,7 +80,7 @@ class PeakLog:
         for index in np.argsort(times, kind="stable").tolist():
             contact, time, overlap = int(contacts[index]), float(times[index]), float(overlaps[index])
             span = stretch.spans[steps[index]]
-            if contact == 0:  # the force may drive one of its granules, which its neighbours do not tell
+            if contact == 0:  # the force may drive one of its granules, which its neighbours do not show
                 time, overlap = _sought(span, contact)
             elif _loss(overlap, span) > _NEGLIGIBLE * self.tolerance:
                 time, overlap = _corrected(span, contact, time)
@@ -197,7 +197,7 @@ def _value(powers: FloatArray, share: FloatArray) -> FloatArray:
 
 
 def _loss(overlap: float, span: Span) -> float:
-    """What the force at a maximum may err by when it is read off the polynomial."""
+    """Error bound of the force at a maximum that is read off the polynomial."""
     force = float(max(overlap, 0.0) ** 1.5)
     return float(_LOSS * force * ((span.end - span.begin) / characteristic_time(force)) ** 8)
 

@@ -25,11 +25,11 @@ _RTOL = 1e-6
 _STEP = 0.02
 # Below this tolerance the method of high order takes fewer evaluations.
 _HIGH_ORDER = 1e-7
-# Shares of the tolerance, and how much of it a loose one may be at most: waves must still be told from noise.
+# Shares of the tolerance, and how much of it a loose one may be at most: waves must stand out from noise.
 _DOUBT = 0.5
 _MOST_DOUBT = 3e-5
 _LOOSEST_STEP = 2e-4
-# The first waves of a longer shock are nearly alike, and part slowly: no looser search tells them from one another.
+# The first waves of a longer shock are nearly alike, and part slowly: no looser search separates them.
 _LONG = 10.0
 _LONG_RTOL = 1e-6
 # Below these step control gains nothing: rounding is all that is left.
@@ -42,7 +42,7 @@ _PATIENCE = 10.0
 # methods, whose step errors add up to more.
 _FINE = 0.1
 _OTHERS = 3e-4
-# What stands for the relative error of a method of fixed step, which is asked for none.
+# Stands for the relative error of a method of fixed step, which takes none.
 _FIXED_RTOL = 1e-5
 # Digits of the scaled rise time.
 _DIGITS = 13
@@ -71,7 +71,7 @@ class Plan:
         return self.options.rtol or _FIXED_RTOL
 
     def request(self, problem: ChainProblem, repeats: int = 0, contacts: tuple[int, ...] = ()) -> Request:
-        """What is asked of the search for the primary; tighter if it is repeated."""
+        """The request to the search for the primary; tighter if it is repeated."""
         rtol = self.rtol
         tighter = _TIGHTER**repeats
         if problem.duration >= _LONG:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
+from shockwave.measurement.measured_waves import Train
 from shockwave.measurement.plan import Plan
 from shockwave.simulation.primary import find_primaries
 from shockwave.simulation.primary_request import KNOWN, TOO_LONG, Primary, Request
 from shockwave.simulation.problem import ChainProblem
 
-__all__ = ["search"]
+__all__ = ["Answer", "search"]
 
-# What a peak force errs by: so many energy defects (1.7 would follow from F ~ E^(3/5), were all of it the primary's),
+# Error of a peak force: so many energy defects (1.7 would follow from F ~ E^(3/5), were all of it the primary's),
 # and a share of the step tolerance; measured on 400 shocks, 98 % are covered.
 _DEFECTS = 2.0
 _TOLERANCE_SHARE = 0.3
@@ -21,13 +23,22 @@ _EPSILON = 2e-16
 # A search that misses its tolerance is repeated at most so often.
 _REPEATS = 2
 # Longer shocks, in characteristic times, are not measured on the whole chain where the search has failed: its waves
-# are nearly alike, and would not be told from one another there either.
+# are nearly alike, and could not be separated there either.
 _WORTHWHILE = 60.0
 
 
-def search(problems: Mapping[int, ChainProblem], plan: Plan) -> dict[int, tuple[Primary, float]]:
-    """The primaries that the search finds, each with its error estimate, under the keys of their problems."""
-    found: dict[int, tuple[Primary, float]] = {}
+class Answer(NamedTuple):
+    """A primary and its error estimate; where the whole chain was measured, the train and notes on it."""
+
+    primary: Primary
+    error_estimate: float
+    train: Train | None = None
+    notes: tuple[str, ...] = ()
+
+
+def search(problems: Mapping[int, ChainProblem], plan: Plan) -> dict[int, Answer]:
+    """The primaries that the search finds, under the keys of their problems."""
+    found: dict[int, Answer] = {}
     if plan.search is None:
         return found
     lost: set[int] = set()
@@ -38,15 +49,15 @@ def search(problems: Mapping[int, ChainProblem], plan: Plan) -> dict[int, tuple[
         for key, request, primary in zip(tuple(left), requests, primaries, strict=True):
             if primary.status == KNOWN:
                 error = _error(primary, request)
-                if key not in found or error < found[key][1]:
-                    found[key] = primary, error
+                if key not in found or error < found[key].error_estimate:
+                    found[key] = Answer(primary, error)
             elif key in lost or primary.status != TOO_LONG:
                 left.remove(key)
                 if primary.status == TOO_LONG and request.problem.duration > _WORTHWHILE:
-                    found[key] = primary, 1.0
+                    found[key] = Answer(primary, 1.0)
             else:
                 lost.add(key)
-        left = [key for key in left if key not in found or found[key][1] > plan.rtol]
+        left = [key for key in left if key not in found or found[key].error_estimate > plan.rtol]
     return found
 
 

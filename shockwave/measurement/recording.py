@@ -80,7 +80,7 @@ def _states(spans: Iterator[Span], times: list[float]) -> Iterator[tuple[FloatAr
 
 
 def _row(x: FloatArray, v: FloatArray, contacts: tuple[int, ...], asked: tuple[str, ...]) -> dict[str, Any]:
-    """What is kept of a state, in scaled units."""
+    """Quantities of a state that are kept, in scaled units."""
     force = contact_forces(x)
     row: dict[str, Any] = {}
     if "forces" in asked:

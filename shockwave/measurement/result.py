@@ -31,7 +31,7 @@ class OnDemand:
 
 @frozen(kw_only=True, slots=False)
 class SimulationResult:
-    """What direct simulation of eq. (1) found.
+    """Result of a direct simulation of eq. (1).
 
     The primary is known when the result is made. The rest of the train is integrated when something of it is first
     looked at (``train``, ``waves``, ``recoil_momentum``, ``print``, ``to_dict``), and kept; so are histories
@@ -40,19 +40,19 @@ class SimulationResult:
     Attributes
     ----------
     shock, chain, options : Shock, Chain, SimulateOptions
-        What was asked; ``options`` name the integrator and the backend that were used.
+        Scene and settings; ``options`` name the integrator and the backend that were used.
     scales : Scales
         Units in which ``found`` is written.
     found : Primary
-        The primary in scaled units, with the books of momentum and energy.
+        The primary in scaled units, with the balances of momentum and energy.
     error_estimate : float
         Relative, of ``peak_force``: from step control, the approach to the limit, and the table of the force.
     seconds : float
         Wall time; differs from run to run, and is left out of comparisons.
     notes : tuple of str
-        What a reader must know before using the figures of the primary.
+        Notes to read before using the figures of the primary.
     on_demand : OnDemand
-        What computes train, passages and histories when they are looked at.
+        Functions that compute train, passages and histories when they are looked at.
     scenario : str or None
         Name of the scenario, if it came from one.
     """
@@ -191,7 +191,7 @@ class SimulationResult:
 
     @property
     def ejected_granules(self) -> int:
-        """Granules thrown back faster than a thousandth of the granules in the primary."""
+        """Number of granules that fly backwards faster than a thousandth of the granules in the primary."""
         return len(self.recoil_velocities)
 
     @property
@@ -206,13 +206,13 @@ class SimulationResult:
 
     @property
     def cost(self) -> Cost:
-        """What all this has cost until now: the primary, and the train once it was looked at."""
+        """Work so far: for the primary, and for the train once it has been integrated."""
         own = Cost(steps=int(self.found.steps), force_evaluations=int(self.found.evaluations), seconds=self.seconds)
         return own + self.train.cost if "train" in self.__dict__ and self._measured is None else own
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a reader must know before using the figures of the primary; the train has its own."""
+        """Notes to read before using the figures of the primary; the train has its own."""
         return self.notes
 
     @property
@@ -221,7 +221,7 @@ class SimulationResult:
         return (*self.notes, *(self.train.warnings if self.options.waves == "train" else ()))
 
     def to_dict(self) -> dict[str, Any]:
-        """What ``simulate --json`` prints: SI floats, no NaN."""
+        """The object that ``simulate --json`` prints: SI floats, no NaN."""
         train = self.train if self.options.waves == "train" else None
         return {
             "scenario": self.scenario,

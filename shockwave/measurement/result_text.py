@@ -15,7 +15,7 @@ _PASSAGES = ("contact", "arrival", "peak force", "rel. error", "from")
 
 
 def result_text(result: SimulationResult) -> str:
-    """What ``print`` shows."""
+    """The text that ``print`` shows."""
     lines = [*_primary(result), *_ends(result), *_waves(result)]
     return "\n".join(lines + notes(result.all_warnings))
 

@@ -6,16 +6,14 @@ import os
 import time
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import InvalidValueError, ShockwaveError
 from shockwave.measurement.plan import MEASURABLE, Plan, plan_of, scaled
-from shockwave.measurement.primary_search import search
+from shockwave.measurement.primary_search import Answer, search
 from shockwave.measurement.result import OnDemand, Passage, Recording, SimulationResult, Train
 from shockwave.options import Backend, Recorded, SimulateOptions, Waves
 from shockwave.profiles.shock import Shock
-from shockwave.simulation.primary_request import Primary
 from shockwave.simulation.problem import ChainProblem
 
 __all__ = ["MEASURABLE", "plan_of", "scaled", "simulate", "simulate_many", "simulate_with"]
@@ -44,7 +42,7 @@ def simulate(
 ) -> SimulationResult:
     """Integrate eq. (1) and measure the waves that come out.
 
-    The primary is followed until the limit of its peak force along the chain is known to ``rtol``; that is the
+    The primary is followed until the limit of its peak force along the chain is accurate to ``rtol``; that is the
     result. The other waves and the recoil are integrated when the result is first asked for them.
 
     Parameters
@@ -119,7 +117,7 @@ def simulate_many(
     Returns
     -------
     list
-        In the order of the shocks. In place of a result that cannot be had stands the error that says why.
+        In the order of the shocks. In place of a result that could not be computed stands the error.
     """
     options = SimulateOptions(
         integrator=integrator, rtol=rtol, step=step, wave_threshold=wave_threshold, waves=waves, backend=backend
@@ -149,41 +147,28 @@ def _simulate(scenes: Sequence[tuple[Shock, Chain]], plan: Plan) -> list[Simulat
             known[index] = scaled(shock, chain)
         except ShockwaveError as error:
             results[index] = error
-    found = search({index: problem for index, (problem, _) in known.items()}, plan)
+    answers = search({index: problem for index, (problem, _) in known.items()}, plan)
     seconds = (time.perf_counter() - begin) / max(len(scenes), 1)
     for index, (problem, scales) in known.items():
+        begin = time.perf_counter()
+        shock, chain = scenes[index]
         try:
-            answer = _Answer(*found[index], seconds) if index in found else _measure(problem, scales, plan)
+            answer = answers.get(index) or _measured(problem, scales, plan)
+            results[index] = SimulationResult(
+                shock=shock,
+                chain=chain,
+                options=plan.options,
+                scales=scales,
+                found=answer.primary,
+                error_estimate=answer.error_estimate,
+                notes=(*shock.profile.notes, *answer.notes, *_missed(plan.options, answer.error_estimate)),
+                seconds=seconds + time.perf_counter() - begin,
+                on_demand=_ON_DEMAND,
+                measured=answer.train,
+            )
         except ShockwaveError as error:
             results[index] = error
-        else:
-            results[index] = _result(*scenes[index], scales, plan, answer)
     return [results[index] for index in range(len(scenes))]
-
-
-class _Answer(NamedTuple):
-    """A primary, its error estimate, what it took; where the whole chain was measured, the train and notes on it."""
-
-    primary: Primary
-    error_estimate: float
-    seconds: float
-    train: Train | None = None
-    notes: tuple[str, ...] = ()
-
-
-def _result(shock: Shock, chain: Chain, scales: Scales, plan: Plan, answer: _Answer) -> SimulationResult:
-    return SimulationResult(
-        shock=shock,
-        chain=chain,
-        options=plan.options,
-        scales=scales,
-        found=answer.primary,
-        error_estimate=answer.error_estimate,
-        notes=(*shock.profile.notes, *answer.notes, *_missed(plan.options, answer.error_estimate)),
-        seconds=answer.seconds,
-        on_demand=_ON_DEMAND,
-        measured=answer.train,
-    )
 
 
 def _missed(options: SimulateOptions, error_estimate: float) -> list[str]:
@@ -201,12 +186,10 @@ def _missed(options: SimulateOptions, error_estimate: float) -> list[str]:
 # ---------------------------------------------------------------- what few results need, imported when it is used
 
 
-def _measure(problem: ChainProblem, scales: Scales, plan: Plan) -> _Answer:
+def _measured(problem: ChainProblem, scales: Scales, plan: Plan) -> Answer:
     from shockwave.measurement.train import measure_primary
 
-    begin = time.perf_counter()
-    primary, error_estimate, train, notes = measure_primary(problem, scales, plan)
-    return _Answer(primary, error_estimate, time.perf_counter() - begin, train, notes)
+    return measure_primary(problem, scales, plan)
 
 
 def _train(result: SimulationResult) -> Train:

@@ -42,7 +42,7 @@ _FARTHEST = 2000
 
 @frozen
 class Demand:
-    """What a run must find.
+    """Demands on a run.
 
     ``wave_threshold`` is the weakest wave that counts, over the primary; ``primary`` and ``later`` are the doubts
     allowed in their peaks, relative to each; ``most_contacts`` the longest chain.
@@ -62,7 +62,7 @@ class Demand:
 
 @frozen(eq=False)
 class Run:
-    """What one run found, in scaled units.
+    """Result of one run, in scaled units.
 
     ``waves`` are in the order in which they pass; their ``error_estimate`` bounds how far the peak is from its limit
     along the chain (where the chain ends its answer is the peak itself, doubted by the error allowed in a step).
@@ -163,7 +163,7 @@ class _Reading:
 
 @define
 class _Watch:
-    """What is kept of the march: the peaks, and the waves as far as they are known."""
+    """State of a run: the peaks, and the waves as far as they are known."""
 
     problem: ChainProblem
     demand: Demand

@@ -24,7 +24,7 @@ _BACK = 3
 _FOLLOWED = 0.3
 # A wave this much taller than one before it will overtake it.
 _TALLER = 1.001
-# Slower approaches than this, per stride, cannot be told from noise.
+# Slower approaches than this, per stride, cannot be distinguished from noise.
 _SLOWEST = 0.97
 
 
@@ -54,7 +54,7 @@ def settling(log: PeakLog, now: float, x: FloatArray, v: FloatArray, threshold: 
     threshold : float
         Peak force, over the strongest wave's, above which a wave counts.
     noise : float
-        What step errors make of a peak force: differences below it are not significant.
+        Error of a peak force due to step errors: differences below it are not significant.
     """
     # Weaker waves are followed too: one may still grow, and its energy is accounted for.
     followed = log.heads(now, _FOLLOWED * threshold)

@@ -1,4 +1,4 @@
-"""What an integrator of the equations of motion is."""
+"""Base class of the integrators of the equations of motion, and the steps that they yield."""
 
 from __future__ import annotations
 
@@ -73,11 +73,6 @@ class Integrator(abc.ABC):
     tolerance: float = 1e-9
     size: float = 0.05
     evaluations: int = field(default=0, init=False)
-
-    @classmethod
-    def trait(cls) -> str:
-        """The traits in words, for lists."""
-        return ("adaptive" if cls.adaptive else "fixed step") + (", symplectic" if cls.symplectic else "")
 
     @abc.abstractmethod
     def steps(

@@ -55,7 +55,7 @@ class OneStep(Integrator):
        counting, step-size control and numbers that are not finite to the caller. Arrays that it returns are new.
     2. ``x``, ``v``, ``a`` are of shape (granules,), or (granules, batch) with ``time`` and ``size`` numbers or of shape
        (batch,): the last axis is a batch of chains, each with a step of its own. ``size`` may be 0: nothing moves.
-    3. ``error_order`` is the order of the embedded method: the estimate goes with the step to the power of it plus 1.
+    3. ``error_order`` is the order of the embedded method: the estimate scales as the step to the power of it plus 1.
        A method of fixed step leaves it out.
     """
 

@@ -1,4 +1,4 @@
-"""What the search for the primary is asked of a shock, and what it answers."""
+"""Request to the search for the primary, and its answer."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ class Request:
 
 
 class Primary(NamedTuple):
-    """What was found, in scaled units.
+    """The primary that was found, in scaled units.
 
     ``peak`` is the limit along the chain, ``doubt`` a bound on its relative error as such; ``last`` and ``time`` are
     those of the peak at ``contact``, the last that was read, ``speed`` that of the front there. ``momentum`` and
