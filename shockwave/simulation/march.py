@@ -105,7 +105,7 @@ def free_granules(x: FloatArray, v: FloatArray) -> int:
 
 @frozen(eq=False)
 class _Frame:
-    """Conversion from integrated to true positions: by the shock's free-particle displacement, or the granules that have flown off."""
+    """Conversion to true positions: by the shock's free-particle displacement, or the granules that have flown off."""
 
     problem: ChainProblem
     driven: bool = True

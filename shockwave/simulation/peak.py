@@ -23,9 +23,9 @@ _SLOW = 200
 def limit(peaks: Sequence[float], allowed: float) -> tuple[float, float]:
     """Limit of the last `KEPT` peaks, `STRIDE` contacts apart, and a bound on its error.
 
-    Far from other waves the peaks approach their limit geometrically, by a ratio that falls slowly itself. The
-    bound, the doubt: half of what the last peak has changed, half of what the bend of the ratio makes, and a hundredth of the
-    way that is left. ``allowed`` is the doubt that would do. The doubt is infinite where no limit shows.
+    Far from other waves the peaks approach their limit geometrically, by a ratio that falls slowly itself. The bound,
+    the doubt, is half of what the last peak has changed, half of what the bend of the ratio makes, and a hundredth of
+    the way that is left. ``allowed`` is the doubt that would do. The doubt is infinite where no limit shows.
     """
     p = peaks[-KEPT:]
     first, second, last = p[2] - p[1], p[3] - p[2], p[4] - p[3]
