@@ -30,7 +30,7 @@ class Tableau:
     stages : tuple of arrays
         a_i1, ..., a_i,i-1 of each stage after the first.
     weights : array, shape (4, stages)
-        b and b' of position and velocity, and what they exceed those of the embedded method by.
+        b and b' of position and velocity, and their excess over those of the embedded method.
     last_is_first : bool
         Whether the last stage is the acceleration at the end, hence the first stage of the next step.
     packed : array
@@ -54,7 +54,9 @@ class Tableau:
         """The tableau of exact fractions."""
         nodes = np.array(_numbers(exact.c))
         stages = [np.array(_numbers(row)) for row in exact.a]
-        weights = np.array([_numbers(text) for text in (exact.b, exact.b_prime, exact.error_b, exact.error_b_prime)])
+        velocity = np.array([_numbers(text) for text in (exact.b_prime, exact.error_b_prime)])
+        position = np.array([_numbers(text, exact.c) for text in (exact.b_prime, exact.error_b_prime)])
+        weights = np.stack((position, velocity), axis=1).reshape(4, -1)
         last_is_first = bool(np.array_equal([*stages[-1], 0.0], weights[0]))
         square = np.zeros((len(nodes), len(nodes)))
         for row, stage in enumerate(stages):
@@ -63,10 +65,19 @@ class Tableau:
         return cls(nodes[1:], tuple(stages[1:]), weights, last_is_first, packed)
 
 
-def _numbers(text: str) -> list[float]:
+def _numbers(text: str, remaining: str = "") -> list[float]:
+    """Fractions in double precision; each b is multiplied with 1 - c where the nodes c are given as ``remaining``."""
+    numbers = _fractions(text)
+    if remaining:
+        nodes = _fractions(remaining)
+        numbers = [(n * (below - above), d * below) for (n, d), (above, below) in zip(numbers, nodes, strict=True)]
     # A quotient of Python's integers, however long, is rounded once.
+    return [numerator / denominator for numerator, denominator in numbers]
+
+
+def _fractions(text: str) -> list[tuple[int, int]]:
     parts = (number.partition("/") for number in text.split())
-    return [int(above) / int(below or 1) for above, _, below in parts]
+    return [(int(above), int(below or 1)) for above, _, below in parts]
 
 
 @define
