@@ -9,7 +9,6 @@ from attrs import evolve
 from shockwave.chain.chain import Scales
 from shockwave.errors import NumericalError
 from shockwave.measurement.plan import MEASURABLE, Plan, plan_of, scaled
-from shockwave.measurement.primary_search import Answer
 from shockwave.measurement.result import Cost, MeasuredWave, SimulationResult, Train
 from shockwave.measurement.train_run import EJECTED, Demand, Run, run
 from shockwave.simulation.primary_request import KNOWN, Primary
@@ -71,8 +70,8 @@ def _too_long(result: SimulationResult, problem: ChainProblem) -> Train:
     )
 
 
-def measure_primary(problem: ChainProblem, scales: Scales, plan: Plan) -> Answer:
-    """The primary of other methods and of chains too short for a limit, which the search does not find."""
+def measure_primary(problem: ChainProblem, scales: Scales, plan: Plan) -> tuple[Primary, float, Train, tuple[str, ...]]:
+    """The primary that the search does not find, its error estimate, the train and notes on it."""
     train, fine = _train(problem, scales, plan)
     strongest = max(fine.waves, key=lambda wave: wave.peak_force)
     primary = Primary(
@@ -102,7 +101,7 @@ def measure_primary(problem: ChainProblem, scales: Scales, plan: Plan) -> Answer
             f" {strongest.contact} of this chain; its greatest contact force is"
             f" {si(fine.strongest.force * scales.force, 'N')}, at contact {fine.strongest.contact}",
         )
-    return Answer(primary, 1.0 if error_estimate is None else error_estimate, train, notes)
+    return primary, 1.0 if error_estimate is None else error_estimate, train, notes
 
 
 def _train(problem: ChainProblem, scales: Scales, plan: Plan) -> tuple[Train, Run]:

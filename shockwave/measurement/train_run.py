@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 from attrs import define, field, frozen
 
-from shockwave.measurement.measured_waves import MeasuredWave
 from shockwave.measurement.peaks import Peak, PeakLog, characteristic_time
+from shockwave.measurement.result import MeasuredWave
 from shockwave.measurement.wave_limits import Settling, settling
 from shockwave.measurement.wave_reading import Probe
 from shockwave.quadrature import FloatArray

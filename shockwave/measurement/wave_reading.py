@@ -7,8 +7,8 @@ import math
 import numpy as np
 from attrs import define, field
 
-from shockwave.measurement.measured_waves import MeasuredWave
 from shockwave.measurement.peaks import Peak, PeakLog, force_rates, history, powers_between
+from shockwave.measurement.result import MeasuredWave
 from shockwave.numerics import product
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import Stretch
