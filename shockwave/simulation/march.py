@@ -153,8 +153,8 @@ class _Course:
         """Steps up to ``until``."""
         while self.time < until:
             yield from self._some(until)
-            room = self._room()
-            self.y, self.w = np.append(self.y, np.zeros(room)), np.append(self.w, np.zeros(room))
+            if room := self._room():
+                self.y, self.w = np.append(self.y, np.zeros(room)), np.append(self.w, np.zeros(room))
 
     def _some(self, until: float) -> Iterator[Span]:
         """Steps until the granules to be integrated are others."""
