@@ -43,8 +43,10 @@ def shockwave_integrators() -> list[Entry]:
         Entry("verlet", f"{place}.verlet:Verlet", "velocity Verlet, order 2, fixed step, symplectic", takes="step"),
         Entry("pefrl", f"{place}.pefrl:Pefrl", "extended Forest-Ruth, order 4, fixed step, symplectic", takes="step"),
         Entry("rk4", f"{place}.rk4:Rk4", "classical Runge-Kutta, order 4, fixed step", takes="step"),
-        Entry("dop853", f"{place}.dop853:Dop853", "Dormand-Prince 8(5,3), adaptive, from SciPy", takes="rtol"),
-        Entry("radau", f"{place}.radau:Radau", "Radau IIA, order 5, implicit, adaptive, from SciPy", takes="rtol"),
+        Entry("dop853", f"{place}.scipy_solver:Dop853", "Dormand-Prince 8(5,3), adaptive, from SciPy", takes="rtol"),
+        Entry(
+            "radau", f"{place}.scipy_solver:Radau", "Radau IIA, order 5, implicit, adaptive, from SciPy", takes="rtol"
+        ),
     ]
 
 

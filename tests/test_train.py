@@ -1,4 +1,4 @@
-"""Trains: (5a) and (5i) hold to rounding for every wave, and eq. (5c) as printed gives its roots."""
+"""Predicted trains: (5a) and (5i) hold to rounding for every wave, and eq. (5c) as printed gives its roots."""
 
 from __future__ import annotations
 
@@ -33,27 +33,22 @@ TRAINS: dict[str, tuple[sw.ShockProfile, float]] = {
     "exponential": (sw.Exponential(rise_rate=3, decay_rate=4, duration_ratio=20), 0.5),
     "step": (_power(30, 0, 0), 0.5),
 }
-#: Those whose force is at its peak before the primary has gathered its impulse.
-STEEP = ("table1-row1", "table1-row2", "table1-row3", "triangle", "exponential")
-
-EVERY_TRAIN = pytest.mark.parametrize("name", TRAINS)
+each_train = pytest.mark.parametrize("name", TRAINS)
 
 
-def _shock(name: str) -> sw.Shock:
-    profile, rise_time = TRAINS[name]
+def _shock(profile: sw.ShockProfile, rise_time: float) -> sw.Shock:
     return sw.Shock(profile=profile, peak_force=FORCE, rise_time=rise_time * T0)
 
 
 @cache
 def _outcome(name: str, threshold: float = 5e-3) -> sw.TrainOutcome:
-    outcome = sw.Predictor(wave_threshold=threshold).predict(_shock(name), CHAIN)
+    outcome = sw.Predictor(wave_threshold=threshold).predict(_shock(*TRAINS[name]), CHAIN)
     assert isinstance(outcome, sw.TrainOutcome)
     return outcome
 
 
-def _force(name: str) -> Callable[[float], float]:
+def _force(profile: sw.ShockProfile) -> Callable[[float], float]:
     """Force over F0 at a time in rise times, from the formulae of the profiles written out."""
-    profile = TRAINS[name][0]
     n = profile.duration_ratio
 
     def fading(s: float) -> float:
@@ -76,62 +71,50 @@ def _impulse(name: str, until: float) -> float:
     profile, rise_time = TRAINS[name]
     end = min(until / (rise_time * T0), profile.duration_ratio)
     pieces = [(0.0, min(end, 1.0)), (1.0, max(end, 1.0))]
-    parts = [scipy.integrate.quad(_force(name), *piece, epsabs=0, epsrel=1e-12)[0] for piece in pieces]
+    parts = [scipy.integrate.quad(_force(profile), *piece, epsabs=0, epsrel=1e-12)[0] for piece in pieces]
     return float(sum(parts)) * rise_time * T0
-
-
-def _areas(name: str) -> tuple[float, float]:
-    rise_time = TRAINS[name][1]
-    a1 = _impulse(name, rise_time * T0) / (rise_time * T0)
-    return a1, _impulse(name, math.inf) / (rise_time * T0) - a1
 
 
 def _alphas(name: str) -> tuple[float, float]:
     """alpha^F0 and alpha_New of section 4."""
-    a1, a2 = _areas(name)
-    decay = abs(0.5 - a2 / (TRAINS[name][0].duration_ratio - 1)) ** 1.5
+    profile, rise_time = TRAINS[name]
+    a1, total = (_impulse(name, until) / (rise_time * T0) for until in (rise_time * T0, math.inf))
+    decay = abs(0.5 - (total - a1) / (profile.duration_ratio - 1)) ** 1.5
     return 2 - abs(0.5 - a1) ** 1.5 - decay, (8 - math.sqrt(2)) / 4 - decay
 
 
 # ---------------------------------------------------------------- (5a) and (5i)
 
 
-@EVERY_TRAIN
-def test_the_primary_satisfies_5a(name: str) -> None:
-    amplitude = _outcome(name).amplification
-    end = _alphas(name)[0] * TIME * amplitude ** (-1 / 6)
-    # The quadrature here is good to 1e-12, the root to rounding.
-    assert _impulse(name, end) / (TIME * amplitude ** (5 / 6)) == pytest.approx(1, abs=1e-10)
-
-
-@EVERY_TRAIN
-def test_every_later_wave_satisfies_5i(name: str) -> None:
+@each_train
+def test_the_primary_satisfies_5a_and_later_waves_5i(name: str) -> None:
     amplitudes = [wave.peak_force / FORCE for wave in _outcome(name).waves]
+    assert len(amplitudes) > 1
     first, new = _alphas(name)
     # The left side of the second line of (5i) is the cumulative time.
     lasting = [first if index == 0 else new for index in range(len(amplitudes))]
     ends = [sum(lasting[k] * TIME * amplitudes[k] ** (-1 / 6) for k in range(j + 1)) for j in range(len(amplitudes))]
     gathered = [sum(TIME * each ** (5 / 6) for each in amplitudes[: j + 1]) for j in range(len(amplitudes))]
     applied = [_impulse(name, end) for end in ends]
-    # Of the whole impulse, as the residuals of all waves before add up.
+    # The quadrature here is good to 1e-12, the root to rounding; of the whole impulse for later waves, as the
+    # residuals of all waves before add up.
+    assert gathered[0] == pytest.approx(applied[0], rel=1e-10)
     assert gathered == pytest.approx(applied, rel=0, abs=1e-10 * applied[-1])
 
 
-@pytest.mark.parametrize("name", STEEP)
+@pytest.mark.parametrize("name", ["table1-row1", "table1-row2", "table1-row3", "triangle", "exponential"])
 def test_waves_fall_after_a_steep_rise(name: str) -> None:
     forces = [wave.peak_force for wave in _outcome(name).waves]
     assert forces == sorted(forces, reverse=True)
 
 
-@EVERY_TRAIN
+@each_train
 def test_all_waves_together_use_up_the_impulse(name: str) -> None:
-    outcome = _outcome(name, threshold=1e-12)
-    # Quadrature here is good to 1e-12; a sum over some hundred waves.
-    assert sum(wave.momentum for wave in outcome.waves) == pytest.approx(outcome.applied_momentum, rel=1e-11)
+    outcome, every = _outcome(name), _outcome(name, threshold=1e-12)
+    # Rounding of a sum over some hundred waves, and of the quadratures.
+    assert sum(wave.momentum for wave in outcome.waves) <= outcome.applied_momentum * (1 + 1e-12)
+    assert sum(wave.momentum for wave in every.waves) == pytest.approx(every.applied_momentum, rel=1e-11)
     assert outcome.applied_momentum == pytest.approx(FORCE * _impulse(name, math.inf), rel=1e-11)
-
-
-# ---------------------------------------------------------------- threshold
 
 
 @pytest.mark.parametrize("threshold", [0.01, 0.2, 0.7, 0.999])
@@ -142,9 +125,8 @@ def test_the_threshold_only_shortens_the_list(name: str, threshold: float) -> No
     assert list(_outcome(name, threshold).waves) == above
 
 
-def test_more_than_a_thousand_later_waves_are_cut_with_a_word() -> None:
-    shock = sw.Shock(profile=_power(2, 0, 0), peak_force=FORCE, rise_time=2000 * T0)
-    outcome = sw.Predictor().predict(shock, CHAIN)
+def test_more_than_a_thousand_later_waves_are_cut_with_a_warning() -> None:
+    outcome = sw.Predictor().predict(_shock(_power(2, 0, 0), 2000.0), CHAIN)
     assert len(outcome.waves) == 1001
     assert any("1000" in warning for warning in outcome.warnings)
 
@@ -153,52 +135,53 @@ def test_more_than_a_thousand_later_waves_are_cut_with_a_word() -> None:
 
 
 def _literal(profile: sw.ShockProfile, rise_time: float) -> sw.TrainOutcome:
-    shock = sw.Shock(profile=profile, peak_force=FORCE, rise_time=rise_time * T0)
-    outcome = sw.Predictor(alpha="literal").predict(shock, CHAIN)
+    outcome = sw.Predictor(alpha="literal").predict(_shock(profile, rise_time), CHAIN)
     assert isinstance(outcome, sw.TrainOutcome)
     return outcome
 
 
 @pytest.mark.parametrize(
-    ("n", "rise_time"),
-    [(10, 1.0), (2, 4.0), (1000, 0.01), (1.1, 10.0), (1.01, 10.0), (1.001, 10.0), (1e8, 1e-7)],
-    ids=["10", "2", "1000", "1.1", "1.01", "1.001", "1e8"],
+    ("n", "rise_time"), [(10, 1.0), (2, 4.0), (1000, 0.01), (1.1, 10.0), (1.001, 10.0), (1e8, 1e-7)], ids=str
 )
 def test_for_a_triangle_the_roots_end_with_the_rise_and_with_the_shock(n: float, rise_time: float) -> None:
     amplitudes = [root / FORCE for root in _literal(sw.Triangular(duration_ratio=n), rise_time).roots]
     # alpha is 2 F/F0 alone, as both areas are those of a triangle.
     times = [2 * amplitude * TIME * amplitude ** (-1 / 6) / T0 for amplitude in amplitudes]
+    # the root to rounding, which grows where the shock ends with its rise
     assert times == pytest.approx([rise_time, n * rise_time], rel=1e-9)
 
 
 @pytest.mark.parametrize(
-    ("profile", "rise_time"),
-    [
-        (_power(10, 1, 5), 1.0),
-        (_power(4, 0.25, 1), 1.0),
-        (sw.Exponential(rise_rate=2, decay_rate=3, duration_ratio=9), 1.0),
-    ],
+    "profile",
+    [_power(10, 1, 5), _power(4, 0.25, 1), sw.Exponential(rise_rate=2, decay_rate=3, duration_ratio=9)],
     ids=["table1-row1", "table1-row3", "exponential"],
 )
-def test_other_shapes_have_two_roots_by_5c_as_printed(profile: sw.ShockProfile, rise_time: float) -> None:
-    outcome = _literal(profile, rise_time)
+def test_other_shapes_have_two_roots_of_5a_and_5c(profile: sw.ShockProfile) -> None:
+    outcome = _literal(profile, 1.0)
+    assert len(outcome.roots) == 2
+    assert outcome.peak_force in outcome.roots
+    assert outcome.expected_error is None
+    assert any("(5c)" in warning for warning in outcome.warnings)
     areas, n = profile.areas(), profile.duration_ratio
     deviation = abs(0.5 - areas.rise.value) ** 1.5 + abs(0.5 - areas.decay.value / (n - 1)) ** 1.5
     amplitudes = [root / FORCE for root in outcome.roots]
     ends = [(2 * each - deviation) * TIME * each ** (-1 / 6) for each in amplitudes]
-    gathered = [float(profile.running_impulse(end / (rise_time * T0))) * rise_time * T0 for end in ends]
-    assert len(amplitudes) == 2
-    # roots to rounding, of powers up to six
+    gathered = [float(profile.running_impulse(end / T0)) * T0 for end in ends]
+    # the roots to rounding
     assert gathered == pytest.approx([TIME * each ** (5 / 6) for each in amplitudes], rel=1e-10)
-    assert outcome.peak_force in outcome.roots
-    assert outcome.expected_error is None
-    assert any("(5c)" in warning for warning in outcome.warnings)
+
+
+def test_a_root_near_simulation_is_not_called_far_from_it() -> None:
+    outcome = _literal(*TRAINS["table1-row1"])
+    # Table 1, row 1: simulation gives 101.817 N, and the second root is 106.08 N.
+    assert outcome.roots[1] == pytest.approx(101.817, rel=0.05)
+    assert not any("none of them near simulation" in warning for warning in outcome.warnings)
 
 
 def test_without_a_root_the_primary_is_given_the_whole_impulse() -> None:
     outcome = _literal(_power(5, 2, 7), 3.0)
     assert outcome.roots == ()
-    # a1 = 1/3, a2 = 4/8; (5f).
+    # a1 = 1/3, a2 = 4/8; (5f); rounding
     assert outcome.amplification == pytest.approx((3 * T0 * (1 / 3 + 1 / 2) / TIME) ** 1.2, rel=1e-12)
     assert any("no root" in warning for warning in outcome.warnings)
 

@@ -13,7 +13,7 @@ from shockwave.numerics import product
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import Span, Stretch
 
-__all__ = ["Peak", "PeakLog", "force_rates", "history", "natural_time", "powers_between"]
+__all__ = ["Peak", "PeakLog", "characteristic_time", "force_rates", "history", "powers_between"]
 
 # Peaks weaker than this, over the strongest so far, are the noise floor of a chain at rest.
 _FLOOR = 1e-4
@@ -22,7 +22,8 @@ _FLOOR = 1e-4
 _LOSS = 6e-5
 _NEGLIGIBLE = 0.1
 # Newton's corrections of the time of a peak; one smaller than this leaves no error but rounding in the force.
-_CORRECTIONS, _NEAR = 4, 1e-5
+_CORRECTIONS = 4
+_NEAR = 1e-5
 # A wave that was followed keeps more than this share of its peak force from one contact to the next few.
 _SAME_WAVE = 0.5
 
@@ -79,7 +80,7 @@ class PeakLog:
         for index in np.argsort(times, kind="stable").tolist():
             contact, time, overlap = int(contacts[index]), float(times[index]), float(overlaps[index])
             span = stretch.spans[steps[index]]
-            if contact == 0:  # the force may drive one of its granules, which its neighbours do not tell
+            if contact == 0:  # the force may drive one of its granules, which its neighbours do not show
                 time, overlap = _sought(span, contact)
             elif _loss(overlap, span) > _NEGLIGIBLE * self.tolerance:
                 time, overlap = _corrected(span, contact, time)
@@ -108,7 +109,8 @@ class PeakLog:
         found = []
         passed = -math.inf
         for contact in range(max(self.peaks, default=-1), -1, -1):
-            last = _last(self.peaks.get(contact, []), share * strongest)
+            earlier = reversed(self.peaks.get(contact, []))
+            last = next((peak for peak in earlier if peak.force >= share * strongest), None)
             if last is not None and last.time > passed and now - last.time < _patience(last.force):
                 found.append(last)
             passed = -math.inf if last is None else last.time
@@ -126,8 +128,7 @@ class PeakLog:
         for following in range(head.contact + 1, contact + 1):
             least = _SAME_WAVE * head.force
             later = (p for p in self.peaks.get(following, ()) if p.time > head.time and p.force > least)
-            found = next(later, None)
-            if found is None:
+            if (found := next(later, None)) is None:
                 return None
             head = found
         return head
@@ -196,9 +197,9 @@ def _value(powers: FloatArray, share: FloatArray) -> FloatArray:
 
 
 def _loss(overlap: float, span: Span) -> float:
-    """What the force at a maximum may err by when it is read off the polynomial."""
+    """Error bound of the force at a maximum that is read off the polynomial."""
     force = float(max(overlap, 0.0) ** 1.5)
-    return float(_LOSS * force * ((span.end - span.begin) / natural_time(force)) ** 8)
+    return float(_LOSS * force * ((span.end - span.begin) / characteristic_time(force)) ** 8)
 
 
 def _corrected(span: Span, contact: int, time: float) -> tuple[float, float]:
@@ -232,18 +233,11 @@ def _sought(span: Span, contact: int) -> tuple[float, float]:
     return time, float(x[contact] - x[contact + 1])
 
 
-def _last(peaks: list[Peak], least: float) -> Peak | None:
-    for peak in reversed(peaks):
-        if peak.force >= least:
-            return peak
-    return None
-
-
-def natural_time(force: float) -> float:
+def characteristic_time(force: float) -> float:
     """Unit of time of a wave of this peak force: it passes 0.9 contacts in it."""
     return math.pow(max(force, 1e-30), -1 / 6)
 
 
 def _patience(force: float) -> float:
     """How long a wave of this peak force may take to the next contact: several times what it needs."""
-    return 6.0 * natural_time(force)
+    return 6.0 * characteristic_time(force)

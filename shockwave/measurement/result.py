@@ -1,29 +1,40 @@
-"""What a simulation says."""
+"""Results of simulations: plain data, computed elsewhere."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from attrs import asdict, field, frozen
+from attrs import asdict, evolve, field, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
+from shockwave.quadrature import FloatArray
 from shockwave.scene import Scene
-from shockwave.simulation.primary import Primary
+from shockwave.simulation.primary_request import Primary
 from shockwave.text import printed
 
-if TYPE_CHECKING:
-    from shockwave.measurement.recording import Recording
+__all__ = ["Cost", "MeasuredWave", "OnDemand", "Passage", "Recording", "SimulationResult", "Train"]
 
-__all__ = ["Cost", "MeasuredWave", "Passage", "SimulationResult", "Train"]
+
+# Quantity of a wave -> its unit among `Scales`.
+_UNITS = {
+    "peak_force": "force",
+    "momentum": "momentum",
+    "energy": "energy",
+    "speed": "wave_speed",
+    "width": "time",
+    "granule_velocity": "velocity",
+    "arrival_time": "time",
+}
 
 
 @frozen(kw_only=True)
 class MeasuredWave:
-    """One wave as it passed a contact, in SI units.
+    """One wave as it passed a contact, in SI units (in scaled ones before the result is made).
 
     Attributes
     ----------
@@ -31,7 +42,7 @@ class MeasuredWave:
         As in `SolitaryWave`, measured from the history of the contact force. Width and granule velocity of a primary
         that was followed alone are those of the exact wave of its peak force.
     speed : float or None
-        Of the peak along the chain [m/s]; None in a chain too short to tell.
+        Of the peak along the chain [m/s]; None where only one contact was passed.
     contact : int
         Where it was read, counted from 0: contact i lies between granules i and i + 1.
     arrival_time : float
@@ -55,6 +66,12 @@ class MeasuredWave:
     error_estimate: float | None
     foot: float
 
+    def in_si(self, scales: Scales, error_estimate: float | None) -> MeasuredWave:
+        """This wave, so far in scaled units, in SI units and with its error estimate."""
+        known = {name: getattr(self, name) for name in _UNITS if getattr(self, name) is not None}
+        values = {name: value * getattr(scales, _UNITS[name]) for name, value in known.items()}
+        return evolve(self, error_estimate=error_estimate, **values)
+
 
 @frozen(kw_only=True)
 class Passage:
@@ -73,23 +90,21 @@ class Passage:
 
 @frozen(kw_only=True)
 class Cost:
-    """What a result cost; ``seconds`` vary from run to run and are left out of comparisons."""
+    """Work that a result took; ``seconds`` vary from run to run and are left out of comparisons."""
 
     steps: int
     force_evaluations: int
     seconds: float = field(eq=False)
 
     def __add__(self, other: Cost) -> Cost:
-        return Cost(
-            steps=self.steps + other.steps,
-            force_evaluations=self.force_evaluations + other.force_evaluations,
-            seconds=self.seconds + other.seconds,
-        )
+        evaluations = self.force_evaluations + other.force_evaluations
+        seconds = self.seconds + other.seconds
+        return Cost(steps=self.steps + other.steps, force_evaluations=evaluations, seconds=seconds)
 
 
 @frozen(kw_only=True)
 class Train:
-    """All waves, and what comes of the granules at the ends.
+    """All waves, and the granules that leave the ends.
 
     Attributes
     ----------
@@ -107,7 +122,7 @@ class Train:
     cost : Cost
         Of the two runs.
     warnings : tuple of str
-        What a reader must know before using the figures.
+        Notes to read before using the figures.
     """
 
     waves: tuple[MeasuredWave, ...]
@@ -119,9 +134,50 @@ class Train:
     warnings: tuple[str, ...]
 
 
+@frozen(kw_only=True, eq=False)
+class Recording:
+    """Histories at equal intervals, in SI units; what was not asked for is None.
+
+    Attributes
+    ----------
+    times : array, shape (k,), [s]
+    contacts : tuple of int
+        Of ``forces``.
+    forces : array, shape (k, contacts), or None
+        Contact forces [N].
+    displacements, velocities : array, shape (k, granules), or None
+        Of all granules that have moved by the end [m], [m/s].
+    kinetic_energy, contact_energy : array, shape (k,), or None
+        Of the chain [J].
+    """
+
+    times: FloatArray
+    contacts: tuple[int, ...]
+    forces: FloatArray | None = None
+    displacements: FloatArray | None = None
+    velocities: FloatArray | None = None
+    kinetic_energy: FloatArray | None = None
+    contact_energy: FloatArray | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Lists of SI floats."""
+        arrays = asdict(self, filter=lambda attribute, _: attribute.name != "contacts")
+        lists = {name: None if array is None else array.tolist() for name, array in arrays.items()}
+        return {"contacts": list(self.contacts), **lists}
+
+
+@frozen
+class OnDemand:
+    """Functions that integrate what a result leaves open until it is looked at."""
+
+    train: Callable[[SimulationResult], Train]
+    passage: Callable[[SimulationResult, int], Passage]
+    recording: Callable[[SimulationResult], Recording]
+
+
 @frozen(kw_only=True, slots=False)
 class SimulationResult:
-    """What direct simulation of eq. (1) found.
+    """Result of a direct simulation of eq. (1).
 
     The primary is known when the result is made. The rest of the train is integrated when something of it is first
     looked at (``train``, ``waves``, ``recoil_momentum``, ``print``, ``to_dict``), and kept; so are histories
@@ -130,17 +186,19 @@ class SimulationResult:
     Attributes
     ----------
     shock, chain, options : Shock, Chain, SimulateOptions
-        What was asked; ``options`` name the integrator and the backend that were used.
+        Scene and settings; ``options`` name the integrator and the backend that were used.
     scales : Scales
         Units in which ``found`` is written.
     found : Primary
-        The primary in scaled units, with the books of momentum and energy.
+        The primary in scaled units, with the balances of momentum and energy.
     error_estimate : float
         Relative, of ``peak_force``: from step control, the approach to the limit, and the table of the force.
     seconds : float
         Wall time; differs from run to run, and is left out of comparisons.
     notes : tuple of str
-        What a reader must know before using the figures of the primary.
+        Notes to read before using the figures of the primary.
+    on_demand : OnDemand
+        Functions that compute train, passages and histories when they are looked at.
     scenario : str or None
         Name of the scenario, if it came from one.
     """
@@ -153,10 +211,9 @@ class SimulationResult:
     error_estimate: float
     notes: tuple[str, ...]
     seconds: float = field(eq=False, repr=False)
+    on_demand: OnDemand = field(eq=False, repr=False)
     scenario: str | None = None
     _measured: Train | None = field(default=None, eq=False, repr=False)
-
-    # ---------------------------------------------------------------- the primary
 
     @property
     def peak_force(self) -> float:
@@ -241,9 +298,7 @@ class SimulationResult:
         NumericalError
             When the front has no peak there of its own.
         """
-        from shockwave.measurement.passage import passage
-
-        return passage(self, contact)
+        return self.on_demand.passage(self, contact)
 
     @property
     def was_measured(self) -> bool:
@@ -255,16 +310,10 @@ class SimulationResult:
         """The primary at the contacts that were asked for."""
         return tuple(self.passage(contact) for contact in self.options.contacts)
 
-    # ---------------------------------------------------------------- the rest
-
     @cached_property
     def train(self) -> Train:
         """All waves and the recoil; integrated when first asked for."""
-        if self._measured is not None:
-            return self._measured
-        from shockwave.measurement.train import train_of
-
-        return train_of(self)
+        return self._measured or self.on_demand.train(self)
 
     @property
     def waves(self) -> tuple[MeasuredWave, ...]:
@@ -288,7 +337,7 @@ class SimulationResult:
 
     @property
     def ejected_granules(self) -> int:
-        """Granules thrown back faster than a thousandth of the granules in the primary."""
+        """Number of granules that fly backwards faster than a thousandth of the granules in the primary."""
         return len(self.recoil_velocities)
 
     @property
@@ -299,21 +348,17 @@ class SimulationResult:
     @cached_property
     def recording(self) -> Recording | None:
         """The histories that were asked for."""
-        if not self.options.record:
-            return None
-        from shockwave.measurement.recording import record
-
-        return record(self)
+        return self.on_demand.recording(self) if self.options.record else None
 
     @property
     def cost(self) -> Cost:
-        """What all this has cost until now: the primary, and the train once it was looked at."""
+        """Work so far: for the primary, and for the train once it has been integrated."""
         own = Cost(steps=int(self.found.steps), force_evaluations=int(self.found.evaluations), seconds=self.seconds)
         return own + self.train.cost if "train" in self.__dict__ and self._measured is None else own
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a reader must know before using the figures of the primary; the train has its own."""
+        """Notes to read before using the figures of the primary; the train has its own."""
         return self.notes
 
     @property
@@ -321,12 +366,9 @@ class SimulationResult:
         """Those of the primary, and of the train if it was asked for."""
         return (*self.notes, *(self.train.warnings if self.options.waves == "train" else ()))
 
-    # ---------------------------------------------------------------- for people and programs
-
     def to_dict(self) -> dict[str, Any]:
-        """What ``simulate --json`` prints: SI floats, no NaN."""
-        whole = self.options.waves == "train"
-        train = self.train if whole else None
+        """The object that ``simulate --json`` prints: SI floats, no NaN."""
+        train = self.train if self.options.waves == "train" else None
         return {
             "scenario": self.scenario,
             "peak_force": self.peak_force,

@@ -1,11 +1,11 @@
-"""A simulation's result in words and tables."""
+"""A simulation's result as text for people."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 
-from shockwave.measurement.result import MeasuredWave, SimulationResult
+from shockwave.measurement.result import MeasuredWave, Passage, Recording, SimulationResult
 from shockwave.text import indent, notes, si, table
 
 __all__ = ["result_text"]
@@ -15,76 +15,58 @@ _PASSAGES = ("contact", "arrival", "peak force", "rel. error", "from")
 
 
 def result_text(result: SimulationResult) -> str:
-    """What ``print`` shows."""
-    lines = [*_head(result), *_ends(result), *_foot(result)]
+    """The text that ``print`` shows."""
+    lines = [*_primary(result), *_ends(result), *_waves(result)]
     return "\n".join(lines + notes(result.all_warnings))
 
 
-def _head(result: SimulationResult) -> Iterator[str]:
-    yield f"simulation by {result.integrator} ({result.backend})" + (
-        f" of {result.scenario}" if result.scenario else ""
-    )
+def _primary(result: SimulationResult) -> Iterator[str]:
+    of = f" of {result.scenario}" if result.scenario else ""
+    yield f"simulation by {result.integrator} ({result.backend}){of}"
     yield from result.scene.lines()
-    digits = min(max(8, 2 - math.floor(math.log10(result.error_estimate))), 15)
-    known = (
-        f"within {result.error_estimate:.0e} relative" if result.error_estimate < 1 else "(how far off is not known)"
-    )
-    yield (
-        f"  peak force        {si(result.peak_force, 'N', digits)} {known}, "
-        f"{result.amplification:.{digits}g} times the shock's"
-    )
-    yield (
-        f"  applied momentum  {si(result.applied_momentum, 'N s')}, momentum defect {result.momentum_defect:.0e}, "
-        f"energy defect {result.energy_defect:.0e}"
-    )
+    error = result.error_estimate
+    digits = min(max(8, 2 - math.floor(math.log10(error))), 15)
+    known = f"within {error:.0e} relative" if error < 1 else "(how far off is not known)"
+    times = f"{result.amplification:.{digits}g} times the shock's"
+    yield f"  peak force        {si(result.peak_force, 'N', digits)} {known}, {times}"
+    defects = f"momentum defect {result.momentum_defect:.0e}, energy defect {result.energy_defect:.0e}"
+    yield f"  applied momentum  {si(result.applied_momentum, 'N s')}, {defects}"
 
 
 def _ends(result: SimulationResult) -> Iterator[str]:
-    if result.options.waves == "train":
-        train = result.train
-        yield (
-            f"  recoil            {si(train.recoil_momentum, 'N s')} within {si(train.recoil_error, 'N s', 1)}, "
-            f"ejected granules: {result.ejected_granules}"
-        )
-        if train.spall_velocities is not None:
-            shown = ", ".join(si(velocity, "m/s") for velocity in train.spall_velocities[:3])
-            yield f"  free end          granules that fly off: {len(train.spall_velocities)}" + (
-                f", at {shown}{' ...' if len(train.spall_velocities) > 3 else ''}" if shown else ""
-            )
+    if result.options.waves != "train":
+        return
+    train = result.train
+    within = f"within {si(train.recoil_error, 'N s', 1)}, ejected granules: {result.ejected_granules}"
+    yield f"  recoil            {si(train.recoil_momentum, 'N s')} {within}"
+    spalls = train.spall_velocities
+    if spalls is not None:
+        shown = ", ".join(si(velocity, "m/s") for velocity in spalls[:3]) + (" ..." if len(spalls) > 3 else "")
+        yield f"  free end          granules that fly off: {len(spalls)}" + (f", at {shown}" if spalls else "")
 
 
-def _foot(result: SimulationResult) -> Iterator[str]:
+def _waves(result: SimulationResult) -> Iterator[str]:
     # integrates the train, whose cost belongs to the line before
     waves = [wave for wave in result.waves if wave.error_estimate is not None] or list(result.waves[:1])
     unsettled = len(result.waves) - len(waves)
     cost = result.cost
-    yield (f"  cost              {cost.steps} steps, {cost.force_evaluations} force evaluations, {cost.seconds:.2g} s")
+    yield f"  cost              {cost.steps} steps, {cost.force_evaluations} force evaluations, {cost.seconds:.2g} s"
     yield ""
-    yield indent(table(_WAVES, (_row(wave) for wave in waves)))
+    yield indent(table(_WAVES, map(_wave_row, waves)))
     if unsettled:
         yield f"  and {unsettled} more that had not settled: their figures mean little, and are left to the JSON output"
     yield f"  (waves above {result.wave_threshold:g} of the primary; contacts are counted from 0;"
     yield "  rel. error: of the peak force; foot: force left between a wave and its neighbours over its peak,"
     yield "  an error of the other figures)"
     if result.passages:
-        rows = (
-            (
-                str(passage.contact),
-                si(passage.arrival_time, "s", 8),
-                si(passage.peak_force, "N", 8),
-                f"{passage.error_estimate:.0e}",
-                "exact wave" if passage.exact else "integrated",
-            )
-            for passage in result.passages
-        )
         yield ""
-        yield indent(table(_PASSAGES, rows))
+        yield indent(table(_PASSAGES, map(_passage_row, result.passages)))
     if result.recording is not None:
         yield ""
-        yield f"  recorded          {result.recording.summary}"
+        yield f"  recorded          {_recorded(result.recording)}"
 
 
-def _row(wave: MeasuredWave) -> tuple[str, ...]:
+def _wave_row(wave: MeasuredWave) -> tuple[str, ...]:
     return (
         si(wave.peak_force, "N", 8),
         "not settled" if wave.error_estimate is None else f"{wave.error_estimate:.0e}",
@@ -96,3 +78,20 @@ def _row(wave: MeasuredWave) -> tuple[str, ...]:
         str(wave.contact),
         si(wave.arrival_time, "s"),
     )
+
+
+def _passage_row(passage: Passage) -> tuple[str, ...]:
+    return (
+        str(passage.contact),
+        si(passage.arrival_time, "s", 8),
+        si(passage.peak_force, "N", 8),
+        f"{passage.error_estimate:.0e}",
+        "exact wave" if passage.exact else "integrated",
+    )
+
+
+def _recorded(record: Recording) -> str:
+    kept = {"forces": record.forces, "field": record.displacements, "energies": record.kinetic_energy}
+    names = ", ".join(name for name, values in kept.items() if values is not None)
+    begin, end = (si(float(record.times[index]), "s") for index in (0, -1))
+    return f"{names}: {len(record.times)} samples, {begin} to {end}"

@@ -6,120 +6,37 @@ import os
 import time
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache
-from types import ModuleType
-
-from attrs import evolve, frozen
+from typing import NamedTuple
 
 from shockwave.chain.chain import Chain, Scales
-from shockwave.chain.solitary_wave import MOMENTUM
-from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
-from shockwave.measurement.result import SimulationResult
+from shockwave.errors import InvalidValueError, ShockwaveError
+from shockwave.measurement.plan import MEASURABLE, Plan, plan_of, scaled
+from shockwave.measurement.result import OnDemand, Passage, Recording, SimulationResult, Train
 from shockwave.options import Backend, Recorded, SimulateOptions, Waves
 from shockwave.profiles.shock import Shock
-from shockwave.registry import load
-from shockwave.simulation.backend import chosen
-from shockwave.simulation.integrator import Integrator
-from shockwave.simulation.nystroem import Nystroem
-from shockwave.simulation.primary import KNOWN, TOO_LONG, Primary, Request, find_primaries
+from shockwave.simulation.primary import find_primaries
+from shockwave.simulation.primary_request import KNOWN, TOO_LONG, Primary, Request
 from shockwave.simulation.problem import ChainProblem
 
-__all__ = ["MEASURABLE", "Plan", "plan_of", "scaled", "simulate", "simulate_many", "simulate_with"]
+__all__ = ["MEASURABLE", "plan_of", "scaled", "simulate", "simulate_many", "simulate_with"]
 
-_RTOL, _STEP = 1e-6, 0.02
-# Below this tolerance the method of high order takes fewer evaluations.
-_HIGH_ORDER = 1e-7
-# Shares of the tolerance, and how much of it a loose one may be at most: waves must still be told from noise.
-_DOUBT, _MOST_DOUBT, _LOOSEST_STEP = 0.5, 3e-5, 2e-4
-# The first waves of a longer shock are nearly alike, and part slowly: no looser search tells them from one another.
-_LONG, _LONG_RTOL = 10.0, 1e-6
-# Below this step control gains nothing: rounding is all that is left.
-_TIGHTEST_STEP = 3e-15
-# What a peak force errs by: so many energy defects (1.7 would follow from F ~ E^(3/5), were all of it the primary's),
-# and a share of the step tolerance; measured on 400 shocks, 98 % are covered.
-_DEFECTS, _TOLERANCE_SHARE = 2.0, 0.3
-_ROUNDING, _EPSILON = 2e-13, 2e-16
-# A search that misses its tolerance is repeated with a tighter one.
-_TIGHTER, _REPEATS, _PATIENCE = 0.1, 2, 10.0
-_DIGITS = 13
 # Shocks in a share of the work of a thread, and the fewest worth one.
-_SHARE, _FEWEST = 128, 16
-#: The longest shock, in natural times of its wave: the work grows with the square.
-_LONGEST = 2e4
-# Longer ones, in the same unit, are not measured on the whole chain where the search has failed: its waves are nearly
-# alike, and would not be told from one another there either.
+_SHARE = 128
+_FEWEST = 16
+# An error estimate above this is none.
+_UNSETTLED = 0.1
+# Error of a peak force: so many energy defects (1.7 would follow from F ~ E^(3/5), were all of it the primary's),
+# and a share of the step tolerance; measured on 400 shocks, 98 % are covered.
+_DEFECTS = 2.0
+_TOLERANCE_SHARE = 0.3
+# Rounding, and the relative rounding of a double.
+_ROUNDING = 2e-13
+_EPSILON = 2e-16
+# A search that misses its tolerance is repeated at most so often.
+_REPEATS = 2
+# Longer shocks, in characteristic times, are not measured on the whole chain where the search has failed: its waves
+# are nearly alike, and could not be separated there either.
 _WORTHWHILE = 60.0
-#: The train of longer ones is not integrated: it would take hours.
-MEASURABLE = 300.0
-
-
-@frozen
-class Plan:
-    """Options with everything settled: the method, and the code that steps it."""
-
-    options: SimulateOptions
-    method: type[Integrator]
-    compiled: ModuleType | None
-
-    @property
-    def search(self) -> type[Nystroem] | None:
-        """The method, if the search for the primary knows it."""
-        return self.method if issubclass(self.method, Nystroem) else None
-
-    def missed(self, error_estimate: float) -> list[str]:
-        """What there is to say where the peak force of the primary is not known to what was asked for."""
-        rtol = self.options.rtol
-        if rtol is None or error_estimate <= rtol:
-            return []
-        return [
-            f"the tolerance was not met: the primary's peak force is known to {error_estimate:.1e},"
-            f" {rtol:.1e} was asked for"
-        ]
-
-    def request(self, problem: ChainProblem, repeats: int = 0, contacts: tuple[int, ...] = ()) -> Request:
-        """What is asked of the search for the primary; tighter if it is repeated."""
-        rtol = self.options.rtol or _RTOL
-        tighter = _TIGHTER**repeats
-        if problem.duration >= _LONG:
-            rtol = min(rtol, _LONG_RTOL)
-            # Such a primary is judged late, when it changes by no more than step errors make of it.
-            tighter *= _TIGHTER if problem.rises_again else 1.0
-        caution: float = getattr(self.method, "caution", 1.0)
-        return Request(
-            problem,
-            tolerance=max(min(caution * rtol, _LOOSEST_STEP) * tighter, _TIGHTEST_STEP),
-            doubt=max(min(_DOUBT * rtol, _MOST_DOUBT) * max(tighter, 0.3), 2e-14),
-            contacts=contacts,
-            patience=_PATIENCE if repeats else 1.0,
-        )
-
-
-@lru_cache(maxsize=64)
-def plan_of(options: SimulateOptions) -> Plan:
-    """Settle what ``options`` leave open.
-
-    Raises
-    ------
-    InvalidValueError
-        When a setting is given that the method has no use for, or the backend is not there.
-    """
-    name = options.integrator
-    if name is None:
-        tight = options.rtol is not None and options.rtol < _HIGH_ORDER
-        name = "rkn1210" if tight else "rkn86"
-    method: type[Integrator] = load("integrators", name)
-    ours = issubclass(method, Nystroem)
-    options.check(name, ["rtol" if method.adaptive else "step", *(["backend"] if ours else [])])
-    rtol, step = options.rtol, options.step
-    if method.adaptive:
-        rtol = _RTOL if rtol is None else rtol
-    else:
-        step = _STEP if step is None else step
-    compiled = chosen(options.backend) if ours else None
-    settled = evolve(
-        options, integrator=name, rtol=rtol, step=step, backend="numpy" if compiled is None else "compiled"
-    )
-    return Plan(settled, method, compiled)
 
 
 def simulate(
@@ -139,7 +56,7 @@ def simulate(
 ) -> SimulationResult:
     """Integrate eq. (1) and measure the waves that come out.
 
-    The primary is followed until the limit of its peak force along the chain is known to ``rtol``; that is the
+    The primary is followed until the limit of its peak force along the chain is accurate to ``rtol``; that is the
     result. The other waves and the recoil are integrated when the result is first asked for them.
 
     Parameters
@@ -214,7 +131,7 @@ def simulate_many(
     Returns
     -------
     list
-        In the order of the shocks. In place of a result that cannot be had stands the error that says why.
+        In the order of the shocks. In place of a result that could not be computed stands the error.
     """
     options = SimulateOptions(
         integrator=integrator, rtol=rtol, step=step, wave_threshold=wave_threshold, waves=waves, backend=backend
@@ -237,97 +154,116 @@ def simulate_many(
 
 def _simulate(scenes: Sequence[tuple[Shock, Chain]], plan: Plan) -> list[SimulationResult | ShockwaveError]:
     begin = time.perf_counter()
-    results: list[SimulationResult | ShockwaveError | None] = [None] * len(scenes)
+    results: dict[int, SimulationResult | ShockwaveError] = {}
     known: dict[int, tuple[ChainProblem, Scales]] = {}
     for index, (shock, chain) in enumerate(scenes):
         try:
             known[index] = scaled(shock, chain)
         except ShockwaveError as error:
             results[index] = error
-    found = _search(known, plan, plan.search) if plan.search is not None else {}
+    answers = _search({index: problem for index, (problem, _) in known.items()}, plan)
     seconds = (time.perf_counter() - begin) / max(len(scenes), 1)
     for index, (problem, scales) in known.items():
+        begin = time.perf_counter()
         shock, chain = scenes[index]
         try:
-            if index in found:
-                primary, error_estimate = found[index]
-                results[index] = _result(shock, chain, scales, plan, primary, error_estimate, seconds)
-            else:
-                from shockwave.measurement.train import measured
-
-                results[index] = measured(shock, chain, problem, scales, plan)
+            answer = answers.get(index) or _measured(problem, scales, plan)
+            results[index] = SimulationResult(
+                shock=shock,
+                chain=chain,
+                options=plan.options,
+                scales=scales,
+                found=answer.primary,
+                error_estimate=answer.error_estimate,
+                notes=(*shock.profile.notes, *answer.notes, *_missed(plan.options, answer.error_estimate)),
+                seconds=seconds + time.perf_counter() - begin,
+                on_demand=_ON_DEMAND,
+                measured=answer.train,
+            )
         except ShockwaveError as error:
             results[index] = error
-    return results  # type: ignore[return-value]
+    return [results[index] for index in range(len(scenes))]
 
 
-def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
-    """The problem in units of the wave to come: of F0, or of what a short shock makes of it if that is less."""
-    if not (isinstance(shock, Shock) and isinstance(chain, Chain)):
-        got = f"got {type(shock).__name__} and {type(chain).__name__}"
-        raise InvalidValueError.of("shock", f"must be a Shock, and the chain a Chain ({got})")
-    natural = Scales.of(chain, shock.peak_force)
-    # One number governs everything. Its last digits are the rounding of units: cut off, so that the same scene
-    # in other units, or scaled to another chain, is the same problem to the last bit.
-    ratio = float(f"{natural.rise_time(shock.rise_time):.{_DIGITS}g}")
-    strength = ratio * shock.profile.areas().total / MOMENTUM
-    force = min(1.0, strength**1.2)
-    scales = natural if force == 1.0 else Scales.of(chain, shock.peak_force * force)
-    problem = ChainProblem(shock.profile, ratio * force ** (1 / 6), 1 / force, chain.granules)
-    if problem.duration > _LONGEST:
-        raise NumericalError(
-            f"the shock lasts {problem.duration:.3g} natural times of its wave, {_LONGEST:g} is the most:"
-            " so slow a force is a matter of statics (shorten it, or soften the granules)"
-        )
-    return problem, scales
+def _missed(options: SimulateOptions, error_estimate: float) -> list[str]:
+    """A warning where the peak force of the primary does not meet the tolerance, or the step is too coarse."""
+    if options.rtol is not None and error_estimate > options.rtol:
+        return [
+            f"the tolerance was not met: the primary's peak force is known to {error_estimate:.1e},"
+            f" {options.rtol:.1e} was asked for"
+        ]
+    if options.rtol is None and error_estimate > _UNSETTLED:
+        return [f"the step is too coarse for {options.integrator} (got {options.step:g}; give a smaller one)"]
+    return []
 
 
-def _search(
-    scaled: dict[int, tuple[ChainProblem, Scales]], plan: Plan, method: type[Nystroem]
-) -> dict[int, tuple[Primary, float]]:
-    """The primaries that the search finds, each with its error estimate; again and tighter where it was missed."""
-    found: dict[int, tuple[Primary, float]] = {}
+class _Answer(NamedTuple):
+    """A primary and its error estimate; where the whole chain was measured, the train and notes on it."""
+
+    primary: Primary
+    error_estimate: float
+    train: Train | None = None
+    notes: tuple[str, ...] = ()
+
+
+def _search(problems: dict[int, ChainProblem], plan: Plan) -> dict[int, _Answer]:
+    """The primaries that the search finds, under the keys of their problems."""
+    found: dict[int, _Answer] = {}
+    if plan.search is None:
+        return found
     lost: set[int] = set()
-    left = list(scaled)
-    rtol = plan.options.rtol or _RTOL
+    left = list(problems)
     for repeats in range(1 + _REPEATS):
-        requests = [plan.request(scaled[index][0], repeats) for index in left]
-        primaries = find_primaries(requests, method, plan.compiled)
-        for index, request, primary in zip(tuple(left), requests, primaries, strict=True):
+        requests = [plan.request(problems[key], repeats) for key in left]
+        primaries = find_primaries(requests, plan.search, plan.compiled)
+        for key, request, primary in zip(tuple(left), requests, primaries, strict=True):
             if primary.status == KNOWN:
-                error = _error(primary, request.tolerance, request.problem)
-                if index not in found or error < found[index][1]:
-                    found[index] = primary, error
-            elif index in lost or primary.status != TOO_LONG:
-                left.remove(index)
+                error = _error(primary, request)
+                if key not in found or error < found[key].error_estimate:
+                    found[key] = _Answer(primary, error)
+            elif key in lost or primary.status != TOO_LONG:
+                left.remove(key)
                 if primary.status == TOO_LONG and request.problem.duration > _WORTHWHILE:
-                    found[index] = primary, 1.0
+                    found[key] = _Answer(primary, 1.0)
             else:
-                lost.add(index)
-        left = [index for index in left if index not in found or found[index][1] > rtol]
-        if not left:
-            break
+                lost.add(key)
+        left = [key for key in left if key not in found or found[key].error_estimate > plan.rtol]
     return found
 
 
-def _error(primary: Primary, tolerance: float, problem: ChainProblem) -> float:
+def _error(primary: Primary, request: Request) -> float:
     """Relative error estimate of the peak force."""
     # positions of the first granule are differences of the free path and what the chain does to it
     rounding = _ROUNDING + _EPSILON * primary.free_path
-    control = _DEFECTS * primary.energy_defect + _TOLERANCE_SHARE * tolerance
-    return primary.doubt + control + problem.path.error + rounding
+    control = _DEFECTS * primary.energy_defect + _TOLERANCE_SHARE * request.tolerance
+    return primary.doubt + control + request.problem.path.error + rounding
 
 
-def _result(
-    shock: Shock, chain: Chain, scales: Scales, plan: Plan, primary: Primary, error_estimate: float, seconds: float
-) -> SimulationResult:
-    return SimulationResult(
-        shock=shock,
-        chain=chain,
-        options=plan.options,
-        scales=scales,
-        found=primary,
-        error_estimate=error_estimate,
-        notes=(*shock.profile.notes, *plan.missed(error_estimate)),
-        seconds=seconds,
-    )
+# ---------------------------------------------------------------- what few results need, imported when it is used
+
+
+def _measured(problem: ChainProblem, scales: Scales, plan: Plan) -> _Answer:
+    from shockwave.measurement.train import measure_primary
+
+    return _Answer(*measure_primary(problem, scales, plan))
+
+
+def _train(result: SimulationResult) -> Train:
+    from shockwave.measurement.train import train_of
+
+    return train_of(result)
+
+
+def _passage(result: SimulationResult, contact: int) -> Passage:
+    from shockwave.measurement.primary_passages import passage_at
+
+    return passage_at(result, contact)
+
+
+def _recording(result: SimulationResult) -> Recording:
+    from shockwave.measurement.recording import record
+
+    return record(result)
+
+
+_ON_DEMAND = OnDemand(_train, _passage, _recording)

@@ -1,4 +1,4 @@
-"""Which code steps a chain: the compiled file, or NumPy."""
+"""The choice between the two codes that step a chain: the compiled file, or NumPy."""
 
 from __future__ import annotations
 
@@ -41,12 +41,8 @@ def chosen(backend: str) -> ModuleType | None:
     InvalidValueError
         When the name is unknown, or ``compiled`` is asked for and was not built.
     """
-    if backend == "auto":
-        return compiled
-    if backend == "numpy":
-        return None
-    if backend != "compiled":
+    if backend not in ("auto", *BACKENDS):
         raise InvalidValueError.of("backend", f"must be auto, compiled or numpy (got {backend!r})")
-    if compiled is None:
+    if backend == "compiled" and compiled is None:
         raise InvalidValueError.of("backend", f"must be auto or numpy here (got 'compiled', which is {lack()})")
-    return compiled
+    return None if backend == "numpy" else compiled

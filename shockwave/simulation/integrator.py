@@ -1,4 +1,4 @@
-"""What an integrator of the equations of motion is."""
+"""Base class of the integrators of the equations of motion, and the steps that they yield."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Acceleration: TypeAlias = Callable[[Any, FloatArray], FloatArray]
 LONGEST_STEP = 1.0
 # The first step is short, for nothing is known yet; an adaptive method soon makes up for it.
 _FIRST_STEP = 0.05
-_FIRST_SHARE = 1e-3
+_FIRST_SHARE = 1e-3  # of the interval, at most
 
 
 @frozen(eq=False)
@@ -73,11 +73,6 @@ class Integrator(abc.ABC):
     tolerance: float = 1e-9
     size: float = 0.05
     evaluations: int = field(default=0, init=False)
-
-    @classmethod
-    def trait(cls) -> str:
-        """The traits in words, for lists."""
-        return ("adaptive" if cls.adaptive else "fixed step") + (", symplectic" if cls.symplectic else "")
 
     @abc.abstractmethod
     def steps(

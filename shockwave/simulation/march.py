@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -87,7 +88,7 @@ def march(problem: ChainProblem, integrator: Integrator, until: float | None = N
         When the integrator cannot go on.
     """
     window = _FIRST_WINDOW if problem.granules is None else min(_FIRST_WINDOW, problem.granules)
-    course = _Course(problem, integrator, np.zeros(window), np.zeros(window))
+    course = _Course(problem, integrator, np.zeros(window), np.zeros(window), _Frame(problem))
     last = math.inf if until is None else until
     for stop in problem.stops:
         yield from course.spans(min(stop, last))
@@ -104,17 +105,13 @@ def free_granules(x: FloatArray, v: FloatArray) -> int:
 
 @frozen(eq=False)
 class _Frame:
-    """What makes true positions of the integrated ones: the shock's free path, or the granules that have flown off."""
+    """Conversion to true positions: by the shock's free-particle displacement, or the granules that have flown off."""
 
     problem: ChainProblem
     driven: bool = True
     time: float = 0.0
     x: FloatArray = field(factory=lambda: np.zeros(0))
     v: FloatArray = field(factory=lambda: np.zeros(0))
-
-    @property
-    def acceleration(self) -> ChainAcceleration:
-        return ChainAcceleration(self.problem, self.driven)
 
     def true(self, time: float, y: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
         if self.driven:
@@ -143,12 +140,9 @@ class _Course:
     integrator: Integrator
     y: FloatArray
     w: FloatArray
+    frame: _Frame
     time: float = 0.0
     size: float | None = None
-    frame: _Frame = field(init=False)
-
-    def __attrs_post_init__(self) -> None:
-        self.frame = _Frame(self.problem)
 
     def release(self) -> None:
         """The force is over: from here on the first granule is followed in its true position."""
@@ -159,13 +153,15 @@ class _Course:
         """Steps up to ``until``."""
         while self.time < until:
             yield from self._some(until)
-            self._grow()
+            if room := self._room():
+                self.y, self.w = np.append(self.y, np.zeros(room)), np.append(self.w, np.zeros(room))
 
     def _some(self, until: float) -> Iterator[Span]:
         """Steps until the granules to be integrated are others."""
         frame = self.frame
         x, v = frame.true(self.time, self.y, self.w)
-        steps = _blamed(self.integrator, frame.acceleration, self.time, until, self.y, self.w, self.size)
+        acceleration = ChainAcceleration(self.problem, frame.driven)
+        steps = _blamed(self.integrator, acceleration, self.time, until, self.y, self.w, self.size)
         for count, step in enumerate(steps, start=1):
             if frame.meets(step, self.w[0]):
                 self.y, self.w, self.frame = x, v, _Frame(self.problem, driven=False)
@@ -173,31 +169,23 @@ class _Course:
             x0, v0 = x, v
             x, v = frame.true(step.end, step.x, step.v)
             self.y, self.w, self.time, self.size = step.x, step.v, step.end, step.next_size
-            yield Span(step.begin, step.end, x0, v0, x, v, _within(frame, step, self.integrator))
+            yield Span(step.begin, step.end, x0, v0, x, v, partial(_within, frame, step, self.integrator))
             if count == _PARTING and not frame.driven:
-                self._part()
+                self._part(x, v)
                 return
-            if self._front_is_near():
+            if self._room():
                 return
 
-    def _front_is_near(self) -> bool:
-        """Whether the window must grow."""
+    def _room(self) -> int:
+        """How many granules the window lacks: none while those near its end are at rest."""
         last = -min(_MARGIN, len(self.y))
-        reached = max(abs(self.y[last]), abs(self.w[last])) > _AT_REST
-        return bool(reached) and (self.problem.granules is None or self._length() < self.problem.granules)
+        if not max(abs(self.y[last]), abs(self.w[last])) > _AT_REST:
+            return 0
+        granules = self.problem.granules
+        return _GROWTH if granules is None else min(_GROWTH, granules - len(self.frame.x) - len(self.y))
 
-    def _grow(self) -> None:
-        if self._front_is_near():
-            limit = self.problem.granules
-            more = np.zeros(_GROWTH if limit is None else min(_GROWTH, limit - self._length()))
-            self.y, self.w = np.append(self.y, more), np.append(self.w, more)
-
-    def _length(self) -> int:
-        return len(self.frame.x) + len(self.y)
-
-    def _part(self) -> None:
+    def _part(self, x: FloatArray, v: FloatArray) -> None:
         """Let granules fly that have come free; two are left to be integrated."""
-        x, v = self.frame.true(self.time, self.y, self.w)
         free = min(free_granules(x, v), len(x) - 2)
         if free > len(self.frame.x):
             self.frame = _Frame(self.problem, False, self.time, x[:free], v[:free])
@@ -213,10 +201,7 @@ def _blamed(integrator: Integrator, *given: Any) -> Iterator[Step]:
             yield step
 
 
-def _within(frame: _Frame, step: Step, integrator: Integrator) -> Callable[[float], tuple[FloatArray, FloatArray]]:
-    def at(time: float) -> tuple[FloatArray, FloatArray]:
-        with blame("integrators", type(integrator)):
-            x, v = step.interpolate(time)
-        return frame.true(time, x, v)
-
-    return at
+def _within(frame: _Frame, step: Step, integrator: Integrator, time: float) -> tuple[FloatArray, FloatArray]:
+    with blame("integrators", type(integrator)):
+        x, v = step.interpolate(time)
+    return frame.true(time, x, v)

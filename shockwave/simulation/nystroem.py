@@ -9,7 +9,7 @@ import numpy as np
 from attrs import define, field, frozen
 
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.integrator import Acceleration, Counted
+from shockwave.simulation.integrator import Acceleration
 from shockwave.simulation.one_step import Attempt, OneStep, Scalar
 from shockwave.simulation.problem import ChainAcceleration
 from shockwave.simulation.tableaux import RKN64, RKN86, RKN1210, Fractions
@@ -30,7 +30,7 @@ class Tableau:
     stages : tuple of arrays
         a_i1, ..., a_i,i-1 of each stage after the first.
     weights : array, shape (4, stages)
-        b and b' of position and velocity, and what they exceed those of the embedded method by.
+        b and b' of position and velocity, and their excess over those of the embedded method.
     last_is_first : bool
         Whether the last stage is the acceleration at the end, hence the first stage of the next step.
     packed : array
@@ -54,7 +54,9 @@ class Tableau:
         """The tableau of exact fractions."""
         nodes = np.array(_numbers(exact.c))
         stages = [np.array(_numbers(row)) for row in exact.a]
-        weights = np.array([_numbers(text) for text in (exact.b, exact.b_prime, exact.error_b, exact.error_b_prime)])
+        velocity = np.array([_numbers(text) for text in (exact.b_prime, exact.error_b_prime)])
+        position = np.array([_numbers(text, exact.c) for text in (exact.b_prime, exact.error_b_prime)])
+        weights = np.stack((position, velocity), axis=1).reshape(4, -1)
         last_is_first = bool(np.array_equal([*stages[-1], 0.0], weights[0]))
         square = np.zeros((len(nodes), len(nodes)))
         for row, stage in enumerate(stages):
@@ -63,10 +65,19 @@ class Tableau:
         return cls(nodes[1:], tuple(stages[1:]), weights, last_is_first, packed)
 
 
-def _numbers(text: str) -> list[float]:
+def _numbers(text: str, remaining: str = "") -> list[float]:
+    """Fractions in double precision; each b is multiplied with 1 - c where the nodes c are given as ``remaining``."""
+    numbers = _fractions(text)
+    if remaining:
+        nodes = _fractions(remaining)
+        numbers = [(n * (below - above), d * below) for (n, d), (above, below) in zip(numbers, nodes, strict=True)]
     # A quotient of Python's integers, however long, is rounded once.
+    return [numerator / denominator for numerator, denominator in numbers]
+
+
+def _fractions(text: str) -> list[tuple[int, int]]:
     parts = (number.partition("/") for number in text.split())
-    return [int(above) / int(below or 1) for above, _, below in parts]
+    return [(int(above), int(below or 1)) for above, _, below in parts]
 
 
 @define
@@ -89,10 +100,9 @@ class Nystroem(OneStep):
     def attempt(
         self, acceleration: Acceleration, time: Scalar, size: Scalar, x: FloatArray, v: FloatArray, a: FloatArray
     ) -> Attempt:
-        if self.compiled is not None and isinstance(acceleration, Counted):
-            chain = acceleration.acceleration
-            if isinstance(chain, ChainAcceleration):
-                return self._compiled_attempt(self.compiled, chain, float(time), float(size), x, v, a)
+        chain = getattr(acceleration, "acceleration", None)
+        if self.compiled is not None and isinstance(chain, ChainAcceleration):
+            return self._compiled_attempt(chain, float(time), float(size), x, v, a)
         tableau = self.tableau
         shape = (len(tableau.nodes) + 1, *x.shape)
         if self._work.shape != (2, *shape):
@@ -117,30 +127,16 @@ class Nystroem(OneStep):
         return Attempt(end, v + size * velocity, a, error)
 
     def _compiled_attempt(
-        self,
-        compiled: ModuleType,
-        chain: ChainAcceleration,
-        time: float,
-        size: float,
-        x: FloatArray,
-        v: FloatArray,
-        a: FloatArray,
+        self, chain: ChainAcceleration, time: float, size: float, x: FloatArray, v: FloatArray, a: FloatArray
     ) -> Attempt:
         self.evaluations += self.tableau.evaluations
         problem = chain.problem
         state = np.concatenate((x, v, a))
         after = np.empty_like(state)
         rows, coefficients = (problem.path.rows, problem.path.coefficients) if chain.driven else (_NONE, _NONE)
-        error = compiled.attempt(
-            self.tableau.packed,
-            rows,
-            coefficients,
-            state,
-            after,
-            time,
-            size,
-            problem.rise_time,
-            problem.peak_force,
+        assert self.compiled is not None
+        error = self.compiled.attempt(
+            self.tableau.packed, rows, coefficients, state, after, time, size, problem.rise_time, problem.peak_force
         )
         x, v, a = after.reshape(3, -1)
         return Attempt(x, v, a, error)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import abc
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import ClassVar, NamedTuple, TypeAlias, final
 
 import numpy as np
@@ -19,7 +20,9 @@ __all__ = ["Attempt", "OneStep", "Scalar"]
 #: A number, or an array of shape (batch,) with one for each chain of a batch.
 Scalar: TypeAlias = "float | FloatArray"
 
-_SAFETY, _LEAST_FACTOR, _MOST_FACTOR = 0.9, 0.2, 5.0
+_SAFETY = 0.9
+_LEAST_FACTOR = 0.2
+_MOST_FACTOR = 5.0
 # Below this share of the time (or of its unit) a step is lost in rounding.
 _LEAST_STEP = 1e-14
 # A whole number of steps stays so, whatever the rounding of their sum.
@@ -52,7 +55,7 @@ class OneStep(Integrator):
        counting, step-size control and numbers that are not finite to the caller. Arrays that it returns are new.
     2. ``x``, ``v``, ``a`` are of shape (granules,), or (granules, batch) with ``time`` and ``size`` numbers or of shape
        (batch,): the last axis is a batch of chains, each with a step of its own. ``size`` may be 0: nothing moves.
-    3. ``error_order`` is the order of the embedded method: the estimate goes with the step to the power of it plus 1.
+    3. ``error_order`` is the order of the embedded method: the estimate scales as the step to the power of it plus 1.
        A method of fixed step leaves it out.
     """
 
@@ -85,7 +88,8 @@ class OneStep(Integrator):
             good = _finite(tried)
             size = self._next_size(end - time, float(tried.error), good)
             if good and (not self.adaptive or tried.error <= self.tolerance):
-                yield self._step(counted, time, end, size, (x, v, a), tried)
+                interpolate = partial(self._interpolate, counted, time, x, v, a)
+                yield Step(time, end, tried.x, tried.v, tried.a, interpolate, size)
                 time, x, v, a = end, tried.x, tried.v, tried.a
             elif not self.adaptive or size < least:
                 reason = "its error stays above the tolerance" if good else "not finite"
@@ -116,19 +120,10 @@ class OneStep(Integrator):
         with np.errstate(over="ignore", invalid="ignore"):
             return self.attempt(acceleration, time, size, x, v, a)
 
-    def _step(
-        self,
-        acceleration: Acceleration,
-        begin: float,
-        end: float,
-        next_size: float,
-        state: tuple[FloatArray, FloatArray, FloatArray],
-        tried: Attempt,
-    ) -> Step:
-        def interpolate(time: float) -> tuple[FloatArray, FloatArray]:
-            return self._try(acceleration, begin, time - begin, *state)[:2]
-
-        return Step(begin, end, tried.x, tried.v, tried.a, interpolate, next_size)
+    def _interpolate(
+        self, acceleration: Acceleration, begin: float, x: FloatArray, v: FloatArray, a: FloatArray, time: float
+    ) -> tuple[FloatArray, FloatArray]:
+        return self._try(acceleration, begin, time - begin, x, v, a)[:2]
 
 
 def _finite(tried: Attempt) -> bool:

@@ -9,7 +9,7 @@ __all__ = ["KEPT", "STRIDE", "crossing", "hertz", "limit"]
 
 #: Contacts from one peak to the next, and how many peaks it takes.
 STRIDE, KEPT = 4, 5
-# Slower approaches cannot be told from noise.
+# Slower approaches cannot be distinguished from noise.
 _MOST_RATIO = 0.98
 _MOST_TERMS = 100
 # By how much the ratio of the differences may seem to rise.
@@ -21,11 +21,11 @@ _SLOW = 200
 
 
 def limit(peaks: Sequence[float], allowed: float) -> tuple[float, float]:
-    """Limit of the last `KEPT` peaks, `STRIDE` contacts apart, and what is doubted of it.
+    """Limit of the last `KEPT` peaks, `STRIDE` contacts apart, and a bound on its error.
 
-    Far from other waves the peaks approach their limit geometrically, by a ratio that falls slowly itself. What is
-    doubted: half of what the last peak has changed, half of what the bend of the ratio makes, and a hundredth of the
-    way that is left. ``allowed`` is the doubt that would do. The doubt is infinite where no limit shows.
+    Far from other waves the peaks approach their limit geometrically, by a ratio that falls slowly itself. The bound,
+    the doubt, is half of what the last peak has changed, half of what the bend of the ratio makes, and a hundredth of
+    the way that is left. ``allowed`` is the doubt that would do. The doubt is infinite where no limit shows.
     """
     p = peaks[-KEPT:]
     first, second, last = p[2] - p[1], p[3] - p[2], p[4] - p[3]
@@ -43,7 +43,7 @@ def limit(peaks: Sequence[float], allowed: float) -> tuple[float, float]:
 
 
 def _rest(p: Sequence[float], bends: bool) -> float:
-    """What is left to the limit of four peaks whose differences fall by a ratio, which falls itself if it ``bends``."""
+    """Distance to the limit of four peaks whose differences fall by a ratio, which falls itself if it ``bends``."""
     first, second, last = p[1] - p[0], p[2] - p[1], p[3] - p[2]
     if first == 0 or second == 0:
         return math.inf

@@ -19,11 +19,13 @@ from shockwave.quadrature import FloatArray
 if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath
 
-__all__ = ["ChainAcceleration", "ChainProblem", "contact_forces", "overlaps"]
+__all__ = ["ChainAcceleration", "ChainProblem", "chain_acceleration", "chain_energy", "contact_forces", "overlaps"]
 
 # More knots than this are a sampled record: its kinks are too small and too many to end steps on.
 _MOST_STOPS = 64
-_SAMPLES, _LITTLE = 200, 0.05
+# Samples of the force, and the share of its peak that is a little.
+_SAMPLES = 200
+_LITTLE = 0.05
 
 
 @frozen(eq=False, slots=False)
@@ -90,33 +92,31 @@ class ChainProblem:
         """Impulse applied up to ``time``: the velocity of a free granule."""
         return self.free(time)[1]
 
-    def free_path(self, time: float) -> float:
-        """The path g of a free granule under the force."""
-        return self.free(time)[0]
-
-    def acceleration(self, time: float, y: FloatArray, driven: bool) -> FloatArray:
-        """y'' of eq. (1), shape (granules,); while ``driven`` the first granule is at y1 + g."""
-        return ChainAcceleration(self, driven)(time, y)
-
 
 @frozen(eq=False)
 class ChainAcceleration:
-    """y'' of eq. (1) as a function of time and positions, shape (granules,), which the compiled step knows too."""
+    """y'' of eq. (1) as a function of time and positions, shape (granules,), which the compiled step knows too.
+
+    While it is ``driven`` the first granule is at y1 + g.
+    """
 
     problem: ChainProblem
     driven: bool
 
     def __call__(self, time: float, y: FloatArray) -> FloatArray:
-        overlap = y[:-1] - y[1:]
-        if self.driven:
-            overlap[0] = (y[0] + self.problem.free_path(time)) - y[1]
-        np.maximum(overlap, 0.0, out=overlap)
-        force = overlap * np.sqrt(overlap)
-        result = np.empty_like(y)
-        result[0] = -force[0]
-        np.subtract(force[:-1], force[1:], out=result[1:-1])
-        result[-1] = force[-1]
-        return result
+        return chain_acceleration(y, self.problem.free(time)[0] if self.driven else 0.0)
+
+
+def chain_acceleration(y: FloatArray, shift: float = 0.0) -> FloatArray:
+    """Accelerations of granules at ``y``, the first of them at ``y[0] + shift``; shape (granules,)."""
+    forces = np.zeros(len(y) + 1)
+    contacts = forces[1:-1]
+    np.subtract(y[:-1], y[1:], out=contacts)
+    if shift:
+        contacts[0] = (y[0] + shift) - y[1]
+    np.maximum(contacts, 0.0, out=contacts)
+    contacts *= np.sqrt(contacts)
+    return np.asarray(forces[:-1] - forces[1:])
 
 
 def overlaps(x: FloatArray) -> FloatArray:
@@ -128,3 +128,9 @@ def contact_forces(x: FloatArray) -> FloatArray:
     """Contact forces, shape (granules - 1,)."""
     closed = np.maximum(overlaps(x), 0.0)
     return np.asarray(closed * np.sqrt(closed))
+
+
+def chain_energy(x: FloatArray, v: FloatArray) -> float:
+    """Energy of the granules and of their contacts."""
+    stored = 0.4 * contact_forces(x) * np.maximum(overlaps(x), 0.0)
+    return float(0.5 * np.sum(v * v) + np.sum(stored))

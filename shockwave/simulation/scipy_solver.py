@@ -1,19 +1,21 @@
-"""SciPy's solvers of first-order systems as integrators: the state is (x, v)."""
+"""SciPy's solvers of first-order systems as integrators, Dop853 and Radau: the state is (x, v)."""
 
 from __future__ import annotations
 
 import abc
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
+import scipy.integrate
 from attrs import define
 
 from shockwave.errors import NumericalError
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import LONGEST_STEP, Acceleration, Integrator, Step
 
-__all__ = ["ScipySolver"]
+__all__ = ["Dop853", "Radau", "ScipySolver"]
 
 # SciPy's least: the error is to be absolute, in units in which a wave is of order one.
 _RELATIVE = 2.3e-14
@@ -28,7 +30,7 @@ class ScipySolver(Integrator):
 
     @abc.abstractmethod
     def _solver(self, granules: int) -> Callable[..., Any]:
-        """What makes the `scipy.integrate.OdeSolver` of a chain."""
+        """The class of `scipy.integrate.OdeSolver` for so many granules."""
 
     def steps(
         self,
@@ -45,8 +47,9 @@ class ScipySolver(Integrator):
         def derivative(time: float, state: FloatArray) -> FloatArray:
             return np.concatenate((state[granules:], counted(time, state[:granules])))
 
-        # Without a first step SciPy looks for one, and never ends where the acceleration is not finite.
-        with _quiet():
+        # Without a first step SciPy looks for one, and never ends where the acceleration is not finite; what is not
+        # finite is looked for afterwards.
+        with np.errstate(over="ignore", invalid="ignore"):
             solver = self._solver(granules)(
                 derivative,
                 begin,
@@ -60,7 +63,7 @@ class ScipySolver(Integrator):
         time = begin
         self._check(solver, time, None)
         while solver.status == "running":
-            with _quiet():
+            with np.errstate(over="ignore", invalid="ignore"):
                 message = solver.step()
             self._check(solver, time, message)
             dense = solver.dense_output()
@@ -78,6 +81,29 @@ class ScipySolver(Integrator):
             raise NumericalError(f"{self.name} cannot step beyond t = {time:g} T0 ({message or 'not finite'})")
 
 
-def _quiet() -> np.errstate:
-    # What is not finite is looked for afterwards.
-    return np.errstate(over="ignore", invalid="ignore")
+@define
+class Dop853(ScipySolver):
+    """Hairer, Norsett & Wanner's DOP853, of order 8 with dense output of order 7."""
+
+    name: ClassVar[str] = "dop853"
+    order: ClassVar[int] = 8
+
+    def _solver(self, granules: int) -> Callable[..., Any]:
+        return scipy.integrate.DOP853
+
+
+@define
+class Radau(ScipySolver):
+    """Hairer & Wanner's Radau IIA, for stiff equations; forces between neighbours make its Jacobian sparse."""
+
+    name: ClassVar[str] = "radau"
+    order: ClassVar[int] = 5
+
+    def _solver(self, granules: int) -> Callable[..., Any]:
+        from scipy.sparse import block_array, diags_array
+
+        shape = (granules, granules)
+        velocities = diags_array([1.0], offsets=[0], shape=shape)
+        neighbours = diags_array([1.0, 1.0, 1.0], offsets=[-1, 0, 1], shape=shape)
+        sparsity = block_array([[None, velocities], [neighbours, None]], format="csc")
+        return partial(scipy.integrate.Radau, jac_sparsity=sparsity)

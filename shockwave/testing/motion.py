@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from attrs import define, field
 
-from shockwave.measurement.run import Demand, run
+from shockwave.measurement.train_run import Demand, run
 from shockwave.profiles.triangular import Triangular
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Acceleration, Integrator, Step

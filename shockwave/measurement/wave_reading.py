@@ -1,48 +1,31 @@
-"""A probe: the history of one contact, and the wave that passes it."""
+"""Reading a wave off the history of the contact that it passes."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-from attrs import define, field, frozen
+from attrs import define, field
 
 from shockwave.measurement.peaks import Peak, PeakLog, force_rates, history, powers_between
+from shockwave.measurement.result import MeasuredWave
 from shockwave.numerics import product
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import Stretch
 from shockwave.simulation.problem import ChainProblem
 
-__all__ = ["PassingWave", "Probe"]
+__all__ = ["Probe"]
 
 # Gauss nodes of a step and their weights, as shares of it; the powers 0 to 7 and their slopes there.
 _LEGENDRE = np.polynomial.legendre.leggauss(8)
-_NODES, _WEIGHTS = (1 + _LEGENDRE[0]) / 2, _LEGENDRE[1] / 2
+_NODES = (1 + _LEGENDRE[0]) / 2
+_WEIGHTS = _LEGENDRE[1] / 2
 _VALUES = np.vander(_NODES, 8, increasing=True)
 _SLOPES = np.pad(_VALUES[:, :-1] * np.arange(1, 8), ((0, 0), (1, 0)))
 # Samples on each side of a crossing or a maximum that its polynomial goes through.
 _NEIGHBOURS = 4
 # Over how many contacts the speed is taken.
 _SPEED_BASE = 4
-
-
-@frozen
-class PassingWave:
-    """What one wave did at one contact, in scaled units.
-
-    ``speed`` is None where only one contact was passed. ``foot`` is the force left between the wave and its
-    neighbours, over its peak: momentum, energy and width are the wave's own to about as much.
-    """
-
-    contact: int
-    time: float
-    peak_force: float
-    momentum: float
-    energy: float
-    speed: float | None
-    width: float
-    granule_velocity: float
-    foot: float
 
 
 @define
@@ -64,8 +47,11 @@ class Probe:
         self._times.append(stretch.times[known:])
         self._states.append(np.array((stretch.x[known:, near], stretch.v[known:, near])))
 
-    def wave(self, peak: Peak, log: PeakLog) -> PassingWave:
-        """The wave whose maximum at this contact is ``peak``: from the least force before it to the least after."""
+    def wave(self, peak: Peak, log: PeakLog, doubt: float) -> MeasuredWave:
+        """The wave whose maximum at this contact is ``peak``: from the least force before it to the least after.
+
+        It is in scaled units; ``doubt`` of its peak is its error estimate so far.
+        """
         others = [other.time for other in log.peaks[self.contact] if other.force > 0]
         before = max((t for t in others if t < peak.time), default=-math.inf)
         after = min((t for t in others if t > peak.time), default=math.inf)
@@ -77,15 +63,18 @@ class Probe:
         inside = slice(begin, end + 1)
         rise = _crossing(time[begin : top + 1], force[begin : top + 1], peak.force / 2)
         fall = _crossing(time[top : end + 1][::-1], force[top : end + 1][::-1], peak.force / 2)
-        return PassingWave(
-            contact=self.contact,
-            time=peak.time,
+        trail = history(peak, _SPEED_BASE)
+        passed = len(trail) - 1
+        return MeasuredWave(
             peak_force=peak.force,
             momentum=float((weight[inside] * force[inside]).sum()),
             energy=float((weight[inside] * force[inside] * velocity[inside]).sum()),
-            speed=_speed(history(peak, _SPEED_BASE)),
+            speed=passed / (peak.time - trail[-1].time) if passed else None,
             width=fall - rise,
             granule_velocity=_maximum(time[inside], velocity[inside]),
+            contact=self.contact,
+            arrival_time=peak.time,
+            error_estimate=doubt,
             foot=float(max(force[begin], force[end])) / peak.force,
         )
 
@@ -112,12 +101,6 @@ class Probe:
     def _driven(self, times: FloatArray) -> FloatArray:
         """Path and velocity of a granule that only the shock drives, shape (2, times)."""
         return np.array([self.problem.free(time) for time in times.tolist()]).T
-
-
-def _speed(trail: list[Peak]) -> float | None:
-    """Granules per unit of time, over the last contacts."""
-    base = len(trail) - 1
-    return None if base == 0 else base / (trail[0].time - trail[base].time)
 
 
 def _crossing(time: FloatArray, force: FloatArray, level: float) -> float:

@@ -1,4 +1,4 @@
-"""When the waves are known: separated, in order, at their limits along the chain, with nothing to come."""
+"""Whether waves are at their limits along the chain: separated, in order, with nothing to come."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ __all__ = ["Settling", "settling"]
 
 # Contacts between the peaks whose differences show how fast a wave nears its limit.
 _STRIDE = 10
-# A wave and its foot reach this many granules back.
-_FOOT = 3
+# A wave and the force behind it reach this many granules back.
+_BACK = 3
 # Waves are followed down to this share of the threshold.
 _FOLLOWED = 0.3
 # A wave this much taller than one before it will overtake it.
 _TALLER = 1.001
-# Slower approaches than this, per stride, cannot be told from noise.
+# Slower approaches than this, per stride, cannot be distinguished from noise.
 _SLOWEST = 0.97
 
 
@@ -54,27 +54,24 @@ def settling(log: PeakLog, now: float, x: FloatArray, v: FloatArray, threshold: 
     threshold : float
         Peak force, over the strongest wave's, above which a wave counts.
     noise : float
-        What step errors make of a peak force: differences below it tell nothing.
+        Error of a peak force due to step errors: differences below it are not significant.
     """
     # Weaker waves are followed too: one may still grow, and its energy is accounted for.
     followed = log.heads(now, _FOLLOWED * threshold)
     if not followed:
         return Settling((), (), False)
-    least = threshold * max(head.force for head in followed)
+    forces = [head.force for head in followed]
+    least = threshold * max(forces)
     doubts = [_doubt(history(head, 2 * _STRIDE), noise) for head in followed]
-    tallest = [head.force * (1 + min(doubt, 1.0)) for head, doubt in zip(followed, doubts, strict=True)]
-    behind = list(accumulate(reversed(tallest), max))[::-1][1:]
-    ahead = list(accumulate((head.force for head in followed), min))
-    for i, head in enumerate(followed):
-        slower_ahead = i > 0 and _TALLER * ahead[i - 1] < head.force
-        faster_behind = i < len(behind) and behind[i] > _TALLER * head.force
-        if slower_ahead or faster_behind:
+    tallest = [force * (1 + min(doubt, 1.0)) for force, doubt in zip(forces, doubts, strict=True)]
+    weakest_ahead = [math.inf, *accumulate(forces, min)]
+    tallest_behind = list(accumulate([0.0, *reversed(tallest[1:])], max))[::-1]
+    for i, force in enumerate(forces):
+        if _TALLER * weakest_ahead[i] < force or tallest_behind[i] > _TALLER * force:
             doubts[i] = math.inf
-    counted = [i for i, head in enumerate(followed) if head.force >= least]
-    may_grow = any(
-        head.force * (1 + doubt) >= least for head, doubt in zip(followed, doubts, strict=True) if head.force < least
-    )
+    may_grow = any(force < least <= force * (1 + doubt) for force, doubt in zip(forces, doubts, strict=True))
     complete = not may_grow and _nothing_to_come(x, v, followed[-1].contact, least)
+    counted = [i for i, force in enumerate(forces) if force >= least]
     return Settling(tuple(followed[i] for i in counted), tuple(doubts[i] for i in counted), complete)
 
 
@@ -108,7 +105,7 @@ def _ratio(later: float, earlier: float) -> float:
 
 def _nothing_to_come(x: FloatArray, v: FloatArray, rearmost: int, least_force: float) -> bool:
     """Whether what lies behind the rearmost wave is too weak to form a wave of ``least_force``."""
-    first, last = free_granules(x, v), max(rearmost - _FOOT, 0)
+    first, last = free_granules(x, v), max(rearmost - _BACK, 0)
     if first >= last:
         return True
     energy = 0.5 * v[first:last] ** 2

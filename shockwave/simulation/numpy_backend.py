@@ -1,0 +1,384 @@
+"""The search for the primary in NumPy: the readable twin of the compiled code, step for step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from shockwave.quadrature import FloatArray
+from shockwave.simulation.nystroem import Nystroem
+from shockwave.simulation.one_step import Attempt
+from shockwave.simulation.peak import KEPT, STRIDE, crossing, hertz, limit
+from shockwave.simulation.primary_request import AT_END, FAILED, KNOWN, RUNNING, TOO_LONG, Passage, Primary, Request
+from shockwave.simulation.problem import ChainProblem, chain_acceleration, contact_forces
+
+__all__ = ["search"]
+
+#: A window begins with so many granules, and grows by as many.
+_ROWS = 8
+_FIRST_STEP = 0.05
+_LONGEST_STEP = 1.0
+_SAFETY = 0.9
+_LEAST_FACTOR = 0.2
+_MOST_FACTOR = 3.0
+# A granule that has moved by less is at rest: the window need not grow.
+_AT_REST = 1e-16
+# Weaker peaks are none, nor are contacts with less overlap looked at.
+_FLOOR = 1e-4
+_SLIGHT = 1e-3
+# Behind the front a smaller overlap does not count.
+_WEAK = 0.2
+# A free end is felt so many contacts away.
+_REACH = 8
+# A wave passes from one contact to the next in less time.
+_RECENT = 6.0
+# Contacts over which the change of a wave is taken: a single one shows little more than noise.
+_TREND = 4
+# Force of a contact at which the window may be cut, over the primary.
+_SLACK = 0.1
+# A wave of this share of the primary may be as tall as it.
+_TALLER = 0.999
+# A granule in free flight at velocity v makes a wave of less than this times v^1.2.
+_FREE_FLIGHT = 2.4
+# A granule out of reach stands in for the free end.
+_WALL = 1e30
+
+
+def search(request: Request, method: Nystroem) -> Primary:
+    """The primary of one shock."""
+    window = _Window(request, method)
+    with np.errstate(over="ignore", invalid="ignore"):
+        while window.status == RUNNING:
+            window.step()
+    return window.primary()
+
+
+class _Force:
+    """Accelerations of the window; keeps the impulse and the first granule's acceleration of each stage."""
+
+    def __init__(self, problem: ChainProblem, driven: bool, rounded_end: float, end: float) -> None:
+        self.problem = problem
+        self.driven = driven
+        # begin and size may add up to a rounding less or more than the stop at which a step ends
+        self.rounded_end = rounded_end
+        self.end = end
+        self.impulses: list[float] = []
+        self.first: list[float] = []
+
+    def __call__(self, time: float, y: FloatArray) -> FloatArray:
+        if not self.driven:
+            return chain_acceleration(y)
+        path, impulse = self.problem.free(self.end if time == self.rounded_end else float(time))
+        result = chain_acceleration(y, path)
+        self.impulses.append(impulse)
+        self.first.append(result.item(0))
+        return result
+
+
+class _Window:
+    """The granules near the front; local row j is granule ``base + j``.
+
+    ``x``, ``v``, ``a`` are positions, velocities and accelerations of ``count`` granules and of the next, which is at
+    rest; ``late`` and ``since`` are force and time of the last peak at each contact that the front has left behind.
+    While the force acts, ``free`` are path and impulse that it would have given to a free granule by now, which the
+    first granule has in addition.
+    """
+
+    def __init__(self, request: Request, method: Nystroem) -> None:
+        self.request = request
+        self.problem = request.problem
+        self.method = method
+        self.stops = [*request.problem.stops, math.inf]
+        self.base = 0
+        self.head = -1
+        self._set(np.zeros((5, 1)))
+        self._extend(_ROWS)
+        self.status = RUNNING
+        self.driven = True
+        self.rejected = False
+        self.time = 0.0
+        self.size = _FIRST_STEP
+        self.free = (0.0, 0.0)
+        self.applied = (0.0, 0.0)
+        self.work = 0.0
+        self.bank_momentum = 0.0
+        self.bank_energy = 0.0
+        self.steps = 0
+        self.effort = 0
+        self.evaluations = 0
+        self.peaks: list[Passage] = []
+        self.passages: list[Passage] = []
+        self.limit = (0.0, 1.0)
+
+    @property
+    def count(self) -> int:
+        return len(self.x) - 1
+
+    def _extend(self, rows: int) -> None:
+        granules = self.problem.granules
+        if granules is not None:
+            rows = min(rows, granules - self.base - self.count)
+        self._set([np.append(array, np.zeros(rows)) for array in self._arrays()])
+        if self.base + self.count == granules:
+            self.x[-1] = _WALL
+
+    def _arrays(self) -> tuple[FloatArray, ...]:
+        return self.x, self.v, self.a, self.late, self.since
+
+    def _set(self, arrays: Iterable[FloatArray]) -> None:
+        self.x, self.v, self.a, self.late, self.since = arrays
+
+    # ---------------------------------------------------------------- steps
+
+    def step(self) -> None:
+        """One attempt, and what follows from it."""
+        left = self.stops[0] - self.time
+        # no step is left a sliver before the next stop
+        size = left if self.size >= left else min(self.size, left / 2)
+        at_stop = size >= left
+        end = self.stops[0] if at_stop else self.time + size
+        force = _Force(self.problem, self.driven, self.time + size, end)
+        tried = self.method.attempt(force, self.time, size, self.x, self.v, self.a)
+        if not self._control(size, float(tried.error) / self.request.tolerance, at_stop):
+            return
+        free = self.problem.free(end) if self.driven else (0.0, 0.0)
+        if self.driven:
+            self._add_work(size, free[0], force)
+        self._find_peaks(size, free, tried)
+        self._accept(end, at_stop, free, tried)
+
+    def _control(self, size: float, error: float, at_stop: bool) -> bool:
+        """Choose the step after one of ``size`` with this error over the tolerance; whether that one holds."""
+        tableau = self.method.tableau
+        self.effort += self.count * (len(tableau.nodes) + 1)
+        self.evaluations += tableau.evaluations
+        factor = _SAFETY * max(error, 1e-12) ** (-1 / (self.method.error_order + 1)) if error == error else 0.0
+        if not error <= 1:
+            self.size = size * (factor if _LEAST_FACTOR < factor < 1 else _LEAST_FACTOR)
+            self.rejected = True
+            if self.size < 1e-14 * (1 + self.time) or self.effort > self.request.most_work:
+                self.status = FAILED
+            return False
+        factor = min(factor, 1.0 if self.rejected else _MOST_FACTOR)
+        self.rejected = False
+        if not (at_stop and size * factor < self.size):
+            self.size = min(size * factor, _LONGEST_STEP)
+        return True
+
+    def _add_work(self, size: float, path: float, force: _Force) -> None:
+        """Work of the force by parts, I u1 + I^2/2 less the integral of I times the first granule's acceleration.
+
+        Of an impulse that is too rough for the stages, the exact integral is put in place of theirs, under the mean
+        acceleration; ``path`` is that of the free granule at the end of the step.
+        """
+        impulses = [self.free[1], *force.impulses]
+        rates = [self.a.item(0), *force.first]
+        mean = summed = 0.0
+        for weight, impulse, rate in zip(self.method.tableau.weights[1].tolist(), impulses, rates, strict=False):
+            self.work -= size * weight * impulse * rate
+            mean += weight * rate
+            summed += weight * impulse
+        self.work -= mean * ((path - self.free[0]) - size * summed)
+
+    def _accept(self, end: float, at_stop: bool, free: tuple[float, float], tried: Attempt) -> None:
+        self.x, self.v, self.a = tried.x, tried.v, tried.a
+        self.time, self.free = end, free
+        self.steps += 1
+        if at_stop:
+            del self.stops[0]
+            if self.stops[0] == math.inf:
+                self._release()
+        if max(abs(self.x.item(-3)), abs(self.v.item(-3))) > _AT_REST:
+            self._extend(_ROWS)
+        if not self.driven:
+            self._cut()
+        if self.status != RUNNING:
+            return
+        granules = self.problem.granules
+        if granules is not None and self.head >= granules - 1 - _REACH:
+            self.status = AT_END
+        elif self.head > self.request.most_contacts or self.effort > self.request.most_work:
+            self.status = TOO_LONG
+
+    def _release(self) -> None:
+        """The force is over: from here on the first granule is followed in its true position."""
+        path, impulse = self.applied = self.free
+        self.driven = False
+        self.work += impulse * self.v.item(0) + 0.5 * impulse**2
+        self.x[0] += path
+        self.v[0] += impulse
+        self.free = (0.0, 0.0)
+
+    def _cut(self) -> None:
+        """Drop granules far behind the front, and keep account of their momentum and energy.
+
+        The cut runs through a contact that is all but open, for else what is cut off would have been felt, and is made
+        only if nothing behind may outgrow the front.
+        """
+        most = self.head - self.base - self.request.rear_of(self.peaks[-1].force) if self.peaks else 0
+        if most < _ROWS:
+            return
+        forces = contact_forces(self.x[most - _ROWS : most + 1])[::-1]
+        weakest = int(np.argmin(forces))
+        if not forces[weakest] < _SLACK * self.peaks[-1].force or self._may_be_overtaken():
+            return
+        rows = most - weakest
+        self.bank_momentum += math.fsum(self.v[:rows].tolist())
+        self.bank_energy += _energy(self.x[: rows + 1], self.v[:rows])
+        self._set([array[rows:].copy() for array in self._arrays()])
+        self.a[0] = -hertz(self.x.item(0) - self.x.item(1))  # it has lost its neighbour
+        self.base += rows
+
+    # ---------------------------------------------------------------- peaks
+
+    def _find_peaks(self, size: float, free: tuple[float, float], tried: Attempt) -> None:
+        """Contacts whose force has passed a maximum within the step."""
+        before, after = self.v[:-2] - self.v[1:-1], tried.v[:-2] - tried.v[1:-1]
+        before[0] += self.free[1]
+        after[0] += free[1]
+        for j in np.flatnonzero((before > 0) & (after <= 0)).tolist():
+            closed = tried.x.item(j) - tried.x.item(j + 1)
+            if j and closed <= _SLIGHT:
+                continue
+            if self.base + j <= self.head and closed + (0.0 if j else free[0]) < _WEAK:
+                continue
+            slopes = (size * (a.item(j) - a.item(j + 1)) for a in (self.a, tried.a))
+            share, moved = crossing(before.item(j), after.item(j), *slopes)
+            overlap = self.x.item(j) - self.x.item(j + 1) + (0.0 if j else self.free[0])
+            force = hertz(overlap + size * moved)
+            if force >= _FLOOR:
+                self._add_peak(j, size, share, force)
+
+    def _add_peak(self, j: int, size: float, share: float, force: float) -> None:
+        """A peak at local contact j: of the front, or of something behind it."""
+        contact = self.base + j
+        if contact <= self.head:
+            self.late[j] = force
+            self.since[j] = self.time + share * size
+            return
+        self.head = contact
+        wanted, followed = contact in self.request.contacts, (contact + 1) % STRIDE == 0
+        if not (wanted or followed):
+            return
+        peak = self._read_peak(j, size, share)
+        if wanted:
+            self.passages.append(peak)
+        if followed:
+            self.peaks.append(peak)
+            self._judge()
+
+    def _read_peak(self, j: int, size: float, share: float) -> Passage:
+        """Step again, from the state before, to where the contact stops closing.
+
+        A step moves nothing further than its stages, so a part of the window is enough.
+        """
+        stages = len(self.method.tableau.nodes) + 1
+        first, last = max(j - stages, 0), j + stages + 2
+        x, v, a = (array[first:last] for array in (self.x, self.v, self.a))
+        at = j - first
+        driven = self.driven and first == 0
+        free = (0.0, 0.0)
+        for _ in range(6):
+            part = share * size
+            time = self.time + part
+            tried = self.method.attempt(_Force(self.problem, driven, time, time), self.time, part, x, v, a)
+            self.evaluations += self.method.tableau.evaluations
+            if driven:
+                free = self.problem.free(time)
+            tried.x[0] += free[0]
+            tried.v[0] += free[1]
+            overlaps = (tried.x[:-1] - tried.x[1:]).tolist()
+            closing = float(tried.v[at] - tried.v[at + 1])
+            slope = (hertz(overlaps[at - 1]) if at else 0.0) + hertz(overlaps[at + 1]) - 2 * hertz(overlaps[at])
+            if driven and j == 0:
+                slope += self._applied_force(time, size)
+            if not slope < 0:
+                break
+            left = -closing / slope
+            if abs(left) < 1e-4:
+                return Passage(self.base + j, time + left, hertz(overlaps[at] + 0.5 * closing * left))
+            share += left / size
+            if not 0 < share < 1.5:
+                break
+        return Passage(self.base + j, time, hertz(overlaps[at]))
+
+    def _applied_force(self, time: float, size: float) -> float:
+        """The applied force, from the impulse about ``time``, within the step of this size."""
+        about = 1e-4 * size
+        before, after = max(time - about, self.time), min(time + about, self.time + size)
+        impulse = self.problem.impulse
+        return (impulse(after) - impulse(before)) / (after - before) if after > before else 0.0
+
+    def _judge(self) -> None:
+        """Whether the peaks of the front have come to their limit."""
+        if len(self.peaks) < KEPT or self.driven or self.time < self.request.known_from:
+            return
+        peak = self.peaks[-1].force
+        allowed = self.request.doubt * peak
+        value, doubt = limit([passage.force for passage in self.peaks[-KEPT:]], allowed)
+        if doubt <= allowed and not self._may_be_overtaken():
+            self.status = KNOWN
+            self.limit = value, doubt / peak
+
+    def _may_be_overtaken(self) -> bool:
+        """Whether something behind the front may outgrow it: a wave as tall, or a granule in free flight as fast."""
+        front = self.head - self.base - 2
+        if front <= 0 or not self.peaks:
+            return False
+        bound = _TALLER * self.peaks[-1].force
+        late, since = self.late[:front], self.since[:front]
+        # What a wave may grow to, from its change over the last contacts: one that shrinks gives to another.
+        change, same = np.zeros(front), np.ones(front, dtype=bool)
+        for back in range(1, min(_TREND, front - 1) + 1):
+            same[back:] &= (since[:-back] < since[1 : front - back + 1]) & (late[:-back] > 0)
+            same[:back] = False
+            change[same] = np.abs(late[same] - late[np.flatnonzero(same) - back]) / back
+        grown = late + np.minimum(self.request.growing * change, late)
+        if np.any((self.time - since < _RECENT) & (grown > bound)):
+            return True
+        forces = contact_forces(self.x[: front + 1])
+        if np.any(forces > bound):
+            return True
+        v = self.v[:front]
+        flying = (forces == 0) & (np.append(0.0, forces[:-1]) == 0) & (v > 0)
+        return bool(np.any(_FREE_FLIGHT * np.where(flying, v, 0.0) ** 1.2 > bound))
+
+    def primary(self) -> Primary:
+        """The balances, and the wave: from the least force behind the head on."""
+        v = self.v[:-1]
+        forces = contact_forces(self.x).tolist()
+        foot = max(self.head - self.base, 0)
+        while foot > 0 and forces[foot - 1] < forces[foot]:
+            foot -= 1
+        last = self.peaks[-1] if self.peaks else Passage(0, 0.0, 0.0)
+        previous = self.peaks[-2] if len(self.peaks) > 1 else last
+        if self.status != KNOWN:
+            self.limit = last.force, 1.0
+        return Primary(
+            status=self.status,
+            peak=self.limit[0],
+            last=last.force,
+            contact=last.contact,
+            time=float(last.time),
+            doubt=self.limit[1],
+            speed=STRIDE / float(last.time - previous.time) if last is not previous else 0.0,
+            momentum=math.fsum(v[foot + 1 :].tolist()),
+            energy=_energy(self.x[foot + 1 :], v[foot + 1 :]),
+            foot=forces[foot],
+            chain_momentum=self.bank_momentum + math.fsum(v.tolist()),
+            chain_energy=self.bank_energy + _energy(self.x, v),
+            work=self.work,
+            impulse=self.applied[1],
+            free_path=self.applied[0],
+            steps=self.steps,
+            evaluations=self.evaluations,
+            passages=tuple(self.passages),
+        )
+
+
+def _energy(x: FloatArray, v: FloatArray) -> float:
+    """Of granules with velocities v, and of the contact of each with the next; x has one more."""
+    closed = np.maximum(x[:-1] - x[1:], 0.0)
+    return math.fsum((0.5 * v * v + 0.4 * closed * closed * np.sqrt(closed)).tolist())
