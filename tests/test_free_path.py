@@ -303,14 +303,6 @@ def test_a_smooth_force_takes_one_polynomial_for_rise_and_decay() -> None:
     assert profile.points == 66
 
 
-@pytest.mark.parametrize("hint", [True, False], ids=["told", "found"])
-def test_infinite_slopes_take_few_calls(hint: bool) -> None:
-    profile = open_form(PowerLaw(rise_exponent=1e-5, decay_exponent=0.25, duration_ratio=3), hint)
-    profile.free_path()
-    # One of rise and one of decay for every eight halvings, where fifty halvings leave a piece next to nothing.
-    assert profile.calls <= 2 * (3 + 50 // 8)
-
-
 # ---------------------------------------------------------------- rough forces
 
 

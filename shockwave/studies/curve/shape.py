@@ -13,7 +13,8 @@ from attrs import frozen
 from shockwave.fields import text_of
 from shockwave.prediction.short import correction
 from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.guard import examine, trusted
+from shockwave.profiles.contract import examine
+from shockwave.profiles.guard import trusted
 
 __all__ = ["Shape"]
 
