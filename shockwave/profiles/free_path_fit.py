@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from attrs import frozen
+from attrs import define, frozen
 from numpy.polynomial import chebyshev
 
 from shockwave.numerics import elementwise, product, running_sums
@@ -27,7 +27,11 @@ _TOLERANCE = 1e-15
 # What may be dropped of it, as such a share.
 _DROPPED = 5e-17
 # Pieces of rise or decay that a rough force is cut into at most, beside those between breakpoints.
-_MOST_CUTS = 1024
+_MOST_PIECES = 2048
+# A piece next to a breakpoint that did not fit so often has, it seems, an infinite slope there.
+_PATIENCE = 2
+# It is halved towards the breakpoint so many times more at once.
+_GRADES = 8
 # Narrower pieces, in units of the spacing of numbers, have no room for distinct nodes.
 _NARROWEST = 32.0
 # Coefficients that have come down to such a share of the force are rounding, and stay so on shorter pieces.
@@ -63,12 +67,13 @@ def _rule() -> _Rule:
     return _Rule(nodes, to_coefficients, (to_coefficients * once.sum(axis=1)).sum(axis=1), once, twice)
 
 
-@frozen
+@define
 class _Piece:
     """The force on one piece.
 
     ``area`` and ``moment`` are integrals of abs(F) and (stop - s) abs(F), ``stop`` being the end of rise or decay;
-    ``missing`` is the error of the impulse by the limited degree, ``rounding`` that by rounded values and nodes.
+    ``missing`` is the error of the impulse by the limited degree, ``rounding`` that by rounded values and nodes, and
+    ``scale`` what they are to be small against.
     """
 
     begin: float
@@ -78,6 +83,7 @@ class _Piece:
     moment: float
     missing: float
     rounding: float
+    scale: float = 0.0
 
 
 def fitted(rise: Integrand, decay: Integrand, breakpoints: Sequence[float]) -> FreePath:
@@ -90,29 +96,40 @@ def fitted(rise: Integrand, decay: Integrand, breakpoints: Sequence[float]) -> F
     breakpoints : sequence of float
         As of `ShockProfile`.
     """
-    rising, rise_scale = _fit(rise, [point for point in breakpoints if point <= 1], 0.0)
-    impulse = sum(piece.area for piece in rising)
-    decaying, decay_scale = _fit(decay, [point for point in breakpoints if point >= 1], impulse)
-    scales = np.repeat((rise_scale, decay_scale), (len(rising), len(decaying)))
-    return _assembled([*rising, *decaying], scales)
+    n = breakpoints[-1]
+    rising = _fit(rise, [point for point in breakpoints if point <= 1])
+    impulse, path = (sum(getattr(piece, name) for piece in rising) for name in ("area", "moment"))
+    decaying = _fit(decay, [point for point in breakpoints if point >= 1], impulse, path + impulse * (n - 1))
+    return _assembled([*rising, *decaying])
 
 
-def _fit(force: Integrand, edges: Sequence[float], impulse: float) -> tuple[list[_Piece], float]:
-    """Ascending pieces that fit rise or decay, after an ``impulse``, and what their errors are to be small against."""
-    waiting = [_sampled(force, begin, end, edges[-1]) for begin, end in pairwise(edges)][::-1]
-    area, moment = sum(piece.area for piece in waiting), sum(piece.moment for piece in waiting)
-    scale = impulse + min(area, moment / (edges[-1] - edges[0]))
-    most = len(waiting) + _MOST_CUTS
+def _fit(force: Integrand, edges: Sequence[float], impulse: float = 0.0, path: float = 0.0) -> list[_Piece]:
+    """Ascending pieces that fit the rise, or the decay, before which there are an ``impulse`` and its ``path``."""
+    waiting = [(_sampled(force, begin, end, edges[-1]), 0) for begin, end in pairwise(edges)][::-1]
+    impulse += sum(piece.area for piece, _ in waiting)
+    path += sum(piece.moment for piece, _ in waiting)
+    most = len(waiting) + _MOST_PIECES
     done: list[_Piece] = []
     while waiting:
-        piece = waiting.pop()
-        fits = piece.missing <= max(_TOLERANCE * scale, _NOISE * piece.area)
+        piece, cuts = waiting.pop()
+        piece.scale = min(impulse, path / (edges[-1] - piece.begin))
+        fits = piece.missing <= max(_TOLERANCE * piece.scale, _NOISE * piece.area)
         if fits or piece.end - piece.begin <= _NARROWEST * _EPSILON * piece.end or len(done) + len(waiting) >= most:
             done.append(piece)
         else:
-            middle = piece.begin + 0.5 * (piece.end - piece.begin)
-            waiting += [_sampled(force, *ends, edges[-1]) for ends in ((middle, piece.end), (piece.begin, middle))]
-    return done, scale
+            points = _cut(piece.begin, piece.end, edges if cuts >= _PATIENCE else [])
+            waiting += [(_sampled(force, *ends, edges[-1]), cuts + 1) for ends in pairwise(points)][::-1]
+    return done
+
+
+def _cut(begin: float, end: float, steep: Sequence[float]) -> list[float]:
+    """Edges of the halves of a piece, next to a point of ``steep`` halved many times towards it."""
+    half = 0.5 * (end - begin)
+    wide = half > _NARROWEST * 2**_GRADES * _EPSILON * end
+    shrink = [half * 0.5**grade for grade in range(1, _GRADES + 1)] if wide else []
+    near = [begin + width for width in reversed(shrink)] if begin in steep else []
+    far = [end - width for width in shrink] if end in steep else []
+    return [begin, *near, begin + half, *far, end]
 
 
 def _sampled(force: Integrand, begin: float, end: float, stop: float) -> _Piece:
@@ -131,11 +148,12 @@ def _sampled(force: Integrand, begin: float, end: float, stop: float) -> _Piece:
     return _Piece(begin, end, coefficients, area, moment, missing, rounding)
 
 
-def _assembled(pieces: Sequence[_Piece], scales: FloatArray) -> FreePath:
+def _assembled(pieces: Sequence[_Piece]) -> FreePath:
     rule, n = _rule(), pieces[-1].end
     begin, end = (np.array([getattr(piece, name) for piece in pieces]) for name in ("begin", "end"))
     series = np.array([piece.coefficients for piece in pieces])
     error = np.array([piece.missing + piece.rounding for piece in pieces])
+    scales = np.array([piece.scale for piece in pieces])
     width = end - begin
     half = 0.5 * width
     # What the rest of the series after each coefficient can add, of which the negligible is dropped.
