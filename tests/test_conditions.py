@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import attrs
 import numpy as np
 import pytest
 
@@ -41,11 +40,6 @@ class Haversine(_Pulse):
         return np.asarray(np.sin(math.pi / 2 * s) ** 2)
 
 
-class HertzImpact(_Pulse):
-    def rise(self, s: FloatArray) -> FloatArray:
-        return np.asarray(np.sin(math.pi / 2 * s) ** 1.5)
-
-
 def _power(n: float, rise: float, decay: float) -> PowerLaw:
     return PowerLaw(rise_exponent=rise, decay_exponent=decay, duration_ratio=n)
 
@@ -61,13 +55,9 @@ def _broken(profile: ShockProfile) -> set[str]:
 # ---------------------------------------------------------------- margins and standing
 
 
-def test_there_are_three_in_the_order_of_the_paper() -> None:
-    assert tuple(condition.name for condition in _checked(Triangular(duration_ratio=2))) == NAMES
-
-
 def test_each_states_its_inequality() -> None:
-    stated = [condition.statement for condition in _checked(Triangular(duration_ratio=2))]
-    assert stated == ["a2 >= a1", "a1 >= 1/2", "a2 <= (n-1)/2"]
+    found = [(condition.name, condition.statement) for condition in _checked(Triangular(duration_ratio=2))]
+    assert found == list(zip(NAMES, ["a2 >= a1", "a1 >= 1/2", "a2 <= (n-1)/2"], strict=True))
 
 
 @pytest.mark.parametrize("quadrature", [None, "gauss-legendre", "tanh-sinh", "quadpack"])
@@ -119,7 +109,6 @@ def test_every_row_of_the_paper_meets_all_three(row: tuple[float, float, float])
     [
         (Haversine(), set()),
         (HalfSine(), {"slow-decay"}),
-        (HertzImpact(), {"slow-decay"}),
         (_power(2, 0, 0), {"slow-decay"}),
         (_power(1.5, 0, 0), {"slow-decay", "decay-outweighs-rise"}),
         (Triangular(duration_ratio=1.01), {"decay-outweighs-rise"}),
@@ -134,7 +123,6 @@ def test_every_row_of_the_paper_meets_all_three(row: tuple[float, float, float])
     ids=[
         "haversine",
         "half-sine",
-        "hertz-impact",
         "rectangular",
         "short-rectangular",
         "final-peak-sawtooth",
@@ -170,22 +158,11 @@ def test_the_error_of_an_area_is_no_breach(error: float, holds: bool) -> None:
     assert conditions(areas, 2.0)[1].holds is holds
 
 
-def test_a_condition_is_frozen() -> None:
-    condition = _checked(HalfSine())[0]
-    with pytest.raises(attrs.exceptions.FrozenInstanceError):
-        condition.holds = True
-
-
 # ---------------------------------------------------------------- the shock
 
 
 def test_a_shock_lasts_n_rise_times() -> None:
     assert Shock(profile=Triangular(duration_ratio=4), peak_force=1, rise_time=2e-6).duration == 8e-6
-
-
-def test_a_shock_keeps_whole_numbers_as_floats() -> None:
-    shock = Shock(profile=Triangular(duration_ratio=4), peak_force=100, rise_time=1)
-    assert (type(shock.peak_force), type(shock.rise_time)) == (float, float)
 
 
 @pytest.mark.parametrize("value", [0, -1.0, math.nan, math.inf, "100", True, [1.0]], ids=str)
@@ -241,9 +218,3 @@ def test_what_is_no_profile_is_refused(profile: Any) -> None:
 def test_a_wrong_parameter_of_a_profile_is_named(profile: Any, given: dict[str, Any], name: str) -> None:
     with pytest.raises(InvalidValueError, match=rf"^{name}: must be "):
         profile(**given)
-
-
-def test_shocks_of_equal_values_are_equal() -> None:
-    first, second = (Shock(profile=_power(3, 0.5, 1), peak_force=1, rise_time=1) for _ in range(2))
-    assert first == second
-    assert hash(first) == hash(second)

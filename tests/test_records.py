@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import pathlib
 import subprocess
 import sys
@@ -81,10 +80,6 @@ def test_comments_and_blank_lines_stand_anywhere(read, mark):
     assert record.lines.tolist() == [4, 7, 8, 9]
 
 
-def test_a_leading_semicolon_that_separates_is_no_comment(read):
-    assert faults_of(read, "0;0\n;1\n2;0\n")[0].startswith(":2: time: must be a finite number")
-
-
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"], ids=["lf", "crlf", "cr"])
 @pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"], ids=["plain", "byte-order-mark"])
 def test_line_ends_and_byte_order_marks_do_not_matter(read, end, mark):
@@ -94,10 +89,6 @@ def test_line_ends_and_byte_order_marks_do_not_matter(read, end, mark):
 
 def test_quotes_and_separators_at_the_end_are_taken_off(read):
     assert_pulse(read('"time [s]","force [N]",\n"0","0",\n"0.5","2",\n"1","1.25",\n"2.5","0",\n'))
-
-
-def test_a_separator_at_the_end_of_one_row_is_taken_off(read):
-    assert_pulse(read(rows().replace("1.25", "1.25,")))
 
 
 # ---------------------------------------------------------------- header
@@ -130,24 +121,11 @@ def test_units_of_the_header_are_converted(read, header, separator, time_unit, f
     assert record.notes == ()
 
 
-def test_a_missing_unit_of_one_column_is_noted(read):
-    record = read("time [ms],force\n" + rows())
-    assert_pulse(record, 1e-3)
-    assert record.notes == NO_UNITS[1:]
-
-
 @pytest.mark.parametrize("header", ["# time [ms], force [kN]", "//t/ms,F/kN"], ids=["brackets", "slashes"])
 def test_a_header_in_a_comment_is_read_and_noted(read, header):
     record = read(f"# hammer\n{header}\n{rows()}")
     assert_pulse(record, 1e-3, 1e3)
     assert record.notes == ("the header was read from the comment in line 2",)
-
-
-def test_columns_are_swapped_by_their_names(read):
-    text = "force [N],time [s]\n" + "".join(f"{f},{t}\n" for t, f in zip(TIMES, FORCES, strict=True))
-    record = read(text)
-    assert_pulse(record)
-    assert "column 2, 'time', and column 1, 'force'" in record.notes[0]
 
 
 def test_columns_are_picked_by_name_among_many(read):
@@ -162,12 +140,6 @@ def test_words_and_gaps_in_other_columns_do_no_harm(read):
     record = read("time [s],force [N],remark\n" + "".join(f"{t},{f},{'ok' * (t > 1)}\n" for t, f in pairs))
     assert_pulse(record)
     assert record.notes == ("of 3 columns only 'time' and 'force' were read",)
-
-
-def test_unknown_names_of_two_columns_are_taken_in_order_and_noted(read):
-    record = read("A [s],B [N]\n" + rows())
-    assert_pulse(record)
-    assert record.notes == ("the columns 'A' and 'B' were taken as time and force",)
 
 
 @pytest.mark.parametrize(
@@ -229,11 +201,6 @@ def test_a_bad_row_is_named_with_its_line(read, row, fault):
     assert found.startswith(f":4: {fault}")
 
 
-def test_overflow_in_the_conversion_is_a_fault_of_its_row(read):
-    (fault,) = faults_of(read, "time [s],force [kN]\n0,0\n1,1e307\n2,0\n")
-    assert fault.startswith(":3: force: must be a finite number of N (got '1e307'")
-
-
 def test_bad_rows_are_gathered(read):
     found = faults_of(read, "0,0\nx,1\n1,nan\n2\n3,y\n")
     assert [fault.split(":")[1] for fault in found] == ["2", "3", "4", "5"]
@@ -277,13 +244,6 @@ def test_a_path_that_cannot_be_read_is_told_in_a_sentence(tmp_path, name, senten
         read_record(tmp_path / name)
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes are a Unix thing")
-def test_a_pipe_is_refused_instead_of_waited_for(tmp_path):
-    os.mkfifo(tmp_path / "pipe.csv")
-    with pytest.raises(FileAccessError, match="is not a file"):
-        read_record(tmp_path / "pipe.csv")
-
-
 def test_a_file_that_is_not_utf8_names_byte_and_line(read):
     with pytest.raises(FileAccessError, match="got the byte 0xb5 in line 2; save it as UTF-8"):
         read(b"# c\ntime [\xb5s], force [N]\n0,0\n")
@@ -298,11 +258,6 @@ def test_a_file_that_is_too_large_is_refused(read, monkeypatch, limit, problem):
     monkeypatch.setattr(f"shockwave.profiles.record.{limit}", 3)
     with pytest.raises(FileAccessError, match=problem):
         read(rows())
-
-
-def test_records_compare_by_value(read):
-    assert read(rows()) == read(rows())
-    assert read(rows()) != read(rows().replace("1.25", "1.5"))
 
 
 def test_pint_is_not_imported_for_units_of_si(tmp_path):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import pathlib
 import pickle
 from fractions import Fraction
-from itertools import pairwise
 
 import attrs
 import numpy as np
@@ -14,7 +13,6 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from shockwave.errors import InvalidValueError
-from shockwave.fields import quantity_of
 from shockwave.profiles.tabulated import Tabulated
 
 ROOT = pathlib.Path(__file__).parents[1]
@@ -68,14 +66,6 @@ def test_a_slow_foot_is_not_taken_for_a_baseline(samples, exponent):
     assert np.array_equal(profile.force(np.array(profile.breakpoints)), forces)
 
 
-def test_breakpoints_hold_zero_one_and_n():
-    points = random_pulse().breakpoints
-    assert points[0] == 0.0
-    assert 1.0 in points
-    assert points[-1] == random_pulse().duration_ratio
-    assert all(a < b for a, b in pairwise(points))
-
-
 def test_a_plateau_belongs_to_the_decay():
     profile = Tabulated(times=[0, 1, 2, 3], forces=[0, 5, 5, 0])
     assert profile.recorded_rise_time == 1
@@ -92,13 +82,6 @@ def test_a_given_duration_ratio_stretches_the_decay_alone():
     assert profile.closed_areas() == (0.5, 3.0)
     assert profile.recorded_rise_time == 1
     assert profile.notes == ("the decay was stretched in time: n is 7, that of the record 3",)
-
-
-@settings(derandomize=True, deadline=None)
-@given(pulse=pulses(), ratio=st.floats(1.01, 1e3))
-def test_a_given_duration_ratio_is_met_exactly(pulse, ratio):
-    profile = Tabulated(*pulse, duration_ratio=ratio)
-    assert profile.duration_ratio == profile.breakpoints[-1] == ratio
 
 
 # ---------------------------------------------------------------- what is refused
@@ -180,13 +163,6 @@ def test_a_constant_baseline_is_subtracted():
     assert profile.notes[0] == share
 
 
-def test_a_baseline_is_found_under_slow_ripple():
-    force = np.concatenate((np.zeros(40), [40, 100, 50, 10, 0]))
-    profile = Tabulated(np.arange(45), force + 10 + np.sin(np.arange(45) / 3))
-    # The mean of the ripple over the lead, and the ripple itself: at most 2 N.
-    assert profile.recorded_peak_force == pytest.approx(100, abs=2)
-
-
 LEADS = {"too-short": [1.0] * 4, "too-high": [25.0] * 6, "not-flat": [0, 0.4, 0.9, 1.3, 1.6, 2.0]}
 
 
@@ -210,22 +186,6 @@ def test_a_quiet_lead_is_cut_off():
     profile = Tabulated([0, 1, 2, 3, 4, 5], [0, 0, 0, 1, 0.5, 0])
     assert profile.breakpoints == clean().breakpoints
     assert profile.notes == ("2 quiet samples before the pulse were cut off (0 % of the impulse)",)
-
-
-def test_a_quiet_tail_is_cut_off_with_what_is_in_it():
-    profile = Tabulated([0, 1, 2, 3, 4, 5], [0, 1, 0.5, 0, 0.009, 0])
-    assert profile.breakpoints == clean().breakpoints
-    assert profile.notes == ("2 quiet samples after the pulse were cut off (0.6 % of the impulse)",)
-
-
-def test_a_rounding_error_at_the_end_is_no_jump():
-    assert Tabulated(range(33), np.sin(np.linspace(0, np.pi, 33))).notes == ()
-
-
-def test_gaps_between_pulses_stay():
-    profile = Tabulated(range(8), [0, 1, 0, 0, 0, 0.5, 0.2, 0])
-    assert profile.duration_ratio == 7
-    assert profile.notes == ()
 
 
 JUMPS = {
@@ -280,13 +240,6 @@ def test_the_hammer_example_is_the_blow_that_its_comment_tells():
     assert any("baseline" in note for note in profile.notes)
 
 
-def test_notes_of_the_file_come_first(tmp_path):
-    path = tmp_path / "pulse.csv"
-    path.write_text("1,0\n2,1\n3,0.5\n4,0\n")
-    notes = Tabulated.from_file(str(path), duration_ratio=5).notes
-    assert [note.split(" ")[1] for note in notes] == ["time", "force", "times", "decay"]
-
-
 # ---------------------------------------------------------------- integrals
 
 
@@ -309,21 +262,6 @@ def test_sums_are_exact_to_the_last_digits():
     # Each sample adds three roundings of its own small term; the sum itself adds none.
     np.testing.assert_allclose(profile.closed_running_impulse(points), impulses, rtol=1e-15)
     np.testing.assert_allclose(profile.closed_double_integral(points), paths, rtol=1e-15)
-
-
-def test_areas_are_the_running_impulse_split_at_the_peak():
-    profile = random_pulse()
-    a1, a2 = profile.closed_areas()
-    assert a1 == pytest.approx(float(profile.running_impulse(1.0)), rel=1e-15)
-    assert a1 + a2 == pytest.approx(float(profile.running_impulse(profile.duration_ratio)), rel=1e-15)
-
-
-@pytest.mark.parametrize("shape", [(), (1,), (0,), (2, 3)], ids=str)
-@pytest.mark.parametrize("method", ["rise", "closed_running_impulse", "closed_double_integral"])
-def test_shapes_are_kept(method, shape):
-    result = getattr(clean(), method)(np.full(shape, 0.5))
-    assert isinstance(result, np.ndarray)
-    assert result.shape == shape
 
 
 @settings(derandomize=True, deadline=None)
@@ -379,16 +317,6 @@ def test_the_samples_are_a_copy_that_cannot_be_written():
     assert profile.times[3] == 3.0
     with pytest.raises(ValueError, match="read-only"):
         profile.times[0] = 1.0
-
-
-def test_a_changed_copy_is_read_anew():
-    assert attrs.evolve(clean(), duration_ratio=5.0).breakpoints == (0.0, 1.0, 3.0, 5.0)
-    assert attrs.evolve(clean()).notes == ()
-
-
-def test_the_parameters_are_declared_with_their_units():
-    specs = [quantity_of(field) for field in attrs.fields(Tabulated) if field.init]
-    assert [spec and (spec.unit, spec.samples) for spec in specs] == [("s", True), ("N", True), ("", False)]
 
 
 def test_a_long_record_prints_in_one_line():
