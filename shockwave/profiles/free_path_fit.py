@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from attrs import define, frozen
+from attrs import define
 from numpy.polynomial import chebyshev
 
 from shockwave.numerics import elementwise, product, running_sums
@@ -40,23 +40,13 @@ _NOISE = 2 * _EPSILON
 _ROUNDINGS = 4.0
 
 
-@frozen
-class _Rule:
+@functools.cache
+def _rule() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Chebyshev's points of [-1, 1], and what takes values at them to coefficients and integrals.
 
-    ``weights`` integrate over [-1, 1] (Clenshaw & Curtis, 1960); ``once`` and ``twice`` take coefficients to those of
-    the integrals from -1.
+    The points; the matrix from values to coefficients; weights that integrate over [-1, 1] (Clenshaw & Curtis, 1960);
+    the matrices from coefficients to those of the integral and double integral from -1.
     """
-
-    nodes: FloatArray
-    to_coefficients: FloatArray
-    weights: FloatArray
-    once: FloatArray
-    twice: FloatArray
-
-
-@functools.cache
-def _rule() -> _Rule:
     k = np.arange(_DEGREE + 1)
     nodes = elementwise(math.sin, np.pi / (2 * _DEGREE) * (2 * k - _DEGREE))
     # Whole multiples of the angle, taken back to one turn: no digits are lost in large arguments.
@@ -64,7 +54,7 @@ def _rule() -> _Rule:
     ends = np.where((k == 0) | (k == _DEGREE), 0.5, 1.0)
     to_coefficients = cosines * np.outer(ends, ends) * (2 / _DEGREE)
     once, twice = (np.asarray(chebyshev.chebint(np.eye(_DEGREE + 1), m, lbnd=-1).T, dtype=float) for m in (1, 2))
-    return _Rule(nodes, to_coefficients, (to_coefficients * once.sum(axis=1)).sum(axis=1), once, twice)
+    return nodes, to_coefficients, (to_coefficients * once.sum(axis=1)).sum(axis=1), once, twice
 
 
 @define
@@ -133,13 +123,13 @@ def _cut(begin: float, end: float, steep: Sequence[float]) -> list[float]:
 
 
 def _sampled(force: Integrand, begin: float, end: float, stop: float) -> _Piece:
-    rule = _rule()
+    nodes, to_coefficients, weights, *_ = _rule()
     half = 0.5 * (end - begin)
-    s = (begin + half) + half * rule.nodes
+    s = (begin + half) + half * nodes
     # At the very ends the force may jump: 0**eta is 0, however small eta.
     s[0], s[-1] = math.nextafter(begin, end), math.nextafter(end, begin)
     values = force(s)
-    coefficients, weighted = product(values[None], rule.to_coefficients)[0], half * np.abs(values) * rule.weights
+    coefficients, weighted = product(values[None], to_coefficients)[0], half * np.abs(values) * weights
     area, moment = float(weighted.sum()), float(((stop - s) * weighted).sum())
     missing = half * float(np.abs(coefficients[-_TAIL:]).sum())
     # Nodes moved by a spacing move the integral by the variation times the spacing; a decay that is seen from its end
@@ -149,7 +139,8 @@ def _sampled(force: Integrand, begin: float, end: float, stop: float) -> _Piece:
 
 
 def _assembled(pieces: Sequence[_Piece]) -> FreePath:
-    rule, n = _rule(), pieces[-1].end
+    *_, once, twice = _rule()
+    n = pieces[-1].end
     begin, end = (np.array([getattr(piece, name) for piece in pieces]) for name in ("begin", "end"))
     series = np.array([piece.coefficients for piece in pieces])
     error = np.array([piece.missing + piece.rounding for piece in pieces])
@@ -161,9 +152,9 @@ def _assembled(pieces: Sequence[_Piece]) -> FreePath:
     kept = rest > _DROPPED * scales[:, None]
     error += np.where(kept, 0.0, rest).max(axis=1)
     force = np.where(kept, series, 0.0) * half[:, None]
-    path = product(force, rule.twice) * half[:, None]
+    path = product(force, twice) * half[:, None]
     impulse = np.zeros_like(path)
-    impulse[:, :-1] = product(force, rule.once)
+    impulse[:, :-1] = product(force, once)
     impulses = running_sums(impulse.sum(axis=1))
     starts = impulses[:-1]
     paths = running_sums(np.column_stack((starts * width, path.sum(axis=1))).ravel())[::2]

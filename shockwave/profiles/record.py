@@ -61,10 +61,8 @@ class Record:
 
     times: FloatArray = attrs.field(eq=_same)
     forces: FloatArray = attrs.field(eq=_same)
-    notes: tuple[str, ...] = ()
-    lines: npt.NDArray[np.int64] = attrs.field(
-        eq=_same, factory=lambda: np.empty(0, dtype=np.int64), repr=False, kw_only=True
-    )
+    notes: tuple[str, ...]
+    lines: npt.NDArray[np.int64] = attrs.field(eq=_same, repr=False)
 
 
 @frozen
@@ -76,21 +74,12 @@ class _Text:
     separator: str
     first: int
 
-    def cells(self, line: str) -> list[str]:
-        """The cells of a line, without quotes; an empty one that a separator at the end leaves is kept."""
-        return _cells(line, self.separator)
-
     def kept(self, start: int, stop: int) -> list[int]:
         """Indices of the lines in ``[start, stop)`` that are neither blank nor a comment."""
         # A semicolon begins a comment only where it does not separate columns.
         marks = ("#", "%", "//") if self.separator == ";" else ("#", "%", "//", ";")
         rows = enumerate(map(str.strip, self.lines[start:stop]), start)
-        kept = [index for index, row in rows if row and not row.startswith(marks)]
-        # The patterns and splits below are meant for lines of a sane length.
-        long = next((index for index in kept if len(self.lines[index]) > _LONGEST_LINE), None)
-        if long is not None:
-            self.refuse(long, "row", f"must have at most {_LONGEST_LINE} characters (got {len(self.lines[long])})")
-        return kept
+        return [index for index, row in rows if row and not row.startswith(marks)]
 
     def fault(self, index: int, name: str, problem: str) -> Fault:
         """A fault of the line ``index``, counted from 0."""
@@ -147,7 +136,7 @@ def read_record(path: pathlib.Path) -> Record:
     picks = _picks(text, columns, notes)
     factors = _factors(text, [columns[pick] for pick in picks], notes)
     table = _numbers(text, len(columns), picks, factors, kept)
-    return Record(table[:, 0].copy(), table[:, 1].copy(), tuple(notes), lines=np.array(kept) + 1)
+    return Record(table[:, 0].copy(), table[:, 1].copy(), tuple(notes), np.array(kept) + 1)
 
 
 def _text(path: pathlib.Path) -> _Text:
@@ -160,7 +149,11 @@ def _text(path: pathlib.Path) -> _Text:
         problem = "must be numbers, a time and a force in each (got no row of numbers)"
         raise InvalidValueError([Fault("rows", problem, str(path))])
     separator = next((mark for mark in (";", "\t", ",") if mark in lines[first].strip()), "")
-    return _Text(path, lines, separator, first)
+    text = _Text(path, lines, separator, first)
+    long = next((index for index, line in enumerate(lines) if len(line) > _LONGEST_LINE), None)
+    if long is not None:
+        text.refuse(long, "row", f"must have at most {_LONGEST_LINE} characters (got {len(lines[long])})")
+    return text
 
 
 # ---------------------------------------------------------------- header
@@ -169,7 +162,7 @@ def _text(path: pathlib.Path) -> _Text:
 def _columns(text: _Text, notes: list[str]) -> list[_Column]:
     """The columns, as the header names them."""
     headers = text.kept(0, text.first)
-    row = text.cells(text.lines[text.first])
+    row = _cells(text.lines[text.first], text.separator)
     trimmed = len(row) - (row[-1] == "")
     if len(headers) > 2:
         got = f"got {text_of(text.lines[headers[2]])}; put # before text"
@@ -199,6 +192,7 @@ def _columns(text: _Text, notes: list[str]) -> list[_Column]:
 
 
 def _cells(line: str, separator: str) -> list[str]:
+    """The cells of a line, without quotes; an empty one that a separator at the end leaves is kept."""
     cells = line.strip().split(separator) if separator else line.split()
     return [cell.strip().strip("\"'").strip() for cell in cells]
 
@@ -216,9 +210,7 @@ def _labels(text: _Text, index: int) -> list[str]:
 def _header_in_comment(text: _Text, count: int) -> list[int]:
     """The comment right above the numbers, where it names a time and a force: NumPy writes such headers."""
     above = [index for index in range(text.first) if text.lines[index].strip()][-1:]
-    if not above or len(text.lines[above[0]]) > _LONGEST_LINE:
-        return []
-    names = [_name_and_unit(cell)[0] for cell in _labels(text, above[0])]
+    names = [_name_and_unit(cell)[0] for index in above for cell in _labels(text, index)]
     found = len(_named(names, _TIME_NAMES)) == len(_named(names, _FORCE_NAMES)) == 1
     return above if found and len(names) == count else []
 
@@ -337,7 +329,7 @@ def _numbers_one_by_one(
     table: list[list[float]] = []
     faults: list[Fault] = []
     for index, row in zip(kept, rows, strict=True):
-        cells = text.cells(row)
+        cells = _cells(row, text.separator)
         if len(cells) != count:
             got = f"got {len(cells)}: {text_of(text.lines[index])}{text.comma_hint}"
             faults.append(text.fault(index, "row", f"must have {count} columns ({got})"))

@@ -133,40 +133,35 @@ class Tabulated(ShockProfile):
         return np.asarray(self._at(s)[2])
 
     def closed_areas(self) -> tuple[float, float]:
-        return self._areas
+        return self._sums[2]
 
     def closed_running_impulse(self, s: FloatArray) -> FloatArray:
         before, step, force = self._at(s)
-        return np.asarray(self._impulses[before] + 0.5 * step * (self._pulse.values[before] + force))
+        return np.asarray(self._sums[0][before] + 0.5 * step * (self._pulse.values[before] + force))
 
     def closed_double_integral(self, s: FloatArray) -> FloatArray:
         before, step, force = self._at(s)
         rest = step * (2.0 * self._pulse.values[before] + force) / 6.0
-        return np.asarray(self._paths[before] + step * (self._impulses[before] + rest))
+        return np.asarray(self._sums[1][before] + step * (self._sums[0][before] + rest))
 
     def closed_free_path(self) -> FreePath:
         return self._free_path
 
     @cached_property
-    def _impulses(self) -> FloatArray:
-        return running_sums(self._pulse.areas)
-
-    @cached_property
-    def _paths(self) -> FloatArray:
-        widths, values = np.diff(self._pulse.knots), self._pulse.values
-        return running_sums(widths * (self._impulses[:-1] + widths * (2.0 * values[:-1] + values[1:]) / 6.0))
-
-    @cached_property
-    def _areas(self) -> tuple[float, float]:
-        peak = int(np.argmax(self._pulse.values))
+    def _sums(self) -> tuple[FloatArray, FloatArray, tuple[float, float]]:
+        """Running impulse and double integral at the samples; a1 and a2."""
+        widths, values, areas = np.diff(self._pulse.knots), self._pulse.values, self._pulse.areas
+        impulses = running_sums(areas)
+        paths = running_sums(widths * (impulses[:-1] + widths * (2.0 * values[:-1] + values[1:]) / 6.0))
+        peak = int(np.argmax(values))
         # The decay is summed for itself: the difference of two sums would lose digits of a short one.
-        return float(self._impulses[peak]), float(running_sums(self._pulse.areas[peak:])[-1])
+        return impulses, paths, (float(impulses[peak]), float(running_sums(areas[peak:])[-1]))
 
     @cached_property
     def _free_path(self) -> FreePath:
         from shockwave.profiles.free_path import of_samples
 
-        return of_samples(self._pulse.knots, self._pulse.values, self._impulses, self._paths)
+        return of_samples(self._pulse.knots, self._pulse.values, *self._sums[:2])
 
     def _at(self, s: FloatArray) -> tuple[Any, Any, Any]:
         """Index of the sample before ``s``, distance from it, and the force at ``s``."""

@@ -6,7 +6,6 @@ import functools
 import math
 
 import numpy as np
-from attrs import frozen
 from numpy.polynomial.legendre import leggauss
 
 from shockwave.numerics import product
@@ -29,25 +28,15 @@ _NARROWEST = 32.0
 _EPSILON = float(np.finfo(float).eps)
 
 
-@frozen
-class _Rule:
+@functools.cache
+def _rule() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """The rule on [0, 1], once over the whole panel (coarse) and once over either half (fine).
 
-    ``points`` are where a panel is seen: its ends, and the fine nodes with the middle among them, ascending.
-    ``weights`` are those of the fine rule at the points, 0 at middle and ends. ``shares`` are the widths that a point
-    answers for: the weight of a fine node; the part of the panel between the middle or an end and the fine nodes next
-    to it. ``interpolation`` takes values at the coarse nodes to those of their interpolating polynomial at the points.
+    The coarse nodes. The points at which a panel is seen: its ends, and the fine nodes with the middle among them,
+    ascending. The weights of the fine rule at the points, 0 at middle and ends. The widths that a point answers for:
+    the weight of a fine node; the part of the panel between the middle or an end and the fine nodes next to it. The
+    matrix that takes values at the coarse nodes to those of their interpolating polynomial at the points.
     """
-
-    nodes: FloatArray
-    points: FloatArray
-    weights: FloatArray
-    shares: FloatArray
-    interpolation: FloatArray
-
-
-@functools.cache
-def _rule() -> _Rule:
     x, w = leggauss(_NODES)
     # What the sum of the weights is off 2 would stay in every integral.
     nodes, weights = (1 + x) / 2, w / w.sum()
@@ -55,7 +44,7 @@ def _rule() -> _Rule:
     points = np.concatenate(([0.0], nodes / 2, [0.5], (1 + nodes) / 2, [1.0]))
     fine = np.concatenate(([0.0], weights / 2, [0.0], weights / 2, [0.0]))
     shares = np.concatenate(([gap], weights / 2, [2 * gap], weights / 2, [gap]))
-    return _Rule(nodes, points, fine, shares, interpolation(nodes, points))
+    return nodes, points, fine, shares, interpolation(nodes, points)
 
 
 def interpolation(nodes: FloatArray, points: FloatArray) -> FloatArray:
@@ -81,7 +70,7 @@ class GaussLegendre(Quadrature):
     name = "gauss-legendre"
 
     def _piece(self, integrand: Integrand, lower: float, upper: float, tolerance: float) -> Integral:
-        rule = _rule()
+        nodes, points, weights, shares, fit = _rule()
         # At the very ends the integrand may jump: 0**eta is 0, however small eta.
         first, last = math.nextafter(lower, upper), math.nextafter(upper, lower)
         # How far a point may be rounded, and how far off its distance from either end, which the integrand may use.
@@ -89,19 +78,19 @@ class GaussLegendre(Quadrature):
         target = tolerance * min(1.0, upper - lower)
         evaluations, values, errors = 0, [], []
 
-        def sampled(left: float, width: float, points: FloatArray) -> FloatArray:
+        def sampled(left: float, width: float, at: FloatArray) -> FloatArray:
             nonlocal evaluations
-            evaluations += points.size
-            return np.asarray(integrand(np.clip(left + width * points, first, last)), dtype=float)
+            evaluations += at.size
+            return np.asarray(integrand(np.clip(left + width * at, first, last)), dtype=float)
 
         halved = 0
-        panels = [(lower, upper - lower, sampled(lower, upper - lower, rule.nodes))]
+        panels = [(lower, upper - lower, sampled(lower, upper - lower, nodes))]
         while panels:
             left, width, coarse = panels.pop()
-            seen = sampled(left, width, rule.points)
-            weighted = seen * rule.weights
-            misfit = np.abs(seen - product(coarse[None], rule.interpolation.T)[0])
-            error = 2 * width * float((misfit * rule.shares).sum())
+            seen = sampled(left, width, points)
+            weighted = seen * weights
+            misfit = np.abs(seen - product(coarse[None], fit.T)[0])
+            error = 2 * width * float((misfit * shares).sum())
             # Nodes moved by a spacing move the integral by the variation times the spacing.
             variation = float(np.abs(np.diff(seen)).sum())
             rounding = _ROUNDINGS * _EPSILON * width * float(np.abs(weighted).sum()) + spacing * variation

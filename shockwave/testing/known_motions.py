@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Callable
 from itertools import islice
@@ -204,10 +203,9 @@ def _mapped(integrator: type[Integrator], state: FloatArray) -> FloatArray:
 # ---------------------------------------------------------------- chains
 
 
-@functools.cache
 def struck() -> tuple[FloatArray, FloatArray]:
     """Positions and velocities of the granules that were struck, by the method of the highest order."""
-    last = list(Rkn1210(tolerance=1e-13).steps(hertz, 0.0, STRUCK_UNTIL, *STRUCK, None))[-1]
+    last = taken(Rkn1210(tolerance=1e-13), hertz, STRUCK_UNTIL, STRUCK)[-1]
     return last.x, last.v
 
 
@@ -216,8 +214,3 @@ def peak_with(method: Integrator) -> float:
     problem = ChainProblem(Triangular(duration_ratio=3), rise_time=1.0, peak_force=1.0)
     found = run(problem, method, Demand(wave_threshold=0.05, primary=1e-4, later=1e-2, most_contacts=200))
     return max(wave.peak_force for wave in found.waves)
-
-
-@functools.cache
-def reference_peak() -> float:
-    return peak_with(Rkn1210(tolerance=1e-10))
