@@ -160,6 +160,10 @@ class TestLeftOut(ProfileContract):
     profiles = [Triangular(duration_ratio=4)]
     leave_out = {"clause 7": "good to 1e-9 only", "test_it_is_a_value": "it is none"}
 
+class TestRecordsLeftOut(ProfileContract):
+    profiles = [Triangular(duration_ratio=4)]
+    leave_out = {"clause 8": "records are wrong on purpose"}
+
 class TestNoReason(ProfileContract):
     profiles = [Triangular(duration_ratio=4)]
     leave_out = {"clause 10": "there is none"}
@@ -193,15 +197,15 @@ def test_four_lines_are_a_test(printed: str) -> None:
 
 
 def test_contracts_that_a_module_imports_are_no_tests_themselves(printed: str) -> None:
-    classes = {"TestForOneNumber", "TestFourLines", "TestLeftOut", "TestNoReason"}
+    classes = {"TestForOneNumber", "TestFourLines", "TestLeftOut", "TestRecordsLeftOut", "TestNoReason"}
     assert set(re.findall(r"test_it\.py::(\w+)", printed)) == classes
 
 
 @pytest.mark.parametrize(
     "message",
     [
-        "TestNoList.profiles must be a list of objects of subclasses of ShockProfile, not of classes (got None)",
-        "TestClass.profiles must be a list of objects of subclasses of ShockProfile, not of classes (got [<class",
+        "TestNoList.profiles must be a list of objects of subclasses of ShockProfile, and no classes (got None)",
+        "TestClass.profiles must be a list of objects of subclasses of ShockProfile, and no classes (got [<class",
         "TestAbstract.integrators must be a list of classes that write all of Integrator or OneStep (got [<class",
         "TestNoReason.leave_out must give reasons in words for clauses (\"clause 7\") or tests (got 'clause 10'",
     ],
@@ -227,6 +231,8 @@ def test_what_is_left_out_is_skipped_with_its_reason(printed: str) -> None:
         ("test_it_holds", "left out: good to 1e-9 only"),
         ("test_it_is_a_value", "left out: it is none"),
     ]
+    assert re.findall(r"TestRecordsLeftOut::.* SKIPPED \((.*)\)", printed) == ["left out: records are wrong on purpose"]
+    assert not re.search(r"TestRecordsLeftOut::.* (FAILED|ERROR)", printed)
 
 
 def test_nothing_else_of_shockwave_needs_pytest() -> None:

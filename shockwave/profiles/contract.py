@@ -92,6 +92,13 @@ def _value(profile: ShockProfile, name: str) -> Any:
         return getattr(profile, name)
 
 
+def _numbers(profile: ShockProfile, name: str) -> Sequence[float]:
+    found: Sequence[float] = _value(profile, name)
+    good = isinstance(found, tuple | list) and all(isinstance(point, Real) for point in found)
+    _require(good, profile, f"{name} must be a tuple of numbers (got {text_of(found)})")
+    return found
+
+
 def _is_positive(value: object, least: float = 0.0) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool) and least < float(value) < float("inf")
 
@@ -114,15 +121,14 @@ def _check_duration_ratio(profile: ShockProfile) -> None:
 
 
 def _check_points(profile: ShockProfile) -> None:
-    n = float(profile.duration_ratio)
-    for name in ("breakpoints", "singular_points"):
-        found = _value(profile, name)
-        numbers = isinstance(found, tuple | list) and all(isinstance(point, Real) for point in found)
-        _require(numbers, profile, f"{name} must be a tuple of numbers (got {text_of(found)})")
-    points, singular = profile.breakpoints, profile.singular_points
+    n, points = float(profile.duration_ratio), _numbers(profile, "breakpoints")
     good = len(points) > 2 and points[0] == 0 and points[-1] == n and 1 in points and bool((np.diff(points) > 0).all())
     rule = f"breakpoints must ascend from 0 to n = {n:g} and contain 1"
     _require(good, profile, f"{rule} (got {text_of(points)})")
+
+
+def _check_singular_points(profile: ShockProfile) -> None:
+    points, singular = profile.breakpoints, _numbers(profile, "singular_points")
     among = set(singular) <= set(points)
     _require(among, profile, f"singular_points must be among the breakpoints (got {text_of(singular)})")
 
@@ -215,7 +221,8 @@ def _check_notes(profile: ShockProfile) -> None:
 CLAUSES = (
     Clause(0, "class", _check_class, "write rise, decay and closed forms alone; decorate a class that has fields"),
     Clause(1, "duration ratio", _check_duration_ratio, "return the whole duration over the rise time"),
-    Clause(5, "points", _check_points, "return floats (0.0, ..., 1.0, ..., self.duration_ratio), and some of them"),
+    Clause(5, "breakpoints", _check_points, "return floats (0.0, ..., 1.0, ..., self.duration_ratio) that ascend"),
+    Clause(6, "singular points", _check_singular_points, "return those breakpoints at which the slope is unbounded"),
     Clause(
         2,
         "shapes",

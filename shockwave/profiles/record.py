@@ -301,7 +301,7 @@ def _numbers(
         rows = _with_points(text, kept, rows)
     if text.separator:
         rows = [row.removesuffix(text.separator) if row.count(text.separator) == count else row for row in rows]
-    with suppress(ValueError):  # which does not tell enough of the fault
+    with suppress(ValueError):  # whose message lacks line and column
         table = np.loadtxt(rows, delimiter=text.separator or None, comments=None, ndmin=2)
         if table.shape == (len(rows), count):
             with np.errstate(over="ignore"):

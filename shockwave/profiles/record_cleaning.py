@@ -175,8 +175,8 @@ def _cleaned(times: FloatArray, forces: FloatArray) -> tuple[FloatArray, float, 
             size = f"{pulse[end] * peak_force:.4g} N, {100 * pulse[end]:.2g} % of its peak"
             notes.append(f"the record {verb} at {size}: the force jumps there")
     if not count and forces.size >= _MANY and (rough := scatter(forces) / peak_force) > _ROUGH:
-        told = f"the record scatters by {rough:.1%} of its peak, and no quiet lead was found to take a baseline from"
-        notes.append(f"{told}: rise time and duration may include what is not the pulse (cut the lead off, or smooth)")
+        found = f"the record scatters by {rough:.1%} of its peak, and no quiet lead was found to take a baseline from"
+        notes.append(f"{found}: rise time and duration may include what is not the pulse (cut the lead off, or smooth)")
     return pulse, peak_force, start, notes
 
 
@@ -199,7 +199,7 @@ def _quiet_lead(forces: FloatArray) -> tuple[float, float, int]:
     for _ in range(2):  # five samples give but a first idea of the noise that the pulse must exceed
         count = int(np.argmax(forces - mean >= max(least, _CERTAIN * noise)))
         while count >= _SHORTEST_LEAD and not _is_flat(forces[:count], peak):
-            count = 3 * count // 4  # the foot of a slow rise is no part of the lead
+            count = 3 * count // 4  # the beginning of a slow rise is no part of the lead
         if count < _SHORTEST_LEAD:
             return 0.0, 0.0, 0
         mean, noise, least = forces[:count].mean(), forces[:count].std(ddof=1), 0.0

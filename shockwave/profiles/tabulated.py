@@ -48,7 +48,7 @@ class Tabulated(ShockProfile):
     """A force record, linear between its samples; peak force, rise time and n are read off it.
 
     The rise ends at the first sample of the highest force; a plateau belongs to the decay. A baseline,
-    forces below zero and the quiet before and after the pulse are removed, and `notes` tell so.
+    forces below zero and the quiet before and after the pulse are removed, as `notes` state.
 
     Parameters
     ----------

@@ -60,7 +60,8 @@ class ProfileContract(Contract):
     profiles: ClassVar[Sequence[ShockProfile]]
 
     _member = "profile"
-    _wanted = "objects of subclasses of ShockProfile, not of classes"
+    _wanted = "objects of subclasses of ShockProfile, and no classes"
+    _cases = tuple(f"clause {clause.number}" for clause in CLAUSES)
 
     def _fits(self, member: Any) -> bool:
         return isinstance(member, ShockProfile)
