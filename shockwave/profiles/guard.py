@@ -109,8 +109,12 @@ def array_of(profile: object, name: str, s: FloatArray) -> FloatArray:
         When it raises, returns something else, or changes ``s``.
     """
     given = s.copy()
-    with blamed(profile, f"{name}(s) must take an array of any shape, and not raise"):
+    try:
         values = np.asarray(getattr(profile, name)(given))
+    except ShockwaveError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise _raised(profile, f"{name}(s) must take an array of any shape, and not raise", error) from error
     if values.shape != s.shape or values.dtype.kind not in "fiub":
         got = f"{values.dtype} of shape {values.shape} for s of shape {s.shape}"
         raise ViolationError(profile, f"{name}(s) must return floats of the shape of s (got {got})")
@@ -127,9 +131,11 @@ def blamed(profile: object, rule: str) -> Iterator[None]:
     except ShockwaveError:
         raise
     except (Exception, SystemExit) as error:
-        got = f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"
-        frames = [
-            frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith(_LIBRARIES)
-        ]
-        at = f" in {Path(frames[-1].filename).name}, line {frames[-1].lineno}: {frames[-1].line}" if frames else ""
-        raise ViolationError(profile, f"{rule} (got {got}{at})") from error
+        raise _raised(profile, rule, error) from error
+
+
+def _raised(profile: object, rule: str, error: BaseException) -> ViolationError:
+    got = f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith(_LIBRARIES)]
+    at = f" in {Path(frames[-1].filename).name}, line {frames[-1].lineno}: {frames[-1].line}" if frames else ""
+    return ViolationError(profile, f"{rule} (got {got}{at})")
