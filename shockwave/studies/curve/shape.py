@@ -11,7 +11,7 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.fields import text_of
-from shockwave.prediction.short import correction
+from shockwave.prediction.short_shock_law import correction
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.contract import examine
 from shockwave.profiles.guard import trusted
@@ -39,7 +39,7 @@ class Shape:
     centroid : float
         Of the force, in units of t0.
     correction : float
-        As of `shockwave.prediction.short.correction`.
+        As of `shockwave.prediction.short_shock_law.correction`.
     """
 
     kind: str
