@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import attrs
 import numpy as np
 import pytest
 
@@ -41,11 +40,6 @@ class Haversine(_Pulse):
         return np.asarray(np.sin(math.pi / 2 * s) ** 2)
 
 
-class HertzImpact(_Pulse):
-    def rise(self, s: FloatArray) -> FloatArray:
-        return np.asarray(np.sin(math.pi / 2 * s) ** 1.5)
-
-
 def _power(n: float, rise: float, decay: float) -> PowerLaw:
     return PowerLaw(rise_exponent=rise, decay_exponent=decay, duration_ratio=n)
 
@@ -61,13 +55,9 @@ def _broken(profile: ShockProfile) -> set[str]:
 # ---------------------------------------------------------------- margins and standing
 
 
-def test_there_are_three_in_the_order_of_the_paper() -> None:
-    assert tuple(condition.name for condition in _checked(Triangular(duration_ratio=2))) == NAMES
-
-
 def test_each_states_its_inequality() -> None:
-    stated = [condition.statement for condition in _checked(Triangular(duration_ratio=2))]
-    assert stated == ["a2 >= a1", "a1 >= 1/2", "a2 <= (n-1)/2"]
+    found = [(condition.name, condition.statement) for condition in _checked(Triangular(duration_ratio=2))]
+    assert found == list(zip(NAMES, ["a2 >= a1", "a1 >= 1/2", "a2 <= (n-1)/2"], strict=True))
 
 
 @pytest.mark.parametrize("quadrature", [None, "gauss-legendre", "tanh-sinh", "quadpack"])
@@ -96,57 +86,31 @@ def test_margins_of_table_2(row: tuple[float, float, float], margins: tuple[floa
     assert found == pytest.approx(margins, abs=1e-15)
 
 
-@pytest.mark.parametrize(
-    "row",
-    [
-        (10, 1, 5),
-        (6, 0.5, 6),
-        (4, 0.25, 1),
-        (3, 0.5, 1),
-        (2, 1, 1),
-        (4, 1e-5, 1),
-        (6, 0.9, 1),
-        (5, 0.25, 1),
-    ],
-    ids=str,
-)
+ROWS = [(10, 1, 5), (6, 0.5, 6), (4, 0.25, 1), (3, 0.5, 1), (2, 1, 1), (4, 1e-5, 1), (6, 0.9, 1), (5, 0.25, 1)]
+
+
+@pytest.mark.parametrize("row", ROWS, ids=str)
 def test_every_row_of_the_paper_meets_all_three(row: tuple[float, float, float]) -> None:
     assert _broken(_power(*row)) == set()
 
 
-@pytest.mark.parametrize(
-    ("profile", "broken"),
-    [
-        (Haversine(), set()),
-        (HalfSine(), {"slow-decay"}),
-        (HertzImpact(), {"slow-decay"}),
-        (_power(2, 0, 0), {"slow-decay"}),
-        (_power(1.5, 0, 0), {"slow-decay", "decay-outweighs-rise"}),
-        (Triangular(duration_ratio=1.01), {"decay-outweighs-rise"}),
-        (_power(10, 1, 200), {"decay-outweighs-rise"}),
-        (_power(3, 2, 1), {"steep-rise"}),
-        (_power(10, 3, 0.5), {"steep-rise", "slow-decay"}),
-        (Exponential(rise_rate=2, decay_rate=1, duration_ratio=4), set()),
-        (Exponential(rise_rate=-2, decay_rate=1, duration_ratio=4), {"steep-rise"}),
-        (Exponential(rise_rate=2, decay_rate=-1, duration_ratio=4), {"slow-decay"}),
-        (Tabulated([0, 0.01, 5], [0, 1, 0]), set()),
-    ],
-    ids=[
-        "haversine",
-        "half-sine",
-        "hertz-impact",
-        "rectangular",
-        "short-rectangular",
-        "final-peak-sawtooth",
-        "spike",
-        "parabolic-rise",
-        "late-pulse",
-        "exponential",
-        "exponential-slow-rise",
-        "exponential-late-decay",
-        "initial-peak-sawtooth",
-    ],
-)
+BROKEN = {
+    "haversine": (Haversine(), set()),
+    "half-sine": (HalfSine(), {"slow-decay"}),
+    "rectangular": (_power(2, 0, 0), {"slow-decay"}),
+    "short-rectangular": (_power(1.5, 0, 0), {"slow-decay", "decay-outweighs-rise"}),
+    "final-peak-sawtooth": (Triangular(duration_ratio=1.01), {"decay-outweighs-rise"}),
+    "spike": (_power(10, 1, 200), {"decay-outweighs-rise"}),
+    "parabolic-rise": (_power(3, 2, 1), {"steep-rise"}),
+    "late-pulse": (_power(10, 3, 0.5), {"steep-rise", "slow-decay"}),
+    "exponential": (Exponential(rise_rate=2, decay_rate=1, duration_ratio=4), set()),
+    "exponential-slow-rise": (Exponential(rise_rate=-2, decay_rate=1, duration_ratio=4), {"steep-rise"}),
+    "exponential-late-decay": (Exponential(rise_rate=2, decay_rate=-1, duration_ratio=4), {"slow-decay"}),
+    "initial-peak-sawtooth": (Tabulated([0, 0.01, 5], [0, 1, 0]), set()),
+}
+
+
+@pytest.mark.parametrize(("profile", "broken"), BROKEN.values(), ids=BROKEN)
 def test_which_conditions_a_pulse_breaks(profile: ShockProfile, broken: set[str]) -> None:
     assert _broken(profile) == broken
 
@@ -170,22 +134,11 @@ def test_the_error_of_an_area_is_no_breach(error: float, holds: bool) -> None:
     assert conditions(areas, 2.0)[1].holds is holds
 
 
-def test_a_condition_is_frozen() -> None:
-    condition = _checked(HalfSine())[0]
-    with pytest.raises(attrs.exceptions.FrozenInstanceError):
-        condition.holds = True
-
-
 # ---------------------------------------------------------------- the shock
 
 
 def test_a_shock_lasts_n_rise_times() -> None:
     assert Shock(profile=Triangular(duration_ratio=4), peak_force=1, rise_time=2e-6).duration == 8e-6
-
-
-def test_a_shock_keeps_whole_numbers_as_floats() -> None:
-    shock = Shock(profile=Triangular(duration_ratio=4), peak_force=100, rise_time=1)
-    assert (type(shock.peak_force), type(shock.rise_time)) == (float, float)
 
 
 @pytest.mark.parametrize("value", [0, -1.0, math.nan, math.inf, "100", True, [1.0]], ids=str)
@@ -205,17 +158,12 @@ def test_a_shape_without_a_record_must_be_given_both(name: str) -> None:
         Shock(profile=Triangular(duration_ratio=2), **given)
 
 
-def test_a_record_brings_its_own_peak_force_and_rise_time() -> None:
-    shock = Shock(profile=Tabulated([0.0, 2e-6, 5e-6], [0.0, 80.0, 0.0]))
-    assert (shock.peak_force, shock.rise_time) == (80.0, 2e-6)
-
-
 @pytest.mark.parametrize(
     ("given", "expected"),
-    [({"peak_force": 7.0}, (7.0, 2e-6)), ({"rise_time": 3e-6}, (80.0, 3e-6))],
-    ids=["peak-force", "rise-time"],
+    [({}, (80.0, 2e-6)), ({"peak_force": 7.0}, (7.0, 2e-6)), ({"rise_time": 3e-6}, (80.0, 3e-6))],
+    ids=["own", "peak-force", "rise-time"],
 )
-def test_a_record_is_scaled_to_what_is_given(given: dict[str, float], expected: tuple[float, float]) -> None:
+def test_a_record_brings_what_is_not_given(given: dict[str, float], expected: tuple[float, float]) -> None:
     shock = Shock(profile=Tabulated([0.0, 2e-6, 5e-6], [0.0, 80.0, 0.0]), **given)
     assert (shock.peak_force, shock.rise_time) == expected
 
@@ -241,9 +189,3 @@ def test_what_is_no_profile_is_refused(profile: Any) -> None:
 def test_a_wrong_parameter_of_a_profile_is_named(profile: Any, given: dict[str, Any], name: str) -> None:
     with pytest.raises(InvalidValueError, match=rf"^{name}: must be "):
         profile(**given)
-
-
-def test_shocks_of_equal_values_are_equal() -> None:
-    first, second = (Shock(profile=_power(3, 0.5, 1), peak_force=1, rise_time=1) for _ in range(2))
-    assert first == second
-    assert hash(first) == hash(second)

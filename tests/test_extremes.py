@@ -11,7 +11,7 @@ import pytest
 import shockwave as sw
 from scenes import CHAIN, FORCE, UNITS
 from selection import keeping
-from shockwave.profiles.layers import edges
+from shockwave.profiles.boundary_layers import edges
 from shockwave.simulation.backend import compiled
 
 each_backend = pytest.mark.parametrize(

@@ -65,33 +65,21 @@ ONE_OF_EACH = [pytest.param(profile, id=type(profile).__name__) for profile in S
 # ---------------------------------------------------------------- force
 
 
-@pytest.mark.parametrize(
-    ("profile", "s", "force"),
-    [
-        (Triangular(duration_ratio=3), 0.25, 0.25),
-        (Triangular(duration_ratio=3), 1.5, 0.75),
-        (PowerLaw(rise_exponent=2, decay_exponent=3, duration_ratio=3), 0.5, 0.25),
-        (PowerLaw(rise_exponent=2, decay_exponent=3, duration_ratio=3), 2, 0.125),
-        (PowerLaw(rise_exponent=0, decay_exponent=0, duration_ratio=3), 0.5, 1.0),
-        (PowerLaw(rise_exponent=0, decay_exponent=0, duration_ratio=3), 2.5, 1.0),
-        (Exponential(rise_rate=2, decay_rate=1, duration_ratio=3), 0.5, 1 / (1 + math.exp(-1))),
-        (Exponential(rise_rate=1, decay_rate=2, duration_ratio=3), 2, 1 / (1 + math.exp(1))),
-        (Exponential(rise_rate=-2, decay_rate=1, duration_ratio=3), 0.5, 1 / (1 + math.exp(1))),
-        (Exponential(rise_rate=1, decay_rate=-2, duration_ratio=3), 2, 1 / (1 + math.exp(-1))),
-    ],
-    ids=[
-        "triangle-rise",
-        "triangle-decay",
-        "power-rise",
-        "power-decay",
-        "step-rise",
-        "step-decay",
-        "exponential-rise",
-        "exponential-decay",
-        "exponential-slow-rise",
-        "exponential-late-decay",
-    ],
-)
+FORCES = {
+    "triangle-rise": (Triangular(duration_ratio=3), 0.25, 0.25),
+    "triangle-decay": (Triangular(duration_ratio=3), 1.5, 0.75),
+    "power-rise": (PowerLaw(rise_exponent=2, decay_exponent=3, duration_ratio=3), 0.5, 0.25),
+    "power-decay": (PowerLaw(rise_exponent=2, decay_exponent=3, duration_ratio=3), 2, 0.125),
+    "step-rise": (PowerLaw(rise_exponent=0, decay_exponent=0, duration_ratio=3), 0.5, 1.0),
+    "step-decay": (PowerLaw(rise_exponent=0, decay_exponent=0, duration_ratio=3), 2.5, 1.0),
+    "exponential-rise": (Exponential(rise_rate=2, decay_rate=1, duration_ratio=3), 0.5, 1 / (1 + math.exp(-1))),
+    "exponential-decay": (Exponential(rise_rate=1, decay_rate=2, duration_ratio=3), 2, 1 / (1 + math.exp(1))),
+    "exponential-slow-rise": (Exponential(rise_rate=-2, decay_rate=1, duration_ratio=3), 0.5, 1 / (1 + math.exp(1))),
+    "exponential-late-decay": (Exponential(rise_rate=1, decay_rate=-2, duration_ratio=3), 2, 1 / (1 + math.exp(-1))),
+}
+
+
+@pytest.mark.parametrize(("profile", "s", "force"), FORCES.values(), ids=FORCES)
 def test_force_is_that_of_the_formula(profile: ShockProfile, s: float, force: float) -> None:
     # A few roundings of the exponential.
     assert float(profile.force(s)) == pytest.approx(force, rel=1e-15, abs=0)
@@ -119,14 +107,6 @@ def test_force_is_zero_outside_the_shock(profile: ShockProfile, s: float) -> Non
     assert float(profile.force(s)) == 0.0
 
 
-@pytest.mark.parametrize("shape", [(), (0,), (1,), (5,), (2, 3)], ids=str)
-@pytest.mark.parametrize("method", ["force", "running_impulse", "double_integral"])
-@pytest.mark.parametrize("profile", ONE_OF_EACH)
-def test_result_has_the_shape_of_its_argument(profile: ShockProfile, method: str, shape: tuple[int, ...]) -> None:
-    s = np.linspace(0.1, 1.9, math.prod(shape)).reshape(shape)
-    assert np.shape(getattr(profile, method)(s)) == shape
-
-
 @pytest.mark.parametrize("method", ["force", "running_impulse", "double_integral"])
 @pytest.mark.parametrize("profile", ONE_OF_EACH)
 def test_an_array_gives_what_its_elements_give(profile: ShockProfile, method: str) -> None:
@@ -142,14 +122,6 @@ def test_lists_and_whole_numbers_are_taken(method: str) -> None:
     assert getattr(profile, method)([0, 1, 2]).tolist() == getattr(profile, method)([0.0, 1.0, 2.0]).tolist()
 
 
-@pytest.mark.parametrize("method", ["force", "running_impulse", "double_integral"])
-@pytest.mark.parametrize("profile", ONE_OF_EACH)
-def test_the_argument_is_left_as_it_was(profile: ShockProfile, method: str) -> None:
-    s = np.array([-1.0, 0.5, 99.0])
-    getattr(profile, method)(s)
-    assert s.tolist() == [-1.0, 0.5, 99.0]
-
-
 # ---------------------------------------------------------------- integrals
 
 
@@ -157,16 +129,12 @@ def test_the_argument_is_left_as_it_was(profile: ShockProfile, method: str) -> N
 @pytest.mark.parametrize("quadrature", keeping(QUADRATURES, *set(QUADRATURES) - {"quadpack"}))
 @pytest.mark.parametrize("profile", CLOSED)
 class TestClosedFormsAgreeWithQuadrature:
-    def test_areas(self, profile: ShockProfile, quadrature: str) -> None:
-        closed, taken = profile.areas(), profile.areas(quadrature)
+    @pytest.mark.parametrize("part", ["rise", "decay"])
+    def test_areas_and_their_errors(self, profile: ShockProfile, quadrature: str, part: str) -> None:
+        closed, taken = getattr(profile.areas(), part), getattr(profile.areas(quadrature), part)
         # What the areas are to be good to.
-        assert taken.rise.value == pytest.approx(closed.rise.value, rel=1e-12)
-        assert taken.decay.value == pytest.approx(closed.decay.value, rel=1e-12)
-
-    def test_errors_cover_the_difference(self, profile: ShockProfile, quadrature: str) -> None:
-        closed, taken = profile.areas(), profile.areas(quadrature)
-        assert abs(taken.rise.value - closed.rise.value) <= taken.rise.error + closed.rise.error
-        assert abs(taken.decay.value - closed.decay.value) <= taken.decay.error + closed.decay.error
+        assert taken.value == pytest.approx(closed.value, rel=1e-12)
+        assert abs(taken.value - closed.value) <= taken.error + closed.error
 
     @pytest.mark.parametrize("method", ["running_impulse", "double_integral"])
     def test_running_integrals(self, profile: ShockProfile, quadrature: str, method: str) -> None:
@@ -177,37 +145,16 @@ class TestClosedFormsAgreeWithQuadrature:
 
 
 @pytest.mark.parametrize("profile", CLOSED)
-def test_a_closed_form_takes_no_evaluations(profile: ShockProfile) -> None:
-    areas = profile.areas()
-    assert (areas.rise.evaluations, areas.decay.evaluations) == (0, 0)
-    assert (areas.rise.method, areas.decay.method) == ("closed form", "closed form")
-
-
-@pytest.mark.parametrize("profile", CLOSED)
 def test_running_impulse_ends_at_the_sum_of_the_areas(profile: ShockProfile) -> None:
     # Two closed forms of one number, a few roundings each.
     assert float(profile.running_impulse(profile.duration_ratio)) == pytest.approx(profile.areas().total, rel=1e-15)
 
 
-@pytest.mark.parametrize("profile", CLOSED)
-def test_running_impulse_reaches_the_first_area_at_the_peak(profile: ShockProfile) -> None:
-    assert float(profile.running_impulse(1.0)) == pytest.approx(profile.areas().rise.value, rel=1e-15)
-
-
 @pytest.mark.parametrize("profile", ONE_OF_EACH)
-def test_running_impulse_is_zero_before_the_shock(profile: ShockProfile) -> None:
-    assert profile.running_impulse([-5.0, -1e-9, 0.0]).tolist() == [0.0, 0.0, 0.0]
-
-
-@pytest.mark.parametrize("profile", ONE_OF_EACH)
-def test_running_impulse_is_constant_after_the_shock(profile: ShockProfile) -> None:
+def test_integrals_are_zero_before_the_shock_and_the_impulse_is_constant_after_it(profile: ShockProfile) -> None:
     n = profile.duration_ratio
-    assert len(set(profile.running_impulse([n, n + 1e-9, n + 1, 1e6]).tolist())) == 1
-
-
-@pytest.mark.parametrize("profile", ONE_OF_EACH)
-def test_double_integral_is_zero_before_the_shock(profile: ShockProfile) -> None:
-    assert profile.double_integral([-5.0, -1e-9, 0.0]).tolist() == [0.0, 0.0, 0.0]
+    assert profile.running_impulse([-5.0, 0.0]).tolist() == profile.double_integral([-5.0, 0.0]).tolist() == [0.0, 0.0]
+    assert len(set(profile.running_impulse([n, n + 1e-9, 1e6]).tolist())) == 1
 
 
 @pytest.mark.parametrize("beyond", [1e-6, 1.0, 1e6])
@@ -230,16 +177,6 @@ def test_the_slope_of_the_double_integral_is_the_running_impulse(profile: ShockP
     assert (after - before) / (2 * step) == pytest.approx(float(profile.running_impulse(s)), rel=0, abs=5e-9)
 
 
-@pytest.mark.parametrize("profile", ONE_OF_EACH)
-@settings(derandomize=True, deadline=None, max_examples=25)
-@given(share=st.floats(0, 1))
-def test_the_slope_of_the_running_impulse_is_the_force(profile: ShockProfile, share: float) -> None:
-    s, step = 0.05 + share * (profile.duration_ratio - 0.1), 1e-4
-    before, after = profile.running_impulse([s - step, s + step]).tolist()
-    # Half a step times the jump of the slope at a kink, at most 3.2; elsewhere second order in the step.
-    assert (after - before) / (2 * step) == pytest.approx(float(profile.force(s)), rel=0, abs=1e-4)
-
-
 @pytest.mark.parametrize("method", ["force", "running_impulse", "double_integral"])
 def test_exponential_without_rates_is_the_triangle(method: str) -> None:
     s = np.linspace(-0.5, 5.5, 61)
@@ -249,31 +186,14 @@ def test_exponential_without_rates_is_the_triangle(method: str) -> None:
     np.testing.assert_allclose(getattr(exponential, method)(s), getattr(triangle, method)(s), atol=1e-14)
 
 
-@pytest.mark.parametrize("rate", [-1e-7, 1e-7])
-def test_exponential_tends_to_the_triangle_in_proportion_to_the_rate(rate: float) -> None:
-    areas = Exponential(rise_rate=rate, decay_rate=-rate, duration_ratio=2).areas()
-    # a1 = 1/2 + k/12 + O(k^3), and so a2 with -k2.
-    assert areas.rise.value - 0.5 == pytest.approx(rate / 12, rel=1e-7)
-    assert areas.decay.value - 0.5 == pytest.approx(rate / 12, rel=1e-7)
-
-
 # ---------------------------------------------------------------- a profile of a third party
 
 
 @pytest.mark.parametrize("quadrature", QUADRATURES)
 class TestThirdPartyProfile:
-    def test_has_areas(self, quadrature: str) -> None:
+    def test_areas_state_error_cost_and_method(self, quadrature: str) -> None:
         areas = HalfSine().areas(quadrature)
-        assert areas.rise.value == pytest.approx(2 / math.pi, rel=1e-12)
-        assert areas.decay.value == pytest.approx(2 / math.pi, rel=1e-12)
-
-    def test_areas_err_by_no_more_than_their_estimates(self, quadrature: str) -> None:
-        areas = HalfSine().areas(quadrature)
-        assert abs(areas.rise.value - 2 / math.pi) <= areas.rise.error
-        assert abs(areas.decay.value - 2 / math.pi) <= areas.decay.error
-
-    def test_areas_tell_their_cost_and_method(self, quadrature: str) -> None:
-        areas = HalfSine().areas(quadrature)
+        assert abs(areas.rise.value - 2 / math.pi) <= areas.rise.error <= 1e-12
         assert min(areas.rise.evaluations, areas.decay.evaluations) > 0
         assert {areas.rise.method, areas.decay.method} == {quadrature}
 
@@ -289,26 +209,12 @@ class TestThirdPartyProfile:
         np.testing.assert_allclose(HalfSine().double_integral(s, quadrature), path, rtol=1e-12)
 
 
-def test_a_third_party_profile_is_integrated_by_gauss_legendre_unless_told() -> None:
-    assert HalfSine().areas() == HalfSine().areas("gauss-legendre")
-
-
-@pytest.mark.parametrize("name", ["closed_areas", "recorded_peak_force", "recorded_rise_time"])
-def test_a_third_party_profile_need_not_know(name: str) -> None:
-    value = getattr(HalfSine(), name)
-    assert (value() if callable(value) else value) is None
-
-
-def test_a_third_party_profile_breaks_at_start_peak_and_end() -> None:
-    assert HalfSine(duration_ratio=5).breakpoints == (0.0, 1.0, 5.0)
-
-
 @pytest.mark.parametrize(
     ("exponents", "singular"),
     [((1, 1), ()), ((0.5, 2), (0.0,)), ((2, 0.5), (3.0,)), ((0.5, 0.5), (0.0, 3.0)), ((0, 0), ())],
     ids=["none", "start", "end", "both", "jumps-only"],
 )
-def test_a_power_law_tells_where_its_slope_is_unbounded(
+def test_a_power_law_states_where_its_slope_is_unbounded(
     exponents: tuple[float, float], singular: tuple[float, ...]
 ) -> None:
     profile = PowerLaw(rise_exponent=exponents[0], decay_exponent=exponents[1], duration_ratio=3)

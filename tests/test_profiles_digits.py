@@ -86,30 +86,29 @@ def _exact(profile: ShockProfile, integrals: int, s: float) -> float:
         return float(start + (a1 + decay * whole) * after - decay**2 * lost)
 
 
+METHODS = pytest.mark.parametrize(("method", "integrals"), [("running_impulse", 1), ("double_integral", 2)])
+
+
 @pytest.mark.parametrize("s", RISING, ids=str)
 @pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES)
-class TestWhileItRises:
-    def test_running_impulse_keeps_its_digits(self, profile: ShockProfile, s: float) -> None:
-        # Relative, however small: a rounding of s is multiplied by a rate of 300.
-        assert float(profile.running_impulse(s)) == pytest.approx(_exact(profile, 1, s), rel=1e-13, abs=0)
-
-    def test_double_integral_keeps_its_digits(self, profile: ShockProfile, s: float) -> None:
-        assert float(profile.double_integral(s)) == pytest.approx(_exact(profile, 2, s), rel=1e-13, abs=0)
+@METHODS
+def test_integrals_keep_their_digits_while_it_rises(
+    profile: ShockProfile, s: float, method: str, integrals: int
+) -> None:
+    # Relative, however small: a rounding of s is multiplied by a rate of 300.
+    assert float(getattr(profile, method)(s)) == pytest.approx(_exact(profile, integrals, s), rel=1e-13, abs=0)
 
 
 @pytest.mark.parametrize("share", FADING, ids=str)
 @pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES)
-class TestWhileItDecays:
-    def test_running_impulse_is_good_to_rounding(self, profile: ShockProfile, share: float) -> None:
-        s = 1 + share * (profile.duration_ratio - 1)
-        # Of the whole, as sums over the whole are subtracted.
-        rounding = 1e-15 * profile.areas().total
-        assert float(profile.running_impulse(s)) == pytest.approx(_exact(profile, 1, s), rel=1e-15, abs=rounding)
-
-    def test_double_integral_is_good_to_rounding(self, profile: ShockProfile, share: float) -> None:
-        s = 1 + share * (profile.duration_ratio - 1)
-        rounding = 1e-15 * float(profile.double_integral(profile.duration_ratio))
-        assert float(profile.double_integral(s)) == pytest.approx(_exact(profile, 2, s), rel=1e-15, abs=rounding)
+@METHODS
+def test_integrals_are_good_to_rounding_while_it_decays(
+    profile: ShockProfile, share: float, method: str, integrals: int
+) -> None:
+    integral, n = getattr(profile, method), profile.duration_ratio
+    s = 1 + share * (n - 1)
+    # Of the whole, as sums over the whole are subtracted.
+    assert float(integral(s)) == pytest.approx(_exact(profile, integrals, s), rel=1e-15, abs=1e-15 * float(integral(n)))
 
 
 @pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES)

@@ -13,12 +13,11 @@ from shockwave.quadrature import FloatArray, Integral, Integrand, Quadrature
 from shockwave.quadrature.gauss_legendre import GaussLegendre
 from shockwave.quadrature.quadpack import Quadpack
 from shockwave.quadrature.tanh_sinh import TanhSinh
-from shockwave.registry import load
 
 # What the areas are to be good to, in units of the interval: the integrands are bounded by 1.
 TOLERANCE = 1e-12
-# No piece of any quadrature takes more points: 2048 halved panels with 66 new points, and the first 51.
-MOST_EVALUATIONS = 135_219
+# No piece of any quadrature takes more points: 2048 halved panels with 70 new points, and the first 51.
+MOST_EVALUATIONS = 143_411
 
 ETAS = (1e-8, 1e-5, 1e-3, 0.1, 0.5, 1.0, 5.0, 50.0)
 RATIOS = (1.0001, 2.0, 10.0, 1e3)
@@ -112,9 +111,6 @@ JUMPS = [_jump(at) for at in (1e-3, 0.123456789, 0.3, 0.5, 0.5 + 1e-9, 0.5 - 1e-
 ROUGH = [_rough(seed) for seed in (1, 2, 3)]
 
 EVERY = [*SMOOTH, *JUMPS, *ROUGH]
-# Few that stand for all: smooth, singular at 0, singular where the numbers are coarse, and not smooth.
-SOME = [_exponential_rise(1.0), _power_rise(1e-3), _power_decay(0.1, 1.0001), _jump(0.3)]
-some = pytest.mark.parametrize("case", SOME, ids=lambda case: case.name)
 
 
 @cache
@@ -167,28 +163,6 @@ def test_work_is_bounded(quadrature: Quadrature) -> None:
     assert wrong(quadrature, EVERY, lambda _, result, __: result.evaluations <= MOST_EVALUATIONS) == []
 
 
-@some
-def test_the_same_integral_gives_the_same_bits(quadrature: Quadrature, case: Case) -> None:
-    first = quadrature.integrate(case.integrand, case.points)
-    assert quadrature.integrate(case.integrand, case.points) == first
-
-
-@some
-def test_a_fresh_quadrature_gives_the_same_bits(quadrature: Quadrature, case: Case) -> None:
-    first = quadrature.integrate(case.integrand, case.points)
-    assert type(quadrature)().integrate(case.integrand, case.points) == first
-
-
-@some
-def test_result_names_the_method(quadrature: Quadrature, case: Case) -> None:
-    assert quadrature.integrate(case.integrand, case.points).method == type(quadrature).name
-
-
-def test_a_kink_given_as_a_point_costs_no_accuracy(quadrature: Quadrature) -> None:
-    result = quadrature.integrate(lambda s: np.abs(s - 0.3), (0.0, 0.3, 1.0))
-    assert abs(result.value - 0.29) <= TOLERANCE
-
-
 def test_a_jump_given_as_a_point_costs_no_accuracy(quadrature: Quadrature) -> None:
     result = quadrature.integrate(lambda s: np.where(s < 0.3, 0.0, 1.0), (0.0, 0.3, 1.0))
     assert abs(result.value - 0.7) <= TOLERANCE
@@ -210,47 +184,13 @@ def test_no_interval_gives_zero(quadrature: Quadrature, points: tuple[float, ...
     assert (result.value, result.error, result.evaluations) == (0.0, 0.0, 0)
 
 
-def test_a_point_given_twice_changes_nothing(quadrature: Quadrature) -> None:
-    once = quadrature.integrate(np.exp, (0.0, 0.5, 1.0))
-    assert quadrature.integrate(np.exp, (0.0, 0.5, 0.5, 1.0)) == once
-
-
-def test_zero_has_zero_area(quadrature: Quadrature) -> None:
-    assert quadrature.integrate(np.zeros_like, (0.0, 1.0)).value == 0.0
-
-
-def test_sign_of_the_integrand_is_kept(quadrature: Quadrature) -> None:
-    result = quadrature.integrate(lambda s: -(s**2), (-1.0, 1.0))
-    assert abs(result.value + 2 / 3) <= TOLERANCE
-
-
 @pytest.mark.parametrize("upper", [math.nextafter(1.0, 2.0), 1.0 + 1e-15], ids=["one-spacing", "few-spacings"])
 def test_an_interval_without_room_for_nodes_gets_its_area(quadrature: Quadrature, upper: float) -> None:
     result = quadrature.integrate(lambda s: np.full_like(s, 0.75), (1.0, upper))
     assert abs(result.value - 0.75 * (upper - 1.0)) <= result.error
 
 
-@pytest.mark.parametrize("tolerance", [0.0, 1e-14, 1e-8, 1e-4], ids=lambda value: f"tolerance-{value:g}")
-def test_error_bounds_the_true_error_at_any_tolerance(quadrature: Quadrature, tolerance: float) -> None:
-    case = _power_rise(0.1)
-    result = quadrature.integrate(case.integrand, case.points, tolerance)
-    assert abs(result.value - case.area) <= result.error
-
-
 def test_less_is_done_for_a_wider_tolerance(quadrature: Quadrature) -> None:
     case = _power_rise(0.1)
     wide, close = (quadrature.integrate(case.integrand, case.points, t).evaluations for t in (1e-6, 1e-14))
     assert wide < close
-
-
-def test_an_error_of_the_integrand_is_passed_on(quadrature: Quadrature) -> None:
-    def failing(s: FloatArray) -> FloatArray:
-        raise ArithmeticError(s.shape)
-
-    with pytest.raises(ArithmeticError):
-        quadrature.integrate(failing, (0.0, 1.0))
-
-
-@pytest.mark.parametrize("cls", CLASSES, ids=lambda cls: cls.name)
-def test_class_is_registered_under_its_name(cls: type[Quadrature]) -> None:
-    assert load("quadratures", cls.name) is cls

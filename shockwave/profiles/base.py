@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import abc
-from collections.abc import Callable, Sequence
-from functools import lru_cache, partial
+from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.profiles.guard import guarded, is_value
+from shockwave.profiles.guard import guarded, kept
 from shockwave.quadrature import FloatArray, Integral, Integrand, Quadrature
 from shockwave.registry import blame, load
 
@@ -45,7 +45,7 @@ class ShockProfile(abc.ABC):
 
     Contract for implementers
     -------------------------
-    1. ``duration_ratio`` is n, the whole duration over the rise time, a float above 1: an attribute, a
+    1. ``duration_ratio`` is n, the whole duration over the rise time, a number above 1: an attribute, a
        property or an attrs field. With attrs, every other field is a parameter of the profile.
     2. ``rise(s)`` is F1 on 0 <= s <= 1 and ``decay(s)`` is F2 on 1 <= s <= n. Both are vectorised: they take
        a float array of any shape and return one of the same shape. They are not called outside their range.
@@ -146,7 +146,7 @@ class ShockProfile(abc.ABC):
         closed = self.closed_areas() if quadrature is None else None
         if closed is not None:
             return Areas(*(Integral(a, _ROUNDING * abs(a), 0, "closed form") for a in closed))
-        return _kept_areas(self, quadrature) if is_value(self) else _areas(self, quadrature)
+        return _areas(self, quadrature)
 
     def running_impulse(self, s: npt.ArrayLike, quadrature: str | None = None) -> FloatArray:
         """Integral of the force from 0 to ``s``, in units of F0 t0; constant before 0 and after n.
@@ -155,7 +155,7 @@ class ShockProfile(abc.ABC):
         """
         inside: FloatArray = np.clip(np.asarray(s, dtype=float), 0.0, self.duration_ratio)
         closed = self.closed_running_impulse(inside) if quadrature is None else None
-        return closed if closed is not None else self._integrals(inside, quadrature, lambda end: self.force)
+        return closed if closed is not None else self._integrals(inside, quadrature, moment=False)
 
     def double_integral(self, s: npt.ArrayLike, quadrature: str | None = None) -> FloatArray:
         """Integral of the running impulse from 0 to ``s``, in units of F0 t0^2.
@@ -167,8 +167,7 @@ class ShockProfile(abc.ABC):
         inside = np.clip(s, 0.0, self.duration_ratio)
         closed = self.closed_double_integral(inside) if quadrature is None else None
         if closed is None:
-            # Cauchy's formula turns two integrations into one, without a difference of large numbers.
-            closed = self._integrals(inside, quadrature, lambda end: lambda u: (end - u) * self.force(u))
+            closed = self._integrals(inside, quadrature, moment=True)
         beyond = np.maximum(s - self.duration_ratio, 0.0)
         if not np.any(beyond):
             return closed
@@ -182,24 +181,24 @@ class ShockProfile(abc.ABC):
         NumericalError
             When the force is not finite somewhere.
         """
-        # Only a simulation needs it.
-        from shockwave.profiles.free_path import FreePath
+        closed = self.closed_free_path()
+        return _fitted(self) if closed is None else closed
 
-        return FreePath.of(self)
+    def integral_to(self, end: float, quadrature: str | None, moment: bool) -> Integral:
+        """The running impulse at one s, 0 <= s <= n, by quadrature; or the double integral, the ``moment``."""
+        points = [p for p in self.breakpoints if p < end] + [end]
+        # Cauchy's formula turns two integrations into one, without a difference of large numbers.
+        integrand = (lambda s: (end - s) * self.force(s)) if moment else self.force
+        return _integral(quadrature, integrand, points)
 
-    def _integrals(
-        self,
-        ends: FloatArray,
-        quadrature: str | None,
-        integrand: Callable[[float], Callable[[FloatArray], FloatArray]],
-    ) -> FloatArray:
+    def _integrals(self, ends: FloatArray, quadrature: str | None, moment: bool) -> FloatArray:
         result = np.empty_like(ends)
         for index, end in np.ndenumerate(ends):
-            points = [p for p in self.breakpoints if p < end] + [float(end)]
-            result[index] = _integral(quadrature, integrand(float(end)), points).value
+            result[index] = self.integral_to(float(end), quadrature, moment).value
         return result
 
 
+@kept
 def _areas(profile: ShockProfile, quadrature: str | None) -> Areas:
     before = [p for p in profile.breakpoints if p <= 1]
     after = [p for p in profile.breakpoints if p >= 1]
@@ -207,8 +206,13 @@ def _areas(profile: ShockProfile, quadrature: str | None) -> Areas:
     return Areas(_integral(quadrature, rise, before), _integral(quadrature, decay, after))
 
 
-# Scenes of one shape come in series.
-_kept_areas = lru_cache(maxsize=64)(_areas)
+@kept
+def _fitted(profile: ShockProfile) -> FreePath:
+    # Only a simulation needs it.
+    from shockwave.profiles.free_path_fit import fitted
+
+    rise, decay = (partial(guarded, profile, name) for name in ("rise", "decay"))
+    return fitted(rise, decay, profile.breakpoints)
 
 
 def _integral(name: str | None, integrand: Integrand, points: Sequence[float]) -> Integral:

@@ -10,7 +10,7 @@ from attrs import frozen
 from shockwave.fields import quantity
 from shockwave.numerics import elementwise
 from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.layers import edges
+from shockwave.profiles.boundary_layers import edges
 from shockwave.quadrature import FloatArray
 
 __all__ = ["Exponential"]

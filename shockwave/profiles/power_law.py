@@ -9,7 +9,7 @@ from attrs import frozen
 
 from shockwave.fields import quantity
 from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.layers import edges
+from shockwave.profiles.boundary_layers import edges
 from shockwave.quadrature import FloatArray
 
 if TYPE_CHECKING:

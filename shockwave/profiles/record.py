@@ -61,10 +61,8 @@ class Record:
 
     times: FloatArray = attrs.field(eq=_same)
     forces: FloatArray = attrs.field(eq=_same)
-    notes: tuple[str, ...] = ()
-    lines: npt.NDArray[np.int64] = attrs.field(
-        eq=_same, factory=lambda: np.empty(0, dtype=np.int64), repr=False, kw_only=True
-    )
+    notes: tuple[str, ...]
+    lines: npt.NDArray[np.int64] = attrs.field(eq=_same, repr=False)
 
 
 @frozen
@@ -76,24 +74,12 @@ class _Text:
     separator: str
     first: int
 
-    def cells(self, line: str, separator: str | None = None) -> list[str]:
-        """The cells of a line, without quotes; an empty one that a separator at the end leaves is kept."""
-        separator = self.separator if separator is None else separator
-        cells = line.strip().split(separator) if separator else line.split()
-        return [cell.strip().strip("\"'").strip() for cell in cells]
-
     def kept(self, start: int, stop: int) -> list[int]:
         """Indices of the lines in ``[start, stop)`` that are neither blank nor a comment."""
         # A semicolon begins a comment only where it does not separate columns.
         marks = ("#", "%", "//") if self.separator == ";" else ("#", "%", "//", ";")
-        lines = enumerate(self.lines[start:stop], start)
-        kept = [index for index, line in lines if (row := line.strip()) and not row.startswith(marks)]
-        # The patterns and splits below are meant for lines of a sane length.
-        for index in kept:
-            if len(self.lines[index]) > _LONGEST_LINE:
-                problem = f"must have at most {_LONGEST_LINE} characters (got {len(self.lines[index])})"
-                self.refuse(index, "row", problem)
-        return kept
+        rows = enumerate(map(str.strip, self.lines[start:stop]), start)
+        return [index for index, row in rows if row and not row.startswith(marks)]
 
     def fault(self, index: int, name: str, problem: str) -> Fault:
         """A fault of the line ``index``, counted from 0."""
@@ -103,15 +89,20 @@ class _Text:
         """Raise the one fault of the line ``index``, counted from 0."""
         raise InvalidValueError([self.fault(index, name, problem)])
 
+    @property
+    def comma_hint(self) -> str:
+        """What may be wrong with the number of columns."""
+        hint = "; if the comma is the decimal sign, separate the columns by semicolons"
+        return hint if self.separator == "," else ""
+
 
 @frozen
-class _Columns:
-    """What the header says: how many columns, which two hold time and force, and their SI factors."""
+class _Column:
+    """The name and unit of a column, and the line on which the unit stands, counted from 0."""
 
-    count: int
-    picks: tuple[int, int]
-    factors: tuple[float, float]
-    notes: tuple[str, ...]
+    name: str
+    unit: str
+    line: int
 
 
 def read_record(path: pathlib.Path) -> Record:
@@ -138,75 +129,72 @@ def read_record(path: pathlib.Path) -> Record:
         When it holds no two columns of finite numbers in units of time and force; each fault names its line.
     """
     path = pathlib.Path(path)
-    lines = _lines(path)
-    text = _text(path, lines)
-    kept = text.kept(text.first, len(lines))
-    columns = _columns(text)
-    table = _numbers(text, columns, kept)
-    return Record(table[:, 0].copy(), table[:, 1].copy(), columns.notes, lines=np.array(kept) + 1)
+    text = _text(path)
+    kept = text.kept(text.first, len(text.lines))
+    notes: list[str] = []
+    columns = _columns(text, notes)
+    picks = _picks(text, columns, notes)
+    factors = _factors(text, [columns[pick] for pick in picks], notes)
+    table = _numbers(text, len(columns), picks, factors, kept)
+    return Record(table[:, 0].copy(), table[:, 1].copy(), tuple(notes), np.array(kept) + 1)
 
 
-def _lines(path: pathlib.Path) -> list[str]:
-    text = read_text(path, _MOST_BYTES)
-    lines = text.replace("\r\n", "\n").replace("\r", "\n")
-    if lines.count("\n") > _MOST_LINES:
-        raise FileAccessError(f"{path}: has more than {_MOST_LINES} lines (keep only the pulse)")
-    return lines.split("\n")
-
-
-def _text(path: pathlib.Path, lines: list[str]) -> _Text:
+def _text(path: pathlib.Path) -> _Text:
     """Find the first row of numbers, and in it the separator."""
+    lines = read_text(path, _MOST_BYTES).replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    if len(lines) > _MOST_LINES:
+        raise FileAccessError(f"{path}: has more than {_MOST_LINES} lines (keep only the pulse)")
     first = next((index for index, line in enumerate(lines) if _ROW_OF_NUMBERS.match(line)), None)
     if first is None:
-        raise InvalidValueError(
-            [Fault("rows", "must be numbers, a time and a force in each (got no row of numbers)", str(path))]
-        )
-    row = lines[first].strip()
-    separator = next((mark for mark in (";", "\t", ",") if mark in row), "")
-    return _Text(path, lines, separator, first)
+        problem = "must be numbers, a time and a force in each (got no row of numbers)"
+        raise InvalidValueError([Fault("rows", problem, str(path))])
+    separator = next((mark for mark in (";", "\t", ",") if mark in lines[first].strip()), "")
+    text = _Text(path, lines, separator, first)
+    long = next((index for index, line in enumerate(lines) if len(line) > _LONGEST_LINE), None)
+    if long is not None:
+        text.refuse(long, "row", f"must have at most {_LONGEST_LINE} characters (got {len(lines[long])})")
+    return text
 
 
 # ---------------------------------------------------------------- header
 
 
-def _columns(text: _Text) -> _Columns:
-    """Which columns hold time and force, and what turns them into SI."""
+def _columns(text: _Text, notes: list[str]) -> list[_Column]:
+    """The columns, as the header names them."""
     headers = text.kept(0, text.first)
-    if len(headers) > 2:
-        problem = "must be numbers, after at most two header lines (got {}; put # before text)"
-        text.refuse(headers[2], "row", problem.format(text_of(text.lines[headers[2]])))
-    row = text.cells(text.lines[text.first])
+    row = _cells(text.lines[text.first], text.separator)
     trimmed = len(row) - (row[-1] == "")
-    notes: list[str] = []
-    if not headers and (index := _header_in_comment(text, trimmed)) is not None:
-        headers = [index]
-        notes.append(f"the header was read from the comment in line {index + 1}")
+    if len(headers) > 2:
+        got = f"got {text_of(text.lines[headers[2]])}; put # before text"
+        text.refuse(headers[2], "row", f"must be numbers, after at most two header lines ({got})")
+    if not headers:
+        headers = _header_in_comment(text, trimmed)
+        notes += [f"the header was read from the comment in line {index + 1}" for index in headers]
     labels = [_labels(text, index) for index in headers]
     count = len(row) if labels and len(labels[0]) == len(row) else trimmed
     for index, cells in zip(headers, labels, strict=True):
-        _check_header(text, index, cells, count)
-    names = [_name_and_unit(cell) for cell in labels[0]] if labels else [("", "")] * count
-    lines = [headers[0] if headers else text.first] * count
+        if any(_NUMBER.fullmatch(cell.replace(",", ".")) for cell in cells):
+            got = text_of(text.lines[index])
+            text.refuse(index, "row", f"must be names of columns, or numbers alone (got {got})")
+        if len(cells) != count:
+            got = f"got {len(cells)} names; line {text.first + 1} has {count}{text.comma_hint}"
+            text.refuse(index, "header", f"must name every column ({got})")
+    if not labels:
+        return [_Column("", "", text.first)] * count
+    columns = [_Column(*_name_and_unit(cell), headers[0]) for cell in labels[0]]
     if len(labels) == 1 and all(cell in _BARE_UNITS for cell in labels[0]):
-        names = [("", cell) for cell in labels[0]]
+        return [_Column("", cell, headers[0]) for cell in labels[0]]
     if len(labels) == 2:  # the second line holds the units
-        for column, cell in enumerate(labels[1]):
-            if not names[column][1]:
-                names[column] = (names[column][0], cell.strip("[]()").strip())
-                lines[column] = headers[1]
-    picks = _picks(text, [name for name, _ in names], notes)
-    factors = _factors(text, [names[pick][1] for pick in picks], [lines[pick] for pick in picks], notes)
-    return _Columns(count, picks, factors, tuple(notes))
+        units = [cell.strip("[]()").strip() for cell in labels[1]]
+        pairs = zip(columns, units, strict=True)
+        return [column if column.unit else _Column(column.name, unit, headers[1]) for column, unit in pairs]
+    return columns
 
 
-def _check_header(text: _Text, index: int, cells: list[str], count: int) -> None:
-    for cell in cells:
-        if _NUMBER.fullmatch(cell.replace(",", ".")):
-            problem = f"must be names of columns, or numbers alone (got {text_of(text.lines[index])})"
-            text.refuse(index, "row", problem)
-    if len(cells) != count:
-        hint = f"line {text.first + 1} has {count}{_comma_hint(text)}"
-        text.refuse(index, "header", f"must name every column (got {len(cells)} names; {hint})")
+def _cells(line: str, separator: str) -> list[str]:
+    """The cells of a line, without quotes; an empty one that a separator at the end leaves is kept."""
+    cells = line.strip().split(separator) if separator else line.split()
+    return [cell.strip().strip("\"'").strip() for cell in cells]
 
 
 def _labels(text: _Text, index: int) -> list[str]:
@@ -215,18 +203,16 @@ def _labels(text: _Text, index: int) -> list[str]:
     mark = next((mark for mark in (text.separator, ";", "\t", ",") if mark and mark in line), "")
     if not mark:  # blanks separate the columns, but not a name from its unit
         line = " ".join(line.split()).replace(" [", "[").replace(" (", "(").replace(" / ", "/")
-    cells = text.cells(line, mark)
+    cells = _cells(line, mark)
     return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
 
 
-def _header_in_comment(text: _Text, count: int) -> int | None:
+def _header_in_comment(text: _Text, count: int) -> list[int]:
     """The comment right above the numbers, where it names a time and a force: NumPy writes such headers."""
-    above = next((index for index in range(text.first - 1, -1, -1) if text.lines[index].strip()), None)
-    if above is None or len(text.lines[above]) > _LONGEST_LINE:
-        return None
-    names = [_name_and_unit(cell)[0] for cell in _labels(text, above)]
-    times, forces = (_named(names, known) for known in (_TIME_NAMES, _FORCE_NAMES))
-    return above if len(names) == count and len(times) == len(forces) == 1 else None
+    above = [index for index in range(text.first) if text.lines[index].strip()][-1:]
+    names = [_name_and_unit(cell)[0] for index in above for cell in _labels(text, index)]
+    found = len(_named(names, _TIME_NAMES)) == len(_named(names, _FORCE_NAMES)) == 1
+    return above if found and len(names) == count else []
 
 
 def _name_and_unit(cell: str) -> tuple[str, str]:
@@ -247,23 +233,21 @@ def _named(names: Sequence[str], known: frozenset[str]) -> list[int]:
     return [i for i, name in enumerate(names) if known.intersection(re.findall(r"[^\W\d_]+", name.lower()))]
 
 
-def _picks(text: _Text, names: list[str], notes: list[str]) -> tuple[int, int]:
+def _picks(text: _Text, columns: Sequence[_Column], notes: list[str]) -> tuple[int, int]:
     """The columns of time and force: by their names, or in this order where there are but two."""
-    times, forces = (_named(names, known) for known in (_TIME_NAMES, _FORCE_NAMES))
-    if len(names) == 2 and len(times) <= 1 and len(forces) <= 1 and times != forces:
-        time = times[0] if times else 1 - forces[0]
-        picks = (time, 1 - time)
-    elif len(names) == 2 and not times and not forces:
-        picks = (0, 1)
-        if any(names):
+    names = [column.name for column in columns]
+    times, forces = _named(names, _TIME_NAMES), _named(names, _FORCE_NAMES)
+    if len(names) == 2 and len(times) <= 1 and len(forces) <= 1 and (times != forces or not times):
+        first = times[0] if times else 1 - forces[0] if forces else 0
+        times, forces = [first], [1 - first]
+        if not _named(names, _TIME_NAMES | _FORCE_NAMES) and any(names):
             notes.append(f"the columns {names[0]!r} and {names[1]!r} were taken as time and force")
-    elif len(times) == len(forces) == 1 and times != forces:
-        picks = (times[0], forces[0])
-    else:
-        shown = ", ".join(text_of(name) for name in names[:12]) if any(names) else "no header"
-        problem = f"must be one column of time and one of force (got {len(names)}: {shown}; "
-        hint = f"write a header such as 'time [s]' and 'force [N]' over those two{_comma_hint(text)})"
-        text.refuse(text.first, "columns", problem + hint)
+    if not len(times) == len(forces) == 1 or times == forces:
+        shown = ", ".join(map(text_of, names[:12])) if any(names) else "no header"
+        hint = f"write a header such as 'time [s]' and 'force [N]' over those two{text.comma_hint}"
+        problem = f"must be one column of time and one of force (got {len(names)}: {shown}; {hint})"
+        text.refuse(text.first, "columns", problem)
+    picks = times[0], forces[0]
     if picks != (0, 1):
         which = f"column {picks[0] + 1}, {names[picks[0]]!r}, and column {picks[1] + 1}, {names[picks[1]]!r}"
         notes.append(f"time and force were found by their names: {which}")
@@ -272,37 +256,30 @@ def _picks(text: _Text, names: list[str], notes: list[str]) -> tuple[int, int]:
     return picks
 
 
-def _comma_hint(text: _Text) -> str:
-    decimal = "; if the comma is the decimal sign, separate the columns by semicolons"
-    return decimal if text.separator == "," else ""
-
-
-def _factors(text: _Text, units: list[str], lines: list[int], notes: list[str]) -> tuple[float, float]:
+def _factors(text: _Text, columns: Sequence[_Column], notes: list[str]) -> tuple[float, ...]:
     """What turns the two columns into SI; faults of both are raised together."""
-    factors, faults = [1.0, 1.0], []
-    for i, (unit, line, (base, name, assumed)) in enumerate(zip(units, lines, _SI_UNITS, strict=True)):
-        if not unit:
+    factors, faults = [], []
+    for column, (base, name, assumed) in zip(columns, _SI_UNITS, strict=True):
+        factor = 1.0 if column.unit in ("", base) else _factor(column.unit, base)
+        factors.append(factor)
+        if not column.unit:
             notes.append(f"the {name} has no unit: {assumed} are assumed")
-        elif unit != base:
-            try:
-                factors[i] = _factor(unit, base)
-            except ValueError:
-                problem = f"must be a unit of {name} (got {text_of(unit)}; write [{base}], for example)"
-                faults.append(text.fault(line, f"unit of {name}", problem))
+        if factor is None:
+            problem = f"must be a unit of {name} (got {text_of(column.unit)}; write [{base}], for example)"
+            faults.append(text.fault(column.line, f"unit of {name}", problem))
     if faults:
         raise InvalidValueError(faults)
-    return factors[0], factors[1]
+    return tuple(factors)
 
 
-def _factor(unit: str, base: str) -> float:
-    """The size of ``unit`` in SI; ValueError when it is no unit of that dimension."""
-    if len(unit) > 40 or not _UNIT.fullmatch(unit):
-        raise ValueError(unit)
-    # A unit that is not known as written may be known without its capitals: 'Seconds', 'Sec'.
-    for spelling in (unit, unit.lower()):
-        with suppress(AttributeError, TypeError, ValueError):  # unknown, wrong dimension, no unit at all
-            return float(_units().Quantity(1.0, spelling).to(base).magnitude)
-    raise ValueError(unit)
+def _factor(unit: str, base: str) -> Any:
+    """The size of ``unit`` in SI; None when it is no unit of that dimension."""
+    if len(unit) <= 40 and _UNIT.fullmatch(unit):
+        # A unit that is not known as written may be known without its capitals: 'Seconds', 'Sec'.
+        for spelling in (unit, unit.lower()):
+            with suppress(AttributeError, TypeError, ValueError):  # unknown, wrong dimension, no unit at all
+                return float(_units().Quantity(1.0, spelling).to(base).magnitude)
+    return None
 
 
 @cache
@@ -315,58 +292,56 @@ def _units() -> Any:
 # ---------------------------------------------------------------- body
 
 
-def _numbers(text: _Text, columns: _Columns, kept: list[int]) -> FloatArray:
+def _numbers(
+    text: _Text, count: int, picks: Sequence[int], factors: Sequence[float], kept: Sequence[int]
+) -> FloatArray:
     """The time and the force column of the lines ``kept``, shape (k, 2), in SI units, finite."""
-    rows = [text.lines[index].strip() for index in kept]
-    body = "\n".join(rows).replace('"', "")
-    if text.separator in (";", "\t") and "," in body:
-        if "." in body:
-            _refuse_two_decimal_signs(text, kept, rows)
-        body = body.replace(",", ".")
-    if text.separator and len(text.cells(rows[0])) > columns.count:  # every row ends with a separator
-        body = f"{body}\n".replace(f"{text.separator}\n", "\n").removesuffix("\n")
-    plain = body.split("\n")
-    with suppress(ValueError):  # which does not tell enough of the fault
-        table = np.loadtxt(plain, delimiter=text.separator or None, comments=None, ndmin=2)
-        if table.shape == (len(rows), columns.count):
+    rows = [text.lines[index].strip().replace('"', "") for index in kept]
+    if text.separator in (";", "\t"):
+        rows = _with_points(text, kept, rows)
+    if text.separator:
+        rows = [row.removesuffix(text.separator) if row.count(text.separator) == count else row for row in rows]
+    with suppress(ValueError):  # whose message lacks line and column
+        table = np.loadtxt(rows, delimiter=text.separator or None, comments=None, ndmin=2)
+        if table.shape == (len(rows), count):
             with np.errstate(over="ignore"):
-                table = table[:, list(columns.picks)] * columns.factors
+                table = table[:, list(picks)] * factors
             if np.isfinite(table).all():
                 return table
-    return _numbers_one_by_one(text, columns, kept, plain)
+    return _numbers_one_by_one(text, count, picks, factors, kept, rows)
 
 
-def _refuse_two_decimal_signs(text: _Text, kept: list[int], rows: list[str]) -> NoReturn:
-    comma = next(row for row, line in enumerate(rows) if "," in line)
-    point = next(row for row, line in enumerate(rows) if "." in line)
-    early, late = kept[min(comma, point)], kept[max(comma, point)]
-    got = f"got {text_of(text.lines[late])} after {text_of(text.lines[early])}"
-    hint = "use the point or the comma alone, and no thousands sign"
-    text.refuse(late, "row", f"must have one decimal sign ({got}; {hint})")
+def _with_points(text: _Text, kept: Sequence[int], rows: Sequence[str]) -> list[str]:
+    """The rows with points for decimal commas; a file with both is refused at the later one."""
+    comma, point = (next((at for at, row in enumerate(rows) if mark in row), None) for mark in ",.")
+    if comma is not None and point is not None:
+        early, late = sorted((kept[comma], kept[point]))
+        got = f"got {text_of(text.lines[late])} after {text_of(text.lines[early])}"
+        hint = "use the point or the comma alone, and no thousands sign"
+        text.refuse(late, "row", f"must have one decimal sign ({got}; {hint})")
+    return [row.replace(",", ".") for row in rows]
 
 
-def _numbers_one_by_one(text: _Text, columns: _Columns, kept: list[int], rows: list[str]) -> FloatArray:
+def _numbers_one_by_one(
+    text: _Text, count: int, picks: Sequence[int], factors: Sequence[float], kept: Sequence[int], rows: Sequence[str]
+) -> FloatArray:
     """The two columns, cell by cell: finds the faults, and copes with words in other columns."""
     table: list[list[float]] = []
     faults: list[Fault] = []
     for index, row in zip(kept, rows, strict=True):
-        cells = text.cells(row)
-        if len(cells) == columns.count + 1 and not cells[-1]:
-            cells.pop()
-        if len(cells) != columns.count:
-            got = f"got {len(cells)}: {text_of(text.lines[index])}{_comma_hint(text)}"
-            faults.append(text.fault(index, "row", f"must have {columns.count} columns ({got})"))
-        else:
-            pair = []
-            for pick, factor, (unit, name, _) in zip(columns.picks, columns.factors, _SI_UNITS, strict=True):
-                cell = cells[pick]
-                pair.append(float(cell) * factor if _NUMBER.fullmatch(cell) else math.nan)
-                if not math.isfinite(pair[-1]):
-                    problem = f"must be a finite number of {unit} (got {text_of(cell)}; mend or delete the row)"
-                    faults.append(text.fault(index, name, problem))
-            table.append(pair)
+        cells = _cells(row, text.separator)
+        if len(cells) != count:
+            got = f"got {len(cells)}: {text_of(text.lines[index])}{text.comma_hint}"
+            faults.append(text.fault(index, "row", f"must have {count} columns ({got})"))
+            continue
+        chosen = [cells[pick] for pick in picks]
+        table.append([float(cell) if _NUMBER.fullmatch(cell) else math.nan for cell in chosen])
+        for value, factor, cell, (unit, name, _) in zip(table[-1], factors, chosen, _SI_UNITS, strict=True):
+            if not math.isfinite(value * factor):
+                problem = f"must be a finite number of {unit} (got {text_of(cell)}; mend or delete the row)"
+                faults.append(text.fault(index, name, problem))
         if len(faults) >= _MOST_FAULTS:
             break
     if faults:
         raise InvalidValueError(faults[:_MOST_FAULTS])
-    return np.array(table)
+    return np.array(table) * factors

@@ -7,7 +7,8 @@ from attrs import field, frozen
 from shockwave.errors import InvalidValueError, PluginError
 from shockwave.fields import Quantity, quantity, text_of
 from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.guard import ViolationError, examine
+from shockwave.profiles.contract import examine
+from shockwave.profiles.guard import ViolationError
 
 __all__ = ["DURATION", "Shock"]
 
@@ -46,7 +47,7 @@ class Shock:
         try:
             examine(self.profile)
         except ViolationError as error:
-            if self.rise_time is None:
+            if self.rise_time is None or error.s is None:
                 raise
             raise PluginError(f"{error}, t = {error.s * self.rise_time:.6g} s") from error
         for name in ("peak_force", "rise_time"):

@@ -45,7 +45,7 @@ class Quadrature(abc.ABC):
        It must not be called outside ``[lower, upper]``.
     4. ``tolerance`` is the absolute error to aim at. The returned error estimate bounds the true
        error, rounding included, whether or not the tolerance was reached.
-    5. The work is bounded: a piece ends after a fixed number of refinements and tells what it has
+    5. The work is bounded: a piece ends after a fixed number of refinements and states what it has
        reached. It keeps no state between calls.
     """
 

@@ -15,7 +15,8 @@ from shockwave.errors import InvalidValueError
 from shockwave.fields import quantity, text_of
 from shockwave.prediction.short_shock_law import correction
 from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.guard import examine, trusted
+from shockwave.profiles.contract import examine
+from shockwave.profiles.guard import trusted
 
 __all__ = ["Shape"]
 

@@ -1,4 +1,4 @@
-"""Tests for plugins: what a profile, an integrator or a quadrature has signed, clause by clause, for pytest."""
+"""Tests for plugins: the contract of a profile, an integrator or a quadrature, clause by clause, for pytest."""
 
 from __future__ import annotations
 

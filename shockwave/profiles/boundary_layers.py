@@ -11,7 +11,7 @@ _SLOWEST, _THINNEST = 100.0, 1e-9
 
 
 def edges(begin: float, end: float, rate: float, duration: float) -> tuple[float, ...]:
-    """Where the layer of a force that goes with exp(-rate u) has passed, u = (s - begin)/(end - begin).
+    """Where the layer of a force that decays as exp(-rate u) has passed, u = (s - begin)/(end - begin).
 
     Parameters
     ----------

@@ -1,10 +1,10 @@
-"""Motions whose answers are known, on which integrators are tried."""
+"""Motions with known solutions, on which integrators are tried."""
 
 from __future__ import annotations
 
-import functools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -18,26 +18,31 @@ from shockwave.simulation.nystroem import Rkn1210
 from shockwave.simulation.one_step import OneStep
 from shockwave.simulation.problem import ChainProblem
 
-__all__ = ["SPAN", "STRUCK", "STRUCK_UNTIL", "Watched", "coupled", "hertz", "path", "taken"]
+__all__ = ["STRUCK", "STRUCK_UNTIL", "Watched", "coupled", "hertz", "path", "taken"]
 
 _PHASES = np.arange(5) * 0.7
-#: How long a motion is followed to tell the order of its error.
-SPAN = 6.0
+# How long a motion is followed to measure the order of its error.
+_SPAN = 6.0
 # Runs begin at several times: their mean error is not the accident of one.
 _BEGINS = (0.0, 0.9, 2.3, 3.1, 4.7, 5.6)
-# Numbers of steps in a run, each the double of one before, and the fewest that tell a slope.
-_COUNTS, _FEWEST = (4, 5, 6, 7, 8, 10, 12, 14, 16, 24, 32, 64, 128, 256), 8
+# Numbers of steps in a run, each the double of one before.
+_COUNTS = (4, 5, 6, 7, 8, 10, 12, 14, 16, 24, 32, 64, 128, 256)
+# The fewest that show a slope.
+_FEWEST = 8
 # What makes a step of size 1 a long one: methods of order 12 then miss the symplectic form by 1e-5.
 _STIFFNESS = 1.5
-_BETWEEN_WALLS = np.array([0.4, -0.3, 0.5]), np.array([0.3, -0.5, 0.4])
+_BETWEEN_WALLS = np.array([0.4, -0.3, 0.5, 0.3, -0.5, 0.4])
 # Central differences of order 8: truncation and rounding leave errors of 1e-12.
-_WEIGHTS, _SHIFTS = (4 / 5, -1 / 5, 4 / 105, -1 / 280), (0.01, 0.02, 0.03, 0.04)
+_WEIGHTS = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
+_SHIFT = 0.01
 # No method takes so many steps for what is asked of it here.
 _MOST_STEPS = 200_000
 # An error as small is rounding in part.
 _LEAST = 2e-13
-#: Granules at rest that the first one strikes, and how long it takes them to come apart.
-STRUCK, STRUCK_UNTIL = (np.zeros(5), np.array([1.0, 0.0, 0.0, 0.0, 0.0])), 12.0
+#: Granules at rest that the first one strikes: positions and velocities.
+STRUCK = (np.zeros(5), np.array([1.0, 0.0, 0.0, 0.0, 0.0]))
+#: How long it takes them to come apart.
+STRUCK_UNTIL = 12.0
 
 
 def path(time: Any) -> tuple[FloatArray, FloatArray]:
@@ -93,35 +98,23 @@ class Watched:
 # ---------------------------------------------------------------- runs
 
 
-class EndlessError(Exception):
-    """More steps were taken than there can be need of."""
-
-
-def limited(steps: Iterator[Step]) -> Iterator[Step]:
-    """The steps, as long as they come to an end."""
-    for count, step in enumerate(steps):
-        if count == _MOST_STEPS:
-            raise EndlessError(f"steps does not come to an end: {_MOST_STEPS} up to t = {step.end!r}")
-        yield step
-
-
 def taken(
     method: Integrator,
     acceleration: Acceleration = coupled,
     until: float = 3.0,
-    x: FloatArray | None = None,
-    v: FloatArray | None = None,
+    state: tuple[FloatArray, FloatArray] | None = None,
     begin: float = 0.0,
 ) -> list[Step]:
     """All steps of a run; without a state, of the smooth motion."""
-    first = path(begin)
-    state = first[0] if x is None else x.copy(), first[1] if v is None else v.copy()
-    return list(limited(method.steps(acceleration, begin, until, *state, None)))
+    x, v = path(begin) if state is None else state
+    steps = list(islice(method.steps(acceleration, begin, until, x.copy(), v.copy(), None), _MOST_STEPS))
+    assert len(steps) < _MOST_STEPS, f"steps does not end: {_MOST_STEPS} up to t = {steps[-1].end!r}"
+    return steps
 
 
-def ends(method: Integrator, until: float) -> list[float]:
-    """Where the steps of a run end."""
-    return [step.end for step in taken(method, until=until)]
+def ends(method: Integrator) -> list[float]:
+    """Where the steps of a short run end."""
+    return [step.end for step in taken(method, until=1.0)]
 
 
 def off(step: Step) -> float:
@@ -132,11 +125,31 @@ def off(step: Step) -> float:
 # ---------------------------------------------------------------- order
 
 
-def slope(error: Callable[[float], float]) -> float:
-    """The power of the step with which ``error`` goes: from the two last, one half the other, above rounding."""
+def slope(integrator: type[Integrator]) -> float:
+    """The power of the step with which the error of the smooth motion scales."""
+    if issubclass(integrator, OneStep):
+        return _power(lambda size: _error_of_attempts(integrator(), size))
+    if not integrator.adaptive:
+        return _power(lambda size: off(taken(integrator(size=size), until=_SPAN)[-1]))
+    loose, tight = (taken(integrator(tolerance=tolerance), until=20.0) for tolerance in (1e-6, 1e-9))
+    return math.log(off(loose[-1]) / off(tight[-1])) / math.log(max(len(tight) / len(loose), 1.001))
+
+
+def slope_of_estimate(integrator: type[OneStep]) -> float:
+    """The power of the step with which the error estimate of one attempt scales."""
+
+    def estimate(size: float) -> float:
+        states = ((begin, *path(begin)) for begin in _BEGINS)
+        return float(np.mean([integrator().attempt(coupled, t, size, x, v, coupled(t, x)).error for t, x, v in states]))
+
+    return _power(estimate)
+
+
+def _power(error: Callable[[float], float]) -> float:
+    """The power of the step with which ``error`` scales: from the two last, one half the other, above rounding."""
     errors: dict[int, float] = {}
     for count in _COUNTS:
-        errors[count] = error(SPAN / count)
+        errors[count] = error(_SPAN / count)
         if count > _FEWEST and not errors[count] > _LEAST:
             break
     fine = max((count for count in errors if count // 2 in errors and errors[count] > _LEAST), default=_FEWEST)
@@ -144,21 +157,15 @@ def slope(error: Callable[[float], float]) -> float:
     return math.log2(before / last) if last > 0 and before > 0 else math.nan
 
 
-def error_of_attempts(method: OneStep, size: float) -> float:
+def _error_of_attempts(method: OneStep, size: float) -> float:
     """Error of the path after equal attempts, root mean square over the runs."""
-    count, squares = round(SPAN / size), []
+    count, squares = round(_SPAN / size), []
     for begin in _BEGINS:
         (x, v), a = path(begin), coupled(begin, path(begin)[0])
         for index in range(count):
             x, v, a, _ = method.attempt(coupled, begin + index * size, size, x, v, a)
         squares.append(np.mean(np.subtract((x, v), path(begin + count * size)) ** 2))
     return float(np.sqrt(np.mean(squares)))
-
-
-def estimate(method: OneStep, size: float) -> float:
-    """Mean of the error estimates of one attempt."""
-    states = ((begin, *path(begin)) for begin in _BEGINS)
-    return float(np.mean([method.attempt(coupled, t, size, x, v, coupled(t, x)).error for t, x, v in states]))
 
 
 # ---------------------------------------------------------------- the symplectic form
@@ -169,16 +176,16 @@ def form_defect(integrator: type[Integrator]) -> float:
 
     M is the derivative of the step's end by its beginning, positions and velocities, by central differences of order 8.
     """
-    state = np.concatenate(_BETWEEN_WALLS)
     columns = []
-    for axis in np.eye(state.size):
-        differences = [
-            weight * (_mapped(integrator, state + shift * axis) - _mapped(integrator, state - shift * axis))
-            for weight, shift in zip(_WEIGHTS, _SHIFTS, strict=True)
-        ]
-        columns.append(sum(differences) / _SHIFTS[0])
-    derivative, unit, nothing = np.array(columns).T, np.eye(state.size // 2), np.zeros((state.size // 2,) * 2)
-    form = np.block([[nothing, unit], [-unit, nothing]])
+    for axis in np.eye(_BETWEEN_WALLS.size):
+        column = np.zeros(axis.size)
+        for count, weight in enumerate(_WEIGHTS, start=1):
+            shift = count * _SHIFT * axis
+            after, before = (_mapped(integrator, _BETWEEN_WALLS + sign * shift) for sign in (1, -1))
+            column += weight / _SHIFT * (after - before)
+        columns.append(column)
+    derivative, half = np.array(columns).T, _BETWEEN_WALLS.size // 2
+    form = np.kron([[0, 1], [-1, 0]], np.eye(half))
     return float(np.max(np.abs(derivative.T @ form @ derivative - form)))
 
 
@@ -189,17 +196,16 @@ def _mapped(integrator: type[Integrator], state: FloatArray) -> FloatArray:
     if issubclass(integrator, OneStep):
         end: Any = integrator().attempt(between_walls, time, size, x, v, between_walls(time, x))
     else:
-        end = taken(integrator(size=size), between_walls, time + size, x, v, begin=time)[-1]
+        end = taken(integrator(size=size), between_walls, time + size, (x, v), begin=time)[-1]
     return np.concatenate((end.x, end.v))
 
 
 # ---------------------------------------------------------------- chains
 
 
-@functools.cache
 def struck() -> tuple[FloatArray, FloatArray]:
     """Positions and velocities of the granules that were struck, by the method of the highest order."""
-    last = list(Rkn1210(tolerance=1e-13).steps(hertz, 0.0, STRUCK_UNTIL, *STRUCK, None))[-1]
+    last = taken(Rkn1210(tolerance=1e-13), hertz, STRUCK_UNTIL, STRUCK)[-1]
     return last.x, last.v
 
 
@@ -208,8 +214,3 @@ def peak_with(method: Integrator) -> float:
     problem = ChainProblem(Triangular(duration_ratio=3), rise_time=1.0, peak_force=1.0)
     found = run(problem, method, Demand(wave_threshold=0.05, primary=1e-4, later=1e-2, most_contacts=200))
     return max(wave.peak_force for wave in found.waves)
-
-
-@functools.cache
-def reference_peak() -> float:
-    return peak_with(Rkn1210(tolerance=1e-10))

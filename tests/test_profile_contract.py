@@ -1,0 +1,333 @@
+"""Broken profiles are found by the clause that they break, when they are used and by the test kit."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import numpy as np
+import pytest
+
+from shockwave import cli
+from shockwave.errors import PluginError
+from shockwave.fields import quantity
+from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.contract import CLAUSES
+from shockwave.profiles.free_path import FreePath, of_powers
+from shockwave.profiles.shock import Shock
+from shockwave.profiles.triangular import Triangular
+from shockwave.quadrature import FloatArray
+from shockwave.testing import ProfileContract
+
+if TYPE_CHECKING:
+    from conftest import Install
+
+
+class Sound(ShockProfile):
+    """A triangle without closed forms, which keeps its contract."""
+
+    duration_ratio = 3.0
+
+    def rise(self, s: FloatArray) -> FloatArray:
+        return 1.0 * s
+
+    def decay(self, s: FloatArray) -> FloatArray:
+        return (3.0 - s) / 2
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}()"
+
+
+class NotANumber(Sound):
+    def decay(self, s: Any) -> Any:
+        return np.where(s > 2.5, np.nan, (3.0 - s) / 2)
+
+
+def broken(**methods: Any) -> Any:
+    """A triangle of which some methods are others; what is no function is a property."""
+    made = {
+        name: value if callable(value) or isinstance(value, property) else property(lambda _, v=value: v)
+        for name, value in methods.items()
+    }
+    return type("Broken", (Sound,), made)()
+
+
+def shock_of(profile: ShockProfile) -> Shock:
+    return Shock(profile=profile, peak_force=100.0, rise_time=2e-5)
+
+
+def failures(profile: Any, contract: type[ProfileContract] = ProfileContract) -> dict[str, str]:
+    """The tests of the kit that fail for the profile, by the clause or name, with their messages."""
+    found = {}
+    for name in (name for name in dir(contract) if name.startswith("test_")):
+        cases = [(clause,) for clause in CLAUSES] if name == "test_it_holds" else [()]
+        for case in cases:
+            try:
+                getattr(contract(), name)(profile, *case)
+            except pytest.skip.Exception:
+                continue
+            except (pytest.fail.Exception, Exception) as failure:
+                found[str(case[0].number) if case else name] = str(failure)
+    return found
+
+
+def for_one_number(_: Any, s: FloatArray) -> FloatArray:
+    if s < 1:
+        return 1.0 * s
+    return np.ones_like(s)
+
+
+def in_place(_: Any, s: FloatArray) -> FloatArray:
+    s *= s
+    return s
+
+
+def leaving(_: Any, s: FloatArray) -> FloatArray:
+    raise SystemExit(0)
+
+
+DRAW = np.random.default_rng(1)
+
+
+def at_random(_: Any, s: FloatArray) -> FloatArray:
+    return s * (1 - 1e-10 * DRAW.random(s.shape))
+
+
+def infinite(_: Any, s: FloatArray) -> FloatArray:
+    return np.where(s > 1, np.inf, s**2 / 2)
+
+
+def longer(_: Any) -> FreePath:
+    return Triangular(duration_ratio=30.0).free_path()
+
+
+@attrs.define
+class Undecorated(Sound):
+    size: float = quantity("m", "a size", default=1.0)
+
+
+class Loose(Sound):
+    size: float = quantity("m", "a size", default=1.0)
+
+
+#: Found when the profile is used: the profile, the clause, what is said.
+AT_ONCE: dict[str, tuple[Any, str, str]] = {
+    "final": (broken(force=lambda _, s: s), "0", "force must be left to ShockProfile"),
+    "no-decorator": (Loose(), "0", "@attrs.frozen must stand before the class"),
+    "ratio": (broken(duration_ratio=0.5), "1", "duration_ratio must be a finite number > 1 (got 0.5)"),
+    "ratio-in-words": (broken(duration_ratio="3"), "1", "duration_ratio must be a finite number > 1 (got '3')"),
+    "infinite-ratio": (broken(duration_ratio=math.inf), "1", "duration_ratio must be a finite number > 1 (got inf)"),
+    "if": (broken(rise=for_one_number), "2", "rise(s) must take an array of any shape, and not raise (got ValueError"),
+    "line": (broken(rise=for_one_number), "2", "a.all() in test_profile_contract.py, line "),
+    "math": (broken(decay=lambda _, s: math.cos(s - 1)), "2", "decay(s) must take an array of any shape, and not"),
+    "exit": (broken(rise=leaving), "2", "and not raise (got SystemExit: 0"),
+    "constant": (broken(decay=lambda *_: 0.5), "2", "must return floats of the shape of s (got float64 of shape ()"),
+    "column": (broken(rise=lambda _, s: np.atleast_2d(s)), "2", "must return floats of the shape of s (got float64"),
+    "an-axis-more": (broken(decay=lambda _, s: np.atleast_1d((3 - s) / 2)), "2", "of shape (1,) for s of shape ()"),
+    "complex": (broken(rise=lambda _, s: s + 0j), "2", "must return floats of the shape of s (got complex128"),
+    "of-all": (broken(rise=lambda _, s: s / max(s.max(initial=0), 0.5)), "2", "rise(s) must depend on s alone"),
+    "in-place": (broken(rise=in_place), "2", "rise(s) must leave s as it is"),
+    "above-1": (broken(rise=lambda _, s: s + np.sin(np.pi * s) / 2), "3", "rise(s) must be at least 0 and at most 1"),
+    "negative": (broken(decay=lambda _, s: (3 - s) * (2 - s) / 2), "3", "decay(s) must be at least 0 and at most 1"),
+    "not-finite": (NotANumber(), "3", "decay(s) must be finite (got nan) at s = 2.5"),
+    "rise-below-1": (broken(rise=lambda _, s: 0.9 * s), "3", "rise(1) must be 1, the peak (got 0.9) at s = 1"),
+    "decay-below-1": (broken(decay=lambda _, s: 0.45 * (3 - s)), "3", "decay(1) must be 1, the peak (got 0.9)"),
+    "random": (broken(rise=at_random), "4", "rise(s) must give the same value for the same s"),
+    "no-points": (broken(breakpoints=None), "5", "breakpoints must be a tuple of numbers (got None)"),
+    "method": (broken(breakpoints=lambda _: (0.0, 1.0, 3.0)), "5", "breakpoints must be a tuple of numbers"),
+    "raising": (broken(breakpoints=property(lambda self: self.corner)), "5", "not raise (got AttributeError: 'Broken'"),
+    "not-to-n": (broken(breakpoints=(0.0, 1.0, 2.0)), "5", "breakpoints must ascend from 0 to n = 3 and contain 1"),
+    "without-1": (broken(breakpoints=(0.0, 2.0, 3.0)), "5", "must ascend from 0 to n = 3 and contain 1 (got (0.0, 2"),
+    "descending": (broken(breakpoints=(0.0, 1.0, 2.5, 2.0, 3.0)), "5", "breakpoints must ascend from 0 to n = 3"),
+    "no-breakpoint": (broken(singular_points=(0.5,)), "6", "singular_points must be among the breakpoints (got (0.5,)"),
+    "no-tuple": (broken(singular_points=1.0), "6", "singular_points must be a tuple of numbers (got 1.0)"),
+    "one-area": (broken(closed_areas=lambda _: 1.5), "7", "closed_areas() must return a1 and a2, and not raise"),
+    "three-areas": (broken(closed_areas=lambda _: (0.5, 1.0, 1.5)), "7", "closed_areas() must return a1 and a2"),
+    "area": (broken(closed_areas=lambda _: (0.5, 1.01)), "7", "area under the decay, 1 by quadrature (got 1.01)"),
+    "infinite": (broken(closed_running_impulse=infinite), "7", "must be 1.01, by quadrature (got inf) at s = 1.6"),
+    "path": (broken(closed_double_integral=lambda _, s: s**2), "7", "0.0045, by quadrature (got 0.09) at s = 0.3"),
+    "shape": (broken(closed_running_impulse=lambda *_: np.ones(1)), "7", "must return floats of the shape of s"),
+    "no-table": (broken(closed_free_path=lambda _: (1.0, 2.0)), "7", "closed_free_path() must return a FreePath"),
+    "table-of-other": (broken(closed_free_path=longer), "7", "path of closed_free_path() must be "),
+    "negative-record": (broken(recorded_peak_force=-1.0), "8", "recorded_peak_force must be None, or finite and > 0"),
+    "record-in-words": (broken(recorded_rise_time="1 ms"), "8", "recorded_rise_time must be None, or finite and > 0"),
+    "one-note": (broken(notes="a sentence"), "9", "notes must be a tuple of sentences (got 'a sentence')"),
+    "empty-note": (broken(notes=("",)), "9", "notes must be a tuple of sentences (got ('',))"),
+}
+
+
+@attrs.frozen
+class Meaningless(Sound):
+    size: float = quantity("m", "", default=1.0)
+
+
+@attrs.frozen
+class UnknownUnit(Sound):
+    size: float = quantity("smoots", "height of a man", default=1.0)
+
+
+@attrs.frozen(eq=True)
+class ArrayField(Sound):
+    sizes: FloatArray = attrs.field(factory=lambda: np.ones(3))
+
+
+def lost_digits(_: Any, s: FloatArray) -> FloatArray:
+    return np.where(s < 1, 1 - (1 - s**2 / 2), 1.5 - (3 - s) ** 2 / 4)
+
+
+def wrong_table(_: Any) -> FreePath:
+    table = of_powers(1.0, 1.0, 3.0)
+    return FreePath(table.rows, table.coefficients * (1 + 1e-9), table.error)
+
+
+KINKS = "test_clause_5_every_jump_and_kink_is_a_breakpoint"
+SLOPES = "test_clause_6_unbounded_slopes_are_next_to_singular_points"
+DIGITS = "test_clause_7_closed_forms_agree_with_quadrature"
+FIELDS = "test_clause_1_fields_are_parameters_with_unit_and_meaning"
+VALUE = "test_it_is_a_value"
+#: Found by the test kit alone: the profile, the test, what is said.
+IN_TESTS: dict[str, tuple[Any, str, str]] = {
+    "no-meaning": (Meaningless(), FIELDS, "a field has no meaning"),
+    "no-unit": (UnknownUnit(), FIELDS, "there is no unit 'smoots'"),
+    "corner": (broken(decay=lambda _, s: np.minimum(1.0, 3 - s)), KINKS, "decay(s) of Broken() has a kink at s = 2"),
+    "jump": (
+        broken(decay=lambda _, s: np.where(s < 2.3, 1.0, 0.5)),
+        KINKS,
+        "decay(s) of Broken() has a jump at s = 2.3",
+    ),
+    "root": (broken(rise=lambda _, s: s**0.5), SLOPES, "slope of rise(s) next to s = 0.0 grows without end"),
+    "end": (broken(decay=lambda _, s: ((3 - s) / 2) ** 0.5), SLOPES, "slope of decay(s) next to s = 3.0 grows"),
+    "digits-of-area": (broken(closed_areas=lambda _: (0.5, 1.0 + 1e-9)), DIGITS, "1 by quadrature (got 1.000000001)"),
+    "impulse": (broken(closed_running_impulse=lost_digits), DIGITS, "(got 5.000444502911705e-13) at s = 1e-06"),
+    "table": (broken(closed_free_path=wrong_table), DIGITS, "path of closed_free_path() must be "),
+    "changeable": (Undecorated(), VALUE, ""),
+    "array": (ArrayField(), VALUE, ""),
+}
+
+
+# ---------------------------------------------------------------- when it is used
+
+
+@pytest.mark.parametrize(("profile", "clause", "message"), AT_ONCE.values(), ids=AT_ONCE)
+def test_a_broken_profile_is_refused_when_it_is_used(profile: Any, clause: str, message: str) -> None:
+    with pytest.raises(PluginError) as caught:
+        shock_of(profile)
+    assert re.match(rf"profile \w+:{type(profile).__name__}: ", str(caught.value))
+    assert message in str(caught.value)
+
+
+def test_a_violation_names_the_time_in_seconds() -> None:
+    with pytest.raises(PluginError, match=r"\(got nan\) at s = 2.50\d+, t = 5.0\d+e-05 s"):
+        shock_of(NotANumber())
+
+
+@pytest.mark.parametrize("use", ["areas", "force", "free_path"])
+@pytest.mark.parametrize("key", ["not-finite", "negative", "if"])
+def test_values_are_checked_without_a_shock_too(key: str, use: str) -> None:
+    profile = AT_ONCE[key][0]
+    uses = {"areas": profile.areas, "free_path": profile.free_path, "force": lambda: profile.force([0.1, 0.7, 2.9])}
+    with pytest.raises(PluginError, match=r"^profile "):
+        uses[use]()
+
+
+def test_rounding_below_zero_enters_as_zero() -> None:
+    assert broken(decay=lambda _, s: (3.0 - s) / 2 - 1e-17).force(3.0) == 0.0
+
+
+def test_a_wrong_ratio_is_reported_where_the_duration_is_given() -> None:
+    with pytest.raises(PluginError, match="duration_ratio must be a finite number > 1"):
+        Shock.of_duration(profile=AT_ONCE["ratio"][0], peak_force=1.0, duration=1e-3)
+
+
+def test_a_violation_has_its_place_in_the_scenario(
+    install: Install, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install("test-pulses", name="test-pulse", pulse="from test_profile_contract import NotANumber as Pulse\n")
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(
+        "chain: {material: paper-steel, diameter: 9.5 mm}\n"
+        "shock: {profile: test-pulse, peak_force: 100 N, rise_time: 20 us}\n"
+    )
+    assert cli.main(["predict", str(scene)]) == 4
+    printed = capsys.readouterr().err
+    assert printed.startswith(f"{scene}:2:18: shock.profile: profile 'test-pulse' of test-pulses: ")
+    assert "must be finite (got nan) at s = 2.50" in printed
+
+
+@attrs.frozen
+class Power(Sound):
+    """Some of its calls are counted; equality may leave the power out."""
+
+    power: float = 1.0
+    calls: list[int] = attrs.field(factory=list, eq=False, init=False)
+
+    def rise(self, s: Any) -> Any:
+        self.calls.append(1)
+        return s**self.power
+
+
+@attrs.frozen
+class HiddenPower(Sound):
+    power: float = attrs.field(default=1.0, eq=False)
+
+    def rise(self, s: Any) -> Any:
+        return s**self.power
+
+
+class ChangingPower(Sound):
+    def __init__(self, power: float) -> None:
+        self.power = power
+
+    def rise(self, s: Any) -> Any:
+        return s**self.power
+
+
+def test_an_equal_profile_is_not_examined_again() -> None:
+    first, second = Power(1.5), Power(1.5)
+    shock_of(first)
+    shock_of(second)
+    assert (bool(first.calls), bool(second.calls)) == (True, False)
+
+
+def test_nothing_is_kept_of_a_profile_that_can_change() -> None:
+    profile = ChangingPower(1.0)
+    profile.areas(), profile.free_path()
+    profile.power = 8.0
+    # rounding
+    assert (profile.areas().rise.value, profile.free_path().at(1.0)[1]) == pytest.approx((1 / 9, 1 / 9), rel=1e-12)
+
+
+def test_nothing_is_kept_of_a_profile_whose_equality_leaves_something_out() -> None:
+    areas = [shock_of(HiddenPower(power)).profile.areas().rise.value for power in (1.0, 8.0)]
+    assert areas == pytest.approx([1 / 2, 1 / 9], rel=1e-12)  # rounding
+
+
+# ---------------------------------------------------------------- in the test kit
+
+
+def test_a_profile_that_keeps_its_contract_fails_no_test() -> None:
+    assert failures(Sound()) == {}
+    assert shock_of(Sound()).peak_force == 100.0
+
+
+@pytest.mark.parametrize(
+    ("profile", "test", "message"), [*AT_ONCE.values(), *IN_TESTS.values()], ids=AT_ONCE | IN_TESTS
+)
+def test_a_broken_profile_fails_the_test_of_its_clause_alone(profile: Any, test: str, message: str) -> None:
+    found = failures(profile)
+    found.pop(VALUE if test != VALUE else "", None)
+    assert list(found) == [test]
+    assert message in found[test]
+
+
+def test_a_clause_that_is_left_out_is_no_reason_to_skip_others() -> None:
+    left_out = type("TestIt", (ProfileContract,), {"leave_out": {"clause 8": "a wrong record on purpose"}})
+    assert failures(broken(recorded_peak_force=-1.0, notes="one"), left_out).keys() == {"9"}
+
+
+def test_a_corner_that_is_not_declared_shows_in_the_simulation_alone_if_at_all() -> None:
+    # The reason for the fifth clause: the answer is nearly right.
+    ProfileContract().test_it_is_simulated(IN_TESTS["corner"][0])
