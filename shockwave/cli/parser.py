@@ -133,6 +133,9 @@ def _add_sweep(command: _Command) -> None:
     sweep.add_argument("--dry-run", action="store_true", help="tell how many points, what is left out, and how long")
     sweep.add_argument("--executor", metavar="NAME", help="processes (default), dask, or dask=ADDRESS")
     sweep.add_argument("--workers", type=_at_least_one, metavar="N", help="how many; left out, one for each core")
+    sweep.add_argument(
+        "--timeout", type=_between(1e-3, 1e9), metavar="SECONDS", help="longest time of one point; left out, none"
+    )
     sweep.add_argument("--fail-fast", action="store_true", help="stop at the first point that fails")
     sweep.add_argument("--retry-failed", action="store_true", help="run points again that failed or crashed before")
     sweep.add_argument("--resume", action="store_true", help="refuse to begin: FOLDER must have this sweep already")

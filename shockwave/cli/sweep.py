@@ -81,14 +81,14 @@ def _told(interrupt: KeyboardInterrupt) -> str:
 
 def _sweep(options: argparse.Namespace) -> int:
     folder = options.out or f"{Path(options.file).stem}-sweep"
-    asked = {name: getattr(options, name) for name in ("workers", "retry_failed", "accept_versions")}
+    asked = {name: getattr(options, name) for name in ("workers", "timeout", "retry_failed", "accept_versions")}
     if options.dry_run:
         from shockwave.sweep.plan import plan_sweep
 
         _print(plan_sweep(options.file, folder, options.executor, **asked), options.json)
         return 0
     from shockwave.sweep.runner import run_sweep
-    from shockwave.sweep.stored import HEADER
+    from shockwave.sweep.header import HEADER
 
     if options.resume and not (Path(folder) / HEADER).exists():
         raise UsageError(f"{folder}: --resume must be given a sweep that was begun (got none; leave --resume out)")
