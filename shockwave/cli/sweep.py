@@ -87,8 +87,8 @@ def _sweep(options: argparse.Namespace) -> int:
 
         _print(plan_sweep(options.file, folder, options.executor, **asked), options.json)
         return 0
-    from shockwave.sweep.runner import run_sweep
     from shockwave.sweep.header import HEADER
+    from shockwave.sweep.runner import run_sweep
 
     if options.resume and not (Path(folder) / HEADER).exists():
         raise UsageError(f"{folder}: --resume must be given a sweep that was begun (got none; leave --resume out)")

@@ -10,7 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import contextmanager
 from importlib import import_module
 from multiprocessing import connection
@@ -182,20 +182,22 @@ def processes(count: int, order: Order | None = None, timeout: float | None = No
     LostError
         When no process starts.
     """
+    environment = dict(os.environ)
     context: Any = type(_START)()
-    context.Process = _Process
     if sys.platform != "win32":
         context.set_forkserver_preload(["shockwave.sweep.batch"])
-    pool = ProcessPool(count, initializer=_begin, initargs=(dict(os.environ), order), context=context)
     with _safe_path():
-        try:
-            with _interrupts_blocked():
-                first = pool.schedule(cores)
-            try:
-                first.result()
-            except (BrokenExecutor, ProcessExpired) as error:
+        with _interrupts_blocked():
+            first = context.Process(target=cores)
+            first.start()
+            first.join()
+            if first.exitcode != 0:
                 remedy = "a program that calls run_sweep is a file, and does so under `if __name__ == '__main__':`"
-                raise LostError(f"worker processes must start (got {error}; {remedy})") from None
+                raise LostError(f"worker processes must start (got status {first.exitcode}; {remedy})")
+            context.Process = _Process
+            pool = ProcessPool(count, initializer=_begin, initargs=(environment, order), context=context)
+            pool.schedule(cores)  # starts the processes
+        try:
             yield Processes(pool, count, timeout)
         finally:
             pool.stop()  # type: ignore[no-untyped-call]
@@ -298,6 +300,8 @@ def _dask(address: str, count: int | None) -> Iterator[Workers]:
     """The workers at ``address``, such as ``tcp://host:8786``; those of a cluster on this machine if it is empty."""
     try:
         distributed: Any = import_module("distributed")
+        if not address:
+            import_module("cryptography")
     except ImportError as error:
         remedy = f"python -m pip install '{OWN_DISTRIBUTION}[dask]'"
         raise UsageError(f"executor dask must be installed (got {error}; {remedy})") from None
@@ -329,18 +333,13 @@ def _local_cluster(count: int) -> Any:
         "distributed.scheduler.http.routes": [],
         "distributed.worker.http.routes": [],
     }
-    try:
-        security = distributed.Security.temporary()
-    except ImportError as error:
-        remedy = f"python -m pip install '{OWN_DISTRIBUTION}[dask]'"
-        raise UsageError(f"executor dask must be installed (got {error}; {remedy})") from None
     with dask.config.set(settings), _interrupts_blocked():
         return distributed.LocalCluster(
             n_workers=count,
             threads_per_worker=1,
             host="127.0.0.1",
             protocol="tls://",
-            security=security,
+            security=distributed.Security.temporary(),
             dashboard_address=None,
             scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
             silence_logs=logging.CRITICAL,
