@@ -21,7 +21,6 @@ from shockwave.studies.comparison import compare
 from shockwave.sweep import batch, runner
 from shockwave.sweep import points as of_points
 from shockwave.sweep.batch import Order
-from shockwave.sweep.journal import Journal
 from shockwave.sweep.plan import plan_sweep
 from shockwave.sweep.report import SweepInterrupt, SweepReport
 from shockwave.sweep.runner import points_of, run_sweep
@@ -227,28 +226,11 @@ def test_another_version_is_refused_unless_accepted(
     assert swept(scenario, tmp_path / "out").before == 40
 
 
-def test_another_backend_is_another_version(scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    swept(scenario, tmp_path / "out")
-    other = "not built" if not of_points.lack() else ""
-    monkeypatch.setattr(of_points, "lack", lambda: other)
-    with pytest.raises(sw.InvalidValueError, match=r"versions\.backend '(compiled|numpy)', now '(compiled|numpy)'"):
-        swept(scenario, tmp_path / "out")
-
-
 def test_an_executor_that_was_shut_down_is_told(scenario: Path, tmp_path: Path) -> None:
     executor = ThreadPoolExecutor(1)
     executor.shutdown()
     with pytest.raises(LostError, match="after shutdown; run it again"):
         run_sweep(scenario, tmp_path / "out", executor)
-
-
-def test_a_second_client_is_refused(scenario: Path, tmp_path: Path) -> None:
-    held = Journal(tmp_path / "out", bytearray(40))
-    held.lock()
-    with pytest.raises(sw.FileAccessError, match="one client at a time"):
-        swept(scenario, tmp_path / "out")
-    held.close()
-    assert swept(scenario, tmp_path / "out").done == 40
 
 
 def test_the_lock_of_a_killed_client_holds_nobody_up(scenario: Path, tmp_path: Path) -> None:
@@ -394,19 +376,6 @@ def test_a_point_whose_code_exits_has_failed(scenario: Path, tmp_path: Path, mon
     monkeypatch.setattr(of_points, "simulate_many", lambda *_, **__: sys.exit(3))
     assert swept(scenario, tmp_path / "out").failed == 40
     assert journal(tmp_path / "out")[0]["error"] == "SystemExit: 3"
-
-
-def test_a_scene_that_has_no_text_is_known_by_its_values(
-    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    points = points_of(scenario)
-
-    def raises(*_: Any) -> str:
-        raise ValueError("Out of range float values are not JSON compliant: inf")
-
-    monkeypatch.setattr(Normaliser, "text", raises)
-    text = points.lines([0])
-    assert json.loads(text)["key"] == points.key_of_values(0) == points.key(0)
 
 
 def test_a_batch_ends_by_time_and_the_rest_is_sent_again(

@@ -20,7 +20,6 @@ from matplotlib.collections import LineCollection
 import shockwave as sw
 from shockwave import cli
 from shockwave.errors import FileAccessError, InvalidValueError, UnknownNameError, UsageError
-from shockwave.pictures import svg
 from shockwave.scenario.family import Family
 from shockwave.sweep import journal_reader
 from shockwave.sweep.plot import plot
@@ -117,14 +116,6 @@ def test_text_that_a_spreadsheet_would_run_has_an_apostrophe_in_csv(tmp_path: Pa
     assert (objects[0]["regime"], objects[1]["problem"]) == (text, text)
 
 
-def test_negative_numbers_are_not_formulas_in_csv(tmp_path: Path) -> None:
-    place = folder_of(tmp_path / "out", [([N], [[-1.5], [-2]])], [line(0, "a", -2.5, None, -3)])
-    write_tables(place)
-    first, second = rows(place)
-    assert [first["shock.duration_ratio"], second["shock.duration_ratio"]] == ["-1.5", "-2"]
-    assert [first["peak_force [N]"], first["waves"]] == ["-2.5", "-3"]
-
-
 def test_a_carriage_return_does_not_end_a_csv_row(tmp_path: Path) -> None:
     place = folder_of(tmp_path / "out", [([N], [[1.0]])], [line(0, "a\r=1+1", 1.0, 1.0, 1)])
     write_tables(place)
@@ -148,12 +139,6 @@ def test_json_lines_hold_the_same(folder: Path) -> None:
         "problem": None,
     }
     assert (found[2]["peak_force"], found[2]["problem"]) == (None, PROBLEM)
-
-
-def test_points_that_were_not_run_have_rows_that_say_so(tmp_path: Path) -> None:
-    place = folder_of(tmp_path / "out", lines=LINES[:1])
-    write_tables(place)
-    assert [row["status"] for row in rows(place)] == ["done"] + ["not run"] * 5
 
 
 @pytest.mark.parametrize("file", ["results.csv", "results.jsonl"])
@@ -225,13 +210,6 @@ def test_bytes_that_are_no_text_are_written_as_their_numbers(tmp_path: Path) -> 
     assert [found[0][name] for name in ("chain.material", "problem")] == [r"\udcff", r"\udcfe.csv"]
     assert found[1]["regime"] == r"\udcfd"
     assert load_sweep(place).coordinate("chain.material").tolist() == [r"\udcff", "lead"]
-
-
-def test_lists_of_a_csv_file_are_json(tmp_path: Path) -> None:
-    place = folder_of(tmp_path / "out", [([("simulate.contacts", None)], [[["1"]], [None]])], LINES[:2])
-    write_tables(place)
-    assert [row["simulate.contacts"] for row in rows(place)] == ['["1"]', ""]
-    assert load_sweep(place).coordinate("simulate.contacts").tolist() == ['["1"]', ""]
 
 
 # ---------------------------------------------------------------- other libraries
@@ -314,12 +292,6 @@ def test_results_print_what_they_hold(folder: Path) -> None:
     assert re.search(r"shock.rise_time +1 us +300 ms +3", told)
     assert re.search(r"regime +1 single, 2 train", told)
     assert "note: shock.duration_ratio 2, shock.rise_time 3e-05: no" in told
-
-
-def test_more_words_than_are_printed_are_hinted_at(tmp_path: Path) -> None:
-    axes = [([MATERIAL], [[name] for name in "abcdef"])]
-    assert "1 a, 1 b, 1 c, 1 d, 1 e, ...\n" in str(load_sweep(folder_of(tmp_path / "more", axes)))
-    assert "1 d, 1 e\n" in str(load_sweep(folder_of(tmp_path / "all", [(axes[0][0], axes[0][1][:5])], LINES[:5])))
 
 
 UNFINISHED = {
@@ -545,11 +517,6 @@ def test_notes_are_of_what_is_drawn(tmp_path: Path) -> None:
     assert "failed" not in "".join(ratio.notes)
 
 
-def test_the_axis_from_left_to_right_can_be_chosen(tmp_path: Path) -> None:
-    (ax,) = plot(a_map(tmp_path), x="shock.duration_ratio").figure.axes
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("duration ratio", "rise time (µs)")
-
-
 def test_one_axis_makes_a_line_with_its_regimes(tmp_path: Path) -> None:
     results = a_map(tmp_path)
     ratio = results.coordinate("shock.duration_ratio")[4]
@@ -577,14 +544,6 @@ def test_a_few_values_of_a_second_axis_make_lines(tmp_path: Path) -> None:
     assert np.isnan(ax.get_lines()[1].get_ydata()).tolist() == [True] + [False] * 14
 
 
-def test_names_stand_side_by_side(tmp_path: Path) -> None:
-    text = MAP.partition("    shock.rise_time")[0].replace("100 N", "100 N, rise_time: 20 us, duration_ratio: 2")
-    found = plot(a_map(tmp_path, text + "    chain.material: [lead, copper, brass-260]\n"))
-    (ax,) = found.figure.axes
-    assert [label.get_text() for label in ax.get_xticklabels()] == ["lead", "copper", "brass-260"]
-    assert inside(found.figure)
-
-
 def test_a_map_over_names_has_borders_along_its_cells(tmp_path: Path) -> None:
     text = MAP.replace("shock.duration_ratio: {logspace: [1.5, 15, 12]}", "chain.material: [lead, copper, brass-260]")
     text = text.replace("100 N", "100 N, duration_ratio: 4").replace("[1 us, 100 us, 15]", "[1 us, 100 us, 3]")
@@ -604,12 +563,6 @@ def test_a_sweep_of_which_all_failed_is_drawn_empty(tmp_path: Path, held: dict[s
     assert f"{failed} of the {failed} points drawn failed" in found.notes
     assert "amplification: over the shock's; its error is not known" in found.notes
     assert inside(found.figure)
-
-
-@pytest.mark.slow
-def test_pictures_are_the_same_on_every_run(tmp_path: Path) -> None:
-    results = a_map(tmp_path, failed=(3,))
-    assert svg(plot(results).figure) == svg(plot(results).figure)
 
 
 WRONG: dict[str, tuple[list[str], int, str]] = {
@@ -706,12 +659,6 @@ def test_lines_that_one_variable_does_not_tell_apart_are_called_by_all(tmp_path:
     ]
 
 
-def test_lines_of_nearly_equal_values_have_digits_enough(tmp_path: Path) -> None:
-    found = plot(numbers_of(tmp_path, [([FORCE], [[1.00001], [1.00002]]), LONG]))
-    told = [text.get_text() for text in found.figure.axes[0].get_legend().get_texts()]
-    assert told == ["peak force 1.00001 N", "peak force 1.00002 N"]
-
-
 def test_an_axis_is_drawn_over_what_varies_most(tmp_path: Path) -> None:
     results = numbers_of(tmp_path, [([TIME, FORCE], [[1.0, 5.0 + at] for at in range(8)]), LONG])
     assert plot(results).figure.axes[0].get_ylabel() == "peak force (N)"
@@ -723,11 +670,6 @@ def test_a_value_that_is_given_twice_is_drawn_once(tmp_path: Path) -> None:
     results = numbers_of(tmp_path, [([TIME], [[1.0], [1.0], *([float(at)] for at in range(2, 8))]), LONG])
     values = plot(results).figure.axes[0].collections[0].get_array().reshape(7, 10)
     assert values[:, 0].tolist() == [0.0, *range(20, 80, 10)]
-
-
-def test_an_axis_of_one_value_that_is_given_again_and_again_is_no_axis(tmp_path: Path) -> None:
-    found = plot(numbers_of(tmp_path, [([TIME], [[1.0]] * 8), LONG]))
-    assert lines_of(found) == [[(float(at + 2), float(at)) for at in range(10)]]
 
 
 def test_points_of_a_map_that_would_hide_each_other_are_refused(tmp_path: Path) -> None:
@@ -772,12 +714,6 @@ def test_words_are_no_mathematics(tmp_path: Path) -> None:
     assert inside(plot(results, x="chain.material", at={N[0]: 2}).figure)
 
 
-def test_names_that_would_cover_each_other_are_thinned(tmp_path: Path) -> None:
-    found = plot(numbers_of(tmp_path, [([MATERIAL], [[f"name-{at}"] for at in range(80)])]))
-    told = [label.get_text() for label in found.figure.axes[0].get_xticklabels()]
-    assert told == [f"name-{at}" for at in range(0, 80, 4)]
-
-
 def trusted(folder: Path, names: dict[str, str], rows: list[list[float | None]], run: str = "simulate") -> SweepResults:
     """Columns with units, over duration ratios from 2 on."""
     columns = [{"name": name, "unit": unit, "kind": "number", "meaning": "what"} for name, unit in names.items()]
@@ -813,16 +749,6 @@ def test_the_shade_of_a_prediction_is_where_simulation_is_expected(tmp_path: Pat
     assert found.notes[0] == told
 
 
-def test_the_shade_is_a_stroke_where_points_share_a_place(tmp_path: Path) -> None:
-    columns = [
-        {"name": one, "unit": "", "kind": "number", "meaning": ""} for one in ("amplification", "error_estimate")
-    ]
-    lines = [line(at, 2.0, 0.1) for at in range(3)]
-    (ax,) = plot(load_sweep(folder_of(tmp_path / "out", [PAIRS], lines, columns, "simulate"))).figure.axes
-    (strokes,) = (one for one in ax.collections if isinstance(one, LineCollection))
-    assert [part[:, 0].tolist() for part in strokes.get_segments()] == [[1.0, 1.0], [1.0, 1.0], [2.0, 2.0]]
-
-
 def predictions(folder: Path, axes: Any, known: set[int]) -> SweepResults:
     """An amplification of 2 at every point, which errs by -20 % to +25 % where that is known."""
     names = ("amplification", "expected_error_low", "expected_error_high")
@@ -852,14 +778,6 @@ def test_marks_are_hollow_where_the_expected_error_is_not_known(tmp_path: Path) 
     assert inside(found.figure)
 
 
-def test_every_line_has_its_shade_and_its_hollow_marks(tmp_path: Path) -> None:
-    found = plot(predictions(tmp_path, [([TIME], [[1.0], [2.0]]), LONG], {*range(8), 12, 13}))
-    assert hollow(found) == [[10.0, 11.0], [2.0, 3.0, *np.arange(6.0, 12.0)]]
-    assert legend(found) == ["rise time 1 s", "rise time 2 s", "error not known (10 of 20)", BAND]
-    places = [one.get_paths()[0].vertices[:, 0] for one in found.figure.axes[0].collections]
-    assert [(at.min(), at.max()) for at in places] == [(2.0, 9.0), (4.0, 5.0)]
-
-
 def test_a_map_is_dotted_where_the_expected_error_is_not_known(tmp_path: Path) -> None:
     axes = [([TIME], [[float(at)] for at in range(1, 9)]), LONG]
     found = plot(predictions(tmp_path, axes, set(range(3, 80))))
@@ -870,12 +788,6 @@ def test_a_map_is_dotted_where_the_expected_error_is_not_known(tmp_path: Path) -
     # the fifth closes each
     cells = dotted.get_path().vertices.reshape(3, 5, 2)[:, :4].tolist()
     assert cells == [[[x + at, y] for x, y in corners] for at in range(3)]
-
-
-def test_what_is_held_stands_above_the_picture(tmp_path: Path) -> None:
-    found = plot(numbers_of(tmp_path, [PAIRS, RATIOS]), at={"shock.peak_force": 6})
-    assert found.figure.get_suptitle() == "rise time 1 s, peak force 6 N"
-    assert plot(numbers_of(tmp_path, [LONG])).figure.get_suptitle() == ""
 
 
 #: The force goes up and down with time, or up alone.
@@ -898,35 +810,6 @@ def test_variables_that_go_together_are_drawn_and_told(tmp_path: Path) -> None:
     assert plot(results, at={N[0]: 2}).figure.axes[0].get_lines()[0].get_linestyle() == "-"
 
 
-def test_an_error_that_is_known_like_another_is_told_as_a_number(tmp_path: Path) -> None:
-    columns = [
-        {"name": "error", "unit": "", "kind": "number", "meaning": "relative, known to error_estimate"},
-        {"name": "error_estimate", "unit": "", "kind": "number", "meaning": ""},
-    ]
-    lines = [line(at, 0.1, 10.0 ** (at - 9)) for at in range(6)]
-    results = load_sweep(folder_of(tmp_path / "out", lines=lines, columns=columns, run="compare"))
-    told = "error: relative, known to error_estimate; error_estimate is 1.0e-07 at most"
-    assert plot(results, "error", at={N[0]: 2}).notes[0] == told
-
-
-def test_an_axis_of_extremes_has_ticks_although_their_points_failed(tmp_path: Path) -> None:
-    axis = ([("chain.diameter", "m")], [[1e-200], [1e-3], [2e-2], [1e200]])
-    lines = [line(at, "train" if at < 2 else "single", 1.0, 1.0, 1) for at in range(4)]
-    lines[0], lines[3] = (line(at, status="failed", error="no") for at in (0, 3))
-    (ax,) = plot(load_sweep(folder_of(tmp_path / "out", [axis], lines))).figure.axes
-    low, high = ax.get_xlim()
-    assert sum(low < tick < high for tick in ax.get_xticks()) >= 3
-    # their names would cover each other
-    assert [text.get_text() for text in ax.texts] in (["train"], ["single"])
-
-
-def test_marks_at_the_top_are_whole(tmp_path: Path) -> None:
-    lines = [line(at, None, 1.0, value, 1) for at, value in enumerate((1.58, 1.59, 1.6))]
-    (ax,) = plot(load_sweep(folder_of(tmp_path / "out", [RATIOS], lines))).figure.axes
-    # half a mark of 3 pt where 170 pt are 1.6
-    assert ax.get_ylim()[1] > 1.6 + 1.6 * 1.5 / 170
-
-
 PARTS = {"density": 1200, "poisson_ratio": 0.3}
 MATERIALS = [
     [{**PARTS, "name": "mine", "youngs_modulus": "3 GPa"}],
@@ -944,13 +827,6 @@ def test_materials_of_their_own_are_called_by_what_tells_them_apart(tmp_path: Pa
         assert lines_of(plot(results, at={MATERIAL[0]: name}))[0][0] == (2.0, 3.0 * at)
     assert lines_of(plot(results, at={MATERIAL[0]: MATERIALS[2][0]}))[0][0] == (2.0, 6.0)
     assert plot(results, at={MATERIAL[0]: "mine"}).figure.get_suptitle() == "material mine"
-
-
-def test_materials_that_nothing_short_tells_apart_have_their_names_in_full(tmp_path: Path) -> None:
-    long = "a name of more than thirty letters"
-    results = numbers_of(tmp_path, [([MATERIAL], [[f"{long} 1"], [f"{long} 2"]]), RATIOS])
-    told = [label.get_text() for label in plot(results, x=MATERIAL[0]).figure.axes[0].get_xticklabels()]
-    assert told == [f"{long} 1", f"{long} 2"]
 
 
 @pytest.mark.parametrize("index", [-1, 6, 9999])
@@ -984,42 +860,9 @@ def test_every_quantity_of_a_train_has_its_own_error(tmp_path: Path) -> None:
     assert plot(results, "width").notes[0] == "width: what; its error is not known"
 
 
-def test_nothing_thrown_back_has_an_error_too(tmp_path: Path) -> None:
-    results = trusted(
-        tmp_path, {"recoil_momentum": "N s", "recoil_error": "N s"}, [[0.0, 0.0], [0.0, 0.5], [None, None]]
-    )
-    np.testing.assert_array_equal(band(plot(results, "recoil_momentum")), [(0.0, 0.0), (-0.5, 0.5)])
-
-
-def test_the_error_that_is_told_is_of_what_is_drawn(tmp_path: Path) -> None:
-    columns = [
-        {"name": one, "unit": "", "kind": "number", "meaning": ""} for one in ("amplification", "error_estimate")
-    ]
-    lines = [line(at, 2.0, 10.0 ** (at - 9)) for at in range(6)]
-    results = load_sweep(folder_of(tmp_path / "out", lines=lines, columns=columns, run="simulate"))
-    found = plot(results, at={"shock.duration_ratio": 2})
-    assert found.notes[0] == "amplification: simulated, known to 1.0e-07 relative or better"
-
-
-def test_the_command_writes_beside_the_results_unless_told_otherwise(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    a_map(tmp_path)
-    assert cli.main(["plot", str(tmp_path / "map")]) == 0
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert told.err.endswith("amplification.svg: written\n")
-    assert (tmp_path / "map" / "amplification.svg").read_text(encoding="utf-8").startswith("<?xml")
-
-
 def test_without_matplotlib_a_sentence_says_what_to_install(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     assert cli.main(["plot", str(folder)]) == 2
     assert capsys.readouterr().err == "pictures need matplotlib: pip install 'granular-shockwave[plot]'\n"
-
-
-def test_a_folder_without_a_sweep_ends_with_5(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["plot", str(tmp_path)]) == 5
-    assert "give a folder that `shockwave sweep FILE --out FOLDER` has written" in capsys.readouterr().err
