@@ -1,11 +1,12 @@
-"""Reading of sweep folders: the lines of the journal in the order of the points, some thousands at a time."""
+"""Reading of sweep folders: the lines of the journal in the order of the points."""
 
 from __future__ import annotations
 
 import json
 import os
 from collections.abc import Iterator
-from itertools import chain, islice, product
+from io import BytesIO
+from itertools import chain, product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,33 +18,24 @@ from shockwave.errors import FileAccessError
 from shockwave.files import lines_of, open_regular
 from shockwave.sweep.header import Header, as_text
 
-__all__ = ["JOURNAL", "LONGEST_LINE", "NOT_RUN", "Chunk", "Row", "SweepFolder"]
+__all__ = ["JOURNAL", "LONGEST_LINE", "NOT_RUN", "Row", "SweepFolder"]
 
 JOURNAL = "journal.jsonl"
 #: Longest line of the journal [bytes].
 LONGEST_LINE = 2**24
 #: The status of a point that has no line in the journal.
 NOT_RUN = "not run"
-_STATUSES = ("done", "failed", "crashed")
 _TYPES = {"number": (float, int), "whole": (int,), "text": (str,)}
-# Points that are held at once.
-_CHUNK = 8192
 
 
 class Row(NamedTuple):
-    """What is known of a point: status, a value for each column, and the error."""
+    """A point: its number, the values of its variables, its status, a value for each column, and the error."""
 
+    number: int
+    point: tuple[Any, ...]
     status: str
     values: list[Any]
     problem: str | None
-
-
-class Chunk(NamedTuple):
-    """Points that follow each other from the one numbered ``begin``: values of the variables, and what is known."""
-
-    begin: int
-    points: list[tuple[Any, ...]]
-    rows: list[Row]
 
 
 @frozen(eq=False)
@@ -98,51 +90,43 @@ class SweepFolder:
         }
         return cls(place, header, offsets, size, tuple(text for text, holds in found.items() if holds))
 
-    def chunks(self) -> Iterator[Chunk]:
-        """All points in their order, some thousands at a time.
+    def rows(self) -> Iterator[Row]:
+        """All points in their order, one at a time.
 
         Raises
         ------
         FileAccessError
             When the journal cannot be read.
         """
-        points = map(tuple, map(chain.from_iterable, product(*(axis.values for axis in self.header.axes))))
-        for begin in range(0, self.header.points, _CHUNK):
-            offsets = self.offsets[begin : begin + _CHUNK].tolist()
-            yield Chunk(begin, list(islice(points, len(offsets))), self._rows(offsets))
-
-    def _rows(self, offsets: list[int]) -> list[Row]:
-        missing = Row(NOT_RUN, [None] * len(self.header.columns), None)
-        if max(offsets) < 0:
-            return [missing] * len(offsets)
-        try:
-            with open_regular(self.folder / JOURNAL) as file:
-                rows = []
-                for offset in offsets:
+        axes = (axis.values for axis in self.header.axes)
+        journal = open_regular(self.folder / JOURNAL) if self.size else BytesIO()
+        with journal as file:
+            for index, (offset, positions) in enumerate(zip(self.offsets.tolist(), product(*axes), strict=True)):
+                line = b""
+                try:
                     if offset >= 0:
                         file.seek(offset)
-                    rows.append(self._row(file.readline(LONGEST_LINE)) or missing if offset >= 0 else missing)
-                return rows
-        except OSError as error:
-            raise FileAccessError(f"{self.folder / JOURNAL}: cannot be read (got {error.strerror})") from None
+                        line = file.readline(LONGEST_LINE)
+                except OSError as error:
+                    raise FileAccessError(f"{self.folder / JOURNAL}: cannot be read (got {error.strerror})") from None
+                yield Row(index, tuple(chain(*positions)), *self._content(line))
 
-    def _row(self, line: bytes) -> Row | None:
-        """What a line of the journal says; None if it cannot be read."""
+    def _content(self, line: bytes) -> tuple[str, list[Any], str | None]:
+        """Status, values and error of a line of the journal; of a point that was not run if it cannot be read."""
         columns = self.header.columns
+        nothing = [None] * len(columns)
         try:
             entry = json.loads(line)
             status, values = entry["status"], entry.get("values")
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-            return None
-        if status not in _STATUSES:
-            return None
-        if status != "done":
-            return Row(status, [None] * len(columns), as_text(str(entry.get("error") or "")))
-        if not isinstance(values, list) or len(values) != len(columns):
-            return None
+            return NOT_RUN, nothing, None
+        if status in ("failed", "crashed"):
+            return status, nothing, as_text(str(entry.get("error") or ""))
+        if status != "done" or not isinstance(values, list) or len(values) != len(columns):
+            return NOT_RUN, nothing, None
         pairs = zip(values, columns, strict=True)
         fit = all(value is None or type(value) in _TYPES[column.kind] for value, column in pairs)
-        return Row(status, values, None) if fit else None
+        return ("done", values, None) if fit else (NOT_RUN, nothing, None)
 
 
 def _index(line: bytes) -> int:

@@ -231,18 +231,17 @@ def load_sweep(folder: str | os.PathLike[str]) -> SweepResults:
     """
     swept = SweepFolder.read(folder)
     header = swept.header
-    parts: dict[str, list[npt.NDArray[Any]]] = {name: [] for name in (*(c.name for c in header.columns), "status")}
+    found: dict[str, list[Any]] = {name: [] for name in (*(column.name for column in header.columns), "status")}
     failed: list[Failure] = []
-    for chunk in swept.chunks():
-        for at, column in enumerate(header.columns):
-            parts[column.name].append(_array([row.values[at] for row in chunk.rows], column.kind == "text"))
-        parts["status"].append(np.array([row.status for row in chunk.rows]))
-        for index, row in enumerate(chunk.rows, start=chunk.begin):
-            if row.status not in ("done", NOT_RUN):
-                failed.append(Failure(index, header.point(index), row.status, row.problem or ""))
-    arrays = {name: np.concatenate(found).reshape(header.shape) for name, found in parts.items()}
-    for values in arrays.values():
-        values.flags.writeable = False
+    for row in swept.rows():
+        for values, value in zip(found.values(), (*row.values, row.status), strict=True):
+            values.append(value)
+        if row.status not in ("done", NOT_RUN):
+            failed.append(Failure(row.number, header.point(row.number), row.status, row.problem or ""))
+    texts = {column.name for column in header.columns if column.kind == "text"} | {"status"}
+    arrays = {name: _array(values, name in texts).reshape(header.shape) for name, values in found.items()}
+    for array in arrays.values():
+        array.flags.writeable = False
     lost = int(np.count_nonzero((swept.offsets >= 0) & (arrays["status"].ravel() == NOT_RUN)))
     damaged = f"lines of the journal that cannot be read: {lost} (delete them, and run the sweep again)"
     return SweepResults(

@@ -300,8 +300,7 @@ class _Work:
         (index,) = batch
         self.suspects[index] = self.suspects.get(index, 0) + 1
         if late:
-            limit = getattr(self.workers, "timeout", None)
-            error = f'"error": "must take at most {limit:g} s (was stopped; a greater --timeout allows more)"'
+            error = f'"error": "must take at most {self.workers.timeout:g} s (was stopped; a greater --timeout allows more)"'
             self._note(batch, line_of(index, self.points.key_of_values(index), "failed", error))
         elif self.suspects[index] < _TRIES:
             self.again.append(batch)

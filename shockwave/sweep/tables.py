@@ -15,7 +15,7 @@ from attrs import frozen
 from shockwave.errors import ShockwaveError
 from shockwave.files import parse_json, read_bytes
 from shockwave.sweep.header import Header, as_text
-from shockwave.sweep.journal_reader import Chunk, SweepFolder
+from shockwave.sweep.journal_reader import Row, SweepFolder
 from shockwave.sweep.replacing import replacing
 
 __all__ = ["write_tables"]
@@ -55,9 +55,9 @@ def write_tables(folder: str | os.PathLike[str]) -> list[Path]:
         return []
     with ExitStack() as stack:
         writers = [_TABLES[file.name](stack.enter_context(replacing(file)), swept.header) for file in files]
-        for chunk in swept.chunks():
+        for row in swept.rows():
             for write in writers:
-                write(chunk)
+                write(row)
     with replacing(swept.folder / _RECORD) as file:
         file.write(json.dumps(record) + "\n")
     return files
@@ -70,8 +70,8 @@ def _recorded(file: Path) -> Any:
         return None
 
 
-# Takes points, which follow those before; memory does not grow with their number.
-_Write = Callable[[Chunk], None]
+# Takes one point after the other; memory does not grow with their number.
+_Write = Callable[[Row], object]
 
 
 def _csv(file: IO[Any], header: Header) -> _Write:
@@ -81,11 +81,7 @@ def _csv(file: IO[Any], header: Header) -> _Write:
     names = [f"{name} [{unit}]" if unit else name for name, unit in units.items()]
     writer.writerow(map(_cell, [*names, "status", "problem"]))
 
-    def write(chunk: Chunk) -> None:
-        for point, (status, values, problem) in zip(chunk.points, chunk.rows, strict=True):
-            writer.writerow(map(_cell, (*point, *values, status, problem)))
-
-    return write
+    return lambda row: writer.writerow(map(_cell, (*row.point, *row.values, row.status, row.problem)))
 
 
 @frozen
@@ -110,10 +106,9 @@ def _json_lines(file: IO[Any], header: Header) -> _Write:
     """One object for each point, in their order."""
     names = ["index", *header.variables, *(column.name for column in header.columns), "status", "problem"]
 
-    def write(chunk: Chunk) -> None:
-        pairs = zip(chunk.points, chunk.rows, strict=True)
-        for index, (point, (status, values, problem)) in enumerate(pairs, start=chunk.begin):
-            file.write(json.dumps(dict(zip(names, (index, *point, *values, status, problem), strict=True))) + "\n")
+    def write(row: Row) -> None:
+        values = (row.number, *row.point, *row.values, row.status, row.problem)
+        file.write(json.dumps(dict(zip(names, values, strict=True))) + "\n")
 
     return write
 

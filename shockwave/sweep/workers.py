@@ -54,6 +54,8 @@ class Workers:
     deaths: tuple[type[BaseException], ...] = ()
     #: Whether such an error is the fault of this batch, not of another one that the same worker had.
     isolates = False
+    #: Longest time of a point [s].
+    timeout: float | None = None
 
     def __init__(self, executor: Any, count: int) -> None:
         self.executor = executor
