@@ -300,8 +300,8 @@ class _Work:
         (index,) = batch
         self.suspects[index] = self.suspects.get(index, 0) + 1
         if late:
-            error = f'"error": "must take at most {self.workers.timeout:g} s (was stopped; a greater --timeout allows more)"'
-            self._note(batch, line_of(index, self.points.key_of_values(index), "failed", error))
+            problem = f"must take at most {self.workers.timeout:g} s (was stopped; a greater --timeout allows more)"
+            self._note(batch, line_of(index, self.points.key_of_values(index), "failed", f'"error": "{problem}"'))
         elif self.suspects[index] < _TRIES:
             self.again.append(batch)
         else:
