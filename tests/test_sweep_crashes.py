@@ -18,8 +18,9 @@ import pytest
 
 import shockwave as sw
 from shockwave.sweep import workers
+from shockwave.sweep.batch import Order
 from shockwave.sweep.report import SweepReport
-from shockwave.sweep.runner import run_sweep
+from shockwave.sweep.runner import points_of, run_sweep
 from shockwave.sweep.workers import LostError
 
 if TYPE_CHECKING:
@@ -132,6 +133,23 @@ def test_a_killed_worker_costs_nothing(scenario: Path, tmp_path: Path) -> None:
     assert tables(tmp_path / "out") == undisturbed(scenario, tmp_path / "whole")
 
 
+def test_the_end_of_all_idle_workers_costs_nothing(scenario: Path) -> None:
+    order = Order.of(points_of(scenario))
+    with workers.processes(2, order) as own:
+        while (
+            len(children := [one for one in multiprocessing.active_children() if one.name == "pebble_pool_worker"]) < 2
+        ):
+            time.sleep(0.01)
+        own.submit(order, [0]).result()
+        for child in children:
+            child.kill()
+        deadline = time.monotonic() + 60
+        while own.pool.active and time.monotonic() < deadline:
+            time.sleep(0.05)
+        assert not own.pool.active
+        assert own.submit(order, [0]).result().lines.count("\n") == 1
+
+
 CLIENT = """
 import multiprocessing, os, signal, sys
 import shockwave.cli.sweep
@@ -217,16 +235,16 @@ def test_a_point_that_ends_its_process_is_the_only_one_blamed(tmp_path: Path, in
 
 def test_a_point_that_exceeds_the_time_limit_is_the_only_one_stopped(tmp_path: Path, install: Install) -> None:
     file = risky(tmp_path, install, 0, 1, 60, 3, 4, 60, 6)
-    report = run_sweep(file, tmp_path / "out", workers=2, timeout=1.0)
+    report = run_sweep(file, tmp_path / "out", workers=2, timeout=3.0)
     assert (report.done, report.failed, report.exit_code) == (5, 2, 1)
     assert unfinished(tmp_path / "out") == {2: "failed", 5: "failed"}
     errors = {line["error"] for line in lines(tmp_path / "out") if line["status"] == "failed"}
-    assert errors == {"must take at most 1 s (was stopped; a greater --timeout allows more)"}
+    assert errors == {"must take at most 3 s (was stopped; a greater --timeout allows more)"}
 
 
 @pytest.mark.parametrize("danger", [5, 60], ids=["crash", "hang"])
 def test_the_first_point_may_end_or_exceed(tmp_path: Path, install: Install, danger: int) -> None:
-    report = run_sweep(risky(tmp_path, install, danger, 1), tmp_path / "out", workers=1, timeout=1.0)
+    report = run_sweep(risky(tmp_path, install, danger, 1), tmp_path / "out", workers=1, timeout=3.0)
     assert (report.done, report.failed + report.crashed) == (1, 1)
 
 

@@ -6,7 +6,7 @@ import os
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Executor, Future, wait
+from concurrent.futures import BrokenExecutor, Executor, Future, wait
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -264,7 +264,9 @@ class _Work:
         except self.workers.deaths as error:
             self._blame(batch, isinstance(error, TimeoutError))
         except Exception as error:
-            raise _lost(error) from error
+            if not (self.workers.isolates and isinstance(error, BrokenExecutor)):
+                raise _lost(error) from error
+            self.again.append(batch)
         else:
             if answer is None:
                 self._send(batch, whole=True)

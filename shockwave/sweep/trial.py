@@ -8,11 +8,11 @@ import random
 import statistics
 import time
 from collections.abc import Mapping
+from concurrent.futures import BrokenExecutor
 from pathlib import Path
 from typing import Any
 
 from attrs import frozen
-from pebble import ProcessExpired
 
 from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import Fault, PluginError, ShockwaveError
@@ -67,9 +67,9 @@ def _first_sound(path: Path, timeout: float | None) -> int:
     with processes(1) as own:
         for attempt in range(_MOST_ENDED):
             try:
-                own.pool.schedule(_build, (path, attempt), timeout=timeout).result()
+                own.schedule(_build, (path, attempt), timeout).result()
                 return attempt
-            except (ProcessExpired, TimeoutError):
+            except (*own.deaths, BrokenExecutor):
                 continue
     got = f"got {_MOST_ENDED} points that end the process that builds their scene; mend the plugin"
     raise PluginError(f"{path}: the profile must take some values of the sweep ({got})")
@@ -118,8 +118,8 @@ def timed_apart(points: Points) -> Trial | None:
     """Try points in a process of their own; None if one of them ends it."""
     with processes(1) as own:
         try:
-            trial: Trial = own.pool.schedule(_timed, (Order.of(points).content,)).result()
-        except ProcessExpired:
+            trial: Trial = own.schedule(_timed, (Order.of(points).content,)).result()
+        except (*own.deaths, BrokenExecutor):
             return None
     return trial
 

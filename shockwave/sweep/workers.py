@@ -9,7 +9,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import contextmanager
 from importlib import import_module
@@ -131,6 +131,8 @@ def workers_of(
 # ---------------------------------------------------------------- processes of this machine
 
 _START = multiprocessing.get_context("forkserver" if sys.platform != "win32" else "spawn")
+# Times that the pool is begun anew.
+_RENEWALS = 20
 # Seconds after which the end of a process is reported.
 _LATE = 0.3
 
@@ -164,15 +166,30 @@ class Processes(Workers):
     deaths = (ProcessExpired, TimeoutError)
     isolates = True
 
-    def __init__(self, pool: ProcessPool, count: int, timeout: float | None = None) -> None:
-        self.pool = pool
+    def __init__(self, start: Callable[[], ProcessPool], count: int, timeout: float | None = None) -> None:
+        self.start = start
+        self.pool = start()
+        self.renewed = 0
         self.count = count
         self.timeout = timeout
 
     def submit(self, order: Order, indices: list[int]) -> Future[Any]:
         # a worker answers after a slice, unless one of its points hangs
         extra = 2 * SLICE if len(indices) > 1 else 0.0
-        return self.pool.schedule(run_batch, (order, indices), timeout=self.timeout and self.timeout + extra)
+        return self.schedule(run_batch, (order, indices), self.timeout and self.timeout + extra)
+
+    def schedule(self, function: Callable[..., Any], arguments: Any, timeout: float | None = None) -> Future[Any]:
+        """Have a function run, for at most ``timeout`` seconds."""
+        if not self.pool.active and self.renewed < _RENEWALS:  # it breaks down when an idle process is killed
+            self.close()
+            self.renewed += 1
+            self.pool = self.start()
+        return self.pool.schedule(function, arguments, timeout=timeout)
+
+    def close(self) -> None:
+        """End the processes."""
+        self.pool.stop()  # type: ignore[no-untyped-call]
+        self.pool.join()
 
 
 @contextmanager
@@ -196,14 +213,19 @@ def processes(count: int, order: Order | None = None, timeout: float | None = No
             if first.exitcode != 0:
                 remedy = "a program that calls run_sweep is a file, and does so under `if __name__ == '__main__':`"
                 raise LostError(f"worker processes must start (got status {first.exitcode}; {remedy})")
-            context.Process = _Process
+        context.Process = _Process
+
+        def start() -> ProcessPool:
             pool = ProcessPool(count, initializer=_begin, initargs=(environment, order), context=context)
-            pool.schedule(cores)  # starts the processes
+            with _interrupts_blocked():
+                pool.schedule(cores)  # starts the processes
+            return pool
+
+        own = Processes(start, count, timeout)
         try:
-            yield Processes(pool, count, timeout)
+            yield own
         finally:
-            pool.stop()  # type: ignore[no-untyped-call]
-            pool.join()
+            own.close()
 
 
 def _begin(environment: dict[str, str], order: Order | None) -> None:
