@@ -14,8 +14,8 @@ import pytest
 
 import shockwave as sw
 from shockwave.cli import main
-from shockwave.scenario.family import Family
-from shockwave.scenario.load import load_scenario
+from shockwave.scenario.scene_family import Family
+from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scene_hash import Normaliser, normalised
 from shockwave.studies.comparison import compare
 from shockwave.sweep import batch, runner

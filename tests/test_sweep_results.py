@@ -20,7 +20,7 @@ from matplotlib.collections import LineCollection
 import shockwave as sw
 from shockwave import cli
 from shockwave.errors import FileAccessError, InvalidValueError, UnknownNameError, UsageError
-from shockwave.scenario.family import Family
+from shockwave.scenario.scene_family import Family
 from shockwave.sweep.plot import plot
 from shockwave.sweep.regimes import regimes
 from shockwave.sweep.results import SweepResults, load_sweep

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scenario import Scenario
 from shockwave.sweep.header import HEADER, Header
 from shockwave.sweep.journal import DONE, OPEN, Journal
 from shockwave.sweep.report import SweepPlan

@@ -21,8 +21,8 @@ from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import simulate_many
 from shockwave.options import SimulateOptions
 from shockwave.registry import entries, find, load
-from shockwave.scenario.family import Family
-from shockwave.scenario.load import Scenario
+from shockwave.scenario.scene_family import Family
+from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_hash import Normaliser, normalised
 from shockwave.scenario.sweep import Sweep
 from shockwave.simulation.backend import lack

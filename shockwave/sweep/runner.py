@@ -15,7 +15,8 @@ from attrs import define, evolve, field
 
 from shockwave.errors import InvalidValueError, UsageError
 from shockwave.files import read_text
-from shockwave.scenario.load import Scenario, load_scenario
+from shockwave.scenario.loader import load_scenario
+from shockwave.scenario.scenario import Scenario
 from shockwave.sweep.batch import Done, Order, Refused
 from shockwave.sweep.header import HEADER, Header
 from shockwave.sweep.journal import CRASHED, DONE, FAILED, OPEN, SCENARIO_COPY, Journal, line_of

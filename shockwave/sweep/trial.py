@@ -17,7 +17,8 @@ from attrs import frozen
 from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import Fault, PluginError, ShockwaveError
 from shockwave.registry import find
-from shockwave.scenario.load import Scenario, scenario_of
+from shockwave.scenario.loader import scenario_of
+from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.yaml_document import read_document
 from shockwave.sweep.batch import Order, understood
 from shockwave.sweep.points import Points, error_text
