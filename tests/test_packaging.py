@@ -94,7 +94,7 @@ def test_every_dependency_has_a_floor() -> None:
     """The environment of lowest versions is made from them."""
     extras = project()["optional-dependencies"]
     needed = floors(project()["dependencies"]) | floors(
-        [need for name in ("dask", "parquet", "plot", "test") for need in extras[name]]
+        [need for name in ("dask", "plot", "test") for need in extras[name]]
     )
     assert [name for name, floor in needed.items() if not floor.startswith(">=")] == []
 

@@ -1,4 +1,4 @@
-"""Whatever dies, client, worker or point, a sweep ends with every point once, and with the same results."""
+"""Whatever ends or hangs, client, worker or point, a sweep ends with every point once, and with the same results."""
 
 from __future__ import annotations
 
@@ -6,31 +6,29 @@ import json
 import multiprocessing
 import os
 import signal
-import struct
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 import shockwave as sw
-from shockwave.sweep.dask_crew import DaskCrew
-from shockwave.sweep.executors import LostError, Processes
-from shockwave.sweep.lock import locked
+from shockwave.sweep import workers
+from shockwave.sweep.batch import Order
 from shockwave.sweep.report import SweepReport
-from shockwave.sweep.runner import run_sweep
+from shockwave.sweep.runner import points_of, run_sweep
+from shockwave.sweep.workers import LostError
 
 if TYPE_CHECKING:
     from conftest import Install
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="processes are killed by signals")
 
-#: A pulse that ends its process, or raises, for some values of its parameter.
+#: A pulse that ends its process, hangs or raises for some values of its parameter.
 RISKY = """
 import os, time
 from attrs import frozen
@@ -44,6 +42,8 @@ class Pulse(Triangular):
     def rise(self, s):
         if self.danger == 5:
             os.abort()
+        if self.danger == 7:
+            os._exit(0)
         if self.danger == 60:
             time.sleep(600)
         if self.danger == 9:
@@ -63,6 +63,12 @@ def written(folder: Path, count: int, profile: str = "triangular", sweep: str = 
     sweep = sweep or f"shock.peak_force: {{linspace: [90, 110, {count}]}}"
     file.write_text(SCENE.format(profile=profile, count=count, sweep=sweep))
     return file
+
+
+def risky(folder: Path, install: Install, *dangers: int) -> Path:
+    """A sweep over values of the parameter."""
+    install("risky", pulse=RISKY)
+    return written(folder, len(dangers), "risky", f"shock.parameters.danger: {list(dangers)}")
 
 
 @pytest.fixture
@@ -86,6 +92,11 @@ def lines(folder: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
 
 
+def unfinished(folder: Path) -> dict[int, str]:
+    """The status of each point without a result."""
+    return {line["index"]: line["status"] for line in lines(folder) if line["status"] != "done"}
+
+
 def once(strike: Callable[[], object], after: int = 8) -> Callable[[SweepReport], None]:
     """A progress that strikes, once, when so many points are done."""
     struck = []
@@ -95,6 +106,19 @@ def once(strike: Callable[[], object], after: int = 8) -> Callable[[SweepReport]
             struck.append(strike())
 
     return progress
+
+
+def alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    # one that has ended and that nobody has asked for its status is none
+    stat = Path(f"/proc/{pid}/stat")
+    return not stat.exists() or stat.read_text().rpartition(")")[2].split()[0] != "Z"
+
+
+# ---------------------------------------------------------------- workers and clients
 
 
 def test_a_killed_worker_costs_nothing(scenario: Path, tmp_path: Path) -> None:
@@ -109,56 +133,24 @@ def test_a_killed_worker_costs_nothing(scenario: Path, tmp_path: Path) -> None:
     assert tables(tmp_path / "out") == undisturbed(scenario, tmp_path / "whole")
 
 
-def dies_within_a_message() -> None:
-    """End after a part of an answer, as a process that is killed while it writes a long one."""
-    frame = sys._getframe()
-    while "result_queue" not in frame.f_locals:
-        assert frame.f_back is not None
-        frame = frame.f_back
-    os.write(frame.f_locals["result_queue"]._writer.fileno(), struct.pack("!i", 1000) + b"and no more")
-    os._exit(1)
+def test_the_end_of_all_idle_workers_costs_nothing(scenario: Path) -> None:
+    order = Order.of(points_of(scenario))
+    with workers.processes(2, order) as own:
+        while (
+            len(children := [one for one in multiprocessing.active_children() if one.name == "pebble_pool_worker"]) < 2
+        ):
+            time.sleep(0.01)
+        own.submit(order, [0]).result()
+        for child in children:
+            child.kill()
+        deadline = time.monotonic() + 60
+        while own.pool.active and time.monotonic() < deadline:
+            time.sleep(0.05)
+        assert not own.pool.active
+        assert own.submit(order, [0]).result().lines.count("\n") == 1
 
 
-@pytest.mark.slow
-def test_a_worker_killed_within_an_answer_is_missed() -> None:
-    crew = Processes(1)
-    try:
-        assert crew.wait([crew.call(dies_within_a_message)]) == set()
-        crew.renew(1)
-        (future,) = crew.wait([crew.call(os.getpid)])
-        assert future.result() != os.getpid()
-    finally:
-        crew.close()
-
-
-@pytest.mark.slow
-def test_a_killed_client_costs_nothing_and_leaves_no_worker(scenario: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    program = (
-        "import multiprocessing, os, sys\nfrom shockwave.sweep.runner import run_sweep\n"
-        "def strike(report):\n"
-        "    if 0 < report.done < report.points:\n"
-        "        print(*(child.pid for child in multiprocessing.active_children()), flush=True)\n"
-        "        os.kill(os.getpid(), 9)\n"
-        "run_sweep(sys.argv[1], sys.argv[2], workers=2, progress=strike)"
-    )
-    run = subprocess.run([sys.executable, "-c", program, str(scenario), str(out)], stdout=subprocess.PIPE, text=True)
-    assert run.returncode == -signal.SIGKILL
-    begun = len(lines(out))
-    assert 0 < begun < 1200
-    workers = [int(pid) for pid in run.stdout.split()]
-    assert len(workers) == 2
-    deadline = time.monotonic() + 600  # they end at once; a busy machine may take its time
-    while any(map(alive, workers)) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    assert not any(map(alive, workers))
-    with ThreadPoolExecutor(1) as executor:
-        assert run_sweep(scenario, out, executor).before == begun
-    assert sorted(line["index"] for line in lines(out)) == list(range(1200))
-    assert tables(out) == undisturbed(scenario, tmp_path / "whole")
-
-
-COMMAND = """
+CLIENT = """
 import multiprocessing, os, signal, sys
 import shockwave.cli.sweep
 from contextlib import contextmanager
@@ -177,6 +169,32 @@ sys.exit(main(["sweep", *sys.argv[1:]]))
 """
 
 
+def struck(scenario: Path, out: Path, number: int, times: int, interrupt: str) -> subprocess.CompletedProcess[str]:
+    """A client that gets signals when some points are done; it prints its workers."""
+    program = CLIENT.format(number=number, times=times, interrupt=interrupt)
+    command = [sys.executable, "-c", program, str(scenario), "--out", str(out), "--workers", "2"]
+    return subprocess.run(command, capture_output=True, text=True)
+
+
+@pytest.mark.slow
+def test_a_killed_client_costs_nothing_and_leaves_no_worker(scenario: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run = struck(scenario, out, signal.SIGKILL, 1, "signal.default_int_handler")
+    assert run.returncode == -signal.SIGKILL
+    begun = len(lines(out))
+    assert 0 < begun < 1200
+    pids = [int(pid) for pid in run.stdout.split()]
+    assert len(pids) == 2
+    deadline = time.monotonic() + 600  # they end at once; a busy machine may take its time
+    while any(map(alive, pids)) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not any(map(alive, pids))
+    with ThreadPoolExecutor(1) as executor:
+        assert run_sweep(scenario, out, executor).before == begun
+    assert sorted(line["index"] for line in lines(out)) == list(range(1200))
+    assert tables(out) == undisturbed(scenario, tmp_path / "whole")
+
+
 @pytest.mark.parametrize(
     ("name", "times", "interrupt"),
     [
@@ -193,9 +211,7 @@ def test_signals_that_end_programs_end_a_sweep_as_an_interrupt_does(
     scenario: Path, tmp_path: Path, name: str, times: int, interrupt: str
 ) -> None:
     out, number = tmp_path / "out", getattr(signal, name)
-    program = COMMAND.format(number=number, times=times, interrupt=interrupt)
-    command = [sys.executable, "-c", program, str(scenario), "--out", str(out), "--workers", "1"]
-    run = subprocess.run(command, capture_output=True, text=True)
+    run = struck(scenario, out, number, times, interrupt)
     assert run.returncode == 128 + number, run.stderr
     finished = len(lines(out))
     assert 0 < finished < 1200
@@ -205,64 +221,53 @@ def test_signals_that_end_programs_end_a_sweep_as_an_interrupt_does(
     assert not any(map(alive, map(int, run.stdout.split())))
 
 
-def alive(pid: int) -> bool:
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    # one that has ended and that nobody has asked for its status is none
-    stat = Path(f"/proc/{pid}/stat")
-    return not stat.exists() or stat.read_text().rpartition(")")[2].split()[0] != "Z"
+# ---------------------------------------------------------------- points
 
 
 def test_a_point_that_ends_its_process_is_the_only_one_blamed(tmp_path: Path, install: Install) -> None:
-    install("risky", pulse=RISKY)
-    danger = ", ".join(map(str, range(12)))
-    file = written(tmp_path, 12, "risky", f"shock.parameters.danger: [{danger}]")
+    file = risky(tmp_path, install, *range(12))
     report = run_sweep(file, tmp_path / "out", workers=2)
-    assert (report.done, report.failed, report.crashed, report.exit_code) == (10, 1, 1, 1)
-    assert {line["index"]: line["status"] for line in lines(tmp_path / "out") if line["status"] != "done"} == {
-        5: "crashed",
-        9: "failed",
-    }
+    assert (report.done, report.failed, report.crashed, report.exit_code) == (9, 1, 2, 1)
+    assert unfinished(tmp_path / "out") == {5: "crashed", 7: "crashed", 9: "failed"}
     # and neither is run again
     assert run_sweep(file, tmp_path / "out").before == 12
 
 
-@pytest.mark.slow
-def test_the_first_point_may_end_its_process(tmp_path: Path, install: Install) -> None:
-    install("risky", pulse=RISKY)
-    report = run_sweep(written(tmp_path, 2, "risky", "shock.parameters.danger: [5, 1]"), tmp_path / "out", workers=1)
-    assert (report.done, report.crashed) == (1, 1)
+def test_a_point_that_exceeds_the_time_limit_is_the_only_one_stopped(tmp_path: Path, install: Install) -> None:
+    file = risky(tmp_path, install, 0, 1, 60, 3, 4, 60, 6)
+    report = run_sweep(file, tmp_path / "out", workers=2, timeout=3.0)
+    assert (report.done, report.failed, report.exit_code) == (5, 2, 1)
+    assert unfinished(tmp_path / "out") == {2: "failed", 5: "failed"}
+    errors = {line["error"] for line in lines(tmp_path / "out") if line["status"] == "failed"}
+    assert errors == {"must take at most 3 s (was stopped; a greater --timeout allows more)"}
+
+
+@pytest.mark.parametrize("danger", [5, 60], ids=["crash", "hang"])
+def test_the_first_point_may_end_or_exceed(tmp_path: Path, install: Install, danger: int) -> None:
+    report = run_sweep(risky(tmp_path, install, danger, 1), tmp_path / "out", workers=1, timeout=3.0)
+    assert (report.done, report.failed + report.crashed) == (1, 1)
 
 
 def test_a_sweep_that_stops_at_a_failure_waits_for_no_other_batch(tmp_path: Path, install: Install) -> None:
-    install("risky", pulse=RISKY)
     # in batches of two: the second waits for ever
-    file = written(tmp_path, 8, "risky", "shock.parameters.danger: [0, 9, 60, 0, 0, 0, 0, 0]")
+    file = risky(tmp_path, install, 0, 9, 60, 0, 0, 0, 0, 0)
     report = run_sweep(file, tmp_path / "out", workers=2, fail_fast=True)
     assert report.failed == 1
     assert report.left >= 2
 
 
-def test_a_fork_of_a_client_does_not_keep_its_folder(tmp_path: Path) -> None:
-    program = (
-        "import os, sys, time; from pathlib import Path; from shockwave.sweep.lock import locked\n"
-        "held = locked(Path(sys.argv[1]))\n"
-        "read, write = os.pipe()\n"
-        "if os.fork() == 0:\n"
-        "    os.write(write, b'here'); time.sleep(60); os._exit(0)\n"
-        "os.read(read, 4); print('held', flush=True); os.kill(os.getpid(), 9)"
-    )
-    command = [sys.executable, "-c", program, str(tmp_path / "sweep.lock")]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, start_new_session=True) as other:
-        assert other.stdout is not None
-        other.stdout.readline()
-        other.wait()
-        try:
-            locked(tmp_path / "sweep.lock").close()
-        finally:
-            os.killpg(other.pid, signal.SIGKILL)
+# ---------------------------------------------------------------- executors
+
+
+@pytest.mark.parametrize("timeout", [0, -1.0, float("nan")])
+def test_a_time_limit_is_positive(scenario: Path, tmp_path: Path, timeout: float) -> None:
+    with pytest.raises(sw.UsageError, match=r"timeout must be a number of seconds > 0 \(got"):
+        run_sweep(scenario, tmp_path / "out", timeout=timeout)
+
+
+def test_a_time_limit_needs_processes_that_can_be_ended(scenario: Path, tmp_path: Path) -> None:
+    with ThreadPoolExecutor(1) as executor, pytest.raises(sw.UsageError, match="timeout must be left out with an exec"):
+        run_sweep(scenario, tmp_path / "out", executor, timeout=1.0)
 
 
 def test_an_executor_of_the_callers_that_breaks_down_is_told(scenario: Path, tmp_path: Path) -> None:
@@ -281,11 +286,19 @@ def test_an_executor_of_the_callers_that_breaks_down_is_told(scenario: Path, tmp
     assert len(lines(tmp_path / "out")) >= 8
 
 
+def test_a_program_that_starts_itself_again_is_told_how_to_be_written(scenario: Path, tmp_path: Path) -> None:
+    program = tmp_path / "program.py"
+    program.write_text(f"import shockwave as sw\nsw.run_sweep({str(scenario)!r}, {str(tmp_path / 'out')!r})\n")
+    run = subprocess.run([sys.executable, program], capture_output=True, text=True)
+    assert "LostError: worker processes must start" in run.stderr
+    assert "if __name__ == '__main__':" in run.stderr
+
+
 # ---------------------------------------------------------------- dask
 
 
 class Client:
-    """Tells of workers that come and go."""
+    """A client of dask whose scheduler has these workers, one after the other."""
 
     def __init__(self, *threads: int) -> None:
         self.threads = list(threads)
@@ -294,30 +307,42 @@ class Client:
         pass
 
     def nthreads(self) -> dict[str, int]:
-        return {"worker": self.threads.pop(0) if len(self.threads) > 1 else self.threads[0]}
+        count = self.threads.pop(0) if len(self.threads) > 1 else self.threads[0]
+        return {f"worker {at}": 1 for at in range(count)}
 
 
 def test_workers_of_dask_that_come_later_get_work(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("shockwave.sweep.dask_crew._COUNT", 0)
-    crew = DaskCrew(Client(1, 3, 0), ExitStack(), None)
-    assert [crew.workers for _ in range(3)] == [1, 3, 1]  # one at least, so that batches wait for whoever comes
-    assert DaskCrew(Client(1), ExitStack(), 8).workers == 8
+    monkeypatch.setattr(workers, "_COUNT", 0)
+    crew = workers.DaskWorkers(Client(1, 3, 0), None, OSError)
+    assert [crew.count for _ in range(3)] == [1, 3, 1]  # one at least, so that batches wait for whoever comes
+    assert workers.DaskWorkers(Client(1), 8, OSError).count == 8
 
 
 def test_that_no_worker_of_dask_is_left_is_told(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    for name, seconds in {"_COUNT": 0.01, "_TELL": 0.02, "_GIVE_UP": 0.2}.items():
-        monkeypatch.setattr(f"shockwave.sweep.dask_crew.{name}", seconds)
+    for name, seconds in {"_COUNT": 0.01, "_WARN": 0.02, "_GIVE_UP": 0.2}.items():
+        monkeypatch.setattr(workers, name, seconds)
     with pytest.raises(LostError, match="the scheduler must have workers"):
-        DaskCrew(Client(1, 0), ExitStack(), None).wait([Future()])
+        workers.DaskWorkers(Client(1, 0), None, OSError).wait([Future()])
     assert caplog.messages == ["dask: the scheduler has no workers left; waiting for another"]
 
 
-def test_an_address_with_tls_needs_certificates(scenario: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("address", "kind", "message"),
+    [
+        ("tls://127.0.0.1:9", sw.UsageError, r"must have certificates \(got none; name them in dask's"),
+        ("tcp://127.0.0.1:9", LostError, r"dask: tcp://127\.0\.0\.1:9 must answer"),
+    ],
+    ids=["certificates", "scheduler"],
+)
+def test_an_address_without_an_answer_is_told(
+    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, address: str, kind: type[Exception], message: str
+) -> None:
     pytest.importorskip("distributed")
-    with pytest.raises(sw.UsageError, match=r"must have certificates \(got no certificates; name them in dask's"):
-        run_sweep(scenario, tmp_path / "out", "dask=tls://127.0.0.1:9")
+    monkeypatch.setattr(workers, "_PATIENCE", 0.2)
+    with pytest.raises(kind, match=message):
+        run_sweep(scenario, tmp_path / "out", f"dask={address}")
 
 
 @pytest.fixture(scope="module")
@@ -343,6 +368,14 @@ def test_a_killed_worker_of_dask_costs_nothing(scenario: Path, tmp_path: Path, c
 
 
 @pytest.mark.slow
+def test_a_point_that_ends_workers_of_dask_is_the_only_one_blamed(tmp_path: Path, install: Install) -> None:
+    pytest.importorskip("distributed")
+    report = run_sweep(risky(tmp_path, install, 0, 1, 5, 3, 4), tmp_path / "out", "dask", workers=2)
+    assert (report.done, report.crashed) == (4, 1)
+    assert unfinished(tmp_path / "out") == {2: "crashed"}
+
+
+@pytest.mark.slow
 def test_a_worker_of_dask_with_another_version_is_refused(scenario: Path, tmp_path: Path, cluster: Any) -> None:
     from distributed import Client
 
@@ -361,10 +394,3 @@ def _call_version(version: str) -> None:
     import shockwave
 
     shockwave.__version__ = version
-
-
-def test_a_scheduler_that_is_not_there_is_told(scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("distributed")
-    monkeypatch.setattr("shockwave.sweep.dask_crew._PATIENCE", 0.2)
-    with pytest.raises(LostError, match=r"dask: tcp://127\.0\.0\.1:9 must answer"):
-        run_sweep(scenario, tmp_path / "out", "dask=tcp://127.0.0.1:9")

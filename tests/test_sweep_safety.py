@@ -14,7 +14,9 @@ import pytest
 
 import shockwave as sw
 from selection import keeping
-from shockwave.sweep.executors import crew_of, safe_path
+from shockwave.sweep.batch import Order
+from shockwave.sweep.runner import points_of
+from shockwave.sweep.workers import workers_of
 
 SCENE = """
 name: two sizes
@@ -79,17 +81,6 @@ def test_a_program_finds_the_modules_in_its_own_folder(scenario: Path, tmp_path:
     assert run.stdout == "2\n", run.stderr
 
 
-@pytest.mark.parametrize("before", [None, "1", ""])
-def test_a_safe_path_leaves_the_environment_as_it_was(before: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
-    if before is None:
-        monkeypatch.delenv("PYTHONSAFEPATH", raising=False)
-    else:
-        monkeypatch.setenv("PYTHONSAFEPATH", before)
-    with safe_path():
-        assert os.environ["PYTHONSAFEPATH"] == "1"
-    assert os.environ.get("PYTHONSAFEPATH") == before
-
-
 # ---------------------------------------------------------------- a cluster on this machine
 
 
@@ -102,8 +93,8 @@ def listening() -> set[tuple[str, int]]:
 
 
 def answer(address: tuple[str, int]) -> bytes:
-    """What is answered to whoever asks for a page."""
-    with socket.create_connection(address, timeout=600) as connection:
+    """The answer to whoever asks for a page."""
+    with socket.create_connection(address, timeout=5) as connection:
         connection.sendall(b"GET /health HTTP/1.0\r\n\r\n")
         try:
             return connection.recv(100)
@@ -111,25 +102,26 @@ def answer(address: tuple[str, int]) -> bytes:
             return b""
 
 
-def test_a_cluster_of_dask_is_closed_to_other_users(capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_cluster_of_dask_is_closed_to_other_users(scenario: Path) -> None:
     distributed: Any = pytest.importorskip("distributed")
     before = listening()
-    crew = crew_of("dask", 1)
-    try:
+    with workers_of("dask", 1, Order.of(points_of(scenario))):
         begun = listening() - before
         assert {host for host, _ in begun} == {"127.0.0.1"}
-        assert len(begun) == 3  # scheduler, worker, and the process that begins the worker anew
-        assert not [found for address in begun if (found := answer(address)).startswith(b"HTTP")]
-        for _, port in begun:
+        answers = {address: answer(address) for address in begun}
+        assert not [found for found in answers.values() if b" 200 " in found]
+        # the others are the servers without pages
+        for _, port in (address for address, found in answers.items() if not found.startswith(b"HTTP")):
             with pytest.raises(OSError, match="tcp://127"):
                 distributed.Client(f"tcp://127.0.0.1:{port}", timeout=0.5, set_as_default=False)
-    finally:
-        crew.close()
     assert listening() <= before
 
 
-def test_a_cluster_needs_cryptography(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("missing", ["cryptography", "distributed"])
+def test_packages_that_a_cluster_needs_are_named(
+    missing: str, scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setitem(sys.modules, "cryptography", None)
+    monkeypatch.setitem(sys.modules, missing, None)
     with pytest.raises(sw.UsageError, match=r"executor dask must be installed .*python -m pip install '.*\[dask\]'"):
-        crew_of("dask", 1)
+        sw.run_sweep(scenario, tmp_path / "out", "dask", workers=1)

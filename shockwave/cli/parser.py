@@ -119,6 +119,7 @@ _SWEEP = [
     _option("--dry-run", "report how many points, what is left out, and how long"),
     _option("--executor NAME", "processes (default), dask, or dask=ADDRESS"),
     _option("--workers N", "how many; left out, one for each core", type=_between(1, 10_000, whole=True)),
+    _option("--timeout SECONDS", "longest time of one point; left out, none", type=_between(1e-3, 1e9)),
     _option("--fail-fast", "stop at the first point that fails"),
     _option("--retry-failed", "run points again that failed or crashed before"),
     _option("--resume", "refuse to begin: FOLDER must have this sweep already"),

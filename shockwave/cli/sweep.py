@@ -36,7 +36,7 @@ def sweep(options: argparse.Namespace) -> int:
             return _sweep(options)
         except KeyboardInterrupt as interrupt:
             with suppress(OSError):  # the terminal may be closed
-                print(_told(interrupt), file=sys.stderr)
+                print(_message(interrupt), file=sys.stderr)
             return 128 + (came[0] if came else signal.SIGINT)
 
 
@@ -44,17 +44,14 @@ def sweep(options: argparse.Namespace) -> int:
 def _interrupting() -> Iterator[list[int]]:
     """Turn the first signal that would end the program into an interrupt, and record all such signals.
 
-    Ignored signals remain ignored. A signal calls the current handler of SIGINT, which defers interrupts while
-    processes start. If there is none, it raises `KeyboardInterrupt`: a shell starts background programs with SIGINT
-    ignored.
+    Ignored signals remain ignored.
     """
     came: list[int] = []
 
-    def note(number: int, frame: FrameType | None) -> None:
+    def note(number: int, _: FrameType | None) -> None:
         came.append(number)
-        interrupt = signal.getsignal(signal.SIGINT)
         if len(came) == 1:
-            (interrupt if callable(interrupt) else signal.default_int_handler)(signal.SIGINT, frame)
+            raise KeyboardInterrupt
 
     known = [getattr(signal, name) for name in _ENDS if hasattr(signal, name)]
     main = threading.current_thread() is threading.main_thread()
@@ -68,7 +65,7 @@ def _interrupting() -> Iterator[list[int]]:
             signal.signal(number, signal.SIG_DFL)
 
 
-def _told(interrupt: KeyboardInterrupt) -> str:
+def _message(interrupt: KeyboardInterrupt) -> str:
     """Message with the progress of the sweep, if it had started."""
     from shockwave.sweep.report import SweepInterrupt
 
@@ -81,18 +78,18 @@ def _told(interrupt: KeyboardInterrupt) -> str:
 
 def _sweep(options: argparse.Namespace) -> int:
     folder = options.out or f"{Path(options.file).stem}-sweep"
-    asked = {name: getattr(options, name) for name in ("workers", "retry_failed", "accept_versions")}
+    asked = {name: getattr(options, name) for name in ("workers", "timeout", "retry_failed", "accept_versions")}
     if options.dry_run:
         from shockwave.sweep.plan import plan_sweep
 
         _print(plan_sweep(options.file, folder, options.executor, **asked), options.json)
         return 0
+    from shockwave.sweep.header import HEADER
     from shockwave.sweep.runner import run_sweep
-    from shockwave.sweep.stored import HEADER
 
     if options.resume and not (Path(folder) / HEADER).exists():
         raise UsageError(f"{folder}: --resume must be given a sweep that was begun (got none; leave --resume out)")
-    # what becomes of a connection is told in a sentence, without tracebacks of dask
+    # a lost connection is reported in a sentence, without tracebacks of dask
     logging.getLogger("distributed.client").addFilter(lambda _: False)
     with _progress() as progress:
         report = run_sweep(
@@ -111,7 +108,7 @@ def _print(found: Any, as_json: bool) -> None:
 
 @contextmanager
 def _progress() -> Iterator[Callable[[SweepReport], None] | None]:
-    """What shows on a terminal how far a sweep is: done, failed, rate, time left."""
+    """Show the progress of a sweep on a terminal: done, failed, rate, time left."""
     if not sys.stderr.isatty():
         yield None
         return

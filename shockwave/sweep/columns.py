@@ -1,24 +1,25 @@
-"""What is known of every point of a sweep: columns, and how each is read off an answer."""
+"""Columns of a sweep: the quantities of every point, and where each is found in an answer."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 from shockwave.measurement.result import MeasuredWave, SimulationResult
-from shockwave.prediction.outcome import EjectionOutcome, Outcome
+from shockwave.prediction.outcome import Outcome
 from shockwave.scenario.sweep import Run
 from shockwave.studies.comparison import Comparison
-from shockwave.sweep.stored import NOTES, Column
+from shockwave.sweep.header import NOTES, Column
 
 __all__ = ["Answer", "Read", "reads", "row"]
 
 
 class Answer(NamedTuple):
-    """What was found at a point; what was not asked for is None.
+    """The results at a point; None for what was not asked for.
 
-    ``rise_time`` and ``duration`` are in natural times of the chain.
+    ``rise_time`` and ``duration`` are in characteristic times of the chain.
     """
 
     rise_time: float
@@ -30,77 +31,72 @@ class Answer(NamedTuple):
 
 
 class Read(NamedTuple):
-    """A column, and what it holds for an answer."""
+    """A column, and its value for an answer."""
 
     column: Column
     of: Callable[[Any], Any]
 
 
-def _number(name: str, unit: str, meaning: str, of: Callable[[Any], Any]) -> Read:
-    return Read(Column(name, unit, "number", meaning), of)
-
-
-def _text(name: str, meaning: str, of: Callable[[Any], Any]) -> Read:
-    return Read(Column(name, None, "text", meaning), of)
+def _number(name: str, unit: str, meaning: str, of: str | Callable[[Any], Any]) -> Read:
+    return Read(Column(name, unit, "number", meaning), attrgetter(of) if isinstance(of, str) else of)
 
 
 def _whole(name: str, meaning: str, of: Callable[[Any], Any]) -> Read:
     return Read(Column(name, "", "whole", meaning), of)
 
 
+def _text(name: str, meaning: str, of: str | Callable[[Any], Any]) -> Read:
+    return Read(Column(name, None, "text", meaning), attrgetter(of) if isinstance(of, str) else of)
+
+
+_LESS_OR_GREATER = "primary's peak force less, equal or greater than the shock's"
+_EXPECTED = "relative error of the predicted peak force that is to be expected"
 _SCENE = (
-    _number("scaled_rise_time", "", "t0/T0, rise time over the natural time of the chain", lambda a: a.rise_time),
-    _number("scaled_duration", "", "n t0/T0, whole duration over the natural time of the chain", lambda a: a.duration),
+    _number("scaled_rise_time", "", "t0/T0, rise time over the natural time of the chain", "rise_time"),
+    _number("scaled_duration", "", "n t0/T0, whole duration over the natural time of the chain", "duration"),
 )
 
 
+def _expected(side: int) -> Callable[[Any], Any]:
+    return lambda answer: None if answer.predicted.expected_error is None else answer.predicted.expected_error[side]
+
+
 def _predicted(prefix: str) -> tuple[Read, ...]:
-    """What a prediction says of the primary."""
-
-    def expected(side: int) -> Callable[[Any], Any]:
-        return lambda a: None if a.predicted.expected_error is None else a.predicted.expected_error[side]
-
-    trust = "relative error of the predicted peak force that is to be expected"
+    """The prediction of the primary."""
     return (
-        _text(f"{prefix}regime", "predicted: ejection, single or train", lambda a: a.predicted.regime),
-        _text(
-            f"{prefix}relation",
-            "predicted: primary's peak force less, equal or greater than the shock's",
-            lambda a: a.predicted.relation,
-        ),
-        _number(f"{prefix}peak_force", "N", "predicted, of the primary", lambda a: a.predicted.peak_force),
-        _number(
-            f"{prefix}amplification", "", "predicted, peak force over the shock's", lambda a: a.predicted.amplification
-        ),
-        _number(f"{prefix}expected_error_low", "", f"lowest {trust}", expected(0)),
-        _number(f"{prefix}expected_error_high", "", f"highest {trust}", expected(1)),
+        _text(f"{prefix}regime", "predicted: ejection, single or train", "predicted.regime"),
+        _text(f"{prefix}relation", f"predicted: {_LESS_OR_GREATER}", "predicted.relation"),
+        _number(f"{prefix}peak_force", "N", "predicted, of the primary", "predicted.peak_force"),
+        _number(f"{prefix}amplification", "", "predicted, peak force over the shock's", "predicted.amplification"),
+        _number(f"{prefix}expected_error_low", "", f"lowest {_EXPECTED}", _expected(0)),
+        _number(f"{prefix}expected_error_high", "", f"highest {_EXPECTED}", _expected(1)),
     )
 
 
 def _of_ejection(name: str) -> Callable[[Any], Any]:
-    return lambda a: getattr(a.predicted, name) if isinstance(a.predicted, EjectionOutcome) else None
+    return lambda answer: getattr(answer.predicted, name, None)
 
 
 _PREDICTED = (
-    _whole("waves", "how many are predicted", lambda a: len(a.predicted.waves)),
-    _number("applied_momentum", "N s", "impulse of the shock", lambda a: a.predicted.applied_momentum),
+    _whole("waves", "how many are predicted", lambda answer: len(answer.predicted.waves)),
+    _number("applied_momentum", "N s", "impulse of the shock", "predicted.applied_momentum"),
     _number("virtual_rise_time", "s", "predicted, of an ejection", _of_ejection("virtual_rise_time")),
     _number("added_momentum", "N s", "predicted, of an ejection", _of_ejection("added_momentum")),
 )
 _SIMULATED = (
-    _number("peak_force", "N", "simulated, of the primary, known to error_estimate", lambda a: a.simulated.peak_force),
-    _number("amplification", "", "simulated, peak force over the shock's", lambda a: a.simulated.amplification),
-    _number("error_estimate", "", "relative, of the simulated peak force", lambda a: a.simulated.error_estimate),
+    _number("peak_force", "N", "simulated, of the primary, known to error_estimate", "simulated.peak_force"),
+    _number("amplification", "", "simulated, peak force over the shock's", "simulated.amplification"),
+    _number("error_estimate", "", "relative, of the simulated peak force", "simulated.error_estimate"),
 )
 _PRIMARY = (
-    _number("momentum", "N s", "of the primary, known about as well as its peak force", lambda a: a.primary.momentum),
-    _number("speed", "m/s", "of the primary, known about as well as its peak force", lambda a: a.primary.speed),
-    _number("width", "s", "of the primary, full width at half maximum of the force", lambda a: a.primary.width),
+    _number("momentum", "N s", "of the primary, known about as well as its peak force", "primary.momentum"),
+    _number("speed", "m/s", "of the primary, known about as well as its peak force", "primary.speed"),
+    _number("width", "s", "of the primary, full width at half maximum of the force", "primary.width"),
 )
 
 
 def _of_train(of: Callable[[SimulationResult], Any]) -> Callable[[Any], Any]:
-    return lambda a: of(a.simulated) if a.simulated.options.waves == "train" else None
+    return lambda answer: of(answer.simulated) if answer.simulated.options.waves == "train" else None
 
 
 def _second(name: str) -> Callable[[Any], Any]:
@@ -111,25 +107,21 @@ _TRAIN = (
     _whole("waves", "how many are stronger than the threshold", _of_train(lambda found: len(found.waves))),
     _number("second_peak_force", "N", "of the second strongest wave", _second("peak_force")),
     _number("second_error_estimate", "", "relative, of second_peak_force", _second("error_estimate")),
-    _number("recoil_momentum", "N s", "of the granules thrown back", _of_train(lambda found: found.recoil_momentum)),
-    _number("recoil_error", "N s", "estimate of that of recoil_momentum", _of_train(lambda found: found.recoil_error)),
-    _whole("ejected_granules", "how many are thrown back", _of_train(lambda found: found.ejected_granules)),
-    _number("momentum_defect", "", "momentum against impulse, relative", lambda a: a.simulated.momentum_defect),
+    _number("recoil_momentum", "N s", "of the granules thrown back", _of_train(attrgetter("recoil_momentum"))),
+    _number("recoil_error", "N s", "estimate of that of recoil_momentum", _of_train(attrgetter("recoil_error"))),
+    _whole("ejected_granules", "how many are thrown back", _of_train(attrgetter("ejected_granules"))),
+    _number("momentum_defect", "", "momentum against impulse, relative", "simulated.momentum_defect"),
 )
 _COMPARED = (
-    _number("error", "", "relative, of the predicted peak force, known to error_estimate", lambda a: a.compared.error),
-    _text(
-        "relation",
-        "simulated: primary's peak force less, equal or greater than the shock's",
-        lambda a: a.compared.relation,
-    ),
+    _number("error", "", "relative, of the predicted peak force, known to error_estimate", "compared.error"),
+    _text("relation", f"simulated: {_LESS_OR_GREATER}", "compared.relation"),
 )
 
 
 def _notes(answer: Answer) -> str | None:
-    told = answer.predicted.warnings if answer.predicted is not None else ()
-    told += answer.simulated.all_warnings if answer.simulated is not None else ()
-    return "; ".join(dict.fromkeys(told)) or None
+    warnings = answer.predicted.warnings if answer.predicted is not None else ()
+    warnings += answer.simulated.all_warnings if answer.simulated is not None else ()
+    return "; ".join(dict.fromkeys(warnings)) or None
 
 
 _LAST = (*_SCENE, _text(NOTES, "what a reader must know before using the figures", _notes))
@@ -146,7 +138,7 @@ def reads(run: Run, train: bool) -> tuple[Read, ...]:
 
 
 def row(columns: tuple[Read, ...], answer: Answer) -> list[Any]:
-    """What the columns hold for an answer: plain numbers and words, None for what does not apply."""
+    """The values of the columns for an answer: plain numbers and words, None for what does not apply."""
     return [_plain(column.kind, of(answer)) for column, of in columns]
 
 

@@ -2,107 +2,138 @@
 
 from __future__ import annotations
 
+import json
 import os
+import platform
 import re
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 from attrs import define, field
+from filelock import FileLock, Timeout
 
 from shockwave.errors import FileAccessError
-from shockwave.files import lines_of, open_new, open_regular
-from shockwave.sweep.lock import locked
-from shockwave.sweep.stored import HEADER, JOURNAL, LONGEST_LINE, Header
+from shockwave.files import lines_of, open_regular
+from shockwave.sweep.header import HEADER
+from shockwave.sweep.journal_reader import JOURNAL, LONGEST_LINE
+from shockwave.sweep.replacing import not_writable, replacing
 
-__all__ = ["COPY", "CRASHED", "DONE", "FAILED", "OPEN", "Journal", "header_in", "written"]
+__all__ = ["CRASHED", "DONE", "FAILED", "OPEN", "SCENARIO_COPY", "Journal", "line_of"]
 
-#: What is known of a point.
-OPEN, DONE, FAILED, CRASHED = range(4)
-_STATES = {b"done": DONE, b"failed": FAILED, b"crashed": CRASHED}
-_LINE = re.compile(rb'\{"index": (\d{1,9}), "key": "([0-9a-f]{64})", "status": "(done|failed|crashed)", ".*\}\n')
-LOCK, COPY = "sweep.lock", "scenario.yaml"
+#: States of a point.
+OPEN = 0
+DONE = 1
+FAILED = 2
+CRASHED = 3
+_STATES = {"done": DONE, "failed": FAILED, "crashed": CRASHED}
+#: The copy of the scenario.
+SCENARIO_COPY = "scenario.yaml"
+_LOCK = "sweep.lock"
+_LINE = re.compile(r'\{"index": (\d{1,9}), "key": "([0-9a-f]{64})", "status": "(done|failed|crashed)", ".*\}\n')
 # Seconds between two times that the disk itself is waited for: what a power cut may cost.
 _SYNC = 2.0
 
 
+def line_of(index: int, key: str, status: str, rest: str) -> str:
+    """A line of the journal; ``rest`` is JSON of its values or its error."""
+    return f'{{"index": {index}, "key": "{key}", "status": "{status}", {rest}}}\n'
+
+
 @define(eq=False)
 class Journal:
-    """The journal in ``folder``, open for more lines; made by `Journal.opened`.
+    """The journal in ``folder``.
 
     Attributes
     ----------
+    folder : pathlib.Path
+        The folder.
     states : bytearray
         One of `OPEN`, `DONE`, `FAILED`, `CRASHED` for each point.
     notes : list of str
-        What was found and mended on opening.
+        What was found and mended by `read`.
     ends : list of (int, str)
-        Points and keys of the first and the last result that were there.
+        Points and keys of the first and the last result that `read` has found.
     """
 
     folder: Path
     states: bytearray
-    notes: list[str]
-    ends: list[tuple[int, str]]
-    _lock: BinaryIO | None
-    _file: BinaryIO | None = field(init=False, default=None)
-    _synced: float = field(init=False, factory=time.monotonic)
-
-    @classmethod
-    def opened(cls, folder: Path, points: int) -> Journal:
-        """The journal in ``folder``, which is made if need be; nothing is read before `begin`.
-
-        Raises
-        ------
-        FileAccessError
-            When the folder cannot be written, is in use by another client or holds something else.
-        """
-        _check(folder)
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise _refused(folder, error) from error
-        return cls(folder, bytearray(points), [], [], locked(folder / LOCK))
-
-    def begin(self) -> None:
-        """Read what is there, of which a torn last line is cut off, and make ready for more.
-
-        Raises
-        ------
-        FileAccessError
-            When it cannot be read, or a line tells of no point of the sweep, or of one told before.
-        """
-        self.read()
-        self._file = open_regular(self.path, mode="ab", buffering=0)
+    notes: list[str] = field(factory=list, init=False)
+    ends: list[tuple[int, str]] = field(factory=list, init=False)
+    _lock: FileLock | None = field(default=None, init=False)
+    _file: BinaryIO | None = field(default=None, init=False)
+    _synced: float = field(factory=time.monotonic, init=False)
 
     @property
     def path(self) -> Path:
         """The file."""
         return self.folder / JOURNAL
 
-    def read(self, mend: bool = True) -> None:
-        """Take note of the points that are finished, and cut a torn last line off if it is to be mended."""
+    def lock(self) -> None:
+        """Make the folder if need be, and keep other clients out of it until this one closes it or ends.
+
+        Raises
+        ------
+        FileAccessError
+            When the folder cannot be written, is in use by another client or holds something else.
+        """
+        file = self.folder / _LOCK
+        holder = "another process"
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            _refuse_others(self.folder)
+            with suppress(OSError, ValueError, KeyError):
+                known = json.loads(file.read_text())
+                holder = f"process {known['pid']} on {known['host']}"
+            self._lock = FileLock(file, timeout=0, thread_local=False)
+            self._lock.acquire()
+        except Timeout:
+            problem = f"must be used by one client at a time (got {holder}; wait for it, or end it)"
+            raise FileAccessError(f"{self.folder}: {problem}") from None
+        except OSError as error:
+            raise not_writable(self.folder, error) from error
+        with suppress(OSError):  # Windows keeps even this process from writing a locked file
+            file.write_text(json.dumps({"pid": os.getpid(), "host": platform.node()}))
+
+    def read(self, mend: bool = False) -> None:
+        """Take note of the finished points; to ``mend`` is to cut off a torn last line and make ready for more.
+
+        Raises
+        ------
+        FileAccessError
+            When it cannot be read, or a line is of no point of the sweep, or of one that has a line already.
+        """
+        if mend:
+            self._file = open_regular(self.path, mode="ab", buffering=0)
         if not self.path.exists():
             return
         size = 0
-        with open_regular(self.path, mode="r+b" if mend else "rb") as file:
+        with open_regular(self.path) as file:
             for number, line in enumerate(lines_of(file, self.path, LONGEST_LINE), start=1):
-                match = _LINE.fullmatch(line)
-                index = int(match[1]) if match else -1
-                if match is None or index >= len(self.states) or self.states[index]:
-                    if line.endswith(b"\n"):
-                        rule = "must tell of a point of this sweep that no line before tells of"
-                        got = f"got {line[:60]!r}; delete the line: what it told is run again"
-                        raise FileAccessError(f"{self.path}:{number}: {rule} ({got})")
-                    if mend:
-                        file.truncate(size)
+                known = self._note(line)
+                if not known and not line.endswith(b"\n"):
                     self.notes.append(f"{self.path}: the last line was torn, and was cut off: its point is run again")
-                    break
-                self.states[index] = _STATES[match[3]]
-                if match[3] == b"done":
-                    self.ends = [*self.ends[:1], (index, match[2].decode())]
+                    if mend:
+                        os.truncate(self.path, size)
+                    return
+                if not known:
+                    rule = "must be of a point of this sweep that no line before is of"
+                    got = f"got {line[:60]!r}; delete the line: its point is run again"
+                    raise FileAccessError(f"{self.path}:{number}: {rule} ({got})")
                 size += len(line)
+
+    def _note(self, line: bytes) -> bool:
+        """Note what a line says; whether it is the first line of a point of the sweep."""
+        match = _LINE.fullmatch(line.decode(errors="replace"))
+        index = int(match[1]) if match else -1
+        if match is None or index >= len(self.states) or self.states[index]:
+            return False
+        self.states[index] = _STATES[match[3]]
+        if match[3] == "done":
+            self.ends = [*self.ends[:1], (index, match[2])]
+        return True
 
     def add(self, lines: str) -> None:
         """Append whole lines. What the disk has no room for leaves no part of a line behind.
@@ -118,20 +149,18 @@ class Journal:
         try:
             while left:
                 left = left[self._file.write(left) :]
-            self._sync(self._file)
+            if time.monotonic() - self._synced > _SYNC:
+                os.fsync(self._file.fileno())
+                self._synced = time.monotonic()
         except OSError as error:
             os.truncate(self.path, before)
-            raise _refused(self.path, error) from error
-
-    def _sync(self, file: BinaryIO, at_once: bool = False) -> None:
-        """Wait for the disk, if that was not done lately."""
-        if at_once or time.monotonic() - self._synced > _SYNC:
-            os.fsync(file.fileno())
-            self._synced = time.monotonic()
+            raise not_writable(self.path, error) from error
+        for line in lines.splitlines(keepends=True):
+            self._note(line.encode())
 
     def count(self, *states: int) -> int:
         """How many points are in one of these states."""
-        return sum(self.states.count(state) for state in states)
+        return sum(map(self.states.count, states))
 
     def open_points(self) -> Iterator[int]:
         """The points that are not finished, in their order; those finished meanwhile are passed over."""
@@ -144,67 +173,34 @@ class Journal:
         """Take the lines of points that failed or crashed out of the journal."""
         if not self.count(FAILED, CRASHED):
             return
-        if self._file is not None:
-            self._file.close()
-        part = self.path.with_suffix(".part")
-        try:
-            with open_regular(self.path) as old, open_new(part) as new:
-                for line in lines_of(old, self.path, LONGEST_LINE):
-                    match = _LINE.fullmatch(line)
-                    if match and self.states[int(match[1])] != DONE:
-                        self.states[int(match[1])] = OPEN
-                    else:
-                        new.write(line)
-                new.flush()
-                os.fsync(new.fileno())
-            part.replace(self.path)
-        except OSError as error:
-            raise _refused(self.path, error) from error
+        assert self._file is not None
+        self._file.close()
+        with open_regular(self.path) as old, replacing(self.path) as new:
+            for line in lines_of(old, self.path, LONGEST_LINE):
+                match = _LINE.fullmatch(line.decode())
+                if match and match[3] != "done":
+                    self.states[int(match[1])] = OPEN
+                else:
+                    new.write(line.decode())
         self._file = open_regular(self.path, mode="ab", buffering=0)
 
     def close(self) -> None:
         """Let go of the folder."""
         try:
             if self._file is not None and not self._file.closed:
-                self._sync(self._file, at_once=True)
+                os.fsync(self._file.fileno())
                 self._file.close()
         except OSError as error:
-            raise _refused(self.path, error) from error
+            raise not_writable(self.path, error) from error
         finally:
             if self._lock is not None:
-                self._lock.close()
+                self._lock.release()
 
 
-def written(file: Path, content: bytes) -> None:
-    """Write a file so that it is there as a whole or not at all."""
-    part = file.with_name(f"{file.name}.part")
-    try:
-        with open_new(part) as opened:
-            opened.write(content)
-            opened.flush()
-            os.fsync(opened.fileno())
-        part.replace(file)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise _refused(file, error) from error
-
-
-def header_in(folder: Path) -> dict[str, Any] | None:
-    """Header of the sweep in ``folder``; None if there is none. Raises as `Header.read` does."""
-    return Header.with_document(folder)[1] if (folder / HEADER).exists() else None
-
-
-def _check(folder: Path) -> None:
+def _refuse_others(folder: Path) -> None:
     """Refuse a folder that holds something else."""
-    try:
-        there = {file.name for file in folder.iterdir()} if folder.exists() else set()
-    except OSError as error:
-        raise _refused(folder, error) from error
-    strange = sorted(there - {LOCK, COPY, f"{COPY}.part", f"{HEADER}.part"})
-    if strange and HEADER not in there:
+    names = {file.name for file in folder.iterdir()}
+    strange = sorted(names - {_LOCK, SCENARIO_COPY, f"{SCENARIO_COPY}.part", f"{HEADER}.part"})
+    if strange and HEADER not in names:
         got = f"got a folder with {strange[0]} in it; choose another"
         raise FileAccessError(f"{folder}: must be new, or hold a sweep ({got})")
-
-
-def _refused(file: Path, error: OSError) -> FileAccessError:
-    return FileAccessError(f"{file}: cannot be written (got {error.strerror or error})")

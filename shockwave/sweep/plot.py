@@ -12,10 +12,10 @@ from shockwave.errors import InvalidValueError, UnknownNameError
 from shockwave.pictures.canvas import figure
 from shockwave.pictures.style import COLOURS, SMALL
 from shockwave.pictures.sweep import Line, sweep_lines, sweep_map
+from shockwave.sweep.journal_reader import NOT_RUN
 from shockwave.sweep.regimes import regimes
 from shockwave.sweep.results import SweepResults
 from shockwave.sweep.selection import Chosen, Selection
-from shockwave.sweep.stored import NOT_RUN
 from shockwave.text import si
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""What a sweep tells when it ends, and before it begins."""
+"""The report at the end of a sweep, and the plan before it begins."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ from typing import Any
 
 from attrs import asdict, frozen
 
-from shockwave.text import notes as lines_of
-from shockwave.text import si
+from shockwave.text import printed
 
-__all__ = ["SweepInterrupt", "SweepPlan", "SweepReport", "duration"]
+__all__ = ["SweepInterrupt", "SweepPlan", "SweepReport"]
 
 
 @frozen(kw_only=True)
@@ -20,7 +19,7 @@ class SweepReport:
     Attributes
     ----------
     folder : pathlib.Path
-        Where journal and results stand.
+        The place of journal and results.
     points, done, failed, crashed : int
         All points; those with a result; those with an error; those that ended the process that ran them.
     before : int
@@ -34,7 +33,7 @@ class SweepReport:
     files : tuple of pathlib.Path
         Tables of results that were written; none if they were there.
     notes : tuple of str
-        What a reader must know.
+        Remarks that a reader must know.
     """
 
     folder: Path
@@ -56,37 +55,21 @@ class SweepReport:
 
     @property
     def exit_code(self) -> int:
-        """What the command line ends with: 1 if not every point has a result."""
+        """Exit status of the command line: 1 if not every point has a result."""
         return 0 if self.done == self.points else 1
 
     def to_dict(self) -> dict[str, Any]:
-        """What ``sweep --json`` prints."""
-        found = {**asdict(self), "folder": str(self.folder), "files": [str(file) for file in self.files]}
-        return {**found, "left": self.left, "notes": list(self.notes)}
+        """The document that ``sweep --json`` prints."""
+        files = [str(file) for file in self.files]
+        plain = {"folder": str(self.folder), "files": files, "notes": list(self.notes)}
+        return {**asdict(self), **plain, "left": self.left}
 
     def __str__(self) -> str:
-        ran = self.points - self.left - self.before
-        head = f"{self.folder}: {self.done} of {self.points} points are done"
-        others = {"failed": self.failed, "crashed": self.crashed, "not run": self.left}
-        head += "".join(f", {count} {what}" for what, count in others.items() if count)
-        lines = [
-            head,
-            f"  now          {ran} run in {duration(self.seconds)}" if ran else "  now          nothing to do",
-        ]
-        if self.batches:
-            lines.append(f"  batches      {self.batches}, overhead of each {si(self.overhead, 's', 3)} of a worker")
-        if self.before:
-            lines.append(f"  before       {self.before}")
-        if self.files:
-            lines.append(f"  written      {', '.join(file.name for file in self.files)}")
-        more = list(self.notes)
-        if self.failed or self.crashed:
-            more.append("errors stand in results.csv, column problem; --retry-failed runs these points again")
-        return "\n".join(lines + lines_of(more))
+        return printed(self, "shockwave.sweep.sweep_text:report_text")
 
 
 class SweepInterrupt(KeyboardInterrupt):
-    """The user has stopped a sweep; ``report`` says how far it is."""
+    """Raised when the user has stopped a sweep; ``report`` has its progress."""
 
     def __init__(self, report: SweepReport) -> None:
         super().__init__(str(report))
@@ -95,18 +78,18 @@ class SweepInterrupt(KeyboardInterrupt):
 
 @frozen(kw_only=True)
 class SweepPlan:
-    """What a sweep would do.
+    """The plan of a sweep.
 
     Attributes
     ----------
     run : str
-        What is done at every point.
+        What every point does.
     axes : dict of str to int
         Names of the variables of each axis, and how many values it has.
     points, finished : int
         All points; those that the folder has already.
     tried, unbuilt : int
-        Points of which it was tried to make the scene; those of which none can be made.
+        Points whose scene was built on trial; those whose scene cannot be built.
     problem : str or None
         What is wrong with the first of these.
     workers : int
@@ -114,9 +97,9 @@ class SweepPlan:
     measured : int
         Points that were run for the estimate.
     seconds : tuple of float or None
-        Between what wall times it will take; None when nothing is left, or could be run.
+        Lowest and highest wall time; None when nothing is left, or could be run.
     notes : tuple of str
-        What a reader must know.
+        Remarks that a reader must know.
     """
 
     run: str
@@ -132,24 +115,8 @@ class SweepPlan:
     notes: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """What ``sweep --dry-run --json`` prints."""
+        """The document that ``sweep --dry-run --json`` prints."""
         return {**asdict(self), "seconds": self.seconds and list(self.seconds), "notes": list(self.notes)}
 
     def __str__(self) -> str:
-        shape = ", ".join(f"{length} of {names}" for names, length in self.axes.items())
-        lines = [f"{self.points} points, {self.run}: {shape}", f"  left out     {self.finished} that are finished"]
-        tried = "" if self.tried == self.points else f" of {self.tried} that were tried"
-        lines.append(f"  cannot be    {self.unbuilt}{tried}" + (f": {self.problem}" if self.problem else ""))
-        if self.seconds is not None:
-            low, high = map(duration, self.seconds)
-            told = low if low == high else f"{low} to {high}"
-            lines.append(f"  will take    {told} on {self.workers} workers, measured on {self.measured} points")
-        return "\n".join(lines + lines_of(self.notes))
-
-
-def duration(seconds: float) -> str:
-    """A time for people, to two digits at most."""
-    for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
-        if seconds >= 2 * size:
-            return f"{seconds / size:.2g} {unit}"
-    return f"{seconds:.2g} s"
+        return printed(self, "shockwave.sweep.sweep_text:plan_text")

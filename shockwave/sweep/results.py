@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
+import json
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import attrs
@@ -14,12 +15,11 @@ import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.errors import InvalidValueError, UnknownNameError, UsageError
-from shockwave.sweep.stored import NOT_RUN, NOTES, Column, Stored, SweepAxis, as_text
-from shockwave.text import notes, si, table
+from shockwave.sweep.header import Column, Header, SweepAxis, as_text
+from shockwave.sweep.journal_reader import NOT_RUN, SweepFolder
+from shockwave.text import printed
 
 __all__ = ["Failure", "SweepResults", "load_sweep"]
-
-_SHOWN = 5
 
 
 @frozen
@@ -45,17 +45,14 @@ class Failure:
 
 
 def _same(one: Mapping[str, npt.NDArray[Any]], other: Mapping[str, npt.NDArray[Any]]) -> bool:
-    equal = (
-        np.array_equal(values, other[name], equal_nan=values.dtype.kind == "f")
-        for name, values in one.items()
-        if name in other
+    return one.keys() == other.keys() and all(
+        np.array_equal(values, other[name], equal_nan=values.dtype.kind == "f") for name, values in one.items()
     )
-    return one.keys() == other.keys() and all(equal)
 
 
 @frozen(kw_only=True)
 class SweepResults:
-    """What a sweep has found so far.
+    """The results of a sweep so far.
 
     Attributes
     ----------
@@ -68,11 +65,11 @@ class SweepResults:
     shape : tuple of int
         Numbers of values along the axes.
     columns : tuple of Column
-        What is known of every point, with units and meanings.
+        The quantities, with units and meanings.
     failed : tuple of Failure
         Points that have no result, in their order.
     complete : bool
-        Whether every point was run, be it in vain.
+        Whether every point was run, with a result or without.
     versions : dict of str to str
         Of what made it.
     key : str
@@ -94,13 +91,13 @@ class SweepResults:
     key: str
     warnings: tuple[str, ...]
     folder: Path = attrs.field(eq=False)
-    _stored: Stored = attrs.field(eq=False, repr=False)
+    _header: Header = attrs.field(eq=False, repr=False)
     _arrays: dict[str, npt.NDArray[Any]] = attrs.field(eq=attrs.cmp_using(eq=_same), repr=False)
 
     @property
     def units(self) -> dict[str, str | None]:
         """SI units of variables and columns by name: empty for a number without one, None for text."""
-        return self._stored.header.variables | {column.name: column.unit for column in self.columns}
+        return self._header.variables | {column.name: column.unit for column in self.columns}
 
     def values(self, name: str) -> npt.NDArray[Any]:
         """A quantity at every point.
@@ -125,10 +122,10 @@ class SweepResults:
             return self._arrays[name]
         for place, axis in enumerate(self.axes):
             if name in axis.names:
-                along = self.coordinate(name)
-                shape = [len(along) if at == place else 1 for at in range(len(self.shape))]
-                return np.broadcast_to(along.reshape(shape), self.shape)
-        raise UnknownNameError("quantity of the sweep", name, [*self._arrays, *self._stored.header.variables])
+                shape = [1] * len(self.shape)
+                shape[place] = len(axis)
+                return np.broadcast_to(self.coordinate(name).reshape(shape), self.shape)
+        raise UnknownNameError("quantity of the sweep", name, [*self._arrays, *self._header.variables])
 
     def coordinate(self, name: str) -> npt.NDArray[Any]:
         """The values of the variable ``name`` along its axis; floats, or text, empty for none, if it is no number.
@@ -140,11 +137,10 @@ class SweepResults:
         """
         axis = next((axis for axis in self.axes if name in axis.names), None)
         if axis is None:
-            raise UnknownNameError("variable of the sweep", name, self._stored.header.variables)
-        given = axis.along(name)
-        if self.units[name] is not None:
-            return np.array(given, dtype=float)
-        return np.array([as_text(value) or "" for value in given])
+            raise UnknownNameError("variable of the sweep", name, self._header.variables)
+        if self.units[name] is None:
+            return np.array([as_text(value) or "" for value in axis.along(name)])
+        return np.array(axis.along(name), dtype=float)
 
     def point(self, index: int) -> dict[str, Any]:
         """Dotted names and values of a point, counted from 0.
@@ -154,10 +150,9 @@ class SweepResults:
         InvalidValueError
             When there is no such point.
         """
-        points = self._stored.header.points
-        if not 0 <= index < points:
-            raise InvalidValueError.of("index", f"must be from 0 to {points - 1} (got {index})")
-        return self._stored.header.point(index)
+        if not 0 <= index < self._header.points:
+            raise InvalidValueError.of("index", f"must be from 0 to {self._header.points - 1} (got {index})")
+        return self._header.point(index)
 
     def to_pandas(self) -> Any:
         """A `pandas.DataFrame` with a row for each point, indexed by the variables; ``attrs`` holds the units.
@@ -167,95 +162,60 @@ class SweepResults:
         UsageError
             When pandas is not installed.
         """
-        pd: Any = _library("pandas")
-        names = list(self._stored.header.variables)
-        levels = [self.values(name).ravel() for name in names]
-        index = pd.MultiIndex.from_arrays(levels, names=names) if len(names) > 1 else pd.Index(levels[0], name=names[0])
-        frame = pd.DataFrame({name: values.ravel() for name, values in self._arrays.items()}, index=index)
+        pd = _library("pandas")
+        levels = {name: self.values(name).ravel() for name in self._header.variables}
+        frame = pd.DataFrame(levels | {name: values.ravel() for name, values in self._arrays.items()})
+        frame = frame.set_index(list(levels))
         frame.attrs["units"] = self.units
         return frame
 
     def to_xarray(self) -> Any:
-        """A `xarray.Dataset`: arrays by named axes, with units; names are those of ``results.nc``.
+        """A `xarray.Dataset`: arrays by named axes, with units.
+
+        Axes have the last part of the names of their variables; variables that go together share an axis ``point``.
+        ``long_name`` has the name in full.
 
         Raises
         ------
         UsageError
             When xarray is not installed.
         """
-        xr: Any = _library("xarray")
-        dimensions = self._stored.header.dimensions
+        xr = _library("xarray")
+        short = self._header.short_names
+        zipped = iter(["point", *(f"point_{at}" for at in range(2, len(self.axes) + 1))])
+        dimensions = [next(zipped) if len(axis.names) > 1 else short[axis.names[0]] for axis in self.axes]
         coordinates = {
-            name: (dimension.name, self.coordinate(dotted), _described(dotted, self.units[dotted]))
-            for dimension in dimensions
-            for name, dotted in dimension.coordinates.items()
+            short[name]: (dimension, self.coordinate(name), _described(name, self.units[name]))
+            for dimension, axis in zip(dimensions, self.axes, strict=True)
+            for name in axis.names
         }
-        meanings = {column.name: column.meaning for column in self.columns}
-        names = [dimension.name for dimension in dimensions]
+        meanings = {column.name: column.meaning or column.name for column in self.columns} | {"status": "status"}
         variables = {
-            name: (names, values, _described(meanings.get(name) or name, self.units.get(name)))
+            name: (dimensions, values, _described(meanings[name], self.units.get(name)))
             for name, values in self._arrays.items()
         }
-        told = {"title": self.name, "run": self.run, "sweep_key": self.key}
-        return xr.Dataset(variables, coordinates, told)
+        about = {"title": self.name, "run": self.run, "sweep_key": self.key}
+        about["scenario"] = json.dumps(self._header.scenario)
+        about["source"] = ", ".join(map(" ".join, self.versions.items()))
+        return xr.Dataset(variables, coordinates, about)
 
     def __str__(self) -> str:
-        done = int(np.count_nonzero(self.values("status") == "done"))
-        run = int(np.count_nonzero(self.values("status") != NOT_RUN))
-        lines = [
-            f"sweep of {self.name}",
-            f"  run     {self.run}",
-            f"  points  {self.values('status').size}: {done} done, {run - done} failed"
-            + ("" if self.complete else ", the others not run yet"),
-            "",
-        ]
-        rows = [(name, *_range(self.coordinate(name), self.units[name])) for axis in self.axes for name in axis.names]
-        lines += [f"  {line}" for line in table(("axis", "least", "greatest", "values"), rows).splitlines()] + [""]
-        shown = [one for one in self.columns if one.name != NOTES]
-        rows = [(one.name, *_range(self.values(one.name).ravel(), one.unit)) for one in shown]
-        lines += [f"  {line}" for line in table(("column", "least", "greatest", "values"), rows).splitlines()]
-        told = [f"{_text(failure.point)}: {failure.problem}" for failure in self.failed[:_SHOWN]]
-        if len(self.failed) > _SHOWN:
-            told.append(f"and {len(self.failed) - _SHOWN} more have failed")
-        if len(shown) < len(self.columns) and (noted := np.count_nonzero(self.values(NOTES) != "")):
-            told.append(f"{noted} points have notes, in the column {NOTES}")
-        return "\n".join(lines + notes([*told, *self.warnings]))
+        return printed(self, "shockwave.sweep.sweep_text:results_text")
 
 
 def _described(name: str, unit: str | None) -> dict[str, str]:
     return {"long_name": name} | ({} if unit is None else {"units": unit or "1"})
 
 
-def _library(name: str) -> ModuleType:
-    import importlib
-
+def _library(name: str) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError as missing:
         raise UsageError(f"this needs {name}: pip install {name}") from missing
 
 
-def _text(point: Mapping[str, Any]) -> str:
-    return ", ".join(
-        f"{name} {value:g}" if isinstance(value, float) else f"{name} {value}" for name, value in point.items()
-    )
-
-
-def _range(values: npt.NDArray[Any], unit: str | None) -> tuple[str, str, str]:
-    """Least, greatest and number of values, as text."""
-    if unit is None:
-        words = np.unique(values[values != ""])
-        told = [f"{np.count_nonzero(values == word)} {word}" for word in words[:_SHOWN]]
-        return "", "", ", ".join(told + ["..."] * (len(words) > _SHOWN))
-    known = values[np.isfinite(values)]
-    if not known.size:
-        return "", "", "0"
-    shown = [si(float(value), unit) if unit else f"{value:.5g}" for value in (known.min(), known.max())]
-    return shown[0], shown[1], str(known.size)
-
-
 def load_sweep(folder: str | os.PathLike[str]) -> SweepResults:
-    """The results of a sweep, of one that is going on or was interrupted as far as they go.
+    """The results of a sweep, of one that is running or was interrupted as far as they go.
 
     Parameters
     ----------
@@ -269,28 +229,21 @@ def load_sweep(folder: str | os.PathLike[str]) -> SweepResults:
     InvalidValueError
         When its header is not that of a sweep.
     """
-    stored = Stored.read(folder)
-    header = stored.header
-    columns = [(column.name, column.kind == "text") for column in header.columns]
-    parts: dict[str, list[npt.NDArray[Any]]] = {name: [] for name in (*dict(columns), "status")}
+    swept = SweepFolder.read(folder)
+    header = swept.header
+    found: dict[str, list[Any]] = {name: [] for name in (*(column.name for column in header.columns), "status")}
     failed: list[Failure] = []
-    lost = 0
-    for chunk in stored.chunks():
-        for at, (name, text) in enumerate(columns):
-            parts[name].append(_array([row.values[at] for row in chunk.rows], text))
-        statuses = _array([row.status for row in chunk.rows], True)
-        parts["status"].append(statuses)
-        for at in np.flatnonzero((statuses != "done") & (statuses != NOT_RUN)).tolist():
-            index, row = chunk.begin + at, chunk.rows[at]
-            failed.append(Failure(index, header.point(index), row.status, row.problem or ""))
-        begun = stored.offsets[chunk.begin : chunk.begin + len(chunk.rows)] >= 0
-        lost += int(np.count_nonzero(begun & (statuses == NOT_RUN)))
-    arrays = {name: np.concatenate(found).reshape(header.shape) for name, found in parts.items()}
-    for values in arrays.values():
-        values.flags.writeable = False
-    damaged = (
-        (f"lines of the journal that cannot be read: {lost} (delete them, and run the sweep again)",) if lost else ()
-    )
+    for row in swept.rows():
+        for values, value in zip(found.values(), (*row.values, row.status), strict=True):
+            values.append(value)
+        if row.status not in ("done", NOT_RUN):
+            failed.append(Failure(row.number, header.point(row.number), row.status, row.problem or ""))
+    texts = {column.name for column in header.columns if column.kind == "text"} | {"status"}
+    arrays = {name: _array(values, name in texts).reshape(header.shape) for name, values in found.items()}
+    for array in arrays.values():
+        array.flags.writeable = False
+    lost = int(np.count_nonzero((swept.offsets >= 0) & (arrays["status"].ravel() == NOT_RUN)))
+    damaged = f"lines of the journal that cannot be read: {lost} (delete them, and run the sweep again)"
     return SweepResults(
         name=header.name,
         run=header.run,
@@ -298,12 +251,12 @@ def load_sweep(folder: str | os.PathLike[str]) -> SweepResults:
         shape=header.shape,
         columns=header.columns,
         failed=tuple(failed),
-        complete=not lost and bool((stored.offsets >= 0).all()),
+        complete=not lost and bool((swept.offsets >= 0).all()),
         versions=header.versions,
         key=header.key,
-        warnings=stored.warnings + damaged,
-        folder=stored.folder,
-        stored=stored,
+        warnings=(*swept.warnings, *([damaged] if lost else [])),
+        folder=swept.folder,
+        header=header,
         arrays=arrays,
     )
 

@@ -14,8 +14,8 @@ from shockwave.errors import UnknownNameError, UsageError
 from shockwave.pictures.style import thousandths
 from shockwave.pictures.sweep import Along
 from shockwave.scenario.units import to_si
+from shockwave.sweep.header import as_text
 from shockwave.sweep.results import SweepResults
-from shockwave.sweep.stored import as_text
 
 __all__ = ["Chosen", "Selection", "label_of"]
 

@@ -1,0 +1,370 @@
+"""Workers of a sweep: processes of this machine, those of a dask scheduler, or an executor of the caller."""
+
+from __future__ import annotations
+
+import logging
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from contextlib import contextmanager
+from importlib import import_module
+from multiprocessing import connection
+from typing import Any
+
+from pebble import ProcessExpired, ProcessPool
+
+from shockwave import OWN_DISTRIBUTION
+from shockwave.errors import ShockwaveError, UsageError
+from shockwave.sweep.batch import SLICE, Order, run_batch
+
+__all__ = ["LostError", "Processes", "Workers", "check_name", "cores", "processes", "workers_of"]
+
+# Variable that keeps Python from importing modules from the current folder.
+_SAFE_PATH = "PYTHONSAFEPATH"
+# Seconds for a scheduler, and its first worker, to answer.
+_PATIENCE = 30
+# Seconds after which workers are counted anew; without any it is logged, and given up.
+_COUNT = 1.0
+_WARN = 5.0
+_GIVE_UP = 60.0
+_log = logging.getLogger(__name__)
+
+
+class LostError(ShockwaveError):
+    """The executor has broken down, and not because of a point."""
+
+
+class Workers:
+    """An executor that somebody else has made, and will end.
+
+    Parameters
+    ----------
+    executor : object with the method ``submit`` of concurrent.futures.Executor
+        Runs the batches.
+    count : int
+        The number of workers.
+    """
+
+    #: Raised by the future of a batch whose worker has ended.
+    deaths: tuple[type[BaseException], ...] = ()
+    #: Whether such an error is the fault of this batch, not of another one that the same worker had.
+    isolates = False
+    #: Longest time of a point [s].
+    timeout: float | None = None
+
+    def __init__(self, executor: Any, count: int) -> None:
+        self.executor = executor
+        self.count = count
+
+    def submit(self, order: Order, indices: list[int]) -> Future[Any]:
+        """Have some points run."""
+        found: Future[Any] = self.executor.submit(run_batch, order, indices)
+        return found
+
+    def wait(self, futures: Iterable[Future[Any]]) -> set[Future[Any]]:
+        """Wait for one of ``futures``: those that are done."""
+        return wait(futures, return_when=FIRST_COMPLETED).done
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def check_name(executor: str) -> None:
+    """Raise a UsageError if ``executor`` is no name of one."""
+    if executor not in ("processes", "dask") and not executor.startswith("dask="):
+        raise UsageError(f"executor must be processes, dask or dask=ADDRESS (got {executor!r})")
+
+
+@contextmanager
+def workers_of(
+    executor: Executor | str | None, count: int | None, order: Order, timeout: float | None = None
+) -> Iterator[Workers]:
+    """The workers that ``executor`` stands for; those started here are ended, even if they are at work.
+
+    Parameters
+    ----------
+    executor : concurrent.futures.Executor or str, optional
+        One that is there; or ``processes``, ``dask``, ``dask=ADDRESS``. Left out: processes.
+    count : int, optional
+        The number of workers. Left out, as many as there are cores, or as the executor has.
+    order : Order
+        The sweep.
+    timeout : float, optional
+        Longest time of a point [s]; for processes only.
+
+    Raises
+    ------
+    UsageError
+        When it is none of these, or what it needs is not installed.
+    LostError
+        When no worker starts.
+    """
+    if count is not None and not (type(count) is int and count > 0):
+        raise UsageError(f"workers must be a whole number > 0 (got {count!r})")
+    if timeout is not None and not timeout > 0:
+        raise UsageError(f"timeout must be a number of seconds > 0 (got {timeout!r})")
+    if isinstance(executor, str):
+        check_name(executor)
+    if executor in (None, "processes"):
+        with processes(count or cores(), order, timeout) as own:
+            yield own
+        return
+    if timeout is not None:
+        problem = "only processes of this machine can be ended; leave it, or the executor, out"
+        raise UsageError(f"timeout must be left out with an executor (got {executor!r}; {problem})")
+    if isinstance(executor, str):
+        with _dask(executor.partition("=")[2], count) as remote:
+            yield remote
+        return
+    if not callable(getattr(executor, "submit", None)):
+        raise UsageError(f"executor must have the method submit of concurrent.futures.Executor (got {executor!r})")
+    yield Workers(executor, int(count or getattr(executor, "_max_workers", None) or cores()))
+
+
+# ---------------------------------------------------------------- processes of this machine
+
+_START = multiprocessing.get_context("forkserver" if sys.platform != "win32" else "spawn")
+# Times that the pool is begun anew.
+_RENEWALS = 20
+# Seconds after which the end of a process is reported.
+_LATE = 0.3
+
+
+class _Process(_START.Process):  # type: ignore[misc,name-defined]
+    """A process whose end the pool cannot miss.
+
+    The pool overlooks processes that end before it has read which batch they have begun, and those that end with
+    status 0.
+    """
+
+    _end: float | None = None
+
+    def is_alive(self) -> bool:
+        """Whether the process runs, or has only just ended."""
+        if super().is_alive():
+            return True
+        self._end = self._end or time.monotonic()
+        return time.monotonic() - self._end < _LATE
+
+    @property
+    def exitcode(self) -> int | None:
+        """The status, which is never 0."""
+        status = super().exitcode
+        return 1 if status == 0 else status
+
+
+class Processes(Workers):
+    """Processes of this machine. One that dies or exceeds the time limit costs its batch alone."""
+
+    deaths = (ProcessExpired, TimeoutError)
+    isolates = True
+
+    def __init__(self, start: Callable[[], ProcessPool], count: int, timeout: float | None = None) -> None:
+        self.start = start
+        self.pool = start()
+        self.renewed = 0
+        self.count = count
+        self.timeout = timeout
+
+    def submit(self, order: Order, indices: list[int]) -> Future[Any]:
+        # a worker answers after a slice, unless one of its points hangs
+        extra = 2 * SLICE if len(indices) > 1 else 0.0
+        return self.schedule(run_batch, (order, indices), self.timeout and self.timeout + extra)
+
+    def schedule(self, function: Callable[..., Any], arguments: Any, timeout: float | None = None) -> Future[Any]:
+        """Have a function run, for at most ``timeout`` seconds."""
+        if not self.pool.active and self.renewed < _RENEWALS:  # it breaks down when an idle process is killed
+            self.close()
+            self.renewed += 1
+            self.pool = self.start()
+        return self.pool.schedule(function, arguments, timeout=timeout)
+
+    def close(self) -> None:
+        """End the processes."""
+        self.pool.stop()  # type: ignore[no-untyped-call]
+        self.pool.join()
+
+
+@contextmanager
+def processes(count: int, order: Order | None = None, timeout: float | None = None) -> Iterator[Processes]:
+    """Processes of this machine, which know the sweep of ``order``; ended when the context is left.
+
+    Raises
+    ------
+    LostError
+        When no process starts.
+    """
+    environment = dict(os.environ)
+    context: Any = type(_START)()
+    if sys.platform != "win32":
+        context.set_forkserver_preload(["shockwave.sweep.batch"])
+    with _safe_path():
+        with _interrupts_blocked():
+            first = context.Process(target=cores)
+            first.start()
+            first.join()
+            if first.exitcode != 0:
+                remedy = "a program that calls run_sweep is a file, and does so under `if __name__ == '__main__':`"
+                raise LostError(f"worker processes must start (got status {first.exitcode}; {remedy})")
+        context.Process = _Process
+
+        def start() -> ProcessPool:
+            pool = ProcessPool(count, initializer=_begin, initargs=(environment, order), context=context)
+            with _interrupts_blocked():
+                pool.schedule(cores)  # starts the processes
+            return pool
+
+        own = Processes(start, count, timeout)
+        try:
+            yield own
+        finally:
+            own.close()
+
+
+def _begin(environment: dict[str, str], order: Order | None) -> None:
+    """Prepare a worker: leave interrupts to the client, end with it, keep off its output, and read the sweep.
+
+    The environment is that of the client, not the one in which the server of processes was begun.
+    """
+    os.environ.clear()
+    os.environ.update(environment)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    os.dup2(2, 1)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+    if order is not None:
+        run_batch(order, [])
+
+
+def _end_with(sentinel: int) -> None:
+    connection.wait([sentinel])
+    os._exit(1)
+
+
+@contextmanager
+def _safe_path() -> Iterator[None]:
+    """Keep Python processes that start meanwhile from importing modules from the current folder.
+
+    Processes of multiprocessing start with that folder on their path, and adopt the path of this process only after the
+    first imports: a ``numpy.py`` in that folder would be run.
+    """
+    before = os.environ.get(_SAFE_PATH)
+    os.environ[_SAFE_PATH] = "1"
+    try:
+        yield
+    finally:
+        del os.environ[_SAFE_PATH]
+        if before is not None:
+            os.environ[_SAFE_PATH] = before
+
+
+@contextmanager
+def _interrupts_blocked() -> Iterator[None]:
+    """Have processes that start meanwhile leave interrupts to this one for ever."""
+    if sys.platform == "win32":
+        yield
+        return
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()  # begun later, it would take the mask off
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+# ---------------------------------------------------------------- dask
+
+
+class DaskWorkers(Workers):
+    """Workers of a dask scheduler, each thread of a process being one; others may come and go meanwhile."""
+
+    def __init__(self, client: Any, asked: int | None, killed: type[BaseException]) -> None:
+        self.executor = client.get_executor(pure=False)
+        self.client = client
+        self.asked = asked
+        self.deaths = (killed,)
+        self.threads = 1
+        self.counted = 0.0
+
+    @property
+    def count(self) -> int:  # type: ignore[override]
+        """The number of workers to keep busy."""
+        if time.monotonic() - self.counted > _COUNT:
+            self.threads = sum(self.client.nthreads().values())
+            self.counted = time.monotonic()
+        return self.asked or max(self.threads, 1)
+
+    def wait(self, futures: Iterable[Future[Any]]) -> set[Future[Any]]:
+        known, seen, warned = list(futures), time.monotonic(), False
+        while not (done := wait(known, timeout=_COUNT, return_when=FIRST_COMPLETED).done):
+            without = time.monotonic() - seen
+            if self.client.nthreads():
+                seen, warned = time.monotonic(), False
+            elif without > _GIVE_UP:
+                got = f"got none for {_GIVE_UP:g} s; begin one and run it again: what is finished is kept"
+                raise LostError(f"dask: the scheduler must have workers ({got})")
+            elif without > _WARN and not warned:
+                warned = True
+                _log.warning("dask: the scheduler has no workers left; waiting for another")
+        return done
+
+
+@contextmanager
+def _dask(address: str, count: int | None) -> Iterator[Workers]:
+    """The workers at ``address``, such as ``tcp://host:8786``; those of a cluster on this machine if it is empty."""
+    try:
+        distributed: Any = import_module("distributed")
+        if not address:
+            import_module("cryptography")
+    except ImportError as error:
+        remedy = f"python -m pip install '{OWN_DISTRIBUTION}[dask]'"
+        raise UsageError(f"executor dask must be installed (got {error}; {remedy})") from None
+    if address.startswith("tls:") and not distributed.Security().get_connection_args("client")["ssl_context"]:
+        remedy = "name them in dask's configuration, distributed.comm.tls"
+        raise UsageError(f"executor dask=tls:// must have certificates (got none; {remedy})")
+    with _safe_path():  # while a cluster runs, it restarts workers that die
+        client: Any = None
+        cluster = None if address else _local_cluster(count or cores())
+        try:
+            client = distributed.Client(cluster or address, timeout=_PATIENCE, set_as_default=False)
+            client.wait_for_workers(1, timeout=_PATIENCE)
+        except (OSError, ValueError) as error:
+            name = address or "the local cluster"
+            raise LostError(f"dask: {name} must answer and have a worker (got {error})") from None
+        else:
+            yield DaskWorkers(client, count, distributed.KilledWorker)
+        finally:
+            for one in filter(None, (client, cluster)):
+                one.close()
+
+
+def _local_cluster(count: int) -> Any:
+    """A cluster that only processes with its certificates can connect to, from this machine alone."""
+    dask: Any = import_module("dask")
+    distributed: Any = import_module("distributed")
+    settings = {
+        "distributed.scheduler.allowed-failures": 0,  # the sweep, not dask, repeats a batch whose worker dies
+        "distributed.scheduler.http.routes": [],
+        "distributed.worker.http.routes": [],
+    }
+    with dask.config.set(settings), _interrupts_blocked():
+        return distributed.LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            host="127.0.0.1",
+            protocol="tls://",
+            security=distributed.Security.temporary(),
+            dashboard_address=None,
+            scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
+            silence_logs=logging.CRITICAL,
+        )
