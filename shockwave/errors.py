@@ -11,19 +11,6 @@ from difflib import get_close_matches
 
 from attrs import frozen
 
-__all__ = [
-    "Fault",
-    "FileAccessError",
-    "InvalidValueError",
-    "NumericalError",
-    "PluginError",
-    "ScenarioError",
-    "ShockwaveError",
-    "UnknownNameError",
-    "UsageError",
-    "nearest",
-]
-
 
 @frozen
 class Fault:

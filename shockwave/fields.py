@@ -14,8 +14,6 @@ from attrs import frozen
 
 from shockwave.errors import InvalidValueError
 
-__all__ = ["Quantity", "quantity", "quantity_of", "text_of"]
-
 _KEY = "shockwave"
 
 

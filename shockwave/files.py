@@ -13,17 +13,6 @@ from typing import IO, Any, BinaryIO
 
 from shockwave.errors import FileAccessError, InvalidValueError, UsageError
 
-__all__ = [
-    "lines_of",
-    "open_new",
-    "open_regular",
-    "parse_json",
-    "read_bytes",
-    "read_text",
-    "refuse_inputs",
-    "write_file",
-]
-
 _Path = str | os.PathLike[str]
 # A new file in place of an open stream would not reach whoever reads the stream.
 _STREAMS = ("/dev/", "/proc/")

@@ -16,8 +16,6 @@ from typing import NamedTuple
 
 import pluggy
 
-__all__ = ["Entry", "hookimpl"]
-
 hookimpl = pluggy.HookimplMarker("shockwave")
 _hookspec = pluggy.HookspecMarker("shockwave")
 

@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-__all__ = ["bracketed_root", "elementwise", "product", "running_sums", "scatter"]
 
 _MOST_ITERATIONS = 200
 # Median of |x - 2 y + z| for normal x, y, z of unit deviation: 0.6745 sqrt(6).

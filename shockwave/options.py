@@ -14,8 +14,6 @@ from shockwave.errors import InvalidValueError
 from shockwave.fields import quantity, text_of
 from shockwave.registry import find
 
-__all__ = ["SimulateOptions"]
-
 Waves = Literal["train", "primary"]
 Backend = Literal["auto", "compiled", "numpy"]
 Recorded = Literal["forces", "field", "energies"]

@@ -22,8 +22,6 @@ from shockwave.hooks import Entry
 from shockwave.installed_plugins import KINDS, Plugin, described, found, imported, registered
 from shockwave.registry import loaded_entry
 
-__all__ = ["checked_plugins", "time_limit"]
-
 _LIMIT = "SHOCKWAVE_PLUGIN_TIMEOUT"
 _USUAL_LIMIT = "10"  # s
 _LONGEST = 3600  # s

@@ -8,8 +8,6 @@ from shockwave.chain.chain import Chain
 from shockwave.profiles.shock import Shock
 from shockwave.text import si
 
-__all__ = ["Scene"]
-
 
 @frozen(kw_only=True)
 class Scene:

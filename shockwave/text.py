@@ -7,8 +7,6 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 
-__all__ = ["admitted", "indent", "notes", "printed", "range_text", "si", "table"]
-
 # Characters that HTML does not admit, and those that turn the direction of the text behind them.
 _UNFIT = re.compile(
     "[^\t\n\x20-\x7e\xa0-\u2029\u202f-\u2065\u206a-\ud7ff\ue000-\ufdcf\ufdf0-\ufffd\U00010000-\U0010fffd]"

@@ -22,8 +22,6 @@ from shockwave.registry import plugins
 from shockwave.scenario.scenario import Scenario
 from shockwave.simulation.backend import compiled
 
-__all__ = ["run"]
-
 _QUICK = Limits(run=0.5, repetitions=0.08, repeats=5)
 _FULL = Limits(run=4.0, repetitions=0.4, repeats=15)
 _FAMILIES: dict[str, Any] = {

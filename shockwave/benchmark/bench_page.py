@@ -17,8 +17,6 @@ from shockwave.errors import FileAccessError, UsageError
 from shockwave.files import write_file
 from shockwave.pictures import figure, svg, work_precision
 
-__all__ = ["check_output", "page", "write"]
-
 # Width and height of a diagram [in]: its letters are readable on a phone too.
 _WIDTH = 4.6
 _HEIGHT = 4.8

@@ -5,8 +5,6 @@ from __future__ import annotations
 from shockwave.benchmark.work_precision import Order, Problem, Row, WorkPrecision
 from shockwave.text import indent, si, table
 
-__all__ = ["ORDER_COLUMNS", "cells", "columns", "order_cells", "text"]
-
 ORDER_COLUMNS = ("method", "declared", "fitted")
 
 

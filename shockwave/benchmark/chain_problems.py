@@ -24,8 +24,6 @@ from shockwave.simulation.march import Span, march
 from shockwave.simulation.nystroem import Nystroem, Rkn86, Rkn1210
 from shockwave.simulation.problem import contact_forces, overlaps
 
-__all__ = ["Case", "Reading", "Reference", "at_setting", "case_of", "named", "patience", "read_front", "reference"]
-
 _STEEL = Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0)
 # The chain of the paper, and the force of its tables [N].
 _CHAIN = Chain(material=_STEEL, radius=4.75e-3)

@@ -15,8 +15,6 @@ from shockwave.registry import entries, load
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Rkn86, Rkn1210
 
-__all__ = ["NAME", "experiment", "orders"]
-
 #: The name of the problem.
 NAME = "closed contacts"
 

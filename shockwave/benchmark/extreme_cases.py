@@ -11,8 +11,6 @@ from attrs import Factory, frozen
 
 from shockwave.errors import UnknownNameError
 
-__all__ = ["CASES", "Case", "find"]
-
 
 @frozen(kw_only=True)
 class Case:

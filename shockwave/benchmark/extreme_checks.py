@@ -20,8 +20,6 @@ from shockwave.prediction.predictor import Predictor
 from shockwave.simulation.backend import Backend
 from shockwave.simulation.primary import find_primaries
 
-__all__ = ["CHECKS", "Finding"]
-
 # The greatest momentum defect allowed: a hundred times what rounding was seen to leave.
 _MOMENTUM = 1e-12
 # Velocities of rebounding granules, over the velocity of a single granule after the same blow.

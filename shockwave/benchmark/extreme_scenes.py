@@ -17,8 +17,6 @@ from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock import Shock
 from shockwave.profiles.tabulated import Tabulated
 
-__all__ = ["FORCE", "UNITS", "Scene", "made"]
-
 Scene: TypeAlias = tuple[Shock, Chain]
 
 #: Peak force [N] and chain of the paper's tables.

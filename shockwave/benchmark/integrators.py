@@ -14,8 +14,6 @@ from shockwave.registry import entries, load
 from shockwave.scenario.scenario import Scenario
 from shockwave.simulation.integrator import Integrator
 
-__all__ = ["named", "of_scenario"]
-
 _LADDER = tuple(10.0**-power for power in range(2, 13))
 _QUICK_RTOLS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
 _QUICK_TOLERANCES = (1e-3, 1e-6, 1e-9)

@@ -16,8 +16,6 @@ from shockwave.prediction.predictor import Predictor
 from shockwave.registry import entries
 from shockwave.scenario.scenario import Scenario
 
-__all__ = ["named", "of_scenario"]
-
 _LADDER = tuple(10.0**-power for power in range(2, 10))
 _QUICK = (1e-2, 1e-4, 1e-6, 1e-8)
 # References, each with how many times as long as the one before it may take: a search cannot be stopped midway.

@@ -19,8 +19,6 @@ from shockwave.quadrature import Integral, Integrand
 from shockwave.registry import entries, load
 from shockwave.scenario.scenario import Scenario
 
-__all__ = ["Areas", "areas_of", "named", "named_areas", "of_scenario"]
-
 _LADDER = tuple(10.0**-power for power in range(2, 15, 2))
 _QUICK = (1e-3, 1e-6, 1e-9, 1e-12)
 _TIGHTEST = 1e-15

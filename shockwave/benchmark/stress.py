@@ -19,8 +19,6 @@ from shockwave.benchmark.extreme_checks import CHECKS, Finding
 from shockwave.simulation.backend import Backend, chosen, lack
 from shockwave.text import printed
 
-__all__ = ["Row", "Stress", "checked", "stress"]
-
 
 @frozen
 class Row:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from shockwave.benchmark.stress import Row, Stress
 from shockwave.text import table
 
-__all__ = ["text"]
-
 _WIDEST = 60
 
 

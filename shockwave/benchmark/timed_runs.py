@@ -14,8 +14,6 @@ from attrs import evolve, frozen
 from shockwave.benchmark.work_precision import Problem, Row
 from shockwave.errors import NumericalError, ShockwaveError
 
-__all__ = ["Answer", "Clock", "Experiment", "Limits", "Method", "TooSlowError", "measured"]
-
 # A finer setting takes about twice as long as the one before.
 _GROWTH = 2.0
 

@@ -10,8 +10,6 @@ from attrs import asdict, converters, field, frozen
 
 from shockwave.text import printed
 
-__all__ = ["Order", "Problem", "Row", "WorkPrecision", "greatest", "observed_order"]
-
 # Errors below this multiple of the reference error are not the method's alone.
 _ABOVE_REFERENCE = 30.0
 # In the convergent range the slopes between neighbouring steps differ by at most this.

@@ -10,9 +10,6 @@ from shockwave.chain.material import Material
 from shockwave.errors import InvalidValueError
 from shockwave.fields import quantity, text_of
 
-__all__ = ["Chain", "Scales"]
-
-
 _LOOK_UP = "shockwave.registry.load('materials', 'ptfe') gives one of the library"
 # Room for what follows from them: the weakest wave and the square of its velocity, the longest double integral.
 _LEAST_ENERGY, _MOST_ENERGY = 1e-200, 1e250

@@ -6,8 +6,6 @@ from attrs import field, frozen
 
 from shockwave.fields import quantity
 
-__all__ = ["Material"]
-
 
 @frozen(kw_only=True)
 class Material:

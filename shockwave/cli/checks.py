@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from shockwave.benchmark.stress import Stress
     from shockwave.benchmark.work_precision import WorkPrecision
 
-__all__ = ["bench", "stress"]
-
 
 def bench(options: argparse.Namespace) -> int:
     """Work and precision."""

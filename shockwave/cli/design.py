@@ -13,8 +13,6 @@ from shockwave.cli.output import print_json
 from shockwave.cli.scenes import loaded
 from shockwave.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
 
-__all__ = ["design", "uncertainty"]
-
 # What to do with a scenario that stands for many.
 _SWEPT = "delete the block sweep"
 

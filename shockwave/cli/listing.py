@@ -11,8 +11,6 @@ from shockwave.cli.output import print_json, written
 from shockwave.cli.parser import KINDS
 from shockwave.errors import PluginError, UsageError
 
-__all__ = ["listed", "new", "schema"]
-
 
 def listed(options: argparse.Namespace) -> int:
     if options.check and options.kind not in (None, "plugins"):

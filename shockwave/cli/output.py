@@ -9,8 +9,6 @@ import sys
 from shockwave.errors import ShockwaveError
 from shockwave.files import write_file
 
-__all__ = ["failure", "print_json", "written"]
-
 #: The variable that shows where an internal error comes from.
 _DEBUG = "SHOCKWAVE_DEBUG"
 

@@ -11,7 +11,6 @@ from shockwave import __version__
 if TYPE_CHECKING:
     from shockwave.fields import Quantity
 
-__all__ = ["KINDS", "parser"]
 
 KINDS = ("profiles", "integrators", "backends", "quadratures", "materials", "models", "plugins")
 _EXITS = "exit status: 0 done; 1 a run failed; 2 usage; 3 invalid scenario; 4 faulty plugin; 5 file access"

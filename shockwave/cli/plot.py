@@ -10,8 +10,6 @@ from pathlib import Path
 from shockwave.errors import InvalidValueError, UsageError
 from shockwave.files import refuse_inputs
 
-__all__ = ["plot"]
-
 # Names of files have limits.
 _LETTERS = 120
 

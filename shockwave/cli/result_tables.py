@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from shockwave.profiles.conditions import Condition
     from shockwave.studies.comparison import Comparison
 
-__all__ = ["comparison_table", "outcome_table", "simulation_table"]
 
 _Columns = list[tuple[str, Callable[[Any], str]]]
 

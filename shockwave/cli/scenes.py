@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from shockwave.options import SimulateOptions
     from shockwave.scenario.scenario import Scenario
 
-__all__ = ["compare", "curve", "loaded", "predict", "report", "simulate", "validate"]
-
 
 def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) -> tuple[list[Scenario], int]:
     """All scenarios and 0; or, after all errors of all files were reported, the greatest exit status of them.

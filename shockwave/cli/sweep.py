@@ -19,8 +19,6 @@ from shockwave.errors import UsageError
 if TYPE_CHECKING:
     from shockwave.sweep.report import SweepReport
 
-__all__ = ["sweep"]
-
 
 # Signals that end a program: from a batch system at the end of a job, or from a closed terminal.
 _ENDS = ("SIGTERM", "SIGHUP")

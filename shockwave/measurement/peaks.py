@@ -13,8 +13,6 @@ from shockwave.numerics import product
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import Span, Stretch
 
-__all__ = ["Peak", "PeakLog", "characteristic_time", "force_rates", "history", "powers_between"]
-
 # Peaks weaker than this, over the strongest so far, are the noise floor of a chain at rest.
 _FLOOR = 1e-4
 # A peak force read off the polynomial between the ends of a step errs by at most this share of itself, times the eighth

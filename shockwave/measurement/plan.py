@@ -19,8 +19,6 @@ from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.primary_request import Request
 from shockwave.simulation.problem import ChainProblem
 
-__all__ = ["MEASURABLE", "Plan", "plan_of", "scaled"]
-
 _RTOL = 1e-6
 _STEP = 0.02
 # Below this tolerance the method of high order takes fewer evaluations.

@@ -14,8 +14,6 @@ from shockwave.simulation.march import Stretch, march
 from shockwave.simulation.primary import find_primaries
 from shockwave.simulation.problem import ChainProblem
 
-__all__ = ["check_contact", "passage_at"]
-
 # By how much a peak nears its limit from contact to contact, at least.
 _FALL = 0.98**0.25
 # A free end is felt so many contacts away, and followed up to one so far behind where the wave was read.

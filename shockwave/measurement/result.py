@@ -17,9 +17,6 @@ from shockwave.scene import Scene
 from shockwave.simulation.primary_request import Primary
 from shockwave.text import printed
 
-__all__ = ["Cost", "MeasuredWave", "OnDemand", "Passage", "Recording", "SimulationResult", "Train"]
-
-
 # Quantity of a wave -> its unit among `Scales`.
 _UNITS = {
     "peak_force": "force",

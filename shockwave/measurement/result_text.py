@@ -8,8 +8,6 @@ from collections.abc import Iterator
 from shockwave.measurement.result import MeasuredWave, Passage, Recording, SimulationResult
 from shockwave.text import indent, notes, si, table
 
-__all__ = ["result_text"]
-
 _WAVES = ("peak force", "rel. error", "momentum", "energy", "speed", "width", "foot", "contact", "arrival")
 _PASSAGES = ("contact", "arrival", "peak force", "rel. error", "from")
 

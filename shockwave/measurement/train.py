@@ -15,8 +15,6 @@ from shockwave.simulation.primary_request import KNOWN, Primary
 from shockwave.simulation.problem import ChainProblem
 from shockwave.text import si
 
-__all__ = ["measure_primary", "train_of"]
-
 # The second run is so many times as loose.
 _COARSE = 10.0
 # Shares of the tolerance that the approach to the limit may use up.

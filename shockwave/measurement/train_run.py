@@ -17,8 +17,6 @@ from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.march import Span, Stretch, free_granules, march
 from shockwave.simulation.problem import ChainProblem, chain_energy
 
-__all__ = ["EJECTED", "Demand", "Run", "run"]
-
 #: A granule is ejected when it flies backwards faster than this share of the granules in the primary.
 EJECTED = 1e-3
 # How often, in units of time, the waves are judged; and how many steps are looked at together, at most.

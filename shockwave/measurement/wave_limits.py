@@ -14,8 +14,6 @@ from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import free_granules
 from shockwave.simulation.problem import contact_forces, overlaps
 
-__all__ = ["Settling", "settling"]
-
 # Contacts between the peaks whose differences show how fast a wave nears its limit.
 _STRIDE = 10
 # A wave and the force behind it reach this many granules back.

@@ -14,8 +14,6 @@ from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import Stretch
 from shockwave.simulation.problem import ChainProblem
 
-__all__ = ["Probe"]
-
 # Gauss nodes of a step and their weights, as shares of it; the powers 0 to 7 and their slopes there.
 _LEGENDRE = np.polynomial.legendre.leggauss(8)
 _NODES = (1 + _LEGENDRE[0]) / 2

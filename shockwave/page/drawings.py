@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from shockwave.measurement.result import SimulationResult
     from shockwave.scenario.scenario import Scenario
 
-__all__ = ["drawings", "drawn"]
 
 # Contacts whose forces are drawn, where they were recorded.
 _LINES = (0, 5, 10, 20, 30, 45)

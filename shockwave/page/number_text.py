@@ -10,8 +10,6 @@ from markupsafe import Markup
 
 from shockwave.text import si
 
-__all__ = ["digits_of", "formula", "number", "percent", "quantity", "small"]
-
 _MINUS = "\N{MINUS SIGN}"
 _BLANK = "\N{NO-BREAK SPACE}"
 _POWER = re.compile(r"e([+-])0*([0-9]+)")

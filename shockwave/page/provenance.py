@@ -14,8 +14,6 @@ from shockwave.page.results import Findings
 from shockwave.profiles.base import ShockProfile
 from shockwave.registry import entries, find, load, own_entries
 
-__all__ = ["parts_in_use", "profile_name", "versions"]
-
 
 def versions(found: Findings) -> list[tuple[str, str]]:
     """Names and versions of the software, and the code that steps the chain."""

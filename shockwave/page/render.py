@@ -22,8 +22,6 @@ from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_hash import parameters, scene_hash
 from shockwave.text import admitted
 
-__all__ = ["page", "written"]
-
 # Characters of a parameter that are shown.
 _LONGEST = 200
 

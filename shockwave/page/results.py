@@ -15,8 +15,6 @@ from shockwave.prediction.outcome import Outcome
 from shockwave.scenario.scenario import Scenario
 from shockwave.studies.comparison import Comparison, beside
 
-__all__ = ["Findings", "findings"]
-
 # Histories last so many characteristic times, and this factor beyond the end of the shock.
 _PASSED = 60.0
 _BEYOND = 1.15

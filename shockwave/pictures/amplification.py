@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from shockwave.prediction.predictor import Predictor
     from shockwave.profiles.base import ShockProfile
 
-__all__ = ["amplification"]
 
 # Impulses over F0 T0, from the impulse limit to long trains.
 _WEAKEST = 0.15

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
     from shockwave.measurement.result import SimulationResult
 
-__all__ = ["approach"]
 
 _CONTACTS = 30
 # The picture goes as far below the error of the limit.

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from shockwave.quadrature import FloatArray
 
-__all__ = ["area", "decades", "dress", "finish", "halo", "key", "label_axis", "named", "scale", "thinned"]
 
 # Over a wider range whole decades alone have ticks.
 _FEW_DECADES = 2000.0

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from shockwave.measurement.result import SimulationResult
     from shockwave.quadrature import FloatArray
 
-__all__ = ["balance"]
-
 
 def balance(ax: Axes, result: SimulationResult, of: Literal["energy", "momentum"] = "energy") -> Axes:
     """Input of the shock and content of the chain against time, with the defect of the balance at the end.

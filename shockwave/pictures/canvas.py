@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["figure", "save", "svg"]
 
 # Widths of a column and of a page in print [in], and a height that suits one row.
 _WIDTHS = {"column": 3.4, "page": 7.0}

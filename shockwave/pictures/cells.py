@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     Edges: TypeAlias = tuple[FloatArray, FloatArray]
 
-__all__ = ["NAMED", "NO_VALUE", "check_shapes", "edges_of", "hatch", "inmost", "regions"]
 
 #: A region that takes fewer cells than this share has no room for its name.
 NAMED = 0.03

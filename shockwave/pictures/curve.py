@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
     from shockwave.quadrature import FloatArray
 
-__all__ = ["Curve", "curve"]
 
 _POINTS = 600
 # Least rise time over the longest.

@@ -11,7 +11,6 @@ from shockwave.pictures.style import BLUE, GREY, VERMILION
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["design"]
 
 # A range of more than this factor is drawn by equal ratios.
 _WIDE = 3.0

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from shockwave.profiles.shock import Shock
     from shockwave.quadrature import FloatArray
 
-__all__ = ["conditions", "correction_area", "pulse"]
 
 # An area narrower or lower than these shares of the picture is named in the key alone.
 _NARROW = 0.12

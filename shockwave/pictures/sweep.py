@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     from shockwave.quadrature import FloatArray
 
-__all__ = ["Along", "Line", "sweep_lines", "sweep_map"]
 
 # Values over more decades than this have a logarithmic scale.
 _DECADES = 2.5

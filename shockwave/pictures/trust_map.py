@@ -14,7 +14,6 @@ from shockwave.pictures.style import MINUS, SIGNED
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["trust_map"]
 
 # Bounds of the colours; errors have no upper bound, and none is below -1.
 _BOUNDS = (-1.0, -0.5, -0.2, -0.1, -0.05, -0.02, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from shockwave.prediction.outcome import Outcome
     from shockwave.quadrature import FloatArray
 
-__all__ = ["Comparison", "contact_forces", "recorded", "space_time", "train"]
 
 # More lines than this are not distinguished.
 _MOST_LINES = 6

@@ -12,7 +12,6 @@ from shockwave.pictures.style import BLACK, COLOURS, LINES, MARKERS, SMALL, lite
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["Row", "work_precision"]
 
 # Marks without a place on the axis of errors stand so many times below the least, and above the greatest error, at
 # least; else by this power of their range.

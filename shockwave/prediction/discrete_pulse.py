@@ -14,8 +14,6 @@ from shockwave.prediction.shock_measures import kept, points
 from shockwave.profiles.base import ShockProfile
 from shockwave.quadrature import FloatArray
 
-__all__ = ["Pulse", "gauss", "padded", "pulse_of"]
-
 # Instants for pulses that last up to so many times of their wave.
 _INSTANTS = ((0.5, 8), (1.5, 12), (3.0, 16), (10.0, 32), (35.0, 64), (math.inf, 128))
 # Longer ones, in times of their wave, are cut to the strongest stretch.

@@ -26,8 +26,6 @@ from shockwave.prediction.shock_measures import Measures, measures
 from shockwave.profiles.conditions import Condition, reversal
 from shockwave.quadrature import FloatArray
 
-__all__ = ["RESOURCE", "Law", "chain_warnings", "expected_error", "laws", "monomials"]
-
 #: Name of the file with the laws, beside this one.
 RESOURCE = "expected_error.json"
 

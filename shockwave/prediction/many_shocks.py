@@ -24,9 +24,6 @@ from shockwave.quadrature import FloatArray
 from shockwave.registry import blame, load
 from shockwave.text import printed
 
-__all__ = ["Predictions", "predicted"]
-
-
 _SAME = cmp_using(eq=np.array_equal)
 _SAME_OR_NAN = cmp_using(eq=partial(np.array_equal, equal_nan=True))
 

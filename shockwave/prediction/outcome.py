@@ -13,8 +13,6 @@ from shockwave.profiles.conditions import Condition
 from shockwave.scene import Scene
 from shockwave.text import printed
 
-__all__ = ["EjectionOutcome", "Exponents", "Outcome", "SingleOutcome", "TrainOutcome"]
-
 
 @frozen
 class Exponents:

@@ -15,7 +15,6 @@ from shockwave.text import indent, notes, range_text, si, table
 if TYPE_CHECKING:
     from shockwave.prediction.many_shocks import Predictions
 
-__all__ = ["outcome_text", "predictions_text"]
 
 _RELATIONS = {"less": "less than", "equal": "about equal to", "greater": "greater than"}
 

@@ -22,7 +22,6 @@ from shockwave.scene import Scene
 if TYPE_CHECKING:
     from shockwave.prediction.many_shocks import Predictions
 
-__all__ = ["MOMENTUM_COEFFICIENT", "MOMENTUM_COEFFICIENTS", "Predictor", "coefficient_of"]
 
 MOMENTUM_COEFFICIENTS = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
 MOMENTUM_COEFFICIENT = Quantity("", "leading number of A", at_least=0.01, at_most=1000)

@@ -28,8 +28,6 @@ from shockwave.prediction.model_interface import (
 )
 from shockwave.prediction.wave_train import constant_alpha, train
 
-__all__ = ["predict", "regime", "relation_of"]
-
 
 def regime(shock: ScaledShock) -> tuple[Regime, tuple[Inequality, ...]]:
     """The regime of a scaled shock, by the table above, and the inequalities that decide it."""

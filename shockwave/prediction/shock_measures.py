@@ -15,8 +15,6 @@ from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.guard import is_value
 from shockwave.quadrature import FloatArray
 
-__all__ = ["Measures", "gauss_legendre", "kept", "measures", "pieces", "points"]
-
 # Pieces of a smooth part of the force halve towards both its ends so many times, for infinite slopes and steep decays.
 _HALVINGS = 36
 # A record of more parts than this needs no halving.

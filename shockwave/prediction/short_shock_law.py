@@ -37,8 +37,6 @@ from shockwave.profiles.guard import guarded, trusted
 from shockwave.quadrature import FloatArray
 from shockwave.quadrature.gauss_legendre import interpolation
 
-__all__ = ["CORRECTION", "IMPULSE_LIMIT", "RESOURCE", "ShortLaw", "correction", "integrals", "short_law"]
-
 #: Name of the file with the coefficients, beside this one.
 RESOURCE = "short_shock_law.json"
 

@@ -13,8 +13,6 @@ from attrs import frozen
 from shockwave.numerics import bracketed_root
 from shockwave.prediction.model_interface import ScaledShock, Settings
 
-__all__ = ["Train", "constant_alpha", "train"]
-
 _MOST_WAVES = 1000
 _SCAN_POINTS = 150
 # A remainder of the impulse below this share is rounding, not a wave.

@@ -18,7 +18,6 @@ from shockwave.registry import blame, load
 if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath
 
-__all__ = ["Areas", "ShockProfile"]
 
 _DEFAULT_QUADRATURE = "gauss-legendre"
 # What a closed form loses to rounding: a few units in the last place.

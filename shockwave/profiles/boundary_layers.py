@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["edges"]
-
 # Where so many e-folds of a layer have passed. After the last of them rounding is all that is left of it.
 _FOLDS = (2.0, 8.0, 36.0)
 # Slower rates make no layer, and what is thinner than this share of the whole duration is a jump to every step.

@@ -7,8 +7,6 @@ from attrs import frozen
 
 from shockwave.profiles.base import Areas, ShockProfile
 
-__all__ = ["TOLERANCE", "Condition", "conditions", "reversal"]
-
 #: Margins above -TOLERANCE * n count as met: every row of the paper's Table 2 meets one with equality.
 TOLERANCE = 1e-9
 

@@ -16,8 +16,6 @@ from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.guard import ROUNDING, ViolationError, array_of, blamed, checked, kept, trusted
 from shockwave.quadrature import FloatArray
 
-__all__ = ["CLAUSES", "Clause", "check_closed_integrals", "examine"]
-
 #: A closed integral that is further than this from the quadrature, relatively, is not that of the force.
 _MISPRINT = 1e-6
 # Earlier a table of impulse and path has no digits of its own to lose.

@@ -13,8 +13,6 @@ from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.boundary_layers import edges
 from shockwave.quadrature import FloatArray
 
-__all__ = ["Exponential"]
-
 # Below this argument a Taylor series is exact to rounding where the closed form cancels.
 _SMALL = 2.0
 _TERMS = 30

@@ -12,8 +12,6 @@ from numpy.polynomial import chebyshev
 
 from shockwave.quadrature import FloatArray
 
-__all__ = ["ROUNDING", "FreePath", "of_powers", "of_samples"]
-
 _EPSILON = float(np.finfo(float).eps)
 #: What evaluating a piece loses to rounding, of the greatest value.
 ROUNDING = 8 * _EPSILON

@@ -15,8 +15,6 @@ from shockwave.numerics import elementwise, product, running_sums
 from shockwave.profiles.free_path import ROUNDING, FreePath
 from shockwave.quadrature import FloatArray, Integrand
 
-__all__ = ["fitted"]
-
 _EPSILON = float(np.finfo(float).eps)
 
 _DEGREE = 32

@@ -20,8 +20,6 @@ from shockwave.errors import PluginError, ShockwaveError
 from shockwave.quadrature import FloatArray
 from shockwave.registry import owner_of
 
-__all__ = ["ROUNDING", "ViolationError", "array_of", "blamed", "checked", "guarded", "is_value", "kept", "trusted"]
-
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 #: How far a value may be off a bound, or from its like: what rounding does to formulas written without much care.

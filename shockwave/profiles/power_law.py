@@ -15,8 +15,6 @@ from shockwave.quadrature import FloatArray
 if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath
 
-__all__ = ["PowerLaw"]
-
 
 @frozen(kw_only=True)
 class PowerLaw(ShockProfile):

@@ -20,8 +20,6 @@ from shockwave.fields import text_of
 from shockwave.files import read_text
 from shockwave.quadrature import FloatArray
 
-__all__ = ["Record", "read_record"]
-
 # Beyond these a file is no force record, and reading it would only exhaust memory.
 _MOST_BYTES = 128 * 2**20
 _MOST_LINES = 5_000_000

@@ -13,8 +13,6 @@ from shockwave.fields import Quantity, text_of
 from shockwave.numerics import scatter
 from shockwave.quadrature import FloatArray
 
-__all__ = ["Pulse", "pulse_of"]
-
 # Share of the peak from which on a pulse has certainly begun.
 _BEGUN = 0.05
 # Share of the peak down to which it has certainly not ended.

@@ -10,8 +10,6 @@ from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.contract import examine
 from shockwave.profiles.guard import ViolationError
 
-__all__ = ["DURATION", "Shock"]
-
 #: The whole duration, which may stand in place of the rise time.
 DURATION = Quantity("s", "whole duration n t0, in place of the rise time", above=0)
 

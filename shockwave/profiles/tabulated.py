@@ -22,7 +22,6 @@ from shockwave.quadrature import FloatArray
 if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath
 
-__all__ = ["Tabulated"]
 
 _TIMES = {"shockwave": Quantity("s", "sample times, ascending", samples=True)}
 _FORCES = {"shockwave": Quantity("N", "forces at these times", samples=True)}

@@ -14,8 +14,6 @@ from shockwave.quadrature import FloatArray
 if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath
 
-__all__ = ["Triangular"]
-
 
 @frozen(kw_only=True)
 class Triangular(ShockProfile):

@@ -12,8 +12,6 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
-__all__ = ["FloatArray", "Integral", "Integrand", "Quadrature"]
-
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 Integrand: TypeAlias = Callable[[FloatArray], FloatArray]
 

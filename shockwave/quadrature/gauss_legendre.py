@@ -11,8 +11,6 @@ from numpy.polynomial.legendre import leggauss
 from shockwave.numerics import product
 from shockwave.quadrature.base import FloatArray, Integral, Integrand, Quadrature
 
-__all__ = ["GaussLegendre", "interpolation"]
-
 _NODES = 16
 # Panels halved in one piece: a rough integrand ends here.
 _MOST_HALVED = 2048

@@ -10,8 +10,6 @@ import scipy.integrate
 
 from shockwave.quadrature.base import Integral, Integrand, Quadrature
 
-__all__ = ["Quadpack"]
-
 # Intervals that QAGS may divide a piece into.
 _INTERVALS = 200
 # Where the second run is cut: at no binary fraction, so that it shares no interval with the first.

@@ -10,8 +10,6 @@ import numpy.typing as npt
 
 from shockwave.quadrature.base import FloatArray, Integral, Integrand, Quadrature
 
-__all__ = ["TanhSinh"]
-
 # The outermost nodes are this far from the ends, in units of the piece: what lies beyond is below rounding.
 _OUTERMOST = 1e-22
 _COARSEST_STEP = 0.5

@@ -7,8 +7,6 @@ import attrs
 from shockwave.fields import quantity_of
 from shockwave.scenario.units import to_si
 
-__all__ = ["check_declared"]
-
 
 def check_declared(cls: type) -> None:
     """Check what the fields of ``cls`` declare: units that exist, defaults within their range.

@@ -13,8 +13,6 @@ from shockwave.scenario.keys import Key
 from shockwave.scenario.value_conversion import MOST_FAULTS, Wrong, structure
 from shockwave.scenario.yaml_document import Document, Steps, dotted
 
-__all__ = ["FaultCollector"]
-
 _STEP = re.compile(r"([^.\[\]]+)|\[([0-9]{1,9})\]")
 
 

@@ -24,20 +24,6 @@ from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import DURATION, Shock
 from shockwave.registry import load
 
-__all__ = [
-    "BLOCKS",
-    "CHAIN",
-    "RECORD",
-    "SCENARIO",
-    "SHOCK",
-    "UNSTATED",
-    "Key",
-    "keys_of",
-    "parameters_of",
-    "profile_class",
-    "shock_keys",
-]
-
 #: The default of a key that has none, or one that a factory makes.
 UNSTATED: Final = object()
 #: The profile whose samples may stand in a file.

@@ -27,8 +27,6 @@ from shockwave.scenario.uncertainty import read as read_spreads
 from shockwave.scenario.value_conversion import missing
 from shockwave.scenario.yaml_document import Document, Steps, read_document
 
-__all__ = ["DISTRIBUTION", "load_scenario", "scenario_of"]
-
 DISTRIBUTION = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9._-]{0,100}[A-Za-z0-9])?")
 _PARAMETERS: Steps = ("shock", "parameters")
 _FILE: Steps = (*_PARAMETERS, "file")

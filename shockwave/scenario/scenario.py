@@ -17,8 +17,6 @@ from shockwave.scenario.sweep import Sweep
 from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.yaml_document import Document
 
-__all__ = ["Published", "Scenario"]
-
 
 @frozen(kw_only=True)
 class Published:

@@ -16,8 +16,6 @@ from shockwave.registry import load
 from shockwave.scenario.loader import scenario_of
 from shockwave.scenario.scenario import Scenario
 
-__all__ = ["Family"]
-
 _SHOCK = {"peak_force", "rise_time", "duration"}
 _CHAIN = {"chain.radius", "chain.diameter", "chain.granules"}
 _MOST_KNOWN = 1024

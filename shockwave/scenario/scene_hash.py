@@ -18,8 +18,6 @@ from shockwave.profiles.base import ShockProfile
 from shockwave.scenario.keys import keys_of
 from shockwave.scenario.scenario import Scenario
 
-__all__ = ["Normaliser", "normalised", "scene_hash"]
-
 # Digits that a change of units leaves alone; the last ones are its rounding.
 _DIGITS = 12
 # Longer lists stand as their hash.

@@ -24,8 +24,6 @@ from shockwave.scenario.scenario import Published
 from shockwave.scenario.sweep import SWEEP
 from shockwave.scenario.uncertainty import FORMS, TWINS
 
-__all__ = ["schema"]
-
 _DRAFT = "http://json-schema.org/draft-07/schema#"
 _ABOUT = (
     "One shock on one chain of equal elastic spheres. A bare number is in SI units; text is a number with a unit"

@@ -20,8 +20,6 @@ from shockwave.scenario.value_conversion import Wrong, WrongsError, all_sound, c
 from shockwave.scenario.variable import Variable, variables
 from shockwave.scenario.yaml_document import Document, Steps
 
-__all__ = ["SWEEP", "Axis", "Run", "Sweep", "beginnings", "first", "read"]
-
 Run = Literal["predict", "simulate", "compare"]
 _MOST_POINTS = 10**7
 _MOST_VALUES = 10**6

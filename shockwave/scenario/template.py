@@ -19,8 +19,6 @@ from shockwave.registry import find
 from shockwave.scenario.keys import RECORD, UNSTATED, Key, keys_of, parameters_of, profile_class, shock_keys
 from shockwave.scenario.units import to_si
 
-__all__ = ["template"]
-
 _EXAMPLES = {"peak_force": "100 N", "rise_time": "15 us", "duration": "150 us", "duration_ratio": "10"}
 _RECORD_EXAMPLES = {"file": "pulse.csv", "times": "[0 s, 15 us, 150 us]", "forces": "[0 N, 100 N, 0 N]"}
 #: Sizes that are met in chains of spheres, where no example is declared.

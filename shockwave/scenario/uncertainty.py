@@ -16,8 +16,6 @@ from shockwave.scenario.variable import Variable, variables
 from shockwave.scenario.yaml_document import Steps
 from shockwave.text import si
 
-__all__ = ["FORMS", "TWINS", "Add", "Spread", "read"]
-
 Kind = Literal["relative", "sd", "factor", "between"]
 #: Adds a fault: where below the block, what is wrong, and whether the key is.
 Add = Callable[[Steps, str, bool], None]

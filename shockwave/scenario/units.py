@@ -9,8 +9,6 @@ from decimal import Context, Decimal, localcontext
 from functools import cache, lru_cache
 from typing import Any
 
-__all__ = ["to_si"]
-
 _LONGEST = 80
 _NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?"
 # Exponents are short numbers of named units, never of powers: a parser can spend for ever on 9**9**9.

@@ -15,8 +15,6 @@ from shockwave.scenario.keys import Key
 from shockwave.scenario.units import to_si
 from shockwave.scenario.yaml_document import Steps
 
-__all__ = ["MOST_FAULTS", "Wrong", "WrongsError", "all_sound", "converted", "gathered", "items", "missing", "structure"]
-
 #: After so many faults in one file, the rest is not looked for.
 MOST_FAULTS = 100
 

@@ -15,8 +15,6 @@ from shockwave.scenario.keys import BLOCKS, Key, parameters_of, profile_class, s
 from shockwave.scenario.value_conversion import WrongsError, converted
 from shockwave.scenario.yaml_document import Steps
 
-__all__ = ["Variable", "variable", "variables"]
-
 
 @frozen
 class Variable:

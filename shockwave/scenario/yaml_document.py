@@ -19,8 +19,6 @@ from attrs import Factory, define, frozen
 from shockwave.errors import Fault, ScenarioError
 from shockwave.files import read_text
 
-__all__ = ["Document", "Steps", "dotted", "parse_document", "read_document"]
-
 #: The way from the top of a document to a value: keys of mappings and indices of lists.
 Steps: TypeAlias = tuple[str | int, ...]
 Place: TypeAlias = tuple[int, int]

@@ -15,7 +15,6 @@ except ImportError:  # built without a C compiler
 else:
     compiled = _compiled
 
-__all__ = ["BACKENDS", "Backend", "chosen", "compiled", "lack"]
 
 Backend: TypeAlias = Literal["compiled", "numpy"]
 

@@ -10,8 +10,6 @@ from attrs import define, field, frozen
 
 from shockwave.quadrature import FloatArray
 
-__all__ = ["LONGEST_STEP", "Acceleration", "Counted", "Integrator", "Step"]
-
 # The time is a number; it is an array, shape (batch,), only where a method is asked to try a batch at once.
 Acceleration: TypeAlias = Callable[[Any, FloatArray], FloatArray]
 

@@ -15,8 +15,6 @@ from shockwave.registry import blame
 from shockwave.simulation.integrator import Integrator, Step
 from shockwave.simulation.problem import ChainAcceleration, ChainProblem, overlaps
 
-__all__ = ["Span", "Stretch", "free_granules", "march"]
-
 _FIRST_WINDOW = 12
 _GROWTH = 16
 # A granule this near to the window's end must still be at rest. The displacement ahead of it falls off as the power

@@ -14,8 +14,6 @@ from shockwave.simulation.peak import KEPT, STRIDE, crossing, hertz, limit
 from shockwave.simulation.primary_request import AT_END, FAILED, KNOWN, RUNNING, TOO_LONG, Passage, Primary, Request
 from shockwave.simulation.problem import ChainProblem, chain_acceleration, contact_forces
 
-__all__ = ["search"]
-
 #: A window begins with so many granules, and grows by as many.
 _ROWS = 8
 _FIRST_STEP = 0.05

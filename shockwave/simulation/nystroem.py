@@ -14,8 +14,6 @@ from shockwave.simulation.one_step import Attempt, OneStep, Scalar
 from shockwave.simulation.problem import ChainAcceleration
 from shockwave.simulation.tableaux import RKN64, RKN86, RKN1210, Fractions
 
-__all__ = ["Nystroem", "Rkn64", "Rkn86", "Rkn1210", "Tableau"]
-
 _NONE = np.empty(0)
 
 

@@ -15,8 +15,6 @@ from shockwave.errors import NumericalError
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import LONGEST_STEP, Acceleration, Integrator, Step
 
-__all__ = ["Attempt", "OneStep", "Scalar"]
-
 #: A number, or an array of shape (batch,) with one for each chain of a batch.
 Scalar: TypeAlias = "float | FloatArray"
 

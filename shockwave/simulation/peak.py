@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-__all__ = ["KEPT", "STRIDE", "crossing", "hertz", "limit"]
-
 #: Contacts from one peak to the next, and how many peaks it takes.
 STRIDE, KEPT = 4, 5
 # Slower approaches cannot be distinguished from noise.

@@ -10,8 +10,6 @@ from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Acceleration
 from shockwave.simulation.one_step import Attempt, OneStep, Scalar
 
-__all__ = ["Pefrl"]
-
 _XI = 0.1786178958448091
 _LAMBDA = -0.2123418310626054
 _CHI = -0.06626458266981849

@@ -14,8 +14,6 @@ import numpy as np
 from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.primary_request import Passage, Primary, Request
 
-__all__ = ["find_primaries"]
-
 # Shocks that run side by side in the compiled code.
 _WIDTH = 8
 _SHORT = 16.0

@@ -10,8 +10,6 @@ from attrs import frozen
 
 from shockwave.simulation.problem import ChainProblem
 
-__all__ = ["AT_END", "FAILED", "KNOWN", "RUNNING", "TOO_LONG", "Passage", "Primary", "Request"]
-
 #: How a search ended. TOO_LONG: the limit was not known after as many contacts as there may be.
 RUNNING = 0
 KNOWN = 1

@@ -19,7 +19,6 @@ from shockwave.quadrature import FloatArray
 if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath
 
-__all__ = ["ChainAcceleration", "ChainProblem", "chain_acceleration", "chain_energy", "contact_forces", "overlaps"]
 
 # More knots than this are a sampled record: its kinks are too small and too many to end steps on.
 _MOST_STOPS = 64

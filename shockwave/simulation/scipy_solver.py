@@ -15,8 +15,6 @@ from shockwave.errors import NumericalError
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import LONGEST_STEP, Acceleration, Integrator, Step
 
-__all__ = ["Dop853", "Radau", "ScipySolver"]
-
 # SciPy's least: the error is to be absolute, in units in which a wave is of order one.
 _RELATIVE = 2.3e-14
 

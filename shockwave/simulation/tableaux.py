@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["RKN64", "RKN86", "RKN1210", "Fractions"]
-
 
 class Fractions(NamedTuple):
     """One tableau; numbers are separated by spaces.

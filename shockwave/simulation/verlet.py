@@ -10,8 +10,6 @@ from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Acceleration
 from shockwave.simulation.one_step import Attempt, OneStep, Scalar
 
-__all__ = ["Verlet"]
-
 
 @define
 class Verlet(OneStep):

@@ -35,8 +35,6 @@ from shockwave.simulation.backend import chosen
 from shockwave.studies.universal_curve import UniversalCurve
 from shockwave.studies.universal_curve_fit import any_chain
 
-__all__ = ["MODEL", "RTOL", "forget"]
-
 #: The tolerance where none is given.
 RTOL = 1e-3
 # Tolerances to which a curve can be made, and a simulation run.

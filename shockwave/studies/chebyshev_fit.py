@@ -19,8 +19,6 @@ from numpy.polynomial import Chebyshev, chebyshev
 from shockwave.errors import NumericalError
 from shockwave.quadrature import FloatArray
 
-__all__ = ["Piece", "evaluated", "fitted"]
-
 # A root of a derivative is real if its imaginary part, over the width of the piece, is rounding.
 _REAL = 5e-8
 # The error of a slope is this times the error of the polynomial, over its width and times its degree: on four shapes at

@@ -17,8 +17,6 @@ from shockwave.profiles.shock import Shock
 from shockwave.scenario.scenario import Published
 from shockwave.text import range_text, si
 
-__all__ = ["Comparison", "beside", "compare"]
-
 
 @frozen(kw_only=True)
 class Comparison:

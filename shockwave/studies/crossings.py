@@ -7,8 +7,6 @@ from itertools import pairwise
 
 from shockwave.numerics import bracketed_root
 
-__all__ = ["crossings"]
-
 
 def crossings(
     function: Callable[[float], float],

@@ -16,8 +16,6 @@ from shockwave.scenario.units import to_si
 from shockwave.studies.scaling_exponents import Exponents
 from shockwave.text import printed
 
-__all__ = ["TARGETS", "Design", "Option", "Simulated", "Target"]
-
 #: Properties of the primary that may be asked for -> its SI unit.
 TARGETS = {
     "peak_force": "N",

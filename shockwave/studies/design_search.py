@@ -25,8 +25,6 @@ from shockwave.studies.design_text import why
 from shockwave.studies.target_along_value import line_along, solutions, spaced
 from shockwave.text import si
 
-__all__ = ["design"]
-
 _MATERIAL = "chain.material"
 _POINTS = Quantity("", "number of rows", at_least=2, at_most=1000, whole=True)
 _RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)

@@ -9,8 +9,6 @@ from shockwave.studies.design import Design, Option
 from shockwave.studies.scaling_exponents import SIGNS
 from shockwave.text import indent, notes, si, table
 
-__all__ = ["design_text", "why"]
-
 
 def design_text(found: Design) -> str:
     """The text that ``print`` shows."""

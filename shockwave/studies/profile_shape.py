@@ -18,8 +18,6 @@ from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.contract import examine
 from shockwave.profiles.guard import trusted
 
-__all__ = ["Shape"]
-
 # Shapes whose integrals agree to this are the same: a record in other units differs by rounding.
 _SAME = 1e-8
 # The correction is a quadrature of its own.

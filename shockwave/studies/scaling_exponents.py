@@ -6,8 +6,6 @@ import math
 
 from attrs import frozen
 
-__all__ = ["POWERS", "SIGNS", "Exponents"]
-
 #: Values that leave the shape alone -> the power with which t0/T0 scales with them; none for Poisson's ratio.
 POWERS = {
     "shock.peak_force": 1 / 6,

@@ -35,22 +35,6 @@ from shockwave.scenario.scene_family import Family
 from shockwave.studies.scaling_exponents import POWERS, Exponents
 from shockwave.studies.universal_curve import UniversalCurve
 
-__all__ = [
-    "curve_of",
-    "data_of",
-    "duration_of",
-    "exponents_of",
-    "family_of",
-    "impossible",
-    "keep_shape",
-    "longest_for",
-    "notes_of",
-    "primaries",
-    "scenario_of",
-    "too_long",
-    "value_of",
-]
-
 # Curves reach so far, or longer by so many steps to the double, up to the limit.
 _LONGEST = 50.0
 _STEPS = 16

@@ -13,8 +13,6 @@ from shockwave.quadrature import FloatArray
 from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.yaml_document import dotted
 
-__all__ = ["Distribution"]
-
 # Draws keep this relative distance from a bound that is excluded.
 _INSIDE = 1e-9
 

@@ -12,8 +12,6 @@ from shockwave.pictures.design import design as draw_design
 from shockwave.studies.design import Design
 from shockwave.studies.universal_curve import UniversalCurve
 
-__all__ = ["CURVE_FILES", "PICTURES", "checked", "write_curve", "write_design"]
-
 PICTURES = (".svg", ".png", ".pdf")
 CURVE_FILES = (".json", *PICTURES)
 

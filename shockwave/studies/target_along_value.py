@@ -17,8 +17,6 @@ from shockwave.studies.crossings import crossings
 from shockwave.studies.design import Target
 from shockwave.studies.scaling_exponents import POWERS
 
-__all__ = ["Line", "line_along", "solutions", "spaced"]
-
 _POISSON = "chain.material.poisson_ratio"
 _MODULUS = "chain.material.youngs_modulus"
 # Values that span more than this factor are spaced by equal ratios.

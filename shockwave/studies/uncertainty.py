@@ -11,8 +11,6 @@ from shockwave.quadrature import FloatArray
 from shockwave.studies.scaling_exponents import Exponents
 from shockwave.text import printed
 
-__all__ = ["Estimate", "Sensitivity", "Statistics", "Uncertainty"]
-
 
 @frozen
 class Estimate:

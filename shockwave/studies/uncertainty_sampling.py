@@ -26,8 +26,6 @@ from shockwave.studies.spread_distribution import Distribution
 from shockwave.studies.uncertainty import Estimate, Sensitivity, Statistics, Uncertainty
 from shockwave.text import si
 
-__all__ = ["slopes_at", "uncertainty"]
-
 _DRAWS = Quantity("", "number of draws", at_least=1024, at_most=2**18, whole=True)
 _SEED = Quantity("", "seed", at_least=0, at_most=2**63 - 1, whole=True)
 _RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)

@@ -7,8 +7,6 @@ import math
 from shockwave.studies.uncertainty import Estimate, Sensitivity, Statistics, Uncertainty
 from shockwave.text import indent, notes, si, table
 
-__all__ = ["uncertainty_text"]
-
 
 def uncertainty_text(found: Uncertainty) -> str:
     """The text that ``print`` shows."""

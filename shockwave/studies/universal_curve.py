@@ -28,8 +28,6 @@ from shockwave.studies.universal_curve_data import CurveData, structured, unstru
 from shockwave.studies.universal_curve_fit import fitted_curve
 from shockwave.text import si
 
-__all__ = ["CurveAnswer", "UniversalCurve"]
-
 _RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)
 _LONGEST = Quantity("", "longest duration n t0/T0", at_least=1e-3, at_most=1e3)
 _TARGET = Quantity("", "amplification", above=0)

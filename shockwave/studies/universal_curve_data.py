@@ -13,8 +13,6 @@ from shockwave.fields import quantity, text_of
 from shockwave.studies.chebyshev_fit import Piece
 from shockwave.studies.profile_shape import Shape
 
-__all__ = ["CurveData", "ShortLaw", "structured", "unstructured"]
-
 _HEADER = {"format": "shockwave universal curve", "version": 1}
 _RULES = {float: "a number", int: "a whole number"}
 

@@ -21,8 +21,6 @@ from shockwave.studies.chebyshev_fit import Piece, fitted
 from shockwave.studies.profile_shape import Shape
 from shockwave.studies.universal_curve_data import CurveData, ShortLaw
 
-__all__ = ["any_chain", "fitted_curve"]
-
 # Error asked of a simulation, over that of the curve; and the tightest that is worth it.
 _SHARE = 0.03
 _TIGHTEST = 1e-12

@@ -11,8 +11,6 @@ from typing import NamedTuple
 
 from shockwave.sweep.points import Points, error_text, versions_here
 
-__all__ = ["SLICE", "Done", "Order", "Refused", "run_batch", "understood"]
-
 #: Seconds after which a worker answers, whatever is left of its batch.
 SLICE = 1.0
 # Points that a worker runs side by side: at first, and at most.

@@ -13,8 +13,6 @@ from shockwave.scenario.sweep import Run
 from shockwave.studies.comparison import Comparison
 from shockwave.sweep.header import NOTES, Column
 
-__all__ = ["Answer", "Read", "reads", "row"]
-
 
 class Answer(NamedTuple):
     """The results at a point; None for what was not asked for.

@@ -19,8 +19,6 @@ from shockwave.fields import text_of
 from shockwave.files import parse_json, read_bytes
 from shockwave.sweep.replacing import replacing
 
-__all__ = ["HEADER", "NOTES", "Column", "Header", "SweepAxis", "as_text"]
-
 HEADER = "sweep.json"
 #: The last column, whose sentences may differ at every point.
 NOTES = "notes"

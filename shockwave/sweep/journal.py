@@ -21,8 +21,6 @@ from shockwave.sweep.header import HEADER
 from shockwave.sweep.journal_reader import JOURNAL, LONGEST_LINE
 from shockwave.sweep.replacing import not_writable, replacing
 
-__all__ = ["CRASHED", "DONE", "FAILED", "OPEN", "SCENARIO_COPY", "Journal", "line_of"]
-
 #: States of a point.
 OPEN = 0
 DONE = 1

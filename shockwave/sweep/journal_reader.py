@@ -18,8 +18,6 @@ from shockwave.errors import FileAccessError
 from shockwave.files import lines_of, open_regular
 from shockwave.sweep.header import Header, as_text
 
-__all__ = ["JOURNAL", "LONGEST_LINE", "NOT_RUN", "Row", "SweepFolder"]
-
 JOURNAL = "journal.jsonl"
 #: Longest line of the journal [bytes].
 LONGEST_LINE = 2**24

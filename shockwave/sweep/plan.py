@@ -13,8 +13,6 @@ from shockwave.sweep.runner import notes_on, points_of
 from shockwave.sweep.trial import Trial, timed_apart
 from shockwave.sweep.workers import check_name, cores
 
-__all__ = ["plan_sweep"]
-
 
 def plan_sweep(
     scenario: Scenario | str | os.PathLike[str],

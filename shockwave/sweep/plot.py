@@ -21,7 +21,6 @@ from shockwave.text import si
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Plot", "plot"]
 
 _FIRST = ("amplification", "predicted_amplification")
 # The error of a simulated quantity: relative, but of momentum.

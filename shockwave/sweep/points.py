@@ -31,8 +31,6 @@ from shockwave.sweep.columns import Answer, Read, reads, row
 from shockwave.sweep.header import Header, SweepAxis
 from shockwave.sweep.journal import line_of
 
-__all__ = ["Points", "error_text", "versions_here"]
-
 _encoded = json.JSONEncoder(allow_nan=False).encode
 _FILE = "shock.parameters.file"
 _KINDS = {

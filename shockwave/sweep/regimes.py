@@ -18,8 +18,6 @@ from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scene_family import Family
 from shockwave.sweep.results import SweepResults
 
-__all__ = ["regimes"]
-
 # A picture of more points shows no finer border.
 _MOST = 20_000
 _COLUMNS = ("regime", "predicted_regime")

@@ -11,8 +11,6 @@ from typing import IO, Any
 from shockwave.errors import FileAccessError
 from shockwave.files import open_new
 
-__all__ = ["not_writable", "replacing"]
-
 
 @contextmanager
 def replacing(file: Path) -> Iterator[IO[Any]]:

@@ -9,8 +9,6 @@ from attrs import asdict, frozen
 
 from shockwave.text import printed
 
-__all__ = ["SweepInterrupt", "SweepPlan", "SweepReport"]
-
 
 @frozen(kw_only=True)
 class SweepReport:

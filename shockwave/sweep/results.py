@@ -19,8 +19,6 @@ from shockwave.sweep.header import Column, Header, SweepAxis, as_text
 from shockwave.sweep.journal_reader import NOT_RUN, SweepFolder
 from shockwave.text import printed
 
-__all__ = ["Failure", "SweepResults", "load_sweep"]
-
 
 @frozen
 class Failure:

@@ -27,8 +27,6 @@ from shockwave.sweep.tables import write_tables
 from shockwave.sweep.trial import loaded_apart
 from shockwave.sweep.workers import LostError, Workers, workers_of
 
-__all__ = ["notes_on", "points_of", "run_sweep"]
-
 # Seconds of work in a batch, which is what a killed client loses.
 _BATCH = 0.5
 # Points in the first batches, and in any.

@@ -17,8 +17,6 @@ from shockwave.scenario.units import to_si
 from shockwave.sweep.header import as_text
 from shockwave.sweep.results import SweepResults
 
-__all__ = ["Chosen", "Selection", "label_of"]
-
 # Longer names leave the picture.
 _LETTERS = 30
 # Six digits of a value are enough to name it.

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from shockwave.sweep.report import SweepPlan, SweepReport
     from shockwave.sweep.results import SweepResults
 
-__all__ = ["plan_text", "report_text", "results_text"]
 
 # Failed points, and words of a column, that are listed.
 _SHOWN = 5

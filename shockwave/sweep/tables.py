@@ -18,8 +18,6 @@ from shockwave.sweep.header import Header, as_text
 from shockwave.sweep.journal_reader import Row, SweepFolder
 from shockwave.sweep.replacing import replacing
 
-__all__ = ["write_tables"]
-
 # Which tables were written, and of which state of the journal.
 _RECORD = "tables.json"
 # Its largest size [bytes].

@@ -24,8 +24,6 @@ from shockwave.sweep.batch import Order, understood
 from shockwave.sweep.points import Points, error_text
 from shockwave.sweep.workers import processes
 
-__all__ = ["Trial", "loaded_apart", "timed_apart"]
-
 # Points whose scene may end the process that builds it, before the sweep is refused.
 _MOST_ENDED = 8
 # Points whose scene is built.

@@ -22,8 +22,6 @@ from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import ShockwaveError, UsageError
 from shockwave.sweep.batch import SLICE, Order, run_batch
 
-__all__ = ["LostError", "Processes", "Workers", "check_name", "cores", "processes", "workers_of"]
-
 # Variable that keeps Python from importing modules from the current folder.
 _SAFE_PATH = "PYTHONSAFEPATH"
 # Seconds for a scheduler, and its first worker, to answer.

@@ -11,8 +11,6 @@ from shockwave.errors import UnknownNameError
 from shockwave.fields import text_of
 from shockwave.registry import KINDS, find, load
 
-__all__ = ["Contract", "check_registered"]
-
 
 class Contract:
     """Base class of the contracts: each clause is a test, which runs for each thing that the subclass lists."""

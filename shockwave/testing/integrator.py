@@ -20,8 +20,6 @@ from shockwave.testing import known_motions as motion
 from shockwave.testing.contract import Contract, check_registered
 from shockwave.testing.known_motions import Watched, coupled, hertz, path
 
-__all__ = ["IntegratorContract"]
-
 # How far the slope of the error may be off the order, for equal steps.
 _SLOPE = 0.25
 # The same for steps that a method has chosen by an estimate.

@@ -18,8 +18,6 @@ from shockwave.simulation.nystroem import Rkn1210
 from shockwave.simulation.one_step import OneStep
 from shockwave.simulation.problem import ChainProblem
 
-__all__ = ["STRUCK", "STRUCK_UNTIL", "Watched", "coupled", "hertz", "path", "taken"]
-
 _PHASES = np.arange(5) * 0.7
 # How long a motion is followed to measure the order of its error.
 _SPAN = 6.0

@@ -23,8 +23,6 @@ from shockwave.scenario.units import to_si
 from shockwave.testing.contract import Contract
 from shockwave.testing.smoothness import roughness, steepening
 
-__all__ = ["ProfileContract"]
-
 # "Good to a few units in the last place", as far as a quadrature shows it.
 _CLOSED = 1e-11
 # Shares of rise and decay at which running integrals are compared; near 0, differences lose digits.

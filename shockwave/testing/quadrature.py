@@ -14,8 +14,6 @@ from attrs import define, field, frozen
 from shockwave.quadrature import FloatArray, Integral, Integrand, Quadrature
 from shockwave.testing.contract import Contract, check_registered
 
-__all__ = ["QuadratureContract"]
-
 # Error to expect of smooth integrands, in units of the interval.
 _SMOOTH = 1e-12
 # The same of integrands with unbounded derivatives at an end.

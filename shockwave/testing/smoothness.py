@@ -11,8 +11,6 @@ from numpy.polynomial.chebyshev import chebinterpolate
 
 from shockwave.quadrature import FloatArray, Integrand
 
-__all__ = ["Roughness", "roughness", "steepening"]
-
 _DEGREE = 32
 # So many of the last coefficients show what a polynomial misses. A jump moves each; fewer may vanish by symmetry.
 _TAIL = 6
