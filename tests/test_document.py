@@ -164,14 +164,14 @@ def test_hostile_documents_end_in_a_fault(text: str, fragment: str) -> None:
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"a: 1\nb: \xb5\n", r"must be UTF-8 text \(got the byte 0xb5 in line 2; save it as UTF-8\)"),
-        (b"a: 1\n" * 420_000, r"must be at most 1 MiB \(got more\)"),
+        (b"a: 1\nb: \xb5\n", r"any.yaml:2:4: must be UTF-8 text \(got the byte 0xb5; save the file as UTF-8\)"),
+        (b"a: 1\n" * 420_000, r"any.yaml:1:1: must be at most 1 MiB \(put a long record in a CSV file"),
     ],
     ids=["latin", "two-mebibytes"],
 )
 def test_files_that_hold_no_scenario_are_refused(tmp_path: Path, data: bytes, message: str) -> None:
     (tmp_path / "any.yaml").write_bytes(data)
-    with pytest.raises(FileAccessError, match=message):
+    with pytest.raises(ScenarioError, match=message):
         read_document(tmp_path / "any.yaml")
 
 

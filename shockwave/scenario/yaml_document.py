@@ -17,7 +17,7 @@ import yaml
 from attrs import Factory, define, frozen
 
 from shockwave.errors import Fault, ScenarioError
-from shockwave.files import read_text
+from shockwave.files import open_regular
 
 #: The way from the top of a document to a value: keys of mappings and indices of lists.
 Steps: TypeAlias = tuple[str | int, ...]
@@ -125,11 +125,23 @@ def read_document(path: str | os.PathLike[str], faults: list[Fault] | None = Non
     Raises
     ------
     FileAccessError
-        When the file cannot be read, is larger or no UTF-8 text.
+        When the file cannot be read.
     ScenarioError
-        When its text is not valid.
+        When it is larger, or its text is not valid.
     """
-    return parse_document(read_text(path, _MOST_BYTES), os.fspath(path), faults)
+    name = os.fspath(path)
+    with open_regular(path) as file:
+        data = file.read(_MOST_BYTES + 1)
+    if len(data) > _MOST_BYTES:
+        problem = "must be at most 1 MiB (put a long record in a CSV file, and name it under `file`)"
+        raise ScenarioError([Fault("", problem, f"{name}:1:1")])
+    try:
+        text = data.decode()
+    except UnicodeDecodeError as error:
+        *lines, last = data[: error.start].decode().split("\n")
+        problem = f"must be UTF-8 text (got the byte 0x{data[error.start]:02x}; save the file as UTF-8)"
+        raise ScenarioError([Fault("", problem, f"{name}:{len(lines) + 1}:{len(last) + 1}")]) from None
+    return parse_document(text, name, faults)
 
 
 def parse_document(text: str, name: str, faults: list[Fault] | None = None) -> Document:

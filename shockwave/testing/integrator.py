@@ -11,12 +11,12 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
+import shockwave.testing.known_motions as motion
 from shockwave.errors import NumericalError
 from shockwave.registry import find
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Rkn1210
 from shockwave.simulation.one_step import Attempt, OneStep
-from shockwave.testing import known_motions as motion
 from shockwave.testing.contract import Contract, check_registered
 from shockwave.testing.known_motions import Watched, coupled, hertz, path
 
