@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.collections import LineCollection
 
 import shockwave as sw
 from shockwave import cli
@@ -162,10 +161,8 @@ def test_of_two_lines_on_a_point_the_last_counts(tmp_path: Path) -> None:
 def test_tables_are_written_once_for_a_state_of_the_journal(folder: Path) -> None:
     assert [file.name for file in write_tables(folder)] == ["results.csv", "results.jsonl"]
     assert write_tables(folder) == []
-    for spoil in (lambda: (folder / "results.jsonl").unlink(), lambda: (folder / "tables.json").write_text("[]")):
-        spoil()
-        assert len(write_tables(folder)) == 2
-        assert write_tables(folder) == []
+    (folder / "results.jsonl").unlink()
+    assert len(write_tables(folder)) == 2
     with (folder / "journal.jsonl").open("a", encoding="utf-8") as journal:
         journal.write(line(2, "train", 8.0, 0.8, 3))
     assert len(write_tables(folder)) == 2
@@ -191,20 +188,6 @@ def test_a_full_disk_names_the_file_and_leaves_the_table_that_was_there(
         write_tables(place)
     assert (place / "results.csv").read_text(encoding="utf-8") == "old"
     assert [file.name for file in place.iterdir() if file.suffix == ".part"] == []
-
-
-def test_bytes_that_are_no_text_are_written_as_their_numbers(tmp_path: Path) -> None:
-    axes = [([MATERIAL], [["\udcff"], ["lead"]])]
-    place = folder_of(
-        tmp_path / "out", axes, [line(0, status="failed", error="\udcfe.csv"), line(1, "\udcfd", 1.0, 1.0, 1)]
-    )
-    header = json.loads((place / "sweep.json").read_text(encoding="utf-8"))
-    (place / "sweep.json").write_text(json.dumps({**header, "name": "\udcfc"}), encoding="utf-8")
-    assert len(write_tables(place)) == 2
-    found = rows(place)
-    assert [found[0][name] for name in ("chain.material", "problem")] == [r"\udcff", r"\udcfe.csv"]
-    assert found[1]["regime"] == r"\udcfd"
-    assert load_sweep(place).coordinate("chain.material").tolist() == [r"\udcff", "lead"]
 
 
 # ---------------------------------------------------------------- other libraries
@@ -293,8 +276,8 @@ UNFINISHED = {
     "torn": (["".join(LINES)[:-9]], "the last line of journal.jsonl is torn"),
     "unfinished": (LINES[:4], "2 of 6 points are not done"),
     "garbage": (
-        [*LINES[:5], "{}\n", '{"index": 77, }\n', LINES[5]],
-        "lines of journal.jsonl that are of no point, and were left out: 2",
+        [*LINES[:5], "{}\n", '{"index": 77, }\n', LINES[5].replace('"done"', '"lost"'), LINES[5]],
+        "lines of journal.jsonl that are of no point, and were left out: 3",
     ),
     "unreadable": (
         [*LINES[:5], LINES[5].replace("7.0,", "7.0")],
@@ -307,7 +290,6 @@ UNFINISHED = {
             "text-for-number": line(5, "train", "7", 0.7, 1),
             "number-for-text": line(5, 1, 7.0, 0.7, 1),
             "part-of-whole": line(5, "train", 7.0, 0.7, 1.5),
-            "other-status": LINES[5].replace('"done"', '"lost"'),
         }.items()
     },
 }
@@ -539,18 +521,6 @@ def test_a_few_values_of_a_second_axis_make_lines(tmp_path: Path) -> None:
     assert np.isnan(ax.get_lines()[1].get_ydata()).tolist() == [True] + [False] * 14
 
 
-def test_a_map_over_names_has_borders_along_its_cells(tmp_path: Path) -> None:
-    text = MAP.replace("shock.duration_ratio: {logspace: [1.5, 15, 12]}", "chain.material: [lead, copper, brass-260]")
-    text = text.replace("100 N", "100 N, duration_ratio: 4").replace("[1 us, 100 us, 15]", "[1 us, 100 us, 3]")
-    results = a_map(tmp_path, text.replace("brass-260]", "brass-260, ptfe, alumina, pmma, delrin, zirconia]"))
-    (ax,) = plot(results, x="shock.rise_time").figure.axes
-    assert [label.get_text() for label in ax.get_yticklabels()][:2] == ["lead", "copper"]
-    drawn = {len(one.get_segments()) for one in ax.collections if isinstance(one, LineCollection)}
-    own = results.values("regime") == "train"
-    # between the cells of a train and their neighbours
-    assert (own[1:] != own[:-1]).sum() + (own[:, 1:] != own[:, :-1]).sum() in drawn - {0}
-
-
 @pytest.mark.parametrize("held", [{}, {"shock.duration_ratio": 1.5}], ids=["map", "line"])
 def test_a_sweep_of_which_all_failed_is_drawn_empty(tmp_path: Path, held: dict[str, float]) -> None:
     found = plot(a_map(tmp_path, failed=tuple(range(180))), at=held)
@@ -564,8 +534,8 @@ WRONG: dict[str, tuple[list[str], int, str]] = {
     "column": (["--column", "amplificatio"], 3, "did you mean 'amplification'"),
     "text": (["--column", "regime"], 3, "must be a column of numbers (got regime, which is text; known: peak_force"),
     "variable": (["--x", "shock.rise_tim"], 3, "unknown variable of the sweep"),
-    "held": (["--at", "shock.duration_ratio=3"], 2, "must be one of its values in the sweep (got 3; they are 1.5, "),
-    "held-si": (["--at", "shock.rise_time=3"], 2, "(got 3; they are 1e-06 s, 1.3895e-06 s, "),
+    "held": (["--at", "shock.duration_ratio=3"], 2, "must be one of its values (got 3; they are 1.5, "),
+    "held-si": (["--at", "shock.rise_time=3"], 2, "(got 3; they are 1 µs, 1.3895 µs, "),
     "held-twice": (["--at", "shock.rise_time=1 us", "--at", "shock.rise_time=1 s"], 2, "must name a variable once"),
     "held-unit": (["--at", "shock.duration_ratio=3 s"], 2, "shock.duration_ratio: must be a number"),
     "held-form": (["--at", "shock.duration_ratio"], 2, "--at: must be NAME=VALUE"),
@@ -590,7 +560,7 @@ def test_wrong_orders_are_refused_with_a_remedy(
 def test_three_axes_are_too_many_until_one_is_held(tmp_path: Path) -> None:
     axes = [*AXES, ([FORCE], [[1.0], [2.0]])]
     found = load_sweep(folder_of(tmp_path / "out", axes, [line(at, "train", at, at, 1) for at in range(12)]))
-    told = "hold 1 of them at a value by --at NAME=VALUE: shock.duration_ratio=2, 4; shock.rise_time=1e-06 s, 0.3 s, "
+    told = "hold 1 of them at a value by --at NAME=VALUE: shock.duration_ratio=2, 4; shock.rise_time=1 µs, 300 ms, 30 µs"
     with pytest.raises(UsageError, match=re.escape(told)):
         plot(found)
     assert plot(found, at={"shock.peak_force": 2.0}).column == "amplification"
@@ -639,9 +609,7 @@ def test_values_that_are_held_together_leave_what_has_them_all(tmp_path: Path) -
         "peak force 5 N",
         "peak force 6 N",
     ]
-    with pytest.raises(
-        UsageError, match=r"shock.rise_time: must be one of its values at the points that are left \(got 2"
-    ):
+    with pytest.raises(UsageError, match=r"shock.rise_time: must be one of its values \(got 2; they are 1 s"):
         plot(results, at={"shock.peak_force": 6, "shock.rise_time": 2})
 
 
@@ -680,16 +648,13 @@ def test_a_single_point_is_no_picture(tmp_path: Path, values: list[float], held:
         plot(results, at=held)
 
 
-# six digits of the second and the third are the same
-NEAR = {"0.3333333": 1 / 3, "1": 1.0000004, "1.000001": 1.0000008, "0.6666667": 2 / 3}
-
-
-def test_values_that_are_told_can_be_held(tmp_path: Path) -> None:
-    results = numbers_of(tmp_path, [([TIME], [[one] for one in NEAR.values()]), RATIOS])
-    for at, value in enumerate(NEAR):
+def test_values_that_are_listed_can_be_held(tmp_path: Path) -> None:
+    results = numbers_of(tmp_path, [([TIME], [[1 / 3], [1.0], [2e-6 / 3]]), RATIOS])
+    listed = ["333.333 ms", "1 s", "666.667 ns"]
+    for at, value in enumerate(listed):
         assert lines_of(plot(results, at={"shock.rise_time": value}))[0][0] == (2.0, 3.0 * at)
-    told = ", ".join(f"{value} s" for value in NEAR)
-    with pytest.raises(UsageError, match=re.escape(f"must be one of its values in the sweep (got 5; they are {told})")):
+    told = f"must be one of its values (got 5; they are {', '.join(listed)})"
+    with pytest.raises(UsageError, match=re.escape(told)):
         plot(results, at={"shock.rise_time": 5})
 
 
@@ -766,10 +731,7 @@ def hollow(found: Any) -> list[list[float]]:
 def test_marks_are_hollow_where_the_expected_error_is_not_known(tmp_path: Path) -> None:
     found = plot(predictions(tmp_path, [LONG], {0, 1, 5}))
     assert hollow(found) == [[4.0, 5.0, 6.0, 8.0, 9.0, 10.0, 11.0]]
-    assert legend(found) == [BAND, "error not known (7 of 10)"]
-    # the sixth point has no neighbours to be shaded with
-    (stroke,) = (one for one in found.figure.axes[0].collections if isinstance(one, LineCollection))
-    np.testing.assert_allclose(stroke.get_segments(), [[(7.0, 1.6), (7.0, 2.5)]], rtol=1e-14)
+    assert legend(found) == [BAND, "error not known"]
     assert inside(found.figure)
 
 
@@ -817,7 +779,7 @@ MATERIALS = [
 def test_materials_of_their_own_are_called_by_what_tells_them_apart(tmp_path: Path) -> None:
     results = numbers_of(tmp_path, [([MATERIAL], MATERIALS), RATIOS])
     told = [label.get_text() for label in plot(results, x=MATERIAL[0]).figure.axes[0].get_xticklabels()]
-    assert told == ["mine", "lead", "youngs_modulus 4 GPa", "name lead, youngs_modulus 5..."]
+    assert told == ["mine", "lead", "#3", "#4"]
     for at, name in enumerate(told):
         assert lines_of(plot(results, at={MATERIAL[0]: name}))[0][0] == (2.0, 3.0 * at)
     assert lines_of(plot(results, at={MATERIAL[0]: MATERIALS[2][0]}))[0][0] == (2.0, 6.0)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import platform
-import re
 import time
 from collections.abc import Iterator
 from contextlib import suppress
@@ -16,9 +15,9 @@ from attrs import define, field
 from filelock import FileLock, Timeout
 
 from shockwave.errors import FileAccessError
-from shockwave.files import lines_of, open_regular
+from shockwave.files import open_regular
 from shockwave.sweep.header import HEADER
-from shockwave.sweep.journal_reader import JOURNAL, LONGEST_LINE
+from shockwave.sweep.journal_reader import JOURNAL, Line, journal_lines
 from shockwave.sweep.replacing import not_writable, replacing
 
 #: States of a point.
@@ -30,7 +29,6 @@ _STATES = {"done": DONE, "failed": FAILED, "crashed": CRASHED}
 #: The copy of the scenario.
 SCENARIO_COPY = "scenario.yaml"
 _LOCK = "sweep.lock"
-_LINE = re.compile(r'\{"index": (\d{1,9}), "key": "([0-9a-f]{64})", "status": "(done|failed|crashed)", ".*\}\n')
 # Seconds between two times that the disk itself is waited for: what a power cut may cost.
 _SYNC = 2.0
 
@@ -101,37 +99,29 @@ class Journal:
         Raises
         ------
         FileAccessError
-            When it cannot be read, or a line is of no point of the sweep, or of one that has a line already.
+            When it cannot be read.
         """
         if mend:
             self._file = open_regular(self.path, mode="ab", buffering=0)
-        if not self.path.exists():
-            return
-        size = 0
-        with open_regular(self.path) as file:
-            for number, line in enumerate(lines_of(file, self.path, LONGEST_LINE), start=1):
-                known = self._note(line)
-                if not known and not line.endswith(b"\n"):
-                    self.notes.append(f"{self.path}: the last line was torn, and was cut off: its point is run again")
-                    if mend:
-                        os.truncate(self.path, size)
-                    return
-                if not known:
-                    rule = "must be of a point of this sweep that no line before is of"
-                    got = f"got {line[:60]!r}; delete the line: its point is run again"
-                    raise FileAccessError(f"{self.path}:{number}: {rule} ({got})")
-                size += len(line)
+        size = strange = 0
+        for line in journal_lines(self.path, len(self.states)):
+            self._note(line)
+            if line.torn:
+                self.notes.append(f"{self.path}: the last line was torn, and was cut off: its point is run again")
+                if mend:
+                    os.truncate(self.path, size)
+            elif line.index < 0:
+                strange += 1
+            size += len(line.content)
+        if strange:
+            self.notes.append(f"{self.path}: lines that are of no point, and were left out: {strange}")
 
-    def _note(self, line: bytes) -> bool:
-        """Note what a line says; whether it is the first line of a point of the sweep."""
-        match = _LINE.fullmatch(line.decode(errors="replace"))
-        index = int(match[1]) if match else -1
-        if match is None or index >= len(self.states) or self.states[index]:
-            return False
-        self.states[index] = _STATES[match[3]]
-        if match[3] == "done":
-            self.ends = [*self.ends[:1], (index, match[2])]
-        return True
+    def _note(self, line: Line) -> None:
+        if line.index < 0:
+            return
+        self.states[line.index] = _STATES[line.status]
+        if line.status == "done":
+            self.ends = [*self.ends[:1], (line.index, line.key)]
 
     def add(self, lines: str) -> None:
         """Append whole lines. What the disk has no room for leaves no part of a line behind.
@@ -153,8 +143,8 @@ class Journal:
         except OSError as error:
             os.truncate(self.path, before)
             raise not_writable(self.path, error) from error
-        for line in lines.splitlines(keepends=True):
-            self._note(line.encode())
+        for line in lines.encode().splitlines(keepends=True):
+            self._note(Line.of(line, len(self.states)))
 
     def count(self, *states: int) -> int:
         """How many points are in one of these states."""
@@ -173,13 +163,12 @@ class Journal:
             return
         assert self._file is not None
         self._file.close()
-        with open_regular(self.path) as old, replacing(self.path) as new:
-            for line in lines_of(old, self.path, LONGEST_LINE):
-                match = _LINE.fullmatch(line.decode())
-                if match and match[3] != "done":
-                    self.states[int(match[1])] = OPEN
-                else:
-                    new.write(line.decode())
+        with replacing(self.path) as new:
+            for line in journal_lines(self.path, len(self.states)):
+                if line.status == "done":
+                    new.write(line.content.decode())
+                elif line.index >= 0:
+                    self.states[line.index] = OPEN
         self._file = open_regular(self.path, mode="ab", buffering=0)
 
     def close(self) -> None:

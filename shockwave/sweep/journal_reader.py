@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Iterator
 from io import BytesIO
 from itertools import chain, product
@@ -19,11 +20,51 @@ from shockwave.files import lines_of, open_regular
 from shockwave.sweep.header import Header, as_text
 
 JOURNAL = "journal.jsonl"
-#: Longest line of the journal [bytes].
-LONGEST_LINE = 2**24
 #: The status of a point that has no line in the journal.
 NOT_RUN = "not run"
+# Longest line of the journal [bytes].
+_LONGEST_LINE = 2**24
+_LINE = re.compile(rb'\{"index": (\d{1,9}), "key": "([0-9a-f]{64})", "status": "(done|failed|crashed)", .*\}\n')
 _TYPES = {"number": (float, int), "whole": (int,), "text": (str,)}
+
+
+class Line(NamedTuple):
+    """A line of the journal: its bytes, and the number, key and status of its point.
+
+    The number is -1 where it is of no point of the sweep, or torn.
+    """
+
+    content: bytes
+    index: int
+    key: str = ""
+    status: str = ""
+
+    @classmethod
+    def of(cls, content: bytes, points: int) -> Line:
+        """The line with this content in the journal of a sweep of so many points."""
+        match = _LINE.fullmatch(content)
+        if match is None or int(match[1]) >= points:
+            return cls(content, -1)
+        return cls(content, int(match[1]), match[2].decode(), match[3].decode())
+
+    @property
+    def torn(self) -> bool:
+        """Whether the line has no end."""
+        return not self.content.endswith(b"\n")
+
+
+def journal_lines(path: Path, points: int) -> Iterator[Line]:
+    """The lines of the journal of a sweep of so many points; none if there is no journal yet.
+
+    Raises
+    ------
+    FileAccessError
+        When it cannot be read.
+    """
+    if path.exists():
+        with open_regular(path) as file:
+            for content in lines_of(file, path, _LONGEST_LINE):
+                yield Line.of(content, points)
 
 
 class Row(NamedTuple):
@@ -48,8 +89,6 @@ class SweepFolder:
         What was swept.
     offsets : array of int, shape (points,)
         Where in the journal the last line of each point begins; -1 where there is none.
-    size : int
-        Bytes of the journal.
     warnings : tuple of str
         What a reader must know.
     """
@@ -57,7 +96,6 @@ class SweepFolder:
     folder: Path
     header: Header
     offsets: npt.NDArray[np.int64]
-    size: int
     warnings: tuple[str, ...]
 
     @classmethod
@@ -67,26 +105,23 @@ class SweepFolder:
         header = Header.read(place)
         offsets = np.full(header.points, -1, dtype=np.int64)
         size = strange = 0
-        line = b"\n"
-        # a sweep that was killed before its first point has no journal
-        if (place / JOURNAL).exists():
-            with open_regular(place / JOURNAL) as file:
-                for line in lines_of(file, place / JOURNAL, LONGEST_LINE):
-                    index = _index(line)
-                    if 0 <= index < header.points:
-                        offsets[index] = size
-                    else:
-                        strange += 1
-                    size += len(line)
-        torn = not line.endswith(b"\n")
+        warnings = []
+        for line in journal_lines(place / JOURNAL, header.points):
+            if line.index >= 0:
+                offsets[line.index] = size
+            elif line.torn:
+                warnings.append(f"the last line of {JOURNAL} is torn, and was left out: run the sweep again to mend it")
+            else:
+                strange += 1
+            size += len(line.content)
+        if strange:
+            warnings.append(f"lines of {JOURNAL} that are of no point, and were left out: {strange}")
         lacking = int(np.count_nonzero(offsets < 0))
-        found = {
-            f"the last line of {JOURNAL} is torn, and was left out: run the sweep again to mend it": torn,
-            f"lines of {JOURNAL} that are of no point, and were left out: {strange - torn}": strange > torn,
-            f"{lacking} of {len(offsets)} points are not done: run the sweep again to resume it": lacking > 0,
-            header.version_note: bool(header.version_note),
-        }
-        return cls(place, header, offsets, size, tuple(text for text, holds in found.items() if holds))
+        if lacking:
+            warnings.append(f"{lacking} of {len(offsets)} points are not done: run the sweep again to resume it")
+        if header.version_note:
+            warnings.append(header.version_note)
+        return cls(place, header, offsets, tuple(warnings))
 
     def rows(self) -> Iterator[Row]:
         """All points in their order, one at a time.
@@ -97,14 +132,15 @@ class SweepFolder:
             When the journal cannot be read.
         """
         axes = (axis.values for axis in self.header.axes)
-        journal = open_regular(self.folder / JOURNAL) if self.size else BytesIO()
+        # a sweep that was killed before its first point has no journal
+        journal = open_regular(self.folder / JOURNAL) if (self.folder / JOURNAL).exists() else BytesIO()
         with journal as file:
             for index, (offset, positions) in enumerate(zip(self.offsets.tolist(), product(*axes), strict=True)):
                 line = b""
                 try:
                     if offset >= 0:
                         file.seek(offset)
-                        line = file.readline(LONGEST_LINE)
+                        line = file.readline(_LONGEST_LINE)
                 except OSError as error:
                     raise FileAccessError(f"{self.folder / JOURNAL}: cannot be read (got {error.strerror})") from None
                 yield Row(index, tuple(chain(*positions)), *self._content(line))
@@ -125,12 +161,3 @@ class SweepFolder:
         pairs = zip(values, columns, strict=True)
         fit = all(value is None or type(value) in _TYPES[column.kind] for value, column in pairs)
         return ("done", values, None) if fit else (NOT_RUN, nothing, None)
-
-
-def _index(line: bytes) -> int:
-    """The number of the point of a line of the journal; -1 if it has none, or is torn."""
-    begin = b'{"index": '
-    if not (line.startswith(begin) and line.endswith(b"}\n")):
-        return -1
-    number = line[len(begin) : line.find(b",")]
-    return int(number) if number.isdigit() and len(number) < 10 else -1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,7 @@ from shockwave.options import SimulateOptions
 from shockwave.registry import entries, find, load
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_family import Family
-from shockwave.scenario.scene_hash import Normaliser, normalised
+from shockwave.scenario.scene_hash import normalised
 from shockwave.scenario.sweep import Sweep
 from shockwave.simulation.backend import lack
 from shockwave.studies.comparison import beside
@@ -76,50 +76,38 @@ class Points:
     ----------
     scenario : Scenario
         With a sweep.
-    versions : mapping, optional
+    versions : dict, optional
         Of what results depend on; part of the keys of the points. Left out, those here.
-    named : mapping, optional
+    named : dict, optional
         Hashes of the materials and files that are named. Left out, of those here.
     """
 
     scenario: Scenario
-    versions: Mapping[str, str] = field()
-    named: Mapping[str, str] = field()
+    versions: dict[str, str] = field()
+    named: dict[str, str] = field()
     sweep: Sweep = field(init=False)
     #: Whether all waves are measured where the scene asks for them, or the primary alone.
     train: bool = field(init=False)
     columns: tuple[Read, ...] = field(init=False)
+    header: Header = field(init=False)
     _family: Family = field(init=False)
-    _normaliser: Normaliser = field(init=False, factory=Normaliser)
-    _base: Any = field(init=False)
 
     @versions.default
-    def _versions_here(self) -> Mapping[str, str]:
+    def _versions_here(self) -> dict[str, str]:
         return versions_here(_plugins(self.scenario))
 
     @named.default
-    def _named_here(self) -> Mapping[str, str]:
-        words = dict(_swept_words(self.scenario))
-        found = {f"material {word}": _hash(repr(load("materials", word))) for word in words.get("chain.material", ())}
-        own = _own_file(self.scenario)
-        for name in [*words.get(_FILE, ()), *([own] if own else [])]:
-            found[f"file {name}"] = _file_hash(self.scenario, name)
-        return found
+    def _named_here(self) -> dict[str, str]:
+        return named_here(self.scenario)
 
     def __attrs_post_init__(self) -> None:
         assert self.scenario.sweep is not None
         self.sweep = self.scenario.sweep
-        document = self.scenario.document.data if self.scenario.document is not None else {}
-        given = document.get("simulate")
+        given = _document(self.scenario).get("simulate")
         asked = isinstance(given, dict) and given.get("waves") == "train"
         self.train = asked or any(variable.name == "simulate.waves" for variable in self.sweep.variables)
         self.columns = reads(self.sweep.run, self.train)
         self._family = Family(self.scenario)
-        about = {"run": self.sweep.run, "train": self.train, "versions": dict(self.versions)}
-        self._base = hashlib.sha256(json.dumps(about, sort_keys=True).encode())
-
-    def header(self) -> Header:
-        """The header of the sweep."""
         axes = (
             SweepAxis(axis.names, tuple(variable.unit for variable in axis.variables), axis.values)
             for axis in self.sweep.axes
@@ -132,50 +120,32 @@ class Points:
             points=len(self.sweep),
             columns=tuple(read.column for read in self.columns),
             scenario=json.loads(normalised(self.scenario)),
-            named=dict(self.named),
-            versions=dict(self.versions),
+            named=self.named,
+            versions=self.versions,
         )
-        return header.keyed()
+        self.header = header.keyed()
+
+    @property
+    def notes(self) -> list[str]:
+        """What of the scenario a sweep leaves out."""
+        options = self.scenario.simulate
+        given = [name for name in ("contacts", "record") if getattr(options, name)]
+        return [f"simulate.{name} is left out: a sweep keeps no passages and no histories" for name in given]
 
     def scene(self, index: int) -> Scenario:
         """The scene of a point; see `Family.scenario` for what is raised."""
         return self._family.scenario(self.sweep.point(index))
 
-    def key(self, index: int, scene: Scenario | None = None) -> str:
-        """The hash of the normalised scene of a point and of versions; of its values where there is no such text."""
-        try:
-            return self._key(self._normaliser.text(scene or self.scene(index)))
-        except _POINT_ERRORS:
-            return self.key_of_values(index)
-
-    def key_of_values(self, index: int) -> str:
-        """The hash of the values of a point and of versions, for which no scene is built."""
-        return self._key(json.dumps(self.sweep.point(index), sort_keys=True, default=repr))
-
-    def _key(self, text: str) -> str:
-        digest = self._base.copy()
-        digest.update(text.encode())
-        found: str = digest.hexdigest()
-        return found
-
-    def _check_file(self, index: int, hashes: dict[str, str]) -> None:
-        """Refuse a point whose file is not what the client has read: workers have disks of their own."""
-        name = self.sweep.point(index).get(_FILE, _own_file(self.scenario))
-        if not isinstance(name, str) or f"file {name}" not in self.named:
-            return
-        if name not in hashes:
-            hashes[name] = _file_hash(self.scenario, name)
-        if hashes[name] != self.named[f"file {name}"]:
-            raise FileAccessError(f"{name}: must be as the client has read it (got another content; copy it anew)")
+    def key(self, index: int) -> str:
+        """The hash of the number of a point and of the sweep."""
+        return hashlib.sha256(f"{self.header.key} {index}".encode()).hexdigest()
 
     def lines(self, indices: Sequence[int]) -> str:
         """Lines of the journal for some points."""
         scenes: dict[int, Scenario] = {}
         found: dict[int, SimulationResult | BaseException] = {}
-        hashes: dict[str, str] = {}
         for index in indices:
             try:
-                self._check_file(index, hashes)
                 scenes[index] = self.scene(index)
             except _POINT_ERRORS as error:
                 found[index] = error
@@ -185,7 +155,7 @@ class Points:
 
     def _line(self, index: int, scene: Scenario | None, found: SimulationResult | BaseException | None) -> str:
         """The line of a point; ``found`` is its result, if it is simulated, or its error."""
-        key = self.key_of_values(index) if scene is None else self.key(index, scene)
+        key = self.key(index)
         try:
             if isinstance(found, BaseException):
                 raise found
@@ -241,30 +211,32 @@ def _answer(run: str, scene: Scenario, simulated: SimulationResult | None) -> An
 # ---------------------------------------------------------------- what a scenario names
 
 
-def _swept_words(scenario: Scenario) -> Iterator[tuple[str, set[str]]]:
-    """Variables of the sweep, and the texts among their values."""
-    for axis in scenario.sweep.axes if scenario.sweep else ():
-        for at, name in enumerate(axis.names):
-            yield name, {values[at] for values in axis.values if isinstance(values[at], str)}
+def _document(scenario: Scenario) -> Mapping[str, Any]:
+    """The document of a scenario; empty for one made in Python."""
+    return scenario.document.data if scenario.document is not None else {}
+
+
+def _words(scenario: Scenario, name: str) -> set[str]:
+    """The texts among the values of a variable of the sweep."""
+    axes = scenario.sweep.axes if scenario.sweep else ()
+    columns = [(axis, axis.names.index(name)) for axis in axes if name in axis.names]
+    return {values[at] for axis, at in columns for values in axis.values if isinstance(values[at], str)}
 
 
 def _plugins(scenario: Scenario) -> list[str]:
     """Distributions, other than shockwave, that scenes of the sweep come from."""
-    words: dict[str, set[str | None]] = {
-        "profiles": {_profile(scenario)},
-        "materials": {scenario.chain.material.name},
-        "integrators": {scenario.simulate.integrator},
-        "models": {scenario.predictor.model},
-        "quadratures": {scenario.predictor.quadrature},
+    base: dict[str, str | None] = {
+        "shock.profile": _profile(scenario),
+        "chain.material": scenario.chain.material.name,
+        "simulate.integrator": scenario.simulate.integrator,
+        "predict.model": scenario.predictor.model,
+        "predict.quadrature": scenario.predictor.quadrature,
     }
-    for name, swept in _swept_words(scenario):
-        if name in _KINDS:
-            words[_KINDS[name]] |= swept
     found = set()
-    for kind, names in words.items():
-        for name in filter(None, names):
+    for variable, own in base.items():
+        for name in filter(None, {own, *_words(scenario, variable)}):
             try:
-                found.add(find(kind, name).distribution)
+                found.add(find(_KINDS[variable], name).distribution)
             except ShockwaveError:  # a material of the scenario's own may have any name
                 continue
     return sorted(found - {shockwave.OWN_DISTRIBUTION})
@@ -279,11 +251,15 @@ def _profile(scenario: Scenario) -> str:
     return next((entry.name for entry in entries("profiles") if entry.address == address), "")
 
 
-def _own_file(scenario: Scenario) -> str | None:
-    """The file that the document names."""
-    data = scenario.document.data if scenario.document is not None else {}
-    name = (data.get("shock", {}).get("parameters") or {}).get("file")
-    return name if isinstance(name, str) else None
+def named_here(scenario: Scenario) -> dict[str, str]:
+    """Hashes of the materials and files that a scenario names."""
+    materials = sorted(_words(scenario, "chain.material"))
+    found = {f"material {name}": _hash(repr(load("materials", name))) for name in materials}
+    own = (_document(scenario).get("shock", {}).get("parameters") or {}).get("file")
+    files = _words(scenario, _FILE)
+    if isinstance(own, str):
+        files.add(own)
+    return found | {f"file {name}": _file_hash(scenario, name) for name in sorted(files)}
 
 
 def _file_hash(scenario: Scenario, name: str) -> str:
