@@ -161,11 +161,12 @@ def _line(ax: Axes, x: Along, line: Line, index: int, band: str) -> None:
     ax.plot(x.places, line.values, linestyle=style, marker=marked, linewidth=1.2, label=label, **look)
     if line.low is None or line.high is None:
         return
+    unknown = np.isfinite(line.values) & np.isnan(line.low)
+    band = band if np.isfinite(line.low).any() else "_"  # left out of the key
     if x.line:
         ax.fill_between(x.places, line.low, line.high, color=colour, alpha=0.2, linewidth=0, label=band)
     else:
         ax.vlines(x.places, line.low, line.high, color=colour, alpha=0.2, linewidth=3, label=band)
-    unknown = np.isfinite(line.values) & np.isnan(line.low)
     if unknown.any():
         places = x.places[unknown]
         values = line.values[unknown]
@@ -229,7 +230,14 @@ def sweep_map(
         levels = [level for level in bar.get_ticks() if masked.min() < level < masked.max()]
         if levels:
             ax.contour(x.places, y.places, masked.T, levels=levels, colors=[GREY], linewidths=0.5)
-    regions(ax, x.places, y.places, regimes)
+    places = []
+    for axis, of in enumerate((x, y)):
+        at = of.places
+        if of.texts:  # borders run along the cells of names
+            at = np.ravel([at - 0.499, at + 0.499], order="F")
+            regimes = {regime: inside.repeat(2, axis) for regime, inside in regimes.items()}
+        places.append(at)
+    regions(ax, *places, regimes)
     handles = hatch(ax, edges, lost, "no value", "//////", NO_VALUE)
     if unknown is not None:
         handles += hatch(ax, edges, unknown & ~lost, "error not known", "....")
