@@ -105,6 +105,7 @@ WRONG: dict[str, tuple[tuple[Any, ...], Any]] = {
     "words-for-numbers": (("axes", 1, "values", 0), ["two"]),
     "versions": (("versions",), [1]),
     "not-a-number": (("scenario",), float("nan")),
+    "other-format": (("format",), 2),
 }
 
 

@@ -18,10 +18,9 @@ import pytest
 
 import shockwave as sw
 from shockwave.sweep import workers
-from shockwave.sweep.batch import content_of
+from shockwave.sweep.points import content_of
 from shockwave.sweep.report import SweepReport
-from shockwave.sweep.runner import run_sweep
-from shockwave.sweep.sweep_loading import points_of
+from shockwave.sweep.runner import points_of, run_sweep
 from shockwave.sweep.workers import LostError
 
 if TYPE_CHECKING:
@@ -200,13 +199,14 @@ def test_a_killed_client_costs_nothing_and_leaves_no_worker(scenario: Path, tmp_
     ("name", "times", "interrupt"),
     [
         ("SIGTERM", 1, "signal.default_int_handler"),
+        ("SIGINT", 1, "signal.default_int_handler"),
         # as `timeout` does, to a process and then to its group
         pytest.param("SIGTERM", 2, "signal.default_int_handler", marks=pytest.mark.slow),
         # as a shell begins what runs in the background
         pytest.param("SIGTERM", 1, "signal.SIG_IGN", marks=pytest.mark.slow),
         pytest.param("SIGHUP", 1, "signal.default_int_handler", marks=pytest.mark.slow),
     ],
-    ids=["SIGTERM", "twice", "background", "SIGHUP"],
+    ids=["SIGTERM", "SIGINT", "twice", "background", "SIGHUP"],
 )
 def test_signals_that_end_programs_end_a_sweep_as_an_interrupt_does(
     scenario: Path, tmp_path: Path, name: str, times: int, interrupt: str

@@ -237,7 +237,7 @@ def sweep_map(
             at = np.ravel([at - 0.499, at + 0.499], order="F")
             regimes = {regime: inside.repeat(2, axis) for regime, inside in regimes.items()}
         places.append(at)
-    regions(ax, *places, regimes)
+    regions(ax, places[0], places[1], regimes)
     handles = hatch(ax, edges, lost, "no value", "//////", NO_VALUE)
     if unknown is not None:
         handles += hatch(ax, edges, unknown & ~lost, "error not known", "....")
@@ -265,7 +265,7 @@ def _axis(ax: Axes, axis: Literal["x", "y"], of: Along) -> None:
     if of.texts:
         every = -(-len(of.values) // _TICKS)
         chosen = ax.xaxis if axis == "x" else ax.yaxis
-        slanted = {"rotation": 30, "ha": "right"} if axis == "x" else {}
+        slanted: dict[str, Any] = {"rotation": 30, "ha": "right"} if axis == "x" else {}
         chosen.set_ticks(of.places[::every], [literal(str(value)) for value in of.values[::every]], **slanted)
     elif of.log:
         decades(ax, axis)

@@ -17,8 +17,7 @@ from attrs import evolve, field, frozen
 
 from shockwave.errors import InvalidValueError
 from shockwave.fields import text_of
-from shockwave.files import parse_json, read_bytes
-from shockwave.sweep.replacing import replacing
+from shockwave.files import parse_json, read_bytes, replacing
 
 HEADER = "sweep.json"
 #: The last column, whose sentences may differ at every point.

@@ -11,12 +11,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from shockwave.scenario.scenario import Scenario
-from shockwave.sweep.batch import content_of, understood
 from shockwave.sweep.header import HEADER, Header
 from shockwave.sweep.journal import DONE, OPEN, Journal
-from shockwave.sweep.points import Points, error_text
+from shockwave.sweep.points import Points, content_of, error_text, understood
 from shockwave.sweep.report import SweepPlan
-from shockwave.sweep.sweep_loading import points_of
+from shockwave.sweep.runner import points_of
 from shockwave.sweep.workers import check_name, cores, processes
 
 # Points whose scene is built.

@@ -13,7 +13,7 @@ from shockwave.errors import InvalidValueError, UnknownNameError
 from shockwave.pictures.canvas import figure
 from shockwave.pictures.style import COLOURS, SMALL
 from shockwave.pictures.sweep import Line, sweep_lines, sweep_map
-from shockwave.sweep.journal_reader import NOT_RUN
+from shockwave.sweep.journal import NOT_RUN
 from shockwave.sweep.regimes import regimes
 from shockwave.sweep.results import SweepResults
 from shockwave.sweep.selection import Selection

@@ -13,9 +13,9 @@ from typing import IO, Any
 
 from attrs import frozen
 
+from shockwave.files import replacing
 from shockwave.sweep.header import Header, as_text
-from shockwave.sweep.journal_reader import JOURNAL, Row, SweepFolder
-from shockwave.sweep.replacing import replacing
+from shockwave.sweep.journal import JOURNAL, Row, SweepFolder
 
 # Characters that start a formula in a spreadsheet.
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")

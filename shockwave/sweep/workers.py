@@ -20,7 +20,7 @@ from pebble import ProcessExpired, ProcessPool
 
 from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import ShockwaveError, UsageError
-from shockwave.sweep.batch import SLICE, run_batch
+from shockwave.sweep.points import SLICE, run_batch
 
 # Variable that keeps Python from importing modules from the current folder.
 _SAFE_PATH = "PYTHONSAFEPATH"
@@ -138,14 +138,14 @@ def _safe_path() -> Iterator[None]:
 
 # ---------------------------------------------------------------- processes of this machine
 
-_START = multiprocessing.get_context("forkserver" if sys.platform != "win32" else "spawn")
+_START: Any = multiprocessing.get_context("forkserver" if sys.platform != "win32" else "spawn")
 # Times that the pool is begun anew.
 _RENEWALS = 20
 # Seconds after which the end of a process is reported.
 _LATE = 0.3
 
 
-class _Process(_START.Process):  # type: ignore[misc,name-defined]
+class _Process(_START.Process):  # type: ignore[misc]
     """A process whose end the pool cannot miss.
 
     The pool overlooks processes that end before it has read which batch they have begun, and those that end with
@@ -181,7 +181,7 @@ class Processes(Workers):
         self.pool = self._start()
 
     def _start(self) -> ProcessPool:
-        context: Any = type(_START)()
+        context = type(_START)()
         context.Process = _Process
         pool = ProcessPool(self.count, initializer=_begin, context=context)
         pool.schedule(cores)  # starts the processes
@@ -216,7 +216,7 @@ def processes(count: int, timeout: float | None = None) -> Iterator[Processes]:
         When no process starts.
     """
     if sys.platform != "win32":
-        _START.set_forkserver_preload(["shockwave.sweep.batch"])
+        _START.set_forkserver_preload(["shockwave.sweep.points"])
     with _safe_path():
         first = _START.Process(target=cores)
         first.start()
