@@ -177,7 +177,7 @@ def test_records_are_found_from_any_folder_and_a_changed_one_is_refused(
     content = of_points.content_of(points_of(file.name))
     (tmp_path / "b.csv").write_text("time [us],force [N]\n0,0\n10,100\n40,0\n")
     # a worker with a disk of its own
-    with pytest.raises(sw.UsageError, match=r"got another content of file b\.csv; copy it anew"):
+    with pytest.raises(sw.UsageError, match=r"got a worker with file b\.csv \w+, not \w+; install or copy"):
         of_points.run_batch(content, [0, 1])
     with pytest.raises(sw.InvalidValueError, match=r"got named\.file b\.csv"):
         swept(file, tmp_path / "out")

@@ -446,7 +446,7 @@ def test_points_without_a_value_are_hatched_and_counted(tmp_path: Path) -> None:
     results = a_map(tmp_path, failed=(3, 77))
     found = plot(results)
     (ax,) = found.figure.axes
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["no value (2 of 180)"]
+    assert legend(found) == ["no value (2 of 180)"]
     # four corners, and one that closes them
     assert [len(one.get_path().vertices) for one in ax.patches if one.get_hatch()] == [2 * 5]
     assert "2 of the 180 points drawn failed" in found.notes
@@ -473,9 +473,9 @@ def test_one_axis_makes_a_line_with_its_regimes(tmp_path: Path) -> None:
 def test_a_few_values_of_a_second_axis_make_lines(tmp_path: Path) -> None:
     text = MAP.replace("{logspace: [1.5, 15, 12]}", "[2, 4]")
     results = a_map(tmp_path, text, failed=(1,))
-    (ax,) = plot(results).figure.axes
-    told = [entry.get_text() for entry in ax.get_legend().get_texts()]
-    assert told == ["duration ratio 2", "duration ratio 4", "no value (1 of 30)"]
+    found = plot(results)
+    (ax,) = found.figure.axes
+    assert legend(found) == ["duration ratio 2", "duration ratio 4", "no value (1 of 30)"]
     second = results.values("amplification")[:, 1]
     np.testing.assert_array_equal(ax.get_lines()[1].get_ydata(), second)
     np.testing.assert_array_equal(ax.get_lines()[0].get_ydata(), results.values("amplification")[:, 0])
@@ -564,17 +564,11 @@ def test_values_that_are_held_together_leave_what_has_them_all(tmp_path: Path) -
     results = numbers_of(tmp_path, [PAIRS, RATIOS])
     one = plot(results, at={"shock.peak_force": 6, "shock.rise_time": 1})
     assert lines_of(one) == [[(2.0, 3.0), (3.0, 4.0), (4.0, 5.0)]]
-    assert [text.get_text() for text in plot(results, x=N[0]).figure.axes[0].get_legend().get_texts()] == [
-        "rise time 1 s, peak force 5 N",
-        "rise time 1 s, peak force 6 N",
-        "rise time 2 s, peak force 5 N",
-    ]
+    pairs = ["rise time 1 s, peak force 5 N", "rise time 1 s, peak force 6 N", "rise time 2 s, peak force 5 N"]
+    assert legend(plot(results, x=N[0])) == pairs
     two = plot(results, at={"shock.rise_time": 1})
     assert [values[0][1] for values in lines_of(two)] == [0.0, 3.0]
-    assert [text.get_text() for text in two.figure.axes[0].get_legend().get_texts()] == [
-        "peak force 5 N",
-        "peak force 6 N",
-    ]
+    assert legend(two) == ["peak force 5 N", "peak force 6 N"]
     with pytest.raises(UsageError, match=r"shock.rise_time: must be one of its values \(got 2; they are 1 s"):
         plot(results, at={"shock.peak_force": 6, "shock.rise_time": 2})
 
@@ -646,14 +640,6 @@ def band(found: Any) -> list[tuple[float, float]]:
 
 
 BAND = "expected of a simulation"
-
-
-def test_the_shade_of_a_simulation_is_its_error(tmp_path: Path) -> None:
-    names = {"amplification": "", "error_estimate": ""}
-    found = plot(trusted(tmp_path, names, [[2.0, 0.1], [4.0, 0.25]]))
-    # products of two roundings
-    np.testing.assert_allclose(band(found), [(1.8, 2.2), (3.0, 5.0)], rtol=1e-14)
-    assert found.notes[0] == "amplification: simulated, known to 2.5e-01 relative or better"
 
 
 def test_the_shade_of_a_prediction_is_where_simulation_is_expected(tmp_path: Path) -> None:
@@ -755,16 +741,19 @@ def test_a_picture_of_something_else_gets_another_name(tmp_path: Path, capsys: p
     assert told == ["written", "written", "written", "replaced"]
 
 
-def test_every_quantity_of_a_train_has_its_own_error(tmp_path: Path) -> None:
+def test_the_shade_of_a_simulated_quantity_is_its_own_error(tmp_path: Path) -> None:
     names = {"amplification": "", "error_estimate": "", "second_peak_force": "N", "second_error_estimate": ""}
     names |= {"recoil_momentum": "N s", "recoil_error": "N s", "width": "s", "momentum_defect": ""}
-    rows = [[1.0, 1e-6, 2.0, 0.1, 2.0, 0.5, 1.0, 1.0], [1.0, 1e-6, 4.0, 0.25, 3.0, 1.0, 1.0, 1.0]]
+    rows = [[2.0, 0.1, 2.0, 0.1, 2.0, 0.5, 1.0, 1.0], [4.0, 0.25, 4.0, 0.25, 3.0, 1.0, 1.0, 1.0]]
     results = trusted(tmp_path, names, rows)
-    second, recoil = plot(results, "second_peak_force"), plot(results, "recoil_momentum")
-    np.testing.assert_allclose(band(second), [(1.8, 2.2), (3.0, 5.0)], rtol=1e-14)
-    np.testing.assert_allclose(band(recoil), [(1.5, 2.5), (2.0, 4.0)], rtol=1e-14)
-    assert second.notes[0] == "second_peak_force: simulated, known to 2.5e-01 relative or better"
-    assert recoil.notes[0] == "recoil_momentum: simulated, known to 1 N s or better"
+    # products of two roundings
+    shades = {"amplification": [(1.8, 2.2), (3.0, 5.0)], "second_peak_force": [(1.8, 2.2), (3.0, 5.0)]}
+    shades["recoil_momentum"] = [(1.5, 2.5), (2.0, 4.0)]
+    known = {"amplification": "2.5e-01 relative", "second_peak_force": "2.5e-01 relative", "recoil_momentum": "1 N s"}
+    for name, shade in shades.items():
+        drawn = plot(results, name)
+        np.testing.assert_allclose(band(drawn), shade, rtol=1e-14)
+        assert drawn.notes[0] == f"{name}: simulated, known to {known[name]} or better"
     assert plot(results, "width").notes[0] == "width: what; its error is not known"
 
 

@@ -8,7 +8,8 @@ import pickle
 import platform
 import threading
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -36,19 +37,10 @@ from shockwave.sweep.journal import line_of
 
 _encoded = json.JSONEncoder(allow_nan=False).encode
 _FILE = "shock.parameters.file"
-_KINDS = {
-    "shock.profile": "profiles",
-    "chain.material": "materials",
-    "simulate.integrator": "integrators",
-    "predict.model": "models",
-    "predict.quadrature": "quadratures",
-}
 # Most bytes of a record that are hashed; the reader of records has its own limit.
 _MOST_RECORD = 2**28
 # Raised by the code of a plugin, these cost its point alone.
 _POINT_ERRORS = (Exception, SystemExit)
-
-
 #: Seconds after which a worker answers, whatever is left of its batch.
 SLICE = 1.0
 # Points that a worker runs side by side: at first, and at most.
@@ -61,23 +53,6 @@ def error_text(error: BaseException) -> str:
     return str(error) if isinstance(error, ShockwaveError) else f"{type(error).__name__}: {error}"
 
 
-def versions_here(plugins: Iterable[str]) -> dict[str, str]:
-    """Versions, here, of what results depend on: packages, the distributions of plugins, and the code in use."""
-    found = {
-        "shockwave": shockwave.__version__,
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "backend": "numpy" if lack() else "compiled",
-    }
-    for name in ("scipy", *plugins):
-        if name not in found:
-            try:
-                found[name] = metadata.version(name)
-            except metadata.PackageNotFoundError:
-                found[name] = "not installed"
-    return found
-
-
 @define(eq=False)
 class Points:
     """All points of the sweep in ``scenario``.
@@ -86,29 +61,15 @@ class Points:
     ----------
     scenario : Scenario
         With a sweep.
-    versions : dict, optional
-        Of what results depend on; part of the keys of the points. Left out, those here.
-    named : dict, optional
-        Hashes of the materials and files that are named. Left out, of those here.
     """
 
     scenario: Scenario
-    versions: dict[str, str] = field()
-    named: dict[str, str] = field()
     sweep: Sweep = field(init=False)
     #: Whether all waves are measured where the scene asks for them, or the primary alone.
     train: bool = field(init=False)
     columns: tuple[Read, ...] = field(init=False)
     header: Header = field(init=False)
     _family: Family = field(init=False)
-
-    @versions.default
-    def _versions_here(self) -> dict[str, str]:
-        return versions_here(_plugins(self.scenario))
-
-    @named.default
-    def _named_here(self) -> dict[str, str]:
-        return named_here(self.scenario)
 
     def __attrs_post_init__(self) -> None:
         assert self.scenario.sweep is not None
@@ -130,8 +91,8 @@ class Points:
             points=len(self.sweep),
             columns=tuple(read.column for read in self.columns),
             scenario=json.loads(normalised(self.scenario)),
-            named=self.named,
-            versions=self.versions,
+            named=_named_here(self.scenario),
+            versions=_versions_here(self.scenario),
         )
         self.header = header.keyed()
 
@@ -233,23 +194,30 @@ def _words(scenario: Scenario, name: str) -> set[str]:
     return {values[at] for axis, at in columns for values in axis.values if isinstance(values[at], str)}
 
 
-def _plugins(scenario: Scenario) -> list[str]:
-    """Distributions, other than shockwave, that scenes of the sweep come from."""
-    base: dict[str, str | None] = {
-        "shock.profile": _profile(scenario),
-        "chain.material": scenario.chain.material.name,
-        "simulate.integrator": scenario.simulate.integrator,
-        "predict.model": scenario.predictor.model,
-        "predict.quadrature": scenario.predictor.quadrature,
+def _versions_here(scenario: Scenario) -> dict[str, str]:
+    """Versions, here, of what results depend on: packages, the distributions of plugins, and the code in use."""
+    found = {
+        "shockwave": shockwave.__version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "scipy": metadata.version("scipy"),
+        "backend": "numpy" if lack() else "compiled",
     }
-    found = set()
-    for variable, own in base.items():
-        for name in filter(None, {own, *_words(scenario, variable)}):
-            try:
-                found.add(find(_KINDS[variable], name).distribution)
-            except ShockwaveError:  # a material of the scenario's own may have any name
-                continue
-    return sorted(found - {shockwave.OWN_DISTRIBUTION})
+    named: dict[str, set[str | None]] = {
+        "profiles": {_profile(scenario), *_words(scenario, "shock.profile")},
+        "materials": {scenario.chain.material.name, *_words(scenario, "chain.material")},
+        "integrators": {scenario.simulate.integrator, *_words(scenario, "simulate.integrator")},
+        "models": {scenario.predictor.model, *_words(scenario, "predict.model")},
+        "quadratures": {scenario.predictor.quadrature, *_words(scenario, "predict.quadrature")},
+    }
+    for kind, names in named.items():
+        for name in sorted(filter(None, names)):
+            # a material of the scenario's own may have any name
+            with suppress(ShockwaveError):
+                distribution = find(kind, name).distribution
+                if distribution != shockwave.OWN_DISTRIBUTION:
+                    found[distribution] = metadata.version(distribution)
+    return found
 
 
 def _profile(scenario: Scenario) -> str:
@@ -261,7 +229,7 @@ def _profile(scenario: Scenario) -> str:
     return next((entry.name for entry in entries("profiles") if entry.address == address), "")
 
 
-def named_here(scenario: Scenario) -> dict[str, str]:
+def _named_here(scenario: Scenario) -> dict[str, str]:
     """Hashes of the materials and files that a scenario names."""
     materials = sorted(_words(scenario, "chain.material"))
     found = {f"material {name}": _hash(repr(load("materials", name))) for name in materials}
@@ -324,11 +292,11 @@ def run_batch(content: bytes, indices: Sequence[int]) -> Done:
 
 def content_of(points: Points) -> bytes:
     """A sweep as workers get it; raises whatever pickle raises for a scene made in Python that cannot be sent."""
-    return pickle.dumps((points.scenario, points.versions, points.named))
+    return pickle.dumps((points.scenario, points.header))
 
 
 def understood(content: bytes) -> Points:
-    """The points of a sweep, if this worker has all that they need, in the same versions.
+    """The points of a sweep, if this worker has the versions, materials and files of the client.
 
     Raises
     ------
@@ -336,16 +304,16 @@ def understood(content: bytes) -> Points:
         When it has not.
     """
     try:
-        scenario, versions, named = pickle.loads(content)
+        scenario, header = pickle.loads(content)
     except (Exception, SystemExit) as error:  # of a plugin, maybe
         got = f"got {error_text(error)}; install there what is installed here"
         raise UsageError(f"workers must be able to read the scenario ({got})") from None
-    here = versions_here(name for name in versions if name not in ("python", "backend"))
-    if differ := [f"{name} {here[name]}, not {versions[name]}" for name in here if here[name] != versions[name]]:
-        got = f"got a worker with {', '.join(differ)}; install the same"
-        raise UsageError(f"workers must have the versions of the client ({got})")
-    here = named_here(scenario)
-    if differ := [name for name in named if here[name] != named[name]]:
-        got = f"got another content of {', '.join(differ)}; copy it anew"
-        raise UsageError(f"workers must read what the client has read ({got})")
-    return Points(scenario, versions, named)
+    points = Points(scenario)
+    here = points.header.versions | points.header.named
+    there = header.versions | header.named
+    differ = [f"{name} {here.get(name)}, not {there[name]}" for name in there if here.get(name) != there[name]]
+    if differ:
+        got = f"got a worker with {'; '.join(differ)}; install or copy the same"
+        raise UsageError(f"workers must have what the client has ({got})")
+    points.header = header
+    return points
