@@ -265,12 +265,19 @@ class DaskWorkers(Workers):
     @property
     def count(self) -> int:  # type: ignore[override]
         """The number of workers to keep busy."""
-        return self.asked or max(sum(self.client.nthreads().values()), 1)
+        return self.asked or max(self._threads(), 1)
+
+    def _threads(self) -> int:
+        try:
+            return sum(self.client.nthreads().values())
+        except OSError as error:
+            remedy = "run it again: what is finished is kept"
+            raise LostError(f"dask: the scheduler must go on running (got {error}; {remedy})") from None
 
     def wait(self, futures: Iterable[Future[Any]]) -> set[Future[Any]]:
         known = list(futures)
         while not (done := wait(known, _GIVE_UP, FIRST_COMPLETED).done):
-            if not self.client.nthreads():
+            if not self._threads():
                 remedy = "begin one and run it again: what is finished is kept"
                 raise LostError(f"dask: the scheduler must have workers (got none; {remedy})")
         return done
