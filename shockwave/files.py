@@ -52,18 +52,6 @@ def open_regular(path: _Path, remedy: str = "", mode: str = "rb", buffering: int
     return opened
 
 
-def open_new(path: Path, mode: str = "xb", **text: Any) -> IO[Any]:
-    """Remove any file of this name and open a new one: a link would lead elsewhere, a pipe would block.
-
-    Raises
-    ------
-    OSError
-        When the old file cannot be removed or the new one cannot be opened.
-    """
-    path.unlink(missing_ok=True)
-    return path.open(mode, **text)
-
-
 def read_bytes(path: _Path, limit: int, remedy: str = "") -> bytes:
     """Content of a regular file of at most ``limit`` bytes.
 
@@ -199,6 +187,36 @@ def _replace(target: str, data: bytes) -> None:
         with contextlib.suppress(OSError):
             os.remove(part)
         raise
+
+
+@contextlib.contextmanager
+def replacing(path: Path) -> Iterator[IO[str]]:
+    """A new text file, which takes the place of ``path`` when it is complete, and is deleted when it is not.
+
+    A link of this name, or of the temporary file, is replaced, not followed.
+
+    Raises
+    ------
+    FileAccessError
+        When it cannot be written.
+    """
+    part = path.with_name(f"{path.name}.part")
+    try:
+        part.unlink(missing_ok=True)
+        with part.open("x", encoding="utf-8", errors="backslashreplace", newline="") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        part.replace(path)
+    except OSError as error:
+        raise not_writable(path, error) from error
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def not_writable(path: _Path, error: OSError) -> FileAccessError:
+    """The error of a file that cannot be written, which names it."""
+    return _refused(path, error, "written")
 
 
 def refuse_inputs(output: _Path, inputs: Iterable[_Path]) -> None:

@@ -15,7 +15,7 @@ import shockwave as sw
 from shockwave import files
 from shockwave.cli import main
 from shockwave.errors import FileAccessError, InvalidValueError
-from shockwave.files import lines_of, open_new, open_regular, parse_json, read_bytes, read_text, write_file
+from shockwave.files import lines_of, open_regular, parse_json, read_bytes, read_text, replacing, write_file
 
 SCENE = """\
 chain: {material: copper, radius: 1 mm}
@@ -125,8 +125,8 @@ def test_a_link_is_replaced_and_never_written_through(tmp_path: Path) -> None:
     (tmp_path / "a").symlink_to("other")
     with pytest.raises(FileAccessError, match=r"a: is not a file \(got a link; delete it\)"):
         open_regular(tmp_path / "a", mode="r+b")
-    with open_new(tmp_path / "a") as file:
-        file.write(b"new")
+    with replacing(tmp_path / "a") as file:
+        file.write("new")
     assert ((tmp_path / "other").read_bytes(), (tmp_path / "a").read_bytes()) == (b"kept", b"new")
 
 

@@ -17,7 +17,6 @@ from shockwave.cli import main
 from shockwave.sweep import plan, runner
 from shockwave.sweep.results import load_sweep
 from shockwave.sweep.runner import run_sweep
-from shockwave.sweep.tables import write_tables
 from shockwave.sweep.workers import Workers
 
 SCENE = """
@@ -54,7 +53,7 @@ def folder(made: Path, tmp_path: Path) -> Path:
 @pytest.fixture(autouse=True)
 def threads(monkeypatch: pytest.MonkeyPatch) -> None:
     """Sweeps run in a thread: it is their folders that matter here."""
-    monkeypatch.setattr(plan, "timed_apart", lambda _: None)
+    monkeypatch.setattr(plan, "_timed_apart", lambda _: None)
     monkeypatch.setattr(runner, "workers_of", lambda *_: nullcontext(Workers(ThreadPoolExecutor(1), 1)))
 
 
@@ -87,7 +86,7 @@ def test_only_regular_files_are_read(
     assert f"{name}: is not a file" in capsys.readouterr().err
 
 
-# ---------------------------------------------------------------- what is no header, and no list of tables
+# ---------------------------------------------------------------- what is no header
 
 
 def changed(document: Any, path: tuple[Any, ...], value: Any) -> Any:
@@ -106,6 +105,7 @@ WRONG: dict[str, tuple[tuple[Any, ...], Any]] = {
     "words-for-numbers": (("axes", 1, "values", 0), ["two"]),
     "versions": (("versions",), [1]),
     "not-a-number": (("scenario",), float("nan")),
+    "other-format": (("format",), 2),
 }
 
 
@@ -119,12 +119,6 @@ def test_a_header_of_a_wrong_shape_is_refused(
         load_sweep(folder)
     assert main(["sweep", scene, "--out", str(folder), "--accept-versions"]) == 3
     assert "sweep.json: must " in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("text", ["", "5", "[" * 5000, '{"files": 5}', '{"files": [[], {}, 5]}'], ids=lambda t: t[:9])
-def test_a_list_of_tables_of_a_wrong_shape_is_made_anew(folder: Path, text: str) -> None:
-    (folder / "tables.json").write_text(text)
-    assert folder / "results.csv" in write_tables(folder)
 
 
 def test_a_journal_of_one_endless_line_is_not_read_into_memory(folder: Path) -> None:

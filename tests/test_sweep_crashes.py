@@ -18,7 +18,7 @@ import pytest
 
 import shockwave as sw
 from shockwave.sweep import workers
-from shockwave.sweep.batch import Order
+from shockwave.sweep.points import content_of
 from shockwave.sweep.report import SweepReport
 from shockwave.sweep.runner import points_of, run_sweep
 from shockwave.sweep.workers import LostError
@@ -134,20 +134,20 @@ def test_a_killed_worker_costs_nothing(scenario: Path, tmp_path: Path) -> None:
 
 
 def test_the_end_of_all_idle_workers_costs_nothing(scenario: Path) -> None:
-    order = Order.of(points_of(scenario))
-    with workers.processes(2, order) as own:
+    content = content_of(points_of(scenario))
+    with workers.processes(2) as own:
         while (
             len(children := [one for one in multiprocessing.active_children() if one.name == "pebble_pool_worker"]) < 2
         ):
             time.sleep(0.01)
-        own.submit(order, [0]).result()
+        own.submit(content, [0]).result()
         for child in children:
             child.kill()
         deadline = time.monotonic() + 60
         while own.pool.active and time.monotonic() < deadline:
             time.sleep(0.05)
         assert not own.pool.active
-        assert own.submit(order, [0]).result().lines.count("\n") == 1
+        assert own.submit(content, [0]).result().lines.count("\n") == 1
 
 
 CLIENT = """
@@ -199,13 +199,14 @@ def test_a_killed_client_costs_nothing_and_leaves_no_worker(scenario: Path, tmp_
     ("name", "times", "interrupt"),
     [
         ("SIGTERM", 1, "signal.default_int_handler"),
+        ("SIGINT", 1, "signal.default_int_handler"),
         # as `timeout` does, to a process and then to its group
         pytest.param("SIGTERM", 2, "signal.default_int_handler", marks=pytest.mark.slow),
         # as a shell begins what runs in the background
         pytest.param("SIGTERM", 1, "signal.SIG_IGN", marks=pytest.mark.slow),
         pytest.param("SIGHUP", 1, "signal.default_int_handler", marks=pytest.mark.slow),
     ],
-    ids=["SIGTERM", "twice", "background", "SIGHUP"],
+    ids=["SIGTERM", "SIGINT", "twice", "background", "SIGHUP"],
 )
 def test_signals_that_end_programs_end_a_sweep_as_an_interrupt_does(
     scenario: Path, tmp_path: Path, name: str, times: int, interrupt: str
@@ -311,21 +312,16 @@ class Client:
         return {f"worker {at}": 1 for at in range(count)}
 
 
-def test_workers_of_dask_that_come_later_get_work(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(workers, "_COUNT", 0)
+def test_workers_of_dask_that_come_later_get_work() -> None:
     crew = workers.DaskWorkers(Client(1, 3, 0), None, OSError)
     assert [crew.count for _ in range(3)] == [1, 3, 1]  # one at least, so that batches wait for whoever comes
     assert workers.DaskWorkers(Client(1), 8, OSError).count == 8
 
 
-def test_that_no_worker_of_dask_is_left_is_told(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    for name, seconds in {"_COUNT": 0.01, "_WARN": 0.02, "_GIVE_UP": 0.2}.items():
-        monkeypatch.setattr(workers, name, seconds)
+def test_that_no_worker_of_dask_is_left_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(workers, "_GIVE_UP", 0.05)
     with pytest.raises(LostError, match="the scheduler must have workers"):
         workers.DaskWorkers(Client(1, 0), None, OSError).wait([Future()])
-    assert caplog.messages == ["dask: the scheduler has no workers left; waiting for another"]
 
 
 @pytest.mark.parametrize(

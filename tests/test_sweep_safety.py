@@ -14,8 +14,6 @@ import pytest
 
 import shockwave as sw
 from selection import keeping
-from shockwave.sweep.batch import Order
-from shockwave.sweep.runner import points_of
 from shockwave.sweep.workers import workers_of
 
 SCENE = """
@@ -102,10 +100,10 @@ def answer(address: tuple[str, int]) -> bytes:
             return b""
 
 
-def test_a_cluster_of_dask_is_closed_to_other_users(scenario: Path) -> None:
+def test_a_cluster_of_dask_is_closed_to_other_users() -> None:
     distributed: Any = pytest.importorskip("distributed")
     before = listening()
-    with workers_of("dask", 1, Order.of(points_of(scenario))):
+    with workers_of("dask", 1):
         begun = listening() - before
         assert {host for host, _ in begun} == {"127.0.0.1"}
         answers = {address: answer(address) for address in begun}

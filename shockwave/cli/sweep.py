@@ -6,7 +6,6 @@ import argparse
 import logging
 import signal
 import sys
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -52,8 +51,7 @@ def _interrupting() -> Iterator[list[int]]:
             raise KeyboardInterrupt
 
     known = [getattr(signal, name) for name in _ENDS if hasattr(signal, name)]
-    main = threading.current_thread() is threading.main_thread()
-    ours = [number for number in known if main and signal.getsignal(number) is signal.SIG_DFL]
+    ours = [number for number in known if signal.getsignal(number) is signal.SIG_DFL]
     for number in ours:
         signal.signal(number, note)
     try:

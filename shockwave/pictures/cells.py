@@ -46,21 +46,17 @@ def edges_of(centres: FloatArray, log: bool = False) -> FloatArray:
     return np.exp(edges) if log else edges
 
 
-def inmost(own: npt.NDArray[np.bool_]) -> tuple[int, int]:
+def _inmost(own: npt.NDArray[np.bool_]) -> tuple[int, int]:
     """The cell that is farthest from the border of its region, and of those the nearest to their middle."""
-    depth, layer = np.zeros(own.shape, dtype=int), own.copy()
-    while layer.any():
-        depth += layer
-        ringed = np.pad(layer, 1)
-        layer = layer & ringed[:-2, 1:-1] & ringed[2:, 1:-1] & ringed[1:-1, :-2] & ringed[1:-1, 2:]
+    from scipy.ndimage import distance_transform_cdt
+
+    depth = distance_transform_cdt(np.pad(own, 1), "taxicab")[1:-1, 1:-1]
     cells = np.argwhere(depth == depth.max())
     i, j = cells[np.argmin(((cells - cells.mean(axis=0)) ** 2).sum(axis=1))]
     return int(i), int(j)
 
 
-def regions(
-    ax: Axes, x: FloatArray, y: FloatArray, regimes: Mapping[str, FloatArray], edges: Edges | None = None
-) -> None:
+def regions(ax: Axes, x: FloatArray, y: FloatArray, regimes: Mapping[str, FloatArray]) -> None:
     """Borders and names of regimes.
 
     Parameters
@@ -71,34 +67,19 @@ def regions(
         Centres of the cells.
     regimes : mapping of str to array, shape (x, y)
         Numbers that are below 0 within the regime and above outside.
-    edges : (array, array), optional
-        Of the cells; where given, borders run along them, else where the numbers are 0.
     """
     shares = {name: float(np.mean(inside < 0)) for name, inside in regimes.items()}
     # the borders of all but one are those of that one, too: of the narrowest, which would come out worst
     spare = min(shares, key=lambda name: shares[name]) if len(shares) > 1 else None
-    for name, inside in regimes.items():
-        own = inside < 0
-        if 0 < shares[name] < 1 and name != spare:
-            if edges is None:
-                ax.contour(x, y, inside.T, levels=[0.0], colors=[BLACK], linewidths=1.2)
-            else:
-                _border(ax, edges, own)
-        if own.any():
-            i, j = inmost(own)
-            # where there is no room, the name stands beside the regime, on the side where there is more
-            shift = (0, 0) if shares[name] >= NAMED else (-34 if 2 * i > len(x) else 34, -14)
-            named(ax, x[i], y[j], name, shift)
-
-
-def _border(ax: Axes, edges: Edges, own: npt.NDArray[np.bool_]) -> None:
-    """The border of some cells, along the cells."""
-    from matplotlib.collections import LineCollection
-
-    x, y = edges
-    upright = [[(x[i + 1], y[j]), (x[i + 1], y[j + 1])] for i, j in np.argwhere(own[1:] != own[:-1])]
-    level = [[(x[i], y[j + 1]), (x[i + 1], y[j + 1])] for i, j in np.argwhere(own[:, 1:] != own[:, :-1])]
-    ax.add_collection(LineCollection(upright + level, colors=[BLACK], linewidths=1.2), autolim=False)
+    for name, share in shares.items():
+        if share == 0:
+            continue
+        if share < 1 and name != spare:
+            ax.contour(x, y, regimes[name].T, levels=[0.0], colors=[BLACK], linewidths=1.2)
+        i, j = _inmost(regimes[name] < 0)
+        # where there is no room, the name stands beside the regime, on the side where there is more
+        shift = (0, 0) if share >= NAMED else (-34 if 2 * i > len(x) else 34, -14)
+        named(ax, x[i], y[j], name, shift)
 
 
 def hatch(
@@ -112,9 +93,9 @@ def hatch(
         return []
     x, y = edges
     i, j = np.nonzero(own)
-    corners = [(x[i], y[j]), (x[i + 1], y[j]), (x[i + 1], y[j + 1]), (x[i], y[j + 1])]
+    corners = np.array([[x[i], y[j]], [x[i + 1], y[j]], [x[i + 1], y[j + 1]], [x[i], y[j + 1]]])
     # one path: a hatch for each of some thousand cells takes minutes
-    path = Path.make_compound_path_from_polys(np.stack([np.stack(corner, axis=-1) for corner in corners], axis=1))
+    path = Path.make_compound_path_from_polys(corners.transpose(2, 0, 1))
     # over colours, a grey that is seen on light and dark ones
     ink = GREY if colour == "none" else "#404040"
     look: dict[str, Any] = {"facecolor": colour, "edgecolor": ink, "linewidth": 0.0, "hatch": pattern}

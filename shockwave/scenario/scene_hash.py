@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import attrs
 import numpy as np
-from attrs import define, field
 
 from shockwave.chain.chain import Chain
 from shockwave.options import SimulateOptions
@@ -22,8 +21,6 @@ from shockwave.scenario.scenario import Scenario
 _DIGITS = 12
 # Longer lists stand as their hash.
 _LONGEST = 64
-# Forms of shared parts kept at a time.
-_MOST_FORMS = 4096
 # Where a profile that keeps no parameters is looked at: so many points of rise and decay each.
 _POINTS = 129
 
@@ -44,39 +41,19 @@ def normalised(scenario: Scenario) -> str:
     scenario : Scenario
         The scenario.
     """
-    return Normaliser().text(scenario)
-
-
-@define(eq=False)
-class Normaliser:
-    """Normalises many scenarios, of which most share a profile, a chain or settings."""
-
-    _forms: dict[tuple[int, Any], tuple[Any, Any]] = field(factory=dict, init=False)
-
-    def text(self, scenario: Scenario) -> str:
-        """As `normalised`."""
-        shock = scenario.shock
-        form = {
-            "chain": self._shared(scenario.chain, _chain),
-            "predict": self._shared(scenario.predictor, _predict),
-            "shock": {
-                "parameters": self._shared(shock.profile, parameters),
-                "peak_force": _rounded(shock.peak_force),
-                "profile": f"{type(shock.profile).__module__}:{type(shock.profile).__qualname__}",
-                "rise_time": _rounded(shock.rise_time),
-            },
-            "simulate": self._shared(scenario.simulate, _simulate),
-        }
-        return json.dumps(form, sort_keys=True, separators=(",", ":"), allow_nan=False)
-
-    def _shared(self, part: Any, form: Callable[[Any], Any]) -> Any:
-        """The form of a frozen part, kept with it: while it is kept, nothing else has its address."""
-        key = id(part), form
-        if key not in self._forms:
-            if len(self._forms) >= _MOST_FORMS:
-                self._forms.clear()
-            self._forms[key] = part, _canonical(form(part))
-        return self._forms[key][1]
+    shock = scenario.shock
+    form = {
+        "chain": _chain(scenario.chain),
+        "predict": _predict(scenario.predictor),
+        "shock": {
+            "parameters": parameters(shock.profile),
+            "peak_force": shock.peak_force,
+            "profile": f"{type(shock.profile).__module__}:{type(shock.profile).__qualname__}",
+            "rise_time": shock.rise_time,
+        },
+        "simulate": _simulate(scenario.simulate),
+    }
+    return json.dumps(_canonical(form), sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
 def _chain(chain: Chain) -> dict[str, Any]:

@@ -12,12 +12,12 @@ from typing import Any, Literal
 
 import attrs
 import cattrs
+import numpy as np
 from attrs import evolve, field, frozen
 
 from shockwave.errors import InvalidValueError
 from shockwave.fields import text_of
-from shockwave.files import parse_json, read_bytes
-from shockwave.sweep.replacing import replacing
+from shockwave.files import parse_json, read_bytes, replacing
 
 HEADER = "sweep.json"
 #: The last column, whose sentences may differ at every point.
@@ -170,15 +170,16 @@ class Header:
             file.write(json.dumps(self.document(), indent=1) + "\n")
 
     def _consistent(self) -> bool:
-        lengths = ({len(axis.names), len(axis.units), *map(len, axis.values)} for axis in self.axes)
-        agree = all(len(found) == 1 for found in lengths) and self.shape == tuple(map(len, self.axes))
-        numbers = (
-            isinstance(value, int | float | None)
-            for axis in self.axes
-            for name, unit in zip(axis.names, axis.units, strict=False)
-            for value in (axis.along(name) if agree and unit is not None else ())
-        )
-        return agree and 0 < self.points <= _MOST_POINTS and self.points == math.prod(self.shape) and all(numbers)
+        """Whether axes, shape, points and units agree, and the values of numbers are numbers."""
+        for axis in self.axes:
+            for values in axis.values:
+                if not len(values) == len(axis.names) == len(axis.units):
+                    return False
+                pairs = zip(values, axis.units, strict=True)
+                if not all(unit is None or isinstance(value, int | float | None) for value, unit in pairs):
+                    return False
+        agree = self.shape == tuple(map(len, self.axes)) and self.points == math.prod(self.shape)
+        return agree and 0 < self.points <= _MOST_POINTS
 
     def continued(self, there: Header, folder: Path, accept_versions: bool) -> Header:
         """The header with which this sweep goes on in ``folder``, which has the header ``there``.
@@ -229,12 +230,10 @@ class Header:
 
     def point(self, index: int) -> dict[str, Any]:
         """Dotted names and values of a point, counted from 0."""
-        positions = []
-        for axis in reversed(self.axes):
-            index, position = divmod(index, len(axis))
-            positions.append(axis.values[position])
-        pairs = zip(self.axes, reversed(positions), strict=True)
-        return {name: value for axis, values in pairs for name, value in zip(axis.names, values, strict=True)}
+        found: dict[str, Any] = {}
+        for axis, position in zip(self.axes, np.unravel_index(index, self.shape), strict=True):
+            found |= zip(axis.names, axis.values[position], strict=True)
+        return found
 
 
 # What the key depends on.
@@ -255,9 +254,5 @@ def _changes(there: Any, here: Any, name: str = "") -> Iterator[tuple[str, Any, 
 
 
 def as_text(value: Any) -> str | None:
-    """A value that is no number as text that any file takes; None for none."""
-    if value is None:
-        return None
-    text = value if isinstance(value, str) else json.dumps(value)
-    # a file name may contain bytes that are not text
-    return text.encode(errors="backslashreplace").decode()
+    """A value that is no number as text; None for none."""
+    return value if value is None or isinstance(value, str) else json.dumps(value)

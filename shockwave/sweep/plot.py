@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.errors import InvalidValueError, UnknownNameError
 from shockwave.pictures.canvas import figure
 from shockwave.pictures.style import COLOURS, SMALL
 from shockwave.pictures.sweep import Line, sweep_lines, sweep_map
-from shockwave.sweep.journal_reader import NOT_RUN
+from shockwave.sweep.journal import NOT_RUN
 from shockwave.sweep.regimes import regimes
 from shockwave.sweep.results import SweepResults
-from shockwave.sweep.selection import Chosen, Selection
+from shockwave.sweep.selection import Selection
 from shockwave.text import si
 
 if TYPE_CHECKING:
@@ -30,7 +31,6 @@ _ERRORS = {
     "second_peak_force": "second_error_estimate",
     "recoil_momentum": "recoil_error",
 }
-_ABSOLUTE = "recoil_error"
 _EXACT = ("scaled_rise_time", "scaled_duration", "applied_momentum")
 
 
@@ -82,113 +82,84 @@ def plot(
         When there are more than two axes left, or none; when no point has the values that are held; when points of a
         map would share a place or lie in no order; or when matplotlib is not installed.
     """
-    made = Selection(results, at or {})
     name = _column(results, column)
-    across = made.axis_of(x)
-    made.check()
-    rest = [place for place in made.free if place != across]
-    horizontal = made.along(across, x)
-    if not rest or len(made.positions[rest[0]]) <= min(len(COLOURS) - 1, len(horizontal.values)):
-        sheet, (ax,) = figure(size=(5.0, 3.2))
-        vertical = made.along(rest[0]) if rest else None
-        indices = made.indices(across, horizontal, *((rest[0], vertical) if vertical else ()))
-        told = _lines(ax, results, horizontal, made.labels(rest[0], vertical) if vertical else [], indices, name)
-        caption = made.caption(horizontal)
-    else:
-        vertical = made.along(rest[0])
-        made.check_map(horizontal, vertical)
-        sheet, (ax,) = figure(size=(5.0, 3.6))
-        indices = made.indices(across, horizontal, rest[0], vertical)
-        told = _map(ax, results, horizontal, vertical, indices, name)
-        caption = made.caption(horizontal, vertical)
-    if caption:
-        sheet.suptitle(caption, fontsize=SMALL, parse_math=False)
-    return Plot(sheet, name, (_trust(results, name, indices), told, *_missing(results, indices)))
-
-
-def _map(ax: Any, results: SweepResults, horizontal: Chosen, vertical: Chosen, indices: Any, name: str) -> str:
-    """Draw a map; a sentence on the borders."""
-    values = results.values(name).ravel()[indices]
-    low, _, _ = _band(results, name, values, indices)
-    found, told = regimes(results, indices.ravel())
-    inside = {regime: numbers.reshape(indices.shape) for regime, numbers in found.items()}
-    unknown = None if low is None else np.isnan(low)
+    made = Selection(results, at or {})
+    horizontal, vertical = made.axes(x)
+    points = made.points(horizontal, vertical)
+    values = results.values(name).ravel()[points]
+    trust = _trust(results, name, values, points)
     label, unit = name.replace("_", " "), results.units[name] or ""
-    sweep_map(ax, horizontal.along, vertical.along, values, label, unit, inside, unknown)
-    return told
-
-
-def _lines(ax: Any, results: SweepResults, horizontal: Chosen, labels: list[str], indices: Any, name: str) -> str:
-    """Draw a line, or one for each of ``labels``; a sentence on the borders."""
-    values = results.values(name).ravel()[indices]
-    low, high, band = _band(results, name, values, indices)
-    if labels:
-        lower, upper = ([None] * len(labels) if one is None else one.T for one in (low, high))
-        lines = [Line(values[:, at], label, lower[at], upper[at], band) for at, label in enumerate(labels)]
-        told = "no borders of regimes: they differ from line to line"
-    else:
-        found, told = regimes(results, indices)
-        lines = [Line(values, "", low, high, band, regimes=found)]
-        if not horizontal.along.apart:
+    drawn = [horizontal]
+    if vertical is None or len(vertical.order) <= min(len(COLOURS) - 1, len(horizontal.order)):
+        sheet, (ax,) = figure(size=(5.0, 3.2))
+        labels = made.labels(vertical) if vertical else [""]
+        parts = (values, trust.low, trust.high)
+        columns = (np.full(values.shape, None) if part is None else part for part in parts)
+        bounds = zip(labels, *(column.reshape(len(values), -1).T for column in columns), strict=True)
+        known = trust.low is not None
+        lines = [Line(own, text, *((low, high) if known else ())) for text, own, low, high in bounds]
+        borders: dict[str, npt.NDArray[np.float64]] = {}
+        if vertical:
+            told = "no borders of regimes: they differ from line to line"
+        elif not horizontal.along.apart:
             told = f"no borders of regimes: points share a value of {horizontal.name}"
         elif not (horizontal.along.joined or horizontal.along.texts):
             told = f"no line and no borders of regimes: {', '.join(horizontal.others)} goes up and down between points"
-    sweep_lines(ax, horizontal.along, lines, name.replace("_", " "), results.units[name] or "")
-    return told
+        else:
+            borders, told = regimes(results, points)
+        sweep_lines(ax, horizontal.along, lines, label, unit, trust.band, borders if horizontal.along.line else None)
+    else:
+        made.check_map(horizontal, vertical)
+        drawn.append(vertical)
+        sheet, (ax,) = figure(size=(5.0, 3.6))
+        flat, told = regimes(results, points.ravel())
+        borders = {regime: numbers.reshape(points.shape) for regime, numbers in flat.items()}
+        unknown = None if trust.low is None else np.isnan(trust.low)
+        sweep_map(ax, horizontal.along, vertical.along, values, label, unit, borders, unknown)
+    if caption := made.caption(drawn):
+        sheet.suptitle(caption, fontsize=SMALL, parse_math=False)
+    status = results.values("status").ravel()[points]
+    failed = int(np.count_nonzero((status != "done") & (status != NOT_RUN)))
+    missing = [f"{failed} of the {status.size} points drawn failed"] if failed else []
+    return Plot(sheet, name, (trust.note, told, *missing, *results.warnings))
 
 
-def _bounds(results: SweepResults, name: str) -> tuple[str, ...]:
-    """The columns that tell how far a quantity is to be trusted: of its error, or of the range that is expected."""
+class _Trust(NamedTuple):
+    """How far to trust what is drawn: a sentence, bounds of the true values, and what the bounds are called."""
+
+    note: str
+    low: npt.NDArray[np.float64] | None = None
+    high: npt.NDArray[np.float64] | None = None
+    band: str = ""
+
+
+def _trust(results: SweepResults, name: str, values: npt.NDArray[np.float64], points: npt.NDArray[np.intp]) -> _Trust:
+    known = {column.name: column for column in results.columns}
+    column = _ERRORS.get(name)
+    if column in known:
+        error = results.values(column).ravel()[points]
+        unit = results.units[column]
+        most = np.nanmax(error, initial=0.0)
+        text = si(most, unit, 2) if unit else f"{most:.1e} relative"
+        note = f"{name}: simulated, known to {text} or better"
+        if np.isnan(error).all():
+            note = f"{name}: its error is not known"
+        band = error if unit else error * np.abs(values)
+        return _Trust(note, values - band, values + band, "error estimate")
     prefix = "predicted_" if name.startswith("predicted_") else ""
-    known = {column.name for column in results.columns}
-    if _ERRORS.get(name) in known:
-        return (_ERRORS[name],)
-    expected = f"{prefix}expected_error_low", f"{prefix}expected_error_high"
-    peak = name.removeprefix(prefix) in ("peak_force", "amplification")
-    return expected if peak and known.issuperset(expected) else ()
-
-
-def _band(results: SweepResults, name: str, values: Any, indices: Any) -> tuple[Any, Any, str]:
-    columns = _bounds(results, name)
-    bounds = [results.values(column).ravel()[indices] for column in columns]
-    if len(bounds) == 2:
-        low, high = bounds
+    sides = [f"{prefix}expected_error_{side}" for side in ("low", "high")]
+    if name.removeprefix(prefix) in ("peak_force", "amplification") and known.keys() >= {*sides}:
+        low, high = (results.values(side).ravel()[points] for side in sides)
+        note = f"{name}: its error is not known"
+        if np.isfinite(low).any():
+            share = np.isfinite(low).mean()
+            span = f"{np.nanmin(low):+.1%} to {np.nanmax(high):+.1%}"
+            note = f"{name}: predicted, expected to err by {span}; known at {share:.0%} of the points"
         # an error of -100 % leaves the greatest open: beyond any picture
-        return values / (1 + high), values / np.maximum(1 + low, 1e-3), "expected of a simulation"
-    if bounds:
-        error = bounds[0] * (1 if columns[0] == _ABSOLUTE else np.abs(values))
-        return values - error, values + error, "error estimate"
-    return None, None, ""
-
-
-def _trust(results: SweepResults, name: str, indices: Any) -> str:
-    """How far to trust what is drawn."""
-    columns = _bounds(results, name)
-    bounds = [results.values(column).ravel()[indices] for column in columns]
-    known = [values[np.isfinite(values)] for values in bounds]
-    if not bounds:
-        meaning = next(column.meaning for column in results.columns if column.name == name)
-        told = f"{name}: {meaning}"
-        if "known" in meaning and "error_estimate" in {column.name for column in results.columns}:
-            errors = results.values("error_estimate").ravel()[indices]
-            found = errors[np.isfinite(errors)]
-            return f"{told}; error_estimate is " + (f"{found.max():.1e} at most" if found.size else "not known")
-        return told + ("" if name in _EXACT or "error" in name else "; its error is not known")
-    if not known[0].size:
-        return f"{name}: its error is not known"
-    share = f"; known at {known[0].size / indices.size:.0%} of the points"
-    if len(known) == 2:
-        low, high = float(known[0].min()), float(known[1].max())
-        return f"{name}: predicted, expected to err by {low:+.1%} to {high:+.1%}{share}"
-    most = float(known[0].max())
-    error = si(most, results.units[name] or "", 2) if columns[0] == _ABSOLUTE else f"{most:.1e} relative"
-    return f"{name}: simulated, known to {error} or better"
-
-
-def _missing(results: SweepResults, indices: Any) -> list[str]:
-    drawn = results.values("status").ravel()[indices]
-    failed = int(np.count_nonzero((drawn != "done") & (drawn != NOT_RUN)))
-    return ([f"{failed} of the {drawn.size} points drawn failed"] if failed else []) + list(results.warnings)
+        return _Trust(note, values / (1 + high), values / np.maximum(1 + low, 1e-3), "expected of a simulation")
+    meaning = known[name].meaning
+    stated = name in _EXACT or "error" in name or "known" in meaning
+    return _Trust(f"{name}: {meaning}" + ("" if stated else "; its error is not known"))
 
 
 def _column(results: SweepResults, name: str | None) -> str:

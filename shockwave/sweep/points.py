@@ -1,21 +1,25 @@
-"""Points of a sweep: their scenes, their keys, and the lines of the journal that their results make."""
+"""Points of a sweep: their scenes, keys and lines of the journal, and batches of them as workers run them."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import pickle
 import platform
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from attrs import define, field
 
 import shockwave
 from shockwave.chain.chain import Scales
-from shockwave.errors import FileAccessError, ShockwaveError
+from shockwave.errors import FileAccessError, ShockwaveError, UsageError
 from shockwave.files import read_bytes
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import simulate_many
@@ -23,7 +27,7 @@ from shockwave.options import SimulateOptions
 from shockwave.registry import entries, find, load
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_family import Family
-from shockwave.scenario.scene_hash import Normaliser, normalised
+from shockwave.scenario.scene_hash import normalised
 from shockwave.scenario.sweep import Sweep
 from shockwave.simulation.backend import lack
 from shockwave.studies.comparison import beside
@@ -33,39 +37,20 @@ from shockwave.sweep.journal import line_of
 
 _encoded = json.JSONEncoder(allow_nan=False).encode
 _FILE = "shock.parameters.file"
-_KINDS = {
-    "shock.profile": "profiles",
-    "chain.material": "materials",
-    "simulate.integrator": "integrators",
-    "predict.model": "models",
-    "predict.quadrature": "quadratures",
-}
 # Most bytes of a record that are hashed; the reader of records has its own limit.
 _MOST_RECORD = 2**28
 # Raised by the code of a plugin, these cost its point alone.
 _POINT_ERRORS = (Exception, SystemExit)
+#: Seconds after which a worker answers, whatever is left of its batch.
+SLICE = 1.0
+# Points that a worker runs side by side: at first, and at most.
+_FEW = 8
+_MANY = 128
 
 
 def error_text(error: BaseException) -> str:
     """The message of an error of ours; the type and the message of any other."""
     return str(error) if isinstance(error, ShockwaveError) else f"{type(error).__name__}: {error}"
-
-
-def versions_here(plugins: Iterable[str]) -> dict[str, str]:
-    """Versions, here, of what results depend on: packages, the distributions of plugins, and the code in use."""
-    found = {
-        "shockwave": shockwave.__version__,
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "backend": "numpy" if lack() else "compiled",
-    }
-    for name in ("scipy", *plugins):
-        if name not in found:
-            try:
-                found[name] = metadata.version(name)
-            except metadata.PackageNotFoundError:
-                found[name] = "not installed"
-    return found
 
 
 @define(eq=False)
@@ -76,50 +61,24 @@ class Points:
     ----------
     scenario : Scenario
         With a sweep.
-    versions : mapping, optional
-        Of what results depend on; part of the keys of the points. Left out, those here.
-    named : mapping, optional
-        Hashes of the materials and files that are named. Left out, of those here.
     """
 
     scenario: Scenario
-    versions: Mapping[str, str] = field()
-    named: Mapping[str, str] = field()
     sweep: Sweep = field(init=False)
     #: Whether all waves are measured where the scene asks for them, or the primary alone.
     train: bool = field(init=False)
     columns: tuple[Read, ...] = field(init=False)
+    header: Header = field(init=False)
     _family: Family = field(init=False)
-    _normaliser: Normaliser = field(init=False, factory=Normaliser)
-    _base: Any = field(init=False)
-
-    @versions.default
-    def _versions_here(self) -> Mapping[str, str]:
-        return versions_here(_plugins(self.scenario))
-
-    @named.default
-    def _named_here(self) -> Mapping[str, str]:
-        words = dict(_swept_words(self.scenario))
-        found = {f"material {word}": _hash(repr(load("materials", word))) for word in words.get("chain.material", ())}
-        own = _own_file(self.scenario)
-        for name in [*words.get(_FILE, ()), *([own] if own else [])]:
-            found[f"file {name}"] = _file_hash(self.scenario, name)
-        return found
 
     def __attrs_post_init__(self) -> None:
         assert self.scenario.sweep is not None
         self.sweep = self.scenario.sweep
-        document = self.scenario.document.data if self.scenario.document is not None else {}
-        given = document.get("simulate")
+        given = _document(self.scenario).get("simulate")
         asked = isinstance(given, dict) and given.get("waves") == "train"
         self.train = asked or any(variable.name == "simulate.waves" for variable in self.sweep.variables)
         self.columns = reads(self.sweep.run, self.train)
         self._family = Family(self.scenario)
-        about = {"run": self.sweep.run, "train": self.train, "versions": dict(self.versions)}
-        self._base = hashlib.sha256(json.dumps(about, sort_keys=True).encode())
-
-    def header(self) -> Header:
-        """The header of the sweep."""
         axes = (
             SweepAxis(axis.names, tuple(variable.unit for variable in axis.variables), axis.values)
             for axis in self.sweep.axes
@@ -132,50 +91,32 @@ class Points:
             points=len(self.sweep),
             columns=tuple(read.column for read in self.columns),
             scenario=json.loads(normalised(self.scenario)),
-            named=dict(self.named),
-            versions=dict(self.versions),
+            named=_named_here(self.scenario),
+            versions=_versions_here(self.scenario),
         )
-        return header.keyed()
+        self.header = header.keyed()
+
+    @property
+    def notes(self) -> list[str]:
+        """What of the scenario a sweep leaves out."""
+        options = self.scenario.simulate
+        given = [name for name in ("contacts", "record") if getattr(options, name)]
+        return [f"simulate.{name} is left out: a sweep keeps no passages and no histories" for name in given]
 
     def scene(self, index: int) -> Scenario:
         """The scene of a point; see `Family.scenario` for what is raised."""
         return self._family.scenario(self.sweep.point(index))
 
-    def key(self, index: int, scene: Scenario | None = None) -> str:
-        """The hash of the normalised scene of a point and of versions; of its values where there is no such text."""
-        try:
-            return self._key(self._normaliser.text(scene or self.scene(index)))
-        except _POINT_ERRORS:
-            return self.key_of_values(index)
-
-    def key_of_values(self, index: int) -> str:
-        """The hash of the values of a point and of versions, for which no scene is built."""
-        return self._key(json.dumps(self.sweep.point(index), sort_keys=True, default=repr))
-
-    def _key(self, text: str) -> str:
-        digest = self._base.copy()
-        digest.update(text.encode())
-        found: str = digest.hexdigest()
-        return found
-
-    def _check_file(self, index: int, hashes: dict[str, str]) -> None:
-        """Refuse a point whose file is not what the client has read: workers have disks of their own."""
-        name = self.sweep.point(index).get(_FILE, _own_file(self.scenario))
-        if not isinstance(name, str) or f"file {name}" not in self.named:
-            return
-        if name not in hashes:
-            hashes[name] = _file_hash(self.scenario, name)
-        if hashes[name] != self.named[f"file {name}"]:
-            raise FileAccessError(f"{name}: must be as the client has read it (got another content; copy it anew)")
+    def key(self, index: int) -> str:
+        """The hash of the number of a point and of the sweep."""
+        return hashlib.sha256(f"{self.header.key} {index}".encode()).hexdigest()
 
     def lines(self, indices: Sequence[int]) -> str:
         """Lines of the journal for some points."""
         scenes: dict[int, Scenario] = {}
         found: dict[int, SimulationResult | BaseException] = {}
-        hashes: dict[str, str] = {}
         for index in indices:
             try:
-                self._check_file(index, hashes)
                 scenes[index] = self.scene(index)
             except _POINT_ERRORS as error:
                 found[index] = error
@@ -185,7 +126,7 @@ class Points:
 
     def _line(self, index: int, scene: Scenario | None, found: SimulationResult | BaseException | None) -> str:
         """The line of a point; ``found`` is its result, if it is simulated, or its error."""
-        key = self.key_of_values(index) if scene is None else self.key(index, scene)
+        key = self.key(index)
         try:
             if isinstance(found, BaseException):
                 raise found
@@ -241,33 +182,42 @@ def _answer(run: str, scene: Scenario, simulated: SimulationResult | None) -> An
 # ---------------------------------------------------------------- what a scenario names
 
 
-def _swept_words(scenario: Scenario) -> Iterator[tuple[str, set[str]]]:
-    """Variables of the sweep, and the texts among their values."""
-    for axis in scenario.sweep.axes if scenario.sweep else ():
-        for at, name in enumerate(axis.names):
-            yield name, {values[at] for values in axis.values if isinstance(values[at], str)}
+def _document(scenario: Scenario) -> Mapping[str, Any]:
+    """The document of a scenario; empty for one made in Python."""
+    return scenario.document.data if scenario.document is not None else {}
 
 
-def _plugins(scenario: Scenario) -> list[str]:
-    """Distributions, other than shockwave, that scenes of the sweep come from."""
-    words: dict[str, set[str | None]] = {
-        "profiles": {_profile(scenario)},
-        "materials": {scenario.chain.material.name},
-        "integrators": {scenario.simulate.integrator},
-        "models": {scenario.predictor.model},
-        "quadratures": {scenario.predictor.quadrature},
+def _words(scenario: Scenario, name: str) -> set[str]:
+    """The texts among the values of a variable of the sweep."""
+    axes = scenario.sweep.axes if scenario.sweep else ()
+    columns = [(axis, axis.names.index(name)) for axis in axes if name in axis.names]
+    return {values[at] for axis, at in columns for values in axis.values if isinstance(values[at], str)}
+
+
+def _versions_here(scenario: Scenario) -> dict[str, str]:
+    """Versions, here, of what results depend on: packages, the distributions of plugins, and the code in use."""
+    found = {
+        "shockwave": shockwave.__version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "scipy": metadata.version("scipy"),
+        "backend": "numpy" if lack() else "compiled",
     }
-    for name, swept in _swept_words(scenario):
-        if name in _KINDS:
-            words[_KINDS[name]] |= swept
-    found = set()
-    for kind, names in words.items():
-        for name in filter(None, names):
-            try:
-                found.add(find(kind, name).distribution)
-            except ShockwaveError:  # a material of the scenario's own may have any name
-                continue
-    return sorted(found - {shockwave.OWN_DISTRIBUTION})
+    named: dict[str, set[str | None]] = {
+        "profiles": {_profile(scenario), *_words(scenario, "shock.profile")},
+        "materials": {scenario.chain.material.name, *_words(scenario, "chain.material")},
+        "integrators": {scenario.simulate.integrator, *_words(scenario, "simulate.integrator")},
+        "models": {scenario.predictor.model, *_words(scenario, "predict.model")},
+        "quadratures": {scenario.predictor.quadrature, *_words(scenario, "predict.quadrature")},
+    }
+    for kind, names in named.items():
+        for name in sorted(filter(None, names)):
+            # a material of the scenario's own may have any name
+            with suppress(ShockwaveError):
+                distribution = find(kind, name).distribution
+                if distribution != shockwave.OWN_DISTRIBUTION:
+                    found[distribution] = metadata.version(distribution)
+    return found
 
 
 def _profile(scenario: Scenario) -> str:
@@ -279,11 +229,15 @@ def _profile(scenario: Scenario) -> str:
     return next((entry.name for entry in entries("profiles") if entry.address == address), "")
 
 
-def _own_file(scenario: Scenario) -> str | None:
-    """The file that the document names."""
-    data = scenario.document.data if scenario.document is not None else {}
-    name = (data.get("shock", {}).get("parameters") or {}).get("file")
-    return name if isinstance(name, str) else None
+def _named_here(scenario: Scenario) -> dict[str, str]:
+    """Hashes of the materials and files that a scenario names."""
+    materials = sorted(_words(scenario, "chain.material"))
+    found = {f"material {name}": _hash(repr(load("materials", name))) for name in materials}
+    own = (_document(scenario).get("shock", {}).get("parameters") or {}).get("file")
+    files = _words(scenario, _FILE)
+    if isinstance(own, str):
+        files.add(own)
+    return found | {f"file {name}": _file_hash(scenario, name) for name in sorted(files)}
 
 
 def _file_hash(scenario: Scenario, name: str) -> str:
@@ -296,3 +250,70 @@ def _file_hash(scenario: Scenario, name: str) -> str:
 
 def _hash(content: str | bytes) -> str:
     return hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()
+
+
+# ---------------------------------------------------------------- batches, as workers run them
+
+
+class Done(NamedTuple):
+    """The first points of a batch: their lines of the journal, and how many seconds they took."""
+
+    lines: str
+    seconds: float
+
+
+# Of each thread: what a sweep keeps between batches is not made for several at once.
+_known = threading.local()
+
+
+def run_batch(content: bytes, indices: Sequence[int]) -> Done:
+    """Run the first of some points of a sweep, for about a second.
+
+    The time that points take may change from one to the next, and what is not answered can be lost.
+
+    Raises
+    ------
+    UsageError
+        When this worker cannot take part.
+    """
+    if getattr(_known, "content", None) != content:
+        _known.points = understood(content)
+        _known.content = content
+    begin = now = time.perf_counter()
+    lines, at, size = "", 0, _FEW
+    while at < len(indices) and now - begin < SLICE:
+        lines += _known.points.lines(indices[at : at + size])
+        at += size
+        before, now = now, time.perf_counter()
+        fit = int(size * SLICE / 4 / max(now - before, 1e-9))
+        size = max(1, min(4 * size, _MANY, fit))
+    return Done(lines, now - begin)
+
+
+def content_of(points: Points) -> bytes:
+    """A sweep as workers get it; raises whatever pickle raises for a scene made in Python that cannot be sent."""
+    return pickle.dumps((points.scenario, points.header))
+
+
+def understood(content: bytes) -> Points:
+    """The points of a sweep, if this worker has the versions, materials and files of the client.
+
+    Raises
+    ------
+    UsageError
+        When it has not.
+    """
+    try:
+        scenario, header = pickle.loads(content)
+    except (Exception, SystemExit) as error:  # of a plugin, maybe
+        got = f"got {error_text(error)}; install there what is installed here"
+        raise UsageError(f"workers must be able to read the scenario ({got})") from None
+    points = Points(scenario)
+    here = points.header.versions | points.header.named
+    there = header.versions | header.named
+    differ = [f"{name} {here.get(name)}, not {there[name]}" for name in there if here.get(name) != there[name]]
+    if differ:
+        got = f"got a worker with {'; '.join(differ)}; install or copy the same"
+        raise UsageError(f"workers must have what the client has ({got})")
+    points.header = header
+    return points

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -23,7 +22,7 @@ _MOST = 20_000
 _COLUMNS = ("regime", "predicted_regime")
 
 
-def regimes(results: SweepResults, indices: Sequence[int]) -> tuple[dict[str, npt.NDArray[np.float64]], str]:
+def regimes(results: SweepResults, indices: npt.NDArray[np.intp]) -> tuple[dict[str, npt.NDArray[np.float64]], str]:
     """Numbers that are below 0 within each regime and above outside, and a sentence on where they come from.
 
     By (5d) a train has n t0 > alphaF0 A F0^(-1/6), and by (5e) and 4.2.2 an ejection of one wave an impulse over F0
@@ -34,7 +33,7 @@ def regimes(results: SweepResults, indices: Sequence[int]) -> tuple[dict[str, np
     ----------
     results : SweepResults
         The sweep; its folder holds the scenario.
-    indices : sequence of int, shape (p,)
+    indices : array of int, shape (p,)
         Points.
 
     Returns
@@ -62,7 +61,7 @@ def regimes(results: SweepResults, indices: Sequence[int]) -> tuple[dict[str, np
     return {}, f"no borders of regimes: {lack}"
 
 
-def _by_section_4(results: SweepResults, indices: Sequence[int]) -> dict[str, npt.NDArray[np.float64]]:
+def _by_section_4(results: SweepResults, indices: npt.NDArray[np.intp]) -> dict[str, npt.NDArray[np.float64]]:
     family = Family(load_scenario(results.folder / "scenario.yaml"))
     longer, weaker = np.full(len(indices), np.nan), np.full(len(indices), np.nan)
     for at, index in enumerate(indices):

@@ -16,7 +16,7 @@ from attrs import frozen
 
 from shockwave.errors import InvalidValueError, UnknownNameError, UsageError
 from shockwave.sweep.header import Column, Header, SweepAxis, as_text
-from shockwave.sweep.journal_reader import NOT_RUN, SweepFolder
+from shockwave.sweep.journal import NOT_RUN, SweepFolder
 from shockwave.text import printed
 
 

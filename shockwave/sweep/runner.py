@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import BrokenExecutor, Executor, Future, wait
 from itertools import islice
 from pathlib import Path
@@ -13,19 +13,19 @@ from typing import Any
 
 from attrs import define, evolve, field
 
-from shockwave.errors import InvalidValueError, UsageError
-from shockwave.files import read_text
-from shockwave.scenario.loader import load_scenario
+from shockwave import OWN_DISTRIBUTION
+from shockwave.errors import Fault, InvalidValueError, PluginError, ShockwaveError, UsageError
+from shockwave.files import read_text, replacing
+from shockwave.registry import find
+from shockwave.scenario.loader import load_scenario, scenario_of
 from shockwave.scenario.scenario import Scenario
-from shockwave.sweep.batch import Done, Order, Refused
+from shockwave.scenario.yaml_document import read_document
 from shockwave.sweep.header import HEADER, Header
 from shockwave.sweep.journal import CRASHED, DONE, FAILED, OPEN, SCENARIO_COPY, Journal, line_of
-from shockwave.sweep.points import Points, error_text
-from shockwave.sweep.replacing import replacing
+from shockwave.sweep.points import Done, Points, content_of, error_text
 from shockwave.sweep.report import SweepInterrupt, SweepReport
 from shockwave.sweep.tables import write_tables
-from shockwave.sweep.trial import loaded_apart
-from shockwave.sweep.workers import LostError, Workers, workers_of
+from shockwave.sweep.workers import LostError, Workers, processes, workers_of
 
 # Seconds of work in a batch, which is what a killed client loses.
 _BATCH = 0.5
@@ -41,20 +41,36 @@ _TRIES = 2
 # Most bytes of a scenario that are copied; the reader of scenarios has its own limit.
 _MOST_SCENARIO = 2**24
 _CRASHED = '"error": "the process that ran it has ended (a crash, or too little memory)"'
+# Points whose scene may end the process that builds it, before the sweep is refused.
+_MOST_ENDED = 8
+
+
+# ---------------------------------------------------------------- the scenario
 
 
 def points_of(scenario: Scenario | str | os.PathLike[str], apart: bool = False, timeout: float | None = None) -> Points:
-    """The points of a scenario with a sweep, or of one in a file, whose scene is tried in a process ``apart``.
+    """The points of a scenario with a sweep, or of one in a file.
+
+    Parameters
+    ----------
+    scenario : Scenario or path-like
+        The scenario.
+    apart : bool
+        Whether a scene of a file whose profile may be a plugin's is tried in a process of its own.
+    timeout : float, optional
+        Longest time of that [s].
 
     Raises
     ------
     InvalidValueError
         When it has no sweep.
+    PluginError
+        When each of the first points ends its process, or takes longer than ``timeout``.
     """
     if isinstance(scenario, Scenario):
         found = scenario
     else:
-        found = loaded_apart(scenario, timeout) if apart else load_scenario(scenario)
+        found = _loaded_apart(Path(scenario), timeout) if apart else load_scenario(scenario)
     if found.sweep is None:
         problem = "must be given (got nothing; a mapping of grid, zip or points)"
         raise InvalidValueError.of(f"{found.path}: sweep" if found.path else "sweep", problem)
@@ -63,11 +79,45 @@ def points_of(scenario: Scenario | str | os.PathLike[str], apart: bool = False, 
     return Points(found)
 
 
-def notes_on(points: Points) -> list[str]:
-    """What of the scenario a sweep leaves out."""
-    options = points.scenario.simulate
-    given = [name for name in ("contacts", "record") if getattr(options, name)]
-    return [f"simulate.{name} is left out: a sweep keeps no passages and no histories" for name in given]
+def _loaded_apart(path: Path, timeout: float | None) -> Scenario:
+    """The scenario in a file, as `load_scenario` gives it, begun with a point whose scene ends no process."""
+    faults: list[Fault] = []
+    document = read_document(path, faults)
+    begin = _first_sound(path.absolute(), timeout) if _has_plugin(document.data) else 0
+    return scenario_of(document, path, faults, slice(begin, None))
+
+
+def _has_plugin(data: Mapping[str, Any]) -> bool:
+    """Whether the profile may be that of a plugin."""
+    if "'shock.profile'" in repr(data.get("sweep")):
+        return True
+    try:
+        return find("profiles", data["shock"]["profile"]).distribution != OWN_DISTRIBUTION
+    except (ShockwaveError, KeyError, TypeError):  # reported where the scene is built
+        return False
+
+
+def _first_sound(path: Path, timeout: float | None) -> int:
+    with processes(1) as own:
+        for attempt in range(_MOST_ENDED):
+            try:
+                own.schedule(_build, (path, attempt), timeout).result()
+                return attempt
+            except (*own.deaths, BrokenExecutor):
+                continue
+    got = f"got {_MOST_ENDED} points that end the process that builds their scene; mend the plugin"
+    raise PluginError(f"{path}: the profile must take some values of the sweep ({got})")
+
+
+def _build(path: Path, attempt: int) -> None:
+    faults: list[Fault] = []
+    try:
+        scenario_of(read_document(path, faults), path, faults, slice(attempt, attempt + 1))
+    except (Exception, SystemExit):  # reported by the client
+        return
+
+
+# ---------------------------------------------------------------- the sweep
 
 
 def run_sweep(
@@ -129,31 +179,42 @@ def run_sweep(
     journal = Journal(Path(folder), bytearray(len(points.sweep)))
     journal.lock()
     try:
-        notes = [*notes_on(points), *_open(journal, points, accept_versions)]
+        notes = (*points.notes, *_open(journal, points, accept_versions))
         if retry_failed:
             journal.reopen()
         before = len(points.sweep) - journal.count(OPEN)
 
         def report() -> SweepReport:
-            return _report(journal, before, time.perf_counter() - begin, notes)
+            return SweepReport(
+                folder=journal.folder,
+                points=len(points.sweep),
+                done=journal.count(DONE),
+                failed=journal.count(FAILED),
+                crashed=journal.count(CRASHED),
+                before=before,
+                seconds=time.perf_counter() - begin,
+                notes=notes,
+            )
 
-        work = _Work(points, journal, fail_fast, lambda: progress(report()) if progress else None)
+        batches, overhead = 0, 0.0
         if journal.count(OPEN):
+            content = _content(points)
             try:
-                order = _order(points)
-                with workers_of(executor, workers, order, timeout) as crew:
-                    work.run(crew, order)
+                with workers_of(executor, workers, timeout) as crew:
+                    work = _Work(points, journal, crew, content, fail_fast, lambda: progress and progress(report()))
+                    work.run()
+                    batches, overhead = work.batches, work.overhead
             except KeyboardInterrupt:
                 raise SweepInterrupt(report()) from None
         files = write_tables(journal.folder)
-        return evolve(report(), files=tuple(files), batches=work.batches, overhead=work.overhead)
+        return evolve(report(), files=tuple(files), batches=batches, overhead=overhead)
     finally:
         journal.close()
 
 
 def _open(journal: Journal, points: Points, accept_versions: bool) -> list[str]:
     """Read what the folder has of this sweep and make ready for more; notes on what was found."""
-    header = points.header()
+    header = points.header
     there = Header.read(journal.folder) if (journal.folder / HEADER).exists() else None
     settled = header.continued(there, journal.folder, accept_versions) if there else header
     if settled is not there:
@@ -170,25 +231,12 @@ def _open(journal: Journal, points: Points, accept_versions: bool) -> list[str]:
     return [*journal.notes, *([settled.version_note] if settled.version_note else [])]
 
 
-def _order(points: Points) -> Order:
+def _content(points: Points) -> bytes:
     try:
-        return Order.of(points)
+        return content_of(points)
     except Exception as error:  # whatever pickle raises
         got = f"got {type(error).__name__}: {error}; define its profile in a module"
         raise UsageError(f"a scenario must be one that can be sent to other processes ({got})") from error
-
-
-def _report(journal: Journal, before: int, seconds: float, notes: list[str]) -> SweepReport:
-    return SweepReport(
-        folder=journal.folder,
-        points=len(journal.states),
-        done=journal.count(DONE),
-        failed=journal.count(FAILED),
-        crashed=journal.count(CRASHED),
-        before=before,
-        seconds=seconds,
-        notes=tuple(notes),
-    )
 
 
 @define(eq=False)
@@ -197,12 +245,11 @@ class _Work:
 
     points: Points
     journal: Journal
+    workers: Workers
+    content: bytes
     fail_fast: bool
-    tell: Callable[[], None]
-    workers: Workers = field(init=False)
-    order: Order = field(init=False)
+    tell: Callable[[], object]
     size: int = _FIRST
-    unsent: int = 0
     flying: dict[Future[Any], list[int]] = field(factory=dict)
     #: Batches to be sent before others: what is left of one, and points whose batch has ended its worker.
     again: deque[list[int]] = field(factory=deque)
@@ -214,10 +261,8 @@ class _Work:
     #: Seconds of a worker for each batch that were not spent on its points.
     overhead: float = 0.0
 
-    def run(self, workers: Workers, order: Order) -> None:
-        self.workers, self.order = workers, order
+    def run(self) -> None:
         begin = time.perf_counter()
-        self.unsent = self.journal.count(OPEN)
         left = self.journal.open_points()
         try:
             while not self.stopped:
@@ -239,27 +284,22 @@ class _Work:
         # suspects run alone where their end could be the fault of others
         most = 1 if self.suspects and not self.workers.isolates else ahead
         while len(self.flying) < most:
-            if self.again:
-                self._send(self.again.popleft())
-                continue
-            share = -(-self.unsent // ahead)
-            batch = list(islice(left, max(1, min(self.size, share))))
+            share = -(-self.journal.count(OPEN) // ahead)
+            size = max(1, min(self.size, share))
+            batch = self.again.popleft() if self.again else list(islice(left, size))
             if not batch:
                 return
-            self.unsent -= len(batch)
-            self._send(batch)
-
-    def _send(self, batch: list[int], whole: bool = False) -> None:
-        order = self.order if whole else self.order._replace(content=None)
-        try:
-            self.flying[self.workers.submit(order, batch)] = batch
-        except RuntimeError as error:  # it was shut down, or has broken down
-            raise _lost(error) from error
+            try:
+                self.flying[self.workers.submit(self.content, batch)] = batch
+            except RuntimeError as error:  # it was shut down, or has broken down
+                raise _lost(error) from error
 
     def _take(self, future: Future[Any]) -> None:
         batch = self.flying.pop(future)
         try:
             answer = future.result()
+        except UsageError:  # the worker cannot take part
+            raise
         except self.workers.deaths as error:
             self._blame(batch, isinstance(error, TimeoutError))
         except Exception as error:
@@ -267,19 +307,15 @@ class _Work:
                 raise _lost(error) from error
             self.again.append(batch)
         else:
-            if answer is None:
-                self._send(batch, whole=True)
-            else:
-                self._record(batch, answer)
+            self._record(batch, answer)
 
-    def _record(self, batch: list[int], answer: Done | Refused) -> None:
+    def _record(self, batch: list[int], answer: Done) -> None:
         """Note what was answered; what is left of the batch is sent again."""
-        if isinstance(answer, Refused):
-            raise UsageError(answer.reason)
         done = answer.lines.count("\n")
         self.batches += 1
         self.worked += answer.seconds
-        self.size = max(1, min(int(_BATCH * done / max(answer.seconds, 1e-9)), 4 * self.size, _MOST))
+        fit = int(_BATCH * done / max(answer.seconds, 1e-9))
+        self.size = max(1, min(fit, 4 * self.size, _MOST))
         self._note(batch[:done], answer.lines)
         if batch[done:]:
             self.again.append(batch[done:])
@@ -300,13 +336,14 @@ class _Work:
             return
         (index,) = batch
         self.suspects[index] = self.suspects.get(index, 0) + 1
+        key = self.points.key(index)
         if late:
             problem = f"must take at most {self.workers.timeout:g} s (was stopped; a greater --timeout allows more)"
-            self._note(batch, line_of(index, self.points.key_of_values(index), "failed", f'"error": "{problem}"'))
+            self._note(batch, line_of(index, key, "failed", f'"error": "{problem}"'))
         elif self.suspects[index] < _TRIES:
             self.again.append(batch)
         else:
-            self._note(batch, line_of(index, self.points.key_of_values(index), "crashed", _CRASHED))
+            self._note(batch, line_of(index, key, "crashed", _CRASHED))
 
     def _end(self, patience: float) -> None:
         """Write what still comes, in some seconds, of the batches under way."""

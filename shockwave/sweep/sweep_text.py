@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shockwave.sweep.header import NOTES
-from shockwave.sweep.journal_reader import NOT_RUN
+from shockwave.sweep.journal import NOT_RUN
 from shockwave.text import notes, si, table
 
 if TYPE_CHECKING:

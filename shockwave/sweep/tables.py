@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 import os
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -12,22 +13,16 @@ from typing import IO, Any
 
 from attrs import frozen
 
-from shockwave.errors import ShockwaveError
-from shockwave.files import parse_json, read_bytes
+from shockwave.files import replacing
 from shockwave.sweep.header import Header, as_text
-from shockwave.sweep.journal_reader import Row, SweepFolder
-from shockwave.sweep.replacing import replacing
+from shockwave.sweep.journal import JOURNAL, Row, SweepFolder
 
-# Which tables were written, and of which state of the journal.
-_RECORD = "tables.json"
-# Its largest size [bytes].
-_MOST_RECORD = 2**20
 # Characters that start a formula in a spreadsheet.
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
 def write_tables(folder: str | os.PathLike[str]) -> list[Path]:
-    """Write the tables of the sweep in ``folder``, unless they are there as the journal now stands.
+    """Write the tables of the sweep in ``folder``, unless they are newer than the journal.
 
     Parameters
     ----------
@@ -46,26 +41,18 @@ def write_tables(folder: str | os.PathLike[str]) -> list[Path]:
     InvalidValueError
         When the header is none.
     """
-    swept = SweepFolder.read(folder)
-    files = [swept.folder / name for name in _TABLES]
-    record = {"key": swept.header.key, "journal_bytes": swept.size, "files": list(_TABLES)}
-    if _recorded(swept.folder / _RECORD) == record and all(file.exists() for file in files):
+    files = [Path(folder) / name for name in _TABLES]
+    journal = Path(folder) / JOURNAL
+    changed = journal.stat().st_mtime_ns if journal.exists() else math.inf
+    if all(file.exists() and file.stat().st_mtime_ns > changed for file in files):
         return []
+    swept = SweepFolder.read(folder)
     with ExitStack() as stack:
         writers = [_TABLES[file.name](stack.enter_context(replacing(file)), swept.header) for file in files]
         for row in swept.rows():
             for write in writers:
                 write(row)
-    with replacing(swept.folder / _RECORD) as file:
-        file.write(json.dumps(record) + "\n")
     return files
-
-
-def _recorded(file: Path) -> Any:
-    try:
-        return parse_json(read_bytes(file, _MOST_RECORD), str(file))
-    except ShockwaveError:
-        return None
 
 
 # Takes one point after the other; memory does not grow with their number.

@@ -20,17 +20,14 @@ from pebble import ProcessExpired, ProcessPool
 
 from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import ShockwaveError, UsageError
-from shockwave.sweep.batch import SLICE, Order, run_batch
+from shockwave.sweep.points import SLICE, run_batch
 
 # Variable that keeps Python from importing modules from the current folder.
 _SAFE_PATH = "PYTHONSAFEPATH"
 # Seconds for a scheduler, and its first worker, to answer.
 _PATIENCE = 30
-# Seconds after which workers are counted anew; without any it is logged, and given up.
-_COUNT = 1.0
-_WARN = 5.0
+# Seconds without an answer after which a scheduler must have workers.
 _GIVE_UP = 60.0
-_log = logging.getLogger(__name__)
 
 
 class LostError(ShockwaveError):
@@ -59,9 +56,9 @@ class Workers:
         self.executor = executor
         self.count = count
 
-    def submit(self, order: Order, indices: list[int]) -> Future[Any]:
-        """Have some points run."""
-        found: Future[Any] = self.executor.submit(run_batch, order, indices)
+    def submit(self, content: bytes, indices: list[int]) -> Future[Any]:
+        """Have some points of a sweep run."""
+        found: Future[Any] = self.executor.submit(run_batch, content, indices)
         return found
 
     def wait(self, futures: Iterable[Future[Any]]) -> set[Future[Any]]:
@@ -81,9 +78,7 @@ def check_name(executor: str) -> None:
 
 
 @contextmanager
-def workers_of(
-    executor: Executor | str | None, count: int | None, order: Order, timeout: float | None = None
-) -> Iterator[Workers]:
+def workers_of(executor: Executor | str | None, count: int | None, timeout: float | None = None) -> Iterator[Workers]:
     """The workers that ``executor`` stands for; those started here are ended, even if they are at work.
 
     Parameters
@@ -92,8 +87,6 @@ def workers_of(
         One that is there; or ``processes``, ``dask``, ``dask=ADDRESS``. Left out: processes.
     count : int, optional
         The number of workers. Left out, as many as there are cores, or as the executor has.
-    order : Order
-        The sweep.
     timeout : float, optional
         Longest time of a point [s]; for processes only.
 
@@ -111,7 +104,7 @@ def workers_of(
     if isinstance(executor, str):
         check_name(executor)
     if executor in (None, "processes"):
-        with processes(count or cores(), order, timeout) as own:
+        with processes(count or cores(), timeout) as own:
             yield own
         return
     if timeout is not None:
@@ -126,16 +119,33 @@ def workers_of(
     yield Workers(executor, int(count or getattr(executor, "_max_workers", None) or cores()))
 
 
+@contextmanager
+def _safe_path() -> Iterator[None]:
+    """Keep Python processes that start meanwhile from importing modules from the current folder.
+
+    Processes of multiprocessing start with that folder on their path, and adopt the path of this process only after the
+    first imports: a ``numpy.py`` in that folder would be run.
+    """
+    before = os.environ.get(_SAFE_PATH)
+    os.environ[_SAFE_PATH] = "1"
+    try:
+        yield
+    finally:
+        del os.environ[_SAFE_PATH]
+        if before is not None:
+            os.environ[_SAFE_PATH] = before
+
+
 # ---------------------------------------------------------------- processes of this machine
 
-_START = multiprocessing.get_context("forkserver" if sys.platform != "win32" else "spawn")
+_START: Any = multiprocessing.get_context("forkserver" if sys.platform != "win32" else "spawn")
 # Times that the pool is begun anew.
 _RENEWALS = 20
 # Seconds after which the end of a process is reported.
 _LATE = 0.3
 
 
-class _Process(_START.Process):  # type: ignore[misc,name-defined]
+class _Process(_START.Process):  # type: ignore[misc]
     """A process whose end the pool cannot miss.
 
     The pool overlooks processes that end before it has read which batch they have begun, and those that end with
@@ -164,24 +174,30 @@ class Processes(Workers):
     deaths = (ProcessExpired, TimeoutError)
     isolates = True
 
-    def __init__(self, start: Callable[[], ProcessPool], count: int, timeout: float | None = None) -> None:
-        self.start = start
-        self.pool = start()
-        self.renewed = 0
+    def __init__(self, count: int, timeout: float | None = None) -> None:
         self.count = count
         self.timeout = timeout
+        self.renewals = _RENEWALS
+        self.pool = self._start()
 
-    def submit(self, order: Order, indices: list[int]) -> Future[Any]:
+    def _start(self) -> ProcessPool:
+        context = type(_START)()
+        context.Process = _Process
+        pool = ProcessPool(self.count, initializer=_begin, context=context)
+        pool.schedule(cores)  # starts the processes
+        return pool
+
+    def submit(self, content: bytes, indices: list[int]) -> Future[Any]:
         # a worker answers after a slice, unless one of its points hangs
         extra = 2 * SLICE if len(indices) > 1 else 0.0
-        return self.schedule(run_batch, (order, indices), self.timeout and self.timeout + extra)
+        return self.schedule(run_batch, (content, indices), self.timeout and self.timeout + extra)
 
     def schedule(self, function: Callable[..., Any], arguments: Any, timeout: float | None = None) -> Future[Any]:
         """Have a function run, for at most ``timeout`` seconds."""
-        if not self.pool.active and self.renewed < _RENEWALS:  # it breaks down when an idle process is killed
+        if not self.pool.active and self.renewals:  # it breaks down when an idle process is killed
             self.close()
-            self.renewed += 1
-            self.pool = self.start()
+            self.renewals -= 1
+            self.pool = self._start()
         return self.pool.schedule(function, arguments, timeout=timeout)
 
     def close(self) -> None:
@@ -191,93 +207,47 @@ class Processes(Workers):
 
 
 @contextmanager
-def processes(count: int, order: Order | None = None, timeout: float | None = None) -> Iterator[Processes]:
-    """Processes of this machine, which know the sweep of ``order``; ended when the context is left.
+def processes(count: int, timeout: float | None = None) -> Iterator[Processes]:
+    """Processes of this machine, which are ended when the context is left.
 
     Raises
     ------
     LostError
         When no process starts.
     """
-    environment = dict(os.environ)
-    context: Any = type(_START)()
     if sys.platform != "win32":
-        context.set_forkserver_preload(["shockwave.sweep.batch"])
+        _START.set_forkserver_preload(["shockwave.sweep.points"])
     with _safe_path():
-        with _interrupts_blocked():
-            first = context.Process(target=cores)
-            first.start()
-            first.join()
-            if first.exitcode != 0:
-                remedy = "a program that calls run_sweep is a file, and does so under `if __name__ == '__main__':`"
-                raise LostError(f"worker processes must start (got status {first.exitcode}; {remedy})")
-        context.Process = _Process
-
-        def start() -> ProcessPool:
-            pool = ProcessPool(count, initializer=_begin, initargs=(environment, order), context=context)
-            with _interrupts_blocked():
-                pool.schedule(cores)  # starts the processes
-            return pool
-
-        own = Processes(start, count, timeout)
+        first = _START.Process(target=cores)
+        first.start()
+        first.join()
+        if first.exitcode != 0:
+            remedy = "a program that calls run_sweep is a file, and does so under `if __name__ == '__main__':`"
+            raise LostError(f"worker processes must start (got status {first.exitcode}; {remedy})")
+        own = Processes(count, timeout)
         try:
             yield own
         finally:
             own.close()
 
 
-def _begin(environment: dict[str, str], order: Order | None) -> None:
-    """Prepare a worker: leave interrupts to the client, end with it, keep off its output, and read the sweep.
+def _ignore_interrupts() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
-    The environment is that of the client, not the one in which the server of processes was begun.
-    """
-    os.environ.clear()
-    os.environ.update(environment)
+
+def _begin() -> None:
+    """Prepare a worker: leave interrupts to the client, end with it, and keep off its output."""
+    _ignore_interrupts()
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     os.dup2(2, 1)
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
-    if order is not None:
-        run_batch(order, [])
 
 
 def _end_with(sentinel: int) -> None:
     connection.wait([sentinel])
     os._exit(1)
-
-
-@contextmanager
-def _safe_path() -> Iterator[None]:
-    """Keep Python processes that start meanwhile from importing modules from the current folder.
-
-    Processes of multiprocessing start with that folder on their path, and adopt the path of this process only after the
-    first imports: a ``numpy.py`` in that folder would be run.
-    """
-    before = os.environ.get(_SAFE_PATH)
-    os.environ[_SAFE_PATH] = "1"
-    try:
-        yield
-    finally:
-        del os.environ[_SAFE_PATH]
-        if before is not None:
-            os.environ[_SAFE_PATH] = before
-
-
-@contextmanager
-def _interrupts_blocked() -> Iterator[None]:
-    """Have processes that start meanwhile leave interrupts to this one for ever."""
-    if sys.platform == "win32":
-        yield
-        return
-    from multiprocessing import resource_tracker
-
-    resource_tracker.ensure_running()  # begun later, it would take the mask off
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
 # ---------------------------------------------------------------- dask
@@ -291,29 +261,25 @@ class DaskWorkers(Workers):
         self.client = client
         self.asked = asked
         self.deaths = (killed,)
-        self.threads = 1
-        self.counted = 0.0
 
     @property
     def count(self) -> int:  # type: ignore[override]
         """The number of workers to keep busy."""
-        if time.monotonic() - self.counted > _COUNT:
-            self.threads = sum(self.client.nthreads().values())
-            self.counted = time.monotonic()
-        return self.asked or max(self.threads, 1)
+        return self.asked or max(self._threads(), 1)
+
+    def _threads(self) -> int:
+        try:
+            return sum(self.client.nthreads().values())
+        except OSError as error:
+            remedy = "run it again: what is finished is kept"
+            raise LostError(f"dask: the scheduler must go on running (got {error}; {remedy})") from None
 
     def wait(self, futures: Iterable[Future[Any]]) -> set[Future[Any]]:
-        known, seen, warned = list(futures), time.monotonic(), False
-        while not (done := wait(known, timeout=_COUNT, return_when=FIRST_COMPLETED).done):
-            without = time.monotonic() - seen
-            if self.client.nthreads():
-                seen, warned = time.monotonic(), False
-            elif without > _GIVE_UP:
-                got = f"got none for {_GIVE_UP:g} s; begin one and run it again: what is finished is kept"
-                raise LostError(f"dask: the scheduler must have workers ({got})")
-            elif without > _WARN and not warned:
-                warned = True
-                _log.warning("dask: the scheduler has no workers left; waiting for another")
+        known = list(futures)
+        while not (done := wait(known, _GIVE_UP, FIRST_COMPLETED).done):
+            if not self._threads():
+                remedy = "begin one and run it again: what is finished is kept"
+                raise LostError(f"dask: the scheduler must have workers (got none; {remedy})")
         return done
 
 
@@ -336,6 +302,8 @@ def _dask(address: str, count: int | None) -> Iterator[Workers]:
         try:
             client = distributed.Client(cluster or address, timeout=_PATIENCE, set_as_default=False)
             client.wait_for_workers(1, timeout=_PATIENCE)
+            if cluster:  # interrupts of the terminal are for the client
+                client.run(_ignore_interrupts)
         except (OSError, ValueError) as error:
             name = address or "the local cluster"
             raise LostError(f"dask: {name} must answer and have a worker (got {error})") from None
@@ -355,7 +323,7 @@ def _local_cluster(count: int) -> Any:
         "distributed.scheduler.http.routes": [],
         "distributed.worker.http.routes": [],
     }
-    with dask.config.set(settings), _interrupts_blocked():
+    with dask.config.set(settings):
         return distributed.LocalCluster(
             n_workers=count,
             threads_per_worker=1,
