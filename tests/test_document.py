@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pint
 import pytest
 
-from shockwave.errors import FileAccessError, ScenarioError
+from shockwave.errors import Fault, FileAccessError, ScenarioError
 from shockwave.scenario import units
 from shockwave.scenario.units import to_si
 from shockwave.scenario.yaml_document import parse_document, read_document
@@ -27,9 +28,11 @@ list:
 
 
 def _faults(text: str) -> list[str]:
-    with pytest.raises(ScenarioError) as caught:
-        parse_document(text, "f")
-    return [str(fault) for fault in caught.value.faults]
+    try:
+        faults: Sequence[Fault] = parse_document(text, "f").faults
+    except ScenarioError as error:
+        faults = error.faults
+    return [str(fault) for fault in faults]
 
 
 # ---------------------------------------------------------------- scalars
@@ -81,13 +84,13 @@ def test_numbers_that_no_float_holds_are_faults(text: str) -> None:
 def test_locate_gives_line_and_column_or_those_of_the_nearest_above(
     path: tuple[str | int, ...], key: bool, place: str
 ) -> None:
-    assert parse_document(NESTED, "f").locate(path, key) == place
+    assert parse_document(NESTED, "f").fault(path, "", key).location == place
 
 
 def test_carriage_returns_and_a_byte_order_mark_do_not_shift_places() -> None:
     document = parse_document("\ufeffa: 1\r\nb:\r\n  c: 2\r\n", "f")
     assert document.data == {"a": 1, "b": {"c": 2}}
-    assert document.locate(("b", "c")) == "f:3:6"
+    assert document.place(("b", "c")) == (3, 6)
 
 
 def test_tabs_may_separate_but_not_indent() -> None:
@@ -135,11 +138,10 @@ def test_what_a_scenario_has_no_use_for_is_a_fault_in_its_place(text: str, fault
 
 
 def test_faults_that_leave_the_rest_readable_can_be_gathered() -> None:
-    faults: list[object] = []
-    document = parse_document("a: .inf\nb: 1\nb: 2\n", "f", faults)  # type: ignore[arg-type]
+    document = parse_document("a: .inf\nb: 1\nb: 2\n", "f")
     assert document.data == {"a": None, "b": 1}
     assert document.unreadable == {("a",)}
-    assert len(faults) == 2
+    assert len(document.faults) == 2
 
 
 # ---------------------------------------------------------------- limits

@@ -15,7 +15,7 @@ from typing import Any
 from attrs import frozen
 
 from shockwave import OWN_DISTRIBUTION
-from shockwave.errors import Fault, PluginError, ShockwaveError
+from shockwave.errors import PluginError, ShockwaveError
 from shockwave.registry import find
 from shockwave.scenario.loader import scenario_of
 from shockwave.scenario.scenario import Scenario
@@ -46,10 +46,9 @@ def loaded_apart(path: str | os.PathLike[str], timeout: float | None = None) -> 
     PluginError
         When each of the first points ends its process, or takes longer than ``timeout`` [s].
     """
-    faults: list[Fault] = []
-    document = read_document(path, faults)
+    document = read_document(path)
     begin = _first_sound(Path(path).absolute(), timeout) if _has_plugin(document.data) else 0
-    return scenario_of(document, Path(path), faults, slice(begin, None))
+    return scenario_of(document, Path(path), slice(begin, None))
 
 
 def _has_plugin(data: Mapping[str, Any]) -> bool:
@@ -75,9 +74,8 @@ def _first_sound(path: Path, timeout: float | None) -> int:
 
 
 def _build(path: Path, attempt: int) -> None:
-    faults: list[Fault] = []
     try:
-        scenario_of(read_document(path, faults), path, faults, slice(attempt, attempt + 1))
+        scenario_of(read_document(path), path, slice(attempt, attempt + 1))
     except (Exception, SystemExit):  # reported by the client
         return
 
