@@ -82,7 +82,7 @@ def test_every_key_says_what_it_is_for(block: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["profiles", "materials", "models", "quadratures", "integrators"])
-def test_names_are_those_of_the_registry_each_with_its_summary(kind: str) -> None:
+def test_names_are_those_of_the_registry(kind: str) -> None:
     top = schema()["properties"]
     forms = {
         "profiles": top["shock"]["properties"]["profile"],
@@ -91,10 +91,8 @@ def test_names_are_those_of_the_registry_each_with_its_summary(kind: str) -> Non
         "quadratures": top["predict"]["properties"]["quadrature"],
         "integrators": top["simulate"]["properties"]["integrator"],
     }
-    told = dict(zip(forms[kind]["enum"], forms[kind]["enumDescriptions"], strict=True))
-    entries = registry.entries(kind)
-    assert [name for name in told if name is not None] == [entry.name for entry in entries]
-    assert all(told[entry.name].startswith(entry.summary) for entry in entries)
+    names = [name for name in forms[kind]["enum"] if name is not None]
+    assert names == [entry.name for entry in registry.entries(kind)]
 
 
 # ---------------------------------------------------------------- what is admitted

@@ -100,25 +100,18 @@ class Document:
         """
         data = dict(self.data)
         for path, value in values.items():
-            _set(data, path, value)
-        places = {path: own for path, own in self.values.items() if path not in values}
-        keys = dict(self.keys)
-        if place is not None:
-            places |= dict.fromkeys(values, place)
-            keys |= dict.fromkeys(values, place)
-        return evolve(self, data=data, values=places, keys=keys)
-
-
-def _set(data: dict[Any, Any], path: Steps, value: Any) -> None:
-    """Set the value at ``path``; mappings on the way are copied, as other documents share them."""
-    *above, last = path
-    for step in above:
-        inner = data.get(step)
-        if inner is not None and not isinstance(inner, dict):
-            return
-        data[step] = dict(inner or {})
-        data = data[step]
-    data[last] = value
+            block: Any = data
+            for step in path[:-1]:
+                # copied, as other documents share it
+                block[step] = dict(block[step]) if isinstance(block.get(step), dict) else block.get(step) or {}
+                block = block[step]
+                if not isinstance(block, dict):
+                    break
+            else:
+                block[path[-1]] = value
+        placed = dict.fromkeys(values, place) if place is not None else {}
+        kept = {path: own for path, own in self.values.items() if path not in values}
+        return evolve(self, data=data, values=kept | placed, keys=self.keys | placed)
 
 
 def read_document(path: str | os.PathLike[str]) -> Document:
@@ -161,9 +154,8 @@ def parse_document(text: str, name: str) -> Document:
     if bad := _UNPRINTABLE.search(text):
         problem = f"must be printable text (got the character U+{ord(bad[0]):04X}; delete it)"
         raise _error(name, text[: bad.start()], problem)
-    root = _composed(text, name)
     document = Document(name, {})
-    data = _value(document, root, ())
+    data = _value(document, _composed(text, name), ())
     if not isinstance(data, dict):
         got = "nothing" if data is None else reprlib.repr(data)
         problem = f"must be a mapping, 'key: value' on each line (got {got})"
@@ -227,45 +219,39 @@ def _composed(text: str, name: str) -> yaml.Node:
 
 def _value(document: Document, node: yaml.Node, path: Steps) -> Any:
     """The data of a node, whose places ``document`` gets; None where it could not be read."""
-    document.values[path] = _place(node)
-    try:
-        if isinstance(node, yaml.ScalarNode):
+    document.values[path] = node.start_mark.line + 1, node.start_mark.column + 1
+    if len(path) >= _DEEPEST or isinstance(node, yaml.ScalarNode):
+        try:
             return _scalar(node)
-        if len(path) >= _DEEPEST:
-            raise ValueError(f"must be nested at most {_DEEPEST} levels deep (got more)")
-    except ValueError as error:
-        document.unreadable.add(path)
-        document.faults.append(document.fault(path, str(error)))
-        return None
+        except ValueError as error:
+            document.unreadable.add(path)
+            document.faults.append(document.fault(path, str(error)))
+            return None
     if isinstance(node, yaml.SequenceNode):
         return [_value(document, inner, (*path, index)) for index, inner in enumerate(node.value)]
-    return _mapping(document, node, path)
-
-
-def _mapping(document: Document, node: yaml.Node, path: Steps) -> dict[str, Any]:
     data: dict[str, Any] = {}
     for key, inner in node.value:
-        name = key.value
-        below = (*path, name)
-        line, column = _place(key)
-        location = f"{document.name}:{line}:{column}"
-        if key.tag != _TEXT or _UNPRINTABLE.search(name):
-            got = f"{reprlib.repr(name)[1:-1]}; put it in quotes if it is one" if name else "nothing"
-            problem = f"must have names as keys (got {got})"
-            document.faults.append(Fault(dotted(path), problem, location))
-        elif name in data:
-            got = f"got it again; first in line {document.keys[below][0]}; delete one"
-            problem = f"must be given once ({got})"
-            document.faults.append(Fault(dotted(below), problem, location))
-        else:
+        below = (*path, key.value)
+        line, column = key.start_mark.line + 1, key.start_mark.column + 1
+        if key.tag == _TEXT and key.value not in data:
             document.keys[below] = line, column
-            data[name] = _value(document, inner, below)
+            data[key.value] = _value(document, inner, below)
+            continue
+        if key.tag == _TEXT:
+            problem = f"must be given once (got it again; first in line {document.keys[below][0]}; delete one)"
+        else:
+            below = path
+            got = f"{reprlib.repr(key.value)[1:-1]}; put it in quotes if it is one" if key.value else "nothing"
+            problem = f"must have names as keys (got {got})"
+        document.faults.append(Fault(dotted(below), problem, f"{document.name}:{line}:{column}"))
     return data
 
 
-def _scalar(node: yaml.ScalarNode) -> Any:
-    """The value of a scalar; raises ValueError for one that is no text or number."""
-    text: str = node.value
+def _scalar(node: yaml.Node) -> Any:
+    """The value of a scalar; raises ValueError for what has none."""
+    text = node.value
+    if not isinstance(node, yaml.ScalarNode):
+        raise ValueError(f"must be nested at most {_DEEPEST} levels deep (got more)")
     if node.tag == "nothing":
         return None
     if node.tag == "truth":
@@ -278,20 +264,14 @@ def _scalar(node: yaml.ScalarNode) -> Any:
 
 
 def _number(text: str) -> int | float:
+    """A finite number; raises ValueError for one that no float holds."""
     try:
         if text.startswith(("0o", "0x")):
             number: int | float = int(text, 0)
-        elif text.lstrip("+-").isdigit():
-            number = int(text)
         else:
-            number = float(text)
-        finite = math.isfinite(number)
-    except (ValueError, OverflowError):  # more digits than an int or a float may have
-        finite = False
-    if not finite:
-        raise ValueError(f"must be finite (got {reprlib.repr(text)[1:-1]})")
-    return number
-
-
-def _place(node: yaml.Node) -> Place:
-    return node.start_mark.line + 1, node.start_mark.column + 1
+            number = int(text) if text.lstrip("+-").isdigit() else float(text)
+        if math.isfinite(number):
+            return number
+    except (ValueError, OverflowError):
+        pass
+    raise ValueError(f"must be finite (got {reprlib.repr(text)[1:-1]})")
