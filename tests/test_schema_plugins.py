@@ -205,7 +205,7 @@ class TestPlugin:
         [
             ("declared", "    delay: 0.003  # a delay, > 0.001 and <= 0.005 s"),
             ("declared", "    # step: 5 mm  # a step, < inf m"),
-            ("declared", "    # knots: [1, 2, 3]  # knots, each > 0 s"),
+            ("declared", "    # knots: [10 us]  # knots, each > 0 s"),
             ("undeclared", "    count: 1  # int"),
             ("undeclared", "    kind: odd  # Literal['odd', 'even']"),
             ("undeclared", "    # weights: []  # tuple[float, ...]"),

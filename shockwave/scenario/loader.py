@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from attrs import define, evolve
+from attrs import define
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.material import Material
@@ -24,7 +24,6 @@ from shockwave.errors import (
 from shockwave.fields import text_of
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
-from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
 from shockwave.registry import DISABLE, blame, load, plugins, same_distribution
 from shockwave.scenario.keys import BLOCKS, CHAIN, RECORD, SCENARIO, Key, keys_of, parameters_of, shock_keys
@@ -33,12 +32,11 @@ from shockwave.scenario.sweep import Sweep, beginnings, first
 from shockwave.scenario.sweep import read as read_sweep
 from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.uncertainty import read as read_spreads
-from shockwave.scenario.value_conversion import Wrong, WrongsError, missing, structure
+from shockwave.scenario.value_conversion import Wrong, WrongsError, structure
 from shockwave.scenario.yaml_document import Document, Steps, read_document
 
 DISTRIBUTION = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9._-]{0,100}[A-Za-z0-9])?")
 _PARAMETERS: Steps = ("shock", "parameters")
-_FILE: Steps = (*_PARAMETERS, "file")
 _STEP = re.compile(r"([^.\[\]]+)|\[([0-9]{1,9})\]")
 _MOST_FAULTS = 100
 _SIZES = ("peak_force", "rise_time", "duration")
@@ -255,21 +253,17 @@ class _Loading:
 
     # ---------------------------------------------------------------- chain
 
-    def _chain(self, data: Any) -> Chain | None:
+    def _chain(self, data: Any) -> Any:
         values, sound = self.values(("chain",), data, CHAIN)
-        sizes = [name for name in _given(data) if name in ("diameter", "radius")]
-        if isinstance(data, dict | None) and not sizes:
-            self.report(("chain",), [missing(("diameter",), "give a diameter or a radius")])
-        elif len(sizes) == 2:
-            problem = "must be given once, as a diameter or as a radius (got both; delete one)"
-            self.add(("chain", sizes[1]), problem, at_key=True)
-        values["material"] = self._material(values["material"]) if "material" in values else None
-        if not sound or len(sizes) != 1 or values["material"] is None:
+        material = self._material(values["material"]) if "material" in values else None
+        if not sound or material is None:
             return None
+        values["material"] = material
+        elsewhere: dict[str, Steps] = {}
         if "diameter" in values:
             values["radius"] = values.pop("diameter") / 2
-        chain: Chain | None = self.build(Chain, values, ("chain",), {"radius": ("chain", sizes[0])})
-        return chain
+            elsewhere["radius"] = ("chain", "diameter")
+        return self.build(Chain, values, ("chain",), elsewhere)
 
     def _material(self, data: Any) -> Any:
         if isinstance(data, str):
@@ -292,67 +286,46 @@ class _Loading:
 
     # ---------------------------------------------------------------- shock
 
-    def _shock(self, data: Any) -> Shock | None:
-        given = _given(data)
+    def _shock(self, data: Any) -> Any:
+        given = data if isinstance(data, dict) else {}
         cls = self._loaded("shock.profile", "profiles", given.get("profile"))
-        keys = shock_keys(cls)
-        if "duration" in given:
-            keys = tuple(evolve(key, required=key.required and key.name != "rise_time") for key in keys)
-            if "rise_time" in given:
-                problem = "must be left out where rise_time is given (got both; delete one)"
-                self.add(("shock", "duration"), problem, at_key=True)
-        values, sound = self.values(("shock",), data, keys)
+        values, sound = self.values(("shock",), data, shock_keys(cls))
         if cls is None:
             return None
         # The profile is built even where another key is at fault, for what its constructor has to say.
         profile = self._profile(cls, given, values)
-        if profile is None or not sound or {"duration", "rise_time"} <= values.keys():
+        if profile is None or not sound:
             return None
         sizes: dict[str, Any] = {key: values[key] for key in _SIZES if key in values}
         sizes["profile"] = profile
         make = Shock.of_duration if "duration" in sizes else Shock
-        shock: Shock | None = self.build(make, sizes, ("shock",), {"": ("shock", "profile")}, cls)
-        return shock
+        return self.build(make, sizes, ("shock",), {"": ("shock", "profile")}, cls)
 
-    def _profile(self, cls: type[ShockProfile], given: Mapping[str, Any], shock: Mapping[str, Any]) -> Any:
+    def _profile(self, cls: Any, given: Mapping[str, Any], shock: Mapping[str, Any]) -> Any:
         """The profile of a block, of whose values ``shock`` are sound; None where something is wrong with it."""
         name = given["profile"]
-        keys = {key.name: key for key in keys_of(cls)}
         values, sound = self.values(_PARAMETERS, given.get("parameters"), parameters_of(name, cls))
-        if "duration_ratio" in shock:
-            ratio = values["duration_ratio"] = shock["duration_ratio"]
-            if "duration_ratio" not in keys:
-                problem = f"must be left out, as profile {name!r} has its own (got {ratio:g})"
-                self.add(("shock", "duration_ratio"), problem)
+        ratio = next((key for key in keys_of(cls) if key.name == "duration_ratio"), None)
+        if "duration_ratio" not in shock:
+            # reported with the keys of the block
+            sound = sound and "duration_ratio" not in given and not (ratio and ratio.required)
+        elif ratio is not None:
+            values["duration_ratio"] = shock["duration_ratio"]
+        else:
+            sound = False
+            got = shock["duration_ratio"]
+            problem = f"must be left out, as profile {name!r} has its own (got {got:g})"
+            self.add(("shock", "duration_ratio"), problem)
+        if not sound:
+            return None
+        make: Callable[..., Any] = cls
+        if name == RECORD and "file" in values:
+            values["path"] = self._file(values.pop("file"))
+            if values["path"] is None:
                 return None
-        if not sound or ("duration_ratio" in given and "duration_ratio" not in shock):
-            return None
-        make: Callable[..., Any] | None = cls
-        if name == RECORD:
-            make = self._record(cls, values)
-        elif not all(key.name in values for key in keys.values() if key.required):
-            return None  # reported as missing
-        if make is None:
-            return None
+            make = cls.from_file
         elsewhere: dict[str, Steps] = {"duration_ratio": ("shock", "duration_ratio")}
         return self.build(make, values, _PARAMETERS, elsewhere, cls)
-
-    def _record(self, cls: Any, values: dict[str, Any]) -> Callable[..., Any] | None:
-        """What makes a record of ``values``: of its samples, or of its file, whose path takes the place of its name."""
-        samples = [name for name in ("times", "forces") if name in values]
-        if "file" not in values:
-            if len(samples) == 2:
-                made: Callable[..., Any] = cls
-                return made
-            lacking = [name for name in ("times", "forces") if name not in samples]
-            purpose = f"give {' and '.join(lacking)}, or a file"
-            self.report(_PARAMETERS, [missing((lacking[0] if samples else "file",), purpose)])
-            return None
-        if samples:
-            self.add(_FILE, f"must be left out where {samples[0]} are given (got both)", at_key=True)
-            return None
-        values["path"] = self._file(values.pop("file"))
-        return cls.from_file if values["path"] is not None else None
 
     def _file(self, name: str) -> Path | None:
         """The file called ``name`` in the scenario's folder, or below it."""
@@ -362,9 +335,5 @@ class _Loading:
         if name.strip() and file.resolve().is_relative_to(folder.resolve()):
             return file
         problem = f"must be a file in the scenario's folder or below it (got {text_of(name)}; copy it there)"
-        self.add(_FILE, problem)
+        self.add((*_PARAMETERS, "file"), problem)
         return None
-
-
-def _given(block: Any) -> Mapping[str, Any]:
-    return block if isinstance(block, dict) else {}

@@ -39,7 +39,6 @@ _FILE = rf"^(?!/)[\s\S]*\S[\s\S]*{_END}"
 
 Form = dict[str, Any]
 _OWN_RATIO: Form = {"not": {}, "description": "to be left out, as the profile has its own"}
-_RECORD_FILE: Form = {"required": ["file"], "not": {"required": ["times"]}}
 
 
 def schema() -> Form:
@@ -59,7 +58,7 @@ def schema() -> Form:
     named = {name: material.pop(name) for name in ("type", "enum")}
     material["anyOf"] = [named, _mapping(keys_of(Material))]
     profiles = {name: _of_profile(name) for name in _names("profiles")}
-    forms["shock"] |= _mapping(keys.SHOCK) | {"not": {"required": ["rise_time", "duration"]}}
+    forms["shock"] |= _mapping(keys.SHOCK)
     forms["shock"]["allOf"] = [_where_profile(name, form) for name, (form, _) in profiles.items()]
     forms["predict"] |= _or_null(_mapping(keys.BLOCKS["predict"]))
     forms["simulate"] |= _or_null(_mapping(keys.BLOCKS["simulate"]))
@@ -83,7 +82,6 @@ def schema() -> Form:
 def _complete(of_profiles: list[Form]) -> Form:
     """What a scenario of a single scene must have."""
     chain = _required(keys.CHAIN)
-    chain["oneOf"] = [{"required": ["diameter"]}, {"required": ["radius"]}]
     chain["properties"] = {"material": {"if": {"type": "object"}, "then": _required(keys_of(Material))}}
     shock = _required(keys.SHOCK) | {"allOf": of_profiles}
     return _required(keys.SCENARIO) | {"properties": {"chain": chain, "shock": shock}}
@@ -102,11 +100,24 @@ def _installed() -> str:
 
 def _mapping(own: Sequence[Key]) -> Form:
     """A mapping of these keys and nothing else."""
-    return {"type": "object", "properties": {key.name: _value(key) for key in own}, "additionalProperties": False}
+    form: Form = {
+        "type": "object",
+        "properties": {key.name: _value(key) for key in own},
+        "additionalProperties": False,
+    }
+    doubled = [{"required": [key.name, other]} for key in own for other in key.instead_of]
+    return form | {"not": {"anyOf": doubled}} if doubled else form
 
 
 def _required(own: Sequence[Key]) -> Form:
-    return {"required": [key.name for key in own if key.required]}
+    """What a mapping of these keys must have; empty where that is nothing."""
+    substitutes = {name: key.name for key in own for name in key.instead_of}
+    names = [key.name for key in own if key.required]
+    either = [
+        {"anyOf": [{"required": [name]}, {"required": [substitutes[name]]}]} for name in names if name in substitutes
+    ]
+    form: Form = {"required": [name for name in names if name not in substitutes], "allOf": either}
+    return {rule: content for rule, content in form.items() if content}
 
 
 def _where_profile(name: str, form: Form) -> Form:
@@ -122,21 +133,17 @@ def _of_profile(name: str) -> tuple[Form, Form]:
     except Exception as error:  # a plugin's class may be anything
         unknown = f"parameters of {name}, which are not known ({' '.join(str(error).split())})"
         return {"properties": {"parameters": {"type": ["object", "null"], "description": unknown}}}, {}
-    shock = {key.name: key for key in keys.shock_keys(cls)}
     form, needs = _mapping(own), _required(own)
     if name == keys.RECORD:
         form["properties"]["file"]["pattern"] = _FILE
-        needs = {"oneOf": [_RECORD_FILE, {"required": ["times", "forces"]}]}
-    must = [key for key in ("peak_force", "duration_ratio") if shock[key].required]
-    if needs.get("required", True):
-        must.append("parameters")
+    needed = _required(keys.shock_keys(cls))
+    if needs:
+        needed["properties"] = {"parameters": needs}
+        needed["required"] = [*needed["required"], "parameters"]
     else:
         form = _or_null(form)
-    needed: Form = {"required": must, "properties": {"parameters": needs}}
-    if shock["rise_time"].required:
-        needed["anyOf"] = [{"required": ["rise_time"]}, {"required": ["duration"]}]
-    ratio = _value(shock["duration_ratio"]) if has_ratio else _OWN_RATIO
-    return {"properties": {"duration_ratio": ratio, "parameters": form}}, needed
+    (ratio,) = (key for key in keys.shock_keys(cls) if key.name == "duration_ratio")
+    return {"properties": {"duration_ratio": _value(ratio) if has_ratio else _OWN_RATIO, "parameters": form}}, needed
 
 
 def _dotted(values: Form) -> Form:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import types
 import typing
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import Any, Literal, NamedTuple
@@ -56,8 +56,24 @@ def structure(data: Any, keys: Sequence[Key]) -> dict[str, Any]:
         names = ", ".join(key.name for key in keys) or "nothing"
         raise WrongsError([Wrong((), f"must be a mapping of {names} (got {text_of(given)})")])
     converters = {key.name: partial(converted, key) for key in keys}
-    absent = [key for key in keys if key.required and key.name not in given]
-    return gathered(given.items(), converters, [missing((key.name,), key.purpose) for key in absent])
+    return gathered(given.items(), converters, [*_absent(given, keys), *_doubled(given, keys)])
+
+
+def _absent(given: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Wrong]:
+    substitutes = {name: key.name for key in keys for name in key.instead_of}
+    for key in keys:
+        other = substitutes.get(key.name)
+        if key.required and key.name not in given and other not in given:
+            words = ["got nothing", key.purpose, f"or give {other}" if other else ""]
+            yield Wrong((key.name,), f"must be given ({'; '.join(filter(None, words))})", at_key=True)
+
+
+def _doubled(given: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Wrong]:
+    for key in keys:
+        both = [name for name in key.instead_of if name in given]
+        if key.name in given and both:
+            problem = f"must be left out where {both[0]} is given (got both; delete one)"
+            yield Wrong((key.name,), problem, at_key=True)
 
 
 def gathered(
@@ -94,11 +110,6 @@ def items(values: Sequence[Any], convert: Callable[[Any], Any]) -> list[Any]:
     """All values converted; raises `WrongsError` where some cannot be."""
     found = gathered(enumerate(values), dict.fromkeys(range(len(values)), convert))
     return list(found.values())
-
-
-def missing(path: Steps, purpose: str) -> Wrong:
-    """The fault of a key that is not there."""
-    return Wrong(path, f"must be given (got nothing{'; ' if purpose else ''}{purpose})", at_key=True)
 
 
 def _unknown(name: str, known: Sequence[str]) -> Wrong:
