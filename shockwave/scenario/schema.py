@@ -38,6 +38,7 @@ _LINE = rf"^[^\n]*\S[^\n]*{_END}"
 _FILE = rf"^(?!/)[\s\S]*\S[\s\S]*{_END}"
 
 Form = dict[str, Any]
+_SPACING: Form = {"type": "array", "minItems": 3, "maxItems": 3, "description": "first, last, number"}
 _OWN_RATIO: Form = {"not": {}, "description": "to be left out, as the profile has its own"}
 
 
@@ -160,12 +161,11 @@ def _dotted(values: Form) -> Form:
 
 
 def _sweep() -> Form:
-    spacing = {"type": "array", "minItems": 3, "maxItems": 3, "description": "first, last, number"}
     form = _mapping(SWEEP)
     values = {
         "type": ["array", "object"],
         "minItems": 1,
-        "properties": {"linspace": spacing, "logspace": spacing},
+        "properties": dict.fromkeys(("linspace", "logspace"), _SPACING),
         "additionalProperties": False,
     }
     form["properties"]["grid"] |= _dotted(values)
