@@ -204,12 +204,9 @@ class TestPlugin:
         ("profile", "line"),
         [
             ("declared", "    delay: 0.003  # a delay, > 0.001 and <= 0.005 s"),
-            ("declared", "    # step: 5 mm  # a step, < inf m"),
             ("declared", "    # knots: [10 us]  # knots, each > 0 s"),
-            ("undeclared", "    count: 1  # int"),
             ("undeclared", "    kind: odd  # Literal['odd', 'even']"),
             ("undeclared", "    # weights: []  # tuple[float, ...]"),
-            ("plain", "    power: 1  # float"),
             ("plain", "  # duration: 150 us  # whole duration n t0, in place of the rise time, > 0 s"),
         ],
     )
