@@ -70,10 +70,10 @@ def _absent(given: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Wrong]:
 
 def _doubled(given: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Wrong]:
     for key in keys:
-        both = [name for name in key.instead_of if name in given]
-        if key.name in given and both:
-            problem = f"must be left out where {both[0]} is given (got both; delete one)"
-            yield Wrong((key.name,), problem, at_key=True)
+        for other in key.instead_of if key.name in given else ():
+            if other in given:
+                problem = f"must be left out where {other} is given (got both; delete one)"
+                yield Wrong((key.name,), problem, at_key=True)
 
 
 def gathered(
