@@ -170,8 +170,7 @@ def _choice(value: Any, known: Sequence[Any]) -> Any:
         return value
     *most, last = map(repr, known)
     listed = f"{', '.join(most)} or {last}" if most else last
-    hint = nearest(value[:60], map(str, known)).strip() if isinstance(value, str) else ""
-    raise ValueError(f"must be {listed} (got {_shown(value)}{'; ' if hint else ''}{hint})")
+    raise ValueError(f"must be {listed} (got {_shown(value)})")
 
 
 def _any_of(value: Any, members: Sequence[Any], annotation: Any) -> Any:
