@@ -65,12 +65,6 @@ class Quantity:
         )
         return None if fits else f"must be {self.rule} (got {text_of(value)})"
 
-    def convert(self, value: Any) -> Any:
-        """``value`` as a float or int; a wrong one is left alone, for the check to report."""
-        if value is None or self.problem(value) is not None:
-            return value
-        return int(value) if self.whole else float(value)
-
     def checked(self, value: Any, attribute: attrs.Attribute[Any]) -> Any:
         """``value`` of ``attribute`` as a float or int; raises `InvalidValueError` for a wrong one."""
         problem = self.problem(value)

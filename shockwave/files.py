@@ -66,7 +66,7 @@ def read_bytes(path: _Path, limit: int, remedy: str = "") -> bytes:
         except OSError as error:
             raise _refused(path, error, "read", remedy) from error
     if len(data) > limit:
-        raise FileAccessError(f"{_shown(path)}: must be at most {_size(limit)} (got more{_hint(remedy)})")
+        raise FileAccessError(f"{os.fspath(path)}: must be at most {_size(limit)} (got more{_hint(remedy)})")
     return data
 
 
@@ -84,7 +84,7 @@ def read_text(path: _Path, limit: int, remedy: str = "") -> str:
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         got = f"got the byte 0x{data[error.start]:02x} in line {line}"
-        raise FileAccessError(f"{_shown(path)}: must be UTF-8 text ({got}; save it as UTF-8)") from error
+        raise FileAccessError(f"{os.fspath(path)}: must be UTF-8 text ({got}; save it as UTF-8)") from error
 
 
 def lines_of(file: BinaryIO, name: _Path, longest: int) -> Iterator[bytes]:
@@ -98,7 +98,7 @@ def lines_of(file: BinaryIO, name: _Path, longest: int) -> Iterator[bytes]:
     try:
         while line := file.readline(longest):
             if len(line) == longest:
-                raise FileAccessError(f"{_shown(name)}: must have lines shorter than {_size(longest)} (got more)")
+                raise FileAccessError(f"{os.fspath(name)}: must have lines shorter than {_size(longest)} (got more)")
             yield line
     except OSError as error:
         raise _refused(name, error, "read") from error
@@ -155,7 +155,7 @@ def write_file(path: _Path, content: str | bytes, anew: bool = False) -> None:
     # the content may include file names that are not valid text
     data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
     if anew and os.path.lexists(path):
-        raise FileAccessError(f"{_shown(path)}: cannot be written (it exists already; choose another name)")
+        raise FileAccessError(f"{os.fspath(path)}: cannot be written (it exists already; choose another name)")
     try:
         target = os.path.realpath(path)
         if _replaceable(target) and not os.fspath(path).startswith(_STREAMS):
@@ -164,7 +164,7 @@ def write_file(path: _Path, content: str | bytes, anew: bool = False) -> None:
             with open(path, "wb") as file:  # raises an error if the file is not writable
                 file.write(data)
     except (OSError, ValueError) as error:
-        raise FileAccessError(f"{_shown(path)}: cannot be written ({_reason(error)})") from error
+        raise FileAccessError(f"{os.fspath(path)}: cannot be written ({_reason(error)})") from error
 
 
 def _replaceable(target: str) -> bool:
@@ -235,16 +235,11 @@ def refuse_inputs(output: _Path, inputs: Iterable[_Path]) -> None:
 
 
 def _refused(path: _Path, error: OSError | ValueError, what: str, remedy: str = "") -> FileAccessError:
-    return FileAccessError(f"{_shown(path)}: cannot be {what} (got {_reason(error)}{_hint(remedy)})")
+    return FileAccessError(f"{os.fspath(path)}: cannot be {what} (got {_reason(error)}{_hint(remedy)})")
 
 
 def _not_a_file(path: _Path, got: str) -> FileAccessError:
-    return FileAccessError(f"{_shown(path)}: is not a file (got {got})")
-
-
-def _shown(path: _Path) -> str:
-    """The path as text that can be printed."""
-    return os.fspath(path).replace("\0", "\\0")
+    return FileAccessError(f"{os.fspath(path)}: is not a file (got {got})")
 
 
 def _reason(error: OSError | ValueError) -> str:

@@ -38,14 +38,14 @@ def _one_of(*known: str) -> Any:
 def _contacts(values: Any) -> tuple[int, ...]:
     """Ascending numbers of contacts."""
     try:
-        numbers = {operator.index(value) for value in values if not isinstance(value, bool)}
-        fits = len(numbers) == len(set(values)) and all(0 <= number <= _MOST_CONTACT for number in numbers)
+        numbers = sorted({operator.index(value) for value in values})
+        fits = not numbers or 0 <= numbers[0] <= numbers[-1] <= _MOST_CONTACT
     except TypeError:
         fits = False
     if not fits:
         problem = f"must be whole numbers from 0 to {_MOST_CONTACT:g} (got {text_of(values)})"
         raise InvalidValueError.of("contacts", problem)
-    return tuple(sorted(numbers))
+    return tuple(numbers)
 
 
 def _recorded(values: Any) -> tuple[Any, ...]:

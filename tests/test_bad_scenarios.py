@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from shockwave.errors import FileAccessError, ScenarioError, ShockwaveError
 from shockwave.scenario.loader import load_scenario
-from shockwave.scenario.scenario import Scenario
 
 CHAIN = "chain: {material: copper, radius: 1 mm}\n"
 SHOCK = "shock: {profile: triangular, peak_force: 1 N, rise_time: 1 us, duration_ratio: 2}\n"
@@ -58,21 +57,8 @@ def _with(block: str) -> str:
 
 # text, line and column of the first fault, its path, a part of its problem
 BAD = {
-    # the document
-    "syntax": (CHAIN + "shock: [1, 2\n", "3:1", "", "must be YAML"),
-    "tab-indent": ("chain:\n\tradius: 1\n", "2:1", "", "indent with spaces"),
-    "colon-in-text": ("name: a: b\n" + CHAIN + SHOCK, "1:8", "", "put text that holds ': ' in quotes"),
-    "at-sign": ("name: @home\n", "1:7", "", "put text that begins with this character in quotes"),
-    "empty": ("", "1:1", "", "must be a mapping"),
-    "list-at-top": ("- " + CHAIN, "1:1", "", "must be a mapping"),
-    "two-documents": (CHAIN + SHOCK + "---\n" + CHAIN, "3:1", "", "put each scenario in its own file"),
-    "control-character": ("name: a\x00b\n", "1:8", "", "U+0000"),
-    "duplicate-key": (CHAIN + SHOCK + CHAIN, "3:1", "chain", "first in line 1"),
-    "alias": ("name: &n x\nchain: *n\n" + SHOCK, "1:7", "", "an anchor, an alias or a tag; write the value out"),
-    "tag": (_with("requires: !!set {numpy}"), "3:11", "", "an anchor, an alias or a tag"),
+    # of the document; more of them in test_document.py
     "merge": (_with("predict: {<<: {rtol: 1}}"), "3:11", "predict.'<<'", "unknown key"),
-    "number-as-key": (_with("5: 1"), "3:1", "", "must have names as keys (got 5"),
-    "infinite": ("chain: {material: copper, radius: .inf}\n" + SHOCK, "1:35", "chain.radius", "(got .inf)"),
     # keys
     "unknown-block": (_with("predicts: {}"), "3:1", "predicts", "did you mean 'predict'?"),
     "unknown-key-of-chain": (
@@ -84,27 +70,15 @@ BAD = {
         "parameters: {rise_exponent: 1, decay_exponent: 1, eta: 1}}",
         "2:127", "shock.parameters.eta", "known: rise_exponent, decay_exponent",
     ),
-    "parameter-of-none": (
-        CHAIN + SHOCK.replace("}", ", parameters: {n: 1}}"), "2:96", "shock.parameters.n", "there are none here",
-    ),
-    "missing-chain": (SHOCK, "1:1", "chain", "must be given"),
-    "missing-shock": (CHAIN, "1:1", "shock", "must be given"),
-    "missing-material": ("chain: {radius: 1}\n" + SHOCK, "1:1", "chain.material", "must be given"),
-    "missing-size": ("chain: {material: copper}\n" + SHOCK, "1:1", "chain.diameter", "give a diameter or a radius"),
+    "parameter-of-none": (CHAIN + SHOCK.replace("}", ", parameters: {n: 1}}"), "2:96", "shock.parameters.n", "none"),
+    "missing-size": ("chain: {material: copper}\n" + SHOCK, "1:1", "chain.diameter", "or give radius"),
     "missing-density": (
         "chain: {radius: 1, material: {youngs_modulus: 1 GPa, poisson_ratio: 0}}\n" + SHOCK,
         "1:20", "chain.material.density", "density rho, > 0 kg/m**3",
     ),
-    "missing-profile": (CHAIN + "shock: {peak_force: 1}", "2:1", "shock.profile", "must be given"),
     "missing-rise-time": (CHAIN + SHOCK.replace("rise_time: 1 us, ", ""), "2:1", "shock.rise_time", "t0, > 0 s"),
-    "missing-ratio": (
-        CHAIN + SHOCK.replace(", duration_ratio: 2", ""), "2:1", "shock.duration_ratio", "must be given",
-    ),
-    "missing-parameters": (
-        CHAIN + SHOCK.replace("triangular", "exponential"), "2:1", "shock.parameters.rise_rate", "k1",
-    ),
     "both-sizes": (
-        "chain: {material: copper, radius: 1, diameter: 2}\n" + SHOCK, "1:38", "chain.diameter", "must be given once",
+        "chain: {material: copper, radius: 1, diameter: 2}\n" + SHOCK, "1:27", "chain.radius", "where diameter is",
     ),
     # kinds and units
     "chain-is-a-number": ("chain: 5\n" + SHOCK, "1:8", "chain", "must be a mapping of material, diameter"),
@@ -116,19 +90,14 @@ BAD = {
         CHAIN + SHOCK.replace("1 us", "15 kg"), "2:58", "shock.rise_time",
         "must be a time, such as '15 us' (got '15 kg')",
     ),
-    "no-such-unit": (CHAIN + SHOCK.replace("1 us", "1 uss"), "2:58", "shock.rise_time", "there is no such unit"),
-    "text-for-a-number": (CHAIN + SHOCK.replace("1 N", "strong"), "2:42", "shock.peak_force", "must be a force"),
-    "truth-for-a-number": (CHAIN + SHOCK.replace("1 N", "true"), "2:42", "shock.peak_force", "(got True)"),
     "nothing-for-a-number": (CHAIN + SHOCK.replace("1 N", ""), "2:41", "shock.peak_force", "(got nothing)"),
     # ranges
     "negative-force": (CHAIN + SHOCK.replace("1 N", "-1 kN"), "2:42", "shock.peak_force", "> 0 N (got '-1 kN')"),
-    "zero-time": (CHAIN + SHOCK.replace("1 us", "0"), "2:58", "shock.rise_time", "must be > 0 s (got 0)"),
     "ratio-of-one": (CHAIN + SHOCK.replace(": 2", ": 1"), "2:80", "shock.duration_ratio", "<= 1e+12 (got 1)"),
     "incompressible": (
         "chain: {radius: 1, material: {youngs_modulus: 1, poisson_ratio: 50 %, density: 1}}\n" + SHOCK,
         "1:65", "chain.material.poisson_ratio", "must be > -1 and < 0.5 (got '50 %')",
     ),
-    "one-granule": ("chain: {material: copper, radius: 1, granules: 1}\n" + SHOCK, "1:48", "chain.granules", ">= 2"),
     "diameter-beyond-mass": (
         "chain: {material: copper, diameter: 1e-200}\n" + SHOCK, "1:37", "chain.diameter", "a mass that",
     ),
@@ -140,9 +109,6 @@ BAD = {
     "unknown-profile": (CHAIN + SHOCK.replace("triangular", "triangle"), "2:18", "shock.profile", "did you mean"),
     "unknown-integrator": (_with("simulate: {integrator: euler}"), "3:24", "simulate.integrator", "known: rkn86,"),
     "unknown-alpha": (_with("predict: {alpha: liteal}"), "3:18", "predict.alpha", "must be 'constant' or 'literal'"),
-    "unknown-relation": (
-        _with("published: {source: x, relation: more}"), "3:34", "published.relation", "'less', 'equal' or 'greater'",
-    ),
     "unknown-coefficient": (
         _with("predict: {momentum_coefficient: roughly}"), "3:33", "predict.momentum_coefficient", "'exact', 'paper'",
     ),
@@ -154,8 +120,8 @@ BAD = {
     "published-without-source": (_with("published: {error: 1 %}"), "3:1", "published.source", "must be given"),
     "sweep": (_with("sweep: {grid: {shock.duration_rati: [2, 4]}}"), "3:16", "sweep.grid.'shock.duration_rati'", "did"),
     # records
-    "record-of-nothing": (TABULATED % "", "2:29", "shock.parameters.file", "give times and forces, or a file"),
-    "times-alone": (TABULATED % "times: [0, 1, 2]", "2:29", "shock.parameters.forces", "give forces, or a file"),
+    "record-of-nothing": (TABULATED % "", "2:29", "shock.parameters.times", "or give file"),
+    "times-alone": (TABULATED % "times: [0, 1, 2]", "2:29", "shock.parameters.forces", "or give file"),
     "file-and-times": (TABULATED % "times: [0, 1], file: x.csv", "2:57", "shock.parameters.file", "must be left out"),
     "two-samples": (TABULATED % "times: [0, 1], forces: [0, 1]", "2:49", "shock.parameters.times", "at least three"),
     "times-backwards": (
@@ -170,7 +136,6 @@ BAD = {
     ),
     "file-above": (TABULATED % "file: ../../x.csv", "2:48", "shock.parameters.file", "in the scenario's folder"),
     "file-through-a-link": (TABULATED % "file: link/x.csv", "2:48", "shock.parameters.file", "scenario's folder"),
-    "file-without-name": (TABULATED % "file: ''", "2:48", "shock.parameters.file", "in the scenario's folder"),
     "file-of-endless-name": (TABULATED % f"file: {'x' * 5000}", "2:48", "shock.parameters.file", ""),
 }  # fmt: skip
 
@@ -263,35 +228,6 @@ def test_a_flood_of_faults_ends_in_a_short_list(tmp_path: Path, text: str) -> No
 
 # ---------------------------------------------------------------- whatever comes
 
-_SOUND = settings(
-    derandomize=True,
-    deadline=None,
-    max_examples=200,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
-)
-
-
-def _load_or_refuse(folder: Path, text: str) -> None:
-    path = folder / "any.yaml"
-    path.write_text(text, encoding="utf-8", newline="")
-    try:
-        scenario = load_scenario(path)
-    except ShockwaveError as error:
-        message = str(error)
-    else:
-        assert isinstance(scenario, Scenario)
-        assert None not in (scenario.shock, scenario.chain, scenario.predictor, scenario.simulate)
-        message = scenario.name
-    assert message.encode("utf-8")
-
-
-@_SOUND
-@given(text=st.text(st.one_of(st.characters(codec="utf-8"), st.sampled_from("[]{}:,-?&*!|>'\"%@` \n#")), max_size=60))
-def test_random_text(tmp_path: Path, text: str) -> None:
-    _load_or_refuse(tmp_path, CHAIN + SHOCK + text)
-    _load_or_refuse(tmp_path, text)
-
-
 _PIECES = st.sampled_from([
     "", " ", "\n", "  ", "\t", ":", ": ", "- ", "[", "]", "{", "}", "'", '"', "#", "&a ", "*a", "!", "|", "null",
     "true", "-1", "0", "1e400", "1e-400", "1e300", "9" * 400, ".nan", "15 kg", "9**9**9 s", "x", "<<: ", "\x00", "µ",
@@ -299,20 +235,27 @@ _PIECES = st.sampled_from([
 ])  # fmt: skip
 
 
-@_SOUND
+@settings(
+    derandomize=True, deadline=None, max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 @given(
     text=st.sampled_from([GOOD, RECORD]),
     cuts=st.lists(st.tuples(st.floats(0, 1), st.integers(0, 30), _PIECES, st.booleans()), min_size=1, max_size=4),
 )
 def test_mutated_scenarios(tmp_path: Path, text: str, cuts: list[tuple[float, int, str, bool]]) -> None:
+    (tmp_path / "good.yaml").write_text(text)
+    assert load_scenario(tmp_path / "good.yaml").shock.peak_force in (100.0, 3.0)
     for start, length, piece, twice in cuts:
         first = int(start * len(text))
         span = text[first : first + length]
         text = text[:first] + (span + piece + span if twice else piece) + text[first + length :]
-    _load_or_refuse(tmp_path, text)
-
-
-@pytest.mark.parametrize("text", [GOOD, RECORD], ids=["power-law", "record"])
-def test_what_is_mutated_is_valid(tmp_path: Path, text: str) -> None:
-    (tmp_path / "good.yaml").write_text(text)
-    assert load_scenario(tmp_path / "good.yaml").shock.peak_force in (100.0, 3.0)
+    path = tmp_path / "any.yaml"
+    path.write_text(text, encoding="utf-8", newline="")
+    try:
+        scenario = load_scenario(path)
+    except ShockwaveError as error:
+        message = str(error)
+    else:
+        message = scenario.name
+        assert None not in (scenario.shock, scenario.chain, scenario.predictor, scenario.simulate)
+    assert message.encode("utf-8")

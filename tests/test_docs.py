@@ -321,7 +321,7 @@ def test_exit_statuses_are_those_of_the_errors() -> None:
 @pytest.mark.parametrize(
     ("module", "limit"),
     [
-        ("scenario.value_conversion", "MOST_FAULTS"),
+        ("scenario.loader", "_MOST_FAULTS"),
         ("scenario.yaml_document", "_DEEPEST"),
         ("scenario.yaml_document", "_MOST_VALUES"),
         ("scenario.units", "_LONGEST"),

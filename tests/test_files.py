@@ -45,33 +45,15 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_a_larger_file_than_the_limit_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a").write_bytes(b"12345")
+    assert read_text(tmp_path / "a", 5) == "12345"
     assert read_bytes(tmp_path / "a", 5) == b"12345"
     with pytest.raises(FileAccessError, match=r"a: must be at most 4 bytes \(got more; cut it\)"):
         read_bytes(tmp_path / "a", 4, "cut it")
 
 
-@posix
-@pytest.mark.parametrize("mode", ["rb", "ab", "r+b"])
-def test_a_pipe_is_refused_at_once(tmp_path: Path, mode: str) -> None:
-    os.mkfifo(tmp_path / "a")
-    with pytest.raises(FileAccessError, match=r"a: is not a file \(got a pipe or a device\)"):
-        open_regular(tmp_path / "a", mode=mode, buffering=0)
-
-
-@pytest.mark.parametrize(
-    ("path", "message"), [(".", "is not a file"), ("none", "cannot be read"), ("a\0b", "cannot be read")], ids=ascii
-)
-def test_a_path_that_is_not_a_readable_file_is_named(tmp_path: Path, path: str, message: str) -> None:
-    with pytest.raises(FileAccessError, match=message):
-        read_bytes(tmp_path / path, 4)
-
-
-def test_text_is_utf8_without_a_byte_order_mark(tmp_path: Path) -> None:
-    (tmp_path / "a").write_bytes(b"\xef\xbb\xbfa")
-    assert read_text(tmp_path / "a", 4) == "a"
-    (tmp_path / "a").write_bytes(b"a\n\xff")
-    with pytest.raises(FileAccessError, match=r"got the byte 0xff in line 2; save it as UTF-8"):
-        read_text(tmp_path / "a", 4)
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(FileAccessError, match="none: cannot be read"):
+        read_bytes(tmp_path / "none", 4)
 
 
 @pytest.mark.parametrize("text", ["[" * 100_000, "", "{", "[NaN]"], ids=lambda text: text[:5])
@@ -102,17 +84,6 @@ def test_scenarios_and_records_are_regular_files(file: str, kind: str, folder: P
     # a record must lie in the scenario's folder, links resolved
     error = sw.ScenarioError if (file, kind) == ("pulse.json", "device") else FileAccessError
     with pytest.raises(error, match=r"is not a file|must be a file in the scenario's folder"):
-        sw.load_scenario("record.yaml" if file == "pulse.json" else file)
-
-
-@pytest.mark.parametrize(
-    ("file", "size", "error"),
-    [("scene.yaml", 2**20 + 1, sw.ScenarioError), ("pulse.json", 128 * 2**20 + 1, FileAccessError)],
-)
-def test_scenarios_and_records_have_a_limit(file: str, size: int, error: type[Exception], folder: Path) -> None:
-    with (folder / file).open("r+b") as opened:
-        opened.truncate(size)
-    with pytest.raises(error, match=r"must be at most \d+ MiB"):
         sw.load_scenario("record.yaml" if file == "pulse.json" else file)
 
 
@@ -149,7 +120,6 @@ WRITERS = {
     "report": ["report", "scene.yaml", "-o", "old.html"],
     "schema": ["schema", "-o", "old.json"],
     "curve": ["curve", "scene.yaml", "--rtol", "1e-2", "--longest", "1", "-o", "old.json"],
-    "curve-drawn": ["curve", "scene.yaml", "--rtol", "1e-2", "--longest", "1", "-o", "old.png"],
     "design": [
         *("design", "scene.yaml", "--vary", "chain.radius", "--target", "amplification=0.5", "--rtol", "1e-2"),
         *("--between", "1 mm", "3 mm", "--points", "3", "-o", "old.pdf"),
@@ -220,7 +190,7 @@ def test_a_new_scenario_replaces_nothing(folder: Path, capsys: pytest.CaptureFix
     assert (folder / "scene.yaml").read_text() == SCENE
 
 
-@pytest.mark.parametrize("place", ["nowhere/new", ".", "a\0b", "x" * 999], ids=["folder", "directory", "nul", "long"])
+@pytest.mark.parametrize("place", ["nowhere/new", ".", "x" * 999], ids=["folder", "directory", "long"])
 def test_a_place_that_cannot_be_written_is_a_file_access_error(folder: Path, place: str) -> None:
     with pytest.raises(FileAccessError, match="cannot be written"):
         write_file(place, "new")

@@ -144,15 +144,12 @@ class TestPlugin:
         [
             ("declared", "", "", "parameters"),
             ("declared", "delay: 0.001", "", "parameters.delay"),
-            ("declared", "delay: null", "", "parameters.delay"),
             ("declared", "delay: 2 ms, knots: [1, -2 s]", "", "parameters.knots[1]"),
             ("declared", "delay: 2 ms, dealy: 2", "", "parameters"),
             ("declared", "delay: 2 ms", ", duration_ratio: 20", "duration_ratio"),
             ("undeclared", "count: 1.5", ", duration_ratio: 2", "parameters.count"),
             ("undeclared", "count: 1, kind: none", ", duration_ratio: 2", "parameters.kind"),
-            ("undeclared", "count: 1, source: 5", ", duration_ratio: 2", "parameters.source"),
             ("undeclared", "count: 1, weights: [1, x]", ", duration_ratio: 2", "parameters.weights[1]"),
-            ("undeclared", "count: 1", "", ""),
             ("plain", "power: strong", "", "parameters.power"),
             ("plain", "", ", duration_ratio: 3", "duration_ratio"),
         ],
@@ -204,21 +201,14 @@ class TestPlugin:
         ("profile", "line"),
         [
             ("declared", "    delay: 0.003  # a delay, > 0.001 and <= 0.005 s"),
-            ("declared", "    # step: 5 mm  # a step, < inf m"),
-            ("declared", "    # knots: [1, 2, 3]  # knots, each > 0 s"),
-            ("undeclared", "    count: 1  # int"),
+            ("declared", "    # knots: [10 us]  # knots, each > 0 s"),
             ("undeclared", "    kind: odd  # Literal['odd', 'even']"),
             ("undeclared", "    # weights: []  # tuple[float, ...]"),
-            ("plain", "    power: 1  # float"),
             ("plain", "  # duration: 150 us  # whole duration n t0, in place of the rise time, > 0 s"),
         ],
     )
     def test_templates_tell_each_of_its_parameters(self, validator: Draft7Validator, profile: str, line: str) -> None:
         assert line in template(profile).splitlines()
-
-
-def test_a_profile_that_is_not_installed_is_rejected(patch: pytest.MonkeyPatch) -> None:
-    assert _faults(_pulse("declared", "delay: 2 ms"), Draft7Validator(schema())) != []
 
 
 def test_a_profile_that_cannot_be_imported_may_have_any_parameters(tmp_path: Path, patch: pytest.MonkeyPatch) -> None:

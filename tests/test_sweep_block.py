@@ -129,19 +129,11 @@ def test_the_first_point_is_the_scenario_and_fills_what_it_lacks(tmp_path: Path)
     assert [scene.chain.radius for scene in scenes(tmp_path, block, head)] == [2e-3, 3e-3]
 
 
-@pytest.mark.parametrize(
-    ("blocks", "run"),
-    [("", "compare"), ("predict: {}\n", "predict"), ("simulate: {rtol: 1e-3}\n", "simulate"),
-     ("predict: {}\nsimulate: {}\n", "compare")],
-    ids=["neither", "predict", "simulate", "both"],
-)  # fmt: skip
-def test_what_is_run_follows_from_the_blocks(tmp_path: Path, blocks: str, run: str) -> None:
-    assert swept(tmp_path, "{grid: {shock.rise_time: [1 us]}}", blocks + HEAD).run == run
-    assert swept(tmp_path, "{run: predict, grid: {shock.rise_time: [1 us]}}", blocks + HEAD).run == "predict"
-
-
-def test_an_empty_block_is_none(tmp_path: Path) -> None:
-    assert sw.load_scenario(written(tmp_path, "")).sweep is None
+@pytest.mark.parametrize("blocks", ["", "predict: {}", "simulate: {}", "predict: {}\nsimulate: {}"])
+def test_what_is_run_follows_from_the_blocks(tmp_path: Path, blocks: str) -> None:
+    run = {"predict: {}": "predict", "simulate: {}": "simulate"}.get(blocks, "compare")
+    assert swept(tmp_path, "{grid: {shock.rise_time: [1 us]}}", f"{blocks}\n{HEAD}").run == run
+    assert swept(tmp_path, "{run: predict, grid: {shock.rise_time: [1 us]}}", f"{blocks}\n{HEAD}").run == "predict"
 
 
 # ---------------------------------------------------------------- faults
@@ -152,11 +144,8 @@ _FIVE = ("peak_force", "rise_time", "duration_ratio", "parameters.rise_exponent"
 MANY = ", ".join(f"shock.{name}: {{linspace: [2, 3, 41]}}" for name in _FIVE)
 FAULTS = {
     "unknown-name": ("{grid: {|shock.duration_rati: [2, 4]}}", "grid.'shock.duration_rati'", "did you mean"),
-    "block-as-name": ("{grid: {|shock.parameters: [{}]}}", "grid.'shock.parameters'", "unknown key"),
-    "dimension": ("{grid: {shock.rise_time: [1 us, |2 mm]}}", f"{TIME}[1]", "must be a time"),
     "range": ("{grid: {shock.rise_time: [1 us, |-2 us]}}", f"{TIME}[1]", "must be > 0 s"),
     "no-values": ("{grid: {shock.rise_time: |[]}}", TIME, "must be 1 to"),
-    "one-value": ("{grid: {shock.rise_time: |5}}", TIME, "must be a list of values"),
     "too-many": ("{grid: {shock.rise_time: {linspace: [1, 2, |10000001]}}}", f"{TIME}.linspace[2]", "<= 1e+06"),
     "spacing": ("{grid: {shock.rise_time: |{geomspace: [1, 2, 3]}}}", TIME, "{linspace:"),
     "through-zero": ("{grid: {shock.parameters.rise_exponent: {logspace: |[0, 2, 3]}}}", None, "same sign"),
@@ -165,20 +154,13 @@ FAULTS = {
         "grid.'chain.material'",
         "not every value of it is a number",
     ),
-    "no-end": ("{grid: {chain.granules: {linspace: [|null, 10, 3]}}}", "grid.'chain.granules'.linspace[0]", "nothing"),
     "material": ("{grid: {chain.material: [copper, |leed]}}", "grid.'chain.material'[1]", "did you mean 'lead'"),
-    "material-of-nothing": ("{grid: {chain.material: [copper, |5]}}", "grid.'chain.material'[1]", "a mapping of"),
-    "profile": ("{grid: {shock.profile: [triangular, |triangel]}}", "grid.'shock.profile'[1]", "unknown profile"),
-    "half-granules": ("{grid: {chain.granules: {linspace: |[10, 15, 3]}}}", "grid.'chain.granules'.linspace", "whole"),
     "twice": ("{grid: {shock.rise_time: [1]}, zip: {|shock.rise_time: [2]}}", "zip.'shock.rise_time'", "varied once"),
     "lengths": ("{zip: |{shock.rise_time: [1, 2], shock.peak_force: [1]}}", "zip", "2 of shock.rise_time, 1 of"),
     "other-point": ("{points: [{shock.rise_time: 1}, |{shock.peak_force: 1}]}", "points[1]", "as the first point"),
-    "no-points": ("{points: |[]}", "points", "must be a list of mappings"),
     "run": ("{run: |guess, grid: {shock.rise_time: [1]}}", "run", "'predict', 'simulate' or 'compare'"),
-    "nothing-varied": ("|{run: predict}", "", "must have a grid, a zip or points"),
     "list": ("|[1]", "", "must be a mapping of run, grid, zip, points"),
     "1e7-points": (f"|{{grid: {{{MANY}}}}}", "", "got 115856201"),
-    "setting": ("{grid: {simulate.rtol: [1e-6, |1]}}", "grid.'simulate.rtol'[1]", "<= 0.01"),
 }
 
 
@@ -201,15 +183,9 @@ def test_all_faults_are_reported_together(tmp_path: Path) -> None:
     assert [fault.path.partition(".")[0] for fault in caught.value.faults] == ["shock", *["sweep"] * 4]
 
 
-@pytest.mark.parametrize("block", ["{grid: {shock.duration: [3 us]}}", "{grid: {chain.diameter: [3 mm]}}"])
-def test_what_stands_in_place_of_another_is_refused_beside_it(tmp_path: Path, block: str) -> None:
-    with pytest.raises(ScenarioError, match="got both; delete one"):
-        sw.load_scenario(written(tmp_path, block))
-
-
 # What only the loader knows: units, registries of other kinds, what values make together.
-_UNSEEN = ("dimension", "range", "through-zero", "range-of-names", "half-granules", "lengths", "twice", "other-point",
-           "1e7-points", "material", "material-of-nothing", "profile", "setting", "too-many", "no-end")  # fmt: skip
+_UNSEEN = ("range", "through-zero", "range-of-names", "lengths", "twice", "other-point", "1e7-points", "material",
+           "too-many")  # fmt: skip
 
 
 @pytest.mark.parametrize("name", [name for name in FAULTS if name not in _UNSEEN])
@@ -227,8 +203,8 @@ def test_commands_on_one_scene_refuse_a_sweep_in_a_sentence(
 ) -> None:
     file = written(tmp_path, "{grid: {shock.rise_time: [1 us, 2 us]}}")
     assert cli.main([command, str(file)]) == 2
-    told = capsys.readouterr().err
-    assert told == f"{file}: must be a single scene (got a sweep of 2; run `shockwave sweep {file}`)\n"
+    problem = f"must be a single scene (got a sweep of 2; run `shockwave sweep {file}`)"
+    assert capsys.readouterr().err == f"{file}: {problem}\n"
 
 
 # ---------------------------------------------------------------- families and variables
@@ -291,11 +267,11 @@ def test_a_scene_made_in_python_has_a_family(tmp_path: Path, name: str) -> None:
         Family(made).scenario({"shock.profile": "triangular"})
 
 
-@pytest.mark.parametrize("values", [{"shock.rise_time": -1.0}, {"shock.parameters.rise_exponent": -1.0}])
-def test_values_out_of_range_are_refused_by_their_names(tmp_path: Path, values: dict[str, float]) -> None:
+@pytest.mark.parametrize("name", ["shock.rise_time", "shock.parameters.rise_exponent", "chain.radius"])
+def test_values_out_of_range_are_refused_by_their_names(tmp_path: Path, name: str) -> None:
     with pytest.raises((InvalidValueError, ScenarioError)) as caught:
-        Family(by_file(tmp_path, {})).scenario(values)
-    assert [fault.path for fault in caught.value.faults] == list(values)
+        Family(by_file(tmp_path, {})).scenario({name: -1.0})
+    assert [fault.path for fault in caught.value.faults] == [name]
 
 
 def test_a_variable_knows_its_unit_and_range() -> None:

@@ -44,7 +44,7 @@ def _number(rule: Callable[[], Quantity]) -> Callable[[str], Any]:
         problem = rule().problem(value)
         if problem:
             raise argparse.ArgumentTypeError(problem)
-        return rule().convert(value)
+        return int(value) if rule().whole else value
 
     return parse
 

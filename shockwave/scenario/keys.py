@@ -37,7 +37,7 @@ class Key:
     """A key of a block.
 
     ``annotation`` counts where there is no ``spec``; ``default`` is what the class has, if that is a value; ``kind``
-    is that of the registry whose names are its values.
+    is that of the registry whose names are its values. The key may stand in place of those that it is ``instead_of``.
     """
 
     name: str
@@ -47,6 +47,7 @@ class Key:
     default: Any = UNSTATED
     meaning: str = ""
     kind: str = ""
+    instead_of: tuple[str, ...] = ()
 
     @property
     def purpose(self) -> str:
@@ -129,8 +130,8 @@ SCENARIO = (
 )
 CHAIN = (
     Key("material", required=True, kind="materials", meaning="a name of the material library, or a mapping"),
-    Key("diameter", spec=_DIAMETER),
-    _key(Chain, "radius", required=False),
+    Key("diameter", required=True, spec=_DIAMETER),
+    _key(Chain, "radius", required=False, instead_of=("diameter",)),
     _key(Chain, "granules"),
 )
 #: What depends on the profile is added when it is known.
@@ -138,7 +139,7 @@ SHOCK = (
     Key("profile", required=True, annotation=str, kind="profiles", meaning="a name of the profile registry"),
     _needed("peak_force"),
     _needed("rise_time"),
-    Key("duration", spec=DURATION),
+    Key("duration", spec=DURATION, instead_of=("rise_time",)),
     Key("duration_ratio", spec=_RATIO),
     Key("parameters", default=None, meaning="what the profile takes besides"),
 )
@@ -188,5 +189,5 @@ def parameters_of(profile: str, cls: type[ShockProfile]) -> tuple[Key, ...]:
     keys = tuple(key for key in keys_of(cls) if key.name != "duration_ratio")
     if profile != RECORD:
         return keys
-    file = Key("file", annotation=str, meaning="a CSV file with a time and a force column")
-    return (file, *(evolve(key, required=False) for key in keys))
+    meaning = "a CSV file with a time and a force column"
+    return (Key("file", annotation=str, meaning=meaning, instead_of=("times", "forces")), *keys)

@@ -8,28 +8,38 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from attrs import define, evolve
+from attrs import define
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.material import Material
-from shockwave.errors import Fault, FileAccessError, PluginError, UnknownNameError
+from shockwave.errors import (
+    Fault,
+    FileAccessError,
+    InvalidValueError,
+    PluginError,
+    ScenarioError,
+    ShockwaveError,
+    UnknownNameError,
+)
 from shockwave.fields import text_of
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
-from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
 from shockwave.registry import DISABLE, blame, load, plugins, same_distribution
-from shockwave.scenario.fault_collector import FaultCollector
-from shockwave.scenario.keys import BLOCKS, CHAIN, RECORD, SCENARIO, keys_of, parameters_of, shock_keys
+from shockwave.scenario.keys import BLOCKS, CHAIN, RECORD, SCENARIO, Key, keys_of, parameters_of, shock_keys
 from shockwave.scenario.scenario import Published, Scenario
-from shockwave.scenario.sweep import Sweep, beginnings, first, read
+from shockwave.scenario.sweep import Sweep, beginnings, first
+from shockwave.scenario.sweep import read as read_sweep
+from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.uncertainty import read as read_spreads
-from shockwave.scenario.value_conversion import missing
+from shockwave.scenario.value_conversion import Wrong, WrongsError, structure
 from shockwave.scenario.yaml_document import Document, Steps, read_document
 
 DISTRIBUTION = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9._-]{0,100}[A-Za-z0-9])?")
 _PARAMETERS: Steps = ("shock", "parameters")
-_FILE: Steps = (*_PARAMETERS, "file")
+_STEP = re.compile(r"([^.\[\]]+)|\[([0-9]{1,9})\]")
+_MOST_FAULTS = 100
+_SIZES = ("peak_force", "rise_time", "duration")
 
 
 def load_scenario(path: str | os.PathLike[str]) -> Scenario:
@@ -49,61 +59,157 @@ def load_scenario(path: str | os.PathLike[str]) -> Scenario:
     PluginError
         When a plugin that it names is at fault.
     """
-    faults: list[Fault] = []
-    return scenario_of(read_document(path, faults), Path(path), faults)
+    return scenario_of(read_document(path), Path(path))
 
 
-def scenario_of(
-    document: Document, path: Path | None, faults: Sequence[Fault] = (), tries: slice = slice(None)
-) -> Scenario:
+def scenario_of(document: Document, path: Path | None, tries: slice = slice(None)) -> Scenario:
     """The scenario that ``document`` describes; see `load_scenario`.
 
-    ``faults`` are those that reading it has found. Of a sweep it is the first scene that can be, out of ``tries`` of
-    `beginnings`; if there is none, the faults are those of the first try.
+    Of a sweep it is the first scene that can be, out of ``tries`` of `beginnings`; if there is none, the faults are
+    those of the first try.
     """
-    collector = FaultCollector(document, list(faults))
-    sweep = read(collector, document.data) if document.data.get("sweep") is not None else None
-    problem: BaseException | None = None
-    for index in beginnings(sweep)[tries]:
-        scene = first(document, sweep, index)
+    sweep = None
+    wrongs: Sequence[Wrong] = ()
+    if document.data.get("sweep") is not None:
         try:
-            loading = _Loading(scene, list(collector.faults), plugin=collector.plugin, path=path)
+            sweep = read_sweep(document.data)
+        except WrongsError as error:
+            wrongs = error.wrongs
+    problem: ShockwaveError | None = None
+    for index in beginnings(sweep)[tries]:
+        loading = _Loading(first(document, sweep, index), list(document.faults), path)
+        loading.report(("sweep",), wrongs)
+        try:
             return loading.scenario(document, sweep)
-        except KeyboardInterrupt:
-            raise
-        except BaseException as error:  # of a plugin, maybe
+        except ShockwaveError as error:
             problem = problem or error
     assert problem is not None
     raise problem
 
 
 @define(eq=False)
-class _Loading(FaultCollector):
-    """Builds the parts of a scenario, each as far as it can be, whatever is wrong with the others.
+class _Loading:
+    """Builds the parts of the scene in ``document``, each as far as it can be, and keeps all ``faults``.
 
-    ``document`` is that of one scene.
+    ``access`` is the error of another file that the scenario names and that cannot be read; ``plugin`` says that one
+    of the faults is a plugin's.
     """
 
-    path: Path | None = None
+    document: Document
+    faults: list[Fault]
+    path: Path | None
+    access: FileAccessError | None = None
+    plugin: bool = False
+
+    # ---------------------------------------------------------------- faults
+
+    def add(self, path: Steps, problem: object, at_key: bool = False) -> None:
+        """Add the fault at ``path`` of the document, unless reading it has found that value at fault."""
+        self.plugin |= getattr(problem, "exit_code", 0) == PluginError.exit_code
+        if not any(path[:end] in self.document.unreadable for end in range(len(path) + 1)):
+            self.faults.append(self.document.fault(path, str(problem), at_key))
+
+    def report(self, path: Steps, wrongs: Sequence[Wrong]) -> None:
+        """Add what was wrong with the block at ``path``."""
+        for wrong in wrongs:
+            self.add((*path, *wrong.path), wrong.problem, wrong.at_key)
+
+    def finish(self) -> None:
+        """Raise what was found, in the order of the file, each once."""
+        if not self.faults:
+            return
+        if self.access is not None and len(self.faults) == 1:
+            raise FileAccessError(str(self.faults[0])) from self.access
+        faults = sorted(dict.fromkeys(self.faults), key=self._order)
+        if len(faults) > _MOST_FAULTS:
+            rest = Fault("", f"and {len(faults) - _MOST_FAULTS} more faults", self.document.name)
+            faults = [*faults[:_MOST_FAULTS], rest]
+        if self.plugin:
+            raise PluginError("\n".join(map(str, faults)), faults)
+        raise ScenarioError(faults)
+
+    def _order(self, fault: Fault) -> tuple[float, ...]:
+        """Line and column; those of another file last."""
+        name, _, place = fault.location.partition(f"{self.document.name}:")
+        return tuple(map(int, place.split(":"))) if place and not name else (float("inf"),)
+
+    # ---------------------------------------------------------------- blocks
+
+    def values(self, path: Steps, given: Any, keys: Sequence[Key]) -> tuple[dict[str, Any], bool]:
+        """The sound values of the block at ``path``, and whether nothing is wrong with it."""
+        try:
+            return structure(given, keys), True
+        except WrongsError as error:
+            self.report(path, error.wrongs)
+            return error.sound, False
+
+    def block(self, name: str, given: Any, cls: type, keys: Sequence[Key]) -> Any:
+        """The object of the block ``name`` whose keys are arguments of ``cls``; None where something is wrong."""
+        path = tuple(name.split("."))
+        values, sound = self.values(path, given, keys)
+        if not {key.name for key in keys if key.required} <= values.keys():
+            return None
+        # What the constructor has to say about the other values is reported as well.
+        made = self.build(cls, values, path)
+        return made if sound else None
+
+    def build(
+        self,
+        make: Callable[..., Any],
+        values: Mapping[str, Any],
+        path: Steps,
+        elsewhere: Mapping[str, Steps] | None = None,
+        owner: Any = Scenario,
+    ) -> Any:
+        """What ``make`` makes of ``values``, or None, with the faults it finds.
+
+        They are below ``path``, but for arguments that are given ``elsewhere``; an empty name stands for all of them.
+        Whatever else it raises is the fault of who wrote ``owner``.
+        """
+        elsewhere = elsewhere or {}
+        try:
+            with blame("profiles", owner):
+                return make(**values)
+        except PluginError as error:
+            self.add(elsewhere.get("", path), error)
+        except FileAccessError as error:
+            self.access = error
+            self.add((*path, "file"), error)
+        except InvalidValueError as error:
+            for fault in error.faults:
+                self._place(fault, path, elsewhere)
+        except ArithmeticError as error:
+            self.add(path, f"must be values whose products a floating-point number can hold (got {error})")
+        return None
+
+    def _place(self, fault: Fault, path: Steps, elsewhere: Mapping[str, Steps]) -> None:
+        """Add a fault that a constructor has found at a path such as ``times[3]``."""
+        if fault.location:  # in a record, a file of its own
+            self.faults.append(fault)
+            return
+        found = [int(index) if index else name for name, index in _STEP.findall(fault.path)]
+        first, *more = found or [""]
+        below = elsewhere.get(str(first), (*path, first) if first else path)
+        place = (*below, *more)
+        self.add(place, fault.problem, at_key=place not in self.document.values)
+
+    # ---------------------------------------------------------------- scene
 
     def scenario(self, whole: Document, sweep: Sweep | None) -> Scenario:
         """The scenario of one scene of ``sweep``, which the document ``whole`` holds."""
         data, _ = self.values((), self.document.data, SCENARIO)
         parts = {
             "name": self._name(data.get("name")),
-            "shock": self._shock(data.get("shock")) if "shock" in data else None,
-            "chain": self._chain(data.get("chain")) if "chain" in data else None,
-            "predictor": self.block(("predict",), data.get("predict"), Predictor, BLOCKS["predict"]),
-            "simulate": self.block(("simulate",), data.get("simulate"), SimulateOptions, BLOCKS["simulate"]),
-            "published": None,
+            "shock": self._shock(data["shock"]) if "shock" in data else None,
+            "chain": self._chain(data["chain"]) if "chain" in data else None,
+            "predictor": self.block("predict", data.get("predict"), Predictor, BLOCKS["predict"]),
+            "simulate": self.block("simulate", data.get("simulate"), SimulateOptions, BLOCKS["simulate"]),
+            "published": self._published(data.get("published")),
+            "uncertainty": self._uncertainty(whole.data.get("uncertainty")),
         }
-        if data.get("published") is not None:
-            parts["published"] = self.block(("published",), data["published"], Published, keys_of(Published))
         self._requires(data.get("requires"))
-        spreads = whole.data.get("uncertainty")
-        uncertainty = read_spreads(spreads, self.document.data, self._add_to_uncertainty) if spreads is not None else ()
         self.finish()
-        return Scenario(path=self.path, sweep=sweep, uncertainty=uncertainty, document=self.document, **parts)
+        return Scenario(path=self.path, sweep=sweep, document=self.document, **parts)
 
     def _name(self, given: str | None) -> str:
         if given is None:
@@ -112,8 +218,15 @@ class _Loading(FaultCollector):
             self.add(("name",), f"must be a line of text (got {text_of(given)})")
         return given
 
-    def _add_to_uncertainty(self, steps: Steps, problem: str, at_key: bool) -> None:
-        self.add(("uncertainty", *steps), problem, at_key)
+    def _published(self, given: Any) -> Any:
+        return None if given is None else self.block("published", given, Published, keys_of(Published))
+
+    def _uncertainty(self, given: Any) -> tuple[Spread, ...]:
+        try:
+            return read_spreads(given, self.document.data) if given is not None else ()
+        except WrongsError as error:
+            self.report(("uncertainty",), error.wrongs)
+            return ()
 
     def _requires(self, given: Any) -> None:
         from importlib.metadata import PackageNotFoundError, distribution
@@ -136,139 +249,91 @@ class _Loading(FaultCollector):
                 if plugin.disabled:
                     self.add(path, f"must be in use (got {name}, disabled by {DISABLE} or --no-plugins)")
                 else:
-                    self.blame(path, PluginError(f"must be a plugin that works (got {plugin.problem})"))
+                    self.add(path, PluginError(f"must be a plugin that works (got {plugin.problem})"))
 
     # ---------------------------------------------------------------- chain
 
-    def _chain(self, data: Any) -> Chain | None:
+    def _chain(self, data: Any) -> Any:
         values, sound = self.values(("chain",), data, CHAIN)
-        given = data if isinstance(data, dict) else {}
-        sizes = [name for name in given if name in ("diameter", "radius")]
-        if isinstance(data, dict | None) and not sizes:
-            self.report(("chain",), [missing(("diameter",), "give a diameter or a radius")])
-        elif len(sizes) == 2:
-            problem = "must be given once, as a diameter or as a radius (got both; delete one)"
-            self.add(("chain", sizes[1]), problem, at_key=True)
         material = self._material(values["material"]) if "material" in values else None
-        if not sound or len(sizes) != 1 or material is None:
+        if not sound or material is None:
             return None
+        values["material"] = material
+        elsewhere: dict[str, Steps] = {}
         if "diameter" in values:
             values["radius"] = values.pop("diameter") / 2
-        chain: Chain | None = self.build(
-            Chain, values | {"material": material}, ("chain",), {"radius": ("chain", sizes[0])}
-        )
-        return chain
+            elsewhere["radius"] = ("chain", "diameter")
+        return self.build(Chain, values, ("chain",), elsewhere)
 
     def _material(self, data: Any) -> Any:
-        path: Steps = ("chain", "material")
         if isinstance(data, str):
-            return self._loaded(path, "materials", data)
+            return self._loaded("chain.material", "materials", data)
         if isinstance(data, dict | None):
-            return self.block(path, data, Material, keys_of(Material))
-        self.add(path, f"must be a name of the material library, or a mapping (got {text_of(data)})")
+            return self.block("chain.material", data, Material, keys_of(Material))
+        problem = f"must be a name of the material library, or a mapping (got {text_of(data)})"
+        self.add(("chain", "material"), problem)
         return None
 
-    def _loaded(self, path: Steps, kind: str, name: str) -> Any:
-        """What is registered as ``name``, or None."""
+    def _loaded(self, path: str, kind: str, name: Any) -> Any:
+        """What is registered as ``name``, or None: an unknown name is reported with the keys of its block."""
         try:
-            return load(kind, name)
+            return load(kind, name) if isinstance(name, str) else None
         except PluginError as error:
-            self.blame(path, error)
+            self.add(tuple(path.split(".")), error)
         except UnknownNameError:
-            pass  # reported with the keys of the block
+            pass
         return None
 
     # ---------------------------------------------------------------- shock
 
-    def _shock(self, data: Any) -> Shock | None:
+    def _shock(self, data: Any) -> Any:
         given = data if isinstance(data, dict) else {}
-        name = given.get("profile")
-        cls = self._loaded(("shock", "profile"), "profiles", name) if isinstance(name, str) else None
-        keys = shock_keys(cls)
-        if "duration" in given:
-            keys = tuple(evolve(key, required=key.required and key.name != "rise_time") for key in keys)
-            if "rise_time" in given:
-                problem = "must be left out where rise_time is given (got both; delete one)"
-                self.add(("shock", "duration"), problem, at_key=True)
-        values, sound = self.values(("shock",), data, keys)
+        cls = self._loaded("shock.profile", "profiles", given.get("profile"))
+        values, sound = self.values(("shock",), data, shock_keys(cls))
         if cls is None:
             return None
         # The profile is built even where another key is at fault, for what its constructor has to say.
-        profile = self._profile(str(name), cls, given, values)
-        if profile is None or not sound or {"duration", "rise_time"} <= values.keys():
+        profile = self._profile(cls, given, values)
+        if profile is None or not sound:
             return None
-        sizes = {key: values[key] for key in ("peak_force", "rise_time", "duration") if key in values}
-        make = _guarded(cls, Shock.of_duration if "duration" in sizes else Shock)
-        shock: Shock | None = self.build(make, sizes | {"profile": profile}, ("shock",), {"": ("shock", "profile")})
-        return shock
+        sizes: dict[str, Any] = {key: values[key] for key in _SIZES if key in values}
+        sizes["profile"] = profile
+        make = Shock.of_duration if "duration" in sizes else Shock
+        return self.build(make, sizes, ("shock",), {"": ("shock", "profile")}, cls)
 
-    def _profile(
-        self, name: str, cls: type[ShockProfile], given: Mapping[str, Any], shock: Mapping[str, Any]
-    ) -> ShockProfile | None:
-        """The profile of a block, of whose values ``shock`` are sound."""
-        keys = keys_of(cls)
+    def _profile(self, cls: Any, given: Mapping[str, Any], shock: Mapping[str, Any]) -> Any:
+        """The profile of a block, of whose values ``shock`` are sound; None where something is wrong with it."""
+        name = given["profile"]
         values, sound = self.values(_PARAMETERS, given.get("parameters"), parameters_of(name, cls))
-        if "duration_ratio" in shock:
+        ratio = next((key for key in keys_of(cls) if key.name == "duration_ratio"), None)
+        if "duration_ratio" not in shock:
+            # reported with the keys of the block
+            sound = sound and "duration_ratio" not in given and not (ratio and ratio.required)
+        elif ratio is not None:
             values["duration_ratio"] = shock["duration_ratio"]
-        if not sound or ("duration_ratio" in given and "duration_ratio" not in shock):
-            return None
-        if "duration_ratio" in values and all(key.name != "duration_ratio" for key in keys):
-            problem = f"must be left out, as profile {name!r} has its own (got {values['duration_ratio']:g})"
+        else:
+            sound = False
+            got = shock["duration_ratio"]
+            problem = f"must be left out, as profile {name!r} has its own (got {got:g})"
             self.add(("shock", "duration_ratio"), problem)
+        if not sound:
             return None
         make: Callable[..., Any] = cls
-        if name == RECORD:
-            record = self._record(cls, values)
-            if record is None:
+        if name == RECORD and "file" in values:
+            values["path"] = self._file(values.pop("file"))
+            if values["path"] is None:
                 return None
-            make, values = record
-        elif not all(key.name in values for key in keys if key.required):
-            return None  # reported as missing
+            make = cls.from_file
         elsewhere: dict[str, Steps] = {"duration_ratio": ("shock", "duration_ratio")}
-        try:
-            profile: ShockProfile | None = self.build(_guarded(cls, make), values, _PARAMETERS, elsewhere)
-        except FileAccessError as error:
-            self.access = error
-            self.add(_FILE, str(error))
-            return None
-        return profile
-
-    def _record(self, cls: Any, values: dict[str, Any]) -> tuple[Callable[..., Any], dict[str, Any]] | None:
-        """What makes a record, and of what: its file, or its samples."""
-        samples = [name for name in ("times", "forces") if name in values]
-        if "file" not in values:
-            if len(samples) == 2:
-                return cls, values
-            lacking = [name for name in ("times", "forces") if name not in samples]
-            purpose = f"give {' and '.join(lacking)}, or a file"
-            self.report(_PARAMETERS, [missing((lacking[0] if samples else "file",), purpose)])
-            return None
-        if samples:
-            self.add(_FILE, f"must be left out where {samples[0]} are given (got both)", at_key=True)
-            return None
-        file = self._file(values.pop("file"))
-        return (cls.from_file, {"path": file, **values}) if file is not None else None
+        return self.build(make, values, _PARAMETERS, elsewhere, cls)
 
     def _file(self, name: str) -> Path | None:
         """The file called ``name`` in the scenario's folder, or below it."""
         folder = self.path.parent if self.path is not None else Path()
-        try:
-            inside = not Path(name).is_absolute() and (folder / name).resolve().is_relative_to(folder.resolve())
-        except (OSError, RuntimeError, ValueError) as error:  # a loop of links, a name that is too long
-            self.add(_FILE, f"must be the name of a file (got {text_of(name)}; {text_of(str(error))})")
-            return None
-        if not inside or not name.strip():
-            problem = f"must be a file in the scenario's folder or below it (got {text_of(name)}; copy it there)"
-            self.add(_FILE, problem)
-            return None
-        return folder / name
-
-
-def _guarded(cls: type[ShockProfile], make: Callable[..., Any]) -> Callable[..., Any]:
-    """``make``, of which whatever it raises but does not mean for the user is the fault of who wrote ``cls``."""
-
-    def made(**values: Any) -> Any:
-        with blame("profiles", cls):
-            return make(**values)
-
-    return made
+        file = folder / name
+        # an absolute name leads elsewhere too
+        if name.strip() and file.resolve().is_relative_to(folder.resolve()):
+            return file
+        problem = f"must be a file in the scenario's folder or below it (got {text_of(name)}; copy it there)"
+        self.add((*_PARAMETERS, "file"), problem)
+        return None

@@ -38,8 +38,8 @@ _LINE = rf"^[^\n]*\S[^\n]*{_END}"
 _FILE = rf"^(?!/)[\s\S]*\S[\s\S]*{_END}"
 
 Form = dict[str, Any]
+_SPACING: Form = {"type": "array", "minItems": 3, "maxItems": 3, "description": "first, last, number"}
 _OWN_RATIO: Form = {"not": {}, "description": "to be left out, as the profile has its own"}
-_RECORD_FILE: Form = {"required": ["file"], "not": {"required": ["times"]}}
 
 
 def schema() -> Form:
@@ -51,21 +51,21 @@ def schema() -> Form:
         Plain data for `json.dumps`, the same for the same installation. A profile that cannot be imported may be
         named in a scenario, with any parameters.
     """
-    profiles = [(name, *_of_profile(name)) for name in _summaries("profiles")]
     forms = {key.name: _value(key) for key in keys.SCENARIO}
     forms["name"]["pattern"] = _LINE
     forms["requires"]["items"]["pattern"] = f"^(?:{DISTRIBUTION.pattern}){_END}"
-    forms["chain"] |= _chain()
-    forms["shock"] |= _mapping(keys.SHOCK) | {"not": {"required": ["rise_time", "duration"]}}
-    forms["shock"]["allOf"] = [_where_profile(name, form) for name, form, _ in profiles]
+    forms["chain"] |= _mapping(keys.CHAIN)
+    material = forms["chain"]["properties"]["material"]
+    named = {name: material.pop(name) for name in ("type", "enum")}
+    material["anyOf"] = [named, _mapping(keys_of(Material))]
+    profiles = {name: _of_profile(name) for name in _names("profiles")}
+    forms["shock"] |= _mapping(keys.SHOCK)
+    forms["shock"]["allOf"] = [_where_profile(name, form) for name, (form, _) in profiles.items()]
     forms["predict"] |= _or_null(_mapping(keys.BLOCKS["predict"]))
     forms["simulate"] |= _or_null(_mapping(keys.BLOCKS["simulate"]))
     forms["published"] |= _or_null(_mapping(keys_of(Published)) | _required(keys_of(Published)))
     forms["sweep"] |= _sweep()
     forms["uncertainty"] |= _uncertainty()
-    needs = {"allOf": [_where_profile(name, needed) for name, _, needed in profiles if needed]}
-    chain = {"oneOf": [{"required": ["diameter"]}, {"required": ["radius"]}]}
-    material = {"if": {"type": "object"}, "then": _required(keys_of(Material))}
     return {
         "$schema": _DRAFT,
         "$comment": _installed(),
@@ -76,14 +76,16 @@ def schema() -> Form:
         "additionalProperties": False,
         # the scenes of a sweep may have from it what is missing here
         "if": {"properties": {"sweep": {"type": "object"}}, "required": ["sweep"]},
-        "else": _required(keys.SCENARIO)
-        | {
-            "properties": {
-                "chain": _required(keys.CHAIN) | chain | {"properties": {"material": material}},
-                "shock": _required(keys.SHOCK) | needs,
-            }
-        },
+        "else": _complete([_where_profile(name, needed) for name, (_, needed) in profiles.items()]),
     }
+
+
+def _complete(of_profiles: list[Form]) -> Form:
+    """What a scenario of a single scene must have."""
+    chain = _required(keys.CHAIN)
+    chain["properties"] = {"material": {"if": {"type": "object"}, "then": _required(keys_of(Material))}}
+    shock = _required(keys.SHOCK) | {"allOf": of_profiles}
+    return _required(keys.SCENARIO) | {"properties": {"chain": chain, "shock": shock}}
 
 
 def _installed() -> str:
@@ -99,19 +101,24 @@ def _installed() -> str:
 
 def _mapping(own: Sequence[Key]) -> Form:
     """A mapping of these keys and nothing else."""
-    return {"type": "object", "properties": {key.name: _value(key) for key in own}, "additionalProperties": False}
+    form: Form = {
+        "type": "object",
+        "properties": {key.name: _value(key) for key in own},
+        "additionalProperties": False,
+    }
+    doubled = [{"required": [key.name, other]} for key in own for other in key.instead_of]
+    return form | {"not": {"anyOf": doubled}} if doubled else form
 
 
 def _required(own: Sequence[Key]) -> Form:
-    return {"required": [key.name for key in own if key.required]}
-
-
-def _chain() -> Form:
-    form = _mapping(keys.CHAIN)
-    material = form["properties"]["material"]
-    names = {name: material.pop(name) for name in ("type", "enum", "enumDescriptions")}
-    material["anyOf"] = [names, _mapping(keys_of(Material))]
-    return form
+    """What a mapping of these keys must have; empty where that is nothing."""
+    substitutes = {name: key.name for key in own for name in key.instead_of}
+    names = [key.name for key in own if key.required]
+    either = [
+        {"anyOf": [{"required": [name]}, {"required": [substitutes[name]]}]} for name in names if name in substitutes
+    ]
+    form: Form = {"required": [name for name in names if name not in substitutes], "allOf": either}
+    return {rule: content for rule, content in form.items() if content}
 
 
 def _where_profile(name: str, form: Form) -> Form:
@@ -122,31 +129,29 @@ def _of_profile(name: str) -> tuple[Form, Form]:
     """What the block ``shock`` may hold for a profile, and what it must."""
     try:
         cls = keys.profile_class(name)
-        own, shock = keys.parameters_of(name, cls), {key.name: key for key in keys.shock_keys(cls)}
-        form, needs = _mapping(own), _required(own)
+        own = keys.parameters_of(name, cls)
         has_ratio = any(key.name == "duration_ratio" for key in keys_of(cls))
     except Exception as error:  # a plugin's class may be anything
         unknown = f"parameters of {name}, which are not known ({' '.join(str(error).split())})"
         return {"properties": {"parameters": {"type": ["object", "null"], "description": unknown}}}, {}
+    form, needs = _mapping(own), _required(own)
     if name == keys.RECORD:
         form["properties"]["file"]["pattern"] = _FILE
-        needs = {"oneOf": [_RECORD_FILE, {"required": ["times", "forces"]}]}
-    must = [key for key in ("peak_force", "duration_ratio") if shock[key].required]
-    if needs.get("required", True):
-        must.append("parameters")
+    needed = _required(keys.shock_keys(cls))
+    if needs:
+        needed["properties"] = {"parameters": needs}
+        needed["required"] = [*needed["required"], "parameters"]
     else:
         form = _or_null(form)
-    needed: Form = {"required": must, "properties": {"parameters": needs}}
-    if shock["rise_time"].required:
-        needed["anyOf"] = [{"required": ["rise_time"]}, {"required": ["duration"]}]
-    ratio = _value(shock["duration_ratio"]) if has_ratio else _OWN_RATIO
-    return {"properties": {"duration_ratio": ratio, "parameters": form}}, needed
+    (ratio,) = (key for key in keys.shock_keys(cls) if key.name == "duration_ratio")
+    return {"properties": {"duration_ratio": _value(ratio) if has_ratio else _OWN_RATIO, "parameters": form}}, needed
 
 
 def _dotted(values: Form) -> Form:
     """A mapping of dotted names to ``values``."""
-    names = [re.escape(f"{block}.{key.name}") for block, own in keys.BLOCKS.items() for key in own]
-    pattern = "|".join((*names, r"shock\.parameters\.\w+")).replace(r"shock\.parameters|", "")
+    names = [f"{block}.{key.name}" for block, own in keys.BLOCKS.items() for key in own]
+    names.remove("shock.parameters")
+    pattern = "|".join((*map(re.escape, names), r"shock\.parameters\.\w+"))
     return {
         "type": "object",
         "minProperties": 1,
@@ -156,12 +161,11 @@ def _dotted(values: Form) -> Form:
 
 
 def _sweep() -> Form:
-    spacing = {"type": "array", "minItems": 3, "maxItems": 3, "description": "first, last, number"}
     form = _mapping(SWEEP)
     values = {
         "type": ["array", "object"],
         "minItems": 1,
-        "properties": {"linspace": spacing, "logspace": spacing},
+        "properties": dict.fromkeys(("linspace", "logspace"), _SPACING),
         "additionalProperties": False,
     }
     form["properties"]["grid"] |= _dotted(values)
@@ -189,33 +193,29 @@ def _value(key: Key) -> Form:
     elif spec is not None:
         form = {"type": "array", "items": _quantity(spec)} if spec.samples else _quantity(spec)
     elif key.kind:
-        found = _summaries(key.kind)
-        form = {"type": "string", "enum": list(found), "enumDescriptions": list(found.values())}
+        form = {"type": "string", "enum": _names(key.kind)}
     else:
         form = _of_kind(key.annotation)
     if key.default is None if spec is None else spec.optional:
         form = _or_null(form)
-    about = {"description": key.purpose} if key.purpose else {}
-    return about | form | _default(key)
-
-
-def _default(key: Key) -> Form:
-    finite = isinstance(key.default, float) and math.isfinite(key.default)
-    return {"default": key.default} if finite or isinstance(key.default, str | int) else {}
+    if key.purpose:
+        form = {"description": key.purpose} | form
+    stated = isinstance(key.default, str | int | float) and key.default not in (math.inf, -math.inf)
+    return form | {"default": key.default} if stated else form
 
 
 def _quantity(spec: Quantity) -> Form:
     """A number in the range of ``spec``, or text that begins with one; bounds count for numbers alone."""
-    positive = (spec.above is not None and spec.above >= 0) or (spec.at_least is not None and spec.at_least > 0)
     bounds = {
         "exclusiveMinimum": spec.above,
         "minimum": spec.at_least,
         "exclusiveMaximum": spec.below,
         "maximum": spec.at_most,
     }
-    return {
+    form = {name: bound for name, bound in bounds.items() if bound is not None and math.isfinite(bound)}
+    positive = form.get("exclusiveMinimum", -1) >= 0 or form.get("minimum", 0) > 0
+    return form | {
         "type": ["integer" if spec.whole else "number", "string"],
-        **{name: bound for name, bound in bounds.items() if bound is not None and math.isfinite(bound)},
         "pattern": _POSITIVE if positive else _ANY_SIGN,
     }
 
@@ -230,7 +230,8 @@ _KINDS: Final[dict[Any, Form]] = {
 
 def _of_kind(annotation: Any) -> Form:
     """What the loader takes for an annotated type; anything for one that it leaves to the constructor."""
-    origin, members = typing.get_origin(annotation) or annotation, typing.get_args(annotation)
+    origin = typing.get_origin(annotation) or annotation
+    members = typing.get_args(annotation)
     if origin is Literal:
         return {"enum": list(members)}
     if origin in (list, tuple, Sequence):
@@ -245,16 +246,18 @@ def _of_kind(annotation: Any) -> Form:
 def _or_null(form: Form) -> Form:
     """``form``, or nothing."""
     form = dict(form)
-    if isinstance(form.get("type", []), str):
-        form["type"] = [form["type"]]
-    for choices, nothing in (("type", "null"), ("enum", None), ("enumDescriptions", "left out")):
-        if choices in form and nothing not in form[choices]:
-            form[choices] = [*form[choices], nothing]
+    kinds = form.get("type", [])
+    if isinstance(kinds, str):
+        kinds = [kinds]
+    if kinds and "null" not in kinds:
+        form["type"] = [*kinds, "null"]
+    if "enum" in form and None not in form["enum"]:
+        form["enum"] = [*form["enum"], None]
     if "anyOf" in form:
         form["anyOf"] = [*form["anyOf"], {"type": "null"}]
     return form
 
 
-def _summaries(kind: str) -> dict[str, str]:
-    """Names of a registry, each with its summary; one that two plugins claim stands once."""
-    return {entry.name: entry.summary for entry in registry.entries(kind)}
+def _names(kind: str) -> list[str]:
+    """Names of a registry; one that two plugins claim stands once."""
+    return list(dict.fromkeys(entry.name for entry in registry.entries(kind)))

@@ -14,9 +14,8 @@ from shockwave.chain.material import Material
 from shockwave.errors import PluginError, UnknownNameError
 from shockwave.fields import Quantity, text_of
 from shockwave.registry import load
-from shockwave.scenario.fault_collector import FaultCollector
 from shockwave.scenario.keys import BLOCKS, Key, keys_of
-from shockwave.scenario.value_conversion import Wrong, WrongsError, all_sound, converted, gathered, items, structure
+from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, gathered, items, structure
 from shockwave.scenario.variable import Variable, variables
 from shockwave.scenario.yaml_document import Document, Steps
 
@@ -92,12 +91,13 @@ class Sweep:
 
     def point(self, index: int) -> dict[str, Any]:
         """Dotted names and values of a point, counted from 0."""
-        places = []
-        for length in reversed(self.shape):
-            index, place = divmod(index, length)
-            places.append(place)
-        pairs = zip(self.axes, reversed(places), strict=True)
-        return {name: value for axis, at in pairs for name, value in zip(axis.names, axis.values[at], strict=True)}
+        found: dict[str, Any] = {}
+        stride = len(self)
+        for axis in self.axes:
+            stride //= len(axis)
+            values = axis.values[index // stride % len(axis)]
+            found.update(zip(axis.names, values, strict=True))
+        return found
 
 
 # ---------------------------------------------------------------- the block
@@ -105,76 +105,80 @@ class Sweep:
 Known = Mapping[str, Variable]
 
 
-def read(collector: FaultCollector, data: Mapping[str, Any]) -> Sweep | None:
-    """The block ``sweep`` of the document ``data``, whose faults ``collector`` gets; None if there are any."""
+def read(data: Mapping[str, Any]) -> Sweep:
+    """The block ``sweep`` of the document ``data``.
+
+    Raises
+    ------
+    WrongsError
+        With everything that is wrong.
+    """
     given = data["sweep"]
     if not isinstance(given, dict):
-        collector.report(("sweep",), structure(given, SWEEP)[1])
-        return None
-    known = variables(data, [value for name, value in _entries(given) if name == "shock.profile"])
-    parts = {"grid": partial(_grid, known), "zip": partial(_zip, known), "points": partial(_points, known)}
-    found, wrongs = gathered(given.items(), {"run": partial(converted, SWEEP[0]), **parts})
-    run = found.pop("run", None)
-    wrongs += _repeated(found)
-    collector.report(("sweep",), wrongs)
-    if wrongs or any(path[:1] == ("sweep",) for path in collector.document.unreadable):
-        return None
-    axes = tuple(axis for part in found.values() for axis in part)
-    count = math.prod(len(axis) for axis in axes)
-    if not axes or count > _MOST_POINTS:
-        problem = f"must have a grid, a zip or points, of 1 to {_MOST_POINTS:g} scenes in all"
-        collector.add(("sweep",), f"{problem} (got {count if axes else 'nothing'})")
-        return None
-    return Sweep(run or _run(data), axes)
+        structure(given, SWEEP)  # raises
+    varied = list(_varied(given))
+    known = variables(data, [value for _, name, values in varied if name == "shock.profile" for value in values])
+    converters = {
+        "run": partial(converted, SWEEP[0]),
+        "grid": partial(_grid, known),
+        "zip": partial(_zip, known),
+        "points": partial(_points, known),
+    }
+    found = gathered(given.items(), converters, _repeated(varied))
+    run = found.pop("run", None) or _run(data)
+    sweep = Sweep(run, tuple(axis for axes in found.values() for axis in axes))
+    if not 0 < len(sweep) <= _MOST_POINTS or not sweep.axes:
+        got = len(sweep) if sweep.axes else "nothing"
+        problem = f"must have a grid, a zip or points, of 1 to {_MOST_POINTS:g} scenes in all (got {got})"
+        raise WrongsError([Wrong((), problem)])
+    return sweep
 
 
 def _run(data: Mapping[str, Any]) -> Run:
     """What the scenario has a block for: one of the two, or else both side by side."""
     predict, simulate = (data.get(name) is not None for name in ("predict", "simulate"))
-    return "compare" if predict == simulate else "predict" if predict else "simulate"
+    if predict == simulate:
+        return "compare"
+    return "predict" if predict else "simulate"
 
 
-def _entries(block: Any) -> Iterator[tuple[Any, Any]]:
-    """Every name in the block with every value, whether there is such a thing or not."""
-    parts = [block.get("grid"), block.get("zip"), *_listed(block.get("points"))] if isinstance(block, dict) else []
-    for part in parts:
-        for name, values in part.items() if isinstance(part, dict) else ():
-            yield from ((name, value) for value in _listed(values))
+def _varied(block: Any) -> Iterator[tuple[str, str, list[Any]]]:
+    """Part, name and values of what the block says is varied, whether there is such a thing or not."""
+    for part, content in block.items() if isinstance(block, dict) else ():
+        for names in content if isinstance(content, list) else [content]:
+            for name, values in names.items() if isinstance(names, dict) else ():
+                yield part, name, values if isinstance(values, list) else [values]
 
 
-def _listed(value: Any) -> list[Any]:
-    return value if isinstance(value, list) else [value]
-
-
-def _repeated(parts: Mapping[str, list[Axis]]) -> Iterator[Wrong]:
-    seen: set[str] = set()
-    for part, axes in parts.items():
-        names = {name for axis in axes for name in axis.names}
-        for name in sorted(names & seen):
-            yield Wrong((part, name), "must be varied once (got it again; delete one)", at_key=True)
-        seen |= names
+def _repeated(varied: list[tuple[str, str, list[Any]]]) -> list[Wrong]:
+    parts: dict[str, str] = {}
+    return [
+        Wrong((part, name), "must be varied once (got it again; delete one)", at_key=True)
+        for part, name, _ in varied
+        if parts.setdefault(name, part) != part
+    ]
 
 
 def _columns(known: Known, given: Any) -> list[tuple[Variable, list[Any]]]:
     """Variables and their values."""
     if not isinstance(given, dict) or not given:
         raise ValueError(f"must be a mapping of dotted names to values (got {text_of(given)})")
-    found = all_sound(gathered(given.items(), {name: partial(_values, of) for name, of in known.items()}))
+    found = gathered(given.items(), {name: partial(_values, of) for name, of in known.items()})
     return [(known[name], values) for name, values in found.items()]
 
 
 def _grid(known: Known, given: Any) -> list[Axis]:
     """An axis for each name."""
-    return [Axis((of,), tuple((value,) for value in values)) for of, values in _columns(known, given)]
+    return [Axis((of,), tuple(zip(values))) for of, values in _columns(known, given)]
 
 
 def _zip(known: Known, given: Any) -> list[Axis]:
     """One axis for all names."""
-    columns = _columns(known, given)
-    if len({len(values) for _, values in columns}) > 1:
-        listed = ", ".join(f"{len(values)} of {of.name}" for of, values in columns)
+    variables, columns = zip(*_columns(known, given), strict=True)
+    if len({len(values) for values in columns}) > 1:
+        listed = ", ".join(f"{len(values)} of {of.name}" for of, values in zip(variables, columns, strict=True))
         raise ValueError(f"must have as many values of each (got {listed})")
-    return [Axis(tuple(of for of, _ in columns), tuple(zip(*(values for _, values in columns), strict=True)))]
+    return [Axis(variables, tuple(zip(*columns, strict=True)))]
 
 
 def _points(known: Known, given: Any) -> list[Axis]:
@@ -187,10 +191,11 @@ def _points(known: Known, given: Any) -> list[Axis]:
     def point(one: dict[str, Any]) -> tuple[Any, ...]:
         if one.keys() != given[0].keys():
             raise ValueError(f"must give {', '.join(names)}, as the first point does (got {', '.join(one)})")
-        found = all_sound(gathered(one.items(), converters))
+        found = gathered(one.items(), converters)
         return tuple(found[name] for name in names)
 
-    return [Axis(tuple(known[name] for name in names if name in known), tuple(items(given, point)))]
+    values = items(given, point)
+    return [Axis(tuple(known[name] for name in names), tuple(values))]
 
 
 def _values(of: Variable, given: Any) -> list[Any]:
@@ -199,35 +204,36 @@ def _values(of: Variable, given: Any) -> list[Any]:
         if not given or len(given) > _MOST_VALUES:
             raise ValueError(f"must be 1 to {_MOST_VALUES} values (got {len(given)})")
         return items(given, partial(_value, of))
-    kind = next(iter(given)) if isinstance(given, dict) and len(given) == 1 else None
-    if kind not in _SPACINGS or not isinstance(given[kind], list) or len(given[kind]) != 3:
+    kind, parts = next(iter(given.items())) if isinstance(given, dict) and len(given) == 1 else (None, None)
+    if kind not in _SPACINGS or not isinstance(parts, list) or len(parts) != 3:
         raise ValueError(f"{_VALUES} (got {text_of(given)})")
     if of.unit is None:
         raise ValueError(f"must be a list, as not every value of it is a number (got {text_of(given)})")
-    found: list[Any] = all_sound(gathered(given.items(), {kind: partial(_spaced, of, kind)}))[kind]
+    found: list[Any] = gathered(given.items(), {kind: partial(_spaced, of, kind)})[kind]
     return found
 
 
 def _value(of: Variable, given: Any) -> Any:
-    if of.name == "chain.material" and not isinstance(given, str):
-        if wrongs := structure(given, keys_of(Material))[1]:
-            raise WrongsError(wrongs)
-        return given
-    return of.converted(given)
+    if of.name != "chain.material" or isinstance(given, str):
+        return of.converted(given)
+    structure(given, keys_of(Material))  # the loader converts it
+    return given
 
 
 def _spaced(of: Variable, kind: str, parts: list[Any]) -> list[Any]:
     if None in parts:
         raise WrongsError([Wrong((parts.index(None),), "must be a number (got nothing)")])
     converters: dict[int, Callable[[Any], Any]] = {0: of.converted, 1: of.converted, 2: partial(converted, _LENGTH)}
-    first, last, number = all_sound(gathered(enumerate(parts), converters)).values()
+    first, last, number = gathered(enumerate(parts), converters).values()
     if kind == "logspace" and not first * last > 0:
         raise ValueError(f"must have ends of the same sign, other than 0 (got {text_of(parts)}; use linspace)")
     # where both ends are in its range, so is what is between
     found: list[Any] = _SPACINGS[kind](first, last, number).tolist()
-    if of.whole and any(value != int(value) for value in found):
+    if not of.whole:
+        return found
+    if any(value != int(value) for value in found):
         raise ValueError(f"must give whole numbers (got {text_of(parts)}; list them)")
-    return [int(value) for value in found] if of.whole else found
+    return [int(value) for value in found]
 
 
 # ---------------------------------------------------------------- the first scene
@@ -244,14 +250,14 @@ def first(document: Document, sweep: Sweep | None, index: int = 0) -> Document:
     rest = {name: value for name, value in document.data.items() if name not in ("sweep", "uncertainty")}
     if sweep is None:
         # what a sweep with faults would have brought is not missing
-        brought = {tuple(str(name).split(".")) for name, _ in _entries(document.data.get("sweep"))}
+        brought = {tuple(name.split(".")) for _, name, _ in _varied(document.data.get("sweep"))}
         return evolve(document, data=rest, unreadable=document.unreadable | brought)
     document = evolve(document, data=rest)
     # a material first, for what is swept of it
     pairs = sorted(sweep.point(index).items(), key=lambda pair: pair[0].count("."))
     values: dict[Steps, Any] = {tuple(name.split(".")): value for name, value in pairs}
     made = _material(document, values)
-    return document.having(made | values | made, document.place(("sweep",), key=True))
+    return document.having(made | values | made, document.place(("sweep",), at_key=True))
 
 
 def _material(document: Document, values: Mapping[Steps, Any]) -> dict[Steps, Any]:

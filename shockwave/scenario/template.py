@@ -6,6 +6,7 @@ The blocks are in ``template.yaml``; what depends on the profile is written from
 from __future__ import annotations
 
 import json
+import math
 import re
 import string
 import typing
@@ -14,7 +15,6 @@ from importlib import resources
 from typing import Any, Literal
 
 from shockwave import OWN_DISTRIBUTION
-from shockwave.fields import Quantity
 from shockwave.registry import find
 from shockwave.scenario.keys import RECORD, UNSTATED, Key, keys_of, parameters_of, profile_class, shock_keys
 from shockwave.scenario.units import to_si
@@ -50,36 +50,45 @@ def template(profile: str | None = None) -> str:
         When the plugin that has it is at fault.
     """
     name = profile or "power-law"
-    shock = "\n".join(_shock(name, profile_class(name)))
+    cls = profile_class(name)
     owner = find("profiles", name).distribution
-    text = string.Template(resources.files(__package__).joinpath("template.yaml").read_text(encoding="utf-8"))
-    comment = "# " if owner == OWN_DISTRIBUTION else ""
-    return text.substitute(profile=_text(name), shock=shock, distribution=_text(owner), comment=comment)
+    text = resources.files(__package__).joinpath("template.yaml").read_text(encoding="utf-8")
+    return string.Template(text).substitute(
+        profile=_text(name),
+        shock="\n".join([*_sizes(cls), *_parameters(name, cls)]),
+        distribution=_text(owner),
+        comment="# " if owner == OWN_DISTRIBUTION else "",
+    )
 
 
-def _shock(name: str, cls: Any) -> Iterator[str]:
-    own, keys, parameters = keys_of(cls), shock_keys(cls)[1:], parameters_of(name, cls)
-    has_ratio = any(key.name == "duration_ratio" for key in own)
+def _sizes(cls: Any) -> Iterator[str]:
+    """Lines of peak force, rise time, duration and their ratio, where the profile takes them."""
+    own, keys = keys_of(cls), shock_keys(cls)
     # One that can bring its own force and time, but does not as it stands here.
-    brings_none = not any(key.required for key in (*keys, *own)) and cls().recorded_rise_time is None
+    brings_none = not any(key.required for key in (*keys[1:], *own)) and cls().recorded_rise_time is None
     for key in keys:
-        if key.name in _EXAMPLES and (key.name != "duration_ratio" or has_ratio):
-            needed = key.required or (key.name in ("peak_force", "rise_time") and brings_none)
-            fits = key.spec is None or key.spec.problem(10) is None
-            yield _line("  ", needed, key, _EXAMPLES[key.name] if fits else _example(key))
-    if name == RECORD:
-        lines = [_line("    ", key.name != "file", key, _RECORD_EXAMPLES[key.name]) for key in parameters]
-    else:
-        lines = [_line("    ", key.required or _stated(key), key, _example(key)) for key in parameters]
-    if lines:
-        yield "  parameters:" if any(not line.lstrip().startswith("#") for line in lines) else "  # parameters:"
-        yield from lines
+        if key.name not in _EXAMPLES or (key.name == "duration_ratio" and key.name not in {one.name for one in own}):
+            continue
+        needed = key.required or (key.name in ("peak_force", "rise_time") and brings_none)
+        fits = key.spec is None or key.spec.problem(10) is None
+        yield _line("  ", needed, key, _EXAMPLES[key.name] if fits else _example(key))
+
+
+def _parameters(name: str, cls: Any) -> list[str]:
+    """Lines of the block ``parameters``."""
+    keys = parameters_of(name, cls)
+    examples = _RECORD_EXAMPLES if name == RECORD else {key.name: _example(key) for key in keys}
+    lines = [_line("    ", key.required or _stated(key), key, examples[key.name]) for key in keys]
+    if not lines:
+        return []
+    comment = "# " if all(line.lstrip().startswith("#") for line in lines) else ""
+    return [f"  {comment}parameters:", *lines]
 
 
 def _line(indent: str, live: bool, key: Key, value: str) -> str:
     kind = key.annotation.__name__ if isinstance(key.annotation, type) else str(key.annotation).replace("typing.", "")
-    purpose = key.purpose or kind
-    return f"{indent}{'' if live else '# '}{_text(key.name)}: {value}  # {' '.join(purpose.split())}"
+    purpose = " ".join((key.purpose or kind).split())
+    return f"{indent}{'' if live else '# '}{_text(key.name)}: {value}  # {purpose}"
 
 
 def _stated(key: Key) -> bool:
@@ -100,19 +109,15 @@ def _example(key: Key) -> str:
         return _text(typing.get_args(key.annotation)[0] if origin is Literal else _BY_KIND.get(origin, 1))
     if spec.example:
         return spec.example
-    if not spec.samples:
-        usual = (text for text in _BY_UNIT.get(spec.unit, ()) if spec.problem(to_si(text, spec.unit)) is None)
-        return next(usual, _text(_within(spec)))
-    fit = [number for number in range(5) if spec.problem(number) is None]
-    return _text(fit[:3] or [_within(spec)])
-
-
-def _within(spec: Quantity) -> float:
-    """A number inside the range of ``spec``, a simple one where there is one."""
-    ends = [end for end in (spec.above, spec.at_least, spec.below, spec.at_most) if end is not None]
-    tried: list[float] = [1, 2, 10, 0.5, 0, -1, sum(ends) / max(len(ends), 1)]
-    tried += [number for end in ends for number in (end + 1, end - 1, 2 * end, end / 2, end)]
-    return next((number for number in tried if spec.problem(number) is None), 1)
+    ends = [
+        end for end in (spec.above, spec.at_least, spec.below, spec.at_most) if end not in (None, math.inf, -math.inf)
+    ]
+    numbers: list[float] = [1, 2, 10, 0.5, 0, -1, sum(ends) / max(len(ends), 1)]
+    for end in ends:
+        numbers += [end, end + 1, end - 1, 2 * end, end / 2]
+    usual = _BY_UNIT.get(spec.unit, ())
+    fit = [text for text in (*usual, *map(_text, numbers)) if spec.problem(to_si(text, spec.unit)) is None]
+    return f"[{fit[0]}]" if spec.samples else fit[0]
 
 
 def _text(value: Any) -> str:

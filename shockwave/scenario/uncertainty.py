@@ -11,14 +11,11 @@ from attrs import frozen
 from shockwave.errors import nearest
 from shockwave.fields import Quantity, text_of
 from shockwave.scenario.keys import Key
-from shockwave.scenario.value_conversion import Wrong, WrongsError, all_sound, converted, gathered, items
+from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, gathered, items
 from shockwave.scenario.variable import Variable, variables
-from shockwave.scenario.yaml_document import Steps
 from shockwave.text import si
 
 Kind = Literal["relative", "sd", "factor", "between"]
-#: Adds a fault: where below the block, what is wrong, and whether the key is.
-Add = Callable[[Steps, str, bool], None]
 
 _RELATIVE = Key("relative", spec=Quantity("", "standard deviation over the value", above=0, at_most=1))
 _FACTOR = Key("factor", spec=Quantity("", "factor within which two thirds of the values lie", above=1, at_most=100))
@@ -66,7 +63,7 @@ class Spread:
         return f"sd {shown[0]}" if self.kind == "sd" else f"{shown[0]} to {shown[1]}"
 
 
-def read(given: Any, data: Mapping[str, Any], add: Add) -> tuple[Spread, ...]:
+def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
     """The spreads of a block.
 
     Parameters
@@ -75,20 +72,22 @@ def read(given: Any, data: Mapping[str, Any], add: Add) -> tuple[Spread, ...]:
         What the block holds.
     data : mapping
         What the document holds.
-    add : callable
-        Takes up what is wrong.
+
+    Raises
+    ------
+    WrongsError
+        With everything that is wrong.
     """
     if not isinstance(given, Mapping) or not given:
-        add((), f"must be a mapping of dotted names to how well they are known (got {text_of(given)})", False)
-        return ()
-    for pair in TWINS:
-        if all(name in given for name in pair):
-            add((pair[0],), f"must be left out where {pair[1]} is given (got both; delete one)", True)
-    known = variables(data)
-    found, wrongs = gathered(given.items(), {name: partial(_spread, of) for name, of in known.items()})
-    for wrong in wrongs:
-        add(wrong.path, wrong.problem, wrong.at_key)
-    return tuple(found.values())
+        problem = f"must be a mapping of dotted names to how well they are known (got {text_of(given)})"
+        raise WrongsError([Wrong((), problem)])
+    twins = [
+        Wrong((one,), f"must be left out where {other} is given (got both; delete one)", at_key=True)
+        for one, other in TWINS
+        if one in given and other in given
+    ]
+    converters = {name: partial(_spread, of) for name, of in variables(data).items()}
+    return tuple(gathered(given.items(), converters, twins).values())
 
 
 def _spread(of: Variable, given: Any) -> Spread:
@@ -97,7 +96,7 @@ def _spread(of: Variable, given: Any) -> Spread:
         raise WrongsError([Wrong((), problem, at_key=True)])
     if isinstance(given, str) and given.strip().endswith("%"):
         return Spread(of, "relative", (converted(_RELATIVE, given),))
-    forms: dict[Any, Callable[[Any], float | tuple[float, ...]]] = {
+    forms: dict[str, Callable[[Any], Any]] = {
         "sd": partial(converted, Key("sd", spec=Quantity(of.unit, "standard deviation", above=0))),
         "factor": partial(converted, _FACTOR),
         "between": partial(_ends, of),
@@ -105,7 +104,7 @@ def _spread(of: Variable, given: Any) -> Spread:
     if not isinstance(given, Mapping) or len(given) != 1 or not given.keys() <= forms.keys():
         hint = nearest(str(next(iter(given), "")), FORMS).strip() if isinstance(given, Mapping) else ""
         raise ValueError(f"{_RULE} (got {text_of(given)}{'; ' if hint else ''}{hint})")
-    ((kind, numbers),) = all_sound(gathered(given.items(), forms)).items()
+    ((kind, numbers),) = gathered(given.items(), forms).items()
     return Spread(of, kind, numbers if kind == "between" else (numbers,))
 
 

@@ -15,15 +15,15 @@ _NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?"
 _FACTOR = r"[A-Za-zµμ°%Ω_]{1,30}(?: ?(?:\*\*|\^) ?-?[0-9]{1,2}(?:\.[0-9]{1,2})?|⁻?[¹²³⁴⁵⁶])?"
 _BY = r"(?: ?[*/·] ?| )"
 _TERM = rf"(?:{_FACTOR}|\( ?{_FACTOR}(?:{_BY}{_FACTOR})* ?\))"
-_QUANTITY = re.compile(rf"({_NUMBER}) ?(?:((?:1? ?/ ?)?{_TERM}(?:{_BY}{_TERM})*))?")
+_QUANTITY = re.compile(rf"({_NUMBER}) ?((?:1? ?/ ?)?{_TERM}(?:{_BY}{_TERM})*)?")
 
 _NAMES = {
-    "": ("a number", "5 or '3 %'"),
-    "s": ("a time", "'15 us'"),
-    "N": ("a force", "'100 N'"),
-    "m": ("a length", "'9.5 mm'"),
-    "Pa": ("a stress", "'193 GPa'"),
-    "kg/m**3": ("a density", "'7958 kg/m**3'"),
+    "": "a number, such as 5 or '3 %'",
+    "s": "a time, such as '15 us'",
+    "N": "a force, such as '100 N'",
+    "m": "a length, such as '9.5 mm'",
+    "Pa": "a stress, such as '193 GPa'",
+    "kg/m**3": "a density, such as '7958 kg/m**3'",
 }
 
 # The usual units, as pint has them: so most scenarios do without its import, which costs more than the rest.
@@ -57,40 +57,36 @@ def to_si(value: int | float | str, unit: str) -> float:
     ValueError
         When it is no such quantity, or not finite. The message begins with ``must be``.
     """
-    if isinstance(value, str):
-        number = _from_text(value, unit)
-    elif isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueError(_problem(value, unit))
-    else:
-        number = value
+    got = "nothing" if value is None else _repr.repr(value)
     try:
-        number = float(number)
+        if isinstance(value, str):
+            number = _from_text(value, unit)
+        elif isinstance(value, int | float) and not isinstance(value, bool):
+            number = float(value)
+        else:
+            raise ValueError
     except OverflowError:
         number = math.inf
+    except ValueError as error:
+        rule = _NAMES.get(unit, f"a quantity in {unit}, such as '2 {unit}'")
+        raise ValueError(f"must be {rule} (got {got}{error})") from None
     if not math.isfinite(number):
-        raise ValueError(f"must be finite (got {_repr.repr(value)})")
+        raise ValueError(f"must be finite (got {got})")
     return number
 
 
 def _from_text(text: str, unit: str) -> float:
-    # The length first, so that neither the pattern nor the message deals with a long text.
+    """The number that ``text`` is; raises ValueError with a reason, if there is one to give."""
+    # The length first, so that the pattern does not deal with a long text.
     match = _QUANTITY.fullmatch(" ".join(text.split())) if len(text) <= _LONGEST else None
     if match is None:
-        raise ValueError(_problem(text, unit))
+        raise ValueError
     number, of_unit = match.groups()
     if of_unit is None:
         return float(number)
-    factor = _factor(of_unit, unit)
-    if isinstance(factor, str):
-        raise ValueError(_problem(text, unit, factor))
+    factor = _USUAL.get(unit, {}).get(of_unit)
     with localcontext(Context(prec=40)):
-        return float(Decimal(number) * factor)
-
-
-def _problem(value: object, unit: str, reason: str = "") -> str:
-    what, example = _NAMES.get(unit, (f"a quantity in {unit}", f"'2 {unit}'"))
-    got = "nothing" if value is None else _repr.repr(value)
-    return f"must be {what}, such as {example} (got {got}{reason})"
+        return float(Decimal(number) * (Decimal(factor) if factor else _factor(of_unit, unit)))
 
 
 _repr = reprlib.Repr()
@@ -98,24 +94,19 @@ _repr.maxstring = _repr.maxother = _repr.maxlong = 60
 
 
 @lru_cache(maxsize=1024)
-def _factor(of_unit: str, unit: str) -> Decimal | str:
-    """How many ``unit`` one ``of_unit`` is; or text that says why it is no unit of this dimension."""
-    usual = _USUAL.get(unit, {}).get(of_unit)
-    if usual is not None:
-        return Decimal(usual)
+def _factor(of_unit: str, unit: str) -> Decimal:
+    """How many ``unit`` one ``of_unit`` is."""
     registry = _registry()
-    spelling = "1" + of_unit if of_unit.startswith(("/", " /")) else of_unit
-    with localcontext(Context(prec=40)):
-        try:
-            one, zero = (
-                Decimal(registry.Quantity(Decimal(n), spelling).to(unit or "dimensionless").magnitude) for n in (1, 0)
-            )
-        except Exception as error:  # whatever pint raises, the text is no unit to it
-            undefined = type(error).__name__ == "UndefinedUnitError"
-            return "; there is no such unit" if undefined else ""
+    spelling = "1" + of_unit if of_unit.startswith("/") else of_unit
+    try:
+        zero, one = (registry.Quantity(Decimal(n), spelling).to(unit or "dimensionless").magnitude for n in (0, 1))
+    except Exception as error:  # whatever pint raises, the text is no unit to it
+        undefined = type(error).__name__ == "UndefinedUnitError"
+        raise ValueError("; there is no such unit" if undefined else "") from None
     if zero:
-        return "; a unit with a zero point of its own is not taken"
-    return one
+        raise ValueError("; a unit with a zero point of its own is not taken")
+    factor: Decimal = one
+    return factor
 
 
 @cache

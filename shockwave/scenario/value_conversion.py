@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import types
 import typing
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from typing import Any, Literal, NamedTuple
 
@@ -15,32 +16,28 @@ from shockwave.scenario.keys import Key
 from shockwave.scenario.units import to_si
 from shockwave.scenario.yaml_document import Steps
 
-#: After so many faults in one file, the rest is not looked for.
-MOST_FAULTS = 100
+_NUMBERS = {int: Quantity("", "", whole=True), float: Quantity("", "")}
 
 
 class Wrong(NamedTuple):
-    """What is wrong with a block: ``problem`` at ``path`` below it.
-
-    ``at_key`` says that the key is at fault, ``plugin`` that a plugin is.
-    """
+    """What is wrong with a block: ``problem``, a text or an error, at ``path`` below it, or with the key there."""
 
     path: Steps
-    problem: str
+    problem: object
     at_key: bool = False
-    plugin: bool = False
 
 
 class WrongsError(ValueError):
-    """Several things are wrong with a value."""
+    """Several things are wrong with a block, of whose values ``sound`` are those that are not."""
 
-    def __init__(self, wrongs: list[Wrong]) -> None:
+    def __init__(self, wrongs: Sequence[Wrong], sound: Mapping[Any, Any] | None = None) -> None:
         super().__init__()
         self.wrongs = wrongs
+        self.sound = dict(sound or {})
 
 
-def structure(data: Any, keys: Sequence[Key]) -> tuple[dict[str, Any], list[Wrong]]:
-    """The values of a block, converted to what constructors take, and everything that is wrong with it.
+def structure(data: Any, keys: Sequence[Key]) -> dict[str, Any]:
+    """The values of a block, converted to what constructors take.
 
     Parameters
     ----------
@@ -49,25 +46,48 @@ def structure(data: Any, keys: Sequence[Key]) -> tuple[dict[str, Any], list[Wron
     keys : sequence of Key
         What it may hold.
 
-    Returns
-    -------
-    tuple
-        Values of the keys that were given, without those at fault; and the list of what is wrong.
+    Raises
+    ------
+    WrongsError
+        With everything that is wrong.
     """
-    if data is None:
-        data = {}
-    if not isinstance(data, dict):
+    given = {} if data is None else data
+    if not isinstance(given, dict):
         names = ", ".join(key.name for key in keys) or "nothing"
-        return {}, [Wrong((), f"must be a mapping of {names} (got {text_of(data)})")]
-    values, wrongs = gathered(data.items(), {key.name: partial(converted, key) for key in keys})
-    absent = [key for key in keys if key.required and key.name not in data]
-    return values, [*wrongs, *(missing((key.name,), key.purpose) for key in absent)]
+        raise WrongsError([Wrong((), f"must be a mapping of {names} (got {text_of(given)})")])
+    converters = {key.name: partial(converted, key) for key in keys}
+    return gathered(given.items(), converters, [*_absent(given, keys), *_doubled(given, keys)])
+
+
+def _absent(given: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Wrong]:
+    substitutes = {name: key.name for key in keys for name in key.instead_of}
+    for key in keys:
+        other = substitutes.get(key.name)
+        if key.required and key.name not in given and other not in given:
+            words = ["got nothing", key.purpose, f"or give {other}" if other else ""]
+            yield Wrong((key.name,), f"must be given ({'; '.join(filter(None, words))})", at_key=True)
+
+
+def _doubled(given: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Wrong]:
+    for key in keys:
+        for other in key.instead_of if key.name in given else ():
+            if other in given:
+                problem = f"must be left out where {other} is given (got both; delete one)"
+                yield Wrong((key.name,), problem, at_key=True)
 
 
 def gathered(
-    pairs: Iterable[tuple[Any, Any]], converters: Mapping[Any, Callable[[Any], Any]]
-) -> tuple[dict[Any, Any], list[Wrong]]:
-    """Values converted each by the function of its key or index, without those at fault; and what is wrong."""
+    pairs: Iterable[tuple[Any, Any]],
+    converters: Mapping[Any, Callable[[Any], Any]],
+    found: Sequence[Wrong] = (),
+) -> dict[Any, Any]:
+    """Values converted each by the function of its key or index.
+
+    Raises
+    ------
+    WrongsError
+        With everything that is wrong, and what was ``found`` before.
+    """
     values: dict[Any, Any] = {}
     wrongs: list[Wrong] = []
     for step, value in pairs:
@@ -77,29 +97,19 @@ def gathered(
         try:
             values[step] = converters[step](value)
         except WrongsError as error:
-            wrongs += (wrong._replace(path=(step, *wrong.path)) for wrong in error.wrongs)
+            wrongs += [wrong._replace(path=(step, *wrong.path)) for wrong in error.wrongs]
         except (ValueError, UnknownNameError, PluginError) as error:
-            plugin = getattr(error, "exit_code", 0) == PluginError.exit_code
-            wrongs.append(Wrong((step,), str(error), plugin=plugin))
-    return values, wrongs
-
-
-def all_sound(found: tuple[dict[Any, Any], list[Wrong]]) -> dict[Any, Any]:
-    """What was `gathered`; raises `WrongsError` where anything is wrong."""
-    values, wrongs = found
+            wrongs.append(Wrong((step,), error))
+    wrongs += found
     if wrongs:
-        raise WrongsError(wrongs)
+        raise WrongsError(wrongs, values)
     return values
 
 
 def items(values: Sequence[Any], convert: Callable[[Any], Any]) -> list[Any]:
     """All values converted; raises `WrongsError` where some cannot be."""
-    return list(all_sound(gathered(enumerate(values), dict.fromkeys(range(len(values)), convert))).values())
-
-
-def missing(path: Steps, purpose: str) -> Wrong:
-    """The fault of a key that is not there."""
-    return Wrong(path, f"must be given (got nothing{'; ' if purpose else ''}{purpose})", at_key=True)
+    found = gathered(enumerate(values), dict.fromkeys(range(len(values)), convert))
+    return list(found.values())
 
 
 def _unknown(name: str, known: Sequence[str]) -> Wrong:
@@ -112,15 +122,15 @@ def converted(key: Key, value: Any) -> Any:
     spec = key.spec
     if value is None and (key.default is None if spec is None else spec.optional):
         return None
-    if spec is not None and not spec.samples:
+    if spec is None:
+        if key.kind and isinstance(value, str):
+            find(key.kind, value)
+        return _of_kind(value, key.annotation)
+    if not spec.samples:
         return _quantity(value, spec)
-    if spec is not None:
-        if not isinstance(value, list):
-            raise ValueError(f"must be a list of numbers or quantities (got {_shown(value)})")
-        return items(value, lambda sample: _quantity(sample, spec))
-    if key.kind and isinstance(value, str):
-        find(key.kind, value)
-    return _of_kind(value, key.annotation)
+    if not isinstance(value, list):
+        raise ValueError(f"must be a list of numbers or quantities (got {_shown(value)})")
+    return items(value, lambda sample: _quantity(sample, spec))
 
 
 def _quantity(value: Any, spec: Quantity) -> int | float:
@@ -133,7 +143,10 @@ def _quantity(value: Any, spec: Quantity) -> int | float:
 
 def _of_kind(value: Any, annotation: Any) -> Any:
     """``value`` as an annotated type; as it is, where the type is the class's own: its constructor judges."""
-    origin, members = typing.get_origin(annotation) or annotation, typing.get_args(annotation)
+    origin = typing.get_origin(annotation) or annotation
+    members = typing.get_args(annotation)
+    if origin in _NUMBERS:
+        return _quantity(value, _NUMBERS[origin])
     if origin in (typing.Union, types.UnionType):
         return _any_of(value, members, annotation)
     if origin is Literal:
@@ -141,19 +154,15 @@ def _of_kind(value: Any, annotation: Any) -> Any:
     if origin in (list, tuple, Sequence):
         if not isinstance(value, list | tuple):  # a tuple is one that was converted before
             raise ValueError(f"must be a list (got {_shown(value)})")
-        found = items(value, lambda item: _of_kind(item, members[0] if members else Any))
+        kind = members[0] if members else Any
+        found = items(value, lambda item: _of_kind(item, kind))
         return tuple(found) if origin is tuple else found
     if origin is bool and not isinstance(value, bool):
         raise ValueError(f"must be true or false (got {_shown(value)})")
     if origin is str and not isinstance(value, str):
         hint = "" if value is None else "; put it in quotes if it is text"
         raise ValueError(f"must be text (got {_shown(value)}{hint})")
-    if origin not in (int, float):
-        return value
-    number = value if origin is int and type(value) is int else to_si(value, "")
-    if origin is int and number != int(number):
-        raise ValueError(f"must be a whole number (got {_shown(value)})")
-    return origin(number)
+    return value
 
 
 def _choice(value: Any, known: Sequence[Any]) -> Any:
@@ -161,22 +170,21 @@ def _choice(value: Any, known: Sequence[Any]) -> Any:
         return value
     *most, last = map(repr, known)
     listed = f"{', '.join(most)} or {last}" if most else last
-    hint = nearest(value[:60], map(str, known)).strip() if isinstance(value, str) else ""
-    raise ValueError(f"must be {listed} (got {_shown(value)}{'; ' if hint else ''}{hint})")
+    raise ValueError(f"must be {listed} (got {_shown(value)})")
 
 
 def _any_of(value: Any, members: Sequence[Any], annotation: Any) -> Any:
     """A value of a union: text is taken as text only where it is no number."""
     if value is None and type(None) in members:
         return None
-    rest = sorted((member for member in members if member is not type(None)), key=lambda member: member is str)
-    for member in rest:
-        try:
+    rest = [member for member in members if member is not type(None)]
+    if len(rest) == 1:
+        return _of_kind(value, rest[0])
+    for member in sorted(rest, key=lambda member: member is str):
+        with suppress(ValueError):
             return _of_kind(value, member)
-        except ValueError:
-            if len(rest) == 1:
-                raise
-    raise ValueError(f"must be of the kind {str(annotation).replace('typing.', '')} (got {_shown(value)})")
+    kind = str(annotation).replace("typing.", "")
+    raise ValueError(f"must be of the kind {kind} (got {_shown(value)})")
 
 
 def _shown(value: Any) -> str:

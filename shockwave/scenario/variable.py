@@ -65,7 +65,7 @@ class Variable:
         try:
             return self.converted(given)
         except WrongsError as error:
-            raise InvalidValueError(Fault(self.name, wrong.problem) for wrong in error.wrongs) from None
+            raise InvalidValueError(Fault(self.name, str(wrong.problem)) for wrong in error.wrongs) from None
         except ValueError as error:
             raise InvalidValueError.of(self.name, str(error)) from None
 

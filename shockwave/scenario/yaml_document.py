@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar, TypeAlias
 
 import yaml
-from attrs import Factory, define, frozen
+from attrs import Factory, define, evolve
 
 from shockwave.errors import Fault, ScenarioError
 from shockwave.files import open_regular
@@ -52,7 +52,7 @@ def dotted(path: Steps) -> str:
     return text
 
 
-@frozen(eq=False)
+@define(eq=False)
 class Document:
     """A document that was read.
 
@@ -62,32 +62,34 @@ class Document:
         What the file is called in messages.
     data : dict
         Plain mappings, lists, text, numbers, truth values and None.
-    unreadable : frozenset
+    faults : list of Fault
+        Those that leave the rest readable, in their order in the text.
+    unreadable : set
         Where a value could not be read, a fault was reported, and None stands in its place.
+    values, keys : dict
+        Line and column of each value and of each key, counted from 1.
     """
 
     name: str
     data: dict[str, Any]
-    unreadable: frozenset[Steps] = frozenset()
-    _values: dict[Steps, Place] = Factory(dict)
-    _keys: dict[Steps, Place] = Factory(dict)
+    faults: list[Fault] = Factory(list)
+    unreadable: set[Steps] = Factory(set)
+    values: dict[Steps, Place] = Factory(dict)
+    keys: dict[Steps, Place] = Factory(dict)
 
-    def locate(self, path: Steps, key: bool = False) -> str:
-        """``file:line:column`` of the value at ``path``, or of its key; else of the nearest above it."""
-        line, column = self.place(path, key)
-        return f"{self.name}:{line}:{column}"
+    def fault(self, path: Steps, problem: str, at_key: bool = False) -> Fault:
+        """What is wrong with the value at ``path``, or with its key."""
+        line, column = self.place(path, at_key)
+        return Fault(dotted(path), problem, f"{self.name}:{line}:{column}")
 
-    def holds(self, path: Steps) -> bool:
-        """Whether there is a value at ``path``."""
-        return path in self._values
-
-    def place(self, path: Steps, key: bool = False) -> Place:
-        """Line and column, counted from 1, of what `locate` names."""
+    def place(self, path: Steps, at_key: bool = False) -> Place:
+        """Line and column of the value at ``path``, or of its key; else of the nearest above it."""
         for end in range(len(path), -1, -1):
-            if key and path[:end] in self._keys:
-                return self._keys[path[:end]]
-            if path[:end] in self._values:
-                return self._values[path[:end]]
+            above = path[:end]
+            if at_key and above in self.keys:
+                return self.keys[above]
+            if above in self.values:
+                return self.values[above]
         return (1, 1)
 
     def having(self, values: Mapping[Steps, Any], place: Place | None = None) -> Document:
@@ -100,82 +102,72 @@ class Document:
         for path, value in values.items():
             block: Any = data
             for step in path[:-1]:
-                inner = block.get(step)
-                if inner is not None and not isinstance(inner, dict):
-                    break
-                block[step] = dict(inner or {})
+                # copied, as other documents share it
+                block[step] = dict(block[step]) if isinstance(block.get(step), dict) else block.get(step) or {}
                 block = block[step]
+                if not isinstance(block, dict):
+                    break
             else:
                 block[path[-1]] = value
-        places = dict.fromkeys(values, place) if place is not None else {}
-        kept = {path: own for path, own in self._values.items() if path not in values}
-        return Document(self.name, data, self.unreadable, kept | places, self._keys | places)
+        placed = dict.fromkeys(values, place) if place is not None else {}
+        kept = {path: own for path, own in self.values.items() if path not in values}
+        return evolve(self, data=data, values=kept | placed, keys=self.keys | placed)
 
 
-def read_document(path: str | os.PathLike[str], faults: list[Fault] | None = None) -> Document:
+def read_document(path: str | os.PathLike[str]) -> Document:
     """The document in a file.
 
     Parameters
     ----------
     path : path-like
         A regular file of UTF-8 text, at most 1 MiB; messages call it by this name.
-    faults : list, optional
-        As for `parse_document`.
 
     Raises
     ------
     FileAccessError
         When the file cannot be read.
     ScenarioError
-        When it is larger, or its text is not valid.
+        When it is larger, or its text is no mapping in YAML.
     """
     name = os.fspath(path)
     with open_regular(path) as file:
         data = file.read(_MOST_BYTES + 1)
     if len(data) > _MOST_BYTES:
-        problem = "must be at most 1 MiB (put a long record in a CSV file, and name it under `file`)"
-        raise ScenarioError([Fault("", problem, f"{name}:1:1")])
+        raise _error(name, "", "must be at most 1 MiB (put a long record in a CSV file, and name it under `file`)")
     try:
         text = data.decode()
     except UnicodeDecodeError as error:
-        *lines, last = data[: error.start].decode().split("\n")
+        before = data[: error.start].decode()
         problem = f"must be UTF-8 text (got the byte 0x{data[error.start]:02x}; save the file as UTF-8)"
-        raise ScenarioError([Fault("", problem, f"{name}:{len(lines) + 1}:{len(last) + 1}")]) from None
-    return parse_document(text, name, faults)
+        raise _error(name, before, problem) from None
+    return parse_document(text, name)
 
 
-def parse_document(text: str, name: str, faults: list[Fault] | None = None) -> Document:
-    """The document in ``text``.
-
-    Parameters
-    ----------
-    text : str
-        YAML.
-    name : str
-        What messages call the document.
-    faults : list, optional
-        Takes up the faults that leave the rest readable; left out, they are raised too.
+def parse_document(text: str, name: str) -> Document:
+    """The document in ``text``, which messages call ``name``.
 
     Raises
     ------
     ScenarioError
-        With all faults found, in their order in the text.
+        When the text is no mapping in YAML.
     """
     if bad := _UNPRINTABLE.search(text):
-        lines = _BREAK.split(text[: bad.start()])
         problem = f"must be printable text (got the character U+{ord(bad[0]):04X}; delete it)"
-        raise ScenarioError([Fault("", problem, f"{name}:{len(lines)}:{len(lines[-1]) + 1}")])
-    root = _composed(text, name)
-    walk = _Walk(name)
-    data = walk.value(root, ())
+        raise _error(name, text[: bad.start()], problem)
+    document = Document(name, {})
+    data = _value(document, _composed(text, name), ())
     if not isinstance(data, dict):
         got = "nothing" if data is None else reprlib.repr(data)
-        walk.fault((), f"must be a mapping, 'key: value' on each line (got {got})", root.start_mark)
-    if walk.faults and (faults is None or not isinstance(data, dict)):
-        raise ScenarioError(walk.faults)
-    if faults is not None:
-        faults += walk.faults
-    return Document(name, data, frozenset(walk.unreadable), walk.values, walk.keys)
+        problem = f"must be a mapping, 'key: value' on each line (got {got})"
+        raise ScenarioError([*document.faults, document.fault((), problem)])
+    document.data = data
+    return document
+
+
+def _error(name: str, before: str, problem: str) -> ScenarioError:
+    """The error of one fault, which stands behind the text ``before``."""
+    *lines, last = _BREAK.split(before)
+    return ScenarioError([Fault("", problem, f"{name}:{len(lines) + 1}:{len(last) + 1}")])
 
 
 # ---------------------------------------------------------------- text to nodes
@@ -212,81 +204,74 @@ def _composed(text: str, name: str) -> yaml.Node:
         if text.count(",") + text.count("\n") > _MOST_VALUES:  # one of these stands behind nearly every value
             raise ValueError(f"more than {_MOST_VALUES} values; put a long record in a CSV file")
         found: yaml.Node | None = loader.get_single_node()
-        return found or yaml.ScalarNode("nothing", "", start)
     # PyYAML recurses without a limit, and makes characters of escapes without asking whether there are such.
     except (yaml.MarkedYAMLError, RecursionError, ValueError, OverflowError) as error:
         got = str(getattr(error, "problem", None) or error)
         hint = next((f"; {hint}" for part, hint in _HINTS.items() if part in got), "")
         mark = getattr(error, "problem_mark", None) or loader.get_mark()
-        problem = f"must be YAML (got: {got}{hint})"
-        raise ScenarioError([Fault("", problem, f"{name}:{mark.line + 1}:{mark.column + 1}")]) from None
+        location = f"{name}:{mark.line + 1}:{mark.column + 1}"
+        raise ScenarioError([Fault("", f"must be YAML (got: {got}{hint})", location)]) from None
+    return found or yaml.ScalarNode("nothing", "", start)
 
 
 # ---------------------------------------------------------------- nodes to data
 
 
-def _number(text: str) -> int | float:
-    """A finite number; raises ValueError or OverflowError for one that no float holds."""
-    kind = float if text.lstrip("+-").strip("0123456789") else int
-    number = int(text, 0) if text.startswith(("0o", "0x")) else kind(text)
-    if not math.isfinite(number):
-        raise OverflowError
-    return number
-
-
-@define(eq=False)
-class _Walk:
-    """Turns nodes into plain data and gathers places and faults."""
-
-    name: str
-    faults: list[Fault] = Factory(list)
-    unreadable: set[Steps] = Factory(set)
-    values: dict[Steps, Place] = Factory(dict)
-    keys: dict[Steps, Place] = Factory(dict)
-
-    def value(self, node: yaml.Node, path: Steps) -> Any:
-        """The data of a node; None where it could not be read."""
-        self.values[path] = node.start_mark.line + 1, node.start_mark.column + 1
-        if isinstance(node, yaml.ScalarNode):
-            return self._scalar(node, path)
-        if len(path) >= _DEEPEST:
-            self.unreadable.add(path)
-            self.fault(path, f"must be nested at most {_DEEPEST} levels deep (got more)", node.start_mark)
-            return None
-        if isinstance(node, yaml.SequenceNode):
-            return [self.value(inner, (*path, index)) for index, inner in enumerate(node.value)]
-        data: dict[str, Any] = {}
-        for key, inner in node.value:
-            below = (*path, key.value)
-            if key.tag != _TEXT or _UNPRINTABLE.search(key.value):
-                got = f"{reprlib.repr(key.value)[1:-1]}; put it in quotes if it is one" if key.value else "nothing"
-                self.fault(path, f"must have names as keys (got {got})", key.start_mark)
-            elif key.value in data:
-                got = f"got it again; first in line {self.keys[below][0]}; delete one"
-                self.fault(below, f"must be given once ({got})", key.start_mark)
-            else:
-                self.keys[below] = key.start_mark.line + 1, key.start_mark.column + 1
-                data[key.value] = self.value(inner, below)
-        return data
-
-    def _scalar(self, node: yaml.ScalarNode, path: Steps) -> Any:
-        text: str = node.value
-        if node.tag == "nothing":
-            return None
-        if node.tag == "truth":
-            return text.lower() == "true"
+def _value(document: Document, node: yaml.Node, path: Steps) -> Any:
+    """The data of a node, whose places ``document`` gets; None where it could not be read."""
+    document.values[path] = node.start_mark.line + 1, node.start_mark.column + 1
+    if len(path) >= _DEEPEST or isinstance(node, yaml.ScalarNode):
         try:
-            if node.tag == "number":
-                return _number(text)
-            if not _UNPRINTABLE.search(text):
-                return text
-            problem = "must be printable text (got an escape of a character that is not)"
-        except (ValueError, OverflowError):
-            problem = f"must be finite (got {reprlib.repr(text)[1:-1]})"
-        self.unreadable.add(path)
-        self.fault(path, problem, node.start_mark)
-        return None
+            return _scalar(node)
+        except ValueError as error:
+            document.unreadable.add(path)
+            document.faults.append(document.fault(path, str(error)))
+            return None
+    if isinstance(node, yaml.SequenceNode):
+        return [_value(document, inner, (*path, index)) for index, inner in enumerate(node.value)]
+    data: dict[str, Any] = {}
+    for key, inner in node.value:
+        below = (*path, key.value)
+        line, column = key.start_mark.line + 1, key.start_mark.column + 1
+        if key.tag == _TEXT and key.value not in data:
+            document.keys[below] = line, column
+            data[key.value] = _value(document, inner, below)
+            continue
+        if key.tag == _TEXT:
+            problem = f"must be given once (got it again; first in line {document.keys[below][0]}; delete one)"
+        else:
+            below = path
+            got = f"{reprlib.repr(key.value)[1:-1]}; put it in quotes if it is one" if key.value else "nothing"
+            problem = f"must have names as keys (got {got})"
+        document.faults.append(Fault(dotted(below), problem, f"{document.name}:{line}:{column}"))
+    return data
 
-    def fault(self, path: Steps, problem: str, mark: yaml.Mark) -> None:
-        """Add what is wrong at ``path``."""
-        self.faults.append(Fault(dotted(path), problem, f"{self.name}:{mark.line + 1}:{mark.column + 1}"))
+
+def _scalar(node: yaml.Node) -> Any:
+    """The value of a scalar; raises ValueError for what has none."""
+    text = node.value
+    if not isinstance(node, yaml.ScalarNode):
+        raise ValueError(f"must be nested at most {_DEEPEST} levels deep (got more)")
+    if node.tag == "nothing":
+        return None
+    if node.tag == "truth":
+        return text.lower() == "true"
+    if node.tag == "number":
+        return _number(text)
+    if _UNPRINTABLE.search(text):
+        raise ValueError("must be printable text (got an escape of a character that is not)")
+    return text
+
+
+def _number(text: str) -> int | float:
+    """A finite number; raises ValueError for one that no float holds."""
+    try:
+        if text.startswith(("0o", "0x")):
+            number: int | float = int(text, 0)
+        else:
+            number = int(text) if text.lstrip("+-").isdigit() else float(text)
+        if math.isfinite(number):
+            return number
+    except (ValueError, OverflowError):
+        pass
+    raise ValueError(f"must be finite (got {reprlib.repr(text)[1:-1]})")

@@ -14,12 +14,13 @@ import numpy as np
 
 from shockwave.chain.chain import Chain
 from shockwave.errors import Fault, InvalidValueError
-from shockwave.fields import Quantity, text_of
+from shockwave.fields import Quantity
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.uncertainty import Spread, read
-from shockwave.scenario.yaml_document import Steps, dotted
+from shockwave.scenario.value_conversion import WrongsError
+from shockwave.scenario.yaml_document import dotted
 from shockwave.studies import scene_response
 from shockwave.studies.scaling_exponents import POWERS, Exponents
 from shockwave.studies.spread_distribution import Distribution
@@ -145,16 +146,11 @@ def _spreads(scenario: Scenario, given: Mapping[str, Any] | None) -> tuple[Sprea
     if given is None:
         remedy = "add a block such as uncertainty: {shock.peak_force: 5 %}"
         raise InvalidValueError.of("uncertainty", f"must say which values are uncertain (got nothing; {remedy})")
-    faults: list[Fault] = []
-
-    def add(steps: Steps, problem: str, at_key: bool) -> None:
-        named = (step if isinstance(step, str | int) else text_of(step) for step in steps)
-        faults.append(Fault(dotted(("uncertainty", *named)), problem))
-
-    found = read(given, scene_response.data_of(scenario), add)
-    if faults:
-        raise InvalidValueError(faults)
-    return found
+    try:
+        return read(given, scene_response.data_of(scenario))
+    except WrongsError as error:
+        faults = [Fault(dotted(("uncertainty", *wrong.path)), str(wrong.problem)) for wrong in error.wrongs]
+        raise InvalidValueError(faults) from None
 
 
 def _distribution(spread: Spread, value: float) -> Distribution:

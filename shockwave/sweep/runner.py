@@ -14,7 +14,7 @@ from typing import Any
 from attrs import define, evolve, field
 
 from shockwave import OWN_DISTRIBUTION
-from shockwave.errors import Fault, InvalidValueError, PluginError, ShockwaveError, UsageError
+from shockwave.errors import InvalidValueError, PluginError, ShockwaveError, UsageError
 from shockwave.files import read_text, replacing
 from shockwave.registry import find
 from shockwave.scenario.loader import load_scenario, scenario_of
@@ -81,10 +81,9 @@ def points_of(scenario: Scenario | str | os.PathLike[str], apart: bool = False, 
 
 def _loaded_apart(path: Path, timeout: float | None) -> Scenario:
     """The scenario in a file, as `load_scenario` gives it, begun with a point whose scene ends no process."""
-    faults: list[Fault] = []
-    document = read_document(path, faults)
+    document = read_document(path)
     begin = _first_sound(path.absolute(), timeout) if _has_plugin(document.data) else 0
-    return scenario_of(document, path, faults, slice(begin, None))
+    return scenario_of(document, path, slice(begin, None))
 
 
 def _has_plugin(data: Mapping[str, Any]) -> bool:
@@ -110,9 +109,8 @@ def _first_sound(path: Path, timeout: float | None) -> int:
 
 
 def _build(path: Path, attempt: int) -> None:
-    faults: list[Fault] = []
     try:
-        scenario_of(read_document(path, faults), path, faults, slice(attempt, attempt + 1))
+        scenario_of(read_document(path), path, slice(attempt, attempt + 1))
     except (Exception, SystemExit):  # reported by the client
         return
 
