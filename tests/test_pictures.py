@@ -345,8 +345,7 @@ def test_a_bar_is_where_the_simulated_force_is_expected(ax: Axes, bounds: tuple[
 def test_the_approach_is_that_of_the_passages_up_to_where_the_wave_was_read(ax: Axes) -> None:
     result = sw.simulate(SHOCKS["ejection"], evolve(CHAIN, granules=12))
     pictures.approach(ax, result)
-    drawn = [one for one in ax.get_lines() if "the limit" in str(one.get_label())]
-    found = dict(np.concatenate([one.get_xydata() for one in drawn]).tolist())
+    found = dict(line(ax, "distance").get_xydata().tolist())
     assert sorted(found) == list(range(result.primary.contact))
     assert found[2] == pytest.approx(abs(result.passage(2).peak_force / result.peak_force - 1))
 
@@ -391,8 +390,9 @@ def test_regimes_border_where_the_prediction_changes(ax: Axes) -> None:
     profile = sw.Triangular(duration_ratio=3)
     pictures.amplification(ax, profile, sw.Predictor(), CHAIN, peak_force=FORCE, rise_times=[0.2, 1.0, 4.0])
     borders = [x_of(one)[0] for one in ax.get_lines() if one.get_linestyle() == "--"]
-    # alphaF0 tA = n t0, 4.1, with alphaF0 = 2 for a triangle and tA = 1.652066518648 T0; S is 1 there, too
-    assert borders == pytest.approx([2 * 1.652066518648 / 3], rel=1e-9)
+    # alphaF0 tA = n t0, 4.1, with alphaF0 = 2 for a triangle and tA = 1.652066518648 T0; S is 1 there, too;
+    # predictions are 20^(1/240) apart
+    assert borders == pytest.approx([2 * 1.652066518648 / 3], rel=0.007)
 
 
 def test_runs_are_joined_by_method_and_failed_and_exact_ones_marked(ax: Axes) -> None:
@@ -431,7 +431,7 @@ def unrecorded(*record: Any) -> sw.SimulationResult:
 REFUSED: dict[str, tuple[Any, str]] = {
     "forces": (
         lambda ax: pictures.contact_forces(ax, unrecorded()),
-        r"record: must have forces \(got nothing; simulate with record=\['forces'\], contacts=",
+        r"record: must have forces \(got nothing; simulate with record=\['forces'\]",
     ),
     "map": (
         lambda ax: pictures.space_time(ax, unrecorded("energies")),
