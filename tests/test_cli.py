@@ -101,7 +101,7 @@ def test_no_command_is_a_usage_error() -> None:
     ("rtol", "problem"),
     [
         ("1e-20", "must be >= 1e-13 and <= 0.01 (got 1e-20)"),
-        ("soon", "must be >= 1e-13 and <= 0.01 (got 'soon')"),
+        ("soon", "must be >= 1e-13 and <= 0.01 (got soon)"),
     ],
 )
 def test_tolerance_out_of_range_is_a_usage_error(rtol: str, problem: str, capsys: pytest.CaptureFixture[str]) -> None:
