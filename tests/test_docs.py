@@ -127,25 +127,15 @@ def test_blocks_have_a_known_language(page: Path) -> None:
 #: What a page shows, what another processor may print, and whether the two agree.
 OUTPUTS = {
     "last-digit": ("within 5e-08 relative", "within 4e-08 relative", True),
-    "all-digits-against-few": ("quadrature 1.0", "quadrature 0.9999999999999999", True),
-    "across-a-power-of-ten": ("error 1.0e-06", "error 9.9e-07", True),
     "rounding": ("momentum defect 2e-16", "momentum defect 4e-16", True),
     "wider-column": ("a    b\n---  -----\n0.0  2e-16", "a       b\n------  -----\n-1e-17  0e+00", True),
     "anything": ("took ... s, 3 times\n... and so on", "took 0.25 s, 3 times\na\nb and so on", True),
-    "digits-left-open": ("name  ...  1.1681...", "name      1.16817", True),
     "other-backend": ("by rkn86 (compiled)\n", "by rkn86 (numpy)  \n\n", True),
     "number": ("peak force 116.8 N", "peak force 117.1 N", False),
     "two-units": ("within 5e-08 relative", "within 3e-08 relative", False),
-    "short-number": ("quadrature 1.0", "quadrature 0.95", False),
-    "rounding-grown": ("momentum defect 2e-16", "momentum defect 2e-12", False),
     "sign": ("margin -0.5", "margin 0.5", False),
-    "count": ("84 steps", "85 steps", False),
-    "word": ("regime train, peak 1.5", "regime single, peak 1.5", False),
     "name-with-a-digit": ("table1-row1", "table1-row2", False),
-    "version": ("version 0.1.0", "version 0.1.1", False),
     "line-missing": ("one 1.5\ntwo 2.5", "one 1.5", False),
-    "around-anything": ("took ... s, 3 times", "took 0.25 s, 4 times", False),
-    "number-after-anything": ("... and 1.5 N", "a\nb and 1.9 N", False),
 }
 
 
@@ -153,12 +143,6 @@ OUTPUTS = {
 def test_outputs_agree_up_to_last_digits(name: str) -> None:
     shown, printed, same = OUTPUTS[name]
     assert agree(shown, printed) is same
-
-
-def test_sessions_are_compared_alike() -> None:
-    execute(Block(ROOT / "README.md", 1, "pycon", {}, ">>> print(0.1 + 0.2, '\\n\\nb')\n0.3\n<BLANKLINE>\nb\n"), {})
-    with pytest.raises(AssertionError, match="Expected"):
-        execute(Block(ROOT / "README.md", 1, "pycon", {}, ">>> 0.1 + 0.2\n0.31\n"), {})
 
 
 # ---------------------------------------------------------------- links
@@ -173,15 +157,12 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert "://" in target or not anchor or anchor in anchors(file), target
 
 
-def test_index_lists_every_page() -> None:
+def test_every_page_and_every_profile_is_listed() -> None:
     listed = next(block.text for block in blocks_of(DOCS / "index.md") if block.language == "{toctree}")
     assert {page.stem for page in DOCS.glob("*.md")} - {"index"} <= set(listed.split())
-
-
-def test_readme_of_profiles_names_every_file() -> None:
     text = (ROOT / "profiles" / "README.md").read_text(encoding="utf-8")
-    files = (file for file in (ROOT / "profiles").rglob("*") if file.suffix in (".yaml", ".csv"))
-    assert [str(file) for file in files if f"\n| `{file.relative_to(ROOT / 'profiles')}` |" not in text] == []
+    files = [file for file in (ROOT / "profiles").rglob("*") if file.suffix in (".yaml", ".csv")]
+    assert [file for file in files if f"\n| `{file.relative_to(ROOT / 'profiles')}` |" not in text] == []
 
 
 # ---------------------------------------------------------------- tables
@@ -235,16 +216,12 @@ def test_tables_of_keys_are_those_of_the_loader(name: str) -> None:
 
 
 def test_table_of_profiles_is_the_registry() -> None:
-    own = [entry.name for entry in registry.entries("profiles") if entry.distribution == "granular-shockwave"]
-    assert [code_in(row[0])[0] for row in table("docs/scenarios.md", "profiles")] == own
-
-
-@pytest.mark.parametrize("profile", ["power-law", "triangular", "exponential"])
-def test_table_of_profiles_names_their_parameters(profile: str) -> None:
-    row = next(row for row in table("docs/scenarios.md", "profiles") if code_in(row[0]) == [profile])
-    cls = registry.load("profiles", profile)
-    own = [field.name for field in cls.__attrs_attrs__ if field.name != "duration_ratio" and quantity_of(field)]
-    assert code_in(row[-1]) == own
+    rows = {code_in(row[0])[0]: code_in(row[-1]) for row in table("docs/scenarios.md", "profiles")}
+    assert list(rows) == [entry.name for entry in registry.own_entries("profiles")]
+    for profile in ("power-law", "triangular", "exponential"):
+        fields = registry.load("profiles", profile).__attrs_attrs__
+        own = [field.name for field in fields if field.name != "duration_ratio" and quantity_of(field)]
+        assert rows[profile] == own
 
 
 def flat(value: Any, path: str = "") -> set[str]:
@@ -292,8 +269,10 @@ def commands() -> list[str]:
     return list(action.choices)
 
 
-def test_every_command_is_told() -> None:
+def test_every_command_and_kind_is_told() -> None:
     assert [code_in(row[0])[0] for row in table("docs/commands.md", "commands")] == commands()
+    row = next(row for row in table("docs/commands.md", "options of list") if code_in(row[0]) == ["KIND"])
+    assert set(code_in(row[1])) == set(KINDS)
 
 
 @pytest.mark.parametrize("command", commands())
@@ -306,11 +285,6 @@ def test_help_tells_the_options_that_the_page_tells(command: str, capsys: pytest
     assert {word.split()[0] for word in told if word.startswith("-")} == words
 
 
-def test_kinds_that_list_takes_are_told() -> None:
-    row = next(row for row in table("docs/commands.md", "options of list") if code_in(row[0]) == ["KIND"])
-    assert set(code_in(row[1])) == set(KINDS)
-
-
 def test_exit_statuses_are_those_of_the_errors() -> None:
     rows = table("docs/commands.md", "exit statuses")
     told = {name: int(code_in(row[0])[0]) for row in rows for name in code_in(row[2])}
@@ -318,21 +292,18 @@ def test_exit_statuses_are_those_of_the_errors() -> None:
     assert told == {name: error.exit_code for name, error in errors.items() if name != "ShockwaveError"}
 
 
-@pytest.mark.parametrize(
-    ("module", "limit"),
-    [
-        ("scenario.value_conversion", "MOST_FAULTS"),
-        ("scenario.yaml_document", "_DEEPEST"),
-        ("scenario.yaml_document", "_MOST_VALUES"),
-        ("scenario.units", "_LONGEST"),
-        ("profiles.record", "_MOST_LINES"),
-        ("profiles.record", "_LONGEST_LINE"),
-    ],
-)
-def test_limits_for_files_from_others_are_told(module: str, limit: str) -> None:
+def test_limits_for_files_from_others_are_told() -> None:
     text = (DOCS / "scenarios.md").read_text(encoding="utf-8").partition("## Files from others")[2]
-    value = getattr(importlib.import_module(f"shockwave.{module}"), limit)
-    assert re.search(rf"\b{value}\b", text.partition("## Materials")[0])
+    limits = {
+        "scenario.value_conversion": ["MOST_FAULTS"],
+        "scenario.yaml_document": ["_DEEPEST", "_MOST_VALUES"],
+        "scenario.units": ["_LONGEST"],
+        "profiles.record": ["_MOST_LINES", "_LONGEST_LINE"],
+    }
+    for module, names in limits.items():
+        for name in names:
+            value = getattr(importlib.import_module(f"shockwave.{module}"), name)
+            assert re.search(rf"\b{value}\b", text.partition("## Materials")[0]), name
 
 
 def test_table_of_rooms_is_the_one_that_imports_are_checked_against() -> None:

@@ -24,7 +24,7 @@ from selection import keeping
 from shockwave.options import SimulateOptions
 from shockwave.page import findings, normalised, page, scene_hash, written
 from shockwave.page.number_text import formula, percent, quantity, small
-from shockwave.page.provenance import parts_in_use
+from shockwave.page.render import parts_in_use
 from shockwave.registry import load
 
 ROOT = Path(__file__).parent.parent
