@@ -1,7 +1,5 @@
 """The structure of the package: imports run downwards, the two columns stay apart, nothing is loaded in vain."""
 
-from __future__ import annotations
-
 import ast
 import subprocess
 import sys

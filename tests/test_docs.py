@@ -3,8 +3,6 @@
 `pages` states the conventions.
 """
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import json
@@ -19,24 +17,10 @@ from typing import Any
 import pytest
 import yaml
 
+import pages
 import shockwave as sw
 from distributions import install
-from pages import (
-    DOCS,
-    PAGES,
-    ROOT,
-    Block,
-    agree,
-    anchors,
-    blocks_of,
-    code_in,
-    execute,
-    prepare,
-    prose,
-    run,
-    table,
-    workplace,
-)
+from pages import DOCS, PAGES, ROOT, Block, blocks_of, code_in, table
 from selection import keeping
 from shockwave import cli, registry
 from shockwave.cli.parser import KINDS, parser
@@ -60,25 +44,22 @@ def of_language(*languages: str) -> Any:
 @pytest.fixture
 def patch(tmp_path: Path) -> Iterator[pytest.MonkeyPatch]:
     """A working folder, which is the current one."""
-    with workplace(tmp_path) as patch:
+    with pages.workplace(tmp_path) as patch:
         yield patch
-
-
-# ---------------------------------------------------------------- blocks
 
 
 @of_language("console")
 def test_commands_print_what_is_shown(block: Block, tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
-    prepare(tmp_path, block, patch)
+    pages.prepare(tmp_path, block, patch)
     status = 0
     for command, shown in block.commands:
-        printed, status = run(command, status)
-        assert agree(shown, printed), f"$ {command}\n{printed}"
+        printed, status = pages.run(command, status)
+        assert pages.agree(shown, printed), f"$ {command}\n{printed}"
 
 
 @of_language("yaml")
 def test_scenarios_load_or_fail_as_told(block: Block, tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
-    prepare(tmp_path, block, patch)
+    pages.prepare(tmp_path, block, patch)
     file, text = Path(block.directives.get("file", "scenario.yaml")), block.text
     if "fragment" in block.directives:
         base = Path(block.directives["fragment"])
@@ -102,13 +83,13 @@ WITH_CODE = [page for page in PAGES if any(block.language in ("python", "pycon")
 )
 def test_code_runs(page: Path, tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
     blocks = [block for block in blocks_of(page) if block.language in ("python", "pycon")]
-    prepare(tmp_path, blocks[-1], patch)
+    pages.prepare(tmp_path, blocks[-1], patch)
     names: dict[str, Any] = {}
     for block in blocks:
         if "file" in block.directives:
             compile(block.text, str(block), "exec")
         else:
-            execute(block, names)
+            pages.execute(block, names)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
@@ -119,9 +100,6 @@ def test_blocks_have_a_known_language(page: Path) -> None:
     assert unknown <= ({""} if "plugins" in page.parts else set())
     assert all(tomllib.loads(block.text) for block in blocks_of(page) if block.language == "toml")
     assert not re.search(rf"{os.sep}(?:home|tmp|work|Users)/", page.read_text(encoding="utf-8"))
-
-
-# ---------------------------------------------------------------- comparison of outputs
 
 
 #: What a page shows, what another processor may print, and whether the two agree.
@@ -142,19 +120,16 @@ OUTPUTS = {
 @pytest.mark.parametrize("name", OUTPUTS)
 def test_outputs_agree_up_to_last_digits(name: str) -> None:
     shown, printed, same = OUTPUTS[name]
-    assert agree(shown, printed) is same
-
-
-# ---------------------------------------------------------------- links
+    assert pages.agree(shown, printed) is same
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_lead_somewhere(page: Path) -> None:
-    for target in set(re.findall(r"\]\(([^)\s]+)\)", prose(page))):
+    for target in set(re.findall(r"\]\(([^)\s]+)\)", pages.prose(page))):
         path, _, anchor = target.partition("#")
         file = (page.parent / path).resolve() if path else page
         assert "://" in target or file.exists(), target
-        assert "://" in target or not anchor or anchor in anchors(file), target
+        assert "://" in target or not anchor or anchor in pages.anchors(file), target
 
 
 def test_every_page_and_every_profile_is_listed() -> None:
@@ -163,9 +138,6 @@ def test_every_page_and_every_profile_is_listed() -> None:
     text = (ROOT / "profiles" / "README.md").read_text(encoding="utf-8")
     files = [file for file in (ROOT / "profiles").rglob("*") if file.suffix in (".yaml", ".csv")]
     assert [file for file in files if f"\n| `{file.relative_to(ROOT / 'profiles')}` |" not in text] == []
-
-
-# ---------------------------------------------------------------- tables
 
 
 def cells_of(key: keys.Key) -> list[str]:
@@ -259,7 +231,7 @@ def test_json_keys_of_other_commands_are_those_printed(
 ) -> None:
     install(tmp_path, ROOT / "plugins" / "shockwave-pulses" / "pyproject.toml", patch)
     (tmp_path / "bad.yaml").write_text("shock: {}\n", encoding="utf-8")
-    printed, _ = run(f"shockwave {arguments.replace('FILE', 'bad.yaml')}", 0)
+    printed, _ = pages.run(f"shockwave {arguments.replace('FILE', 'bad.yaml')}", 0)
     told = {key for row in table("docs/commands.md", arguments.replace(" FILE", "")) for key in code_in(row[0])}
     assert told == {key.removeprefix("[].") for key in flat(json.loads(printed))}
 

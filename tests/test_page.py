@@ -1,7 +1,5 @@
 """The page of a scenario: complete, escaped, self-contained, the same on every run."""
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -110,9 +108,6 @@ def blank(text: str) -> str:
     return " ".join(re.sub("<[^>]*>", "", text).replace("\N{NO-BREAK SPACE}", " ").split())
 
 
-# ---------------------------------------------------------------- every scene has a page
-
-
 @pytest.mark.parametrize("name", keeping(SCENES, "ejection"))
 def test_every_scene_has_a_complete_page_that_loads_nothing(name: str) -> None:
     text = made(name)
@@ -132,9 +127,6 @@ def test_every_scene_has_a_complete_page_that_loads_nothing(name: str) -> None:
     assert policy.startswith("default-src 'none'; style-src 'unsafe-inline'; img-src data:;")
     given = [value for key, value in read.attributes if key == "id"]
     assert len(given) == len(set(given)) > 0
-
-
-# ---------------------------------------------------------------- content
 
 
 def test_figures_of_a_comparison_and_printed_ones_are_shown() -> None:
@@ -198,9 +190,6 @@ def test_figures_are_set_as_in_print(made: str, shown: str) -> None:
     assert made.translate(str.maketrans(plainer)) == shown
 
 
-# ---------------------------------------------------------------- failures
-
-
 def test_a_simulation_that_fails_is_reported() -> None:
     text = page(scenario(sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=100.0, rise_time=1.0)))
     assert re.search('<p class="problem">The simulation failed: the shock lasts ', text)
@@ -241,9 +230,6 @@ def test_without_matplotlib_nothing_is_computed_in_vain(monkeypatch: pytest.Monk
         page(SCENES["ejection"])
 
 
-# ---------------------------------------------------------------- escaping
-
-
 def test_hostile_texts_stay_texts(tmp_path: Path) -> None:
     file = tmp_path / "<b>&.yaml"
     # too slow to be simulated: without its pictures, which show no other texts
@@ -271,9 +257,6 @@ def test_the_long_text_of_a_scenario_is_cut(tmp_path: Path) -> None:
     assert found.text == f"{text[:20_000]}\n... ({len(text) - 20_000} more characters)\n"
 
 
-# ---------------------------------------------------------------- provenance
-
-
 def test_provenance_has_versions_and_parts() -> None:
     part = blank(undrawn("ejection").partition("Where this comes from")[2])
     assert f"NumPy{metadata.version('numpy')}" in part
@@ -299,9 +282,6 @@ def test_a_page_is_the_same_in_another_process() -> None:
     env = {**os.environ, "PYTHONHASHSEED": "7"}
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True, env=env)
     assert run.stdout.decode() == made("ejection")
-
-
-# ---------------------------------------------------------------- the hash
 
 
 def loaded(folder: Path, **parts: str) -> sw.Scenario:

@@ -1,7 +1,5 @@
 """Pictures: what is drawn is what was found, in units that the axes name; files are the same on every run."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
@@ -128,9 +126,6 @@ def x_of(one: Line2D) -> np.ndarray:
     return np.asarray(one.get_xdata(), dtype=float)
 
 
-# ---------------------------------------------------------------- all of them
-
-
 @pytest.mark.parametrize(("picture", "name"), [*((picture, "ejection") for picture in PICTURES), *OF_OTHER_SHOCKS])
 def test_nothing_leaves_the_figure(picture: str, name: str) -> None:
     figure, (ax,) = pictures.figure()
@@ -153,9 +148,6 @@ def test_ticks_are_written_in_the_unit_of_the_label(ax: Axes) -> None:
     pictures.pulse(ax, sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=2e3, rise_time=1e-6))
     assert ax.get_ylabel() == "force (kN)"
     assert ax.yaxis.get_major_formatter()(1500.0, 0) == "1.5"
-
-
-# ---------------------------------------------------------------- files
 
 
 def test_names_in_an_svg_begin_with_its_own() -> None:
@@ -209,9 +201,6 @@ def test_matplotlib_is_loaded_late_and_asked_for(monkeypatch: pytest.MonkeyPatch
         pictures.figure()
 
 
-# ---------------------------------------------------------------- the shock
-
-
 def test_a_pulse_has_the_force_and_the_areas_of_the_shock(ax: Axes) -> None:
     shock = SHOCKS["ejection"]
     pictures.pulse(ax, shock)
@@ -243,9 +232,6 @@ def test_the_added_area_is_half_of_the_added_momentum(ax: Axes) -> None:
     # the shoelace formula; the decay is a straight line, so that the area has no error but rounding
     drawn = abs(x @ np.roll(y, 1) - y @ np.roll(x, 1)) / 2
     assert 2 * drawn == pytest.approx(outcome.added_momentum, rel=1e-9)
-
-
-# ---------------------------------------------------------------- along the chain
 
 
 def test_contact_forces_are_those_recorded(ax: Axes) -> None:
@@ -313,9 +299,6 @@ def test_a_bar_is_where_the_simulated_force_is_expected(ax: Axes, bounds: tuple[
         assert high < ax.get_ylim()[1] if arrows else high == pytest.approx(predicted / 0.8)
 
 
-# ---------------------------------------------------------------- trust in the simulation
-
-
 def test_the_approach_is_that_of_the_passages_up_to_where_the_wave_was_read(ax: Axes) -> None:
     result = sw.simulate(SHOCKS["ejection"], evolve(CHAIN, granules=12))
     pictures.approach(ax, result)
@@ -340,9 +323,6 @@ def test_the_momentum_of_the_granules_is_the_impulse(ax: Axes, name: str) -> Non
     total, impulse = (y_of(line(ax, label)) for label in ("sum", "impulse of shock"))
     # rounding, but for the output of a record between steps
     assert total == pytest.approx(impulse, abs=1e-9 * impulse[-1])
-
-
-# ---------------------------------------------------------------- many shocks, many runs
 
 
 def test_amplifications_are_those_simulated_and_predicted(ax: Axes) -> None:
@@ -382,9 +362,6 @@ def test_a_map_of_trust_holds_the_errors(ax: Axes) -> None:
     drawn: Any = np.ma.asarray(ax.collections[0].get_array())
     assert np.array_equal(drawn.filled(np.nan), errors.T, equal_nan=True)
     assert {text.get_text() for text in ax.texts} == {"ejection", "train"}
-
-
-# ---------------------------------------------------------------- refusals
 
 
 REFUSED: dict[str, Any] = {
