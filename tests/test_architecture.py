@@ -131,10 +131,11 @@ OTHER_PROFILES = tuple(f"shockwave.profiles.{name}" for name in ("exponential", 
         (command("list"), ("numpy", "scipy", "shockwave.profiles", "shockwave.chain")),
         (command("predict", SCENE), (*COLUMN, *OTHER_PROFILES, *OUTPUT, "scipy", "shockwave.quadrature.gauss")),
         (command("simulate", SCENE), OUTPUT),
+        ("import shockwave.pictures", ("matplotlib",)),
         (f"{IN_PYTHON}sw.simulate(shock, chain, rtol=1e-2)", ("shockwave.prediction",)),
         (f"{IN_PYTHON}sw.Predictor(model='moments').predict(shock, chain)", (*COLUMN, "scipy")),
     ],
-    ids=["import", "help", "list", "predict", "simulate", "simulate-in-python", "moments"],
+    ids=["import", "help", "list", "predict", "simulate", "pictures", "simulate-in-python", "moments"],
 )
 def test_a_program_does_not_load(program: str, unwanted: tuple[str, ...]) -> None:
     assert {name for name in loaded(program) if name.startswith(unwanted)} == set()

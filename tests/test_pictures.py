@@ -1,7 +1,5 @@
 """Pictures: what is drawn is what was found, in units that the axes name; files are the same on every run."""
 
-import subprocess
-import sys
 import xml.etree.ElementTree as ET
 from functools import cache
 from pathlib import Path
@@ -190,15 +188,6 @@ def test_files_have_the_format_of_their_ending_and_are_the_same_twice(tmp_path: 
 def test_wrong_sizes_and_places_are_refused(call: Any, message: str) -> None:
     with pytest.raises(sw.ShockwaveError, match=message):
         call()
-
-
-def test_matplotlib_is_loaded_late_and_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    program = "import sys, shockwave.pictures; assert not {m for m in sys.modules if m.startswith('matplotlib')}"
-    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
-    assert run.returncode == 0, run.stderr
-    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    with pytest.raises(sw.UsageError, match=r"^pictures need matplotlib: pip install 'granular-shockwave\[plot\]'$"):
-        pictures.figure()
 
 
 def test_a_pulse_has_the_force_and_the_areas_of_the_shock(ax: Axes) -> None:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 _Row = list[tuple[str, str]]
 
 _LEGEND = """
+
 relation: predicted / simulated{printed}; waves: predicted / simulated;
 rel. error: of the simulated peak force, estimated;
 error: of the predicted peak force against the simulated; expected error: range measured for such shocks"""
@@ -24,14 +25,14 @@ error: of the predicted peak force against the simulated; expected error: range 
 
 def outcome_table(outcomes: Sequence[Outcome]) -> str:
     """Several predictions."""
-    warnings = ((outcome.scenario, outcome.warnings) for outcome in outcomes)
-    return _joined(map(_outcome, outcomes), "", warnings)
+    rows = [_outcome(outcome) for outcome in outcomes]
+    return _table(rows) + _notes((outcome.scenario, outcome.warnings) for outcome in outcomes)
 
 
 def simulation_table(results: Sequence[SimulationResult]) -> str:
     """Several simulations."""
-    warnings = ((result.scenario, result.all_warnings) for result in results)
-    return _joined(map(_simulation, results), "", warnings)
+    rows = [_simulation(result) for result in results]
+    return _table(rows) + _notes((result.scenario, result.all_warnings) for result in results)
 
 
 def comparison_table(comparisons: Sequence[Comparison]) -> str:
@@ -42,20 +43,17 @@ def comparison_table(comparisons: Sequence[Comparison]) -> str:
     for both in comparisons:
         own = (*both.predicted.warnings, *both.simulated.all_warnings)
         warnings.append((both.predicted.scenario, dict.fromkeys(own)))
-    legend = _LEGEND.format(printed=" / printed" if printed else "")
-    return _joined(rows, legend, warnings)
+    return _table(rows) + _LEGEND.format(printed=" / printed" if printed else "") + _notes(warnings)
 
 
-def _joined(rows: Iterable[_Row], legend: str, warnings: Iterable[tuple[str | None, Iterable[str]]]) -> str:
-    rows = list(rows)
+def _table(rows: Sequence[_Row]) -> str:
     names = [name for name, _ in rows[0]]
-    lines = [table(names, [[cell for _, cell in row] for row in rows])]
-    if legend:
-        lines.append(legend)
-    notes = [f"{name or '-'}: {warning}" for name, own in warnings for warning in own]
-    if notes:
-        lines += ["", *notes]
-    return "\n".join(lines)
+    return table(names, [[cell for _, cell in row] for row in rows])
+
+
+def _notes(warnings: Iterable[tuple[str | None, Iterable[str]]]) -> str:
+    lines = [f"\n{name or '-'}: {warning}" for name, own in warnings for warning in own]
+    return "\n" + "".join(lines) if lines else ""
 
 
 def _outcome(outcome: Outcome) -> _Row:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,6 @@ import numpy as np
 from shockwave import pictures
 from shockwave.chain.chain import Scales
 from shockwave.errors import ShockwaveError
-from shockwave.measurement.result import SimulationResult
 from shockwave.page.results import Findings
 from shockwave.prediction.outcome import EjectionOutcome
 from shockwave.scenario.scenario import Scenario
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 # Width and height [in]: a column in print, which a phone shows in its own size.
 _SIZE = (3.4, 2.7)
+# Contacts at which the approach of the primary to its limit is shown.
+_PASSAGES = 12
 # A record of more samples is predicted and simulated at few rise times only, as each takes long.
 _LONG_RECORD = 20_000
 _FEW = 7
@@ -64,7 +66,10 @@ def drawings(found: Findings) -> dict[str, Callable[[Axes], object]]:
     if compared is not None:
         chosen["train"] = lambda ax: pictures.train(ax, compared)
     if result is not None:
-        chosen["approach"] = lambda ax: pictures.approach(ax, result, _contacts_passed(result))
+        # each contact costs up to as much as the simulation
+        passed = result.primary.contact + 1
+        contacts = range(0, passed, math.ceil(passed / _PASSAGES))
+        chosen["approach"] = lambda ax: pictures.approach(ax, result, contacts)
         if result.options.record:
             chosen["forces"] = lambda ax: pictures.contact_forces(ax, result)
             chosen["map"] = lambda ax: pictures.space_time(ax, result)
@@ -84,12 +89,3 @@ def _amplification(ax: Axes, scenario: Scenario) -> None:
     predictor = scenario.predictor
     force, rise_time = shock.peak_force, shock.rise_time
     pictures.amplification(ax, shock.profile, predictor, chain, peak_force=force, rise_times=ratios, mark=rise_time)
-
-
-def _contacts_passed(result: SimulationResult) -> range | None:
-    """The contacts at which the primary is examined; None for the choice of the picture itself."""
-    if not result.was_measured:
-        return None
-    # without the search for the primary each of them costs as much as the simulation
-    passed = result.primary.contact + 1
-    return range(0, passed, -(-passed // _FEW))
