@@ -12,6 +12,7 @@ from attrs import evolve
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import InvalidValueError, ShockwaveError
+from shockwave.measurement.simulate import simulate_many
 from shockwave.pictures.axes import decades, finish, named
 from shockwave.pictures.style import BLACK, BLUE, COLOURS, GREY, LINES, SKY, VERMILION
 from shockwave.prediction.outcome import Outcome
@@ -29,7 +30,9 @@ _STRONGEST = 20.0
 # No whole duration is longer than so many T0.
 _LONGEST = 500.0
 _SIMULATED = 41
-_PREDICTED = 241
+_PREDICTED_TO_SIMULATED = 6
+# Borders of regimes are drawn halfway between two predictions: of so many at least.
+_PREDICTED = 61
 _SHADES = {"ejection": "#FFFFFF", "single": "#D0D0D0", "train": "#F1F1F1"}
 # A regime narrower than this share of the picture has no name in it.
 _NARROW = 0.14
@@ -86,7 +89,8 @@ def amplification(
     def shock(ratio: float) -> Shock:
         return evolve(pattern, rise_time=ratio * unit)
 
-    fine = np.geomspace(ratios[0], ratios[-1], _PREDICTED).tolist()
+    points = max(_PREDICTED_TO_SIMULATED * (len(ratios) - 1) + 1, _PREDICTED)
+    fine = np.geomspace(ratios[0], ratios[-1], points).tolist()
     outcomes = [predictor.predict(shock(ratio), chain) for ratio in fine]
     _predictions(ax, fine, outcomes)
     highest = _simulations(ax, ratios, [shock(ratio) for ratio in ratios], chain)
@@ -119,9 +123,6 @@ def _ratios(profile: ShockProfile, rise_times: Iterable[float] | None) -> list[f
 
 def _simulations(ax: Axes, ratios: list[float], shocks: list[Shock], chain: Chain) -> float:
     """Marks of the simulated primaries; the greatest amplification among them, 0 without any."""
-    # a page without this picture has no need of the simulator
-    from shockwave.measurement.simulate import simulate_many
-
     found = {}
     for ratio, result in zip(ratios, simulate_many(shocks, chain, waves="primary"), strict=True):
         if not isinstance(result, ShockwaveError):
