@@ -179,24 +179,14 @@ def test_new_of_an_unknown_profile_names_the_nearest(capsys: pytest.CaptureFixtu
     assert "did you mean 'triangular'" in capsys.readouterr().err
 
 
-def test_module_runs_as_a_program() -> None:
-    run = subprocess.run(
-        [sys.executable, "-m", "shockwave", "predict", "--json", SCENE],
-        capture_output=True,
-        text=True,
-        check=True,
-        cwd=ROOT,
-    )
+def test_module_runs_as_a_program_and_a_closed_pipe_is_no_error() -> None:
+    command = [sys.executable, "-m", "shockwave", "predict", "--json", SCENE]
+    run = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)
     assert json.loads(run.stdout)["regime"] == "ejection"
     assert run.stderr == ""
-
-
-def test_a_closed_pipe_is_no_error() -> None:
     read, write = os.pipe()
     os.close(read)
-    with subprocess.Popen(
-        [sys.executable, "-m", "shockwave", "list"], stdout=write, stderr=subprocess.PIPE, cwd=ROOT
-    ) as run:
+    with subprocess.Popen(command, stdout=write, stderr=subprocess.PIPE, cwd=ROOT) as closed:
         os.close(write)
-        _, err = run.communicate(timeout=600)
+        _, err = closed.communicate(timeout=600)
     assert err == b""

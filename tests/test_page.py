@@ -295,21 +295,22 @@ def test_other_units_and_names_have_the_same_hash(tmp_path: Path) -> None:
     assert normalised(loaded(tmp_path, **other)) == normalised(loaded(tmp_path))
 
 
-CHANGES: dict[str, Any] = {
-    "radius": {"chain": evolve(CHAIN, radius=4.750001e-3)},
-    "granules": {"chain": evolve(CHAIN, granules=40)},
-    "force": {"shock": evolve(power(0.5), peak_force=100.0001)},
-    "parameter": {"shock": evolve(power(0.5), profile=evolve(power(0.5).profile, rise_exponent=0.5000001))},
-    "profile": {"shock": evolve(power(0.5), profile=sw.Triangular(duration_ratio=3))},
-    "alpha": {"predictor": sw.Predictor(alpha="literal")},
-    "coefficient": {"predictor": sw.Predictor(momentum_coefficient="paper")},
-    "tolerance": {"simulate": SimulateOptions(rtol=1e-8)},
-}
+CHANGES: list[dict[str, Any]] = [
+    {"chain": evolve(CHAIN, radius=4.750001e-3)},
+    {"chain": evolve(CHAIN, granules=40)},
+    {"shock": evolve(power(0.5), peak_force=100.0001)},
+    {"shock": evolve(power(0.5), profile=evolve(power(0.5).profile, rise_exponent=0.5000001))},
+    {"shock": evolve(power(0.5), profile=sw.Triangular(duration_ratio=3))},
+    {"predictor": sw.Predictor(alpha="literal")},
+    {"predictor": sw.Predictor(momentum_coefficient="paper")},
+    {"simulate": SimulateOptions(rtol=1e-8)},
+]
 
 
-@pytest.mark.parametrize("change", CHANGES)
-def test_another_question_has_another_hash(change: str) -> None:
-    assert scene_hash(evolve(scenario(power(0.5)), **CHANGES[change])) != scene_hash(scenario(power(0.5)))
+def test_another_question_has_another_hash() -> None:
+    scene = scenario(power(0.5))
+    hashes = [scene_hash(evolve(scene, **change)) for change in ({}, *CHANGES)]
+    assert len(set(hashes)) == len(hashes)
 
 
 def test_a_record_in_other_units_has_the_same_hash(tmp_path: Path) -> None:
