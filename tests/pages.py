@@ -20,8 +20,6 @@ of ``profiles`` and the files of the page.
 writes the outputs of commands anew where they have changed; read the difference before you keep it.
 """
 
-from __future__ import annotations
-
 import contextlib
 import doctest
 import glob
@@ -118,9 +116,6 @@ def table(page: str, name: str) -> list[list[str]]:
 def code_in(cell: str) -> list[str]:
     """What stands between backticks in a cell."""
     return re.findall(r"`([^`]+)`", cell)
-
-
-# ---------------------------------------------------------------- running
 
 
 @contextlib.contextmanager
@@ -238,9 +233,6 @@ def execute(block: Block, names: dict[str, Any]) -> None:
     doctest.DocTestRunner(_Checker(), optionflags=doctest.ELLIPSIS).run(test, out=found.append, clear_globs=False)
     names.update(test.globs)
     assert found == [], "".join(found)
-
-
-# ---------------------------------------------------------------- writing
 
 
 def _renewed(block: Block) -> str:

@@ -1,7 +1,5 @@
 """The page of a scenario: complete, escaped, self-contained, the same on every run."""
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -24,7 +22,7 @@ from selection import keeping
 from shockwave.options import SimulateOptions
 from shockwave.page import findings, normalised, page, scene_hash, written
 from shockwave.page.number_text import formula, percent, quantity, small
-from shockwave.page.provenance import parts_in_use
+from shockwave.page.render import parts_in_use
 from shockwave.registry import load
 
 ROOT = Path(__file__).parent.parent
@@ -38,6 +36,7 @@ chain: {{material: {{youngs_modulus: 193 GPa, poisson_ratio: 0.3, density: 7958 
 shock: {{profile: power-law, peak_force: {force}, {time}, duration_ratio: 3,
   parameters: {{rise_exponent: 0.5, decay_exponent: 1}}}}
 """
+GIVEN = {"name": "a", "size": "diameter: 9.5 mm", "force": "100 N", "time": "rise_time: 7.4 us"}
 
 
 def scenario(shock: sw.Shock, chain: sw.Chain = CHAIN, **asked: Any) -> sw.Scenario:
@@ -84,7 +83,6 @@ class Reader(HTMLParser):
         self.texts: dict[str, list[str]] = {}
         self._open: list[str] = []
         self.feed(text)
-        self.close()
         assert self._open == []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
@@ -110,47 +108,36 @@ def blank(text: str) -> str:
     return " ".join(re.sub("<[^>]*>", "", text).replace("\N{NO-BREAK SPACE}", " ").split())
 
 
-# ---------------------------------------------------------------- every scene has a page
-
-EACH_SCENE = pytest.mark.parametrize("name", keeping(SCENES, "ejection"))
-
-
-@EACH_SCENE
-def test_every_scene_has_a_complete_page(name: str) -> None:
-    read = Reader(made(name))
-    assert made(name).startswith("<!DOCTYPE html>")
-    assert "Not drawn" not in made(name)
+@pytest.mark.parametrize("name", keeping(SCENES, "ejection"))
+def test_every_scene_has_a_complete_page_that_loads_nothing(name: str) -> None:
+    text = made(name)
+    read = Reader(text)
+    assert text.startswith("<!DOCTYPE html>")
+    assert "Not drawn" not in text
     # all pictures but the correction area, which is for ejections
     ejection = findings(SCENES[name]).predicted.regime == "ejection"  # type: ignore[union-attr]
-    assert read.elements.count("figure") == made(name).count('<svg role="img"') == 9 + ejection
-    assert ("Correction area" in read.texts["h3"]) is ejection
-    assert "nan" not in blank(re.sub("<svg.*?</svg>", "", made(name), flags=re.DOTALL)).lower().split()
-
-
-@EACH_SCENE
-def test_a_page_loads_nothing_and_gives_each_name_once(name: str) -> None:
-    read = Reader(made(name))
+    assert read.elements.count("figure") == text.count('<svg role="img"') == 9 + ejection
+    assert "nan" not in blank(re.sub("<svg.*?</svg>", "", text, flags=re.DOTALL)).lower().split()
     assert not {"script", "link", "iframe", "object", "embed", "img", "form"} & set(read.elements)
     own = ("#", "data:image/png;base64,")
     assert all(value.startswith(own) for key, value in read.attributes if key in ("href", "src", "xlink:href"))
-    assert all(target.startswith("#") for target in re.findall(r"url\(([^)]*)\)", made(name)))
-    assert "@import" not in made(name)
+    assert all(target.startswith("#") for target in re.findall(r"url\(([^)]*)\)", text))
+    assert "@import" not in text
     (policy,) = (value for key, value in read.attributes if "default-src" in value)
     assert policy.startswith("default-src 'none'; style-src 'unsafe-inline'; img-src data:;")
     given = [value for key, value in read.attributes if key == "id"]
     assert len(given) == len(set(given)) > 0
 
 
-# ---------------------------------------------------------------- content
-
-
-def test_the_head_has_the_figures_of_a_comparison() -> None:
+def test_figures_of_a_comparison_and_printed_ones_are_shown() -> None:
     scene = SCENES["ejection"]
     compared = sw.compare(scene.shock, scene.chain, scene.predictor, scene.simulate)
     head = blank(undrawn("ejection").partition("</header>")[0])
     assert f"a peak force of {compared.predicted.peak_force:.5g} N" in head
     assert f"a peak force of {compared.simulated.peak_force:.8g} N" in head
     assert f"The prediction is {abs(compared.error):.1%}".replace("%", " % too high, as expected.") in head
+    printed = "Printed in Hasan &amp; Nemat-Nasser, table 2 row 1: error +3.0 %, virtual rise time 14.4 µs."
+    assert printed in blank(undrawn("ejection"))
 
 
 def test_conditions_have_their_margins_and_a_mark_where_they_fail() -> None:
@@ -171,11 +158,6 @@ def test_the_decision_is_explained_step_by_step() -> None:
     assert steps[3].startswith("By (5h) the peak force of the primary is")
 
 
-def test_printed_figures_stand_beside_ours() -> None:
-    printed = "Printed in Hasan &amp; Nemat-Nasser, table 2 row 1: error +3.0 %, virtual rise time 14.4 µs."
-    assert printed in blank(undrawn("ejection"))
-
-
 @pytest.mark.slow
 def test_a_long_train_is_listed_up_to_a_limit() -> None:
     assert re.search(r"[0-9]+ more waves are not listed", blank(undrawn("long train")))
@@ -194,14 +176,9 @@ def test_passages_and_warnings_are_listed() -> None:
     [
         (quantity(7.4e-6, "s"), "7.4 µs"),
         (quantity(-1.5e-4, "N s"), "~150 µN s"),
-        (quantity(0.5), "0.5"),
         (quantity(3e-20, "N"), "3 * 10<sup>~20</sup> N"),
-        (quantity(0.0, "N"), "0 N"),
-        (small(4e-10), "4 * 10<sup>~10</sup>"),
         (small(0.0), "0"),
-        (percent(-0.0316), "~3.2 %"),
         (percent(22770.0), "+2.3 * 10<sup>6</sup> %"),
-        (formula("a2 <= (n-1)/2"), "<i>a</i><sub>2</sub> ≤ (<i>n</i>~1)/2"),
         (
             formula("alphaF0 A F0^(-1/6) < n t0"),
             "alpha <i>A</i> <i>F</i><sub>0</sub><sup>~1/6</sup> &lt; <i>n</i> <i>t</i><sub>0</sub>",
@@ -211,9 +188,6 @@ def test_passages_and_warnings_are_listed() -> None:
 def test_figures_are_set_as_in_print(made: str, shown: str) -> None:
     plainer = {"\N{NO-BREAK SPACE}": " ", "\N{MINUS SIGN}": "~", "\N{MULTIPLICATION SIGN}": "*", "\u03b1": "alpha"}
     assert made.translate(str.maketrans(plainer)) == shown
-
-
-# ---------------------------------------------------------------- failures
 
 
 def test_a_simulation_that_fails_is_reported() -> None:
@@ -256,9 +230,6 @@ def test_without_matplotlib_nothing_is_computed_in_vain(monkeypatch: pytest.Monk
         page(SCENES["ejection"])
 
 
-# ---------------------------------------------------------------- escaping
-
-
 def test_hostile_texts_stay_texts(tmp_path: Path) -> None:
     file = tmp_path / "<b>&.yaml"
     # too slow to be simulated: without its pictures, which show no other texts
@@ -280,19 +251,15 @@ def test_hostile_texts_stay_texts(tmp_path: Path) -> None:
 
 def test_the_long_text_of_a_scenario_is_cut(tmp_path: Path) -> None:
     file = tmp_path / "long.yaml"
-    text = TEXT.format(name="x", size="radius: 5 mm", force="100 N", time="rise_time: 7.4 us") + "# more\n" * 4000
+    text = TEXT.format(**GIVEN) + "# more\n" * 4000
     file.write_text(text)
     found = findings(sw.load_scenario(file))
     assert found.text == f"{text[:20_000]}\n... ({len(text) - 20_000} more characters)\n"
 
 
-# ---------------------------------------------------------------- provenance
-
-
 def test_provenance_has_versions_and_parts() -> None:
     part = blank(undrawn("ejection").partition("Where this comes from")[2])
-    for name, distribution in (("NumPy", "numpy"), ("SciPy", "scipy"), ("matplotlib", "matplotlib")):
-        assert f"{name}{metadata.version(distribution)}" in part
+    assert f"NumPy{metadata.version('numpy')}" in part
     assert f"profilepower-lawgranular-shockwave {sw.__version__}" in part
     assert f"integratorrkn86granular-shockwave {sw.__version__}" in part
     assert scene_hash(sw.load_scenario(ROW1)) in part
@@ -317,40 +284,33 @@ def test_a_page_is_the_same_in_another_process() -> None:
     assert run.stdout.decode() == made("ejection")
 
 
-# ---------------------------------------------------------------- the hash
-
-
 def loaded(folder: Path, **parts: str) -> sw.Scenario:
-    default = {"name": "a", "size": "diameter: 9.5 mm", "force": "100 N", "time": "rise_time: 7.4 us"}
     file = folder / "scene.yaml"
-    file.write_text(TEXT.format(**(default | parts)))
+    file.write_text(TEXT.format(**(GIVEN | parts)))
     return sw.load_scenario(file)
 
 
-@pytest.mark.parametrize(
-    "parts",
-    [{"size": "radius: 4.75e-3"}, {"force": "0.1 kN"}, {"time": "duration: 22.2 us"}, {"name": "another"}],
-    ids=str,
-)
-def test_other_units_and_names_have_the_same_hash(tmp_path: Path, parts: dict[str, str]) -> None:
-    assert normalised(loaded(tmp_path, **parts)) == normalised(loaded(tmp_path))
+def test_other_units_and_names_have_the_same_hash(tmp_path: Path) -> None:
+    other = {"name": "another", "size": "radius: 4.75e-3", "force": "0.1 kN", "time": "duration: 22.2 us"}
+    assert normalised(loaded(tmp_path, **other)) == normalised(loaded(tmp_path))
 
 
-CHANGES: dict[str, Any] = {
-    "radius": {"chain": evolve(CHAIN, radius=4.750001e-3)},
-    "granules": {"chain": evolve(CHAIN, granules=40)},
-    "force": {"shock": evolve(power(0.5), peak_force=100.0001)},
-    "parameter": {"shock": evolve(power(0.5), profile=evolve(power(0.5).profile, rise_exponent=0.5000001))},
-    "profile": {"shock": evolve(power(0.5), profile=sw.Triangular(duration_ratio=3))},
-    "alpha": {"predictor": sw.Predictor(alpha="literal")},
-    "coefficient": {"predictor": sw.Predictor(momentum_coefficient="paper")},
-    "tolerance": {"simulate": SimulateOptions(rtol=1e-8)},
-}
+CHANGES: list[dict[str, Any]] = [
+    {"chain": evolve(CHAIN, radius=4.750001e-3)},
+    {"chain": evolve(CHAIN, granules=40)},
+    {"shock": evolve(power(0.5), peak_force=100.0001)},
+    {"shock": evolve(power(0.5), profile=evolve(power(0.5).profile, rise_exponent=0.5000001))},
+    {"shock": evolve(power(0.5), profile=sw.Triangular(duration_ratio=3))},
+    {"predictor": sw.Predictor(alpha="literal")},
+    {"predictor": sw.Predictor(momentum_coefficient="paper")},
+    {"simulate": SimulateOptions(rtol=1e-8)},
+]
 
 
-@pytest.mark.parametrize("change", CHANGES)
-def test_another_question_has_another_hash(change: str) -> None:
-    assert scene_hash(evolve(scenario(power(0.5)), **CHANGES[change])) != scene_hash(scenario(power(0.5)))
+def test_another_question_has_another_hash() -> None:
+    scene = scenario(power(0.5))
+    hashes = [scene_hash(evolve(scene, **change)) for change in ({}, *CHANGES)]
+    assert len(set(hashes)) == len(hashes)
 
 
 def test_a_record_in_other_units_has_the_same_hash(tmp_path: Path) -> None:

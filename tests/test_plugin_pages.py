@@ -1,7 +1,5 @@
 """The pages on writing a plugin, followed to the letter: outside the source tree, in an environment of their own."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

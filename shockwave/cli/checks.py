@@ -18,9 +18,7 @@ def bench(options: argparse.Namespace) -> int:
     """Work and precision."""
     from shockwave.benchmark.bench import run
 
-    scenarios, status = loaded(options.files, output=options.output)
-    if status:
-        return status
+    scenarios = loaded(options.files, output=options.output)
     if options.output:
         from shockwave.benchmark.bench_page import check_output
 

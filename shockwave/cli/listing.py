@@ -4,82 +4,71 @@ from __future__ import annotations
 
 import argparse
 import json
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from shockwave import OWN_DISTRIBUTION
 from shockwave.cli.output import print_json, written
 from shockwave.cli.parser import KINDS
 from shockwave.errors import PluginError, UsageError
 
+if TYPE_CHECKING:
+    from shockwave.installed_plugins import Plugin
+
 
 def listed(options: argparse.Namespace) -> int:
     if options.check and options.kind not in (None, "plugins"):
         raise UsageError("--check is for plugins: shockwave list plugins --check")
-    kinds = [options.kind] if options.kind else list(KINDS)
+    kinds = [options.kind] if options.kind else KINDS
     document = {kind: _rows(kind, options.check) for kind in kinds}
     if options.json:
         print_json(document[options.kind] if options.kind else document)
     else:
-        _print(document)
+        for kind, rows in document.items():
+            _print(kind, rows)
     faulty = options.check and any(row["problem"] for row in document["plugins"])
     return PluginError.exit_code if faulty else 0
 
 
-def _print(document: dict[str, list[dict[str, Any]]]) -> None:
+def _print(kind: str, rows: list[dict[str, Any]]) -> None:
     from shockwave.text import table
 
-    for kind, found in document.items():
-        rows = [(row["name"], row["summary"], row["distribution"]) for row in found]
-        print(table((kind, "", "from"), rows) if rows else f"{kind}: none installed", end="\n\n")
-        for row in found if kind == "plugins" else ():
-            if row["problem"]:
-                print(f"{row['distribution']} is at fault: {row['problem']}", end="\n\n")
+    cells = [(row["name"], row["summary"], row["distribution"]) for row in rows]
+    print(table((kind, "", "from"), cells) if rows else f"{kind}: none installed", end="\n\n")
+    for row in rows if kind == "plugins" else ():
+        if row["problem"]:
+            print(f"{row['distribution']} is at fault: {row['problem']}", end="\n\n")
 
 
 def _rows(kind: str, check: bool) -> list[dict[str, Any]]:
-    from shockwave.registry import entries
-
-    if kind == "plugins":
-        return _plugins(check)
-    if kind == "backends":
-        return _backends()
-    return [
-        {"name": entry.name, "summary": entry.summary, "distribution": entry.distribution} for entry in entries(kind)
-    ]
-
-
-def _plugins(check: bool) -> list[dict[str, Any]]:
-    """Rows for the installed plugins; ``check`` imports each and what it registers in a separate process."""
     from shockwave.plugin_check import checked_plugins
-    from shockwave.registry import plugins
-
-    rows = []
-    for plugin in checked_plugins() if check else plugins():
-        names = ", ".join(entry.name for _, entry in plugin.entries)
-        state = "disabled" if plugin.disabled else "AT FAULT" if plugin.problem else ""
-        rows.append(
-            {
-                "name": plugin.distribution,
-                "summary": "; ".join(part for part in (names, state) if part),
-                "distribution": f"{plugin.distribution} {plugin.version}".rstrip(),
-                "version": plugin.version,
-                "entries": [{"kind": kind, "name": entry.name} for kind, entry in plugin.entries],
-                "disabled": plugin.disabled,
-                "checked": check and not plugin.disabled,
-                "problem": plugin.problem or None,
-            }
-        )
-    return rows
-
-
-def _backends() -> list[dict[str, Any]]:
+    from shockwave.registry import entries, plugins
     from shockwave.simulation.backend import BACKENDS, lack
 
-    problems = {"compiled": lack() or None, "numpy": None}
-    return [
-        {"name": name, "summary": problem or BACKENDS[name], "distribution": OWN_DISTRIBUTION, "problem": problem}
-        for name, problem in problems.items()
-    ]
+    if kind == "plugins":
+        return [_plugin(plugin, check) for plugin in (checked_plugins() if check else plugins())]
+    if kind == "backends":
+        problems = {"compiled": lack() or None, "numpy": None}
+        return [
+            {"name": name, "summary": problem or BACKENDS[name], "distribution": OWN_DISTRIBUTION, "problem": problem}
+            for name, problem in problems.items()
+        ]
+    fields = ("name", "summary", "distribution")
+    return [{field: getattr(entry, field) for field in fields} for entry in entries(kind)]
+
+
+def _plugin(plugin: Plugin, check: bool) -> dict[str, Any]:
+    names = ", ".join(entry.name for _, entry in plugin.entries)
+    state = "disabled" if plugin.disabled else "AT FAULT" if plugin.problem else ""
+    return {
+        "name": plugin.distribution,
+        "summary": "; ".join(filter(None, (names, state))),
+        "distribution": f"{plugin.distribution} {plugin.version}".rstrip(),
+        "version": plugin.version,
+        "entries": [{"kind": kind, "name": entry.name} for kind, entry in plugin.entries],
+        "disabled": plugin.disabled,
+        "checked": check and not plugin.disabled,
+        "problem": plugin.problem or None,
+    }
 
 
 def new(options: argparse.Namespace) -> int:
@@ -91,4 +80,4 @@ def new(options: argparse.Namespace) -> int:
 def schema(options: argparse.Namespace) -> int:
     from shockwave.scenario.schema import schema as of_scenarios
 
-    return written(json.dumps(of_scenarios(), indent=2, allow_nan=False) + "\n", options.output, anew=False)
+    return written(json.dumps(of_scenarios(), indent=2, allow_nan=False) + "\n", options.output)

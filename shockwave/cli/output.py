@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
 
-from shockwave.errors import ShockwaveError
+from shockwave.errors import InvalidValueError, ShockwaveError, UsageError
 from shockwave.files import write_file
 
 #: The variable that shows where an internal error comes from.
@@ -22,15 +26,33 @@ def failure(error: Exception) -> tuple[str, int]:
     return f"internal error: {type(error).__name__}: {error} ({_DEBUG}=1 shows where; please report it)", 1
 
 
+@contextmanager
+def of_arguments(options: argparse.Namespace) -> Iterator[None]:
+    """A fault of an argument is one of the call, not of a scenario."""
+    try:
+        yield
+    except InvalidValueError as error:
+        if not all(fault.path.partition(".")[0] in options for fault in error.faults):
+            raise
+        raise UsageError("\n".join(f"--{fault}" for fault in error.faults)) from None
+
+
 def print_json(document: object) -> None:
     print(json.dumps(document, indent=2, allow_nan=False))
 
 
-def written(text: str, output: str | None, anew: bool) -> int:
+def print_result(found: Any, as_json: bool) -> None:
+    if as_json:
+        print_json(found.to_dict())
+    else:
+        print(found)
+
+
+def written(text: str, output: str | None, anew: bool = False) -> int:
     """Write ``text`` to the file ``output``, which ``anew`` must not exist, or to stdout."""
-    if not output:
+    if output:
+        write_file(output, text, anew)
+        print(f"{output}: written", file=sys.stderr)
+    else:
         print(text, end="")
-        return 0
-    write_file(output, text, anew)
-    print(f"{output}: written", file=sys.stderr)
     return 0

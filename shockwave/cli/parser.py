@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from shockwave import __version__
-
-if TYPE_CHECKING:
-    from shockwave.fields import Quantity
-
 
 KINDS = ("profiles", "integrators", "backends", "quadratures", "materials", "models", "plugins")
 _EXITS = "exit status: 0 done; 1 a run failed; 2 usage; 3 invalid scenario; 4 faulty plugin; 5 file access"
@@ -33,45 +30,19 @@ def _option(usage: str, meaning: str, **settings: Any) -> _Option:
 # ---------------------------------------------------------------- values of options
 
 
-def _number(rule: Callable[[], Quantity]) -> Callable[[str], Any]:
-    """Parser of a number; its rule is made when the option is used, for help needs none."""
+def _number(low: float, high: float, kind: Callable[[str], float] = float) -> Callable[[str], float]:
+    """Parser of a number within limits."""
 
-    def parse(text: str) -> Any:
+    def parse(text: str) -> float:
         try:
-            value: float | str = float(text)
+            value = kind(text)
         except ValueError:
-            value = text
-        problem = rule().problem(value)
-        if problem:
-            raise argparse.ArgumentTypeError(problem)
-        return int(value) if rule().whole else value
+            value = math.nan
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"must be >= {low:g} and <= {high:g} (got {text})")
+        return value
 
     return parse
-
-
-def _between(low: float, high: float, whole: bool = False) -> Callable[[str], Any]:
-    def rule() -> Quantity:
-        from shockwave.fields import Quantity
-
-        return Quantity("", "", at_least=low, at_most=high, whole=whole)
-
-    return _number(rule)
-
-
-def _of_simulation(name: str) -> Callable[[str], Any]:
-    """By the rule that `SimulateOptions` has for the setting ``name``."""
-
-    def rule() -> Quantity:
-        from attrs import fields_dict
-
-        from shockwave.fields import quantity_of
-        from shockwave.options import SimulateOptions
-
-        found = quantity_of(fields_dict(SimulateOptions)[name])
-        assert found is not None
-        return found
-
-    return _number(rule)
 
 
 def _contacts(text: str) -> tuple[int, ...]:
@@ -88,7 +59,7 @@ def _contacts(text: str) -> tuple[int, ...]:
 
 _BACKENDS = ("auto", "compiled", "numpy")
 _FAMILIES = ("quadratures", "predictors", "integrators")
-_RTOL = {"type": _between(1e-7, 1e-2), "default": 1e-4}
+_RTOL = {"type": _number(1e-7, 1e-2), "default": 1e-4}
 _MANY = {"action": "append", "default": []}
 
 _NO_PLUGINS = _option("--no-plugins", "use nothing but what is built in", default=argparse.SUPPRESS)
@@ -98,8 +69,8 @@ _FILES = (["files"], {"nargs": "+", **_FILE[1]})
 _FORCE_RTOL = _option("--rtol RTOL", "relative error allowed of one force (1e-4)", **_RTOL)
 #: In place of the keys of the scenario's block ``simulate``.
 _SIMULATE = [
-    _option("--rtol RTOL", "relative error asked for", type=_of_simulation("rtol")),
-    _option("--step STEP", "step of a method of fixed step, in natural times", type=_of_simulation("step")),
+    _option("--rtol RTOL", "relative error asked for", type=_number(1e-13, 1e-2)),
+    _option("--step STEP", "step of a method of fixed step, in natural times", type=float),
     _option("--integrator INTEGRATOR", "name of a method; see `shockwave list integrators`"),
     _option("--backend BACKEND", "which code steps the chain", choices=_BACKENDS),
     _option("--contacts N,N", "contacts whose passage is wanted", type=_contacts),
@@ -108,7 +79,7 @@ _SIMULATE = [
 _CURVE = [
     _option("--rtol RTOL", "relative error asked for (default: 1e-4)", **_RTOL),
     _option(
-        "--longest LONGEST", "longest duration, in natural times (default: 50)", type=_between(1e-3, 1e3), default=50.0
+        "--longest LONGEST", "longest duration, in natural times (default: 50)", type=_number(1e-3, 1e3), default=50.0
     ),
     _option("-o --output FILE", "write it (.json), or a picture (.svg, .png, .pdf)"),
 ]
@@ -117,8 +88,8 @@ _SWEEP = [
     _option("-o --out FOLDER", "journal and results; left out, NAME-sweep for NAME.yaml"),
     _option("--dry-run", "report how many points, what is left out, and how long"),
     _option("--executor NAME", "processes (default), dask, or dask=ADDRESS"),
-    _option("--workers N", "how many; left out, one for each core", type=_between(1, 10_000, whole=True)),
-    _option("--timeout SECONDS", "longest time of one point; left out, none", type=_between(1e-3, 1e9)),
+    _option("--workers N", "how many; left out, one for each core", type=_number(1, 10_000, int)),
+    _option("--timeout SECONDS", "longest time of one point; left out, none", type=_number(1e-3, 1e9)),
     _option("--fail-fast", "stop at the first point that fails"),
     _option("--retry-failed", "run points again that failed or crashed before"),
     _option("--resume", "refuse to begin: FOLDER must have this sweep already"),
@@ -148,7 +119,7 @@ _BENCH = [
     _option("files", "scenario files, in place of the named problems", nargs="*", metavar="FILE"),
     _option("--family FAMILY", "only these", choices=_FAMILIES, **_MANY),
     _option("--quick", "fewer problems and settings; ends within a minute"),
-    _option("--longest SECONDS", "longest time of one run", type=_between(1e-6, 3600)),
+    _option("--longest SECONDS", "longest time of one run", type=_number(1e-6, 3600)),
     _option("-o --output FILE", "write a page (.html), or its figures alone (.svg)"),
 ]
 _STRESS = [

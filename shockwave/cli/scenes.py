@@ -7,8 +7,11 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from shockwave.cli.output import failure, print_json, written
-from shockwave.errors import Fault, InvalidValueError, ShockwaveError, UsageError
+from attrs import evolve
+
+from shockwave.cli.output import failure, of_arguments, print_json, written
+from shockwave.cli.result_tables import comparison_table, outcome_table, simulation_table
+from shockwave.errors import Fault, ShockwaveError, UsageError
 from shockwave.files import refuse_inputs
 
 if TYPE_CHECKING:
@@ -16,78 +19,73 @@ if TYPE_CHECKING:
     from shockwave.scenario.scenario import Scenario
 
 
-def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) -> tuple[list[Scenario], int]:
-    """All scenarios and 0; or, after all errors of all files were reported, the greatest exit status of them.
+def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) -> list[Scenario]:
+    """All scenarios; one that stands for many is an error here, and ``remedy`` or to run the sweep its hint.
 
-    One that stands for many is an error here; ``remedy`` says what to do, or to run the sweep. ``output`` is the output
-    file, which must not be one of the input files.
+    Raises
+    ------
+    ShockwaveError
+        All errors of all files, with the greatest exit status of them; or ``output`` is one of the input files.
     """
-    from shockwave.scenario.loader import load_scenario
-
-    scenarios: list[Scenario] = []
-    status = 0
+    scenarios = []
+    errors = []
     for file in files:
         try:
-            scenario = load_scenario(file)
-            if scenario.sweep is not None:
-                instead = remedy or f"run `shockwave sweep {file}`"
-                raise UsageError(f"{file}: must be a single scene (got a sweep of {len(scenario.sweep)}; {instead})")
-            scenarios.append(scenario)
+            scenarios.append(_single(file, remedy or f"run `shockwave sweep {file}`"))
         except ShockwaveError as error:
-            print(error, file=sys.stderr)
-            status = max(status, error.exit_code)
-    if output and not status:
+            errors.append(error)
+    if errors:
+        together = ShockwaveError("\n".join(map(str, errors)))
+        together.exit_code = max(error.exit_code for error in errors)
+        raise together
+    if output:
         refuse_inputs(output, (file for scenario in scenarios for file in scenario.files))
-    return scenarios, status
+    return scenarios
+
+
+def _single(file: str, remedy: str) -> Scenario:
+    from shockwave.scenario.loader import load_scenario
+
+    scenario = load_scenario(file)
+    if scenario.sweep is not None:
+        got = f"got a sweep of {len(scenario.sweep)}; {remedy}"
+        raise UsageError(f"{file}: must be a single scene ({got})")
+    return scenario
 
 
 def _run(options: argparse.Namespace, one: Callable[[Scenario], Any], several: Callable[[list[Any]], str]) -> int:
     """Do ``one`` for every scenario and print the results; a failure is reported and does not stop the others."""
-    scenarios, status = loaded(options.files)
-    if status:
-        return status
-    done: list[Any] = []
-    documents: list[dict[str, Any]] = []
-    for number, scenario in enumerate(scenarios, start=1):
-        if sys.stderr.isatty():
-            print(f"{number} of {len(scenarios)}: {scenario.name}", file=sys.stderr)
+    status = 0
+    done = []
+    documents = []
+    for scenario in loaded(options.files):
         try:
             result = one(scenario)
             # parts of a result that are computed when they are used may fail, too
             documents.append(result.to_dict())
             done.append(result)
-        except KeyboardInterrupt:
-            print(f"{scenario.path}: interrupted; what was done before follows", file=sys.stderr)
-            status = 130
-            break
         except Exception as error:
             text, code = failure(error)
             print(f"{scenario.path}: {text}", file=sys.stderr)
             documents.append({"scenario": scenario.name, "error": text})
             status = max(status, code)
+    single = len(options.files) == 1
     if options.json:
-        if documents:
-            print_json(documents if len(options.files) > 1 else documents[0])
+        print_json(documents[0] if single else documents)
     elif done:
-        print(several(done) if len(options.files) > 1 else done[0])
+        print(done[0] if single else several(done))
     return status
 
 
 def predict(options: argparse.Namespace) -> int:
-    from attrs import evolve
-
-    from shockwave.cli.result_tables import outcome_table
-
     def one(scenario: Scenario) -> Any:
-        return evolve(scenario.predictor.predict(scenario.shock, scenario.chain), scenario=scenario.name)
+        outcome = scenario.predictor.predict(scenario.shock, scenario.chain)
+        return evolve(outcome, scenario=scenario.name)
 
     return _run(options, one, outcome_table)
 
 
 def simulate(options: argparse.Namespace) -> int:
-    from attrs import evolve
-
-    from shockwave.cli.result_tables import simulation_table
     from shockwave.measurement.simulate import simulate_with
 
     def one(scenario: Scenario) -> Any:
@@ -98,9 +96,6 @@ def simulate(options: argparse.Namespace) -> int:
 
 
 def compare(options: argparse.Namespace) -> int:
-    from attrs import evolve
-
-    from shockwave.cli.result_tables import comparison_table
     from shockwave.studies.comparison import compare as compared
 
     def one(scenario: Scenario) -> Any:
@@ -117,8 +112,6 @@ def compare(options: argparse.Namespace) -> int:
 
 def _settings(options: argparse.Namespace, scenario: Scenario) -> SimulateOptions:
     """The scenario's block ``simulate``, with the options of the command line in its place."""
-    from attrs import evolve
-
     names = ("rtol", "step", "integrator", "backend", "contacts")
     given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     if options.primary:
@@ -126,13 +119,15 @@ def _settings(options: argparse.Namespace, scenario: Scenario) -> SimulateOption
     # a method named here has a use for its own settings, not for those of the one that it replaces
     if "integrator" in given:
         given = {"rtol": None, "step": None} | given
-    return evolve(scenario.simulate, **given)
+    with of_arguments(options):
+        return evolve(scenario.simulate, **given)
 
 
 def validate(options: argparse.Namespace) -> int:
     from shockwave.scenario.loader import load_scenario
 
-    status, documents = 0, []
+    status = 0
+    documents = []
     for file in options.files:
         faults: Sequence[Fault] = ()
         try:
@@ -155,15 +150,13 @@ def report(options: argparse.Namespace) -> int:
     from shockwave.page import written as page
     from shockwave.pictures import figure
 
-    scenarios, status = loaded([options.file], output=options.output)
-    if status:
-        return status
+    (scenario,) = loaded([options.file], output=options.output)
     figure()  # what the page needs is looked for before anything is computed
-    found = findings(scenarios[0])
+    found = findings(scenario)
     for failed in found.failures:
         print(f"{options.file}: {failed}", file=sys.stderr)
-    status = written(page(found), options.output, anew=False)
-    return status or (1 if found.failures else 0)
+    written(page(found), options.output)
+    return 1 if found.failures else 0
 
 
 def curve(options: argparse.Namespace) -> int:
@@ -173,21 +166,19 @@ def curve(options: argparse.Namespace) -> int:
     from shockwave.studies.universal_curve import UniversalCurve
 
     if options.output:
-        try:
+        with of_arguments(options):
             checked(options.output, CURVE_FILES)
-        except InvalidValueError as error:
-            raise UsageError(f"--output: {error.faults[0].problem}") from None
-    scenarios, status = loaded([options.file], output=options.output)
-    if status:
-        return status
-    shock, chain = scenarios[0].shock, scenarios[0].chain
-    ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
-    found = UniversalCurve(shock.profile, rtol=options.rtol, longest=options.longest)
-    if not options.output:
-        longer = f"t0/T0 = {ratio:.6g}, beyond this curve (--longest)"
-        here = found.answer(shock, chain) if ratio <= found.longest_rise_time else longer
-        print(found, f"  this scenario  {here}", sep="\n")
+    (scenario,) = loaded([options.file], output=options.output)
+    shock = scenario.shock
+    ratio = Scales.of(scenario.chain, shock.peak_force).rise_time(shock.rise_time)
+    with of_arguments(options):
+        found = UniversalCurve(shock.profile, rtol=options.rtol, longest=options.longest)
+    if options.output:
+        write_curve(found, options.output, mark=ratio)
+        print(f"{options.output}: written", file=sys.stderr)
         return 0
-    write_curve(found, options.output, mark=ratio)
-    print(f"{options.output}: written", file=sys.stderr)
+    here: object = f"t0/T0 = {ratio:.6g}, beyond this curve (--longest)"
+    if ratio <= found.longest_rise_time:
+        here = found.answer(shock, scenario.chain)
+    print(found, f"  this scenario  {here}", sep="\n")
     return 0

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,19 +13,17 @@ from shockwave.chain.chain import Scales
 from shockwave.errors import ShockwaveError
 from shockwave.page.results import Findings
 from shockwave.prediction.outcome import EjectionOutcome
+from shockwave.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from shockwave.measurement.result import SimulationResult
-    from shockwave.scenario.scenario import Scenario
 
-
-# Contacts whose forces are drawn, where they were recorded.
-_LINES = (0, 5, 10, 20, 30, 45)
 # Width and height [in]: a column in print, which a phone shows in its own size.
 _SIZE = (3.4, 2.7)
+# Contacts at which the approach of the primary to its limit is shown.
+_PASSAGES = 12
 # A record of more samples is predicted and simulated at few rise times only, as each takes long.
 _LONG_RECORD = 20_000
 _FEW = 7
@@ -54,7 +53,10 @@ def drawn(found: Findings) -> tuple[dict[str, Figure], dict[str, str]]:
 
 def drawings(found: Findings) -> dict[str, Callable[[Axes], object]]:
     """The functions that draw the pictures that apply to a scene, in their order; the template has their titles."""
-    shock, predicted, result, compared = found.scenario.shock, found.predicted, found.simulated, found.comparison
+    shock = found.scenario.shock
+    predicted = found.predicted
+    result = found.simulated
+    compared = found.comparison
     chosen: dict[str, Callable[[Axes], object]] = {
         "pulse": lambda ax: pictures.pulse(ax, shock),
         "conditions": lambda ax: pictures.conditions(ax, shock),
@@ -63,16 +65,16 @@ def drawings(found: Findings) -> dict[str, Callable[[Axes], object]]:
         chosen["correction"] = lambda ax: pictures.correction_area(ax, shock, predicted)
     if compared is not None:
         chosen["train"] = lambda ax: pictures.train(ax, compared)
-    histories = result is not None and bool(result.options.record)
-    if result is not None and histories:
-        lines = _LINES if set(_LINES) <= set(result.options.contacts) else None
-        chosen["forces"] = lambda ax: pictures.contact_forces(ax, result, lines)
-        chosen["map"] = lambda ax: pictures.space_time(ax, result)
     if result is not None:
-        chosen["approach"] = lambda ax: pictures.approach(ax, result, _contacts_passed(result))
-    if result is not None and histories:
-        chosen["energy"] = lambda ax: pictures.balance(ax, result)
-        chosen["momentum"] = lambda ax: pictures.balance(ax, result, of="momentum")
+        # each contact costs up to as much as the simulation
+        passed = result.primary.contact + 1
+        contacts = range(0, passed, math.ceil(passed / _PASSAGES))
+        chosen["approach"] = lambda ax: pictures.approach(ax, result, contacts)
+        if result.options.record:
+            chosen["forces"] = lambda ax: pictures.contact_forces(ax, result)
+            chosen["map"] = lambda ax: pictures.space_time(ax, result)
+            chosen["energy"] = lambda ax: pictures.balance(ax, result)
+            chosen["momentum"] = lambda ax: pictures.balance(ax, result, of="momentum")
     if predicted is not None:
         chosen["amplification"] = lambda ax: _amplification(ax, found.scenario)
     return chosen
@@ -84,14 +86,6 @@ def _amplification(ax: Axes, scenario: Scenario) -> None:
     if len(shock.profile.breakpoints) > _LONG_RECORD:
         own = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
         ratios = np.geomspace(own / _ABOUT, own * _ABOUT, _FEW)
-    asked: dict[str, Any] = {"peak_force": shock.peak_force, "rise_times": ratios, "mark": shock.rise_time}
-    pictures.amplification(ax, shock.profile, scenario.predictor, chain, **asked)
-
-
-def _contacts_passed(result: SimulationResult) -> range | None:
-    """The contacts at which the primary is examined; None for the choice of the picture itself."""
-    if not result.was_measured:
-        return None
-    # without the search for the primary each of them costs as much as the simulation
-    passed = result.primary.contact + 1
-    return range(0, passed, -(-passed // _FEW))
+    predictor = scenario.predictor
+    force, rise_time = shock.peak_force, shock.rise_time
+    pictures.amplification(ax, shock.profile, predictor, chain, peak_force=force, rise_times=ratios, mark=rise_time)

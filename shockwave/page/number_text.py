@@ -8,7 +8,7 @@ from html import escape
 
 from markupsafe import Markup
 
-from shockwave.text import si
+from shockwave.pictures.style import thousandths
 
 _MINUS = "\N{MINUS SIGN}"
 _BLANK = "\N{NO-BREAK SPACE}"
@@ -43,8 +43,7 @@ def quantity(value: float, unit: str = "", digits: int = 5) -> Markup:
     """``value`` with an SI prefix, kept on one line; a number without a unit has no prefix."""
     if not unit:
         return number(f"{value:.{digits}g}")
-    figure, _, prefixed = si(value, unit, digits).partition(" ")
-    prefixed = f"\N{MICRO SIGN}{unit}" if prefixed == f"u{unit}" else prefixed
+    figure, _, prefixed = thousandths(value, unit, digits).partition(" ")
     return number(figure) + _BLANK + prefixed.replace(" ", _BLANK)
 
 

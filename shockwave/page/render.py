@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+import platform
+import sys
 from collections.abc import Iterator
+from importlib import metadata
 from pathlib import Path
 
 import attrs
 import numpy as np
 from markupsafe import Markup
 
-from shockwave import pictures
+from shockwave import __version__, pictures
 from shockwave.chain.chain import Scales
 from shockwave.fields import quantity_of
+from shockwave.hooks import Entry
 from shockwave.page.drawings import drawn
 from shockwave.page.number_text import digits_of, formula, percent, quantity, small
-from shockwave.page.provenance import parts_in_use, profile_name, versions
 from shockwave.page.results import Findings, findings
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import conditions
+from shockwave.registry import entries, find, load
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_hash import parameters, scene_hash
 from shockwave.text import admitted
@@ -71,25 +75,29 @@ def written(found: Findings) -> str:
     shock, chain = found.scenario.shock, found.scenario.chain
     areas = shock.profile.areas()
     figures, not_drawn = drawn(found)
+    profile = _entry_of(shock.profile)
     text = environment.get_template("report.html.jinja").render(
         found=found,
-        profile=profile_name(shock.profile),
-        parameters=list(_parameters(shock.profile)),
+        profile=profile.name if profile else type(shock.profile).__name__,
+        parameters=_parameters(shock.profile),
         areas=areas,
         characteristic_time=Scales.of(chain, shock.peak_force).time,
         conditions=conditions(areas, float(shock.profile.duration_ratio)),
         figures=figures,
         not_drawn=not_drawn,
         svg=pictures.svg,
-        versions=versions(found),
+        versions=_versions(found),
         hash=scene_hash(found.scenario),
-        parts=list(parts_in_use(found)),
+        parts=parts_in_use(found),
     )
     return text.lstrip()
 
 
 def _admitted(value: object) -> object:
     return admitted(value) if isinstance(value, str) and not isinstance(value, Markup) else value
+
+
+# ---------------------------------------------------------------- parameters and parts
 
 
 def _parameters(profile: ShockProfile) -> Iterator[tuple[str, str]]:
@@ -102,8 +110,46 @@ def _parameters(profile: ShockProfile) -> Iterator[tuple[str, str]]:
         spec = quantity_of(declared[name]) if name in declared else None
         if isinstance(value, np.ndarray | list | tuple):
             text = f"{len(value)} samples"
-        elif isinstance(value, int | float) and not isinstance(value, bool):
+        elif isinstance(value, int | float):
             text = quantity(value, spec.unit if spec is not None else "")
         else:
             text = str(value)[:_LONGEST]
         yield name.replace("_", " "), text
+
+
+def _versions(found: Findings) -> Iterator[tuple[str, str]]:
+    """Names and versions of the software, and the code that steps the chain."""
+    yield "shockwave", __version__
+    yield "Python", platform.python_version()
+    for name in ("NumPy", "SciPy", "matplotlib"):
+        yield name, metadata.version(name)
+    if found.simulated is not None:
+        yield "code that steps the chain", found.simulated.backend
+
+
+def parts_in_use(found: Findings) -> Iterator[tuple[str, str, str]]:
+    """Kind, name and distribution of each registered part that the results were made with."""
+    used: list[tuple[str, Entry | None]] = [("profile", _entry_of(found.scenario.shock.profile))]
+    if found.predicted is not None:
+        used.append(("model", find("models", found.predicted.model)))
+    if found.scenario.predictor.quadrature is not None:
+        used.append(("quadrature", find("quadratures", found.scenario.predictor.quadrature)))
+    if found.simulated is not None:
+        used.append(("integrator", find("integrators", found.simulated.integrator)))
+    material = found.scenario.chain.material
+    for entry in entries("materials"):
+        # a material of the scenario's own may have the name of another
+        if entry.name == material.name and load("materials", entry.name) == material:
+            used.append(("material", entry))
+    for kind, part in used:
+        if part is not None:
+            yield kind, part.name, f"{part.distribution} {metadata.version(part.distribution)}"
+
+
+def _entry_of(profile: ShockProfile) -> Entry | None:
+    """The entry of the profile's class, if it is registered."""
+    for entry in entries("profiles"):
+        module, _, name = entry.address.partition(":")
+        if getattr(sys.modules.get(module), name, None) is type(profile):
+            return entry
+    return None

@@ -73,7 +73,7 @@ def findings(scenario: Scenario) -> Findings:
     predictor = scenario.predictor
     predicted = _attempt(failures, "The prediction failed", predictor.predict, scenario.shock, scenario.chain)
     simulated = _attempt(failures, "The simulation failed", _simulate, scenario)
-    passages: list[Passage | None] = []
+    passages = []
     if simulated is not None:
         simulated = _with_train(simulated, failures)
         for contact in scenario.simulate.contacts:
@@ -81,13 +81,14 @@ def findings(scenario: Scenario) -> Findings:
             passages.append(_attempt(failures, failure, simulated.passage, contact))
     comparison = None
     if predicted is not None and simulated is not None:
-        comparison = evolve(beside(predicted, simulated, predictor.equal_tolerance), published=scenario.published)
+        comparison = beside(predicted, simulated, predictor.equal_tolerance)
+        comparison = evolve(comparison, published=scenario.published)
     return Findings(
         scenario=scenario,
         predicted=predicted,
         simulated=simulated,
         comparison=comparison,
-        passages=tuple(passage for passage in passages if passage is not None),
+        passages=tuple(filter(None, passages)),
         failures=tuple(failures),
         text=_text(scenario.path),
     )
@@ -123,12 +124,12 @@ def _with_train(result: SimulationResult, failures: list[str]) -> SimulationResu
     """The result with all of its waves; with the primary alone, where the others cannot be measured."""
     if result.options.waves == "primary":
         return result
-    try:
-        train = result.train  # integrated here, and kept
-    except ShockwaveError as error:
-        failures.append(f"The waves behind the primary could not be measured: {error}.")
-    else:
-        if result.was_measured or scaled(result.shock, result.chain)[0].duration <= MEASURABLE:
+    failure = "The waves behind the primary could not be measured"
+    # integrated here, and kept
+    train = _attempt(failures, failure, lambda: result.train)
+    problem, _ = scaled(result.shock, result.chain)
+    if train is not None:
+        if result.was_measured or problem.duration <= MEASURABLE:
             return result
         failures += [f"Only the primary was simulated: {warning}." for warning in train.warnings]
     return evolve(result, options=evolve(result.options, waves="primary"))

@@ -4,14 +4,11 @@ A picture takes data and an ``Axes`` of matplotlib, draws on it, and returns it;
 write them. matplotlib is the extra ``plot``: it is loaded when a figure is made, not by this package.
 """
 
-from shockwave.pictures.amplification import amplification
-from shockwave.pictures.approach import approach
-from shockwave.pictures.balance import balance
+from shockwave.pictures.accuracy import approach, balance, trust_map, work_precision
 from shockwave.pictures.canvas import figure, save, svg
+from shockwave.pictures.curve import amplification
 from shockwave.pictures.pulse import conditions, correction_area, pulse
-from shockwave.pictures.trust_map import trust_map
 from shockwave.pictures.waves import contact_forces, space_time, train
-from shockwave.pictures.work_precision import work_precision
 
 #: The former name of `balance`.
 books = balance

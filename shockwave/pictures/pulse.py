@@ -7,23 +7,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shockwave.errors import InvalidValueError
-from shockwave.pictures.axes import area, finish, named, thinned
-from shockwave.pictures.style import BLACK, BLUE, LABEL, MINUS, ORANGE, SKY, VERMILION, thousandths
-from shockwave.prediction.outcome import EjectionOutcome
+from shockwave.pictures.axes import area, finish, thinned
+from shockwave.pictures.style import BLACK, BLUE, MINUS, ORANGE, SKY, VERMILION, thousandths
+from shockwave.prediction.outcome import EjectionOutcome, Outcome
+from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import conditions as conditions_of
+from shockwave.profiles.shock import Shock
+from shockwave.quadrature import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from shockwave.prediction.outcome import Outcome
-    from shockwave.profiles.base import ShockProfile
-    from shockwave.profiles.shock import Shock
-    from shockwave.quadrature import FloatArray
 
-
-# An area narrower or lower than these shares of the picture is named in the key alone.
-_NARROW = 0.12
-_LOW = 0.06
 _POINTS = 240
 _FORMULA = ((">=", r"\geq"), ("<=", r"\leq"), ("a1", "a_1"), ("a2", "a_2"))
 
@@ -38,20 +33,15 @@ def pulse(ax: Axes, shock: Shock) -> Axes:
     shock : Shock
         Time in s, force in N.
     """
-    profile, unit = shock.profile, shock.rise_time
-    areas, n = profile.areas(), float(profile.duration_ratio)
-    s = _abscissae(profile)
-    x, y = thinned(unit * s, shock.peak_force * profile.force(s))
-    # the name of an area stands at this place
-    parts = (
-        ("$a_1$", "rise", areas.rise.value, x <= unit, SKY, "////", 1.0, 0.62),
-        ("$a_2$", "decay", areas.decay.value, x >= unit, ORANGE, r"\\\\", n - 1, 1 + 0.33 * (n - 1)),
-    )
-    for symbol, name, value, inside, colour, hatch, width, place in parts:
-        area(ax, x[inside], 0.0, y[inside], colour, hatch, f"{name}, {symbol} = {value:.4g} $F_0 t_0$")
-        height = 0.4 * float(profile.force(place))
-        if width > _NARROW * n and height > _LOW:
-            named(ax, unit * place, shock.peak_force * height, symbol, fontsize=LABEL)
+    areas = shock.profile.areas()
+    s = _abscissae(shock.profile)
+    x, y = thinned(shock.rise_time * s, shock.peak_force * shock.profile.force(s))
+    for name, value, inside, colour, hatch in (
+        ("rise, $a_1$", areas.rise.value, x <= shock.rise_time, SKY, "////"),
+        ("decay, $a_2$", areas.decay.value, x >= shock.rise_time, ORANGE, r"\\\\"),
+    ):
+        label = f"{name} = {value:.4g} $F_0 t_0$"
+        area(ax, x[inside], 0.0, y[inside], colour, hatch, label)
     ax.plot(x, y, color=BLACK, linewidth=1.2)
     return _force_against_time(ax, shock.duration, shock.peak_force)
 

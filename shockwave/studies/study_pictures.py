@@ -8,7 +8,7 @@ import pathlib
 from shockwave.errors import FileAccessError, InvalidValueError, UsageError
 from shockwave.pictures.canvas import figure, save
 from shockwave.pictures.curve import curve as draw_curve
-from shockwave.pictures.design import design as draw_design
+from shockwave.pictures.curve import design as draw_design
 from shockwave.studies.design import Design
 from shockwave.studies.universal_curve import UniversalCurve
 
