@@ -418,7 +418,7 @@ def test_what_was_asked_before_makes_no_difference(series: list[sw.Shock]) -> No
 def test_a_curve_is_kept(series: list[sw.Shock], monkeypatch: pytest.MonkeyPatch) -> None:
     predictor = sw.Predictor(model="auto", rtol=1e-3)
     first = predictor.predict_many(series, CHAIN)
-    monkeypatch.setattr("shockwave.studies.auto.UniversalCurve", None)
+    monkeypatch.setattr("shockwave.studies.universal_curve.UniversalCurve", None)
     assert predictor.predict_many(series, CHAIN) == first
 
 

@@ -17,8 +17,8 @@ from pages import ROOT, code_in, table
 from scenes import CASE_A, CHAIN, FORCE, POWER, UNITS
 from selection import keeping, thinned
 from shockwave import cli
+from shockwave.numerics import crossings
 from shockwave.scenario.scene_family import Family
-from shockwave.studies.crossings import crossings
 from shockwave.studies.design import TARGETS, Target
 from shockwave.studies.scaling_exponents import POWERS
 from shockwave.studies.scene_response import curve_of, duration_of, exponents_of, scenario_of, value_of
@@ -222,22 +222,17 @@ def test_a_finite_chain_is_found_as_one_without_end_and_simulated_as_it_is() -> 
 @pytest.mark.parametrize(
     ("name", "between", "bad"),
     [
-        ("shock.rise_time", (1e-5, 1.0), 1),
-        ("shock.duration_ratio", (2, 1e4), 1),
-        ("chain.radius", (1e-7, 1e-2), 0),
+        ("shock.rise_time", (1e-5, 1.0), "1"),
+        ("shock.duration_ratio", (2, 1e4), "10000"),
+        ("chain.radius", (1e-7, 1e-2), "1e-07"),
     ],
 )
-def test_an_interval_with_shocks_too_long_for_curves_is_refused_with_how_far_it_may_go(
-    name: str, between: tuple[float, float], bad: int, monkeypatch: pytest.MonkeyPatch
+def test_an_interval_with_shocks_too_long_for_curves_is_refused(
+    name: str, between: tuple[float, float], bad: str
 ) -> None:
-    monkeypatch.setattr("shockwave.studies.design_search.line_along", None)  # before the line is made
-    match = f"^between: must give shocks that last at most 1000 natural times .* at {name} = {between[bad]:.6g}, in SI"
-    with pytest.raises(sw.InvalidValueError, match=match) as caught:
+    match = f"^between: must give shocks that last at most 1000 natural times .* at {name} = {bad}, in SI"
+    with pytest.raises(sw.InvalidValueError, match=match):
         design(name, between, peak_force=60.0)
-    told = re.search(r"it may go to ([^:]+):", str(caught.value))
-    assert told is not None
-    # it is told to four digits
-    assert duration_of(Family(SCENE).scenario({name: float(told[1])})) == pytest.approx(1000, rel=2e-3)
 
 
 def test_a_chain_too_short_for_the_search_is_told_to_miss() -> None:

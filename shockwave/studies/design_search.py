@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-import numpy as np
 from attrs import asdict, evolve
 
 from shockwave.chain.chain import Chain
@@ -32,8 +31,6 @@ _RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)
 _UNFIT = ("chain.granules", "shock.profile", "shock.data")
 # Points of the line in a picture.
 _FINE = 101
-# Bisections to find how far an interval may go.
-_HALVINGS = 40
 # A target missed by no more is met but for rounding.
 _ROUNDING = 1e-9
 # Tolerance of the simulations of solutions.
@@ -176,7 +173,6 @@ def _along(
         return _option(value, family.scenario({varied.name: value}), target, rtol, line.reach)
 
     try:
-        _check_durations(family, varied.name, between)
         line = line_along(family.base, varied.name, target, between, rtol)
         least, most = (option(extreme(line.landmarks, key=line.height)) for extreme in (min, max))
         met = [(option(value), miss, slope) for value, miss, slope in solutions(line, target)]
@@ -222,26 +218,6 @@ def _doubts(
         for option, miss, _ in met
         if abs(miss) > _ROUNDING
     ]
-
-
-def _check_durations(family: Family, name: str, between: tuple[float, float]) -> None:
-    """Refuse ends for which there is no curve, with how far the interval may go."""
-
-    def wrong(value: float) -> InvalidValueError | None:
-        return scene_response.too_long(
-            np.array([scene_response.duration_of(family.scenario({name: value}))]), {name: np.array([value])}
-        )
-
-    errors = [wrong(value) for value in between]
-    for error, bad, good in zip(errors, between, reversed(between), strict=True):
-        if error is None:
-            continue
-        if all(errors):
-            raise error
-        for _ in range(_HALVINGS):
-            middle = (good + bad) / 2
-            good, bad = (good, middle) if wrong(middle) else (middle, bad)
-        raise InvalidValueError.of("", f"{error.faults[0].problem}; it may go to {good:.4g}")
 
 
 # ---------------------------------------------------------------- options
