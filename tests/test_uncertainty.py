@@ -312,7 +312,7 @@ def test_faults_are_told_where_they_stand(name: str, tmp_path: Path) -> None:
 CALLS: dict[str, tuple[dict[str, Any], str]] = {
     "nothing": ({}, "uncertainty: must say which values are uncertain"),
     "name": ({"spreads": {"chain.radios": "5 %"}}, "uncertainty.*did you mean 'chain.radius'"),
-    "draws": ({"spreads": SPREADS, "draws": 5000}, "draws: must be a power of 2 .*4096 or 8192"),
+    "draws": ({"spreads": SPREADS, "draws": 5000}, "draws: must be a power of 2"),
     "few": ({"spreads": SPREADS, "draws": 16}, "draws: must be a whole number >= 1024"),
     "seed": ({"spreads": SPREADS, "seed": -1}, "seed: must be a whole number >= 0"),
     "rtol": ({"spreads": SPREADS, "rtol": 1.0}, "rtol: must be >= 1e-07"),

@@ -107,6 +107,8 @@ def _many(shocks: Shocks, settings: Settings) -> Peaks:
     """By each method in turn, for all shocks at once whose bounds do not meet the tolerance yet."""
     rtol = settings.rtol or RTOL
     peaks = Peaks.of(len(shocks))
+    if not len(shocks):
+        return peaks
     amplification, bound, _ = short_law().of(shocks)
     peaks.better(np.arange(len(shocks)), amplification, bound, "moments")
     _by_curves(shocks, peaks, rtol)

@@ -25,8 +25,10 @@ class Distribution:
     ----------
     spread : Spread
         As it was given.
+    value : float
+        Of the scene.
     begin, end : float
-        The range of the value; just inside a bound that is excluded.
+        The range of the value, just inside a bound that is excluded; of a uniform one where it begins and ends.
     of_value : object
         Frozen distribution of SciPy; for a ``factor`` that of the logarithm.
     cut : float
@@ -34,6 +36,7 @@ class Distribution:
     """
 
     spread: Spread
+    value: float
     begin: float
     end: float
     of_value: Any
@@ -50,22 +53,35 @@ class Distribution:
         """
         from scipy.stats import norm, truncnorm, uniform
 
-        begin, end = _range(spread)
         first = spread.numbers[0]
         if spread.kind == "between":
-            return cls(spread, begin, end, uniform(first, spread.numbers[1] - first), 0.0)
+            end = spread.numbers[1]
+            return cls(spread, value, first, end, uniform(first, end - first), 0.0)
         if (spread.kind == "factor" and not value > 0) or (spread.kind == "relative" and value == 0):
-            got = f"got a {'factor' if spread.kind == 'factor' else 'percentage'} of it"
-            problem = f"must be {{sd: ...}} or {{between: ...}}, as the value is {value:g} ({got})"
+            problem = f"must be {{sd: ...}} or {{between: ...}}, as the value is {value:g} (got {spread})"
             raise InvalidValueError.of(dotted(("uncertainty", spread.name)), problem)
-        centre, bounds = value, [begin, end]
+        begin, end = _range(spread)
+        centre = value
         scale = first * abs(value) if spread.kind == "relative" else first
+        bounds = np.array([begin, end])
         if spread.kind == "factor":
-            centre, scale = math.log(value), math.log(first)
-            bounds = [math.log(bound) if bound > 0 else -math.inf for bound in bounds]
-        low, high = ((bound - centre) / scale for bound in bounds)
+            centre = math.log(value)
+            scale = math.log(first)
+            with np.errstate(divide="ignore"):
+                bounds = np.log(np.maximum(bounds, 0.0))
+        low, high = (bounds - centre) / scale
         cut = float(norm.cdf(low) + norm.sf(high))
-        return cls(spread, begin, end, truncnorm(low, high, centre, scale), cut)
+        return cls(spread, value, begin, end, truncnorm(low, high, centre, scale), cut)
+
+    @property
+    def name(self) -> str:
+        """Dotted name of the value."""
+        return self.spread.name
+
+    @property
+    def unit(self) -> str:
+        """Of the value."""
+        return self.spread.variable.unit or ""
 
     def at(self, shares: FloatArray) -> FloatArray:
         """The values below which these shares of the distribution lie, each above 0 and below 1."""
