@@ -16,7 +16,7 @@ from attrs import evolve
 import shockwave as sw
 from measure_trust import Composed
 from pages import ROOT
-from scenes import CHAIN, FORCE, UNITS
+from scenes import CHAIN, FORCE, TRUTH, UNITS, name_of, shock_of
 from selection import keeping, thinned
 from shockwave import cli, pictures
 from shockwave.chain import Scales
@@ -85,6 +85,15 @@ def test_the_curve_is_within_tolerance_and_bound_of_other_simulations(name: str,
 def test_a_curve_to_1e_6_is_within_that(name: str) -> None:
     off, _ = errors(name, 1e-6, 60)
     assert off.max() <= 1e-6
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", [case for case in TRUTH if case["kind"] != "tabulated"], ids=name_of)
+def test_the_curve_meets_the_independent_simulations(case: dict[str, Any]) -> None:
+    shock = shock_of(case)
+    longest = max(50.0, 1.1 * shock.duration / UNITS.time)
+    answer = UniversalCurve(shock.profile, longest=longest).answer(shock, CHAIN)
+    assert answer.amplification == pytest.approx(case["peaks"][0], rel=1e-4)
 
 
 def test_a_longer_curve_reaches_further() -> None:
@@ -168,7 +177,7 @@ def test_beyond_its_range_a_curve_says_how_to_make_it_longer() -> None:
         curve("triangle").amplification([1.0, 17.0])
 
 
-@pytest.mark.parametrize("ratio", [0.0, -1.0, math.nan, math.inf, 1e4, None], ids=repr)
+@pytest.mark.parametrize("ratio", [0.0, -1.0, math.nan, math.inf, 1e4, None, "long"], ids=repr)
 def test_what_is_no_rise_time_is_refused(ratio: Any) -> None:
     with pytest.raises(sw.InvalidValueError, match=r"rise_time: must be t0/T0 > 0 and <= 16\.6667 \(got [^;]*\)$"):
         curve("triangle").amplification(ratio)

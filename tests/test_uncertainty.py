@@ -74,6 +74,20 @@ def test_draws_agree_with_their_simulations() -> None:
     assert np.abs(result.peak_forces[:500] / known - 1).max() <= result.model_error + 1e-6
 
 
+@pytest.mark.slow
+def test_statistics_agree_with_2000_simulations_within_the_error_of_sampling() -> None:
+    force = found().peak_force
+    known = simulated(found(), 2000, 1e-5)
+    # these are independent draws of their own, at three deviations
+    own = 3 * known.std() / math.sqrt(len(known))
+    assert force.mean.value == pytest.approx(known.mean(), abs=force.mean.error + own)
+    assert force.sd.value == pytest.approx(known.std(), abs=force.sd.error + own / math.sqrt(2))
+    for share, estimate in force.quantiles.items():
+        # three deviations of a count, and what the error is worth
+        width = 3 * math.sqrt(share * (1 - share) / len(known))
+        assert (known < estimate.value).mean() == pytest.approx(share, abs=width + 0.02)
+
+
 NARROW = {
     "chain.radius": "5 %",
     "chain.diameter": {"between": [8e-3, 1e-2]},
