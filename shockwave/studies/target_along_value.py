@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 from attrs import evolve, frozen
@@ -46,6 +46,14 @@ class Line:
     landmarks: tuple[float, ...]
     reach: float
 
+    def slope(self, value: float) -> float:
+        """Change of the height over the value, without its sign."""
+        low, high = self.landmarks[0], self.landmarks[-1]
+        step = _STEP * (value * math.log(high / low) if low > 0 else high - low)
+        begin = max(value - step, low)
+        end = min(value + step, high)
+        return abs(self.height(end) - self.height(begin)) / (end - begin)
+
 
 def line_along(scenario: Scenario, name: str, target: Target, between: tuple[float, float], rtol: float) -> Line:
     """The line of the value called ``name``, of a chain without end.
@@ -66,21 +74,15 @@ def line_along(scenario: Scenario, name: str, target: Target, between: tuple[flo
     return _of_simulations(family, name, target, between, rtol)
 
 
-def solutions(line: Line, target: Target) -> Iterator[tuple[float, float, float]]:
-    """Values at which the target is met, ascending, the share by which an end or a turning point misses it, and the
-    change of the value over the share by which the target changes."""
+def solutions(line: Line, target: Target) -> dict[float, float]:
+    """Values at which the target is met, ascending -> the share by which an end or a turning point misses it."""
     wanted = math.log(target.value)
-    low, high = line.landmarks[0], line.landmarks[-1]
 
     def off(value: float) -> float:
         return line.height(value) - wanted
 
-    for value in crossings(off, line.landmarks, line.error):
-        miss = math.expm1(off(value)) if value in line.landmarks else 0.0
-        step = _STEP * (value * math.log(high / low) if low > 0 else high - low)
-        begin, end = max(value - step, low), min(value + step, high)
-        rise = abs(off(end) - off(begin))
-        yield value, miss, (end - begin) / rise if rise else math.inf
+    met = crossings(off, line.landmarks, line.error)
+    return {value: math.expm1(off(value)) if value in line.landmarks else 0.0 for value in met}
 
 
 def spaced(between: tuple[float, float], count: int) -> list[float]:
