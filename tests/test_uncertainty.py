@@ -349,11 +349,6 @@ def test_what_makes_no_sense_is_refused(name: str) -> None:
         sw.uncertainty(CASE_A, CHAIN, **given)
 
 
-def test_a_mapping_in_place_of_the_chain_is_told_its_name() -> None:
-    with pytest.raises(sw.InvalidValueError, match=r"^chain: must be a Chain, or left out .*name it spreads="):
-        sw.uncertainty(sw.load_scenario(FILE), SPREADS)  # type: ignore[arg-type]
-
-
 def test_a_percentage_of_nothing_is_refused() -> None:
     profile = sw.Exponential(rise_rate=0, decay_rate=3, duration_ratio=4)
     shock = sw.Shock(profile=profile, peak_force=100, rise_time=1e-5)

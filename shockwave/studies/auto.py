@@ -178,8 +178,6 @@ def _by_section_4(shocks: Shocks, settings: Settings, peaks: Peaks, rtol: float)
 def _by_curves(shocks: Shocks, peaks: Peaks, rtol: float) -> None:
     """Of shapes of which so many are left that a curve pays: what was asked before makes no difference."""
     left = _left(peaks, rtol)
-    if len(left) < _worth(rtol):
-        return
     left = left[_durations(shocks)[left] <= _LONGEST[-1]]
     counts = np.bincount(shocks.shapes[left], minlength=len(shocks.profiles))
     for shape in np.flatnonzero(counts >= _worth(rtol)):

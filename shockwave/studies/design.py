@@ -158,10 +158,6 @@ class Option:
     simulated: Simulated | None = None
     value_error: float | None = None
 
-    def to_dict(self) -> dict[str, Any]:
-        """SI floats by name."""
-        return asdict(self)
-
 
 @frozen(kw_only=True)
 class Design:

@@ -58,8 +58,6 @@ def scenario_of(scene: Scenario | Shock, chain: Chain | None) -> Scenario:
         return scene
     if isinstance(scene, Shock) and isinstance(chain, Chain):
         return Scenario(name="", path=None, shock=scene, chain=chain, predictor=Predictor(), simulate=SimulateOptions())
-    if isinstance(chain, Mapping):
-        raise InvalidValueError.of("chain", f"must be a Chain, or left out (got {text_of(chain)}; name it spreads=)")
     got = f"got {text_of(scene)} and {text_of(chain)}"
     raise InvalidValueError.of("scene", f"must be a Scenario alone, or a Shock and a Chain ({got})")
 
@@ -119,21 +117,6 @@ def impossible(error: InvalidValueError, verb: str) -> str:
 # ---------------------------------------------------------------- curves
 
 
-def longest_for(duration: float) -> float:
-    """The length of the curve for shocks that last ``duration``, n t0/T0.
-
-    Raises
-    ------
-    InvalidValueError
-        When no curve is so long.
-    """
-    if not duration <= _LIMIT:
-        got = f"got {duration:.4g}; shorten the shock, or soften or enlarge the granules"
-        raise InvalidValueError.of("shock", f"must last at most {_LIMIT:g} natural times ({got})")
-    steps = math.ceil(_STEPS * math.log2(max(duration / _LONGEST, 1.0)) - _ROUNDING)
-    return min(max(_LONGEST * 2 ** (steps / _STEPS), duration), _LIMIT)
-
-
 def check_durations(durations: FloatArray, values: Mapping[str, FloatArray], limit: float = _LIMIT) -> None:
     """Refuse scenes with these durations, n t0/T0, and values, if one is longer than ``limit``.
 
@@ -159,7 +142,11 @@ def curve_of(profile: ShockProfile, rtol: float, duration: float) -> UniversalCu
     NumericalError
         When a simulation fails, or does not report its error.
     """
-    longest = longest_for(duration)
+    if not duration <= _LIMIT:
+        got = f"got {duration:.4g}; shorten the shock, or soften or enlarge the granules"
+        raise InvalidValueError.of("shock", f"must last at most {_LIMIT:g} natural times ({got})")
+    steps = math.ceil(_STEPS * math.log2(max(duration / _LONGEST, 1.0)) - _ROUNDING)
+    longest = min(max(_LONGEST * 2 ** (steps / _STEPS), duration), _LIMIT)
     halves = max(math.floor(math.log2(longest / max(duration, _SHORTEST))), 0)
     found = kept_curve(profile, rtol, longest)
     if isinstance(found, NumericalError) and halves:

@@ -78,11 +78,6 @@ class Distribution:
         """Dotted name of the value."""
         return self.spread.name
 
-    @property
-    def unit(self) -> str:
-        """Of the value."""
-        return self.spread.variable.unit or ""
-
     def at(self, shares: FloatArray) -> FloatArray:
         """The values below which these shares of the distribution lie, each above 0 and below 1."""
         values = self.of_value.ppf(shares)

@@ -165,7 +165,7 @@ def _warnings(scenario: Scenario, drawn: Sequence[Distribution]) -> tuple[str, .
         if one.cut > _LEAST_CUT:
             cuts.append(f"{one.cut:.2g} of the distribution of {one.name} lay outside its range and was cut off")
         if one.spread.kind == "between" and not one.begin <= one.value <= one.end:
-            here = si(one.value, one.unit).rstrip()
+            here = si(one.value, one.spread.variable.unit or "").rstrip()
             outside.append(f"{one.name} is {here} in the scenario, outside {one.spread}, between which it is drawn")
     return (*scene_response.notes_of(scenario), *cuts, *outside)
 
@@ -250,7 +250,7 @@ def _sensitivity(one: Distribution, slope: Estimate, indices: FloatArray) -> Sen
     (force_first, first), (force_total, total) = indices.tolist()
     return Sensitivity(
         name=one.name,
-        unit=one.unit,
+        unit=one.spread.variable.unit or "",
         spread=str(one.spread),
         value=one.value,
         sd=one.sd,
