@@ -337,9 +337,7 @@ def test_the_picture_draws_the_curve_over_its_range() -> None:
 @pytest.mark.parametrize(("curves", "labels"), [([], None), ("triangle", ["a", "b"])], ids=["none", "labels"])
 def test_what_cannot_be_drawn_is_refused(curves: Any, labels: Any) -> None:
     _, (ax,) = pictures.figure()
-    with pytest.raises(
-        sw.InvalidValueError, match=r"^(curves: must be one curve or more|labels: must be one for each)"
-    ):
+    with pytest.raises(sw.InvalidValueError, match=r"^(curves: must be one curve|labels: must be one for each)"):
         draw(ax, curve(curves) if curves else [], labels=labels)
 
 
