@@ -32,8 +32,7 @@ from shockwave.studies.scene_response import (
     scenario_of,
     value_of,
 )
-from shockwave.studies.spread_distribution import Distribution
-from shockwave.studies.uncertainty_sampling import slopes_at
+from shockwave.studies.uncertainty_sampling import Distribution, slopes_at
 from test_docs import flat
 
 FILE = ROOT / "profiles" / "examples" / "protector.yaml"
