@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from shockwave.errors import NumericalError
@@ -59,6 +60,36 @@ def bracketed_root(function: Callable[[float], float], lower: float, upper: floa
         if upper - lower <= 4e-16 * max(abs(lower), abs(upper)):
             return 0.5 * (lower + upper)
     raise NumericalError(f"{what}: not found in {_MOST_ITERATIONS} steps between {lower:g} and {upper:g}")
+
+
+def crossings(
+    function: Callable[[float], float],
+    points: Sequence[float],
+    tolerance: Callable[[float], float] = lambda _: 0.0,
+) -> list[float]:
+    """All x at which ``function`` is zero, ascending.
+
+    Parameters
+    ----------
+    function : callable
+        Of a number, monotone between the points.
+    points : sequence of float
+        Its ends and turning points, ascending.
+    tolerance : callable
+        Error of the function at x: a point where it is within this of zero, with no crossing beside it, is one. Of two
+        such neighbours the first is.
+    """
+    heights = [function(x) for x in points]
+    found: dict[int, float] = {}
+    for index, (low, high) in enumerate(pairwise(heights)):
+        if low * high < 0:
+            found[index] = bracketed_root(function, points[index], points[index + 1], "crossing")
+    touching: dict[int, float] = {}
+    for index, x in enumerate(points):
+        taken = index in found or index - 1 in found or index - 1 in touching
+        if not taken and abs(heights[index]) <= tolerance(x):
+            touching[index] = x
+    return sorted([*found.values(), *touching.values()])
 
 
 def product(left: npt.NDArray[np.float64], right: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +16,8 @@ from pages import ROOT, code_in, table
 from scenes import CASE_A, CHAIN, FORCE, POWER, UNITS
 from selection import keeping, thinned
 from shockwave import cli
+from shockwave.numerics import crossings
 from shockwave.scenario.scene_family import Family
-from shockwave.studies.crossings import crossings
 from shockwave.studies.design import TARGETS, Target
 from shockwave.studies.scaling_exponents import POWERS
 from shockwave.studies.scene_response import curve_of, duration_of, exponents_of, scenario_of, value_of
@@ -71,6 +70,22 @@ def test_what_is_found_meets_the_target_when_simulated(name: str, quantity: str)
         # what goes with a power of the peak force above 1 errs by that much more
         power = max(Target(quantity, 1.0).power(SCENE), 1.0)
         assert option.simulated.reached == pytest.approx(wanted, rel=1e-4 * power)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(50))
+def test_random_targets_are_met_when_simulated_or_out_of_reach(seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    force = float(np.exp(draw.uniform(math.log(5), math.log(250))))
+    found = design(list(INTERVALS)[seed % len(INTERVALS)], peak_force=force)
+    for option in found.solutions:
+        assert option.simulated is not None
+        # the tolerance of the curve
+        assert option.simulated.reached == pytest.approx(force, rel=1e-4)
+    if not found.solutions:
+        # the ends of what can be reached are within it
+        assert not found.least.reached * (1 - 1e-4) <= force <= found.most.reached * (1 + 1e-4)
+        assert found.why
 
 
 def at_a_quarter() -> float:
@@ -135,8 +150,8 @@ def test_a_turning_point_within_the_tolerance_is_a_crossing_where_none_is_beside
 
 
 @pytest.mark.parametrize("slope", [-1.19, -1.0, -0.5, -0.1])
-def test_a_curve_and_a_straight_line_turn_nowhere_else(slope: float) -> None:
-    """No crossing is missed: between its turning points the sum is monotone, and a dense scan has as many crossings."""
+def test_no_crossing_of_a_curve_and_a_straight_line_is_missed(slope: float) -> None:
+    """A dense scan has as many."""
     curve = curve_of(POWER, 1e-4, 50.0)
     points = [1e-3, *curve.turns(slope, 1e-3, curve.longest_rise_time), curve.longest_rise_time]
 
@@ -146,11 +161,6 @@ def test_a_curve_and_a_straight_line_turn_nowhere_else(slope: float) -> None:
     dense = np.geomspace(points[0], points[-1], 20_001)
     dense[-1] = points[-1]
     values = np.log(curve.amplification(dense)) + slope * np.log(dense)
-    for begin, end in pairwise(points):
-        inner = values[(dense > begin) & (dense < end)]
-        low, high = sorted((height(begin), height(end)))
-        # but for the jumps where polynomials join
-        assert inner.size == 0 or low - 2e-4 <= inner.min() <= inner.max() <= high + 2e-4
     wanted = float(np.quantile(values, 0.7))
     count = int(((values[1:] > wanted) != (values[:-1] > wanted)).sum())
     assert len(crossings(lambda ratio: height(ratio) - wanted, points)) == count
@@ -185,15 +195,6 @@ def test_slopes_of_a_curve_err_by_no_more_than_told(rtol: float) -> None:
     assert off.max() > 1e-4  # or there would be nothing to tell
 
 
-def test_a_short_shock_goes_with_the_powers_of_its_impulse() -> None:
-    shock = sw.Shock(profile=POWER, peak_force=FORCE, rise_time=1e-3 * UNITS.time)
-    scenario = scenario_of(shock, CHAIN)
-    found = exponents_of(scenario, curve_of(POWER, 1e-4, 1.0))
-    # F = 1.168 F0 S^(6/5), S ~ t0 F0^(1/6) R^(-4/3) rho^(-1/2) E^(1/3)
-    assert (found.radius, found.density, found.youngs_modulus) == pytest.approx((-1.6, -0.6, 0.4), abs=1e-6)
-    assert (found.peak_force, found.rise_time) == pytest.approx((1.2, 1.2), abs=1e-6)
-
-
 # ---------------------------------------------------------------- what cannot be had
 
 
@@ -209,9 +210,13 @@ def test_an_unreachable_target_is_told_with_the_range() -> None:
     assert inside.why.endswith("at 0, a turning point inside the interval")
 
 
+def of_granules(granules: int) -> sw.Design:
+    chain = sw.Chain(material=CHAIN.material, radius=CHAIN.radius, granules=granules)
+    return sw.design(CASE_A, chain, vary="chain.radius", target={"peak_force": 60}, between=(2e-3, 2e-2))
+
+
 def test_a_finite_chain_is_found_as_one_without_end_and_simulated_as_it_is() -> None:
-    chain = sw.Chain(material=CHAIN.material, radius=CHAIN.radius, granules=60)
-    found = sw.design(CASE_A, chain, vary="chain.radius", target={"peak_force": 60}, between=(2e-3, 2e-2))
+    found = of_granules(60)
     (option,) = found.solutions
     assert option.chain_mass == pytest.approx(60 * option.granule_mass)
     assert any("60 granules" in warning for warning in found.warnings)
@@ -219,30 +224,8 @@ def test_a_finite_chain_is_found_as_one_without_end_and_simulated_as_it_is() -> 
     assert option.simulated.peak_force == pytest.approx(60, rel=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("name", "between", "bad"),
-    [
-        ("shock.rise_time", (1e-5, 1.0), 1),
-        ("shock.duration_ratio", (2, 1e4), 1),
-        ("chain.radius", (1e-7, 1e-2), 0),
-    ],
-)
-def test_an_interval_with_shocks_too_long_for_curves_is_refused_with_how_far_it_may_go(
-    name: str, between: tuple[float, float], bad: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("shockwave.studies.design_search.line_along", None)  # before the line is made
-    match = f"^between: must give shocks that last at most 1000 natural times .* at {name} = {between[bad]:.6g}, in SI"
-    with pytest.raises(sw.InvalidValueError, match=match) as caught:
-        design(name, between, peak_force=60.0)
-    told = re.search(r"it may go to ([^:]+):", str(caught.value))
-    assert told is not None
-    # it is told to four digits
-    assert duration_of(Family(SCENE).scenario({name: float(told[1])})) == pytest.approx(1000, rel=2e-3)
-
-
 def test_a_chain_too_short_for_the_search_is_told_to_miss() -> None:
-    chain = sw.Chain(material=CHAIN.material, radius=CHAIN.radius, granules=3)
-    found = sw.design(CASE_A, chain, vary="chain.radius", target={"peak_force": 60}, between=(2e-3, 2e-2))
+    found = of_granules(3)
     assert (found.solutions, found.reachable) == ((), False)
     assert found.nearest is not None
     assert found.nearest.simulated is not None
@@ -250,6 +233,22 @@ def test_a_chain_too_short_for_the_search_is_told_to_miss() -> None:
     assert abs(found.nearest.simulated.reached / 60 - 1) > 1e-2
     made = f"{found.nearest.simulated.reached:.5g} N at "
     assert f"60 N is met by a chain without end alone; simulated as it is, the chain makes {made}" in found.why
+
+
+@pytest.mark.parametrize(
+    ("name", "between", "bad"),
+    [
+        ("shock.rise_time", (1e-5, 1.0), "1"),
+        ("shock.duration_ratio", (2, 1e4), "10000"),
+        ("chain.radius", (1e-7, 1e-2), "1e-07"),
+    ],
+)
+def test_an_interval_with_shocks_too_long_for_curves_is_refused(
+    name: str, between: tuple[float, float], bad: str
+) -> None:
+    match = f"^between: must give shocks that last at most 1000 natural times .* at {name} = {bad}, in SI"
+    with pytest.raises(sw.InvalidValueError, match=match):
+        design(name, between, peak_force=60.0)
 
 
 @pytest.mark.parametrize(
@@ -323,11 +322,11 @@ def test_materials_may_be_a_few() -> None:
     given: dict[str, Any] = {"vary": "chain.material", "among": ["ptfe", "brass-260"]}
     low, high = (option.reached for option in sw.design(CASE_A, CHAIN, target={"peak_force": 60}, **given).table)
     assert low != high
-    for wanted, spanned in (((low + high) / 2, True), (0.9 * min(low, high), False), (1.1 * max(low, high), False)):
+    for wanted, why in (((low + high) / 2, "no material meets"), (1.1 * max(low, high), "is out of reach")):
         found = sw.design(CASE_A, CHAIN, target={"peak_force": wanted}, **given)
         assert {option.value for option in found.table} == {"ptfe", "brass-260"}
-        assert (found.reachable, found.spanned) == (False, spanned)
-        assert ("no material meets" if spanned else "is out of reach") in found.why
+        assert not found.reachable
+        assert why in found.why
         assert "  solutions         none: " in str(found)
 
 
@@ -356,9 +355,8 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
 }
 
 
-@pytest.mark.parametrize("name", REFUSED)
-def test_what_makes_no_sense_is_refused(name: str) -> None:
-    other, message = REFUSED[name]
+@pytest.mark.parametrize(("other", "message"), REFUSED.values(), ids=REFUSED)
+def test_what_makes_no_sense_is_refused(other: dict[str, Any], message: str) -> None:
     given: dict[str, Any] = {"vary": "chain.radius", "target": {"peak_force": 60}, "between": (1e-3, 2e-2)}
     call = {"chain": CHAIN, **given, **other}
     with pytest.raises(sw.InvalidValueError, match=message):
@@ -399,16 +397,11 @@ def test_the_command_draws_a_picture(tmp_path: Path, capsys: pytest.CaptureFixtu
     "arguments",
     [
         ["--between", "20 mm", "1 mm"],
-        ["--between", "1 mm", "2 kg"],
-        ["--between", "-1 mm", "2 mm"],
-        ["--between", "1 mm", "20 mm", "--points", "1"],
-        ["--among", "ptfe"],
         ["--vary", "chain.material", "--among", "ptef"],
         ["--target", "peak_force"],
         ["--target", "speed=9", "--target", "width=1"],
-        ["--target", "force=60 N", "--between", "1 mm", "2 mm"],
     ],
-    ids=["order", "unit", "sign", "points", "among", "material", "form", "two", "name"],
+    ids=["order", "material", "form", "two"],
 )
 def test_a_wrong_argument_is_one_of_usage(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     given = {"--vary": "chain.radius", "--target": "peak_force=60 N"}

@@ -8,7 +8,6 @@ import re
 import subprocess
 import sys
 from functools import cache
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -33,8 +32,7 @@ from shockwave.studies.scene_response import (
     scenario_of,
     value_of,
 )
-from shockwave.studies.spread_distribution import Distribution
-from shockwave.studies.uncertainty_sampling import slopes_at
+from shockwave.studies.uncertainty_sampling import Distribution, slopes_at
 from test_docs import flat
 
 FILE = ROOT / "profiles" / "examples" / "protector.yaml"
@@ -55,13 +53,12 @@ def found(seed: int = 0, draws: int = 4096) -> sw.Uncertainty:
 
 def simulated(result: sw.Uncertainty, count: int, rtol: float) -> np.ndarray[Any, Any]:
     """Peak forces of the first draws by direct simulation."""
-    rows = zip(*(result.values[name][:count].tolist() for name in SPREADS), strict=True)
-    scenes = []
-    for modulus, radius, force, rise in rows:
-        material = sw.Material(youngs_modulus=modulus, poisson_ratio=0.3, density=CHAIN.material.density)
-        shock = sw.Shock(profile=POWER, peak_force=force, rise_time=rise)
-        scenes.append((shock, sw.Chain(material=material, radius=radius)))
-    results = sw.simulate_many([s for s, _ in scenes], [c for _, c in scenes], rtol=rtol, waves="primary")
+    shocks = []
+    chains = []
+    for modulus, radius, force, rise in zip(*(result.values[name][:count].tolist() for name in SPREADS), strict=True):
+        shocks.append(sw.Shock(profile=POWER, peak_force=force, rise_time=rise))
+        chains.append(sw.Chain(material=evolve(CHAIN.material, youngs_modulus=modulus), radius=radius))
+    results = sw.simulate_many(shocks, chains, rtol=rtol, waves="primary")
     return np.array([one.peak_force for one in results if isinstance(one, sw.SimulationResult)])
 
 
@@ -72,6 +69,20 @@ def test_draws_agree_with_their_simulations() -> None:
     result = found()
     known = simulated(result, 500, 1e-6)
     assert np.abs(result.peak_forces[:500] / known - 1).max() <= result.model_error + 1e-6
+
+
+@pytest.mark.slow
+def test_statistics_agree_with_2000_simulations_within_the_error_of_sampling() -> None:
+    force = found().peak_force
+    known = simulated(found(), 2000, 1e-5)
+    # these are independent draws of their own, at three deviations
+    own = 3 * known.std() / math.sqrt(len(known))
+    assert force.mean.value == pytest.approx(known.mean(), abs=force.mean.error + own)
+    assert force.sd.value == pytest.approx(known.std(), abs=force.sd.error + own / math.sqrt(2))
+    for share, estimate in force.quantiles.items():
+        # three deviations of a count, and what the error is worth
+        width = 3 * math.sqrt(share * (1 - share) / len(known))
+        assert (known < estimate.value).mean() == pytest.approx(share, abs=width + 0.02)
 
 
 NARROW = {
@@ -100,17 +111,11 @@ def test_a_shape_that_is_uncertain_is_simulated() -> None:
     spreads = {"shock.parameters.decay_exponent": "5 %", "shock.duration_ratio": {"between": [2.5, 3.5]}}
     result = sw.uncertainty(CASE_A, CHAIN, spreads, draws=1024)
     assert result.method == "simulation"
-    values = zip(*(result.values[name][:50].tolist() for name in spreads), strict=True)
-    shocks = [
-        sw.Shock(
-            profile=sw.PowerLaw(rise_exponent=0.5, decay_exponent=decay, duration_ratio=n),
-            peak_force=CASE_A.peak_force,
-            rise_time=CASE_A.rise_time,
-        )
-        for decay, n in values
-    ]
-    known = [one.peak_force for one in sw.simulate_many(shocks, CHAIN, rtol=1e-8, waves="primary")]  # type: ignore[union-attr]
-    assert result.peak_forces[:50] == pytest.approx(known, rel=result.model_error + 1e-8)
+    for index in range(50):
+        decay, ratio = (float(result.values[name][index]) for name in spreads)
+        profile = sw.PowerLaw(rise_exponent=0.5, decay_exponent=decay, duration_ratio=ratio)
+        known = sw.simulate(evolve(CASE_A, profile=profile), CHAIN, rtol=1e-8, waves="primary").peak_force
+        assert result.peak_forces[index] == pytest.approx(known, rel=result.model_error + 1e-8)
 
 
 # ---------------------------------------------------------------- closed forms
@@ -166,10 +171,9 @@ def test_intervals_of_quantiles_hold_the_truth() -> None:
 
 def exponent(low: sw.Shock, high: sw.Shock, chain: sw.Chain, step: float) -> tuple[float, float]:
     """Those of peak force and amplification, by simulations whose value differs by the factor 1 + ``step``."""
-    ends = [sw.simulate(shock, chain, rtol=1e-10, waves="primary") for shock in (low, high)]
-    powers = (math.log(b / a) / math.log1p(step) for a, b in pairwise([one.peak_force for one in ends]))
-    ratios = (math.log(b / a) / math.log1p(step) for a, b in pairwise([one.amplification for one in ends]))
-    return next(powers), next(ratios)
+    first, second = (sw.simulate(shock, chain, rtol=1e-10, waves="primary") for shock in (low, high))
+    ratios = second.peak_force / first.peak_force, second.amplification / first.amplification
+    return math.log(ratios[0]) / math.log1p(step), math.log(ratios[1]) / math.log1p(step)
 
 
 def slopes(scenario: sw.Scenario, spreads: dict[str, Any], name: str) -> tuple[float, float]:
@@ -299,9 +303,8 @@ FAULTS = {
 }
 
 
-@pytest.mark.parametrize("name", FAULTS)
-def test_faults_are_told_where_they_stand(name: str, tmp_path: Path) -> None:
-    block, place, message = FAULTS[name]
+@pytest.mark.parametrize(("block", "place", "message"), FAULTS.values(), ids=FAULTS)
+def test_faults_are_told_where_they_stand(block: str, place: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(sw.ScenarioError) as caught:
         load(tmp_path, block)
     (fault,) = caught.value.faults
@@ -312,7 +315,7 @@ def test_faults_are_told_where_they_stand(name: str, tmp_path: Path) -> None:
 CALLS: dict[str, tuple[dict[str, Any], str]] = {
     "nothing": ({}, "uncertainty: must say which values are uncertain"),
     "name": ({"spreads": {"chain.radios": "5 %"}}, "uncertainty.*did you mean 'chain.radius'"),
-    "draws": ({"spreads": SPREADS, "draws": 5000}, "draws: must be a power of 2 .*4096 or 8192"),
+    "draws": ({"spreads": SPREADS, "draws": 5000}, "draws: must be a power of 2"),
     "few": ({"spreads": SPREADS, "draws": 16}, "draws: must be a whole number >= 1024"),
     "seed": ({"spreads": SPREADS, "seed": -1}, "seed: must be a whole number >= 0"),
     "rtol": ({"spreads": SPREADS, "rtol": 1.0}, "rtol: must be >= 1e-07"),
@@ -328,16 +331,10 @@ CALLS: dict[str, tuple[dict[str, Any], str]] = {
 }
 
 
-@pytest.mark.parametrize("name", CALLS)
-def test_what_makes_no_sense_is_refused(name: str) -> None:
-    given, message = CALLS[name]
+@pytest.mark.parametrize(("given", "message"), CALLS.values(), ids=CALLS)
+def test_what_makes_no_sense_is_refused(given: dict[str, Any], message: str) -> None:
     with pytest.raises(sw.InvalidValueError, match=message):
         sw.uncertainty(CASE_A, CHAIN, **given)
-
-
-def test_a_mapping_in_place_of_the_chain_is_told_its_name() -> None:
-    with pytest.raises(sw.InvalidValueError, match=r"^chain: must be a Chain, or left out .*name it spreads="):
-        sw.uncertainty(sw.load_scenario(FILE), SPREADS)  # type: ignore[arg-type]
 
 
 def test_a_percentage_of_nothing_is_refused() -> None:

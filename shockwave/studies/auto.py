@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
-from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -28,11 +27,11 @@ from shockwave.prediction.model_interface import Model, Peaks, ScaledAnswer, Sca
 from shockwave.prediction.short_shock_law import short_law
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import conditions, reversal
-from shockwave.profiles.guard import is_value
+from shockwave.profiles.guard import kept
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.backend import chosen
-from shockwave.studies.universal_curve import UniversalCurve
+from shockwave.studies.universal_curve import UniversalCurve, kept_curve, made_curve
 from shockwave.studies.universal_curve_fit import any_chain
 
 #: The tolerance where none is given.
@@ -40,21 +39,19 @@ RTOL = 1e-3
 # Tolerances to which a curve can be made, and a simulation run.
 _CURVE_RTOL = (1e-7, 1e-2)
 _SIMULATION_RTOL = (1e-13, 1e-2)
-# An estimate is no bound: the bound of a simulation is so many times its estimate,
-_ESTIMATES = 2.0
-# that of section 4 so many times its range, which holds 98 % of the shocks on which it was measured,
+# An estimate is no bound: the bound of a simulation is so many times its estimate, that of a curve, which may miss what
+# lies between its nodes, so many times its own, and so is that of the law for slow shapes;
+_CAUTION = 2.0
+# that of section 4 is so many times its range, which holds 98 % of the shocks on which it was measured.
 _RANGES = 1.5
-# and that of a curve so many times its own, as it may miss what lies between its nodes.
-_CURVES = 2.0
 # An answer with a greater bound than this is none.
 _USELESS = 0.5
 # Waves of nearly equal height part slowly: a shock that lasts so many characteristic times, and rises again by this
 # share of its peak, may take seconds to simulate.
 _SLOW = 10.0
 _RISES = 0.05
-# For such shapes the bound of the law is multiplied by this; the law is not used if one part is so many times as long
-# as another, as it was not judged on such, nor below this tolerance.
-_LAWS = 2.0
+# For such shapes the law is not used if one part is so many times as long as another, as it was not judged on such, nor
+# below this tolerance.
 _UNEVEN = 30.0
 _CLOSEST = 1e-2
 # For so many shocks of one shape a curve is worth making at rtol 1e-2, and for more at finer ones, by this power; it is
@@ -73,24 +70,26 @@ Indices = npt.NDArray[np.intp]
 
 def forget() -> None:
     """Forget the curves that are kept; answers of later calls are the same."""
-    _curve.cache_clear()
+    made_curve.cache_clear()
 
 
 def _one(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     """As one of many, with its reason."""
-    rtol = RTOL if settings.rtol is None else settings.rtol
+    rtol = settings.rtol or RTOL
     shape = np.zeros(1, dtype=np.intp)
     shocks = Shocks((shock.profile,), (shock.areas,), shape, np.array([shock.rise_time]), shock.momentum_parameter)
     peaks = _many(shocks, settings)
     if peaks.failures:
         raise NumericalError(peaks.failures[0])
-    peak, bound, method = float(peaks.amplification[0]), float(peaks.high[0]), str(peaks.method[0])
-    warnings, reason = [_ALONE], f"the cheapest whose bound, {bound:.1e}, meets {rtol:g}"
+    bound = float(peaks.high[0])
+    warnings = [_ALONE]
+    reason = f"the cheapest whose bound, {bound:.1e}, meets {rtol:g}"
     if bound > rtol:
         reason = f"nothing comes nearer to {rtol:g} than {bound:.1e}"
         warnings.insert(0, f"the tolerance was not met: {reason}")
-    answer = moments.answer(shock, settings, peak, bound, _sensitivity(shock, shocks, settings, peaks), warnings)
-    return evolve(answer, method=method, reason=reason)
+    sensitivity = _sensitivity(shock, shocks, settings, peaks)
+    answer = moments.answer(shock, settings, float(peaks.amplification[0]), bound, sensitivity, warnings)
+    return evolve(answer, method=str(peaks.method[0]), reason=reason)
 
 
 def _sensitivity(shock: ScaledShock, shocks: Shocks, settings: Settings, peaks: Peaks) -> float | None:
@@ -106,14 +105,12 @@ def _sensitivity(shock: ScaledShock, shocks: Shocks, settings: Settings, peaks: 
 
 def _many(shocks: Shocks, settings: Settings) -> Peaks:
     """By each method in turn, for all shocks at once whose bounds do not meet the tolerance yet."""
-    rtol = RTOL if settings.rtol is None else settings.rtol
+    rtol = settings.rtol or RTOL
     peaks = Peaks.of(len(shocks))
     if not len(shocks):
         return peaks
     amplification, bound, _ = short_law().of(shocks)
     peaks.better(np.arange(len(shocks)), amplification, bound, "moments")
-    if not len(_left(peaks, rtol)):
-        return peaks
     _by_curves(shocks, peaks, rtol)
     if chosen("auto") is None:
         _by_law(shocks, settings, peaks, _left(peaks, rtol))
@@ -145,15 +142,16 @@ def _durations(shocks: Shocks) -> FloatArray:
 
 def _cautions(shocks: Shocks, where: Indices) -> FloatArray:
     """By what the bound of the full law is multiplied for these shocks."""
-    shapes, back = np.unique(shocks.shapes[where], return_inverse=True)
-    return np.array([_caution(shocks.profiles[shape]) for shape in shapes], dtype=float)[back]
+    profiles = [shocks.profiles[shape] for shape in shocks.shapes[where]]
+    return np.array([_caution(profile) for profile in profiles], dtype=float)
 
 
+@kept
 def _caution(profile: ShockProfile) -> float:
     if reversal(profile) <= _RISES:
         return 1.0
     parts = np.diff(profile.breakpoints)
-    return _LAWS if parts.max() <= _UNEVEN * parts.min() else math.inf
+    return _CAUTION if parts.max() <= _UNEVEN * parts.min() else math.inf
 
 
 def _by_law(shocks: Shocks, settings: Settings, peaks: Peaks, left: Indices) -> None:
@@ -180,55 +178,45 @@ def _by_section_4(shocks: Shocks, settings: Settings, peaks: Peaks, rtol: float)
 def _by_curves(shocks: Shocks, peaks: Peaks, rtol: float) -> None:
     """Of shapes of which so many are left that a curve pays: what was asked before makes no difference."""
     left = _left(peaks, rtol)
-    if len(left) < _worth(rtol):
-        return
     left = left[_durations(shocks)[left] <= _LONGEST[-1]]
     counts = np.bincount(shocks.shapes[left], minlength=len(shocks.profiles))
     for shape in np.flatnonzero(counts >= _worth(rtol)):
-        profile, own = shocks.profiles[shape], left[shocks.shapes[left] == shape]
+        own = left[shocks.shapes[left] == shape]
         # few lengths, so that a curve that is kept is likely to do, and is the one that would be made anew
         longest = next(each for each in _LONGEST if each >= _durations(shocks)[own].max())
-        make = _curve if is_value(profile) else _curve.__wrapped__
-        curve = make(profile, min(rtol / _CURVES, _CURVE_RTOL[1]), longest)
-        if curve is not None:
+        curve = kept_curve(shocks.profiles[shape], min(rtol / _CAUTION, _CURVE_RTOL[1]), longest)
+        if isinstance(curve, UniversalCurve):
             times = shocks.rise_times[own]
-            peaks.better(own, curve.amplification(times), _CURVES * curve.error(times), "curve")
+            peaks.better(own, curve.amplification(times), _CAUTION * curve.error(times), "curve")
 
 
 def _by_simulation(shocks: Shocks, peaks: Peaks, rtol: float) -> dict[int, str]:
     """To the tolerance, or as near as it comes; reasons of those that it does not know."""
-    chain, reasons = any_chain(), {}
+    reasons: dict[int, str] = {}
+    chain = any_chain()
     unit = Scales.of(chain, 1.0).time
     for wanted in (rtol, _LOOSER * rtol, _PLAIN):
-        left = _left(peaks, rtol).tolist()
-        if not left:
-            break
-        asked = min(max(wanted / _ESTIMATES, _SIMULATION_RTOL[0]), _SIMULATION_RTOL[1])
-        scenes = [(shocks.profiles[shocks.shapes[i]], float(shocks.rise_times[i]) * unit) for i in left]
-        given = [Shock(profile=profile, peak_force=1.0, rise_time=time) for profile, time in scenes]
+        left = _left(peaks, rtol)
+        asked = float(np.clip(wanted / _CAUTION, *_SIMULATION_RTOL))
+        given = [
+            Shock(profile=shocks.profiles[shape], peak_force=1.0, rise_time=float(rise_time) * unit)
+            for shape, rise_time in zip(shocks.shapes[left], shocks.rise_times[left], strict=True)
+        ]
         results = simulate_many(given, chain, rtol=asked, waves="primary")
         for index, result in zip(left, results, strict=True):
             if isinstance(result, SimulationResult):
-                bound = _ESTIMATES * result.error_estimate
+                bound = _CAUTION * result.error_estimate
                 peaks.better(np.array([index]), result.amplification, bound, "simulation")
             else:
-                reasons[index] = str(result)
+                reasons[int(index)] = str(result)
     return reasons
 
 
 def _worth(rtol: float) -> float:
     """For how many shocks of one shape a curve is worth making."""
-    if rtol < _CURVES * _CURVE_RTOL[0]:
+    if rtol < _CAUTION * _CURVE_RTOL[0]:
         return math.inf
     return float(_WORTH * (_CURVE_RTOL[1] / min(rtol, _CURVE_RTOL[1])) ** _FINER)
-
-
-@lru_cache(maxsize=64)
-def _curve(profile: ShockProfile, rtol: float, longest: float) -> UniversalCurve | None:
-    try:
-        return UniversalCurve(profile, rtol, longest)
-    except NumericalError:
-        return None
 
 
 #: The model as it is registered.

@@ -158,10 +158,6 @@ class Option:
     simulated: Simulated | None = None
     value_error: float | None = None
 
-    def to_dict(self) -> dict[str, Any]:
-        """SI floats by name."""
-        return asdict(self)
-
 
 @frozen(kw_only=True)
 class Design:
@@ -187,8 +183,6 @@ class Design:
         Where the target is least and greatest: what can be reached.
     table : tuple of Option
         For a trade-off: values over the interval, ascending; or materials, the nearest first.
-    why : str
-        Why there is no solution, in a sentence; empty where there is one.
     warnings : tuple of str
         What a reader must know.
     line : tuple of (tuple of float, tuple of float)
@@ -205,7 +199,6 @@ class Design:
     least: Option
     most: Option
     table: tuple[Option, ...]
-    why: str = ""
     warnings: tuple[str, ...]
     line: tuple[tuple[float, ...], tuple[float, ...]] = field(repr=False)
 
@@ -219,11 +212,16 @@ class Design:
         """Whether the target lies between the least and the greatest, met or not."""
         return self.least.reached <= self.target.value <= self.most.reached
 
+    @property
+    def why(self) -> str:
+        """Why there is no solution, in a sentence; empty where there is one."""
+        return printed(self, "shockwave.studies.design_text:why")
+
     def to_dict(self) -> dict[str, Any]:
         """The document that ``design --json`` prints: SI floats."""
         document = asdict(self, filter=lambda attribute, _: attribute.name != "line")
         target = {"name": self.target.name, "value": self.target.value, "unit": self.target.unit}
-        return {**document, "target": target, "reachable": self.reachable}
+        return {**document, "target": target, "reachable": self.reachable, "why": self.why}
 
     def __str__(self) -> str:
         return printed(self, "shockwave.studies.design_text:design_text")

@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-import numpy as np
 from attrs import asdict, evolve
 
 from shockwave.chain.chain import Chain
@@ -21,7 +20,6 @@ from shockwave.scenario.scene_family import Family
 from shockwave.scenario.variable import Variable, variable
 from shockwave.studies import scene_response
 from shockwave.studies.design import Design, Option, Simulated, Target
-from shockwave.studies.design_text import why
 from shockwave.studies.target_along_value import line_along, solutions, spaced
 from shockwave.text import si
 
@@ -32,8 +30,6 @@ _RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)
 _UNFIT = ("chain.granules", "shock.profile", "shock.data")
 # Points of the line in a picture.
 _FINE = 101
-# Bisections to find how far an interval may go.
-_HALVINGS = 40
 # A target missed by no more is met but for rounding.
 _ROUNDING = 1e-9
 # Tolerance of the simulations of solutions.
@@ -90,8 +86,8 @@ def design(
     for name, spec, value in (("points", _POINTS, points), ("rtol", _RTOL, rtol)):
         if problem := spec.problem(value):
             raise InvalidValueError.of(name, problem)
-    scenario, wanted = scene_response.scenario_of(scene, chain), Target.of(target)
-    family = Family(scenario)
+    scenario = scene_response.scenario_of(scene, chain)
+    wanted = Target.of(target)
     try:
         varied = variable(vary, scene_response.data_of(scenario), fits=_can_be_varied)
     except InvalidValueError as error:
@@ -99,10 +95,10 @@ def design(
     if vary == _MATERIAL:
         if between is not None:
             raise InvalidValueError.of("between", f"must be left out for {_MATERIAL} (got {text_of(between)})")
-        return _simulated(_among_materials(family, wanted, among, rtol), family, rtol)
+        return _among_materials(Family(scenario), wanted, among, rtol)
     if among is not None:
         raise InvalidValueError.of("among", f"must be left out: it is for {_MATERIAL} (got {text_of(among)})")
-    return _simulated(_along(varied, family, wanted, _interval(varied, between), int(points), rtol), family, rtol)
+    return _along(varied, Family(scenario), wanted, _interval(varied, between), int(points), rtol)
 
 
 def _can_be_varied(name: str) -> bool:
@@ -127,7 +123,6 @@ def _interval(varied: Variable, given: Sequence[Any] | None) -> tuple[float, flo
 
 
 def _among_materials(family: Family, target: Target, among: Iterable[str] | None, rtol: float) -> Design:
-    """The design before simulation."""
     if isinstance(among, str):
         raise InvalidValueError.of("among", f"must be a list of names (got {among!r}; put it in brackets)")
     names = [entry.name for entry in entries("materials")] if among is None else list(among)
@@ -144,22 +139,63 @@ def _among_materials(family: Family, target: Target, among: Iterable[str] | None
             left_out.append(f"{name} is left out: {error}")
     if not options:
         raise InvalidValueError.of("among", f"must have a material for which there is a curve ({left_out[0]})")
-    ranked = sorted(options, key=target.distance)
-    first = ranked[0]
-    met = target.distance(first) <= max(rtol, first.reached_error)
+    first, *others = sorted(options, key=target.distance)
+    (nearest,), failures = _simulated([first], family, _MATERIAL, target)
+    met = target.distance(first) <= max(rtol, first.reached_error) and not _misses(nearest, target, rtol)
     return Design(
         scenario=family.base.name,
         vary=_MATERIAL,
         unit="",
         target=target,
         between=None,
-        solutions=(first,) if met else (),
-        nearest=first,
+        solutions=(nearest,) if met else (),
+        nearest=nearest,
         least=min(options, key=lambda one: one.reached),
         most=max(options, key=lambda one: one.reached),
-        table=tuple(ranked),
-        warnings=(*_notes(family), *left_out),
+        table=(nearest, *others),
+        warnings=(*_notes(family), *left_out, *failures),
         line=((), ()),
+    )
+
+
+def _along(
+    varied: Variable, family: Family, target: Target, between: tuple[float, float], points: int, rtol: float
+) -> Design:
+    name = varied.name
+    unit = varied.unit or ""
+
+    def option(value: float) -> Option:
+        return _option(value, family.scenario({name: value}), target, rtol, line.reach)
+
+    try:
+        line = line_along(family.base, name, target, between, rtol)
+        least = option(min(line.landmarks, key=line.height))
+        most = option(max(line.landmarks, key=line.height))
+        met = solutions(line, target)
+        found = [option(value) for value in met]
+        table = tuple(option(value) for value in spaced(between, points))
+    except InvalidValueError as error:
+        problem = f"{scene_response.impossible(error, 'give')}: narrow the interval"
+        raise InvalidValueError.of("between", problem) from None
+    # along the shape each simulation may be off by the tolerance
+    least_error = 0.0 if line.reach else rtol
+    found = [_with_error(one, line.slope(float(one.value)), least_error) for one in found]
+    checked, failures = _simulated(found or [min(least, most, key=target.distance)], family, name, target)
+    hits = tuple(one for one in checked if found and not _misses(one, target, rtol))
+    values = spaced(between, _FINE)
+    return Design(
+        scenario=family.base.name,
+        vary=name,
+        unit=unit,
+        target=target,
+        between=between,
+        solutions=hits,
+        nearest=None if hits else min(checked, key=target.distance),
+        least=least,
+        most=most,
+        table=table,
+        warnings=(*_notes(family), *_doubts(met, least, most, target, rtol, unit), *failures),
+        line=(tuple(values), tuple(math.exp(line.height(value)) for value in values)),
     )
 
 
@@ -167,89 +203,31 @@ def _notes(family: Family) -> tuple[str, ...]:
     return scene_response.notes_of(family.base, besides="; simulations are of the chain as it is")
 
 
-def _along(
-    varied: Variable, family: Family, target: Target, between: tuple[float, float], points: int, rtol: float
-) -> Design:
-    """The design along a number, before simulation."""
-
-    def option(value: float) -> Option:
-        return _option(value, family.scenario({varied.name: value}), target, rtol, line.reach)
-
-    try:
-        _check_durations(family, varied.name, between)
-        line = line_along(family.base, varied.name, target, between, rtol)
-        least, most = (option(extreme(line.landmarks, key=line.height)) for extreme in (min, max))
-        met = [(option(value), miss, slope) for value, miss, slope in solutions(line, target)]
-        table = tuple(option(value) for value in spaced(between, points))
-    except InvalidValueError as error:
-        problem = f"{scene_response.impossible(error, 'give')}: narrow the interval"
-        raise InvalidValueError.of("between", problem) from None
-    values = spaced(between, _FINE)
-    # along the shape each simulation may be off by the tolerance
-    least_error = 0.0 if line.reach else rtol
-    return Design(
-        scenario=family.base.name,
-        vary=varied.name,
-        unit=varied.unit or "",
-        target=target,
-        between=between,
-        solutions=tuple(_with_error(one, slope, least_error) for one, _, slope in met),
-        nearest=min(least, most, key=target.distance),
-        least=least,
-        most=most,
-        table=table,
-        warnings=(*_notes(family), *_doubts(met, least, most, target, rtol, varied.unit or "")),
-        line=(tuple(values), tuple(math.exp(line.height(value)) for value in values)),
-    )
-
-
 def _with_error(option: Option, slope: float, least: float) -> Option:
-    """With the error of its value, which changes by ``slope`` over the share by which the target does."""
-    error = slope * max(option.reached_error, least)
+    """With the error of its value, at which the logarithm of the target changes by ``slope`` over the value."""
+    error = max(option.reached_error, least) / slope if slope else math.inf
     return evolve(option, value_error=error if math.isfinite(error) else None)
 
 
 def _doubts(
-    met: Iterable[tuple[Option, float, float]], least: Option, most: Option, target: Target, rtol: float, unit: str
+    met: Mapping[float, float], least: Option, most: Option, target: Target, rtol: float, unit: str
 ) -> list[str]:
     """Warnings of solutions that are none but for the error of the curve."""
     range_ = (most.reached - least.reached) / target.value
     if range_ <= max(least.reached_error, most.reached_error, rtol):
         return [f"over the whole interval {target.name} varies by no more than {range_:.0e} of what is wanted"]
     return [
-        f"{si(float(option.value), unit)} is an end of the interval or a turning point: it misses what is wanted by"
+        f"{si(value, unit)} is an end of the interval or a turning point: it misses what is wanted by"
         f" {miss:+.1e}, no more than the error allowed"
-        for option, miss, _ in met
+        for value, miss in met.items()
         if abs(miss) > _ROUNDING
     ]
 
 
-def _check_durations(family: Family, name: str, between: tuple[float, float]) -> None:
-    """Refuse ends for which there is no curve, with how far the interval may go."""
-
-    def wrong(value: float) -> InvalidValueError | None:
-        return scene_response.too_long(
-            np.array([scene_response.duration_of(family.scenario({name: value}))]), {name: np.array([value])}
-        )
-
-    errors = [wrong(value) for value in between]
-    for error, bad, good in zip(errors, between, reversed(between), strict=True):
-        if error is None:
-            continue
-        if all(errors):
-            raise error
-        for _ in range(_HALVINGS):
-            middle = (good + bad) / 2
-            good, bad = (good, middle) if wrong(middle) else (middle, bad)
-        raise InvalidValueError.of("", f"{error.faults[0].problem}; it may go to {good:.4g}")
-
-
-# ---------------------------------------------------------------- options
-
-
 def _option(value: float | str, scenario: Scenario, target: Target, rtol: float, reach: float = 0.0) -> Option:
     """The option that ``scenario`` is, which has ``value``; by a curve that goes on to n t0/T0 = ``reach``."""
-    shock, chain = scenario.shock, scenario.chain
+    shock = scenario.shock
+    chain = scenario.chain
     curve = scene_response.curve_of(shock.profile, rtol, max(scene_response.duration_of(scenario), reach))
     answer = curve.answer(shock, chain)
     return Option(
@@ -267,33 +245,22 @@ def _option(value: float | str, scenario: Scenario, target: Target, rtol: float,
     )
 
 
-def _simulated(found: Design, family: Family, rtol: float) -> Design:
-    """The design with its solutions simulated, or the nearest option where there is none."""
+def _simulated(options: Iterable[Option], family: Family, name: str, target: Target) -> tuple[list[Option], list[str]]:
+    """The options with the simulations of their scenes, and why some have none."""
     checked: list[Option] = []
     failures: list[str] = []
-    target = found.target
-    for option in found.solutions or [one for one in [found.nearest] if one is not None]:
+    for option in options:
+        scene = family.scenario({name: option.value})
         try:
-            checked.append(_verified(option, family.scenario({found.vary: option.value}), target))
+            result = simulate(scene.shock, scene.chain, rtol=_VERIFIED, waves="primary")
         except ShockwaveError as error:
             checked.append(option)
             failures.append(f"no simulation at {option.value}: {error}")
-    met = tuple(one for one in checked if found.solutions and not _misses(one, target, rtol))
-    nearest = min(checked, key=target.distance)
-    found = evolve(found, solutions=met, warnings=(*found.warnings, *failures))
-    if found.between is None:
-        found = evolve(found, nearest=nearest, table=(nearest, *found.table[1:]))
-    else:
-        found = evolve(found, nearest=None if met else nearest)
-    return evolve(found, why=why(found))
-
-
-def _verified(option: Option, scene: Scenario, target: Target) -> Option:
-    """With the simulation of its scene."""
-    result = simulate(scene.shock, scene.chain, rtol=_VERIFIED, waves="primary")
-    reached = target.reached(result.peak_force, scene)
-    simulated = Simulated(reached=reached, peak_force=result.peak_force, error_estimate=result.error_estimate)
-    return evolve(option, simulated=simulated)
+        else:
+            reached = target.reached(result.peak_force, scene)
+            known = Simulated(reached=reached, peak_force=result.peak_force, error_estimate=result.error_estimate)
+            checked.append(evolve(option, simulated=known))
+    return checked, failures
 
 
 def _misses(option: Option, target: Target, rtol: float) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 from shockwave.studies.design import Design, Option
 from shockwave.studies.scaling_exponents import SIGNS
@@ -27,15 +27,15 @@ def design_text(found: Design) -> str:
     against = "what is wanted" if found.solutions else "found"
     lines += [
         "",
-        indent(_simulations(found, rows)),
+        _table(_simulation(found, option) for option in rows),
         f"  (off: simulated against {against}; the powers are those with which the peak force goes)",
     ]
     if found.solutions:
-        lines += ["", indent(_properties(found, rows))]
+        lines += ["", _table(_properties(found, option) for option in rows)]
     of_chain = "of the chain" if found.least.chain_mass is not None else "of a metre of chain"
     lines += [
         "",
-        indent(_properties(found, found.table)),
+        _table(_properties(found, option) for option in found.table),
         f"  (within: bound on the relative error of peak force and amplification; mass: of a granule, and {of_chain})",
     ]
     return "\n".join(lines + notes(found.warnings))
@@ -83,46 +83,49 @@ def _value(found: Design, option: Option) -> str:
     return _shown(found, option, min(max(2 + math.floor(math.log10(abs(value) / error)), 2), 8))
 
 
-def _properties(found: Design, rows: Sequence[Option]) -> str:
-    others = [found.target.name.replace("_", " ")] if _is_other(found) else []
-    header = [found.vary.rpartition(".")[2], *others, "peak force", "amplification", "within", "speed", "width"]
-    return table([*header, "granule", "chain"], (_row(found, option) for option in rows))
+def _table(rows: Iterable[dict[str, str]]) -> str:
+    header, *others = rows
+    return indent(table(list(header), [list(row.values()) for row in (header, *others)]))
 
 
-def _is_other(found: Design) -> bool:
-    """Whether the target is in none of the columns that all tables have."""
-    return found.target.name not in ("peak_force", "amplification", "speed", "width")
-
-
-def _row(found: Design, option: Option) -> list[str]:
+def _properties(found: Design, option: Option) -> dict[str, str]:
+    columns = {_last(found): _value(found, option)}
+    if found.target.name not in ("peak_force", "amplification", "speed", "width"):
+        columns[found.target.name.replace("_", " ")] = _si(option.reached, found.target.unit, 6)
     chain = f"{si(1e3 * option.mass_per_length, 'g', 4)}/m"
     if option.chain_mass is not None:
         chain = si(1e3 * option.chain_mass, "g", 4)
-    return [
-        _value(found, option),
-        *([_si(option.reached, found.target.unit, 6)] if _is_other(found) else []),
-        si(option.peak_force, "N", 6),
-        f"{option.amplification:.5g}",
-        f"{option.error:.0e}",
-        si(option.speed, "m/s"),
-        si(option.width, "s"),
-        si(1e3 * option.granule_mass, "g", 4),
-        chain,
-    ]
+    return columns | {
+        "peak force": si(option.peak_force, "N", 6),
+        "amplification": f"{option.amplification:.5g}",
+        "within": f"{option.error:.0e}",
+        "speed": si(option.speed, "m/s"),
+        "width": si(option.width, "s"),
+        "granule": si(1e3 * option.granule_mass, "g", 4),
+        "chain": chain,
+    }
 
 
-def _simulations(found: Design, rows: Sequence[Option]) -> str:
-    """Simulations of the rows, and the powers with which their peak forces scale."""
-    header = [found.vary.rpartition(".")[2], "may be off", "simulated", "known to", "off"]
-    lines = []
-    for option in rows:
-        error, known = option.value_error, option.simulated
-        simulated = ["not known", "-", "-"]
-        if known is not None:
-            digits = min(max(8, 2 - math.floor(math.log10(known.error_estimate))), 15)
-            off = known.reached / (found.target.value if found.solutions else option.reached) - 1
-            simulated = [_si(known.reached, found.target.unit, digits), f"{known.error_estimate:.0e}", f"{off:+.0e}"]
-        powers = [f"{getattr(option.exponents, name):.3f}" for name in SIGNS]
-        may_be_off = "-" if error is None else _si(float(f"{error:.0e}"), found.unit, 3)
-        lines.append([_value(found, option), may_be_off, *simulated, *powers, f"{option.exponents.error:.0e}"])
-    return table([*header, *SIGNS.values(), "each within"], lines)
+def _simulation(found: Design, option: Option) -> dict[str, str]:
+    """The simulation of an option, and the powers with which its peak force scales."""
+    error = option.value_error
+    columns = {
+        _last(found): _value(found, option),
+        "may be off": "-" if error is None else _si(float(f"{error:.0e}"), found.unit, 3),
+        "simulated": "not known",
+        "known to": "-",
+        "off": "-",
+    }
+    known = option.simulated
+    if known is not None:
+        digits = min(max(8, 2 - math.floor(math.log10(known.error_estimate))), 15)
+        against = found.target.value if found.solutions else option.reached
+        columns["simulated"] = _si(known.reached, found.target.unit, digits)
+        columns["known to"] = f"{known.error_estimate:.0e}"
+        columns["off"] = f"{known.reached / against - 1:+.0e}"
+    powers = {sign: f"{getattr(option.exponents, name):.3f}" for name, sign in SIGNS.items()}
+    return columns | powers | {"each within": f"{option.exponents.error:.0e}"}
+
+
+def _last(found: Design) -> str:
+    return found.vary.rpartition(".")[2]

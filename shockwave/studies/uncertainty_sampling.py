@@ -1,7 +1,8 @@
 """Uncertainty of the primary, by seeded quasi-Monte Carlo.
 
 Points are those of Sobol, scrambled anew in each of sixteen independent batches: how much the batches differ gives the
-error of sampling, which is reported with every number. Indices are those of Saltelli.
+error of sampling, which is reported with every number. Indices are those of Saltelli. Distributions are truncated to
+the range of their value.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from attrs import frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.errors import Fault, InvalidValueError
@@ -23,7 +25,6 @@ from shockwave.scenario.value_conversion import WrongsError
 from shockwave.scenario.yaml_document import dotted
 from shockwave.studies import scene_response
 from shockwave.studies.scaling_exponents import POWERS, Exponents
-from shockwave.studies.spread_distribution import Distribution
 from shockwave.studies.uncertainty import Estimate, Sensitivity, Statistics, Uncertainty
 from shockwave.text import si
 
@@ -44,6 +45,8 @@ _NARROWEST = 1e-9
 _STEP = 1e-2
 _TIGHT = 1e-10
 _SLOPE = 1e-6
+# Draws keep this relative distance from a bound that is excluded.
+_INSIDE = 1e-9
 
 
 def uncertainty(
@@ -85,59 +88,52 @@ def uncertainty(
     NumericalError
         When a scene cannot be simulated.
     """
-    _check(draws, seed, rtol)
-    draws, seed = int(draws), int(seed)
+    for name, spec, value in (("draws", _DRAWS, draws), ("seed", _SEED, seed), ("rtol", _RTOL, rtol)):
+        if problem := spec.problem(value):
+            raise InvalidValueError.of(name, problem)
+    if int(draws).bit_count() > 1:
+        raise InvalidValueError.of("draws", f"must be a power of 2, such as 4096 (got {draws})")
     scenario = scene_response.scenario_of(scene, chain)
-    known = _spreads(scenario, spreads)
-    nominal = {spread.name: scene_response.value_of(scenario, spread.name) for spread in known}
-    drawn = [_distribution(spread, nominal[spread.name]) for spread in known]
+    drawn = [
+        _distribution(spread, scene_response.value_of(scenario, spread.name)) for spread in _spreads(scenario, spreads)
+    ]
+    nominal = {one.name: one.value for one in drawn}
     # for a shock without a curve this raises before anything is drawn
     curve = scene_response.curve_of(scenario.shock.profile, min(rtol, _SLOPE), scene_response.duration_of(scenario))
     exponents = scene_response.exponents_of(scenario, curve)
     slopes = [slopes_at(scenario, exponents, one, nominal) for one in drawn]
-    (amplification,), _, (error,) = scene_response.primaries(
-        scenario, {name: np.array([value]) for name, value in nominal.items()}, rtol
-    )
-    points, outputs, errors = _sampled(scenario, drawn, draws, seed, rtol)
-    # indices: shape (2 indices, values, 2 outputs)
+    here = {name: np.array([value]) for name, value in nominal.items()}
+    (amplification,), (force,), (error,) = scene_response.primaries(scenario, here, rtol)
+    try:
+        points, outputs, errors = _sampled(scenario, drawn, int(draws), int(seed), rtol)
+    except InvalidValueError as wrong:
+        problem = f"{scene_response.impossible(wrong, 'draw')}: narrow the spreads, or give a {{factor: ...}}"
+        raise InvalidValueError.of("uncertainty", problem) from None
+    sds = np.array([one.sd for one in drawn])
+    of_force, of_ratio = (np.array([slope.value for slope in column]) for column in zip(*slopes, strict=True))
+    # shape (2 indices, values, 2 outputs, value and error)
     indices = _estimates(_indices, outputs)
-    sds = [one.sd for one in drawn]
-    nominals = float(amplification) * scenario.shock.peak_force, float(amplification)
-    statistics = [
-        _statistics(outputs[:, output, 0], nominals[output], [slope[output].value for slope in slopes], sds)
-        for output in range(2)
-    ]
     return Uncertainty(
         scenario=scenario.name,
-        draws=draws,
-        seed=seed,
-        evaluations=draws * (len(drawn) + 2),
+        draws=int(draws),
+        seed=int(seed),
+        evaluations=int(draws) * (len(drawn) + 2),
         method="curve" if scene_response.keep_shape(nominal) else "simulation",
-        peak_force=statistics[0],
-        amplification=statistics[1],
+        peak_force=_statistics(outputs[:, 0, 0], float(amplification * force), of_force * sds),
+        amplification=_statistics(outputs[:, 1, 0], float(amplification), of_ratio * sds),
         sensitivities=tuple(
-            _sensitivity(one, nominal[one.spread.name], slope, indices[:, number])
+            _sensitivity(one, slope, indices[:, number])
             for number, (one, (slope, _)) in enumerate(zip(drawn, slopes, strict=True))
         ),
         exponents=exponents,
         model_error=max(float(error), errors),
-        warnings=_warnings(scenario, drawn, nominal),
-        values={one.spread.name: column for one, column in zip(drawn, points, strict=True)},
+        warnings=_warnings(scenario, drawn),
+        values={one.name: column for one, column in zip(drawn, points, strict=True)},
         peak_forces=outputs[:, 0, 0].ravel(),
     )
 
 
 # ---------------------------------------------------------------- what was asked
-
-
-def _check(draws: Any, seed: Any, rtol: Any) -> None:
-    for name, spec, value in (("draws", _DRAWS, draws), ("seed", _SEED, seed), ("rtol", _RTOL, rtol)):
-        if problem := spec.problem(value):
-            raise InvalidValueError.of(name, problem)
-    if int(draws).bit_count() > 1:
-        below = 1 << (int(draws).bit_length() - 1)
-        near = f"{below} or {2 * below}" if 2 * below <= 2**18 else str(below)
-        raise InvalidValueError.of("draws", f"must be a power of 2 (got {draws}; {near} is near)")
 
 
 def _spreads(scenario: Scenario, given: Mapping[str, Any] | None) -> tuple[Spread, ...]:
@@ -161,18 +157,109 @@ def _distribution(spread: Spread, value: float) -> Distribution:
     return found
 
 
-def _warnings(scenario: Scenario, drawn: Sequence[Distribution], nominal: Mapping[str, float]) -> tuple[str, ...]:
-    warnings = [
-        f"{one.cut:.2g} of the distribution of {one.spread.name} lay outside its range and was cut off"
-        for one in drawn
-        if one.cut > _LEAST_CUT
-    ]
-    for spread in (one.spread for one in drawn if one.spread.kind == "between"):
-        value = nominal[spread.name]
-        if not spread.numbers[0] <= value <= spread.numbers[1]:
-            here = si(value, spread.variable.unit or "").rstrip()
-            warnings.append(f"{spread.name} is {here} in the scenario, outside {spread}, between which it is drawn")
-    return (*scene_response.notes_of(scenario), *warnings)
+def _warnings(scenario: Scenario, drawn: Sequence[Distribution]) -> tuple[str, ...]:
+    cuts = []
+    outside = []
+    for one in drawn:
+        if one.cut > _LEAST_CUT:
+            cuts.append(f"{one.cut:.2g} of the distribution of {one.name} lay outside its range and was cut off")
+        if one.spread.kind == "between" and not one.begin <= one.value <= one.end:
+            here = si(one.value, one.spread.variable.unit or "").rstrip()
+            outside.append(f"{one.name} is {here} in the scenario, outside {one.spread}, between which it is drawn")
+    return (*scene_response.notes_of(scenario), *cuts, *outside)
+
+
+# ---------------------------------------------------------------- distributions
+
+
+@frozen
+class Distribution:
+    """A truncated normal or lognormal distribution about the value of the scene, or a uniform one.
+
+    Attributes
+    ----------
+    spread : Spread
+        As it was given.
+    value : float
+        Of the scene.
+    begin, end : float
+        The range of the value, just inside a bound that is excluded; of a uniform one where it begins and ends.
+    of_value : object
+        Frozen distribution of SciPy; for a ``factor`` that of the logarithm.
+    cut : float
+        Share of the distribution that lay outside the range.
+    """
+
+    spread: Spread
+    value: float
+    begin: float
+    end: float
+    of_value: Any
+    cut: float
+
+    @classmethod
+    def of(cls, spread: Spread, value: float) -> Distribution:
+        """The distribution about ``value``.
+
+        Raises
+        ------
+        InvalidValueError
+            When a share of the value is asked for that is 0, or a factor of one that is not above 0.
+        """
+        from scipy.stats import norm, truncnorm, uniform
+
+        first = spread.numbers[0]
+        if spread.kind == "between":
+            end = spread.numbers[1]
+            return cls(spread, value, first, end, uniform(first, end - first), 0.0)
+        if (spread.kind == "factor" and not value > 0) or (spread.kind == "relative" and value == 0):
+            problem = f"must be {{sd: ...}} or {{between: ...}}, as the value is {value:g} (got {spread})"
+            raise InvalidValueError.of(dotted(("uncertainty", spread.name)), problem)
+        begin, end = _range(spread)
+        centre = value
+        scale = first * abs(value) if spread.kind == "relative" else first
+        bounds = np.array([begin, end])
+        if spread.kind == "factor":
+            centre = math.log(value)
+            scale = math.log(first)
+            with np.errstate(divide="ignore"):
+                bounds = np.log(np.maximum(bounds, 0.0))
+        low, high = (bounds - centre) / scale
+        cut = float(norm.cdf(low) + norm.sf(high))
+        return cls(spread, value, begin, end, truncnorm(low, high, centre, scale), cut)
+
+    @property
+    def name(self) -> str:
+        """Dotted name of the value."""
+        return self.spread.name
+
+    def at(self, shares: FloatArray) -> FloatArray:
+        """The values below which these shares of the distribution lie, each above 0 and below 1."""
+        values = self.of_value.ppf(shares)
+        if self.spread.kind == "factor":
+            values = np.exp(values)
+        return np.asarray(np.clip(values, self.begin, self.end))
+
+    @property
+    def sd(self) -> float:
+        """Standard deviation of the truncated distribution."""
+        if self.spread.kind != "factor":
+            return float(self.of_value.std())
+        # by the midpoint rule in the share, which the tails of a normal distribution leave right to four digits
+        count = 100_000
+        return float(np.std(self.at((np.arange(count) + 0.5) / count)))
+
+
+def _range(spread: Spread) -> tuple[float, float]:
+    spec = spread.variable.key.spec
+    assert spec is not None  # a spread is of a number
+    begin = spec.at_least if spec.at_least is not None else -math.inf
+    end = spec.at_most if spec.at_most is not None else math.inf
+    if spec.above is not None:
+        begin = spec.above + _INSIDE * max(abs(spec.above), 1e-3 * _INSIDE)
+    if spec.below is not None:
+        end = spec.below - _INSIDE * abs(spec.below)
+    return begin, end
 
 
 # ---------------------------------------------------------------- sampling
@@ -186,25 +273,19 @@ def _sampled(
     These are of shape (batches, 2 outputs, values + 2, draws of a batch): for the draws A, for others B, and for A with
     each value of B in turn.
     """
-    generators = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(_BATCHES))
-    batches = [_batch(scenario, _mixed(drawn, rng, draws // _BATCHES), drawn, rtol) for rng in generators]
-    points, outputs, errors = zip(*batches, strict=True)
-    return np.concatenate(points, axis=-1), np.array(outputs), max(errors)
-
-
-def _batch(
-    scenario: Scenario, mixed: FloatArray, drawn: Sequence[Distribution], rtol: float
-) -> tuple[FloatArray, FloatArray, float]:
-    """The draws A, and what `_sampled` returns, of one batch."""
-    columns = mixed.transpose(1, 0, 2).reshape(len(drawn), -1)
-    values = {one.spread.name: column for one, column in zip(drawn, columns, strict=True)}
-    try:
+    points = []
+    outputs = []
+    errors = []
+    for of_batch in np.random.SeedSequence(seed).spawn(_BATCHES):
+        mixed = _mixed(drawn, np.random.default_rng(of_batch), draws // _BATCHES)
+        columns = mixed.swapaxes(0, 1).reshape(len(drawn), -1)
+        values = {one.name: column for one, column in zip(drawn, columns, strict=True)}
         amplification, force, error = scene_response.primaries(scenario, values, rtol)
-    except InvalidValueError as wrong:
-        problem = f"{scene_response.impossible(wrong, 'draw')}: narrow the spreads, or give a {{factor: ...}}"
-        raise InvalidValueError.of("uncertainty", problem) from None
-    outputs = np.array([amplification * force, amplification]).reshape(2, len(mixed), -1)
-    return mixed[0], outputs, float(error.max())
+        both = np.array([amplification * force, amplification])
+        points.append(mixed[0])
+        outputs.append(both.reshape(2, len(mixed), -1))
+        errors.append(float(error.max()))
+    return np.concatenate(points, axis=-1), np.array(outputs), max(errors)
 
 
 def _mixed(drawn: Sequence[Distribution], rng: np.random.Generator, count: int) -> FloatArray:
@@ -224,25 +305,21 @@ def _mixed(drawn: Sequence[Distribution], rng: np.random.Generator, count: int) 
 # ---------------------------------------------------------------- statistics
 
 
-def _pooled(batches: FloatArray) -> FloatArray:
-    """All batches as one, the draws along the last axis."""
-    return np.concatenate(list(batches), axis=-1)
-
-
 def _estimates(statistic: Callable[[FloatArray], Any], batches: FloatArray) -> FloatArray:
     """A statistic of all draws together and its error as the batches differ, along a new last axis."""
     errors = _CONFIDENCE * np.std([statistic(batch) for batch in batches], axis=0, ddof=1)
-    return np.stack([statistic(_pooled(batches)), errors], axis=-1)
+    pooled = np.concatenate(list(batches), axis=-1)
+    return np.stack([statistic(pooled), errors], axis=-1)
 
 
-def _statistics(batches: FloatArray, nominal: float, slopes: Sequence[float], sds: Sequence[float]) -> Statistics:
-    linear = math.hypot(*(slope * sd for slope, sd in zip(slopes, sds, strict=True)))
+def _statistics(batches: FloatArray, nominal: float, moves: FloatArray) -> Statistics:
+    """Of draws of shape (batches, draws); ``moves`` are those of the logarithm by one deviation of each value."""
     return Statistics(
         nominal=nominal,
         mean=Estimate(*_estimates(np.mean, batches).tolist()),
         sd=Estimate(*_estimates(lambda values: np.std(values, ddof=1), batches).tolist()),
         quantiles={share: _quantile(batches, share) for share in _QUANTILES},
-        linear_sd=nominal * linear,
+        linear_sd=nominal * math.hypot(*moves),
     )
 
 
@@ -260,17 +337,17 @@ def _quantile(batches: FloatArray, share: float) -> Estimate:
     return Estimate(value, max(high - value, value - low))
 
 
-def _sensitivity(one: Distribution, value: float, slope: Estimate, indices: FloatArray) -> Sensitivity:
+def _sensitivity(one: Distribution, slope: Estimate, indices: FloatArray) -> Sensitivity:
     """The sensitivity to one value, of indices of shape (2 indices, 2 outputs, value and error)."""
     (force_first, first), (force_total, total) = indices.tolist()
     return Sensitivity(
-        name=one.spread.name,
+        name=one.name,
         unit=one.spread.variable.unit or "",
         spread=str(one.spread),
-        value=value,
+        value=one.value,
         sd=one.sd,
-        exponent=slope.value * value if value else None,
-        exponent_error=slope.error * abs(value) if value else None,
+        exponent=slope.value * one.value if one.value else None,
+        exponent_error=slope.error * abs(one.value) if one.value else None,
         peak_force_first=Estimate(*force_first),
         peak_force_total=Estimate(*force_total),
         amplification_first=Estimate(*first),
@@ -282,9 +359,7 @@ def _indices(outputs: FloatArray) -> FloatArray:
     """First and total indices, shape (2, values, outputs), of outputs of shape (outputs, values + 2, n)."""
     from scipy.stats import sobol_indices
 
-    # without its mean an index loses no digits
-    centred: FloatArray = outputs - outputs[:, :2].mean(axis=(1, 2), keepdims=True)
-    parts: Any = {"f_A": centred[:, 0], "f_B": centred[:, 1], "f_AB": centred[:, 2:].transpose(1, 0, 2)}
+    parts: Any = {"f_A": outputs[:, 0], "f_B": outputs[:, 1], "f_AB": outputs[:, 2:].swapaxes(0, 1)}
     found = sobol_indices(func=parts, n=outputs.shape[-1])
     # of one value they come without its axis
     return np.array([one.reshape(len(outputs), -1).T for one in (found.first_order, found.total_order)])
@@ -297,22 +372,22 @@ def slopes_at(
     scenario: Scenario, exponents: Exponents, one: Distribution, nominal: Mapping[str, float]
 ) -> tuple[Estimate, Estimate]:
     """d ln F and d ln (F/F0) over d of the value at the nominal scene, the other values that are drawn kept."""
-    name, value = one.spread.name, nominal[one.spread.name]
-    if name in POWERS:
-        if not value:  # of Poisson's ratio it is 0 at 0
+    if one.name in POWERS:
+        if not one.value:  # of Poisson's ratio it is 0 at 0
             return Estimate(0.0, 0.0), Estimate(0.0, 0.0)
-        force, error = exponents.at(name) / value, exponents.error / abs(value)
-        own = 1 / value if name == "shock.peak_force" else 0.0
+        force = exponents.at(one.name) / one.value
+        error = exponents.error / abs(one.value)
+        own = 1 / one.value if one.name == "shock.peak_force" else 0.0
         return Estimate(force, error), Estimate(force - own, error)
-    step = _STEP * one.sd
-    ends = np.clip([value - step, value - step / 2, value + step / 2, value + step], one.begin, one.end)
-    values = {other: np.full(ends.shape, here) for other, here in nominal.items()} | {name: ends}
-    ratios, forces, _ = scene_response.primaries(scenario, values, _TIGHT)
+    steps = _STEP * one.sd * np.array([-1, -0.5, 0.5, 1])
+    ends = np.clip(one.value + steps, one.begin, one.end)
+    values = {name: np.full(ends.shape, value) for name, value in nominal.items()}
+    ratios, forces, _ = scene_response.primaries(scenario, values | {one.name: ends}, _TIGHT)
     # what sets the shape may set the peak force of the shock too
     return _difference(ends, np.log(ratios * forces)), _difference(ends, np.log(ratios))
 
 
 def _difference(ends: FloatArray, heights: FloatArray) -> Estimate:
-    a, b, c, d = heights
-    wide, narrow = (d - a) / (ends[3] - ends[0]), (c - b) / (ends[2] - ends[1])
+    wide = (heights[3] - heights[0]) / (ends[3] - ends[0])
+    narrow = (heights[2] - heights[1]) / (ends[2] - ends[1])
     return Estimate(float(narrow), float(abs(wide - narrow) + 2 * _TIGHT / (ends[2] - ends[1])))

@@ -6,7 +6,7 @@ import json
 import math
 import os
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -15,15 +15,16 @@ from attrs import asdict, evolve, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import MOMENTUM
-from shockwave.errors import InvalidValueError
+from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.fields import Quantity, text_of
 from shockwave.files import parse_json, read_bytes, write_file
+from shockwave.numerics import crossings
 from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT
 from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.guard import is_value
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.studies.chebyshev_fit import Piece
-from shockwave.studies.crossings import crossings
 from shockwave.studies.universal_curve_data import CurveData, structured, unstructured
 from shockwave.studies.universal_curve_fit import fitted_curve
 from shockwave.text import si
@@ -37,9 +38,10 @@ _NEXT_POWER = 3
 _SHORT_SLOPE = 9.0
 # The law of short shocks has so many digits itself.
 _DIGITS = 3e-9
-# A rise time that is the longest but for rounding is the longest; a root whose imaginary part is so small is real.
+# A rise time that is the longest but for rounding is the longest.
 _ROUNDING = 1e-12
-_REAL = 1e-9
+# A turning point so near to an end is that end.
+_END = 1e-9
 # Largest file [bytes]; a curve takes some tens of thousands.
 _MOST_BYTES = 2**24
 
@@ -224,11 +226,13 @@ class UniversalCurve(CurveData):
         whole = 1.2 + slope
         points = [self.short.end, *(x for piece in self.pieces for x in (*piece.turns(whole), piece.end))]
         # for short shocks the derivative of its logarithm is a quadratic in (t0/T0)^3
-        quadratic = np.array([6 * self.short.second_correction, -3 * CORRECTION * self.shape.correction, whole])
-        cubes = np.roots(quadratic)
-        cubes = cubes.real[(np.abs(cubes.imag) < _REAL) & (cubes.real > 0)]
-        points += [x for x in (np.log(cubes) / 3 + start).tolist() if x < self.short.end]
-        return [ratio for ratio in sorted(math.exp(x - start) for x in points) if least < ratio < most]
+        cubes = np.roots([6 * self.short.second_correction, -3 * CORRECTION * self.shape.correction, whole])
+        short = np.log(cubes.real[np.isreal(cubes) & (cubes.real > 0)]) / 3 + start
+        points += short[short < self.short.end].tolist()
+        ratios = np.sort(np.exp(np.array(points) - start))
+        # one that is an end but for rounding is no other point
+        found: list[float] = ratios[(ratios > least * (1 + _END)) & (ratios < most * (1 - _END))].tolist()
+        return found
 
     # ---------------------------------------------------------------- files
 
@@ -316,14 +320,32 @@ class UniversalCurve(CurveData):
         return np.asarray(self.short.error * np.exp(_NEXT_POWER * np.minimum(x - self.short.end, 0.0)) + _DIGITS)
 
     def _checked(self, rise_time: npt.ArrayLike) -> FloatArray:
-        ratios = np.asarray(rise_time, dtype=float)
         most = self.longest_rise_time
+        try:
+            ratios = np.asarray(rise_time, dtype=float)
+        except (TypeError, ValueError):
+            ratios = np.asarray(math.nan)
         wrong = ~((ratios > 0) & (ratios <= most * (1 + _ROUNDING)))
         if wrong.any():
             first = float(ratios[wrong].flat[0])
             got = text_of(rise_time) if ratios.ndim == 0 else f"{first:g}"
             needed = first * self.shape.duration_ratio
-            if 0 < needed <= float(_LONGEST.at_most or 0):
+            if _LONGEST.problem(needed) is None:
                 got += f"; make the curve with longest={math.ceil(needed)}"
             raise InvalidValueError.of("rise_time", f"must be t0/T0 > 0 and <= {most:g} (got {got})")
         return np.asarray(np.minimum(ratios, most))
+
+
+def kept_curve(profile: ShockProfile, rtol: float, longest: float) -> UniversalCurve | NumericalError:
+    """The curve, or why there is none; kept for profiles that cannot change."""
+    make = made_curve if is_value(profile) else made_curve.__wrapped__
+    return make(profile, rtol, longest)
+
+
+@lru_cache(maxsize=64)
+def made_curve(profile: ShockProfile, rtol: float, longest: float) -> UniversalCurve | NumericalError:
+    """As `kept_curve`, for a profile that can be hashed."""
+    try:
+        return UniversalCurve(profile, rtol, longest)
+    except NumericalError as error:
+        return error

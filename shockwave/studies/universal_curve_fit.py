@@ -18,8 +18,7 @@ from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
 from shockwave.studies.chebyshev_fit import Piece, fitted
-from shockwave.studies.profile_shape import Shape
-from shockwave.studies.universal_curve_data import CurveData, ShortLaw
+from shockwave.studies.universal_curve_data import CurveData, Shape, ShortLaw
 
 # Error asked of a simulation, over that of the curve; and the tightest that is worth it.
 _SHARE = 0.03
@@ -69,7 +68,7 @@ class _Simulated:
         self.count += 1
         self.evaluations += result.cost.force_evaluations
         if result.error_estimate >= 1 or self.evaluations > _BUDGET:
-            known = max((math.exp(known) for known in self.estimates if known < x), default=0.0)
+            known = max((math.exp(shorter) for shorter in self.estimates if shorter < x), default=0.0)
             unknown = "does not tell how good it is" if result.error_estimate >= 1 else "is too slow"
             raise NumericalError(
                 f"there is no curve so long: a simulation of {math.exp(x):.4g} natural times {unknown}"
@@ -88,8 +87,9 @@ def fitted_curve(profile: ShockProfile, rtol: float, longest: float) -> CurveDat
     """Find the law of short shocks and the polynomials of longer ones, up to n t0/T0 = ``longest``."""
     shape = Shape.of(profile)
     simulated = _Simulated(profile, shape, max(_SHARE * rtol, _TIGHTEST))
-    short = _short(simulated, rtol, math.log(longest))
-    pieces = _pieces(simulated, rtol, short.end, longest) if short.end < math.log(longest) else ()
+    end = math.log(longest)
+    short = _short(simulated, rtol, end)
+    pieces = _pieces(simulated, rtol, short.end, end) if short.end < end else ()
     return CurveData(
         shape=shape,
         rtol=rtol,
@@ -101,15 +101,15 @@ def fitted_curve(profile: ShockProfile, rtol: float, longest: float) -> CurveDat
     )
 
 
-def _pieces(simulated: _Simulated, rtol: float, begin: float, longest: float) -> tuple[Piece, ...]:
-    """The polynomials from the logarithm ``begin`` on."""
-    probe = _PROBED
-    while probe < longest:
-        simulated(math.log(probe))
-        probe *= 2
+def _pieces(simulated: _Simulated, rtol: float, begin: float, end: float) -> tuple[Piece, ...]:
+    """The polynomials between two logarithms."""
+    probe = math.log(_PROBED)
+    while probe < end:
+        simulated(probe)
+        probe += math.log(2)
     return tuple(
         evolve(piece, error=_CAUTION * piece.error + simulated.greatest_estimate(piece.begin, piece.end))
-        for piece in fitted(simulated, begin, math.log(longest), rtol)
+        for piece in fitted(simulated, begin, end, rtol)
     )
 
 
@@ -121,12 +121,12 @@ def _short(simulated: _Simulated, rtol: float, longest: float) -> ShortLaw:
     end = min(math.log(n) + math.log(math.sqrt(_SECOND / _SQUARE * rtol) / first) / 3, longest)
     for _ in range(_MOST):
         cube = math.exp(3 * end) / n**3
-        second_correction = (simulated(end) + first * cube) / cube**2
+        second = (simulated(end) + first * cube) / cube**2
         check = end + math.log(_CHECK)
         earlier = math.exp(3 * check) / n**3
-        off = abs(simulated(check) - earlier * (second_correction * earlier - first))
+        off = abs(simulated(check) - earlier * (second * earlier - first))
         error = _CAUTION * off + simulated.greatest_estimate(check, end)
         if error <= rtol / 2:
-            return ShortLaw(second_correction=second_correction, end=end, error=error)
+            return ShortLaw(second_correction=second, end=end, error=error)
         end += math.log(_SHORTER)
     raise NumericalError("the law of short shocks does not show, however short the shock: its force is too uneven")
