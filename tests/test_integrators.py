@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
 from fractions import Fraction
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -13,14 +15,12 @@ import pytest
 
 from shockwave.errors import NumericalError
 from shockwave.registry import entries, load
+from shockwave.simulation import nystroem
+from shockwave.simulation.fixed_step import Pefrl, Rk4, Verlet
 from shockwave.simulation.integrator import Acceleration, Integrator, Step
 from shockwave.simulation.nystroem import Nystroem, Rkn64, Rkn86, Rkn1210
 from shockwave.simulation.one_step import OneStep
-from shockwave.simulation.pefrl import Pefrl
-from shockwave.simulation.rk4 import Rk4
 from shockwave.simulation.scipy_solver import Dop853
-from shockwave.simulation.tableaux import RKN64, RKN86, RKN1210, Fractions
-from shockwave.simulation.verlet import Verlet
 from shockwave.testing import IntegratorContract
 
 ENTRIES = {entry.name: entry for entry in entries("integrators") if entry.distribution == "granular-shockwave"}
@@ -29,6 +29,7 @@ PAIRS = [Rkn64, Rkn86, Rkn1210]
 FIXED = [Verlet, Pefrl, Rk4]
 every = pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
 each_pair = pytest.mark.parametrize("method", PAIRS, ids=lambda method: method.name)
+EXACT = json.loads(Path(nystroem.__file__).with_name("tableaux.json").read_text(encoding="utf-8"))
 PHASES = np.arange(5) * 0.7
 
 
@@ -153,37 +154,34 @@ def test_energy_drifts_in_methods_that_are_not_symplectic_only() -> None:
     assert drift(Rk4(size=0.2)) > 1e-3
 
 
-def fractions(text: str) -> list[Fraction]:
-    return list(map(Fraction, text.split()))
+def fractions(method: type[Nystroem], name: str) -> list[Fraction]:
+    """Weights or nodes as they were published."""
+    return list(map(Fraction, EXACT[method.name][name]))
 
 
-def moment(weights: str, nodes: str, power: int) -> Fraction:
-    return sum((w * c**power for w, c in zip(fractions(weights), fractions(nodes), strict=True)), Fraction(0))
+def moments(method: type[Nystroem], weights: str, count: int) -> list[Fraction]:
+    """Sums of the weights times the first powers of the nodes."""
+    pairs = list(zip(fractions(method, weights), fractions(method, "c"), strict=True))
+    return [sum((weight * node**power for weight, node in pairs), Fraction(0)) for power in range(count)]
 
 
-tableaux = pytest.mark.parametrize(
-    ("method", "exact"), [(Rkn64, RKN64), (Rkn86, RKN86), (Rkn1210, RKN1210)], ids=["rkn64", "rkn86", "rkn1210"]
-)
+@each_pair
+def test_weights_integrate_powers_exactly(method: type[Nystroem]) -> None:
+    assert moments(method, "b_prime", method.order) == [Fraction(1, k + 1) for k in range(method.order)]
 
 
-@tableaux
-def test_weights_integrate_powers_exactly(method: type[Nystroem], exact: Fractions) -> None:
-    assert [moment(exact.b_prime, exact.c, k) for k in range(method.order)] == [
-        Fraction(1, k + 1) for k in range(method.order)
-    ]
+@each_pair
+def test_error_weights_see_the_power_that_the_embedded_method_misses(method: type[Nystroem]) -> None:
+    *nothing, missed = moments(method, "error_b_prime", method.error_order + 1)
+    assert not any(nothing)
+    assert missed != 0
 
 
-@tableaux
-def test_error_weights_see_the_power_that_the_embedded_method_misses(method: type[Nystroem], exact: Fractions) -> None:
-    missed = [moment(exact.error_b_prime, exact.c, k) != 0 for k in range(method.error_order + 1)]
-    assert missed == [False] * method.error_order + [True]
-
-
-@tableaux
-def test_stages_are_consistent(method: type[Nystroem], exact: Fractions) -> None:
-    for node, row in zip(fractions(exact.c), exact.a, strict=True):
+@each_pair
+def test_stages_are_consistent(method: type[Nystroem]) -> None:
+    for node, row in zip(fractions(method, "c"), EXACT[method.name]["a"], strict=True):
         # the published fractions of order 12 are cut at some fifty digits
-        assert abs(sum(fractions(row), Fraction(0)) - node**2 / 2) < Fraction(1, 10**50)
+        assert abs(sum(map(Fraction, row), Fraction(0)) - node**2 / 2) < Fraction(1, 10**50)
 
 
 def test_a_nystroem_method_loads_no_scipy() -> None:

@@ -47,7 +47,7 @@ def doubt_in(forces: list[float]) -> float:
     """The doubt in the peak of a wave with these peaks at the contacts."""
     log = log_of(*((contact, 1.1 * contact, force) for contact, force in enumerate(forces)))
     granules = np.zeros(len(forces) + 8)
-    (doubt,) = settling(log, 1.1 * len(forces), granules, granules, 0.01).doubts
+    ((_, doubt),), _ = settling(log, 1.1 * len(forces), granules, granules, 0.01)
     return doubt
 
 
