@@ -64,12 +64,10 @@ def _integrated(result: SimulationResult, contact: int, feels_end: bool) -> tupl
         request = plan.request(evolve(problem, granules=None), contacts=(contact,))
         (primary,) = find_primaries([request], plan.search, plan.compiled)
         found = [(passage.time, passage.force) for passage in primary.passages]
-    elif contact - result.found.contact <= _FARTHEST:
-        found = _marched(problem, plan, contact)
+    elif contact - result.found.contact > _FARTHEST:
+        raise NumericalError(f"contact {contact} feels a free end too far away to be integrated (ask for one before)")
     else:
-        raise NumericalError(
-            f"contact {contact} is too near a free end too far away to be integrated (ask for one before it)"
-        )
+        found = _marched(problem, plan, contact)
     if not found:
         raise NumericalError(f"the front has no peak of its own at contact {contact}: the force still rises there")
     return found[0]

@@ -72,5 +72,5 @@ def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: lis
     for numbers, request in zip(found.tolist(), requests, strict=True):
         triples = [next(rows) for _ in request.contacts]
         reached = [Passage(int(contact), time, force) for contact, time, force in triples if not math.isnan(time)]
-        answers.append(Primary(*numbers, tuple(reached)))
+        answers.append(Primary._make([*numbers, tuple(reached)]))
     return answers
