@@ -144,12 +144,6 @@ def test_far_passages_lie_on_the_path_of_the_exact_wave_at_no_cost() -> None:
     assert result.cost == cost
 
 
-def test_passages_of_a_method_of_fixed_step_agree() -> None:
-    verlet = sw.simulate(power(0.5), CHAIN, integrator="verlet", step=0.02)
-    # errs by the square of its step, over the time to a contact
-    assert verlet.passage(6).arrival_time == pytest.approx(passed().passage(6).arrival_time, rel=2e-4)
-
-
 @pytest.mark.parametrize("contact", [-1, 2.5, True, "3", None, 99], ids=repr)
 def test_a_contact_that_the_chain_has_not_is_refused(contact: object) -> None:
     result = sw.simulate(power(0.5), attrs.evolve(CHAIN, granules=100))
