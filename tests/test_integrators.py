@@ -15,11 +15,12 @@ from shockwave.errors import NumericalError
 from shockwave.registry import entries, load
 from shockwave.simulation import nystroem
 from shockwave.simulation.fixed_step import Pefrl, Rk4, Verlet
-from shockwave.simulation.integrator import Acceleration, Integrator, Step
+from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Nystroem, Rkn64, Rkn86, Rkn1210
 from shockwave.simulation.one_step import OneStep
 from shockwave.simulation.scipy_solver import Dop853
 from shockwave.testing import IntegratorContract
+from shockwave.testing.known_motions import Watched, coupled, off, path, taken
 
 ENTRIES = {entry.name: entry for entry in entries("integrators") if entry.distribution == "granular-shockwave"}
 METHODS = {name: load("integrators", name) for name in ENTRIES}
@@ -28,23 +29,6 @@ FIXED = [Verlet, Pefrl, Rk4]
 every = pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
 each_pair = pytest.mark.parametrize("method", PAIRS, ids=lambda method: method.name)
 EXACT = json.loads(Path(nystroem.__file__).with_name("tableaux.json").read_text(encoding="utf-8"))
-PHASES = np.arange(5) * 0.7
-
-
-def path(time: float) -> tuple[np.ndarray, np.ndarray]:
-    """A solution chosen beforehand, and its velocity."""
-    angle = time + PHASES
-    return np.cos(angle) + 0.3 * np.sin(2 * angle), 0.6 * np.cos(2 * angle) - np.sin(angle)
-
-
-def forced(time: float, x: np.ndarray) -> np.ndarray:
-    """Granules driven so that they take the path, with a force that depends on where they are."""
-    angle = time + PHASES
-    return np.sin(path(time)[0] - x) - np.cos(angle) - 1.2 * np.sin(2 * angle)
-
-
-def steps(method: Integrator, until: float = 3.0, acceleration: Acceleration = forced) -> list[Step]:
-    return list(method.steps(acceleration, 0.0, until, *path(0.0), None))
 
 
 class TestBuiltIn(IntegratorContract):
@@ -64,24 +48,19 @@ def test_summary_states_order_and_traits(method: type[Integrator]) -> None:
 
 @every
 def test_no_stage_lies_outside_the_interval(method: type[Integrator]) -> None:
-    seen = []
-
-    def watched(time: float, x: np.ndarray) -> np.ndarray:
-        seen.append(time)
-        return forced(time, x)
-
+    watched = Watched(coupled)
     # 0.7 + (2.82 - 0.7) is a rounding error beyond 2.82
-    for step in method(size=3.0).steps(watched, 0.7, 2.82, *path(0.7), None):
+    for step in taken(method(size=3.0), watched, 2.82, begin=0.7):
         step.interpolate(step.end)
-    assert (min(seen), max(seen)) == (0.7, 2.82)
+    assert (min(watched.times), max(watched.times)) == (0.7, 2.82)
 
 
 @pytest.mark.parametrize("method", [*PAIRS, Dop853, METHODS["radau"]], ids=lambda method: method.name)
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-8, 1e-11])
 def test_error_follows_the_tolerance(method: type[Integrator], tolerance: float) -> None:
-    last = steps(method(tolerance=tolerance))[-1]
+    last = taken(method(tolerance=tolerance))[-1]
     # the errors of some ten steps add up
-    assert np.max(np.abs(np.subtract((last.x, last.v), path(last.end)))) < 10 * tolerance
+    assert off(last) < 10 * tolerance
 
 
 # ---------------------------------------------------------------- sizes of steps
@@ -90,28 +69,28 @@ def test_error_follows_the_tolerance(method: type[Integrator], tolerance: float)
 @pytest.mark.parametrize("method", FIXED, ids=lambda method: method.name)
 @pytest.mark.parametrize(("until", "count"), [(1.1, 11), (2.99, 30), (3.01, 31), (0.01, 1)])
 def test_fixed_steps_are_equal_and_no_longer_than_the_size(method: type[OneStep], until: float, count: int) -> None:
-    sizes = [step.end - step.begin for step in steps(method(size=0.1), until)]
+    sizes = [step.end - step.begin for step in taken(method(size=0.1), until=until)]
     assert sizes == pytest.approx([until / count] * count, rel=1e-12)
 
 
 @each_pair
 def test_adaptive_steps_leave_no_sliver(method: type[OneStep]) -> None:
     for until in np.linspace(2.0, 3.0, 11):
-        sizes = [step.end - step.begin for step in steps(method(), float(until))]
+        sizes = [step.end - step.begin for step in taken(method(), until=float(until))]
         # two halves at the worst, and what step-size control takes from the second
         assert sizes[-1] > 0.2 * sizes[-2]
 
 
 @each_pair
 def test_steps_of_a_chain_at_rest_grow_to_the_unit_of_time(method: type[OneStep]) -> None:
-    taken = steps(method(), 40.0, lambda _, x: np.zeros_like(x))
-    assert max(step.end - step.begin for step in taken) == pytest.approx(1.0, rel=1e-12)
+    steps = taken(method(), lambda _, x: np.zeros_like(x), 40.0)
+    assert max(step.end - step.begin for step in steps) == pytest.approx(1.0, rel=1e-12)
 
 
 @each_pair
 def test_a_tolerance_that_rounding_denies_is_an_error(method: type[OneStep]) -> None:
     with pytest.raises(NumericalError, match="its error stays above the tolerance"):
-        steps(method(tolerance=1e-40))
+        taken(method(tolerance=1e-40))
 
 
 COST = {Rkn64: 5, Rkn86: 8, Rkn1210: 17, Verlet: 1, Pefrl: 5, Rk4: 4}
@@ -120,26 +99,12 @@ COST = {Rkn64: 5, Rkn86: 8, Rkn1210: 17, Verlet: 1, Pefrl: 5, Rk4: 4}
 @pytest.mark.parametrize("method", COST, ids=lambda method: method.name)
 def test_a_step_costs_what_its_method_states(method: type[OneStep]) -> None:
     integrator = method(tolerance=1.0)
-    assert len(list(integrator.steps(forced, 0.0, 0.04, *path(0.0), 0.04))) == 1
+    assert len(list(integrator.steps(coupled, 0.0, 0.04, *path(0.0), 0.04))) == 1
     # and one for the acceleration at the beginning
     assert integrator.evaluations == 1 + COST[method]
 
 
 # ---------------------------------------------------------------- the methods
-
-
-def drift(method: Integrator) -> float:
-    """Change of a pendulum's mean energy from the first hundred units of time to the last of a thousand."""
-    states = list(method.steps(lambda _, x: -np.sin(x), 0.0, 1000.0, np.array([2.0]), np.zeros(1), None))
-    energies = np.array([step.v[0] ** 2 / 2 - np.cos(step.x[0]) for step in states])
-    tenth = len(states) // 10
-    return abs(float(np.mean(energies[-tenth:]) - np.mean(energies[:tenth])))
-
-
-def test_energy_drifts_in_methods_that_are_not_symplectic_only() -> None:
-    # what the swing within a period leaves in the mean over periods that are not complete
-    assert max(drift(Verlet(size=0.2)), drift(Pefrl(size=0.2))) < 1e-5
-    assert drift(Rk4(size=0.2)) > 1e-3
 
 
 def fractions(method: type[Nystroem], name: str) -> list[Fraction]:

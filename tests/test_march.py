@@ -91,18 +91,6 @@ def test_free_granules_fly_as_they_would_be_integrated(problem: ChainProblem, mo
     assert np.max(np.abs(flown.v1 - integrated.v1)) < 1e-9
 
 
-def test_free_granules_are_not_integrated() -> None:
-    seen = []
-
-    class Watched(Rkn86):
-        def attempt(self, acceleration, time, size, x, v, a):  # type: ignore[no-untyped-def]
-            seen.append(len(x))
-            return super().attempt(acceleration, time, size, x, v, a)
-
-    last = list(march(SHORT, Watched(tolerance=1e-7), 60.0))[-1]
-    assert seen[-1] < 0.6 * len(last.x1)
-
-
 def test_a_flying_granule_that_is_met_is_integrated_again() -> None:
     # The second force drives the first granule after those that rebounded from the first one.
     record = sw.Tabulated(times=[0, 0.5, 1, 60, 60.5, 61], forces=[0, 1, 0, 0, 1, 0])

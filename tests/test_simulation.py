@@ -108,23 +108,6 @@ def test_third_party_profile_without_closed_forms_is_simulated() -> None:
     assert own.amplification == pytest.approx(sampled.amplification, rel=1e-5)
 
 
-def test_steps_do_not_grow_with_the_sampling_rate() -> None:
-    def steps(samples: int) -> int:
-        times = np.linspace(0, 4, samples)
-        forces = FORCE * np.minimum(times, (4 - times) / 3)
-        record = sw.Tabulated(times=times * UNITS.time, forces=forces)
-        return sw.simulate(sw.Shock(profile=record), CHAIN, rtol=1e-4).cost.steps
-
-    assert steps(40001) < 1.3 * steps(401)
-
-
-def test_taller_wave_behind_overtakes_before_it_is_read() -> None:
-    times = np.array([0, 1, 2, 8, 9, 10]) * UNITS.time
-    result = sw.simulate(sw.Shock(profile=sw.Tabulated(times=times, forces=[0, 50, 0, 0, 100, 0])), CHAIN)
-    assert result.waves[0].peak_force > result.waves[1].peak_force
-    assert result.error_estimate < 1e-6
-
-
 @pytest.mark.parametrize(
     ("rise_time", "profile"),
     [
