@@ -77,19 +77,15 @@ def _doubt(trail: list[Peak], noise: float) -> float:
     if len(trail) <= 2 * _STRIDE:
         return math.inf
     half = _STRIDE // 2
-    forces = [peak.force for peak in trail]
-    recent = _spread(forces[: half + 1])
-    older = _spread(forces[half : _STRIDE + 1])
-    last = _spread(forces[: _STRIDE + 1])
-    previous = _spread(forces[_STRIDE : 2 * _STRIDE + 1])
+    forces = np.array([peak.force for peak in trail])
+    recent = float(np.ptp(forces[: half + 1]))
+    older = float(np.ptp(forces[half : _STRIDE + 1]))
+    last = float(np.ptp(forces[: _STRIDE + 1]))
+    previous = float(np.ptp(forces[_STRIDE : 2 * _STRIDE + 1]))
     if last <= noise:
         return last / trail[0].force
     ratio = min(max(_ratio(last, previous), _ratio(recent, older) ** 2), _SLOWEST)
     return last * max(ratio / (1 - ratio), 0.1) / trail[0].force
-
-
-def _spread(forces: list[float]) -> float:
-    return max(forces) - min(forces)
 
 
 def _ratio(later: float, earlier: float) -> float:
