@@ -40,9 +40,11 @@ def shockwave_integrators() -> list[Entry]:
         Entry("rkn86", f"{nystroem}:Rkn86", rkn86, takes="rtol backend"),
         Entry("rkn1210", f"{nystroem}:Rkn1210", rkn1210, takes="rtol backend"),
         Entry("rkn64", f"{nystroem}:Rkn64", rkn64, takes="rtol backend"),
-        Entry("verlet", f"{place}.verlet:Verlet", "velocity Verlet, order 2, fixed step, symplectic", takes="step"),
-        Entry("pefrl", f"{place}.pefrl:Pefrl", "extended Forest-Ruth, order 4, fixed step, symplectic", takes="step"),
-        Entry("rk4", f"{place}.rk4:Rk4", "classical Runge-Kutta, order 4, fixed step", takes="step"),
+        Entry("verlet", f"{place}.fixed_step:Verlet", "velocity Verlet, order 2, fixed step, symplectic", takes="step"),
+        Entry(
+            "pefrl", f"{place}.fixed_step:Pefrl", "extended Forest-Ruth, order 4, fixed step, symplectic", takes="step"
+        ),
+        Entry("rk4", f"{place}.fixed_step:Rk4", "classical Runge-Kutta, order 4, fixed step", takes="step"),
         Entry("dop853", f"{place}.scipy_solver:Dop853", "Dormand-Prince 8(5,3), adaptive, from SciPy", takes="rtol"),
         Entry(
             "radau", f"{place}.scipy_solver:Radau", "Radau IIA, order 5, implicit, adaptive, from SciPy", takes="rtol"

@@ -47,10 +47,10 @@ class Pulse(Triangular):
 #: Files whose numbers could depend on the processor: the tests that are marked ``numerical``.
 NUMERICAL = {
     "auto", "backends", "chain", "conditions", "curve", "design", "docs", "extremes", "finite_chains", "free_path",
-    "impulse_limit", "integrators", "many", "march", "measurement", "moments", "numerics", "paper_tables", "predictor",
+    "integrators", "many", "march", "measurement", "moments", "numerics", "paper_tables", "predictor",
     "primary", "profile_contract", "profiles", "profiles_digits", "quadratures", "recording", "records", "section4",
-    "simulation", "slow_partings", "solitary_wave", "stress", "tabulated", "testing", "testing_integrators",
-    "testing_quadratures", "train", "trust", "truth", "uncertainty",
+    "simulation", "solitary_wave", "stress", "tabulated", "testing", "testing_integrators",
+    "testing_quadratures", "train", "trust", "uncertainty",
 }
 # fmt: on
 

@@ -8,7 +8,7 @@ import attrs
 import pytest
 
 import shockwave as sw
-from scenes import CHAIN, power, triangle
+from scenes import CHAIN, FORCE, UNITS, power, triangle
 
 
 @cache
@@ -37,15 +37,27 @@ def test_granule_at_the_free_end_flies_off_alike_in_chains_of_100_and_300() -> N
     assert first == pytest.approx(second, rel=1e-6)
 
 
-def test_second_of_two_granules_leaves_with_the_velocity_of_the_first() -> None:
-    result = sw.simulate(triangle(1e-4), attrs.evolve(CHAIN, granules=2), rtol=1e-8)
-    # an elastic collision of equals; the shock is short against it, to the square of the ratio of their durations
-    expected = result.applied_momentum / CHAIN.granule_mass
-    assert (result.spall_velocities or ())[0] == pytest.approx(expected, rel=1e-7)
-
-
 def test_waves_of_a_long_finite_chain_are_those_of_an_endless_one() -> None:
     endless = sw.simulate(power(0.5), CHAIN)
     assert finite(300).found == endless.found
     assert finite(300).waves == endless.waves
     assert endless.spall_velocities is None
+
+
+def test_short_chain_warns_and_states_its_greatest_force() -> None:
+    profile = sw.PowerLaw(rise_exponent=1, decay_exponent=0.5, duration_ratio=4)
+    shock = sw.Shock(profile=profile, peak_force=FORCE, rise_time=3 * UNITS.time)
+    (warning,) = sw.simulate(shock, attrs.evolve(CHAIN, granules=5)).warnings
+    assert "reach the free end" in warning
+    assert "greatest contact force is 126.41 N, at contact 3" in warning
+
+
+def test_two_granules_collide_as_their_relative_motion_says() -> None:
+    result = sw.simulate(triangle(1e-4), attrs.evolve(CHAIN, granules=2), rtol=1e-8)
+    # Two equal masses under an impulse: the relative coordinate has mass 1/2, so the greatest overlap stores half
+    # the kinetic energy, 2/5 d^(5/2) = v^2/4.
+    speed = result.applied_momentum / CHAIN.granule_mass
+    # the shock is short against the collision; its spread acts at the order of the ratio of their durations
+    assert result.amplification == pytest.approx((5 / 8 * (speed / UNITS.velocity) ** 2) ** 0.6, rel=1e-4)
+    # an elastic collision of equals, to the square of that ratio
+    assert (result.spall_velocities or ())[0] == pytest.approx(speed, rel=1e-7)

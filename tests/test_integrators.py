@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
-import subprocess
-import sys
 from fractions import Fraction
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -13,15 +13,14 @@ import pytest
 
 from shockwave.errors import NumericalError
 from shockwave.registry import entries, load
-from shockwave.simulation.integrator import Acceleration, Integrator, Step
+from shockwave.simulation import nystroem
+from shockwave.simulation.fixed_step import Pefrl, Rk4, Verlet
+from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Nystroem, Rkn64, Rkn86, Rkn1210
 from shockwave.simulation.one_step import OneStep
-from shockwave.simulation.pefrl import Pefrl
-from shockwave.simulation.rk4 import Rk4
 from shockwave.simulation.scipy_solver import Dop853
-from shockwave.simulation.tableaux import RKN64, RKN86, RKN1210, Fractions
-from shockwave.simulation.verlet import Verlet
 from shockwave.testing import IntegratorContract
+from shockwave.testing.known_motions import Watched, coupled, off, path, taken
 
 ENTRIES = {entry.name: entry for entry in entries("integrators") if entry.distribution == "granular-shockwave"}
 METHODS = {name: load("integrators", name) for name in ENTRIES}
@@ -29,23 +28,7 @@ PAIRS = [Rkn64, Rkn86, Rkn1210]
 FIXED = [Verlet, Pefrl, Rk4]
 every = pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
 each_pair = pytest.mark.parametrize("method", PAIRS, ids=lambda method: method.name)
-PHASES = np.arange(5) * 0.7
-
-
-def path(time: float) -> tuple[np.ndarray, np.ndarray]:
-    """A solution chosen beforehand, and its velocity."""
-    angle = time + PHASES
-    return np.cos(angle) + 0.3 * np.sin(2 * angle), 0.6 * np.cos(2 * angle) - np.sin(angle)
-
-
-def forced(time: float, x: np.ndarray) -> np.ndarray:
-    """Granules driven so that they take the path, with a force that depends on where they are."""
-    angle = time + PHASES
-    return np.sin(path(time)[0] - x) - np.cos(angle) - 1.2 * np.sin(2 * angle)
-
-
-def steps(method: Integrator, until: float = 3.0, acceleration: Acceleration = forced) -> list[Step]:
-    return list(method.steps(acceleration, 0.0, until, *path(0.0), None))
+EXACT = json.loads(Path(nystroem.__file__).with_name("tableaux.json").read_text(encoding="utf-8"))
 
 
 class TestBuiltIn(IntegratorContract):
@@ -65,34 +48,19 @@ def test_summary_states_order_and_traits(method: type[Integrator]) -> None:
 
 @every
 def test_no_stage_lies_outside_the_interval(method: type[Integrator]) -> None:
-    seen = []
-
-    def watched(time: float, x: np.ndarray) -> np.ndarray:
-        seen.append(time)
-        return forced(time, x)
-
+    watched = Watched(coupled)
     # 0.7 + (2.82 - 0.7) is a rounding error beyond 2.82
-    for step in method(size=3.0).steps(watched, 0.7, 2.82, *path(0.7), None):
+    for step in taken(method(size=3.0), watched, 2.82, begin=0.7):
         step.interpolate(step.end)
-    assert (min(seen), max(seen)) == (0.7, 2.82)
+    assert (min(watched.times), max(watched.times)) == (0.7, 2.82)
 
 
 @pytest.mark.parametrize("method", [*PAIRS, Dop853, METHODS["radau"]], ids=lambda method: method.name)
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-8, 1e-11])
 def test_error_follows_the_tolerance(method: type[Integrator], tolerance: float) -> None:
-    last = steps(method(tolerance=tolerance))[-1]
+    last = taken(method(tolerance=tolerance))[-1]
     # the errors of some ten steps add up
-    assert np.max(np.abs(np.subtract((last.x, last.v), path(last.end)))) < 10 * tolerance
-
-
-@every
-@pytest.mark.parametrize("since", [0.0, 1.0])
-def test_what_is_not_finite_is_an_error(method: type[Integrator], since: float) -> None:
-    def broken(time: float, x: np.ndarray) -> np.ndarray:
-        return forced(time, x) if time < since else np.full_like(x, np.inf)
-
-    with pytest.raises(NumericalError, match=rf"{method.name} cannot step beyond t = [\d.]+ T0"):
-        steps(method(), 3.0, broken)
+    assert off(last) < 10 * tolerance
 
 
 # ---------------------------------------------------------------- sizes of steps
@@ -101,28 +69,28 @@ def test_what_is_not_finite_is_an_error(method: type[Integrator], since: float) 
 @pytest.mark.parametrize("method", FIXED, ids=lambda method: method.name)
 @pytest.mark.parametrize(("until", "count"), [(1.1, 11), (2.99, 30), (3.01, 31), (0.01, 1)])
 def test_fixed_steps_are_equal_and_no_longer_than_the_size(method: type[OneStep], until: float, count: int) -> None:
-    sizes = [step.end - step.begin for step in steps(method(size=0.1), until)]
+    sizes = [step.end - step.begin for step in taken(method(size=0.1), until=until)]
     assert sizes == pytest.approx([until / count] * count, rel=1e-12)
 
 
 @each_pair
 def test_adaptive_steps_leave_no_sliver(method: type[OneStep]) -> None:
     for until in np.linspace(2.0, 3.0, 11):
-        sizes = [step.end - step.begin for step in steps(method(), float(until))]
+        sizes = [step.end - step.begin for step in taken(method(), until=float(until))]
         # two halves at the worst, and what step-size control takes from the second
         assert sizes[-1] > 0.2 * sizes[-2]
 
 
 @each_pair
 def test_steps_of_a_chain_at_rest_grow_to_the_unit_of_time(method: type[OneStep]) -> None:
-    taken = steps(method(), 40.0, lambda _, x: np.zeros_like(x))
-    assert max(step.end - step.begin for step in taken) == pytest.approx(1.0, rel=1e-12)
+    steps = taken(method(), lambda _, x: np.zeros_like(x), 40.0)
+    assert max(step.end - step.begin for step in steps) == pytest.approx(1.0, rel=1e-12)
 
 
 @each_pair
 def test_a_tolerance_that_rounding_denies_is_an_error(method: type[OneStep]) -> None:
     with pytest.raises(NumericalError, match="its error stays above the tolerance"):
-        steps(method(tolerance=1e-40))
+        taken(method(tolerance=1e-40))
 
 
 COST = {Rkn64: 5, Rkn86: 8, Rkn1210: 17, Verlet: 1, Pefrl: 5, Rk4: 4}
@@ -131,7 +99,7 @@ COST = {Rkn64: 5, Rkn86: 8, Rkn1210: 17, Verlet: 1, Pefrl: 5, Rk4: 4}
 @pytest.mark.parametrize("method", COST, ids=lambda method: method.name)
 def test_a_step_costs_what_its_method_states(method: type[OneStep]) -> None:
     integrator = method(tolerance=1.0)
-    assert len(list(integrator.steps(forced, 0.0, 0.04, *path(0.0), 0.04))) == 1
+    assert len(list(integrator.steps(coupled, 0.0, 0.04, *path(0.0), 0.04))) == 1
     # and one for the acceleration at the beginning
     assert integrator.evaluations == 1 + COST[method]
 
@@ -139,54 +107,31 @@ def test_a_step_costs_what_its_method_states(method: type[OneStep]) -> None:
 # ---------------------------------------------------------------- the methods
 
 
-def drift(method: Integrator) -> float:
-    """Change of a pendulum's mean energy from the first hundred units of time to the last of a thousand."""
-    states = list(method.steps(lambda _, x: -np.sin(x), 0.0, 1000.0, np.array([2.0]), np.zeros(1), None))
-    energies = np.array([step.v[0] ** 2 / 2 - np.cos(step.x[0]) for step in states])
-    tenth = len(states) // 10
-    return abs(float(np.mean(energies[-tenth:]) - np.mean(energies[:tenth])))
+def fractions(method: type[Nystroem], name: str) -> list[Fraction]:
+    """Weights or nodes as they were published."""
+    return list(map(Fraction, EXACT[method.name][name]))
 
 
-def test_energy_drifts_in_methods_that_are_not_symplectic_only() -> None:
-    # what the swing within a period leaves in the mean over periods that are not complete
-    assert max(drift(Verlet(size=0.2)), drift(Pefrl(size=0.2))) < 1e-5
-    assert drift(Rk4(size=0.2)) > 1e-3
+def moments(method: type[Nystroem], weights: str, count: int) -> list[Fraction]:
+    """Sums of the weights times the first powers of the nodes."""
+    pairs = list(zip(fractions(method, weights), fractions(method, "c"), strict=True))
+    return [sum((weight * node**power for weight, node in pairs), Fraction(0)) for power in range(count)]
 
 
-def fractions(text: str) -> list[Fraction]:
-    return list(map(Fraction, text.split()))
+@each_pair
+def test_weights_integrate_powers_exactly(method: type[Nystroem]) -> None:
+    assert moments(method, "b_prime", method.order) == [Fraction(1, k + 1) for k in range(method.order)]
 
 
-def moment(weights: str, nodes: str, power: int) -> Fraction:
-    return sum((w * c**power for w, c in zip(fractions(weights), fractions(nodes), strict=True)), Fraction(0))
+@each_pair
+def test_error_weights_see_the_power_that_the_embedded_method_misses(method: type[Nystroem]) -> None:
+    *nothing, missed = moments(method, "error_b_prime", method.error_order + 1)
+    assert not any(nothing)
+    assert missed != 0
 
 
-tableaux = pytest.mark.parametrize(
-    ("method", "exact"), [(Rkn64, RKN64), (Rkn86, RKN86), (Rkn1210, RKN1210)], ids=["rkn64", "rkn86", "rkn1210"]
-)
-
-
-@tableaux
-def test_weights_integrate_powers_exactly(method: type[Nystroem], exact: Fractions) -> None:
-    assert [moment(exact.b_prime, exact.c, k) for k in range(method.order)] == [
-        Fraction(1, k + 1) for k in range(method.order)
-    ]
-
-
-@tableaux
-def test_error_weights_see_the_power_that_the_embedded_method_misses(method: type[Nystroem], exact: Fractions) -> None:
-    missed = [moment(exact.error_b_prime, exact.c, k) != 0 for k in range(method.error_order + 1)]
-    assert missed == [False] * method.error_order + [True]
-
-
-@tableaux
-def test_stages_are_consistent(method: type[Nystroem], exact: Fractions) -> None:
-    for node, row in zip(fractions(exact.c), exact.a, strict=True):
+@each_pair
+def test_stages_are_consistent(method: type[Nystroem]) -> None:
+    for node, row in zip(fractions(method, "c"), EXACT[method.name]["a"], strict=True):
         # the published fractions of order 12 are cut at some fifty digits
-        assert abs(sum(fractions(row), Fraction(0)) - node**2 / 2) < Fraction(1, 10**50)
-
-
-def test_a_nystroem_method_loads_no_scipy() -> None:
-    program = "from shockwave.registry import load; load('integrators', 'rkn86'); import sys; print(*sys.modules)"
-    modules = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
-    assert "scipy" not in modules.split()
+        assert abs(sum(map(Fraction, row), Fraction(0)) - node**2 / 2) < Fraction(1, 10**50)

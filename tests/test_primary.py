@@ -95,47 +95,40 @@ def test_random_pulses_are_within_the_tolerance_and_their_estimate(rtol: float) 
 
 @cache
 def passed() -> sw.SimulationResult:
-    """A run with the forces at its first contacts, sampled finely."""
-    contacts = (1, 2, 6, 13)
-    return sw.simulate(power(0.5), CHAIN, rtol=1e-8, contacts=contacts, record=["forces"], interval=0.005 * UNITS.time)
+    return sw.simulate(power(0.5), CHAIN, rtol=1e-8)
 
 
-def check_passages(result: sw.SimulationResult, interval: float, error: float) -> None:
-    """Compare passages with the greatest recorded forces."""
-    record = result.recording
-    assert record is not None
-    assert record.forces is not None
-    for force, passage in zip(record.forces.T, result.passages, strict=True):
-        top = int(np.argmax(force))
-        assert force[top] == pytest.approx(passage.peak_force, rel=error)
-        assert record.times[top] == pytest.approx(passage.arrival_time, abs=interval)
-
-
-def test_passages_are_the_peaks_of_the_recorded_forces() -> None:
-    # half an interval beside a peak of curvature 1 or less, in natural units, 3e-6 are lacking
-    check_passages(passed(), 0.005 * UNITS.time, 1e-5)
-
-
-@pytest.mark.parametrize("rise_time", [3.0, 10.0], ids=["short", "slow"])
-def test_passage_of_the_loaded_contact_under_force_is_the_peak_of_the_recorded_force(rise_time: float) -> None:
-    # the force still acts on the first granule when its contact has its peak
-    profile = sw.PowerLaw(rise_exponent=2, decay_exponent=2, duration_ratio=2.5)
-    interval, until = 0.005 * UNITS.time, 20 * UNITS.time
-    shock = sw.Shock(profile=profile, peak_force=FORCE, rise_time=rise_time * UNITS.time)
-    result = sw.simulate(shock, CHAIN, rtol=1e-8, contacts=[0], record=["forces"], interval=interval, until=until)
-    # as above
-    check_passages(result, interval, 1e-5)
+SLOW = sw.PowerLaw(rise_exponent=2, decay_exponent=2, duration_ratio=2.5)
 
 
 @pytest.mark.parametrize(
-    ("granules", "contact"), [(10, 5), (10, 7), (10, 8), pytest.param(100, 98, marks=pytest.mark.slow)]
+    ("shock", "granules", "contacts"),
+    [
+        pytest.param(power(0.5), None, (1, 2, 6, 13), id="chain"),
+        # the force still acts on the first granule when its contact has its peak
+        pytest.param(sw.Shock(profile=SLOW, peak_force=FORCE, rise_time=3 * UNITS.time), None, (0,), id="loaded"),
+        pytest.param(sw.Shock(profile=SLOW, peak_force=FORCE, rise_time=10 * UNITS.time), None, (0,), id="slow"),
+        pytest.param(power(0.5), 10, (5, 7, 8), id="free-end"),
+        pytest.param(power(0.5), 100, (98,), id="far-end", marks=pytest.mark.slow),
+    ],
 )
-def test_passages_near_a_free_end_are_those_of_the_finite_chain(granules: int, contact: int) -> None:
-    until, interval = (2 * granules + 10) * UNITS.time, 0.01 * UNITS.time
+def test_passages_are_the_peaks_of_the_recorded_forces(
+    shock: sw.Shock, granules: int | None, contacts: tuple[int, ...]
+) -> None:
+    interval, until = 0.005 * UNITS.time, (2 * (granules or 10) + 10) * UNITS.time
     chain = attrs.evolve(CHAIN, granules=granules)
-    result = sw.simulate(power(0.5), chain, contacts=[contact], record=["forces"], interval=interval, until=until)
-    # half an interval beside a peak, which at the last contact is a third as long, 1e-4 are lacking
-    check_passages(result, interval, 1e-4)
+    result = sw.simulate(shock, chain, rtol=1e-8, contacts=contacts, record=["forces"], interval=interval, until=until)
+    record = result.recording
+    assert record is not None
+    assert record.forces is not None
+    # half an interval beside a peak of curvature 1 or less, in natural units, 3e-6 are lacking; at a free end, where it
+    # is a third as long, ten times as much
+    error = 1e-5 if granules is None else 3e-5
+    for contact, force, passage in zip(contacts, record.forces.T, result.passages, strict=True):
+        top = int(np.argmax(force))
+        assert force[top] == pytest.approx(passage.peak_force, rel=error)
+        assert record.times[top] == pytest.approx(passage.arrival_time, abs=interval)
+        assert passage == result.passage(contact)
 
 
 def test_far_passages_lie_on_the_path_of_the_exact_wave_at_no_cost() -> None:
@@ -143,41 +136,20 @@ def test_far_passages_lie_on_the_path_of_the_exact_wave_at_no_cost() -> None:
     cost = result.cost
     speed = SPEED * (result.peak_force / FORCE) ** (1 / 6) * UNITS.wave_speed
     near, far = result.passage(1000), result.passage(100_000)
-    assert near.exact
-    assert far.exact
+    read = int(result.found.contact)
+    assert [result.passage(contact).exact for contact in (read - 1, read, 1000, 100_000)] == [False, True, True, True]
     assert far.peak_force == result.peak_force
     # rounding
     assert far.arrival_time - near.arrival_time == pytest.approx(99_000 * 2 * CHAIN.radius / speed, rel=1e-12)
     assert result.cost == cost
 
 
-def test_passages_before_the_reading_are_integrated() -> None:
-    result = passed()
-    assert not result.passage(int(result.found.contact) - 1).exact
-    assert result.passage(int(result.found.contact)).exact
-
-
-def test_passages_that_were_asked_for_are_those_that_are_looked_up() -> None:
-    result = sw.simulate(power(0.5), CHAIN, contacts=[40, 3])
-    assert result.passages == (result.passage(3), result.passage(40))
-
-
-def test_passages_of_a_method_of_fixed_step_agree() -> None:
-    verlet = sw.simulate(power(0.5), CHAIN, integrator="verlet", step=0.02)
-    # errs by the square of its step, over the time to a contact
-    assert verlet.passage(6).arrival_time == pytest.approx(passed().passage(6).arrival_time, rel=2e-4)
-
-
-@pytest.mark.parametrize("contact", [-1, 2.5, True, "3", None, float("nan")], ids=repr)
-def test_a_contact_that_is_no_whole_number_is_refused(contact: object) -> None:
-    with pytest.raises(sw.InvalidValueError, match="contact: must be a whole number of at least 0"):
-        passed().passage(contact)  # type: ignore[arg-type]
-
-
-def test_contact_beyond_a_finite_chain_is_refused() -> None:
+@pytest.mark.parametrize("contact", [-1, 2.5, True, "3", None, 99], ids=repr)
+def test_a_contact_that_the_chain_has_not_is_refused(contact: object) -> None:
     result = sw.simulate(power(0.5), attrs.evolve(CHAIN, granules=100))
-    with pytest.raises(sw.InvalidValueError, match="at most 98, the last of this chain"):
-        result.passage(99)
+    rule = "contact: must be a whole number of at least 0 and at most 98, the last of this chain"
+    with pytest.raises(sw.InvalidValueError, match=rule):
+        result.passage(contact)  # type: ignore[arg-type]
 
 
 # ---------------------------------------------------------------- long and extreme shocks
@@ -210,12 +182,6 @@ def test_too_long_a_shock_is_refused() -> None:
         sw.simulate(triangle(3e4), CHAIN)
 
 
-def test_short_shocks_follow_the_impulse_law_to_the_last_digits() -> None:
-    first, second = (sw.simulate(triangle(duration), CHAIN, rtol=1e-9) for duration in (1e-9, 1e-8))
-    # the shape of a pulse acts at the order of its duration's square
-    assert second.amplification / first.amplification == pytest.approx(10**1.2, rel=1e-9)
-
-
 def test_memory_does_not_grow_with_the_number_of_steps() -> None:
     def peak(rtol: float) -> tuple[int, int]:
         tracemalloc.start()
@@ -230,3 +196,50 @@ def test_memory_does_not_grow_with_the_number_of_steps() -> None:
     # The window widens with the contacts that a tighter limit takes; it would be several times as much if steps or
     # peaks were kept.
     assert tight < 1.5 * loose
+
+
+# ---------------------------------------------------------------- first waves that are nearly alike part slowly
+
+# Knots in natural times, forces in newtons, and the amplification of the primary: read thousands of contacts down a
+# chain of which nothing was cut off, by two methods at tolerances of 1e-9 and 1e-11.
+SHOCKS = {
+    "plateau-then-spike": (
+        [0, 0.6239980501986896, 52.540072666024955, 53.10601740678564, 53.671962147546324],
+        [0, 30.505685666529565, 30.505685666529565, 100, 0],
+        0.716852895,
+    ),
+    "spike-then-plateau": (
+        [0, 0.006941884071686306, 0.013883768143372612, 45.791189766510975, 46.18813149663562],
+        [0, 100, 65.36806117293285, 65.36806117293285, 0],
+        1.51887925,
+    ),
+    "spike-then-rising-push": (
+        [0, 0.8252779154059808, 1.6505558308119617, 86.17479221928951, 87.06591813797856],
+        [0, 100, 33.637348142782045, 43.51998914795064, 0],
+        0.975904774,
+    ),
+    "flat-top": (
+        [0, 0.4898918702128825, 63.70096621624687, 63.7103512612787],
+        [0, 100, 99.97257353977861, 0],
+        2.32583028,
+    ),
+}
+
+
+@pytest.mark.parametrize("rtol", keeping([1e-3, 1e-6, 1e-9], 1e-3))
+@pytest.mark.parametrize("name", SHOCKS)
+def test_primary_is_not_taken_as_known_too_early(name: str, rtol: float) -> None:
+    times, forces, amplification = SHOCKS[name]
+    # the knots were drawn with 14.58 us for the natural time
+    record = sw.Tabulated(times=np.array(times) * 14.58e-6, forces=np.array(forces))
+    result = sw.simulate(sw.Shock(profile=record), CHAIN, rtol=rtol, waves="primary")
+    # the references have nine digits, and the natural time of the chain is not 14.58 us to more than five
+    assert abs(result.amplification / amplification - 1) <= min(rtol, result.error_estimate) + 5e-8
+
+
+@pytest.mark.parametrize("duration", [30, 50])
+def test_no_force_that_lasts_makes_a_first_wave_of_more_than_its_limit(duration: float) -> None:
+    profile = sw.PowerLaw(rise_exponent=1e-5, decay_exponent=1e-5, duration_ratio=2)
+    shock = sw.Shock(profile=profile, peak_force=100.0, rise_time=duration / 2 * UNITS.time)
+    # a force switched on for ever drives a first wave of about 2.33 times its size; these come within a hundredth
+    assert 2.31 < sw.simulate(shock, CHAIN, waves="primary").amplification < 2.335

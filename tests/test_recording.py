@@ -14,6 +14,7 @@ from scenes import CASE_A, CHAIN, UNITS, power
 from shockwave.measurement.recording import Recording
 
 CONTACTS = (0, 3, 5)
+VERLET = {"integrator": "verlet", "waves": "primary"}
 INTERVAL = 0.05 * UNITS.time
 SHOCK = power(0.5)
 END_OF_FORCE = 1.5 * UNITS.time
@@ -71,47 +72,57 @@ def test_energies_and_forces_are_those_of_the_field() -> None:
     assert record.forces[:, 1] == pytest.approx(stiffness * overlap**1.5, rel=1e-9, abs=1e-12 * UNITS.force)
 
 
-def test_record_goes_on_until_the_last_contact_was_passed() -> None:
+def test_record_goes_on_until_the_last_contact_was_passed_or_the_primary_was_read() -> None:
     assert recording_of(result()).times[-1] > result().passages[-1].arrival_time
-
-
-def test_record_without_contacts_goes_on_until_the_primary_was_read() -> None:
-    found = sw.simulate(SHOCK, CHAIN, rtol=1e-4, record=["energies"])
+    found = sw.simulate(SHOCK, CHAIN, rtol=1e-4, waves="primary", record=["energies"])
     assert recording_of(found).times[-1] > found.primary.arrival_time
+    assert "recorded          energies: " in str(found)
 
 
-def test_interval_and_end_are_those_that_are_given() -> None:
-    times = recorded(record=["energies"], interval=0.25 * UNITS.time, until=3 * UNITS.time).times
-    # rounding
-    assert times == pytest.approx(UNITS.time * np.arange(13) / 4, rel=1e-12)
-
-
-def test_samples_do_not_depend_on_their_interval() -> None:
+def test_interval_and_end_are_those_that_are_given_and_change_no_sample() -> None:
     fine, coarse = (
-        recorded(record=["forces"], contacts=[2], interval=share * UNITS.time, until=5 * UNITS.time).forces
+        recorded(record=["forces"], contacts=[2, 500], interval=share * UNITS.time, until=5 * UNITS.time)
         for share in (0.25, 0.5)
     )
-    assert fine is not None
+    # rounding
+    assert fine.times == pytest.approx(UNITS.time * np.arange(21) / 4, rel=1e-12)
+    assert fine.forces is not None
     # the steps are the same; so is what is read within them, to rounding
-    assert fine[::2] == pytest.approx(coarse, rel=1e-12)
+    assert fine.forces[::2] == pytest.approx(coarse.forces, rel=1e-12)
+    # a contact that is not reached has no force
+    assert np.any(fine.forces, axis=0).tolist() == [True, False]
 
 
-@pytest.mark.parametrize("kept", ["forces", "field", "energies"])
-def test_only_what_is_asked_for_is_kept(kept: str) -> None:
-    record = recorded(record=[kept], contacts=[1], until=2 * UNITS.time)
-    parts = {"forces": record.forces, "field": record.velocities, "energies": record.kinetic_energy}
-    assert [name for name, history in parts.items() if history is not None] == [kept]
+@pytest.mark.parametrize("kept", ["forces", "field", "energies", None])
+def test_only_what_is_asked_for_is_kept(kept: str | None) -> None:
+    chain = attrs.evolve(CHAIN, granules=10)
+    asked = [] if kept is None else [kept]
+    found = sw.simulate(SHOCK, chain, waves="primary", record=asked, contacts=[1], until=20 * UNITS.time)
+    document = json.loads(json.dumps(found.to_dict(), allow_nan=False))["recording"]
+    if kept is None:
+        assert document is None
+        return
+    count = len(document["times"])
+    shapes = {
+        "forces": {"forces": (count, 1)},
+        "field": {"displacements": (count, 10), "velocities": (count, 10)},
+        "energies": {"kinetic_energy": (count,), "contact_energy": (count,)},
+    }
+    del document["times"], document["contacts"]
+    assert {name: np.shape(history) for name, history in document.items() if history is not None} == shapes[kept]
 
 
-def test_nothing_is_kept_when_nothing_is_asked_for() -> None:
-    found = sw.simulate(SHOCK, CHAIN, waves="primary")
-    assert found.recording is None
-    assert found.to_dict()["recording"] is None
-
-
-def test_forces_without_contacts_are_refused() -> None:
-    with pytest.raises(sw.InvalidValueError, match="contacts: must be given where record has forces"):
-        recorded(record=["forces"])
+@pytest.mark.parametrize(
+    ("contacts", "message"),
+    [
+        pytest.param([], "contacts: must be given where record has forces", id="none"),
+        pytest.param([50], "at most 8, the last of this chain", id="beyond-the-end"),
+    ],
+)
+def test_forces_at_contacts_that_are_not_there_are_refused(contacts: list[int], message: str) -> None:
+    chain = attrs.evolve(CHAIN, granules=10)
+    with pytest.raises(sw.InvalidValueError, match=message):
+        recorded(chain=chain, contacts=contacts, record=["forces"], until=3 * UNITS.time)
 
 
 @pytest.mark.parametrize(
@@ -122,39 +133,9 @@ def test_more_than_fits_into_memory_is_refused(kept: str, interval: float, until
         recorded(record=[kept], interval=interval * UNITS.time, until=until * UNITS.time)
 
 
-def test_record_of_a_contact_beyond_a_finite_chain_is_refused() -> None:
-    chain = attrs.evolve(CHAIN, granules=10)
-    with pytest.raises(sw.InvalidValueError, match="at most 8, the last of this chain"):
-        recorded(chain=chain, contacts=[50], record=["forces"], until=3 * UNITS.time)
-
-
-def test_a_contact_that_is_not_reached_has_no_force() -> None:
-    forces = recorded(record=["forces"], contacts=[1, 500], until=3 * UNITS.time).forces
-    assert forces is not None
-    assert np.any(forces, axis=0).tolist() == [True, False]
-
-
-def test_field_of_a_finite_chain_has_its_granules() -> None:
-    chain = attrs.evolve(CHAIN, granules=10)
-    assert np.shape(recorded(chain=chain, record=["field"], until=40 * UNITS.time).velocities)[1] == 10
-
-
-def test_json_has_lists() -> None:
-    document = json.loads(json.dumps(result().to_dict(), allow_nan=False))["recording"]
-    assert document["contacts"] == list(CONTACTS)
-    assert np.shape(document["forces"]) == (len(document["times"]), len(CONTACTS))
-
-
-def test_print_states_what_was_recorded() -> None:
-    shown = str(sw.simulate(SHOCK, CHAIN, waves="primary", record=["energies"], interval=UNITS.time))
-    assert "recorded          energies: " in shown
-
-
-@pytest.mark.slow
-def test_histories_of_a_method_of_fixed_step_agree() -> None:
+def test_histories_and_passages_of_a_method_of_fixed_step_agree() -> None:
     options = {"contacts": [4], "record": ["forces"], "interval": 0.5 * UNITS.time, "until": 12 * UNITS.time}
-    exact, verlet = (
-        recorded(CASE_A, **method, **options).forces for method in ({"rtol": 1e-8}, {"integrator": "verlet"})
-    )
-    # errs by the square of the step, of forces up to 140 N
-    assert verlet == pytest.approx(exact, abs=0.05)
+    exact, verlet = (sw.simulate(CASE_A, CHAIN, **method, **options) for method in ({"rtol": 1e-8}, VERLET))
+    # errs by the square of the step, of forces up to 140 N, and over the time to a contact
+    assert recording_of(verlet).forces == pytest.approx(recording_of(exact).forces, abs=0.05)
+    assert verlet.passage(6).arrival_time == pytest.approx(exact.passage(6).arrival_time, rel=2e-4)

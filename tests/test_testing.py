@@ -20,10 +20,10 @@ from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
 from shockwave.quadrature import Quadrature
 from shockwave.registry import entries, load
+from shockwave.simulation.fixed_step import Verlet
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.one_step import OneStep
-from shockwave.simulation.verlet import Verlet
 from shockwave.testing import IntegratorContract, ProfileContract, QuadratureContract
 from shockwave.testing.smoothness import roughness, steepening
 

@@ -14,11 +14,10 @@ from selection import thinned
 from shockwave.errors import NumericalError
 from shockwave.hooks import Entry
 from shockwave.quadrature import FloatArray
+from shockwave.simulation.fixed_step import Rk4, Verlet
 from shockwave.simulation.integrator import Integrator, Step
 from shockwave.simulation.nystroem import Rkn64, Rkn1210
 from shockwave.simulation.one_step import Attempt
-from shockwave.simulation.rk4 import Rk4
-from shockwave.simulation.verlet import Verlet
 from shockwave.testing import IntegratorContract
 
 

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 from attrs import define, field, frozen
+from numpy.polynomial.polynomial import polyder, polyval
 from scipy.optimize import brentq
 
 from shockwave.numerics import product
@@ -78,9 +79,11 @@ class PeakLog:
         for index in np.argsort(times, kind="stable").tolist():
             contact, time, overlap = int(contacts[index]), float(times[index]), float(overlaps[index])
             span = stretch.spans[steps[index]]
+            force = max(overlap, 0.0) ** 1.5
+            loss = _LOSS * force * ((span.end - span.begin) / characteristic_time(force)) ** 8
             if contact == 0:  # the force may drive one of its granules, which its neighbours do not show
                 time, overlap = _sought(span, contact)
-            elif _loss(overlap, span) > _NEGLIGIBLE * self.tolerance:
+            elif loss > _NEGLIGIBLE * self.tolerance:
                 time, overlap = _corrected(span, contact, time)
             self.add(contact, time, max(overlap, 0.0) ** 1.5)
 
@@ -177,27 +180,14 @@ def _maxima(stretch: Stretch, steps: np.ndarray, contacts: np.ndarray) -> tuple[
     jets = np.array((overlap[..., 1], closing[..., 1], *changes))
     size = np.diff(stretch.times)[steps]
     powers = powers_between(jets[:, 0], jets[:, 1], size)
-    slopes = powers[1:] * np.arange(1, 8)[:, None]
-    bends = slopes[1:] * np.arange(1, 7)[:, None]
+    slopes = polyder(powers)
+    bends = polyder(slopes)
     share = jets[1, 0] / (jets[1, 0] - jets[1, 1])
     for _ in range(_CORRECTIONS):
-        bend = np.minimum(_value(bends, share), -1e-300)
+        bend = np.minimum(polyval(share, bends, tensor=False), -1e-300)
         with np.errstate(over="ignore"):  # of a straight piece, whose greatest value is at an end
-            share = np.clip(share - _value(slopes, share) / bend, 0.0, 1.0)
-    return stretch.times[steps] + share * size, _value(powers, share)
-
-
-def _value(powers: FloatArray, share: FloatArray) -> FloatArray:
-    result: FloatArray = powers[-1]
-    for power in powers[-2::-1]:
-        result = result * share + power
-    return result
-
-
-def _loss(overlap: float, span: Span) -> float:
-    """Error bound of the force at a maximum that is read off the polynomial."""
-    force = float(max(overlap, 0.0) ** 1.5)
-    return float(_LOSS * force * ((span.end - span.begin) / characteristic_time(force)) ** 8)
+            share = np.clip(share - polyval(share, slopes, tensor=False) / bend, 0.0, 1.0)
+    return stretch.times[steps] + share * size, polyval(share, powers, tensor=False)
 
 
 def _corrected(span: Span, contact: int, time: float) -> tuple[float, float]:

@@ -27,8 +27,7 @@ _HIGH_ORDER = 1e-7
 _DOUBT = 0.5
 _MOST_DOUBT = 3e-5
 _LOOSEST_STEP = 2e-4
-# The first waves of a longer shock are nearly alike, and part slowly: no looser search separates them.
-_LONG = 10.0
+# No looser search separates the waves of a long shock.
 _LONG_RTOL = 1e-6
 # Below these step control gains nothing: rounding is all that is left.
 _TIGHTEST_STEP = 3e-15
@@ -72,10 +71,11 @@ class Plan:
         """The request to the search for the primary; tighter if it is repeated."""
         rtol = self.rtol
         tighter = _TIGHTER**repeats
-        if problem.duration >= _LONG:
+        if problem.is_long:
             rtol = min(rtol, _LONG_RTOL)
+        if problem.rises_again:
             # Such a primary is judged late, when it changes by no more than step errors make of it.
-            tighter *= _TIGHTER if problem.rises_again else 1.0
+            tighter *= _TIGHTER
         caution: float = getattr(self.method, "caution", 1.0)
         return Request(
             problem,

@@ -65,9 +65,7 @@ def _integrated(result: SimulationResult, contact: int, feels_end: bool) -> tupl
         (primary,) = find_primaries([request], plan.search, plan.compiled)
         found = [(passage.time, passage.force) for passage in primary.passages]
     elif contact - result.found.contact > _FARTHEST:
-        raise NumericalError(
-            f"contact {contact} feels a free end too far away to be integrated (ask for one before it)"
-        )
+        raise NumericalError(f"contact {contact} feels a free end too far away to be integrated (ask for one before)")
     else:
         found = _marched(problem, plan, contact)
     if not found:

@@ -55,9 +55,6 @@ def record(result: SimulationResult) -> Recording:
         "contact_energy": scales.energy,
     }
     histories = {name: _history([row[name] for row in rows]) * units[name] for name in rows[0]}
-    for name in {"displacements", "velocities"} & histories.keys():
-        moved = np.flatnonzero(np.any(histories[name] != 0, axis=0)).max(initial=0) + 1
-        histories[name] = histories[name][:, :moved]
     return Recording(times=np.asarray(times * scales.time), contacts=options.contacts, **histories)
 
 
@@ -86,7 +83,9 @@ def _row(x: FloatArray, v: FloatArray, contacts: tuple[int, ...], asked: tuple[s
     if "forces" in asked:
         row["forces"] = np.array([force[i] if i < len(force) else 0.0 for i in contacts])
     if "field" in asked:
-        row["displacements"], row["velocities"] = x.copy(), v.copy()
+        # granules that have not moved yet are left out
+        row["displacements"] = np.trim_zeros(x, "b")
+        row["velocities"] = np.trim_zeros(v, "b")
     if "energies" in asked:
         row["kinetic_energy"] = 0.5 * float(np.sum(v * v))
         row["contact_energy"] = 0.4 * float(np.sum(force * np.maximum(overlaps(x), 0.0)))
@@ -94,7 +93,7 @@ def _row(x: FloatArray, v: FloatArray, contacts: tuple[int, ...], asked: tuple[s
 
 
 def _history(rows: list[Any]) -> FloatArray:
-    """All rows as one array; those of a shorter window are filled up with granules at rest."""
+    """All rows as one array; shorter ones are filled up with granules at rest."""
     if np.ndim(rows[0]) == 0:
         return np.array(rows)
     filled = np.zeros((len(rows), max(map(len, rows))))

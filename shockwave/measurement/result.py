@@ -27,6 +27,8 @@ _UNITS = {
     "granule_velocity": "velocity",
     "arrival_time": "time",
 }
+# Figures of the granules that leave the ends of the chain.
+_ENDS = ("recoil_momentum", "recoil_error", "recoil_velocities", "ejected_granules", "spall_velocities")
 
 
 @frozen(kw_only=True)
@@ -192,8 +194,8 @@ class SimulationResult:
         Relative, of ``peak_force``: from step control, the approach to the limit, and the table of the force.
     seconds : float
         Wall time; differs from run to run, and is left out of comparisons.
-    notes : tuple of str
-        Notes to read before using the figures of the primary.
+    warnings : tuple of str
+        Notes to read before using the figures of the primary; the train has its own.
     on_demand : OnDemand
         Functions that compute train, passages and histories when they are looked at.
     scenario : str or None
@@ -206,7 +208,7 @@ class SimulationResult:
     scales: Scales
     found: Primary
     error_estimate: float
-    notes: tuple[str, ...]
+    warnings: tuple[str, ...]
     seconds: float = field(eq=False, repr=False)
     on_demand: OnDemand = field(eq=False, repr=False)
     scenario: str | None = None
@@ -354,18 +356,16 @@ class SimulationResult:
         return own + self.train.cost if "train" in self.__dict__ and self._measured is None else own
 
     @property
-    def warnings(self) -> tuple[str, ...]:
-        """Notes to read before using the figures of the primary; the train has its own."""
-        return self.notes
-
-    @property
     def all_warnings(self) -> tuple[str, ...]:
         """Those of the primary, and of the train if it was asked for."""
-        return (*self.notes, *(self.train.warnings if self.options.waves == "train" else ()))
+        return self.warnings if self.options.waves == "primary" else (*self.warnings, *self.train.warnings)
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``simulate --json`` prints: SI floats, no NaN."""
-        train = self.train if self.options.waves == "train" else None
+        ends: dict[str, Any] = dict.fromkeys(_ENDS)
+        if self.options.waves == "train":
+            values = {name: getattr(self, name) for name in _ENDS}
+            ends = {name: list(value) if isinstance(value, tuple) else value for name, value in values.items()}
         return {
             "scenario": self.scenario,
             "peak_force": self.peak_force,
@@ -375,11 +375,7 @@ class SimulationResult:
             "wave_threshold": self.wave_threshold,
             "passages": [asdict(passage) for passage in self.passages],
             "applied_momentum": self.applied_momentum,
-            "recoil_momentum": train.recoil_momentum if train else None,
-            "recoil_error": train.recoil_error if train else None,
-            "recoil_velocities": list(train.recoil_velocities) if train else None,
-            "ejected_granules": len(train.recoil_velocities) if train else None,
-            "spall_velocities": list(train.spall_velocities) if train and train.spall_velocities is not None else None,
+            **ends,
             "momentum_defect": self.momentum_defect,
             "energy_defect": self.energy_defect,
             "recording": self.recording.to_dict() if self.recording else None,

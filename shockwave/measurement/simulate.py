@@ -142,7 +142,8 @@ def simulate_many(
         raise InvalidValueError.of("chain", f"must be one, or one for each shock (got {len(chains)})")
     if threads is None:
         threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    scenes, plan = list(zip(shocks, chains, strict=True)), plan_of(options)
+    scenes = list(zip(shocks, chains, strict=True))
+    plan = plan_of(options)
     if plan.compiled is None or threads < 2 or len(scenes) < 2 * _FEWEST:
         return _simulate(scenes, plan)
     # Each thread does all of its share: while one is in the compiled code, which needs no lock, another prepares.
@@ -175,7 +176,7 @@ def _simulate(scenes: Sequence[tuple[Shock, Chain]], plan: Plan) -> list[Simulat
                 scales=scales,
                 found=answer.primary,
                 error_estimate=answer.error_estimate,
-                notes=(*shock.profile.notes, *answer.notes, *_missed(plan.options, answer.error_estimate)),
+                warnings=(*shock.profile.notes, *answer.notes, *_missed(plan.options, answer.error_estimate)),
                 seconds=seconds + time.perf_counter() - begin,
                 on_demand=_ON_DEMAND,
                 measured=answer.train,
@@ -188,10 +189,8 @@ def _simulate(scenes: Sequence[tuple[Shock, Chain]], plan: Plan) -> list[Simulat
 def _missed(options: SimulateOptions, error_estimate: float) -> list[str]:
     """A warning where the peak force of the primary does not meet the tolerance, or the step is too coarse."""
     if options.rtol is not None and error_estimate > options.rtol:
-        return [
-            f"the tolerance was not met: the primary's peak force is known to {error_estimate:.1e},"
-            f" {options.rtol:.1e} was asked for"
-        ]
+        known = f"the primary's peak force is known to {error_estimate:.1e}"
+        return [f"the tolerance was not met: {known}, {options.rtol:.1e} was asked for"]
     if options.rtol is None and error_estimate > _UNSETTLED:
         return [f"the step is too coarse for {options.integrator} (got {options.step:g}; give a smaller one)"]
     return []
@@ -216,18 +215,19 @@ def _search(problems: dict[int, ChainProblem], plan: Plan) -> dict[int, _Answer]
     for repeats in range(1 + _REPEATS):
         requests = [plan.request(problems[key], repeats) for key in left]
         primaries = find_primaries(requests, plan.search, plan.compiled)
-        for key, request, primary in zip(tuple(left), requests, primaries, strict=True):
+        asked, left = left, []
+        for key, request, primary in zip(asked, requests, primaries, strict=True):
             if primary.status == KNOWN:
                 error = _error(primary, request)
                 if key not in found or error < found[key].error_estimate:
                     found[key] = _Answer(primary, error)
-            elif key in lost or primary.status != TOO_LONG:
-                left.remove(key)
-                if primary.status == TOO_LONG and request.problem.duration > _WORTHWHILE:
-                    found[key] = _Answer(primary, 1.0)
-            else:
+                if found[key].error_estimate > plan.rtol:
+                    left.append(key)
+            elif primary.status == TOO_LONG and key not in lost:
                 lost.add(key)
-        left = [key for key in left if key not in found or found[key].error_estimate > plan.rtol]
+                left.append(key)
+            elif primary.status == TOO_LONG and request.problem.duration > _WORTHWHILE:
+                found[key] = _Answer(primary, 1.0)
     return found
 
 

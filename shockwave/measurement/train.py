@@ -94,10 +94,11 @@ def measure_primary(problem: ChainProblem, scales: Scales, plan: Plan) -> tuple[
     error_estimate = train.waves[0].error_estimate
     notes: tuple[str, ...] = ()
     if fine.reached_end:
+        top = fine.log.top()
         notes = (
             "the waves reach the free end before they are known to be steady: they are read at contact"
             f" {strongest.contact} of this chain; its greatest contact force is"
-            f" {si(fine.strongest.force * scales.force, 'N')}, at contact {fine.strongest.contact}",
+            f" {si(top.force * scales.force, 'N')}, at contact {top.contact}",
         )
     return primary, 1.0 if error_estimate is None else error_estimate, train, notes
 
@@ -106,10 +107,12 @@ def _train(problem: ChainProblem, scales: Scales, plan: Plan) -> tuple[Train, Ru
     """The train from a fine and a coarse run, and the fine run."""
     begin = time.perf_counter()
     most = int(_MOST_CONTACTS + _MOST_RATE * problem.duration)
-    primary, later = (
-        max(min(share * plan.rtol, _MOST_DOUBT), _LEAST_DOUBT) for share in (_PRIMARY_DOUBT, _LATER_DOUBT)
+    demand = Demand(
+        wave_threshold=plan.options.wave_threshold,
+        primary=max(min(_PRIMARY_DOUBT * plan.rtol, _MOST_DOUBT), _LEAST_DOUBT),
+        later=max(min(_LATER_DOUBT * plan.rtol, _MOST_DOUBT), _LEAST_DOUBT),
+        most_contacts=most,
     )
-    demand = Demand(plan.options.wave_threshold, primary, later, most)
     fine, coarse = (run(problem, plan.integrator(factor), demand) for factor in (1.0, _COARSE))
     if not fine.waves or not coarse.waves:
         raise NumericalError(
@@ -118,19 +121,21 @@ def _train(problem: ChainProblem, scales: Scales, plan: Plan) -> tuple[Train, Ru
         )
     waves = _waves(fine, coarse, scales)
     ejected = EJECTED * waves[0].granule_velocity
-    recoil, coarse_recoil = sum(fine.recoils), sum(coarse.recoils)
+    recoil = sum(fine.recoils)
+    error = abs(recoil - sum(coarse.recoils)) + fine.unfinished_recoil
     velocities = [velocity * scales.velocity for velocity in fine.recoils]
+    cost = Cost(
+        steps=fine.steps + coarse.steps,
+        force_evaluations=fine.integrator.evaluations + coarse.integrator.evaluations,
+        seconds=time.perf_counter() - begin,
+    )
     train = Train(
         waves=waves,
         recoil_momentum=recoil * scales.momentum,
-        recoil_error=(abs(recoil - coarse_recoil) + fine.unfinished_recoil) * scales.momentum,
+        recoil_error=error * scales.momentum,
         recoil_velocities=tuple(velocity for velocity in velocities if -velocity > ejected),
         spall_velocities=None if fine.spalls is None else tuple(u * scales.velocity for u in fine.spalls),
-        cost=Cost(
-            steps=fine.steps + coarse.steps,
-            force_evaluations=fine.evaluations + coarse.evaluations,
-            seconds=time.perf_counter() - begin,
-        ),
+        cost=cost,
         warnings=_warnings(fine, waves),
     )
     return train, fine

@@ -6,7 +6,6 @@ import math
 from itertools import accumulate
 
 import numpy as np
-from attrs import frozen
 
 from shockwave.chain.solitary_wave import ENERGY
 from shockwave.measurement.peaks import Peak, PeakLog, history
@@ -26,21 +25,9 @@ _TALLER = 1.001
 _SLOWEST = 0.97
 
 
-@frozen
-class Settling:
-    """The waves at this moment, front first.
-
-    ``doubts`` bound how far each peak may still be from its limit, relatively; infinite for a wave with a collision
-    ahead of it or behind it, or followed by one that may yet outgrow it. ``complete`` says that nothing behind them
-    can become another wave.
-    """
-
-    heads: tuple[Peak, ...]
-    doubts: tuple[float, ...]
-    complete: bool
-
-
-def settling(log: PeakLog, now: float, x: FloatArray, v: FloatArray, threshold: float, noise: float = 0.0) -> Settling:
+def settling(
+    log: PeakLog, now: float, x: FloatArray, v: FloatArray, threshold: float, noise: float = 0.0
+) -> tuple[list[tuple[Peak, float]], bool]:
     """Judge the state of the chain after the force has ended.
 
     Parameters
@@ -53,11 +40,19 @@ def settling(log: PeakLog, now: float, x: FloatArray, v: FloatArray, threshold: 
         Peak force, over the strongest wave's, above which a wave counts.
     noise : float
         Error of a peak force due to step errors: differences below it are not significant.
+
+    Returns
+    -------
+    list of (Peak, float)
+        The foremost peak of each wave, front first, and a bound on how far it may still be from its limit, relatively;
+        infinite for a wave with a collision ahead of it or behind it, or followed by one that may yet outgrow it.
+    bool
+        Whether nothing behind them can become another wave.
     """
     # Weaker waves are followed too: one may still grow, and its energy is accounted for.
     followed = log.heads(now, _FOLLOWED * threshold)
     if not followed:
-        return Settling((), (), False)
+        return [], False
     forces = [head.force for head in followed]
     least = threshold * max(forces)
     doubts = [_doubt(history(head, 2 * _STRIDE), noise) for head in followed]
@@ -67,10 +62,10 @@ def settling(log: PeakLog, now: float, x: FloatArray, v: FloatArray, threshold: 
     for i, force in enumerate(forces):
         if _TALLER * weakest_ahead[i] < force or tallest_behind[i] > _TALLER * force:
             doubts[i] = math.inf
-    may_grow = any(force < least <= force * (1 + doubt) for force, doubt in zip(forces, doubts, strict=True))
+    waves = list(zip(followed, doubts, strict=True))
+    may_grow = any(head.force < least <= head.force * (1 + doubt) for head, doubt in waves)
     complete = not may_grow and _nothing_to_come(x, v, followed[-1].contact, least)
-    counted = [i for i, force in enumerate(forces) if force >= least]
-    return Settling(tuple(followed[i] for i in counted), tuple(doubts[i] for i in counted), complete)
+    return [(head, doubt) for head, doubt in waves if head.force >= least], complete
 
 
 def _doubt(trail: list[Peak], noise: float) -> float:
@@ -82,19 +77,15 @@ def _doubt(trail: list[Peak], noise: float) -> float:
     if len(trail) <= 2 * _STRIDE:
         return math.inf
     half = _STRIDE // 2
-    forces = [peak.force for peak in trail]
-    recent, older, last, previous = (
-        _spread(forces[begin : end + 1])
-        for begin, end in ((0, half), (half, _STRIDE), (0, _STRIDE), (_STRIDE, 2 * _STRIDE))
-    )
+    forces = np.array([peak.force for peak in trail])
+    recent = float(np.ptp(forces[: half + 1]))
+    older = float(np.ptp(forces[half : _STRIDE + 1]))
+    last = float(np.ptp(forces[: _STRIDE + 1]))
+    previous = float(np.ptp(forces[_STRIDE : 2 * _STRIDE + 1]))
     if last <= noise:
         return last / trail[0].force
     ratio = min(max(_ratio(last, previous), _ratio(recent, older) ** 2), _SLOWEST)
     return last * max(ratio / (1 - ratio), 0.1) / trail[0].force
-
-
-def _spread(forces: list[float]) -> float:
-    return max(forces) - min(forces)
 
 
 def _ratio(later: float, earlier: float) -> float:

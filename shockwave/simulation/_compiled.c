@@ -1,4 +1,4 @@
-/* The march of many shocks into their chains, a shock a lane: the compiled twin of lanes.py.
+/* The march of many shocks into their chains, a shock a lane: the compiled twin of numpy_backend.py.
 
    Scaled units: mass and contact stiffness 1. Row j of an array holds granule j of every lane, so with LANES lanes
    element e = j * lanes + lane; neighbours are `lanes` elements apart. The arithmetic of an element does not depend on
@@ -214,7 +214,7 @@ static void attempt(const Method *m, Window *w, long n, const double *h, const d
 
 /* ---------------------------------------------------------------- a lane: one shock on its way */
 
-/* Columns of a job, and of what is found for it; lanes.py has the same. */
+/* Columns of a job, and of what is found for it; primary.py writes them. */
 enum { RISE_TIME, FORCE, DURATION, GRANULES, TOLERANCE, DOUBT, MOST_CONTACTS, MOST_WORK, REAR, KNOWN_FROM,
        GROWING, ABOVE, FIRST_PIECE = ABOVE + 10, PIECES,
        FIRST_COEFFICIENT, FIRST_STOP, FIRST_WANTED, WANTED, JOB };

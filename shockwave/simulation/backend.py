@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from importlib import import_module
 from types import ModuleType
 from typing import Literal, TypeAlias
 
 from shockwave.errors import InvalidValueError
 
-compiled: ModuleType | None
-try:
-    from shockwave.simulation import _compiled
-except ImportError:  # built without a C compiler
-    compiled = None
-else:
-    compiled = _compiled
+compiled: ModuleType | None = None
+with suppress(ImportError):  # built without a C compiler
+    compiled = import_module("shockwave.simulation._compiled")
 
 
 Backend: TypeAlias = Literal["compiled", "numpy"]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any
 
 import numpy as np
 from attrs import define, field, frozen
@@ -159,20 +158,22 @@ class _Course:
         frame = self.frame
         x, v = frame.true(self.time, self.y, self.w)
         acceleration = ChainAcceleration(self.problem, frame.driven)
-        steps = _blamed(self.integrator, acceleration, self.time, until, self.y, self.w, self.size)
-        for count, step in enumerate(steps, start=1):
-            if frame.meets(step, self.w[0]):
-                self.y, self.w, self.frame = x, v, _Frame(self.problem, driven=False)
-                return
-            x0, v0 = x, v
-            x, v = frame.true(step.end, step.x, step.v)
-            self.y, self.w, self.time, self.size = step.x, step.v, step.end, step.next_size
-            yield Span(step.begin, step.end, x0, v0, x, v, partial(_within, frame, step, self.integrator))
-            if count == _PARTING and not frame.driven:
-                self._part(x, v)
-                return
-            if self._room():
-                return
+        # what goes wrong with the steps of a plugin is its own fault
+        with blame("integrators", type(self.integrator)):
+            steps = self.integrator.steps(acceleration, self.time, until, self.y, self.w, self.size)
+            for count, step in enumerate(steps, start=1):
+                if frame.meets(step, self.w[0]):
+                    self.y, self.w, self.frame = x, v, _Frame(self.problem, driven=False)
+                    return
+                x0, v0 = x, v
+                x, v = frame.true(step.end, step.x, step.v)
+                self.y, self.w, self.time, self.size = step.x, step.v, step.end, step.next_size
+                yield Span(step.begin, step.end, x0, v0, x, v, partial(_within, frame, step, self.integrator))
+                if count == _PARTING and not frame.driven:
+                    self._part(x, v)
+                    return
+                if self._room():
+                    return
 
     def _room(self) -> int:
         """How many granules the window lacks: none while those near its end are at rest."""
@@ -188,15 +189,6 @@ class _Course:
         if free > len(self.frame.x):
             self.frame = _Frame(self.problem, False, self.time, x[:free], v[:free])
             self.y, self.w = x[free:], v[free:]
-
-
-def _blamed(integrator: Integrator, *given: Any) -> Iterator[Step]:
-    """The steps of ``integrator``, of the form that its contract promises, or else its own fault."""
-    with blame("integrators", type(integrator)):
-        for step in integrator.steps(*given):
-            if not isinstance(step, Step) or not np.shape(step.x) == np.shape(step.v) == np.shape(given[-3]):
-                raise TypeError(f"a step must be a Step with x and v of the shape given, not {step!r:.80}")
-            yield step
 
 
 def _within(frame: _Frame, step: Step, integrator: Integrator, time: float) -> tuple[FloatArray, FloatArray]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from fractions import Fraction
+from importlib import resources
 from types import ModuleType
 from typing import ClassVar
 
@@ -12,9 +15,11 @@ from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Acceleration
 from shockwave.simulation.one_step import Attempt, OneStep, Scalar
 from shockwave.simulation.problem import ChainAcceleration
-from shockwave.simulation.tableaux import RKN64, RKN86, RKN1210, Fractions
 
 _NONE = np.empty(0)
+#: Name of a method -> nodes ``c``, weights ``a`` of the stages, a row for each, weights ``b_prime`` of the velocity and
+#: ``error_b_prime``, their excess over those of the embedded method: exact fractions.
+_EXACT = json.loads(resources.files(__package__).joinpath("tableaux.json").read_text(encoding="utf-8"))
 
 
 @frozen(eq=False)
@@ -48,34 +53,24 @@ class Tableau:
         return len(self.nodes) + (not self.last_is_first)
 
     @classmethod
-    def of(cls, exact: Fractions, error_order: int) -> Tableau:
-        """The tableau of exact fractions."""
-        nodes = np.array(_numbers(exact.c))
-        stages = [np.array(_numbers(row)) for row in exact.a]
-        velocity = np.array([_numbers(text) for text in (exact.b_prime, exact.error_b_prime)])
-        position = np.array([_numbers(text, exact.c) for text in (exact.b_prime, exact.error_b_prime)])
-        weights = np.stack((position, velocity), axis=1).reshape(4, -1)
-        last_is_first = bool(np.array_equal([*stages[-1], 0.0], weights[0]))
+    def of(cls, name: str, error_order: int) -> Tableau:
+        """The tableau of a published method; its weights of the position are b_i = b'_i (1 - c_i)."""
+        exact = _EXACT[name]
+        nodes = [Fraction(text) for text in exact["c"]]
+        rows = []
+        for key in ("b_prime", "error_b_prime"):
+            velocity = [Fraction(text) for text in exact[key]]
+            position = [weight * (1 - node) for weight, node in zip(velocity, nodes, strict=True)]
+            rows += [position, velocity]
+        weights = np.array(rows, dtype=float)
         square = np.zeros((len(nodes), len(nodes)))
-        for row, stage in enumerate(stages):
-            square[row, : len(stage)] = stage
-        packed = np.concatenate([[len(nodes), error_order, last_is_first], nodes, square.ravel(), weights.ravel()])
-        return cls(nodes[1:], tuple(stages[1:]), weights, last_is_first, packed)
-
-
-def _numbers(text: str, remaining: str = "") -> list[float]:
-    """Fractions in double precision; each b is multiplied with 1 - c where the nodes c are given as ``remaining``."""
-    numbers = _fractions(text)
-    if remaining:
-        nodes = _fractions(remaining)
-        numbers = [(n * (below - above), d * below) for (n, d), (above, below) in zip(numbers, nodes, strict=True)]
-    # A quotient of Python's integers, however long, is rounded once.
-    return [numerator / denominator for numerator, denominator in numbers]
-
-
-def _fractions(text: str) -> list[tuple[int, int]]:
-    parts = (number.partition("/") for number in text.split())
-    return [(int(above), int(below or 1)) for above, _, below in parts]
+        for row, texts in enumerate(exact["a"]):
+            square[row, : len(texts)] = [Fraction(text) for text in texts]
+        last_is_first = bool(np.array_equal(square[-1], weights[0]))
+        c = np.array(nodes, dtype=float)
+        packed = np.concatenate([[len(c), error_order, last_is_first], c, square.ravel(), weights.ravel()])
+        stages = tuple(square[row, :row] for row in range(1, len(c)))
+        return cls(c[1:], stages, weights, last_is_first, packed)
 
 
 @define
@@ -93,19 +88,18 @@ class Nystroem(OneStep):
 
     #: The compiled module, to step a chain with, or None.
     compiled: ModuleType | None = field(default=None, repr=False)
-    _work: FloatArray = field(factory=lambda: np.empty(0), init=False, repr=False)
 
     def attempt(
         self, acceleration: Acceleration, time: Scalar, size: Scalar, x: FloatArray, v: FloatArray, a: FloatArray
     ) -> Attempt:
         chain = getattr(acceleration, "acceleration", None)
         if self.compiled is not None and isinstance(chain, ChainAcceleration):
-            return self._compiled_attempt(chain, float(time), float(size), x, v, a)
+            self.evaluations += self.tableau.evaluations
+            return _compiled_attempt(
+                self.compiled, self.tableau, chain, float(time), float(size), np.concatenate((x, v, a))
+            )
         tableau = self.tableau
-        shape = (len(tableau.nodes) + 1, *x.shape)
-        if self._work.shape != (2, *shape):
-            self._work = np.empty((2, *shape))
-        rates, terms = self._work
+        rates, terms = np.empty((2, len(tableau.nodes) + 1, *x.shape))
         column = (-1,) + (1,) * x.ndim
         square = size * size
         # Sums run term after term, as in the compiled code: the two agree to the last bit.
@@ -124,20 +118,20 @@ class Nystroem(OneStep):
         error = np.maximum(np.abs(square * error_x), np.abs(size * error_v)).max(axis=0)
         return Attempt(end, v + size * velocity, a, error)
 
-    def _compiled_attempt(
-        self, chain: ChainAcceleration, time: float, size: float, x: FloatArray, v: FloatArray, a: FloatArray
-    ) -> Attempt:
-        self.evaluations += self.tableau.evaluations
-        problem = chain.problem
-        state = np.concatenate((x, v, a))
-        after = np.empty_like(state)
-        rows, coefficients = (problem.path.rows, problem.path.coefficients) if chain.driven else (_NONE, _NONE)
-        assert self.compiled is not None
-        error = self.compiled.attempt(
-            self.tableau.packed, rows, coefficients, state, after, time, size, problem.rise_time, problem.peak_force
-        )
-        x, v, a = after.reshape(3, -1)
-        return Attempt(x, v, a, error)
+
+def _compiled_attempt(
+    compiled: ModuleType, tableau: Tableau, chain: ChainAcceleration, time: float, size: float, state: FloatArray
+) -> Attempt:
+    """As `Nystroem.attempt`, from a ``state`` of positions, velocities and accelerations in a row."""
+    problem = chain.problem
+    path = problem.path
+    rows, coefficients = (path.rows, path.coefficients) if chain.driven else (_NONE, _NONE)
+    after = np.empty_like(state)
+    error = compiled.attempt(
+        tableau.packed, rows, coefficients, state, after, time, size, problem.rise_time, problem.peak_force
+    )
+    x, v, a = after.reshape(3, -1)
+    return Attempt(x, v, a, error)
 
 
 @define
@@ -147,7 +141,7 @@ class Rkn64(Nystroem):
     name: ClassVar[str] = "rkn64"
     order: ClassVar[int] = 6
     error_order: ClassVar[int] = 4
-    tableau: ClassVar[Tableau] = Tableau.of(RKN64, error_order)
+    tableau: ClassVar[Tableau] = Tableau.of(name, error_order)
     caution: ClassVar[float] = 0.2
 
 
@@ -158,7 +152,7 @@ class Rkn86(Nystroem):
     name: ClassVar[str] = "rkn86"
     order: ClassVar[int] = 8
     error_order: ClassVar[int] = 6
-    tableau: ClassVar[Tableau] = Tableau.of(RKN86, error_order)
+    tableau: ClassVar[Tableau] = Tableau.of(name, error_order)
 
 
 @define
@@ -168,5 +162,5 @@ class Rkn1210(Nystroem):
     name: ClassVar[str] = "rkn1210"
     order: ClassVar[int] = 12
     error_order: ClassVar[int] = 10
-    tableau: ClassVar[Tableau] = Tableau.of(RKN1210, error_order)
+    tableau: ClassVar[Tableau] = Tableau.of(name, error_order)
     caution: ClassVar[float] = 0.2

@@ -40,20 +40,23 @@ def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: lis
     """The primaries of these requests by the compiled code, which takes tables: `_compiled.c` names their columns."""
     jobs: list[float] = []
     stops: list[float] = []
-    wanted: list[float] = []
+    wanted: list[int] = []
     pieces = terms = 0
     for request in requests:
-        path = request.problem.path
-        jobs += _settings(request)
-        jobs += (pieces, len(path.rows), terms, len(stops), len(wanted) // 3, len(request.contacts))
+        problem = request.problem
+        path = problem.path
+        jobs += (problem.rise_time, problem.peak_force, problem.duration, problem.granules or 0)
+        jobs += (request.tolerance, request.doubt, request.most_contacts, request.most_work)
+        jobs += (request.rear, request.known_from, request.growing, *request.above)
+        jobs += (pieces, len(path.rows), terms, len(stops), len(wanted), len(request.contacts))
         pieces += len(path.rows)
         terms += len(path.coefficients)
-        stops += request.problem.stops
-        for contact in request.contacts:
-            wanted += (contact, math.nan, math.nan)
+        stops += problem.stops
+        wanted += request.contacts
     paths = [request.problem.path for request in requests]
     found = np.zeros((len(requests), len(Primary._fields) - 1))
-    passages = np.array(wanted)
+    passages = np.full((len(wanted), 3), math.nan)
+    passages[:, 0] = wanted
     compiled.primary(
         method.tableau.packed,
         np.array(jobs),
@@ -64,30 +67,10 @@ def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: lis
         found,
         1 if len(requests) < _WIDTH else _WIDTH,
     )
-    triples = iter(passages.reshape(-1, 3).tolist())
-    return [
-        Primary._make([*numbers, _passages([next(triples) for _ in request.contacts])])
-        for numbers, request in zip(found.tolist(), requests, strict=True)
-    ]
-
-
-def _settings(request: Request) -> tuple[float, ...]:
-    problem = request.problem
-    return (
-        problem.rise_time,
-        problem.peak_force,
-        problem.duration,
-        problem.granules or 0,
-        request.tolerance,
-        request.doubt,
-        request.most_contacts,
-        request.most_work,
-        request.rear,
-        request.known_from,
-        request.growing,
-        *request.above,
-    )
-
-
-def _passages(triples: list[list[float]]) -> tuple[Passage, ...]:
-    return tuple(Passage(int(contact), time, force) for contact, time, force in triples if not math.isnan(time))
+    rows = iter(passages.tolist())
+    answers = []
+    for numbers, request in zip(found.tolist(), requests, strict=True):
+        triples = [next(rows) for _ in request.contacts]
+        reached = [Passage(int(contact), time, force) for contact, time, force in triples if not math.isnan(time)]
+        answers.append(Primary._make([*numbers, tuple(reached)]))
+    return answers

@@ -24,8 +24,6 @@ _CONTACT_RATE = 400
 _WORK = 3e7
 _WORK_RATE = 3e4
 _MOST_WORK = 2e9
-# Shocks of at least this duration are long.
-_LONG = 10.0
 # How far behind the front granules are still followed once the force has ended: so many, and if the shock is long some
 # more for the time that its force was near what the front may come from, a 2.33rd of its peak. Less would change peaks
 # by more than the tolerance.
@@ -64,14 +62,6 @@ class Request:
     contacts: tuple[int, ...] = ()
     patience: float = 1.0
 
-    @cached_property
-    def _long(self) -> bool:
-        return self.problem.duration >= _LONG
-
-    @cached_property
-    def _rises_again(self) -> bool:
-        return self._long and self.problem.rises_again
-
     @property
     def most_contacts(self) -> float:
         return _MOST_CONTACTS + _CONTACT_RATE * self.problem.duration
@@ -83,23 +73,23 @@ class Request:
     @property
     def known_from(self) -> float:
         """Time before which the primary is not taken as known: a later pulse of the shock must have made its wave."""
-        return (2 if self._rises_again else 1) * self.problem.duration
+        return (2 if self.problem.rises_again else 1) * self.problem.duration
 
     @property
     def rear(self) -> int:
-        if not self._long:
+        if not self.problem.is_long:
             return _REAR
         return next(rear for least, rear in _LONG_REARS if self.tolerance >= least)
 
     @property
     def growing(self) -> float:
-        return _GROWING_AGAIN if self._rises_again else _GROWING
+        return _GROWING_AGAIN if self.problem.rises_again else _GROWING
 
     @cached_property
     def above(self) -> list[float]:
         """How long the force is above 0, 1, ... 9 tenths of its peak; zeros for a short shock."""
         problem = self.problem
-        if not self._long:
+        if not problem.is_long:
             return [0.0] * 10
         below = np.searchsorted(np.sort(problem.course), _TENTHS, side="right")
         times: list[float] = ((1 - below / len(problem.course)) * problem.duration).tolist()

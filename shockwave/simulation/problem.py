@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 # More knots than this are a sampled record: its kinks are too small and too many to end steps on.
 _MOST_STOPS = 64
+# Shocks of at least this duration are long.
+_LONG = 10.0
 # Samples of the force, and the share of its peak that is a little.
 _SAMPLES = 200
 _LITTLE = 0.05
@@ -71,9 +73,16 @@ class ChainProblem:
         shares = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
         return self.profile.force(shares * float(self.profile.duration_ratio))
 
+    @property
+    def is_long(self) -> bool:
+        """Whether the first waves are nearly alike, and part slowly."""
+        return self.duration >= _LONG
+
     @cached_property
     def rises_again(self) -> bool:
-        """Whether the force rises once more after it has fallen, by more than a little."""
+        """Whether a long force rises once more after it has fallen, by more than a little."""
+        if not self.is_long:
+            return False
         fallen = np.maximum.accumulate(self.course) - self.course
         return bool((np.maximum.accumulate(fallen) - fallen).max() > _LITTLE)
 

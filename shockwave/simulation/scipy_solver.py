@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import abc
-from collections.abc import Callable, Iterator
-from functools import partial
+from collections.abc import Iterator
 from typing import Any, ClassVar
 
 import numpy as np
@@ -26,9 +24,12 @@ class ScipySolver(Integrator):
     adaptive: ClassVar[bool] = True
     symplectic: ClassVar[bool] = False
 
-    @abc.abstractmethod
-    def _solver(self, granules: int) -> Callable[..., Any]:
-        """The class of `scipy.integrate.OdeSolver` for so many granules."""
+    #: The class of `scipy.integrate.OdeSolver`.
+    solver: ClassVar[Any]
+
+    def _settings(self, granules: int) -> dict[str, Any]:
+        """Further arguments of the solver for so many granules."""
+        return {}
 
     def steps(
         self,
@@ -48,7 +49,7 @@ class ScipySolver(Integrator):
         # Without a first step SciPy looks for one, and never ends where the acceleration is not finite; what is not
         # finite is looked for afterwards.
         with np.errstate(over="ignore", invalid="ignore"):
-            solver = self._solver(granules)(
+            solver = self.solver(
                 derivative,
                 begin,
                 np.concatenate((x, v)),
@@ -57,6 +58,7 @@ class ScipySolver(Integrator):
                 atol=self.tolerance,
                 max_step=LONGEST_STEP,
                 first_step=self._first_size(until - begin, first_size),
+                **self._settings(granules),
             )
         time = begin
         self._check(solver, time, None)
@@ -85,9 +87,7 @@ class Dop853(ScipySolver):
 
     name: ClassVar[str] = "dop853"
     order: ClassVar[int] = 8
-
-    def _solver(self, granules: int) -> Callable[..., Any]:
-        return scipy.integrate.DOP853
+    solver = scipy.integrate.DOP853
 
 
 @define
@@ -96,12 +96,12 @@ class Radau(ScipySolver):
 
     name: ClassVar[str] = "radau"
     order: ClassVar[int] = 5
+    solver = scipy.integrate.Radau
 
-    def _solver(self, granules: int) -> Callable[..., Any]:
+    def _settings(self, granules: int) -> dict[str, Any]:
         from scipy.sparse import block_array, diags_array
 
         shape = (granules, granules)
         velocities = diags_array([1.0], offsets=[0], shape=shape)
         neighbours = diags_array([1.0, 1.0, 1.0], offsets=[-1, 0, 1], shape=shape)
-        sparsity = block_array([[None, velocities], [neighbours, None]], format="csc")
-        return partial(scipy.integrate.Radau, jac_sparsity=sparsity)
+        return {"jac_sparsity": block_array([[None, velocities], [neighbours, None]], format="csc")}
