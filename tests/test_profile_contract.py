@@ -191,7 +191,7 @@ VALUE = "test_it_is_a_value"
 #: Found by the test kit alone: the profile, the test, what is said.
 IN_TESTS: dict[str, tuple[Any, str, str]] = {
     "no-meaning": (Meaningless(), FIELDS, "a field has no meaning"),
-    "no-unit": (UnknownUnit(), FIELDS, "there is no unit 'smoots'"),
+    "no-unit": (UnknownUnit(), FIELDS, "must be a quantity in smoots"),
     "corner": (broken(decay=lambda _, s: np.minimum(1.0, 3 - s)), KINKS, "decay(s) of Broken() has a kink at s = 2"),
     "jump": (
         broken(decay=lambda _, s: np.where(s < 2.3, 1.0, 0.5)),
