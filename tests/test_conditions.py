@@ -98,14 +98,10 @@ BROKEN = {
     "haversine": (Haversine(), set()),
     "half-sine": (HalfSine(), {"slow-decay"}),
     "rectangular": (_power(2, 0, 0), {"slow-decay"}),
-    "short-rectangular": (_power(1.5, 0, 0), {"slow-decay", "decay-outweighs-rise"}),
-    "final-peak-sawtooth": (Triangular(duration_ratio=1.01), {"decay-outweighs-rise"}),
     "spike": (_power(10, 1, 200), {"decay-outweighs-rise"}),
     "parabolic-rise": (_power(3, 2, 1), {"steep-rise"}),
     "late-pulse": (_power(10, 3, 0.5), {"steep-rise", "slow-decay"}),
     "exponential": (Exponential(rise_rate=2, decay_rate=1, duration_ratio=4), set()),
-    "exponential-slow-rise": (Exponential(rise_rate=-2, decay_rate=1, duration_ratio=4), {"steep-rise"}),
-    "exponential-late-decay": (Exponential(rise_rate=2, decay_rate=-1, duration_ratio=4), {"slow-decay"}),
     "initial-peak-sawtooth": (Tabulated([0, 0.01, 5], [0, 1, 0]), set()),
 }
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any
 
@@ -37,11 +36,6 @@ def outside(_: Any, found: Integral, integrand: Any, lower: float, upper: float)
     return attrs.evolve(found, evaluations=found.evaluations + 1)
 
 
-def columns(_: Any, found: Integral, integrand: Any, lower: float, upper: float) -> Integral:
-    integrand(np.full((1, 1), (lower + upper) / 2))
-    return attrs.evolve(found, evaluations=found.evaluations + 1)
-
-
 def endless(_: Any, found: Integral, integrand: Any, lower: float, upper: float) -> Integral:
     while found.error > 1e-6:
         integrand(np.linspace(lower, upper, 100_001)[1:-1])
@@ -54,10 +48,7 @@ def remembering(self: Any, found: Integral, *_: Any) -> Integral:
 
 
 QUADRATURES: dict[str, tuple[type[Any], int, str]] = {
-    "rough": (off(value=1 + 1e-9, error=1e6), 2, "1 + s from 0 to 1 is 1.5000000015, off by 1.5e-09"),
-    "no-integral": (rule(lambda *_: math.nan), 2, "object has no attribute"),
     "outside": (rule(outside), 3, "it is called at s = "),
-    "columns": (rule(columns), 3, "it is called with an s of other than one dimension"),
     "sure": (off(error=1e-3), 4, "the estimate is"),
     "miscounted": (off(evaluations=2), 5, "points were taken"),
     "remembering": (rule(remembering), 5, "first Integral(value="),

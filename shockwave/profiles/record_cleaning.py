@@ -132,7 +132,7 @@ def _cleaned(times: FloatArray, forces: FloatArray) -> tuple[FloatArray, float, 
     if baseline:
         what = f"a baseline of {baseline:.4g} N, the mean of the {count} samples before the pulse, was subtracted"
         notes.append(f"{what} {share(baseline / peak_force * (times[stop] - times[start]))}")
-    number = np.count_nonzero(below)
+    number = int(np.count_nonzero(below))
     if number:
         were = "was" if number == 1 else "were"
         lost = share(_impulse(times, below))

@@ -46,10 +46,9 @@ class Contract:
 
 def _id(member: Any) -> str:
     """Name of a class, or an object as it prints itself; the repr of plain objects differs between processes."""
-    if isinstance(member, type):
-        return member.__name__
-    cls = type(member)
-    return cls.__name__ if cls.__repr__ is object.__repr__ else text_of(member, 80)
+    cls: Any = type(member)
+    plain = isinstance(member, type) or cls.__repr__ is object.__repr__
+    return getattr(member, "__name__", cls.__name__) if plain else text_of(member, 80)
 
 
 def check_registered(kind: str, cls: Any) -> None:
