@@ -184,6 +184,10 @@ def test_a_bad_row_is_named_with_its_line(read, row, fault):
     assert found.startswith(f":4: {fault}")
 
 
+def test_bad_rows_of_every_kind_are_named_together(read):
+    assert [fault.split(":")[1] for fault in faults_of(read, "0,0\nx,1\n2\n3,y\n4,0\n")] == ["2", "3", "4"]
+
+
 def test_at_most_twenty_bad_rows_are_told(read):
     assert len(faults_of(read, "0,0\n" + "x,y\n" * 1000)) == 20
 

@@ -94,15 +94,6 @@ class _Text:
         return hint if self.separator == "," else ""
 
 
-@frozen
-class _Column:
-    """The name and unit of a column, and the line on which the unit stands, counted from 0."""
-
-    name: str
-    unit: str
-    line: int
-
-
 def read_record(path: pathlib.Path) -> Record:
     """Read a time column and a force column.
 
@@ -128,20 +119,11 @@ def read_record(path: pathlib.Path) -> Record:
     """
     text = _text(pathlib.Path(path))
     notes: list[str] = []
-    columns = _columns(text, notes)
-    picks = _picks(text, columns, notes)
-    factors = _factors(text, [columns[pick] for pick in picks], notes)
+    header, names, units = _header(text, notes)
+    picks = _picks(text, names, notes)
+    factors = _factors(text, header, [units[pick] for pick in picks], notes)
     rows = text.kept(text.first, len(text.lines))
-    table = _numbers(text, rows, len(columns), picks) * factors
-    bad = np.argwhere(~np.isfinite(table))
-    faults = []
-    for row, which in bad[:_MOST_FAULTS].tolist():
-        unit, name, _ = _SI_UNITS[which]
-        cell = _cells(text.lines[rows[row]], text.separator)[picks[which]]
-        problem = f"must be a finite number of {unit} (got {text_of(cell)}; mend or delete the row)"
-        faults.append(text.fault(rows[row], name, problem))
-    if faults:
-        raise InvalidValueError(faults)
+    table = _numbers(text, rows, len(names), picks) * factors
     return Record(table[:, 0].copy(), table[:, 1].copy(), tuple(notes), np.array(rows) + 1)
 
 
@@ -179,8 +161,8 @@ def _number(cell: str) -> float:
 # ---------------------------------------------------------------- header
 
 
-def _columns(text: _Text, notes: list[str]) -> list[_Column]:
-    """The columns, as the header names them."""
+def _header(text: _Text, notes: list[str]) -> tuple[int, list[str], list[str]]:
+    """Index of the last header line, counted from 0; names and units of the columns, empty where there are none."""
     headers = text.kept(0, text.first)
     row = _cells(text.lines[text.first], text.separator)
     trimmed = len(row) - (row[-1] == "")
@@ -191,7 +173,7 @@ def _columns(text: _Text, notes: list[str]) -> list[_Column]:
         headers = _header_in_comment(text, trimmed)
         notes += [f"the header was read from the comment in line {index + 1}" for index in headers]
     if not headers:
-        return [_Column("", "", text.first)] * trimmed
+        return text.first, [""] * trimmed, [""] * trimmed
     labels = [_labels(text, index) for index in headers]
     count = len(row) if len(labels[0]) == len(row) else trimmed
     for index, cells in zip(headers, labels, strict=True):
@@ -201,12 +183,11 @@ def _columns(text: _Text, notes: list[str]) -> list[_Column]:
         if len(cells) != count:
             got = f"got {len(cells)} names; line {text.first + 1} has {count}{text.comma_hint}"
             text.refuse(index, "header", f"must name every column ({got})")
-    columns = [_Column(*_name_and_unit(cell), headers[0]) for cell in labels[0]]
+    names, units = zip(*map(_name_and_unit, labels[0]), strict=True)
     if len(labels) == 2:  # the second line holds the units
-        units = [cell.strip("[]()").strip() for cell in labels[1]]
-        pairs = zip(columns, units, strict=True)
-        return [column if column.unit else _Column(column.name, unit, headers[1]) for column, unit in pairs]
-    return columns
+        below = [cell.strip("[]() ") for cell in labels[1]]
+        units = tuple(unit or other for unit, other in zip(units, below, strict=True))
+    return headers[-1], list(names), list(units)
 
 
 def _labels(text: _Text, index: int) -> list[str]:
@@ -237,9 +218,8 @@ def _named(names: Sequence[str], known: frozenset[str]) -> list[int]:
     return [i for i, name in enumerate(names) if known.intersection(re.findall(r"[^\W\d_]+", name.lower()))]
 
 
-def _picks(text: _Text, columns: Sequence[_Column], notes: list[str]) -> list[int]:
+def _picks(text: _Text, names: Sequence[str], notes: list[str]) -> list[int]:
     """The columns of time and force: by their names, or in this order where there are but two."""
-    names = [column.name for column in columns]
     times = _named(names, _TIME_NAMES)
     forces = _named(names, _FORCE_NAMES)
     if len(names) == 2 and not times and not forces and any(names):
@@ -253,26 +233,24 @@ def _picks(text: _Text, columns: Sequence[_Column], notes: list[str]) -> list[in
         problem = f"must be one column of time and one of force (got {len(names)}: {shown}; {hint})"
         text.refuse(text.first, "columns", problem)
     picks = times + forces
-    if picks != [0, 1]:
+    if picks != [0, 1] or len(names) > 2:
         which = " and ".join(f"column {pick + 1}, {names[pick]!r}," for pick in picks)
         notes.append(f"time and force were found by their names: {which[:-1]}")
-    elif len(names) > 2:
-        notes.append(f"of {len(names)} columns only {names[0]!r} and {names[1]!r} were read")
     return picks
 
 
-def _factors(text: _Text, columns: Sequence[_Column], notes: list[str]) -> list[float]:
+def _factors(text: _Text, header: int, units: Sequence[str], notes: list[str]) -> list[float]:
     """What turns the two columns into SI; faults of both are raised together."""
     factors = []
     faults = []
-    for column, (base, name, assumed) in zip(columns, _SI_UNITS, strict=True):
-        if not column.unit:
+    for unit, (base, name, assumed) in zip(units, _SI_UNITS, strict=True):
+        if not unit:
             notes.append(f"the {name} has no unit: {assumed} are assumed")
-        factor = _factor(column.unit or base, base)
+        factor = _factor(unit or base, base)
         factors.append(factor)
         if math.isnan(factor):
-            problem = f"must be a unit of {name} (got {text_of(column.unit)}; write [{base}], for example)"
-            faults.append(text.fault(column.line, f"unit of {name}", problem))
+            problem = f"must be a unit of {name} (got {text_of(unit)}; write [{base}], for example)"
+            faults.append(text.fault(header, f"unit of {name}", problem))
     if faults:
         raise InvalidValueError(faults)
     return factors
@@ -296,7 +274,7 @@ def _factor(unit: str, base: str) -> float:
 
 
 def _numbers(text: _Text, rows: Sequence[int], count: int, picks: Sequence[int]) -> FloatArray:
-    """The time and the force column of the lines ``rows``, shape (k, 2); NaN for what is no number."""
+    """The time and the force column of the lines ``rows``, shape (k, 2), finite."""
     decimal = _decimal_sign(text, rows) if text.separator in (";", "\t") else "."
     table = []
     faults = []
@@ -307,8 +285,13 @@ def _numbers(text: _Text, rows: Sequence[int], count: int, picks: Sequence[int])
         if len(cells) != count:
             got = f"got {len(cells)}: {text_of(text.lines[index])}{text.comma_hint}"
             faults.append(text.fault(index, "row", f"must have {count} columns ({got})"))
-            cells = [""] * count
-        table.append([_number(cells[pick].replace(decimal, ".")) for pick in picks])
+            continue
+        values = [_number(cells[pick].replace(decimal, ".")) for pick in picks]
+        table.append(values)
+        for value, pick, (unit, name, _) in zip(values, picks, _SI_UNITS, strict=True):
+            if not math.isfinite(value):
+                got = f"got {text_of(cells[pick])}; mend or delete the row"
+                faults.append(text.fault(index, name, f"must be a finite number of {unit} ({got})"))
     if faults:
         raise InvalidValueError(faults[:_MOST_FAULTS])
     return np.array(table)
