@@ -17,7 +17,7 @@ from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
 from shockwave.quadrature import FloatArray
 from test_architecture import SCENE, command, loaded
-from test_profiles_digits import _exact
+from test_profiles import _exact
 
 #: What a table is to be good to, of impulse and path at the end of the shock.
 TOLERANCE = 1e-14

@@ -131,18 +131,8 @@ CLEANED = {
     "below": (range(6), [0, 4, 2, -1, 2, 0], [0, 1, 0.5, 0, 0.5, 0], "1 of 6 samples lay below zero and was set"),
     "lead": (range(6), [0, 0, 0, 1, 0.5, 0], [0, 1, 0.5, 0], "2 quiet samples before the pulse were cut off (0 %"),
     "tail": (range(6), [0, 1, 0.5, 0, 0.009, 0], [0, 1, 0.5, 0], "samples after the pulse were cut off (0.6 %"),
-    "start": (
-        range(4),
-        [0.25, 1, 0.5, 0],
-        [0.25, 1, 0.5, 0],
-        "the record starts at 0.25 N, 25 % of its peak: the force",
-    ),
-    "end": (
-        range(4),
-        [0, 1, 0.5, 0.125],
-        [0, 1, 0.5, 0.125],
-        "the record ends at 0.125 N, 12 % of its peak: the force",
-    ),
+    "start": (range(4), [0.25, 1, 0.5, 0], [0.25, 1, 0.5, 0], "the record starts at 0.25 N, 25 % of its peak"),
+    "end": (range(4), [0, 1, 0.5, 0.125], [0, 1, 0.5, 0.125], "the record ends at 0.125 N, 12 % of its peak"),
 }
 
 

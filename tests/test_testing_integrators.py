@@ -112,19 +112,9 @@ def longer(self: Plain, begin: float, until: float) -> list[float]:
     return other(Plain)(size=2 * self.size).times(begin, until)
 
 
-def by_tolerance(self: Plain, begin: float, until: float) -> list[float]:
-    return other(Plain)(size=self.size if self.tolerance < 1e-4 else self.size / 2).times(begin, until)
-
-
 def unmoved(_: Plain, acceleration: Any, time: float, x: FloatArray, before: FloatArray | None) -> FloatArray:
     """Granules that nothing moves are taken to stay so."""
     return acceleration(time, x) if before is None else np.where(before == 0, 0.0, acceleration(time, x))
-
-
-def beyond(self: Plain, acceleration: Any, time: float, x: FloatArray, _: FloatArray | None) -> FloatArray:
-    acceleration.acceleration(time + 1e-6, x)
-    self.evaluations += 1
-    return acceleration(time, x)
 
 
 def crooked(_: Plain, step: tuple[float, float], old: Any, new: Any) -> Any:
@@ -181,20 +171,13 @@ INTEGRATORS: dict[str, tuple[type[Any], str, str]] = {
     "nearly-symplectic": (other(Rkn1210, symplectic=True), "clause_1_symplectic", "symplectic is True, and a step"),
     "no-name": (other(Plain, name=None), "clause_1", "name must be a text (got None)"),
     "longer-steps": (other(Plain, times=longer), "clause_2", "with size = 0.025 the longest step is 0.05"),
-    "by-tolerance": (
-        other(Plain, times=by_tolerance),
-        "clause_2",
-        "another tolerance gives other steps, 40 in place of 20",
-    ),
     "optimist": (Optimist, "clause_2", "with tolerance = 1e-07 the error at t = 3 is"),
     "early": (other(Plain, times=early), "clause_3", "the last step ends at 2.3333333323333"),
-    "beyond": (other(Plain, called=beyond), "clause_3", "2.33333"),
     "column": (other(Plain, called=column), "clause_4", "positions of shape {(5, 1)}, the chain has (5,)"),
     "unmoved": (other(Plain, called=unmoved), "clause_4", "granules that come apart are off by"),
     "uncounted": (Forgetful, "clause_5", "evaluations is 41, the acceleration was called 62 times"),
     "wiping": (Wiping, "clause_6", "was changed after it was yielded"),
     "crooked": (other(Plain, between=crooked), "clause_7", "is off by"),
-    "not-checked": (other(Plain, checked=lambda *_: None), "clause_8", "DID NOT RAISE"),
     "remembering": (Remembering, "clause_9", "takes other steps than a new one"),
     "beyond-the-step": (
         # The last step of a run does not show it: the caller keeps times within the run.
