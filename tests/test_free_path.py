@@ -91,6 +91,8 @@ EXPONENTIALS = [
 ]
 ONE_OF_EACH: dict[str, ShockProfile] = {
     "power": PowerLaw(rise_exponent=0.5, decay_exponent=2.5, duration_ratio=10),
+    "polynomial-and-power": PowerLaw(rise_exponent=2, decay_exponent=0.5, duration_ratio=10),
+    "power-and-polynomial": PowerLaw(rise_exponent=0.5, decay_exponent=4, duration_ratio=10),
     "exponential": Exponential(rise_rate=2, decay_rate=-1, duration_ratio=4),
     "sine": sine(),
     "record": record(50),

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from attrs import frozen
+from numpy.polynomial import chebyshev
 
 from shockwave.quadrature import FloatArray
 
@@ -16,6 +17,8 @@ _EPSILON = float(np.finfo(float).eps)
 ROUNDING = 8 * _EPSILON
 # Roundings of (n - s)/(n - 1), in units of the machine epsilon: two differences and a quotient, half a unit each.
 _SHARE_ROUNDINGS = 1.5
+# Up to this exponent of the path a polynomial takes less time than a power.
+_HIGHEST_POLYNOMIAL = 6
 
 
 @frozen(slots=False, eq=False)
@@ -81,21 +84,36 @@ class FreePath:
 
 
 def of_powers(rise_exponent: float, decay_exponent: float, n: float) -> FreePath:
-    """The table of F1 = s^eta1, F2 = ((n - s)/(n - 1))^eta2: a power, and a line besides in the decay."""
-    p, q, decay = 2 + rise_exponent, 2 + decay_exponent, n - 1
-    a1 = 1 / (1 + rise_exponent)
+    """The table of F1 = s^eta1, F2 = ((n - s)/(n - 1))^eta2: a power and, in the decay, a line; or a polynomial."""
+    a1, decay, p, q = 1 / (1 + rise_exponent), n - 1, 2 + rise_exponent, 2 + decay_exponent
     a2 = decay / (1 + decay_exponent)
-    rise_amplitude = a1 / p
-    fall_amplitude = a2 * decay / q
-    half = (a1 + a2) * decay / 2
+    rise_amplitude, fall_amplitude = a1 / p, a2 * decay / q
+    coefficients = []
+    rise_power = fall_power = 0.0
+    if p in _POWERS:
+        coefficients = [[rise_amplitude * c, a1 * d] for c, d in _POWERS[p]]
+    else:
+        rise_power = rise_amplitude
+    count, half = len(coefficients), (a1 + a2) * decay / 2
+    if q in _POWERS:
+        # Seen from its end the decay is a rise: odd polynomials change sign.
+        signs = (1, -1, 1, -1, 1, -1, 1)
+        falling = zip(signs, _POWERS[q], strict=False)
+        coefficients += [[fall_amplitude * sign * c, -a2 * sign * d] for sign, (c, d) in falling]
+    else:
+        fall_power = fall_amplitude
+        coefficients += [[0.0, 0.0], [0.0, 0.0]]
+    line = coefficients[count], coefficients[count + 1]
+    line[0][0] += rise_amplitude - fall_amplitude + half
+    line[0][1] += a1 + a2
+    line[1][0] += half
     rows = [
-        [0.0, 1.0, 0.0, 0.0, rise_amplitude, p, 0.0, 1.0],
-        [1.0, n, 0.0, 2.0, fall_amplitude, q, n, decay],
+        [0.0, 1.0, 0.0, count, rise_power, p, 0.0, 1.0],
+        [1.0, n, count, len(coefficients) - count, fall_power, q, n, decay],
     ]
-    line = [[rise_amplitude - fall_amplitude + half, a1 + a2], [half, 0.0]]
     # The share of the decay that is left is rounded, and its high powers multiply that.
     rounding = ROUNDING + _SHARE_ROUNDINGS * _EPSILON * decay / (a1 + a2)
-    return FreePath(np.array(rows), np.array(line), rounding)
+    return FreePath(np.array(rows), np.array(coefficients), rounding)
 
 
 def of_samples(knots: FloatArray, forces: FloatArray, impulses: FloatArray, paths: FloatArray) -> FreePath:
@@ -116,3 +134,14 @@ def of_samples(knots: FloatArray, forces: FloatArray, impulses: FloatArray, path
     coefficients[:, 1, 1] = widths * (left / 2 + rise / 4)
     coefficients[:, 2, 1] = widths * (rise / 16)
     return FreePath(rows, coefficients.reshape(-1, 2), ROUNDING)
+
+
+def _powers() -> dict[float, list[tuple[float, float]]]:
+    """Chebyshev coefficients in z of y^m and y^(m - 1), y = (1 + z)/2, for each exponent m of a path."""
+    powers, half = [[1.0]], [0.5, 0.5]
+    for _ in range(_HIGHEST_POLYNOMIAL):
+        powers.append(chebyshev.chebmul(powers[-1], half).tolist())
+    return {float(m): list(zip(powers[m], [*powers[m - 1], 0.0], strict=True)) for m in range(2, len(powers))}
+
+
+_POWERS = _powers()

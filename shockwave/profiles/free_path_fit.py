@@ -26,6 +26,10 @@ _TOLERANCE = 1e-15
 _DROPPED = 5e-17
 # Pieces of rise or decay that a rough force is cut into at most, beside those between breakpoints.
 _MOST_PIECES = 2048
+# A piece next to a breakpoint that did not fit so often has, it seems, an infinite slope there.
+_PATIENCE = 2
+# It is halved towards the breakpoint so many times more at once.
+_GRADES = 8
 # Narrower pieces, in units of the spacing of numbers, have no room for distinct nodes.
 _NARROWEST = 32.0
 # Coefficients that have come down to such a share of the force are rounding, and stay so on shorter pieces.
@@ -35,26 +39,29 @@ _ROUNDINGS = 4.0
 
 
 @functools.cache
-def _rule() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Chebyshev's points with both ends, the matrix from values there to coefficients, and Clenshaw-Curtis weights."""
+def _rule() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Chebyshev's points of [-1, 1], and what takes values at them to coefficients and integrals.
+
+    The points; the matrix from values to coefficients; weights that integrate over [-1, 1] (Clenshaw & Curtis, 1960);
+    the matrices from coefficients to those of the integral and double integral from -1.
+    """
     k = np.arange(_DEGREE + 1)
     nodes = elementwise(math.sin, np.pi / (2 * _DEGREE) * (2 * k - _DEGREE))
     # Whole multiples of the angle, taken back to one turn: no digits are lost in large arguments.
     cosines = elementwise(math.cos, np.pi / _DEGREE * (np.outer(_DEGREE - k, k) % (2 * _DEGREE)))
     ends = np.where((k == 0) | (k == _DEGREE), 0.5, 1.0)
     to_coefficients = cosines * np.outer(ends, ends) * (2 / _DEGREE)
-    # The integral of T_k over [-1, 1].
-    areas = np.where(k % 2 == 0, 2.0 / (1.0 - k**2.0 + (k == 1)), 0.0)
-    return nodes, to_coefficients, (to_coefficients * areas).sum(axis=1)
+    once, twice = (np.asarray(chebyshev.chebint(np.eye(_DEGREE + 1), m, lbnd=-1).T, dtype=float) for m in (1, 2))
+    return nodes, to_coefficients, (to_coefficients * once.sum(axis=1)).sum(axis=1), once, twice
 
 
 @define
 class _Piece:
     """The force on one piece.
 
-    ``area`` and ``moment`` are integrals of F and (stop - s) F, ``stop`` being the end of rise or decay; ``missing`` is
-    the error of the impulse by the limited degree, ``rounding`` that by rounded values and nodes, and ``scale`` what
-    they are to be small against.
+    ``area`` and ``moment`` are integrals of abs(F) and (stop - s) abs(F), ``stop`` being the end of rise or decay;
+    ``missing`` is the error of the impulse by the limited degree, ``rounding`` that by rounded values and nodes, and
+    ``scale`` what they are to be small against.
     """
 
     begin: float
@@ -79,84 +86,86 @@ def fitted(rise: Integrand, decay: Integrand, breakpoints: Sequence[float]) -> F
     """
     n = breakpoints[-1]
     rising = _fit(rise, [point for point in breakpoints if point <= 1])
-    impulse = sum(piece.area for piece in rising)
-    path = sum(piece.moment for piece in rising) + impulse * (n - 1)
-    decaying = _fit(decay, [point for point in breakpoints if point >= 1], impulse, path)
+    impulse, path = (sum(getattr(piece, name) for piece in rising) for name in ("area", "moment"))
+    decaying = _fit(decay, [point for point in breakpoints if point >= 1], impulse, path + impulse * (n - 1))
     return _assembled([*rising, *decaying])
 
 
 def _fit(force: Integrand, edges: Sequence[float], impulse: float = 0.0, path: float = 0.0) -> list[_Piece]:
     """Ascending pieces that fit the rise, or the decay, before which there are an ``impulse`` and its ``path``."""
-    stop = edges[-1]
-    waiting = [_sampled(force, begin, end, stop) for begin, end in pairwise(edges)][::-1]
-    impulse += sum(piece.area for piece in waiting)
-    path += sum(piece.moment for piece in waiting)
+    waiting = [(_sampled(force, begin, end, edges[-1]), 0) for begin, end in pairwise(edges)][::-1]
+    impulse += sum(piece.area for piece, _ in waiting)
+    path += sum(piece.moment for piece, _ in waiting)
     most = len(waiting) + _MOST_PIECES
     done: list[_Piece] = []
     while waiting:
-        piece = waiting.pop()
-        piece.scale = min(impulse, path / (stop - piece.begin))
+        piece, cuts = waiting.pop()
+        piece.scale = min(impulse, path / (edges[-1] - piece.begin))
         fits = piece.missing <= max(_TOLERANCE * piece.scale, _NOISE * piece.area)
-        narrow = piece.end - piece.begin <= _NARROWEST * _EPSILON * piece.end
-        if fits or narrow or len(done) + len(waiting) >= most:
+        if fits or piece.end - piece.begin <= _NARROWEST * _EPSILON * piece.end or len(done) + len(waiting) >= most:
             done.append(piece)
         else:
-            middle = piece.begin + 0.5 * (piece.end - piece.begin)
-            waiting.append(_sampled(force, middle, piece.end, stop))
-            waiting.append(_sampled(force, piece.begin, middle, stop))
+            points = _cut(piece.begin, piece.end, edges if cuts >= _PATIENCE else [])
+            waiting += [(_sampled(force, *ends, edges[-1]), cuts + 1) for ends in pairwise(points)][::-1]
     return done
 
 
+def _cut(begin: float, end: float, steep: Sequence[float]) -> list[float]:
+    """Edges of the halves of a piece, next to a point of ``steep`` halved many times towards it."""
+    half = 0.5 * (end - begin)
+    wide = half > _NARROWEST * 2**_GRADES * _EPSILON * end
+    shrink = [half * 0.5**grade for grade in range(1, _GRADES + 1)] if wide else []
+    near = [begin + width for width in reversed(shrink)] if begin in steep else []
+    far = [end - width for width in shrink] if end in steep else []
+    return [begin, *near, begin + half, *far, end]
+
+
 def _sampled(force: Integrand, begin: float, end: float, stop: float) -> _Piece:
-    nodes, to_coefficients, weights = _rule()
+    nodes, to_coefficients, weights, *_ = _rule()
     half = 0.5 * (end - begin)
     s = (begin + half) + half * nodes
     # At the very ends the force may jump: 0**eta is 0, however small eta.
-    s = np.clip(s, math.nextafter(begin, end), math.nextafter(end, begin))
+    s[0], s[-1] = math.nextafter(begin, end), math.nextafter(end, begin)
     values = force(s)
-    coefficients = product(values[None], to_coefficients)[0]
-    weighted = half * values * weights
-    area = float(weighted.sum())
-    moment = float(((stop - s) * weighted).sum())
+    coefficients, weighted = product(values[None], to_coefficients)[0], half * np.abs(values) * weights
+    area, moment = float(weighted.sum()), float(((stop - s) * weighted).sum())
     missing = half * float(np.abs(coefficients[-_TAIL:]).sum())
     # Nodes moved by a spacing move the integral by the variation times the spacing; a decay that is seen from its end
     # has the spacing of n everywhere.
-    variation = float(np.abs(np.diff(values)).sum())
-    rounding = _EPSILON * (_ROUNDINGS * area + stop * variation)
+    rounding = _EPSILON * (_ROUNDINGS * area + stop * float(np.abs(np.diff(values)).sum()))
     return _Piece(begin, end, coefficients, area, moment, missing, rounding)
 
 
 def _assembled(pieces: Sequence[_Piece]) -> FreePath:
+    *_, once, twice = _rule()
     n = pieces[-1].end
-    rows = []
-    series = []
-    areas = []
-    moments = []
-    error = error_of_path = 0.0
-    for piece in pieces:
-        half = 0.5 * (piece.end - piece.begin)
-        # What the rest of the series after each coefficient can add, of which the negligible is dropped.
-        rest = half * np.abs(piece.coefficients[::-1]).cumsum()[::-1]
-        count = max(2, int((rest > _DROPPED * piece.scale).sum()))
-        dropped = float(rest[count]) if count < rest.size else 0.0
-        lost = piece.missing + piece.rounding + dropped
-        error += lost
-        error_of_path += lost * (n - piece.begin)
-        path = half**2 * chebyshev.chebint(piece.coefficients[:count], m=2, lbnd=-1)
-        impulse = np.append(half * chebyshev.chebint(piece.coefficients[:count], lbnd=-1), 0.0)
-        rows.append([piece.begin, piece.end, 0, count + 2, 0, 1, 0, 1])
-        series.append(np.column_stack((path, impulse)))
-        areas.append(impulse.sum())
-        moments.append(path.sum())
-    table = np.array(rows, dtype=float)
-    table[1:, 2] = table[:-1, 3].cumsum()
-    widths = table[:, 1] - table[:, 0]
-    impulses = running_sums(np.array(areas))
-    gained = np.column_stack((impulses[:-1] * widths, moments))
-    paths = running_sums(gained.ravel())[::2]
-    for index, half in enumerate(0.5 * widths):
-        series[index][:2, 0] += impulses[index] * half
-        series[index][0] += paths[index], impulses[index]
+    begin, end = (np.array([getattr(piece, name) for piece in pieces]) for name in ("begin", "end"))
+    series = np.array([piece.coefficients for piece in pieces])
+    error = np.array([piece.missing + piece.rounding for piece in pieces])
+    scales = np.array([piece.scale for piece in pieces])
+    width = end - begin
+    half = 0.5 * width
+    # What the rest of the series after each coefficient can add, of which the negligible is dropped.
+    rest = half[:, None] * np.abs(series[:, ::-1]).cumsum(axis=1)[:, ::-1]
+    kept = rest > _DROPPED * scales[:, None]
+    error += np.where(kept, 0.0, rest).max(axis=1)
+    force = np.where(kept, series, 0.0) * half[:, None]
+    path = product(force, twice) * half[:, None]
+    impulse = np.zeros_like(path)
+    impulse[:, :-1] = product(force, once)
+    impulses = running_sums(impulse.sum(axis=1))
+    starts = impulses[:-1]
+    paths = running_sums(np.column_stack((starts * width, path.sum(axis=1))).ravel())[::2]
+    path[:, 0] += paths[:-1] + starts * half
+    path[:, 1] += starts * half
+    impulse[:, 0] += starts
+    count = kept.sum(axis=1) + 2
+    rows = np.zeros((half.size, 8))
+    rows[:, 0], rows[:, 1] = begin, end
+    rows[1:, 2], rows[:, 3] = count.cumsum()[:-1], count
+    rows[:, 5], rows[:, 7] = 1, 1
+    used = np.arange(path.shape[1]) < count[:, None]
+    coefficients = np.stack((path[used], impulse[used]), axis=1)
     # A force of zero, against the contract, has the errors of zero.
-    share = max(error / (impulses[-1] or 1.0), error_of_path / (paths[-1] or 1.0))
-    return FreePath(table, np.concatenate(series), float(share) + ROUNDING)
+    shares = error.sum() / (impulses[-1] or 1.0), (error * (n - begin)).sum() / (paths[-1] or 1.0)
+    return FreePath(rows, coefficients, float(max(shares)) + ROUNDING)
