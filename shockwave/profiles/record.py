@@ -146,8 +146,7 @@ def _text(path: pathlib.Path) -> _Text:
 
 def _cells(line: str, separator: str) -> list[str]:
     """The cells of a line, without quotes; an empty one that a separator at the end leaves is kept."""
-    cells = line.strip().split(separator or None)
-    return [cell.strip().strip("\"'").strip() for cell in cells]
+    return [cell.strip("\"' \t") for cell in line.strip().split(separator or None)]
 
 
 def _number(cell: str) -> float:
@@ -288,6 +287,8 @@ def _numbers(text: _Text, rows: Sequence[int], count: int, picks: Sequence[int])
             continue
         values = [_number(cells[pick].replace(decimal, ".")) for pick in picks]
         table.append(values)
+        if all(map(math.isfinite, values)):
+            continue
         for value, pick, (unit, name, _) in zip(values, picks, _SI_UNITS, strict=True):
             if not math.isfinite(value):
                 got = f"got {text_of(cells[pick])}; mend or delete the row"
