@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import attrs
 import numpy as np
 import pytest
 
@@ -98,14 +99,10 @@ BROKEN = {
     "haversine": (Haversine(), set()),
     "half-sine": (HalfSine(), {"slow-decay"}),
     "rectangular": (_power(2, 0, 0), {"slow-decay"}),
-    "short-rectangular": (_power(1.5, 0, 0), {"slow-decay", "decay-outweighs-rise"}),
-    "final-peak-sawtooth": (Triangular(duration_ratio=1.01), {"decay-outweighs-rise"}),
     "spike": (_power(10, 1, 200), {"decay-outweighs-rise"}),
     "parabolic-rise": (_power(3, 2, 1), {"steep-rise"}),
     "late-pulse": (_power(10, 3, 0.5), {"steep-rise", "slow-decay"}),
     "exponential": (Exponential(rise_rate=2, decay_rate=1, duration_ratio=4), set()),
-    "exponential-slow-rise": (Exponential(rise_rate=-2, decay_rate=1, duration_ratio=4), {"steep-rise"}),
-    "exponential-late-decay": (Exponential(rise_rate=2, decay_rate=-1, duration_ratio=4), {"slow-decay"}),
     "initial-peak-sawtooth": (Tabulated([0, 0.01, 5], [0, 1, 0]), set()),
 }
 
@@ -175,17 +172,17 @@ def test_what_is_no_profile_is_refused(profile: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("profile", "given", "name"),
+    ("profile", "values", "name"),
     [
-        (PowerLaw, {"rise_exponent": -1, "decay_exponent": 1, "duration_ratio": 2}, "rise_exponent"),
-        (PowerLaw, {"rise_exponent": 1, "decay_exponent": math.nan, "duration_ratio": 2}, "decay_exponent"),
-        (PowerLaw, {"rise_exponent": 1, "decay_exponent": 1, "duration_ratio": 1}, "duration_ratio"),
-        (Triangular, {"duration_ratio": 0.5}, "duration_ratio"),
-        (Exponential, {"rise_rate": "1", "decay_rate": 1, "duration_ratio": 2}, "rise_rate"),
-        (Exponential, {"rise_rate": 1, "decay_rate": math.inf, "duration_ratio": 2}, "decay_rate"),
+        (PowerLaw, (-1, 1, 2), "rise_exponent"),
+        (PowerLaw, (1, math.nan, 2), "decay_exponent"),
+        (Exponential, ("1", 1, 2), "rise_rate"),
+        (Exponential, (1, math.inf, 2), "decay_rate"),
+        (Triangular, (0.5,), "duration_ratio"),
     ],
-    ids=["exponent", "nan", "ratio-1", "ratio-below-1", "text", "infinite"],
+    ids=["exponent", "nan", "text", "infinite", "ratio"],
 )
-def test_a_wrong_parameter_of_a_profile_is_named(profile: Any, given: dict[str, Any], name: str) -> None:
+def test_a_wrong_parameter_of_a_profile_is_named(profile: Any, values: tuple[Any, ...], name: str) -> None:
+    names = [field.name for field in attrs.fields(profile)]
     with pytest.raises(InvalidValueError, match=rf"^{name}: must be "):
-        profile(**given)
+        profile(**dict(zip(names, values, strict=True)))

@@ -85,10 +85,6 @@ def in_place(_: Any, s: FloatArray) -> FloatArray:
     return s
 
 
-def leaving(_: Any, s: FloatArray) -> FloatArray:
-    raise SystemExit(0)
-
-
 DRAW = np.random.default_rng(1)
 
 
@@ -118,16 +114,9 @@ AT_ONCE: dict[str, tuple[Any, str, str]] = {
     "final": (broken(force=lambda _, s: s), "0", "force must be left to ShockProfile"),
     "no-decorator": (Loose(), "0", "@attrs.frozen must stand before the class"),
     "ratio": (broken(duration_ratio=0.5), "1", "duration_ratio must be a finite number > 1 (got 0.5)"),
-    "ratio-in-words": (broken(duration_ratio="3"), "1", "duration_ratio must be a finite number > 1 (got '3')"),
-    "infinite-ratio": (broken(duration_ratio=math.inf), "1", "duration_ratio must be a finite number > 1 (got inf)"),
     "if": (broken(rise=for_one_number), "2", "rise(s) must take an array of any shape, and not raise (got ValueError"),
-    "line": (broken(rise=for_one_number), "2", "a.all() in test_profile_contract.py, line "),
     "math": (broken(decay=lambda _, s: math.cos(s - 1)), "2", "decay(s) must take an array of any shape, and not"),
-    "exit": (broken(rise=leaving), "2", "and not raise (got SystemExit: 0"),
     "constant": (broken(decay=lambda *_: 0.5), "2", "must return floats of the shape of s (got float64 of shape ()"),
-    "column": (broken(rise=lambda _, s: np.atleast_2d(s)), "2", "must return floats of the shape of s (got float64"),
-    "an-axis-more": (broken(decay=lambda _, s: np.atleast_1d((3 - s) / 2)), "2", "of shape (1,) for s of shape ()"),
-    "complex": (broken(rise=lambda _, s: s + 0j), "2", "must return floats of the shape of s (got complex128"),
     "of-all": (broken(rise=lambda _, s: s / max(s.max(initial=0), 0.5)), "2", "rise(s) must depend on s alone"),
     "in-place": (broken(rise=in_place), "2", "rise(s) must leave s as it is"),
     "above-1": (broken(rise=lambda _, s: s + np.sin(np.pi * s) / 2), "3", "rise(s) must be at least 0 and at most 1"),
@@ -136,42 +125,24 @@ AT_ONCE: dict[str, tuple[Any, str, str]] = {
     "rise-below-1": (broken(rise=lambda _, s: 0.9 * s), "3", "rise(1) must be 1, the peak (got 0.9) at s = 1"),
     "decay-below-1": (broken(decay=lambda _, s: 0.45 * (3 - s)), "3", "decay(1) must be 1, the peak (got 0.9)"),
     "random": (broken(rise=at_random), "4", "rise(s) must give the same value for the same s"),
-    "no-points": (broken(breakpoints=None), "5", "breakpoints must be a tuple of numbers (got None)"),
-    "method": (broken(breakpoints=lambda _: (0.0, 1.0, 3.0)), "5", "breakpoints must be a tuple of numbers"),
     "raising": (broken(breakpoints=property(lambda self: self.corner)), "5", "not raise (got AttributeError: 'Broken'"),
     "not-to-n": (broken(breakpoints=(0.0, 1.0, 2.0)), "5", "breakpoints must ascend from 0 to n = 3 and contain 1"),
-    "without-1": (broken(breakpoints=(0.0, 2.0, 3.0)), "5", "must ascend from 0 to n = 3 and contain 1 (got (0.0, 2"),
     "descending": (broken(breakpoints=(0.0, 1.0, 2.5, 2.0, 3.0)), "5", "breakpoints must ascend from 0 to n = 3"),
     "no-breakpoint": (broken(singular_points=(0.5,)), "6", "singular_points must be among the breakpoints (got (0.5,)"),
-    "no-tuple": (broken(singular_points=1.0), "6", "singular_points must be a tuple of numbers (got 1.0)"),
-    "one-area": (broken(closed_areas=lambda _: 1.5), "7", "closed_areas() must return a1 and a2, and not raise"),
     "three-areas": (broken(closed_areas=lambda _: (0.5, 1.0, 1.5)), "7", "closed_areas() must return a1 and a2"),
     "area": (broken(closed_areas=lambda _: (0.5, 1.01)), "7", "area under the decay, 1 by quadrature (got 1.01)"),
     "infinite": (broken(closed_running_impulse=infinite), "7", "must be 1.01, by quadrature (got inf) at s = 1.6"),
     "path": (broken(closed_double_integral=lambda _, s: s**2), "7", "0.0045, by quadrature (got 0.09) at s = 0.3"),
-    "shape": (broken(closed_running_impulse=lambda *_: np.ones(1)), "7", "must return floats of the shape of s"),
     "no-table": (broken(closed_free_path=lambda _: (1.0, 2.0)), "7", "closed_free_path() must return a FreePath"),
     "table-of-other": (broken(closed_free_path=longer), "7", "path of closed_free_path() must be "),
     "negative-record": (broken(recorded_peak_force=-1.0), "8", "recorded_peak_force must be None, or finite and > 0"),
-    "record-in-words": (broken(recorded_rise_time="1 ms"), "8", "recorded_rise_time must be None, or finite and > 0"),
     "one-note": (broken(notes="a sentence"), "9", "notes must be a tuple of sentences (got 'a sentence')"),
-    "empty-note": (broken(notes=("",)), "9", "notes must be a tuple of sentences (got ('',))"),
 }
-
-
-@attrs.frozen
-class Meaningless(Sound):
-    size: float = quantity("m", "", default=1.0)
 
 
 @attrs.frozen
 class UnknownUnit(Sound):
     size: float = quantity("smoots", "height of a man", default=1.0)
-
-
-@attrs.frozen(eq=True)
-class ArrayField(Sound):
-    sizes: FloatArray = attrs.field(factory=lambda: np.ones(3))
 
 
 def lost_digits(_: Any, s: FloatArray) -> FloatArray:
@@ -190,8 +161,7 @@ FIELDS = "test_clause_1_fields_are_parameters_with_unit_and_meaning"
 VALUE = "test_it_is_a_value"
 #: Found by the test kit alone: the profile, the test, what is said.
 IN_TESTS: dict[str, tuple[Any, str, str]] = {
-    "no-meaning": (Meaningless(), FIELDS, "a field has no meaning"),
-    "no-unit": (UnknownUnit(), FIELDS, "there is no unit 'smoots'"),
+    "no-unit": (UnknownUnit(), FIELDS, "must be a quantity in smoots"),
     "corner": (broken(decay=lambda _, s: np.minimum(1.0, 3 - s)), KINKS, "decay(s) of Broken() has a kink at s = 2"),
     "jump": (
         broken(decay=lambda _, s: np.where(s < 2.3, 1.0, 0.5)),
@@ -199,12 +169,10 @@ IN_TESTS: dict[str, tuple[Any, str, str]] = {
         "decay(s) of Broken() has a jump at s = 2.3",
     ),
     "root": (broken(rise=lambda _, s: s**0.5), SLOPES, "slope of rise(s) next to s = 0.0 grows without end"),
-    "end": (broken(decay=lambda _, s: ((3 - s) / 2) ** 0.5), SLOPES, "slope of decay(s) next to s = 3.0 grows"),
     "digits-of-area": (broken(closed_areas=lambda _: (0.5, 1.0 + 1e-9)), DIGITS, "1 by quadrature (got 1.000000001)"),
     "impulse": (broken(closed_running_impulse=lost_digits), DIGITS, "(got 5.000444502911705e-13) at s = 1e-06"),
     "table": (broken(closed_free_path=wrong_table), DIGITS, "path of closed_free_path() must be "),
     "changeable": (Undecorated(), VALUE, ""),
-    "array": (ArrayField(), VALUE, ""),
 }
 
 
@@ -231,10 +199,6 @@ def test_values_are_checked_without_a_shock_too(key: str, use: str) -> None:
     uses = {"areas": profile.areas, "free_path": profile.free_path, "force": lambda: profile.force([0.1, 0.7, 2.9])}
     with pytest.raises(PluginError, match=r"^profile "):
         uses[use]()
-
-
-def test_rounding_below_zero_enters_as_zero() -> None:
-    assert broken(decay=lambda _, s: (3.0 - s) / 2 - 1e-17).force(3.0) == 0.0
 
 
 def test_a_wrong_ratio_is_reported_where_the_duration_is_given() -> None:
@@ -326,8 +290,3 @@ def test_a_broken_profile_fails_the_test_of_its_clause_alone(profile: Any, test:
 def test_a_clause_that_is_left_out_is_no_reason_to_skip_others() -> None:
     left_out = type("TestIt", (ProfileContract,), {"leave_out": {"clause 8": "a wrong record on purpose"}})
     assert failures(broken(recorded_peak_force=-1.0, notes="one"), left_out).keys() == {"9"}
-
-
-def test_a_corner_that_is_not_declared_shows_in_the_simulation_alone_if_at_all() -> None:
-    # The reason for the fifth clause: the answer is nearly right.
-    ProfileContract().test_it_is_simulated(IN_TESTS["corner"][0])

@@ -23,27 +23,11 @@ ETAS = (1e-8, 1e-5, 1e-3, 0.1, 0.5, 1.0, 5.0, 50.0)
 RATIOS = (1.0001, 2.0, 10.0, 1e3)
 RATES = (1e-9, 1.0, 300.0)
 
-CLASSES = (GaussLegendre, TanhSinh, Quadpack)
 
-
-@pytest.fixture(params=CLASSES, ids=lambda cls: cls.name)
+@pytest.fixture(params=[GaussLegendre, TanhSinh, Quadpack], ids=lambda cls: cls.name)
 def quadrature(request: pytest.FixtureRequest) -> Quadrature:
-    made = request.param()
-    assert isinstance(made, Quadrature)
+    made: Quadrature = request.param()
     return made
-
-
-class Counted:
-    """An integrand that keeps the points at which it is taken."""
-
-    def __init__(self, integrand: Integrand) -> None:
-        self._integrand = integrand
-        self.points: list[float] = []
-
-    def __call__(self, s: FloatArray) -> FloatArray:
-        assert s.ndim == 1
-        self.points.extend(s.tolist())
-        return self._integrand(s)
 
 
 class Case:
@@ -85,16 +69,6 @@ def _jump(at: float) -> Case:
     return Case(f"jump-at-{at!r}", lambda s: np.where(s < at, 0.0, 1.0), 0.0, 1.0, 1 - at)
 
 
-def _rough(seed: int) -> Case:
-    """A thousand steps of random heights, none of them declared."""
-    steps = np.random.default_rng(seed).random(1000)
-
-    def integrand(s: FloatArray) -> FloatArray:
-        return np.asarray(steps[np.minimum((s * 1000).astype(int), 999)])
-
-    return Case(f"seed-{seed}", integrand, 0.0, 1.0, float(steps.mean()))
-
-
 SMOOTH = [
     *(_power_rise(eta) for eta in ETAS),
     *(_power_decay(eta, n) for n in RATIOS for eta in ETAS),
@@ -108,38 +82,29 @@ SMOOTH = [
 ]
 # Anywhere, and where the nodes next to the ends and the middle of an interval leave a gap.
 JUMPS = [_jump(at) for at in (1e-3, 0.123456789, 0.3, 0.5, 0.5 + 1e-9, 0.5 - 1e-4, 0.7501, 0.999)]
-ROUGH = [_rough(seed) for seed in (1, 2, 3)]
-
-EVERY = [*SMOOTH, *JUMPS, *ROUGH]
+EVERY = [*SMOOTH, *JUMPS]
 
 
 @cache
-def integrated(cls: type[Quadrature], case: Case) -> tuple[Integral, Counted]:
-    counted = Counted(case.integrand)
-    return cls().integrate(counted, case.points), counted
+def integrated(cls: type[Quadrature], case: Case) -> Integral:
+    return cls().integrate(case.integrand, case.points)
 
 
-def wrong(quadrature: Quadrature, cases: list[Case], right: Callable[[Case, Integral, Counted], bool]) -> list[str]:
+def wrong(quadrature: Quadrature, cases: list[Case], right: Callable[[Case, Integral], bool]) -> list[str]:
     """Names of the cases for which something does not hold."""
-    return [case.name for case in cases if not right(case, *integrated(type(quadrature), case))]
+    return [case.name for case in cases if not right(case, integrated(type(quadrature), case))]
 
 
 def test_area_agrees_with_the_closed_form(quadrature: Quadrature) -> None:
-    def right(case: Case, result: Integral, _: Counted) -> bool:
-        return abs(result.value - case.area) <= TOLERANCE * case.width
-
-    assert wrong(quadrature, SMOOTH, right) == []
+    assert wrong(quadrature, SMOOTH, lambda case, it: abs(it.value - case.area) <= TOLERANCE * case.width) == []
 
 
 def test_error_bounds_the_true_error(quadrature: Quadrature) -> None:
-    def right(case: Case, result: Integral, _: Counted) -> bool:
-        return abs(result.value - case.area) <= result.error
-
-    assert wrong(quadrature, EVERY, right) == []
+    assert wrong(quadrature, EVERY, lambda case, it: abs(it.value - case.area) <= it.error) == []
 
 
 def test_error_is_not_exaggerated(quadrature: Quadrature) -> None:
-    def right(case: Case, result: Integral, _: Counted) -> bool:
+    def right(case: Case, result: Integral) -> bool:
         # Nodes next to n are rounded to multiples of eps n, which moves the area by as much where the integrand
         # falls by 1. The estimate may see it in several ways at once.
         spacing = float(np.finfo(float).eps) * case.points[1]
@@ -148,19 +113,8 @@ def test_error_is_not_exaggerated(quadrature: Quadrature) -> None:
     assert wrong(quadrature, SMOOTH, right) == []
 
 
-def test_evaluations_are_the_points_seen(quadrature: Quadrature) -> None:
-    assert wrong(quadrature, EVERY, lambda _, result, counted: result.evaluations == len(counted.points)) == []
-
-
-def test_points_lie_within_the_interval(quadrature: Quadrature) -> None:
-    def right(case: Case, _: Integral, counted: Counted) -> bool:
-        return case.points[0] <= min(counted.points) <= max(counted.points) <= case.points[1]
-
-    assert wrong(quadrature, EVERY, right) == []
-
-
 def test_work_is_bounded(quadrature: Quadrature) -> None:
-    assert wrong(quadrature, EVERY, lambda _, result, __: result.evaluations <= MOST_EVALUATIONS) == []
+    assert wrong(quadrature, EVERY, lambda _, result: result.evaluations <= MOST_EVALUATIONS) == []
 
 
 def test_a_jump_given_as_a_point_costs_no_accuracy(quadrature: Quadrature) -> None:

@@ -56,12 +56,6 @@ def test_a_slow_start_is_not_taken_for_a_baseline(samples, exponent):
     assert np.array_equal(profile.force(np.array(profile.breakpoints)), forces)
 
 
-def test_a_plateau_belongs_to_the_decay():
-    profile = Tabulated(times=[0, 1, 2, 3], forces=[0, 5, 5, 0])
-    assert profile.recorded_rise_time == 1
-    assert profile.closed_areas() == (0.5, 1.5)
-
-
 def test_the_force_is_linear_between_samples():
     assert clean().force([0.25, 0.5, 1.0, 1.5, 2.5, 3.0]).tolist() == [0.25, 0.5, 1.0, 0.75, 0.25, 0.0]
 
@@ -79,19 +73,15 @@ def test_a_given_duration_ratio_stretches_the_decay_alone():
 
 NO_PULSES = {
     "two": ([0, 1], [0, 1], r"times: must have at least three samples"),
-    "none": ([], [], r"times: must have at least three samples.*got 0"),
     "nan": ([0, 1, float("nan")], [0, 1, 0], r"times\[2\]: must be a finite number s \(got nan\)"),
-    "inf": ([0, 1, 2], [0, float("inf"), 0], r"forces\[1\]: must be a finite number N \(got inf\)"),
-    "words": ([0, 1, 2], [0, "1", None], r"forces\[1\]: .*got '1'\)\nforces\[2\]: .*got nothing"),
-    "matrix": ([[0, 1], [1, 2]], [0, 1], r"times: must be a sequence of numbers \(got \[\[0.0, 1.0\]"),
-    "no-lists": ("012", 3, r"times: must be a sequence.*\nforces: must be a sequence of numbers \(got 3.0\)"),
+    "words": ([0, 1, 2], [0, "x", 0], r"forces: must be a sequence of numbers \(got \[0, 'x', 0\]\)"),
+    "no-lists": ("012", 3, r"times: must be a sequence.*\nforces: must be a sequence of numbers \(got 3\)"),
     "unsorted": ([0, 2, 1, 1], [0, 1, 1, 0], r"times\[2\]: must be greater.*\ntimes\[3\]: must be greater"),
     "lengths": ([0, 1, 2], [0, 1], r"forces: must have one force for each.*got 2 forces and 3 times\)"),
     "no-force": ([0, 1, 2], [0, -1, 0], r"forces: must be > 0 N somewhere \(got at most 0 N; turn the sign"),
     "no-rise": ([0, 1, 2], [1, 0.5, 0], r"forces\[0\]: must not be the peak.*a sample of zero force before it"),
-    "no-decay": ([0, 1, 2], [0, 0.5, 1], r"forces\[2\]: must not be the peak.*a sample of zero force after it"),
-    "merged": ([-1, 1e-20, 2e-20, 1], [0, 0.5, 1, 0], r"times\[2\]: must differ from the sample before"),
-    "overflow": ([-1e308, 0, 1e308], [0, 1, 0], r"times: must last less than 1e150 rise times"),
+    "merged": ([-1, 1e-20, 2e-20, 1], [0, 0.5, 1, 0], r"times: must differ by more than rounding"),
+    "overflow": ([-1e308, 0, 1e308], [0, 1, 0], r"times: .* last less than 1e\+150 rise times"),
 }
 
 
@@ -141,18 +131,8 @@ CLEANED = {
     "below": (range(6), [0, 4, 2, -1, 2, 0], [0, 1, 0.5, 0, 0.5, 0], "1 of 6 samples lay below zero and was set"),
     "lead": (range(6), [0, 0, 0, 1, 0.5, 0], [0, 1, 0.5, 0], "2 quiet samples before the pulse were cut off (0 %"),
     "tail": (range(6), [0, 1, 0.5, 0, 0.009, 0], [0, 1, 0.5, 0], "samples after the pulse were cut off (0.6 %"),
-    "start": (
-        range(4),
-        [0.25, 1, 0.5, 0],
-        [0.25, 1, 0.5, 0],
-        "the record starts at 0.25 N, 25 % of its peak: the force",
-    ),
-    "end": (
-        range(4),
-        [0, 1, 0.5, 0.125],
-        [0, 1, 0.5, 0.125],
-        "the record ends at 0.125 N, 12 % of its peak: the force",
-    ),
+    "start": (range(4), [0.25, 1, 0.5, 0], [0.25, 1, 0.5, 0], "the record starts at 0.25 N, 25 % of its peak"),
+    "end": (range(4), [0, 1, 0.5, 0.125], [0, 1, 0.5, 0.125], "the record ends at 0.125 N, 12 % of its peak"),
 }
 
 
@@ -230,14 +210,6 @@ def test_sums_are_exact_to_the_last_digits():
     np.testing.assert_allclose(profile.closed_double_integral(points), paths, rtol=1e-15)
 
 
-def test_scaling_times_and_forces_leaves_the_shape():
-    one = random_pulse()
-    other = Tabulated(1e-3 * one.times, 1e3 * one.forces)
-    # A few roundings of each time and force.
-    assert other.breakpoints == pytest.approx(one.breakpoints, rel=1e-15)
-    assert other.closed_areas() == pytest.approx(one.closed_areas(), rel=1e-13)
-
-
 # ---------------------------------------------------------------- as a value
 
 
@@ -255,8 +227,3 @@ def test_the_samples_are_a_copy_that_cannot_be_written():
     assert profile.times[3] == 3.0
     with pytest.raises(ValueError, match="read-only"):
         profile.times[0] = 1.0
-
-
-def test_a_long_record_prints_in_one_line():
-    assert "\n" not in repr(random_pulse())
-    assert len(repr(random_pulse())) < 220

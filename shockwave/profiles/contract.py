@@ -14,7 +14,7 @@ from attrs import frozen
 from shockwave.fields import text_of
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.guard import ROUNDING, ViolationError, array_of, blamed, checked, kept, trusted
-from shockwave.quadrature import FloatArray
+from shockwave.quadrature import FloatArray, Integral
 
 #: A closed integral that is further than this from the quadrature, relatively, is not that of the force.
 _MISPRINT = 1e-6
@@ -134,13 +134,12 @@ def _check_singular_points(profile: ShockProfile) -> None:
 def _check_shapes(profile: ShockProfile) -> None:
     for name, s in _branches(profile):
         row = array_of(profile, name, s)
+        array_of(profile, name, s[:0])
         few = np.arange(6) * (s.size // 6)
-        for places in (few.reshape(2, 3), few[4], few[:1], few[:0]):
-            alone = array_of(profile, name, np.asarray(s[places]))
-            off = np.abs(alone - row[places])
-            at = np.unravel_index(np.argmax(off), off.shape) if off.size else ()
+        for places in (few.reshape(2, 3), few[:1], few[4]):
+            off = np.abs(array_of(profile, name, np.asarray(s[places])) - row[places])
             rule = f"{name}(s) must depend on s alone, not on the array that it stands in"
-            _require(not (off > ROUNDING).any(), profile, rule, s[places][at] if off.size else None)
+            _require(not (off > ROUNDING).any(), profile, rule, np.ravel(s[places])[off.argmax()])
 
 
 def _check_purity(profile: ShockProfile) -> None:
@@ -166,15 +165,12 @@ def check_closed_integrals(
     ``shares`` are those of rise and decay up to which the integrals are compared.
     """
     with blamed(profile, "closed_areas() must return a1 and a2, and not raise"):
-        given = profile.closed_areas()
-        closed = None if given is None else [float(area) for area in given]
-    if closed is not None:
+        closed = profile.closed_areas()
         areas = profile.areas("gauss-legendre")
-        _require(len(closed) == 2, profile, f"closed_areas() must return a1 and a2 (got {text_of(given)})")
-        for name, value, area in zip(("rise", "decay"), closed, (areas.rise, areas.decay), strict=True):
+        pairs = [] if closed is None else list(zip(closed, (areas.rise, areas.decay), strict=True))
+        for name, (value, area) in zip(("rise", "decay"), pairs, strict=False):
             rule = f"closed_areas() must give the area under the {name}, {area.value:.12g} by quadrature"
-            good = abs(value - area.value) <= error * area.value + area.error
-            _require(good, profile, f"{rule} (got {value!r})")
+            _require(_is_near(value, area, error * area.value), profile, f"{rule} (got {value!r})")
     s = np.array([*shares, *(1.0 + (profile.duration_ratio - 1) * share for share in shares)])
     for method, moment in (("closed_running_impulse", False), ("closed_double_integral", True)):
         with blamed(profile, f"{method}(s) must take an array of any shape, and not raise"):
@@ -183,12 +179,12 @@ def check_closed_integrals(
             array_of(profile, method, s[:0])
             array_of(profile, method, np.asarray(s[0]))
             _check_integral(profile, f"{method}(s)", moment, s, array_of(profile, method, s), error)
+    late = s[s >= _SMALL]
     with blamed(profile, "closed_free_path() must return a FreePath, and not raise"):
-        path = profile.closed_free_path()
-        at = np.empty((0, 2)) if path is None else np.array([path.at(one) for one in s[s >= _SMALL].tolist()])
-    for column, what in enumerate(("path", "impulse")) if len(at) else ():
-        late = s >= _SMALL
-        _check_integral(profile, f"{what} of closed_free_path()", column == 0, s[late], at[:, column], error)
+        table = profile.closed_free_path()
+        columns = () if table is None else np.transpose([table.at(end) for end in late.tolist()])
+    for column, moment, what in zip(columns, (True, False), ("path", "impulse"), strict=False):
+        _check_integral(profile, f"{what} of closed_free_path()", moment, late, column, error)
 
 
 def _check_integral(
@@ -198,8 +194,12 @@ def _check_integral(
     for end, value, right in zip(s.tolist(), values.tolist(), known, strict=True):
         # Near 0 no digit need be lost; in the decay, and in a table, what is added up is as great as the whole.
         scale = right.value if end <= 1 and what.startswith("closed") else known[-1].value
-        good = abs(value - right.value) <= error * scale + right.error
-        _require(good, profile, f"{what} must be {right.value:.12g}, by quadrature (got {value!r})", end)
+        rule = f"{what} must be {right.value:.12g}, by quadrature (got {value!r})"
+        _require(_is_near(value, right, error * scale), profile, rule, end)
+
+
+def _is_near(value: float, right: Integral, allowed: float) -> bool:
+    return abs(value - right.value) <= allowed + right.error
 
 
 def _check_records(profile: ShockProfile) -> None:

@@ -19,8 +19,6 @@ ROUNDING = 8 * _EPSILON
 _SHARE_ROUNDINGS = 1.5
 # Up to this exponent of the path a polynomial takes less time than a power.
 _HIGHEST_POLYNOMIAL = 6
-# Pieces of a long record, of which a shock reads but a few.
-_MANY = 10_000
 
 
 @frozen(slots=False, eq=False)
@@ -77,9 +75,9 @@ class FreePath:
 
     @cached_property
     def _plain(self) -> tuple[Any, ...]:
-        """Begins, rows, c_k and d_k as lists, which Python reads faster than arrays; but making them takes time too."""
+        """Begins, rows, c_k and d_k as lists, which Python reads faster than arrays."""
         columns = (self.rows[:, 0], self.rows, *self.coefficients.T)
-        return columns if len(self.rows) > _MANY else tuple(part.tolist() for part in columns)
+        return tuple(column.tolist() for column in columns)
 
 
 # ---------------------------------------------------------------- closed forms

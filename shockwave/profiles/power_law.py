@@ -16,21 +16,11 @@ if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath
 
 
-@frozen(kw_only=True)
-class PowerLaw(ShockProfile):
-    """F1 = s^eta1 and F2 = ((n - s)/(n - 1))^eta2, the caption of Table 1.
+class Powers(ShockProfile):
+    """F1 = s^eta1 and F2 = ((n - s)/(n - 1))^eta2; a subclass states eta1, eta2 and n."""
 
-    Parameters
-    ----------
-    rise_exponent, decay_exponent : float
-        eta1 and eta2, 0 to 1e6. At 0 the force is constant and jumps at the end.
-    duration_ratio : float
-        n, above 1.
-    """
-
-    rise_exponent: float = quantity("", "eta1, exponent of the rise", at_least=0, at_most=1e6)
-    decay_exponent: float = quantity("", "eta2, exponent of the decay", at_least=0, at_most=1e6)
-    duration_ratio: float = quantity("", "n, whole duration over rise time", above=1, at_most=1e12)
+    rise_exponent: float
+    decay_exponent: float
 
     def rise(self, s: FloatArray) -> FloatArray:
         return np.asarray(s**self.rise_exponent)
@@ -74,3 +64,20 @@ class PowerLaw(ShockProfile):
         """Share of the decay still to come, 1 before the peak."""
         n = self.duration_ratio
         return np.asarray(np.clip((n - s) / (n - 1), 0.0, 1.0))
+
+
+@frozen(kw_only=True)
+class PowerLaw(Powers):
+    """F1 = s^eta1 and F2 = ((n - s)/(n - 1))^eta2, the caption of Table 1.
+
+    Parameters
+    ----------
+    rise_exponent, decay_exponent : float
+        eta1 and eta2, 0 to 1e6. At 0 the force is constant and jumps at the end.
+    duration_ratio : float
+        n, above 1.
+    """
+
+    rise_exponent: float = quantity("", "eta1, exponent of the rise", at_least=0, at_most=1e6)
+    decay_exponent: float = quantity("", "eta2, exponent of the decay", at_least=0, at_most=1e6)
+    duration_ratio: float = quantity("", "n, whole duration over rise time", above=1, at_most=1e12)

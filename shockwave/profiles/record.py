@@ -7,8 +7,7 @@ import pathlib
 import re
 from collections.abc import Sequence
 from contextlib import suppress
-from functools import cache
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import attrs
 import numpy as np
@@ -26,16 +25,17 @@ _MOST_LINES = 5_000_000
 _LONGEST_LINE = 10_000
 _MOST_FAULTS = 20
 
-_NUMBER = re.compile(r"(?i)[+-]?(?:(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]+)?)")
 _ROW_OF_NUMBERS = re.compile(r'(?i)["\s]*[+-]?(?:[.,]?[0-9]|(?:nan|inf|infinity)\b)')
 # Products and single-digit powers of words only: a longer expression could keep a parser busy for ever.
 _FACTOR = r"[A-Za-zµμ]{1,20}(?:(?:\*\*|\^)-?[0-9])?"
 _UNIT = re.compile(rf"{_FACTOR}(?: ?[*·/] ?{_FACTOR}){{0,4}}")
+# Units that are known as such even without brackets around them.
+_BARE_UNITS = "s|ms|us|µs|μs|ns|N|mN|kN|MN|lbf|kgf"
+# time [us], time (us), time/us, time_us, us or time
+_LABEL = re.compile(rf"(.*?)\s*(?:\[([^\[]*)\]|\(([^(]*)\)|/([^\[(]*)|(?:^|[_ ])({_BARE_UNITS}))?")
 
 _TIME_NAMES = frozenset({"time", "t", "zeit", "temps", "tempo", "tiempo"})
 _FORCE_NAMES = frozenset({"force", "f", "load", "kraft", "forza", "fuerza"})
-# Units that are known as such even without brackets around them.
-_BARE_UNITS = frozenset({"s", "ms", "us", "µs", "μs", "ns", "N", "mN", "kN", "MN", "lbf", "kgf"})
 _SI_UNITS = (("s", "time", "seconds"), ("N", "force", "newtons"))
 
 _same = attrs.cmp_using(eq=np.array_equal)
@@ -94,15 +94,6 @@ class _Text:
         return hint if self.separator == "," else ""
 
 
-@frozen
-class _Column:
-    """The name and unit of a column, and the line on which the unit stands, counted from 0."""
-
-    name: str
-    unit: str
-    line: int
-
-
 def read_record(path: pathlib.Path) -> Record:
     """Read a time column and a force column.
 
@@ -126,15 +117,14 @@ def read_record(path: pathlib.Path) -> Record:
     InvalidValueError
         When it holds no two columns of finite numbers in units of time and force; each fault names its line.
     """
-    path = pathlib.Path(path)
-    text = _text(path)
-    kept = text.kept(text.first, len(text.lines))
+    text = _text(pathlib.Path(path))
     notes: list[str] = []
-    columns = _columns(text, notes)
-    picks = _picks(text, columns, notes)
-    factors = _factors(text, [columns[pick] for pick in picks], notes)
-    table = _numbers(text, len(columns), picks, factors, kept)
-    return Record(table[:, 0].copy(), table[:, 1].copy(), tuple(notes), np.array(kept) + 1)
+    header, names, units = _header(text, notes)
+    picks = _picks(text, names, notes)
+    factors = _factors(text, header, [units[pick] for pick in picks], notes)
+    rows = text.kept(text.first, len(text.lines))
+    table = _numbers(text, rows, len(names), picks) * factors
+    return Record(table[:, 0].copy(), table[:, 1].copy(), tuple(notes), np.array(rows) + 1)
 
 
 def _text(path: pathlib.Path) -> _Text:
@@ -154,11 +144,24 @@ def _text(path: pathlib.Path) -> _Text:
     return text
 
 
+def _cells(line: str, separator: str) -> list[str]:
+    """The cells of a line, without quotes; an empty one that a separator at the end leaves is kept."""
+    return [cell.strip("\"' \t") for cell in line.strip().split(separator or None)]
+
+
+def _number(cell: str) -> float:
+    """The number in a cell; NaN where there is none."""
+    try:
+        return math.nan if "_" in cell else float(cell)
+    except ValueError:
+        return math.nan
+
+
 # ---------------------------------------------------------------- header
 
 
-def _columns(text: _Text, notes: list[str]) -> list[_Column]:
-    """The columns, as the header names them."""
+def _header(text: _Text, notes: list[str]) -> tuple[int, list[str], list[str]]:
+    """Index of the last header line, counted from 0; names and units of the columns, empty where there are none."""
     headers = text.kept(0, text.first)
     row = _cells(text.lines[text.first], text.separator)
     trimmed = len(row) - (row[-1] == "")
@@ -168,31 +171,22 @@ def _columns(text: _Text, notes: list[str]) -> list[_Column]:
     if not headers:
         headers = _header_in_comment(text, trimmed)
         notes += [f"the header was read from the comment in line {index + 1}" for index in headers]
+    if not headers:
+        return text.first, [""] * trimmed, [""] * trimmed
     labels = [_labels(text, index) for index in headers]
-    count = len(row) if labels and len(labels[0]) == len(row) else trimmed
+    count = len(row) if len(labels[0]) == len(row) else trimmed
     for index, cells in zip(headers, labels, strict=True):
-        if any(_NUMBER.fullmatch(cell.replace(",", ".")) for cell in cells):
+        if any(math.isfinite(_number(cell)) for cell in cells):
             got = text_of(text.lines[index])
             text.refuse(index, "row", f"must be names of columns, or numbers alone (got {got})")
         if len(cells) != count:
             got = f"got {len(cells)} names; line {text.first + 1} has {count}{text.comma_hint}"
             text.refuse(index, "header", f"must name every column ({got})")
-    if not labels:
-        return [_Column("", "", text.first)] * count
-    columns = [_Column(*_name_and_unit(cell), headers[0]) for cell in labels[0]]
-    if len(labels) == 1 and all(cell in _BARE_UNITS for cell in labels[0]):
-        return [_Column("", cell, headers[0]) for cell in labels[0]]
+    names, units = zip(*map(_name_and_unit, labels[0]), strict=True)
     if len(labels) == 2:  # the second line holds the units
-        units = [cell.strip("[]()").strip() for cell in labels[1]]
-        pairs = zip(columns, units, strict=True)
-        return [column if column.unit else _Column(column.name, unit, headers[1]) for column, unit in pairs]
-    return columns
-
-
-def _cells(line: str, separator: str) -> list[str]:
-    """The cells of a line, without quotes; an empty one that a separator at the end leaves is kept."""
-    cells = line.strip().split(separator) if separator else line.split()
-    return [cell.strip().strip("\"'").strip() for cell in cells]
+        below = [cell.strip("[]() ") for cell in labels[1]]
+        units = tuple(unit or other for unit, other in zip(units, below, strict=True))
+    return headers[-1], list(names), list(units)
 
 
 def _labels(text: _Text, index: int) -> list[str]:
@@ -200,7 +194,7 @@ def _labels(text: _Text, index: int) -> list[str]:
     line = text.lines[index].strip().lstrip("#%/;")
     mark = next((mark for mark in (text.separator, ";", "\t", ",") if mark and mark in line), "")
     if not mark:  # blanks separate the columns, but not a name from its unit
-        line = " ".join(line.split()).replace(" [", "[").replace(" (", "(").replace(" / ", "/")
+        line = re.sub(r"\s+(?=[\[(/])|(?<=/)\s+", "", line)
     cells = _cells(line, mark)
     return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
 
@@ -214,16 +208,8 @@ def _header_in_comment(text: _Text, count: int) -> list[int]:
 
 
 def _name_and_unit(cell: str) -> tuple[str, str]:
-    """Name and unit of ``time [us]``, ``time (us)``, ``time/us``, ``time_us`` or ``time``."""
-    for opening, closing in ("[]", "()"):
-        if cell.endswith(closing) and opening in cell:
-            name, _, unit = cell[:-1].rpartition(opening)
-            return name.strip(), unit.strip()
-    name, slash, unit = cell.partition("/")
-    if slash:
-        return name.strip(), unit.strip()
-    name, _, unit = cell.replace("_", " ").rpartition(" ")
-    return (name, unit) if name and unit in _BARE_UNITS else (cell, "")
+    name, *units = _LABEL.fullmatch(cell).groups("")  # type: ignore[union-attr]
+    return name, "".join(units).strip()
 
 
 def _named(names: Sequence[str], known: frozenset[str]) -> list[int]:
@@ -231,115 +217,93 @@ def _named(names: Sequence[str], known: frozenset[str]) -> list[int]:
     return [i for i, name in enumerate(names) if known.intersection(re.findall(r"[^\W\d_]+", name.lower()))]
 
 
-def _picks(text: _Text, columns: Sequence[_Column], notes: list[str]) -> tuple[int, int]:
+def _picks(text: _Text, names: Sequence[str], notes: list[str]) -> list[int]:
     """The columns of time and force: by their names, or in this order where there are but two."""
-    names = [column.name for column in columns]
-    times, forces = _named(names, _TIME_NAMES), _named(names, _FORCE_NAMES)
-    if len(names) == 2 and len(times) <= 1 and len(forces) <= 1 and (times != forces or not times):
-        first = times[0] if times else 1 - forces[0] if forces else 0
-        times, forces = [first], [1 - first]
-        if not _named(names, _TIME_NAMES | _FORCE_NAMES) and any(names):
-            notes.append(f"the columns {names[0]!r} and {names[1]!r} were taken as time and force")
+    times = _named(names, _TIME_NAMES)
+    forces = _named(names, _FORCE_NAMES)
+    if len(names) == 2 and not times and not forces and any(names):
+        notes.append(f"the columns {names[0]!r} and {names[1]!r} were taken as time and force")
+    if len(names) == 2 and len(times + forces) < 2:
+        times = times or [1 - force for force in forces] or [0]
+        forces = [1 - times[0]]
     if not len(times) == len(forces) == 1 or times == forces:
         shown = ", ".join(map(text_of, names[:12])) if any(names) else "no header"
         hint = f"write a header such as 'time [s]' and 'force [N]' over those two{text.comma_hint}"
         problem = f"must be one column of time and one of force (got {len(names)}: {shown}; {hint})"
         text.refuse(text.first, "columns", problem)
-    picks = times[0], forces[0]
-    if picks != (0, 1):
-        which = f"column {picks[0] + 1}, {names[picks[0]]!r}, and column {picks[1] + 1}, {names[picks[1]]!r}"
-        notes.append(f"time and force were found by their names: {which}")
-    elif len(names) > 2:
-        notes.append(f"of {len(names)} columns only {names[0]!r} and {names[1]!r} were read")
+    picks = times + forces
+    if picks != [0, 1] or len(names) > 2:
+        which = " and ".join(f"column {pick + 1}, {names[pick]!r}," for pick in picks)
+        notes.append(f"time and force were found by their names: {which[:-1]}")
     return picks
 
 
-def _factors(text: _Text, columns: Sequence[_Column], notes: list[str]) -> tuple[float, ...]:
+def _factors(text: _Text, header: int, units: Sequence[str], notes: list[str]) -> list[float]:
     """What turns the two columns into SI; faults of both are raised together."""
-    factors, faults = [], []
-    for column, (base, name, assumed) in zip(columns, _SI_UNITS, strict=True):
-        factor = 1.0 if column.unit in ("", base) else _factor(column.unit, base)
-        factors.append(factor)
-        if not column.unit:
+    factors = []
+    faults = []
+    for unit, (base, name, assumed) in zip(units, _SI_UNITS, strict=True):
+        if not unit:
             notes.append(f"the {name} has no unit: {assumed} are assumed")
-        if factor is None:
-            problem = f"must be a unit of {name} (got {text_of(column.unit)}; write [{base}], for example)"
-            faults.append(text.fault(column.line, f"unit of {name}", problem))
+        factor = _factor(unit or base, base)
+        factors.append(factor)
+        if math.isnan(factor):
+            problem = f"must be a unit of {name} (got {text_of(unit)}; write [{base}], for example)"
+            faults.append(text.fault(header, f"unit of {name}", problem))
     if faults:
         raise InvalidValueError(faults)
-    return tuple(factors)
+    return factors
 
 
-def _factor(unit: str, base: str) -> Any:
-    """The size of ``unit`` in SI; None when it is no unit of that dimension."""
+def _factor(unit: str, base: str) -> float:
+    """The size of ``unit`` in SI; NaN when it is no unit of that dimension."""
+    if unit == base:
+        return 1.0
     if len(unit) <= 40 and _UNIT.fullmatch(unit):
+        import pint  # only a header with other units than s and N needs it
+
         # A unit that is not known as written may be known without its capitals: 'Seconds', 'Sec'.
         for spelling in (unit, unit.lower()):
             with suppress(AttributeError, TypeError, ValueError):  # unknown, wrong dimension, no unit at all
-                return float(_units().Quantity(1.0, spelling).to(base).magnitude)
-    return None
-
-
-@cache
-def _units() -> Any:
-    import pint  # only a header with other units than s and N needs it
-
-    return pint.UnitRegistry()
+                return float(pint.Quantity(1.0, spelling).to(base).magnitude)
+    return math.nan
 
 
 # ---------------------------------------------------------------- body
 
 
-def _numbers(
-    text: _Text, count: int, picks: Sequence[int], factors: Sequence[float], kept: Sequence[int]
-) -> FloatArray:
-    """The time and the force column of the lines ``kept``, shape (k, 2), in SI units, finite."""
-    rows = [text.lines[index].strip().replace('"', "") for index in kept]
-    if text.separator in (";", "\t"):
-        rows = _with_points(text, kept, rows)
-    if text.separator:
-        rows = [row.removesuffix(text.separator) if row.count(text.separator) == count else row for row in rows]
-    with suppress(ValueError):  # whose message lacks line and column
-        table = np.loadtxt(rows, delimiter=text.separator or None, comments=None, ndmin=2)
-        if table.shape == (len(rows), count):
-            with np.errstate(over="ignore"):
-                table = table[:, list(picks)] * factors
-            if np.isfinite(table).all():
-                return table
-    return _numbers_one_by_one(text, count, picks, factors, kept, rows)
-
-
-def _with_points(text: _Text, kept: Sequence[int], rows: Sequence[str]) -> list[str]:
-    """The rows with points for decimal commas; a file with both is refused at the later one."""
-    comma, point = (next((at for at, row in enumerate(rows) if mark in row), None) for mark in ",.")
-    if comma is not None and point is not None:
-        early, late = sorted((kept[comma], kept[point]))
-        got = f"got {text_of(text.lines[late])} after {text_of(text.lines[early])}"
-        hint = "use the point or the comma alone, and no thousands sign"
-        text.refuse(late, "row", f"must have one decimal sign ({got}; {hint})")
-    return [row.replace(",", ".") for row in rows]
-
-
-def _numbers_one_by_one(
-    text: _Text, count: int, picks: Sequence[int], factors: Sequence[float], kept: Sequence[int], rows: Sequence[str]
-) -> FloatArray:
-    """The two columns, cell by cell: finds the faults, and copes with words in other columns."""
-    table: list[list[float]] = []
-    faults: list[Fault] = []
-    for index, row in zip(kept, rows, strict=True):
-        cells = _cells(row, text.separator)
+def _numbers(text: _Text, rows: Sequence[int], count: int, picks: Sequence[int]) -> FloatArray:
+    """The time and the force column of the lines ``rows``, shape (k, 2), finite."""
+    decimal = _decimal_sign(text, rows) if text.separator in (";", "\t") else "."
+    table = []
+    faults = []
+    for index in rows:
+        cells = _cells(text.lines[index], text.separator)
+        if len(cells) == count + 1 and not cells[-1]:
+            cells.pop()
         if len(cells) != count:
             got = f"got {len(cells)}: {text_of(text.lines[index])}{text.comma_hint}"
             faults.append(text.fault(index, "row", f"must have {count} columns ({got})"))
             continue
-        chosen = [cells[pick] for pick in picks]
-        table.append([float(cell) if _NUMBER.fullmatch(cell) else math.nan for cell in chosen])
-        for value, factor, cell, (unit, name, _) in zip(table[-1], factors, chosen, _SI_UNITS, strict=True):
-            if not math.isfinite(value * factor):
-                problem = f"must be a finite number of {unit} (got {text_of(cell)}; mend or delete the row)"
-                faults.append(text.fault(index, name, problem))
-        if len(faults) >= _MOST_FAULTS:
-            break
+        values = [_number(cells[pick].replace(decimal, ".")) for pick in picks]
+        table.append(values)
+        if all(map(math.isfinite, values)):
+            continue
+        for value, pick, (unit, name, _) in zip(values, picks, _SI_UNITS, strict=True):
+            if not math.isfinite(value):
+                got = f"got {text_of(cells[pick])}; mend or delete the row"
+                faults.append(text.fault(index, name, f"must be a finite number of {unit} ({got})"))
     if faults:
         raise InvalidValueError(faults[:_MOST_FAULTS])
-    return np.array(table) * factors
+    return np.array(table)
+
+
+def _decimal_sign(text: _Text, rows: Sequence[int]) -> str:
+    """The point or the comma; a file with both is refused at the later one."""
+    comma, point = (next((index for index in rows if mark in text.lines[index]), None) for mark in ",.")
+    if comma is not None and point is not None:
+        early, late = sorted((comma, point))
+        got = f"got {text_of(text.lines[late])} after {text_of(text.lines[early])}"
+        hint = "use the point or the comma alone, and no thousands sign"
+        text.refuse(late, "row", f"must have one decimal sign ({got}; {hint})")
+    return "." if comma is None else ","

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from attrs import frozen
 
 from shockwave.errors import Fault, InvalidValueError
-from shockwave.fields import Quantity, text_of
+from shockwave.fields import text_of
 from shockwave.numerics import scatter
 from shockwave.quadrature import FloatArray
 
@@ -31,6 +30,8 @@ _QUIET = 3
 # Those beyond which it is certainly not. A long tail holds a chance sample beyond 3, but none beyond 5.
 _CERTAIN = 5
 _SHORTEST_LEAD = 5
+# Rise times that a pulse lasts at most: the square of more is no number.
+_LONGEST = 1e150
 _MOST_FAULTS = 20
 
 
@@ -44,13 +45,8 @@ class Pulse:
     rise_time: float
     notes: tuple[str, ...]
 
-    @property
-    def areas(self) -> FloatArray:
-        """Areas between neighbouring samples, shape (k - 1,)."""
-        return _areas(self.knots, self.values)
 
-
-def pulse_of(times: Any, forces: Any, ratio: float | None, place: Callable[[int], str] = lambda index: "") -> Pulse:
+def pulse_of(times: Any, forces: Any, ratio: float | None) -> Pulse:
     """The pulse of a record.
 
     Parameters
@@ -59,81 +55,59 @@ def pulse_of(times: Any, forces: Any, ratio: float | None, place: Callable[[int]
         Samples [s] and [N]; anything else is refused.
     ratio : float, optional
         Duration ratio to which the decay is stretched.
-    place : callable
-        Where in a file the sample of an index stands.
 
     Raises
     ------
     InvalidValueError
         When the samples are no pulse; each fault names its sample.
     """
-    _check_samples(times, forces, place)
-    # Samples of absurd size overflow, which is seen at the end.
-    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-        values, peak_force, start, notes = _cleaned(times, forces)
-        peak = int(np.argmax(values))
-        if peak in (0, values.size - 1):
-            part, where = ("rise", "before") if peak == 0 else ("decay", "after")
-            problem = f"must not be the peak, for then there is no {part} (got {peak_force:g} N; "
-            remedy = f"put a sample of zero force {where} it)"
-            raise InvalidValueError([Fault(f"forces[{start + peak}]", problem + remedy, place(start + peak))])
+    _check_samples(times, forces)
+    values, peak_force, start, notes = _cleaned(times, forces)
+    peak = int(np.argmax(values))
+    if peak in (0, values.size - 1):
+        part, where = ("rise", "before") if peak == 0 else ("decay", "after")
+        problem = f"must not be the peak, for then there is no {part} (got {peak_force:g} N; "
+        remedy = f"put a sample of zero force {where} it)"
+        raise InvalidValueError.of(f"forces[{start + peak}]", problem + remedy)
+    # Times of absurd size overflow.
+    with np.errstate(over="ignore", invalid="ignore"):
         elapsed = times[start : start + values.size] - times[start]
         knots = elapsed / elapsed[peak]
         if ratio is not None and ratio != knots[-1]:
             notes.append(f"the decay was stretched in time: n is {ratio:g}, that of the record {knots[-1]:g}")
             knots[peak + 1 :] = 1.0 + (knots[peak + 1 :] - 1.0) * ((ratio - 1.0) / (knots[-1] - 1.0))
             knots[-1] = ratio
-        whole = np.sum(_areas(knots, values)) * knots[-1]
-    merged = np.flatnonzero(~(knots[1:] > knots[:-1]))
-    if merged.size:
-        index = start + int(merged[0]) + 1
-        problem = f"must differ from the sample before by more than rounding (got {times[index]:g} s)"
-        raise InvalidValueError([Fault(f"times[{index}]", problem, place(index))])
-    if not np.isfinite(whole):
-        problem = f"must last less than 1e150 rise times, and forces be finite (got n = {knots[-1]:g})"
-        raise InvalidValueError([Fault("times", problem, place(start))])
+        if not (np.diff(knots) > 0).all() or not knots[-1] < _LONGEST:
+            rule = f"must differ by more than rounding, and last less than {_LONGEST:g} rise times"
+            raise InvalidValueError.of("times", f"{rule} (got n = {knots[-1]:g})")
     return Pulse(knots, values, peak_force, float(elapsed[peak]), tuple(notes))
 
 
-def _check_samples(times: Any, forces: Any, place: Callable[[int], str]) -> None:
-    faults = _number_faults("times", "s", times, place) + _number_faults("forces", "N", forces, place)
+def _check_samples(times: Any, forces: Any) -> None:
+    faults = _number_faults("times", "s", times) + _number_faults("forces", "N", forces)
     if faults:
         raise InvalidValueError(faults[:_MOST_FAULTS])
     if forces.size != times.size:
         problem = f"must have one force for each time (got {forces.size} forces and {times.size} times)"
         faults.append(Fault("forces", problem))
     elif times.size < 3:
-        problem = f"must have at least three samples, start, peak and end (got {times.size})"
-        faults.append(Fault("times", problem, place(0) if times.size else ""))
+        faults.append(Fault("times", f"must have at least three samples, start, peak and end (got {times.size})"))
     for index in (np.flatnonzero(times[1:] <= times[:-1])[:_MOST_FAULTS] + 1).tolist():
         got = f"got {times[index]:g} s after {times[index - 1]:g} s; sort the samples, and drop repeated ones"
-        problem = f"must be greater than times[{index - 1}] ({got})"
-        faults.append(Fault(f"times[{index}]", problem, place(index)))
+        faults.append(Fault(f"times[{index}]", f"must be greater than times[{index - 1}] ({got})"))
     if forces.size and forces.max() <= 0:
-        highest = int(np.argmax(forces))
-        got = f"got at most {forces[highest]:g} N; turn the sign, if pressure is negative"
-        problem = f"must be > 0 N somewhere ({got})"
-        faults.append(Fault("forces", problem, place(highest)))
+        got = f"got at most {forces.max():g} N; turn the sign, if pressure is negative"
+        faults.append(Fault("forces", f"must be > 0 N somewhere ({got})"))
     if faults:
         raise InvalidValueError(faults)
 
 
-def _number_faults(name: str, unit: str, values: Any, place: Callable[[int], str]) -> list[Fault]:
+def _number_faults(name: str, unit: str, values: Any) -> list[Fault]:
     """What in ``values`` is no finite number."""
-    if not isinstance(values, np.ndarray | list | tuple) or np.ndim(values) != 1:
-        got = text_of(values.tolist() if isinstance(values, np.ndarray) else values)
-        return [Fault(name, f"must be a sequence of numbers (got {got})")]
-    spec = Quantity(unit, "")
-    if isinstance(values, np.ndarray) and values.dtype == float:
-        suspects = [(index, float(values[index])) for index in np.flatnonzero(~np.isfinite(values)).tolist()]
-    else:
-        suspects = list(enumerate(values))
-    found = [
-        Fault(f"{name}[{index}]", problem, place(index))
-        for index, value in suspects
-        if (problem := spec.problem(value))
-    ]
-    return found[:_MOST_FAULTS]
+    if not isinstance(values, np.ndarray) or values.ndim != 1:
+        return [Fault(name, f"must be a sequence of numbers (got {text_of(values)})")]
+    wrong = np.flatnonzero(~np.isfinite(values))[:_MOST_FAULTS]
+    return [Fault(f"{name}[{at}]", f"must be a finite number {unit} (got {values[at]:g})") for at in wrong.tolist()]
 
 
 def _cleaned(times: FloatArray, forces: FloatArray) -> tuple[FloatArray, float, int, list[str]]:
@@ -144,30 +118,32 @@ def _cleaned(times: FloatArray, forces: FloatArray) -> tuple[FloatArray, float, 
     below = np.minimum(above, 0.0) / peak_force
     values = np.maximum(above, 0.0) / peak_force
     start, stop = _ends(values, noise / peak_force)
-    kept, pulse = slice(start, stop + 1), values[start : stop + 1].copy()
+    pulse = values[start : stop + 1].copy()
     # What lies within the noise of a quiet lead is as good as zero.
     pulse[[0, -1]] *= pulse[[0, -1]] > _QUIET * noise / peak_force
-    impulse = _impulse(times[kept], pulse)
+    impulse = _impulse(times[start : stop + 1], pulse)
 
     def share(part: float) -> str:
-        return f"{100 * abs(part) / impulse:.2g} % of the impulse"
+        return f"({100 * abs(part) / impulse:.2g} % of the impulse)"
 
     notes = []
     if times[0] != 0:
         notes.append(f"the times start at {times[0]:g} s, and were shifted to start at zero")
     if baseline:
-        what = f"a baseline of {baseline:.4g} N, the mean of the {count} samples before the pulse"
-        notes.append(f"{what}, was subtracted ({share(baseline / peak_force * (times[stop] - times[start]))})")
-    if np.any(below):
-        count_below = np.count_nonzero(below)
-        lay = "lay below zero and was" if count_below == 1 else "lay below zero and were"
-        notes.append(f"{count_below} of {forces.size} samples {lay} set to zero ({share(_impulse(times, below))})")
+        what = f"a baseline of {baseline:.4g} N, the mean of the {count} samples before the pulse, was subtracted"
+        notes.append(f"{what} {share(baseline / peak_force * (times[stop] - times[start]))}")
+    number = int(np.count_nonzero(below))
+    if number:
+        were = "was" if number == 1 else "were"
+        lost = share(_impulse(times, below))
+        notes.append(f"{number} of {forces.size} samples lay below zero and {were} set to zero {lost}")
     for cut, where in ((slice(0, start + 1), "before"), (slice(stop, None), "after")):
-        if times[cut].size > 1:
-            part = share(_impulse(times[cut], values[cut]))
-            number = times[cut].size - 1
-            samples, were = ("sample", "was") if number == 1 else ("samples", "were")
-            notes.append(f"{number} quiet {samples} {where} the pulse {were} cut off ({part})")
+        number = times[cut].size - 1
+        if number:
+            samples = "sample" if number == 1 else "samples"
+            were = "was" if number == 1 else "were"
+            lost = share(_impulse(times[cut], values[cut]))
+            notes.append(f"{number} quiet {samples} {where} the pulse {were} cut off {lost}")
     for end, verb in ((0, "starts"), (-1, "ends")):
         if pulse[end] > _ROUNDING:
             size = f"{pulse[end] * peak_force:.4g} N, {100 * pulse[end]:.2g} % of its peak"
@@ -223,8 +199,4 @@ def _is_flat(lead: FloatArray, peak: float) -> bool:
 
 
 def _impulse(times: FloatArray, values: FloatArray) -> float:
-    return float(np.sum(_areas(times, values)))
-
-
-def _areas(times: FloatArray, values: FloatArray) -> FloatArray:
-    return np.asarray(0.5 * np.diff(times) * (values[1:] + values[:-1]))
+    return float(np.sum(0.5 * np.diff(times) * (values[1:] + values[:-1])))

@@ -40,10 +40,8 @@ class Shock:
     rise_time: float = quantity("s", "rise time t0", above=0, optional=True, default=None)
 
     def __attrs_post_init__(self) -> None:
-        if not isinstance(self.profile, ShockProfile):
-            raise InvalidValueError.of("profile", f"must be a ShockProfile (got {text_of(self.profile)})")
         try:
-            examine(self.profile)
+            _check(self.profile)
         except ViolationError as error:
             if self.rise_time is None or error.s is None:
                 raise
@@ -67,15 +65,17 @@ class Shock:
         problem = DURATION.problem(duration)
         if problem is not None:
             raise InvalidValueError.of("duration", problem)
-        if not isinstance(profile, ShockProfile):
-            return cls(profile=profile)
-        examine(profile)
+        _check(profile)
         rise_time = duration / float(profile.duration_ratio)
-        if not rise_time > 0:
-            raise InvalidValueError.of("duration", f"must be longer: its n-th part is 0 (got {duration!r})")
         return cls(profile=profile, peak_force=peak_force, rise_time=rise_time)  # type: ignore[arg-type]
 
     @property
     def duration(self) -> float:
         """n t0 [s]."""
         return self.profile.duration_ratio * self.rise_time
+
+
+def _check(profile: object) -> None:
+    if not isinstance(profile, ShockProfile):
+        raise InvalidValueError.of("profile", f"must be a ShockProfile (got {text_of(profile)})")
+    examine(profile)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pathlib
+import re
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -11,11 +12,11 @@ import attrs
 import numpy as np
 from attrs import frozen
 
-from shockwave.errors import InvalidValueError
+from shockwave.errors import Fault, InvalidValueError
 from shockwave.fields import Quantity, quantity
 from shockwave.numerics import running_sums
 from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.record import read_record
+from shockwave.profiles.record import Record, read_record
 from shockwave.profiles.record_cleaning import Pulse, pulse_of
 from shockwave.quadrature import FloatArray
 
@@ -30,14 +31,13 @@ _shown = partial(np.array2string, separator=", ", threshold=8, precision=4, max_
 
 
 def _read_only(value: Any) -> Any:
-    """A read-only copy as floats; what holds no numbers is left alone, for the check to report."""
+    """A read-only copy as floats; what is no row of numbers is left alone, for the check to report."""
     try:
-        array = np.asarray(value)
-    except ValueError:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError):
         return value
-    if array.dtype.kind not in "iuf":
+    if array.ndim != 1:
         return value
-    array = array.astype(float)
     array.setflags(write=False)
     return array
 
@@ -98,11 +98,8 @@ class Tabulated(ShockProfile):
         record = read_record(pathlib.Path(path))
         try:
             profile = cls(record.times, record.forces, duration_ratio)  # type: ignore[arg-type]
-        except InvalidValueError:
-            # Once more, for the same faults with the lines on which they stand.
-            places = [f"{path}:{line}" for line in record.lines.tolist()]
-            pulse_of(record.times, record.forces, None, places.__getitem__)
-            raise
+        except InvalidValueError as error:
+            raise InvalidValueError([_placed(fault, path, record) for fault in error.faults]) from None
         object.__setattr__(profile, "_assumed", record.notes)
         return profile
 
@@ -149,10 +146,12 @@ class Tabulated(ShockProfile):
     @cached_property
     def _sums(self) -> tuple[FloatArray, FloatArray, tuple[float, float]]:
         """Running impulse and double integral at the samples; a1 and a2."""
-        widths, values, areas = np.diff(self._pulse.knots), self._pulse.values, self._pulse.areas
+        widths = np.diff(self._pulse.knots)
+        left, right = self._pulse.values[:-1], self._pulse.values[1:]
+        areas = 0.5 * widths * (left + right)
         impulses = running_sums(areas)
-        paths = running_sums(widths * (impulses[:-1] + widths * (2.0 * values[:-1] + values[1:]) / 6.0))
-        peak = int(np.argmax(values))
+        paths = running_sums(widths * (impulses[:-1] + widths * (2.0 * left + right) / 6.0))
+        peak = int(np.argmax(self._pulse.values))
         # The decay is summed for itself: the difference of two sums would lose digits of a short one.
         return impulses, paths, (float(impulses[peak]), float(running_sums(areas[peak:])[-1]))
 
@@ -170,3 +169,10 @@ class Tabulated(ShockProfile):
         left, right = values[before], values[before + 1]
         # A share of the step, not a slope: it stays finite however close two samples are.
         return before, step, left + step / (knots[before + 1] - knots[before]) * (right - left)
+
+
+def _placed(fault: Fault, path: str | os.PathLike[str], record: Record) -> Fault:
+    """The fault of a sample with the line on which the sample stands."""
+    index = re.search(r"\[(\d+)\]", fault.path)
+    line = record.lines[int(index[1])] if index else record.lines[0]
+    return attrs.evolve(fault, location=f"{path}:{line}")

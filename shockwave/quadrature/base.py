@@ -15,6 +15,10 @@ from attrs import frozen
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 Integrand: TypeAlias = Callable[[FloatArray], FloatArray]
 
+EPSILON = float(np.finfo(float).eps)
+# Roundings of one value and of its product with a weight, in units of the machine epsilon.
+ROUNDINGS = 4.0
+
 
 @frozen
 class Integral:

@@ -9,21 +9,17 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 
 from shockwave.numerics import product
-from shockwave.quadrature.base import FloatArray, Integral, Integrand, Quadrature
+from shockwave.quadrature.base import EPSILON, ROUNDINGS, FloatArray, Integral, Integrand, Quadrature
 
 _NODES = 16
 # Panels halved in one piece: a rough integrand ends here.
 _MOST_HALVED = 2048
 # No panel needs to be better than this share of the tolerance: those at a singular end are many but small.
 _LEAST_SHARE = 1 / 64
-# Roundings of one value and of its product with a weight, in units of the machine epsilon.
-_ROUNDINGS = 4.0
 # A panel whose estimate has come down to so many times its rounding gains nothing from halving.
 _ROUNDING_REACHED = 4.0
 # Narrower panels, in units of the spacing of numbers, have no room for distinct nodes.
 _NARROWEST = 32.0
-
-_EPSILON = float(np.finfo(float).eps)
 
 
 @functools.cache
@@ -72,7 +68,7 @@ class GaussLegendre(Quadrature):
         # At the very ends the integrand may jump: 0**eta is 0, however small eta.
         first, last = math.nextafter(lower, upper), math.nextafter(upper, lower)
         # How far a point may be rounded, and how far off its distance from either end, which the integrand may use.
-        spacing = _EPSILON * max(abs(lower), abs(upper))
+        spacing = EPSILON * max(abs(lower), abs(upper))
         target = tolerance * min(1.0, upper - lower)
         evaluations, values, errors = 0, [], []
 
@@ -91,9 +87,9 @@ class GaussLegendre(Quadrature):
             error = 2 * width * float((misfit * shares).sum())
             # Nodes moved by a spacing move the integral by the variation times the spacing.
             variation = float(np.abs(np.diff(seen)).sum())
-            rounding = _ROUNDINGS * _EPSILON * width * float(np.abs(weighted).sum()) + spacing * variation
+            rounding = ROUNDINGS * EPSILON * width * float(np.abs(weighted).sum()) + spacing * variation
             allowed = max(target * max(width / (upper - lower), _LEAST_SHARE), _ROUNDING_REACHED * rounding)
-            narrow = width <= _NARROWEST * _EPSILON * max(abs(left), abs(left + width))
+            narrow = width <= _NARROWEST * EPSILON * max(abs(left), abs(left + width))
             if error <= allowed or narrow or halved == _MOST_HALVED:
                 values.append(width * float(weighted.sum()))
                 errors.append(error + rounding)

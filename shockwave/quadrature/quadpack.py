@@ -8,16 +8,12 @@ import math
 import numpy as np
 import scipy.integrate
 
-from shockwave.quadrature.base import Integral, Integrand, Quadrature
+from shockwave.quadrature.base import EPSILON, ROUNDINGS, Integral, Integrand, Quadrature
 
 # Intervals that QAGS may divide a piece into.
 _INTERVALS = 200
 # Where the second run is cut: at no binary fraction, so that it shares no interval with the first.
 _CUT = (3 - math.sqrt(5)) / 2
-# Roundings of one value and of its product with a weight, in units of the machine epsilon.
-_ROUNDINGS = 4.0
-
-_EPSILON = float(np.finfo(float).eps)
 
 
 class Quadpack(Quadrature):
@@ -73,5 +69,5 @@ class Quadpack(Quadrature):
             error += 2 * difference
         # Nodes, and their distances from the ends that the integrand may make use of, are off by the spacing.
         variation = math.fsum(abs(b[1] - a[1]) for a, b in itertools.pairwise(sorted(seen)))
-        rounding = _ROUNDINGS * _EPSILON * abs(value) + _EPSILON * max(abs(lower), abs(upper)) * variation
+        rounding = ROUNDINGS * EPSILON * abs(value) + EPSILON * max(abs(lower), abs(upper)) * variation
         return Integral(value, error + rounding, len(seen), self.name)

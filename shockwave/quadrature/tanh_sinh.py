@@ -8,19 +8,15 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from shockwave.quadrature.base import FloatArray, Integral, Integrand, Quadrature
+from shockwave.quadrature.base import EPSILON, ROUNDINGS, FloatArray, Integral, Integrand, Quadrature
 
 # The outermost nodes are this far from the ends, in units of the piece: what lies beyond is below rounding.
 _OUTERMOST = 1e-22
 _COARSEST_STEP = 0.5
 # With 9 halvings a piece is seen at some 7000 points at most.
 _HALVINGS = 9
-# Roundings of one value and of its product with a weight, in units of the machine epsilon.
-_ROUNDINGS = 4.0
 # Where halving has not settled the sum, the largest of so many last changes is taken for the error.
 _CHANGES = 5
-
-_EPSILON = float(np.finfo(float).eps)
 
 
 @functools.cache
@@ -58,7 +54,7 @@ class TanhSinh(Quadrature):
     def _piece(self, integrand: Integrand, lower: float, upper: float, tolerance: float) -> Integral:
         width = upper - lower
         # Nodes, and their distances from the ends that the integrand may make use of, are off by the spacing.
-        spacing = _EPSILON * max(abs(lower), abs(upper))
+        spacing = EPSILON * max(abs(lower), abs(upper))
         value = magnitude = 0.0
         evaluations = 0
         changes: list[float] = []
@@ -73,7 +69,7 @@ class TanhSinh(Quadrature):
             value = value / 2 + added
             magnitude = magnitude / 2 + width * float((weights * np.abs(values)).sum())
             evaluations += s.size
-            rounding = _ROUNDINGS * _EPSILON * magnitude + spacing * float(np.abs(np.diff(values)).sum())
+            rounding = ROUNDINGS * EPSILON * magnitude + spacing * float(np.abs(np.diff(values)).sum())
             if max(changes[-2:]) <= max(tolerance * min(1.0, width), rounding):
                 return Integral(value, 2 * changes[-1] + rounding, evaluations, self.name)
         return Integral(value, 2 * max(changes[-_CHANGES:]) + rounding, evaluations, self.name)

@@ -6,7 +6,7 @@ import copy
 import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import pytest
 
@@ -58,16 +58,15 @@ class ProfileContract(Contract):
     profiles: ClassVar[Sequence[ShockProfile]]
 
     _member = "profile"
+    _type = ShockProfile
     _wanted = "objects of subclasses of ShockProfile, and no classes"
-    _cases = tuple(f"clause {clause.number}" for clause in CLAUSES)
-
-    def _fits(self, member: Any) -> bool:
-        return isinstance(member, ShockProfile)
 
     def _check(self, profile: ShockProfile, clause: Clause | None = None) -> None:
         """Fail if the profile breaks the clause; skip if it breaks one that is checked before, or any if None."""
         for each in CLAUSES:
-            problem = "" if f"clause {each.number}" in self.leave_out else each.problem(profile)
+            if f"clause {each.number}" in self.leave_out:
+                continue
+            problem = each.problem(profile)
             if problem and each is clause:
                 pytest.fail(f"{profile!r}: {problem}\nto mend: {each.remedy}", pytrace=False)
             if problem:
@@ -77,15 +76,14 @@ class ProfileContract(Contract):
 
     @pytest.mark.parametrize("clause", CLAUSES, ids=str)
     def test_it_holds(self, profile: ShockProfile, clause: Clause) -> None:
-        if f"clause {clause.number}" in self.leave_out:
-            pytest.skip(f"left out: {self.leave_out[f'clause {clause.number}']}")
         self._check(profile, clause)
 
     def test_clause_1_fields_are_parameters_with_unit_and_meaning(self, profile: ShockProfile) -> None:
         specs = [quantity_of(field) for field in getattr(profile, "__attrs_attrs__", ()) if field.init]
         for spec in filter(None, specs):
             assert spec.meaning, f"a field has no meaning: write  quantity({spec.unit!r}, 'what it means', ...)"
-            assert _is_unit(spec.unit), f"there is no unit {spec.unit!r}: write the symbol of an SI unit"
+            known = not spec.unit or to_si(f"1 {spec.unit}", spec.unit) == 1
+            assert known, f"the unit must be of SI (got {spec.unit!r})"
 
     def test_clause_5_every_jump_and_kink_is_a_breakpoint(self, profile: ShockProfile) -> None:
         self._check(profile)
@@ -97,10 +95,10 @@ class ProfileContract(Contract):
         self._check(profile)
         for name, force, points in _branches(profile):
             for point, other in [*pairwise(points), *pairwise(reversed(points))]:
-                slope = None if point in profile.singular_points else steepening(force, point, other)
-                assert slope is None, (
-                    f"the slope of {name}(s) next to s = {point!r} grows without end, {slope} and more"
-                )
+                if point not in profile.singular_points:
+                    slope = steepening(force, point, other)
+                    message = f"the slope of {name}(s) next to s = {point!r} grows without end, {slope} and more"
+                    assert slope is None, message
 
     def test_clause_7_closed_forms_agree_with_quadrature(self, profile: ShockProfile) -> None:
         self._check(profile)
@@ -127,13 +125,6 @@ def _branches(profile: ShockProfile) -> tuple[tuple[str, Callable[[FloatArray], 
     rising = tuple(point for point in profile.breakpoints if point <= 1)
     decaying = tuple(point for point in profile.breakpoints if point >= 1)
     return ("rise", profile.rise, rising), ("decay", profile.decay, decaying)
-
-
-def _is_unit(unit: str) -> bool:
-    try:
-        return to_si(f"1 {unit}".rstrip(), unit) == 1
-    except (TypeError, ValueError):
-        return False
 
 
 def _shock(profile: ShockProfile) -> Shock:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from attrs import frozen
 from numpy.polynomial.chebyshev import chebinterpolate
 
 from shockwave.quadrature import FloatArray, Integrand
@@ -36,42 +35,28 @@ _GROWTH = 1.1
 _PERSISTENT = 0.6
 
 
-@frozen
-class Roughness:
-    """A place between ``begin`` and ``end`` where a function is not smooth, and of what kind it seems to be."""
-
-    begin: float
-    end: float
-    kind: str
-
-    def __str__(self) -> str:
-        at = f"{(self.begin + self.end) / 2:.9g}"
-        return f"{self.kind} at s = {at} (between {self.begin!r} and {self.end!r})"
-
-
-def roughness(function: Integrand, points: Sequence[float]) -> Roughness | None:
-    """A place between ``points`` where ``function``, of order 1, is not smooth; None where none is found.
+def roughness(function: Integrand, points: Sequence[float]) -> str | None:
+    """A place between ``points`` where ``function``, of order 1, is not smooth, in words; None where none is found.
 
     Panels are divided where the function is no polynomial of degree 32, and their tails compared from one to the next.
     Panels that touch one of the points are divided, too, and not judged.
     """
-    return next((found for cut in _CUTS if (found := _searched(function, points, cut)) is not None), None)
+    return _searched(function, points, _CUTS[0]) or _searched(function, points, _CUTS[1])
 
 
-def _searched(function: Integrand, points: Sequence[float], cut: float) -> Roughness | None:
+def _searched(function: Integrand, points: Sequence[float], cut: float) -> str | None:
     # Each panel with its tail, followed by those of its ancestors, the nearest first.
-    panels: list[tuple[float, float, tuple[float, ...]]] = [
-        (begin, end, (_tail(function, begin, end),)) for begin, end in pairwise(points)
-    ]
+    panels = [(begin, end, [_tail(function, begin, end)]) for begin, end in pairwise(points)]
     while panels:
         parts = []
         for begin, end, tails in sorted(panels, key=lambda panel: -panel[2][0])[:_FOLLOWED]:
             between = begin + cut * (end - begin)
             wide = end - begin > _NARROWEST * np.spacing(end)
-            halves = ((begin, between), (between, end)) if wide else ()
-            rough = [(*half, (tail, *tails)) for half in halves if (tail := _tail(function, *half)) > 0]
+            halves = [(begin, between), (between, end)] if wide else []
+            divided = [(*half, [_tail(function, *half), *tails]) for half in halves]
+            rough = [part for part in divided if part[2][0] > 0]
             if not rough and begin not in points and end not in points and _is_slow(tails):
-                return Roughness(begin, end, _kind(tails))
+                return f"{_kind(tails)} at s = {(begin + end) / 2:.9g} (between {begin!r} and {end!r})"
             parts += rough
         panels = parts
     return None
