@@ -1,7 +1,7 @@
 """Names and where they live: profiles, integrators, quadratures, materials and models, built in or from plugins.
 
-A registry holds addresses (``package.module:attribute``), so listing names imports nothing and a scene imports only what
-it names. Built-ins and plugins come through the same hooks. Such an address is imported from this module only.
+A registry holds addresses (``package.module:attribute``), so listing names imports nothing and a scene imports what it
+names. Built-ins and plugins come through the same hooks. Such an address is imported from this module only.
 
 A plugin is a distribution with an entry point in the group ``shockwave``. Its module of hooks is imported here, in this
 process; whatever it raises is a problem of that plugin alone.
