@@ -66,12 +66,6 @@ def test_an_unknown_name_is_answered_with_the_known_and_the_nearest(kind: str) -
     assert all(entry.name in message for entry in registry.entries(kind))
 
 
-def test_a_name_like_no_other_has_no_nearest() -> None:
-    with pytest.raises(UnknownNameError) as caught:
-        registry.load("profiles", "@@@")
-    assert "did you mean" not in str(caught.value)
-
-
 # ---------------------------------------------------------------- plugins
 
 
@@ -90,13 +84,6 @@ def test_plugins_are_listed_after_built_ins_by_name(install: Install) -> None:
     install("test-b", name="a-pulse")
     names = [entry.name for entry in registry.entries("profiles")]
     assert names.index("tabulated") < names.index("a-pulse") < names.index("z-pulse")
-
-
-def test_plugins_are_looked_for_once(install: Install, monkeypatch: pytest.MonkeyPatch) -> None:
-    install("test-pulses")
-    found = registry.plugins()
-    monkeypatch.setattr(importlib.metadata, "distributions", lambda: pytest.fail("looked for again"))
-    assert registry.plugins() is found
 
 
 #: File of the metadata, its content, and what is reported of it.
@@ -146,12 +133,3 @@ def test_the_error_for_a_name_of_a_sample_plugin_names_the_plugin(monkeypatch: p
     with pytest.raises(UnknownNameError, match=hint):
         registry.find("profiles", "friedlander")
     registry.forget()
-
-
-def test_what_cannot_be_loaded_is_the_plugin_s_fault(install: Install) -> None:
-    module = install("test-pulses", name="test-pulse", pulse="raise RuntimeError('out of order')")
-    with pytest.raises(PluginError) as caught:
-        registry.load("profiles", "test-pulse")
-    at_fault = f"plugin test-pulses 1.2 is at fault: profile 'test-pulse': {module}_pulse:Pulse: "
-    assert str(caught.value) == f"{at_fault}RuntimeError: out of order"
-    assert caught.value.exit_code == 4
