@@ -252,7 +252,8 @@ def _plugins_of(distribution: Distribution) -> list[Plugin]:
         return [Plugin(name, version, "" if unmet else point.value, problem=unmet) for point in points]
     except Exception as error:
         folder = Path(str(getattr(distribution, "_path", distribution)))
-        return [Plugin(folder.name, "", problem=f"its metadata cannot be read: {described(error)}")]
+        name = folder.stem.partition("-")[0]
+        return [Plugin(name, "", problem=f"its metadata cannot be read: {described(error)}")]
 
 
 def _unmet(distribution: Distribution) -> str:
@@ -366,8 +367,7 @@ def loaded_entry(kind: str, entry: Entry) -> Any:
     """
     with redirect_stdout(sys.stderr):
         found = _at(entry.address)
-    rule = _rule_broken(kind, found)
-    if rule:
+    if rule := _rule_broken(kind, found):
         raise TypeError(f"{rule} (got {found!r:.80})")
     if kind == "integrators":
         right, wrong = ("rtol", "step") if found.adaptive else ("step", "rtol")
