@@ -163,7 +163,10 @@ def _unmeasured(answer: ScaledAnswer, shock: ScaledShock, conditions: Sequence[C
         return f"the shock has several peaks (it turns by {turns:.0%} of its peak): simulate to know"
     near = abs(shock.momentum_parameter / MOMENTUM - 1) < _NEAR
     if answer.trust is None or not near:
-        return "no error was measured for this reading of section 4, or its waves: simulate, or take model moments"
+        reading = "no error was measured for this reading of section 4"
+        if near and max(answer.amplitudes) > answer.amplitudes[0]:
+            return f"{reading} where a later wave is predicted above the primary: simulate, or take model moments"
+        return f"{reading}: simulate to know"
     if answer.regime == "ejection" and answer.trust > _WIDEST_WINDOW:
         return (
             f"the correction window of (5h) is {answer.trust:.2f} of the virtual shock; beyond 0.165 its error has"
