@@ -17,10 +17,11 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
 
+from attrs import evolve
+
 from shockwave.errors import UsageError
 from shockwave.hooks import Entry
-from shockwave.installed_plugins import KINDS, Plugin, described, found, imported, registered
-from shockwave.registry import loaded_entry
+from shockwave.registry import KINDS, Plugin, described, installed, loaded_entry, registered, without_clashes
 
 _LIMIT = "SHOCKWAVE_PLUGIN_TIMEOUT"
 _USUAL_LIMIT = "10"  # s
@@ -48,12 +49,14 @@ def time_limit() -> float:
 def checked_plugins() -> tuple[Plugin, ...]:
     """Every installed plugin, with the problems of importing it and everything that it registers."""
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return found(partial(_checked, limit=time_limit()), each=pool.map)
+        return without_clashes(pool.map(partial(_checked, limit=time_limit()), installed()))
 
 
-def _checked(module: str, limit: float) -> tuple[tuple[tuple[str, Entry], ...], str]:
+def _checked(plugin: Plugin, limit: float) -> Plugin:
+    if not plugin.module:
+        return plugin
     # -P: a module in the current folder must not replace an installed one
-    command = [sys.executable, "-P", "-m", "shockwave.plugin_check", module]
+    command = [sys.executable, "-P", "-m", "shockwave.plugin_check", plugin.module]
     with tempfile.TemporaryFile() as answers:  # not a pipe: a process that the plugin leaves behind would keep it open
         try:
             status = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=answers, timeout=limit).returncode
@@ -63,12 +66,12 @@ def _checked(module: str, limit: float) -> tuple[tuple[tuple[str, Entry], ...], 
         answers.seek(0)
         steps: list[dict[str, Any]] = [json.loads(line) for line in answers if line.endswith(b"\n")]
     if not steps:
-        return (), ending
+        return evolve(plugin, problem=ending)
     entries = tuple((kind, Entry(*entry)) for kind, *entry in steps[0].get("entries", ()))
     problems = [step["problem"] for step in steps if "problem" in step]
     if len(steps) <= len(entries):
         problems.append(f"{_subject(*entries[len(steps) - 1])}: {ending}")
-    return entries, "; ".join(problems)
+    return evolve(plugin, entries=entries, problem="; ".join(problems))
 
 
 def _subject(kind: str, entry: Entry) -> str:
@@ -84,7 +87,7 @@ def _ending(status: int) -> str:
 def _steps(module: str) -> Iterator[dict[str, Any]]:
     """Entries that a module of hooks registers, then the problem of each entry, if any."""
     try:
-        entries = registered(imported(module))
+        entries = registered(module)
     except BaseException as error:
         yield {"problem": described(error)}
         return

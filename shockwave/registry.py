@@ -1,52 +1,52 @@
-"""Names and where they live: profiles, integrators, quadratures, materials and models.
+"""Names and where they live: profiles, integrators, quadratures, materials and models, built in or from plugins.
 
-A registry holds addresses (``package.module:attribute``), so listing names imports nothing and a scene
-imports only what it names. Built-ins and plugins come through the same hooks. This is the only
-module from which such an address is imported.
+A registry holds addresses (``package.module:attribute``), so listing names imports nothing and a scene imports what it
+names. Built-ins and plugins come through the same hooks. Such an address is imported from this module only.
+
+A plugin is a distribution with an entry point in the group ``shockwave``. Its module of hooks is imported here, in this
+process; whatever it raises is a problem of that plugin alone.
 """
 
 from __future__ import annotations
 
 import importlib
+import os
+import re
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, redirect_stdout
 from functools import cache
-from typing import Any, Final
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
 
+import pluggy
+from attrs import evolve, frozen
+
+from shockwave import OWN_DISTRIBUTION, __version__, built_ins, hooks
 from shockwave.errors import PluginError, ShockwaveError, UnknownNameError
 from shockwave.hooks import Entry
-from shockwave.installed_plugins import (
-    DISABLE,
-    EVERY,
-    KINDS,
-    PLUGIN_FAULTS,
-    Plugin,
-    built_in,
-    described,
-    imported,
-    plugins,
-    same_distribution,
-    twice,
-)
 
-__all__ = [
-    "DISABLE",
-    "EVERY",
-    "KINDS",
-    "SAMPLES",
-    "Plugin",
-    "blame",
-    "entries",
-    "find",
-    "forget",
-    "load",
-    "loaded_entry",
-    "own_entries",
-    "owner_of",
-    "plugins",
-    "same_distribution",
-]
+if TYPE_CHECKING:
+    from importlib.metadata import Distribution
+
+#: Kind of an entry -> how one of them is called in a sentence.
+KINDS = {
+    "profiles": "profile",
+    "integrators": "integrator",
+    "quadratures": "quadrature",
+    "materials": "material",
+    "models": "model",
+}
+#: The variable that names, with commas between them, distributions not to be used.
+DISABLE = "SHOCKWAVE_DISABLE_PLUGINS"
+#: Its value that means all of them.
+EVERY = "*"
+#: A plugin's module may even exit the interpreter on import; only the user's interrupt passes.
+PLUGIN_FAULTS = (Exception, SystemExit)
+#: Most characters of a plugin's error that are shown.
+_LONGEST = 300
+_PACKAGING = "install it, and name it among the plugin's dependencies; if it is the plugin's own, it was not packaged"
 
 _PULSES = "half-sine haversine trapezoid initial-peak-sawtooth final-peak-sawtooth rectangular hertz-impact"
 #: Names that the sample plugins of the source tree register, for the installation hint.
@@ -66,6 +66,44 @@ _BASES = {
 }
 
 
+Claims = tuple[tuple[str, Entry], ...]
+
+
+@frozen
+class Plugin:
+    """An installed distribution that registers entries, and what is wrong with it, if anything is.
+
+    Attributes
+    ----------
+    distribution, version : str
+        Name and version in the metadata.
+    module : str
+        Its module of hooks; empty if that must not be imported.
+    entries : tuple of (str, Entry)
+        Kind and entry of what it registers and what can be used; none where it cannot be read.
+    problem : str
+        What is wrong with it, in words.
+    disabled : bool
+        Left out by SHOCKWAVE_DISABLE_PLUGINS, and therefore not read.
+    """
+
+    distribution: str
+    version: str
+    module: str = ""
+    entries: Claims = ()
+    problem: str = ""
+    disabled: bool = False
+
+
+def same_distribution(one: str, other: str) -> bool:
+    """Whether two names are those of one distribution: case, and which of - _ . is used, make no difference."""
+    return _plain(one) == _plain(other)
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name.strip()).lower()
+
+
 def find(kind: str, name: str) -> Entry:
     """The entry of ``name``; plugins are looked for only when no built-in has the name.
 
@@ -83,20 +121,18 @@ def find(kind: str, name: str) -> Entry:
     if not owners:
         raise _unknown(kind, name)
     if len(owners) > 1:
-        raise PluginError(twice(kind, name, (entry.distribution for entry in owners)))
+        raise PluginError(_twice(kind, name, (entry.distribution for entry in owners)))
     return owners[0]
 
 
 def _unknown(kind: str, name: str) -> UnknownNameError:
     disabled = [plugin.distribution for plugin in plugins() if plugin.disabled]
-    faulty = [
-        f"{plugin.distribution} ({plugin.problem})" for plugin in plugins() if plugin.problem and not plugin.entries
-    ]
-    hints = [
-        f"it comes with the sample plugin {home}: `pip install ./plugins/{home}` in the source tree"
-        for home, (of_kind, names) in SAMPLES.items()
-        if kind == of_kind and name in names and home not in disabled
-    ]
+    unread = [plugin for plugin in plugins() if plugin.problem and not plugin.entries]
+    faulty = [f"{plugin.distribution} ({plugin.problem})" for plugin in unread]
+    hints = []
+    for home, (of_kind, names) in SAMPLES.items():
+        if kind == of_kind and name in names and home not in disabled:
+            hints.append(f"it comes with the sample plugin {home}: `pip install ./plugins/{home}` in the source tree")
     if disabled:
         hints.append(f"plugins that are disabled: {', '.join(disabled)}")
     if faulty:
@@ -117,7 +153,7 @@ def load(kind: str, name: str) -> Any:
         When a plugin's module cannot be imported or does not hold what it registered.
     """
     entry = find(kind, name)
-    if name in built_in(kind):
+    if entry.distribution == OWN_DISTRIBUTION:
         return _at(entry.address)
     try:
         return loaded_entry(kind, entry)
@@ -140,7 +176,7 @@ def own_entries(kind: str) -> list[Entry]:
 
 def entries(kind: str) -> list[Entry]:
     """Everything registered under ``kind``, built-ins first; imports none of it."""
-    return [*own_entries(kind), *sorted(_plugin_entries(kind), key=lambda entry: entry.name)]
+    return own_entries(kind) + sorted(_plugin_entries(kind))
 
 
 def _plugin_entries(kind: str) -> list[Entry]:
@@ -170,6 +206,149 @@ def blame(kind: str, noun: Any) -> Iterator[None]:
         raise PluginError(f"{KINDS[kind]} {owner_of(kind, noun)}: must not raise ({got})") from error
 
 
+# ---------------------------------------------------------------- what is installed
+
+
+@cache
+def plugins() -> tuple[Plugin, ...]:
+    """Every installed plugin; only the modules of hooks are imported."""
+    return without_clashes(map(_read, installed()))
+
+
+def _read(plugin: Plugin) -> Plugin:
+    if not plugin.module:
+        return plugin
+    try:
+        return evolve(plugin, entries=registered(plugin.module))
+    except PLUGIN_FAULTS as error:
+        return evolve(plugin, problem=described(error))
+
+
+def installed() -> list[Plugin]:
+    """Every plugin as its metadata describe it, by name; of two copies on the path, the first."""
+    from importlib.metadata import distributions
+
+    disabled = {_plain(name) for name in os.environ.get(DISABLE, "").split(",")}
+    found: dict[tuple[str, str], Plugin] = {}
+    for distribution in distributions():
+        for plugin in _plugins_of(distribution):
+            name = _plain(plugin.distribution)
+            if disabled & {EVERY, name}:
+                plugin = Plugin(plugin.distribution, plugin.version, disabled=True)
+            found.setdefault((name, plugin.module), plugin)
+    return [found[key] for key in sorted(found)]
+
+
+def _plugins_of(distribution: Distribution) -> list[Plugin]:
+    """A plugin for each entry point in the group; one that is at fault where the metadata cannot be read."""
+    try:
+        points = distribution.entry_points.select(group="shockwave")
+        if not points:
+            return []
+        unmet = _unmet(distribution)
+        name, version = distribution.metadata["Name"], distribution.version
+        if not name:
+            raise ValueError("METADATA gives no name")
+        return [Plugin(name, version, "" if unmet else point.value, problem=unmet) for point in points]
+    except Exception as error:
+        folder = Path(str(getattr(distribution, "_path", distribution)))
+        name = folder.stem.partition("-")[0]
+        return [Plugin(name, "", problem=f"its metadata cannot be read: {described(error)}")]
+
+
+def _unmet(distribution: Distribution) -> str:
+    """What is wrong, if the plugin asks for another version of shockwave."""
+    from packaging.requirements import Requirement
+
+    for needed in map(Requirement, distribution.requires or ()):
+        ours = same_distribution(needed.name, OWN_DISTRIBUTION)
+        applies = needed.marker is None or needed.marker.evaluate({"extra": ""})
+        if ours and applies and not needed.specifier.contains(__version__, prereleases=True):
+            return f"needs {needed.name} {needed.specifier} (this is {__version__}; install a version that fits)"
+    return ""
+
+
+def without_clashes(found: Iterable[Plugin]) -> tuple[Plugin, ...]:
+    """The plugins, each with a problem where it claims a name of another.
+
+    A name of shockwave's own is refused; one that two plugins claim stays with both, for `find` to refuse.
+    """
+    listed = tuple(found)
+    owners: dict[tuple[str, str], list[str]] = defaultdict(list)
+    for plugin in listed:
+        for kind, entry in plugin.entries:
+            owners[kind, entry.name].append(plugin.distribution)
+    return tuple(_without_clashes(plugin, owners) for plugin in listed)
+
+
+def _without_clashes(plugin: Plugin, owners: dict[tuple[str, str], list[str]]) -> Plugin:
+    problems = [plugin.problem] if plugin.problem else []
+    kept = []
+    for kind, entry in plugin.entries:
+        if entry.name in built_in(kind):
+            problems.append(f"{KINDS[kind]} {entry.name!r} is a name of shockwave itself: choose another")
+            continue
+        if len(owners[kind, entry.name]) > 1:
+            problems.append(_twice(kind, entry.name, owners[kind, entry.name]))
+        kept.append((kind, entry._replace(distribution=plugin.distribution)))
+    return evolve(plugin, entries=tuple(kept), problem="; ".join(dict.fromkeys(problems)))
+
+
+def _twice(kind: str, name: str, distributions: Iterable[str]) -> str:
+    owners = " and ".join(dict.fromkeys(distributions))
+    return f"{KINDS[kind]} {name!r} is registered twice, by {owners}: uninstall one, or give it another name there"
+
+
+# ---------------------------------------------------------------- what a module of hooks registers
+
+
+@cache
+def built_in(kind: str) -> dict[str, Entry]:
+    """Name -> entry, of what shockwave itself registers under ``kind``."""
+    own: list[Entry] = getattr(built_ins, f"shockwave_{kind}")()
+    return {entry.name: entry._replace(distribution=OWN_DISTRIBUTION) for entry in own}
+
+
+def registered(module: str) -> Claims:
+    """Kind and entry of everything that a plugin's module of hooks registers; its printed output goes to stderr.
+
+    Raises
+    ------
+    TypeError, ValueError
+        When a hook returns no list of entries, or when there is nothing.
+    pluggy.PluginValidationError
+        When a hook is unknown or takes arguments. Anything else comes from the module itself.
+    """
+    manager = pluggy.PluginManager("shockwave")
+    manager.add_hookspecs(hooks)
+    with redirect_stdout(sys.stderr):
+        manager.register(importlib.import_module(module))
+        manager.check_pending()
+        claims = tuple((kind, entry) for kind in KINDS for entry in _entries(manager, f"shockwave_{kind}"))
+    if not claims:
+        raise ValueError("registers nothing (a hook without @hookimpl, or one that returns nothing?)")
+    return claims
+
+
+def _entries(manager: pluggy.PluginManager, hook: str) -> Iterator[Entry]:
+    for returned in getattr(manager.hook, hook)():
+        if not isinstance(returned, list | tuple):
+            raise TypeError(f"{hook} must return a list of entries (got {returned!r:.80})")
+        for entry in returned:
+            if not (isinstance(entry, Entry) and all(isinstance(text, str) for text in entry)):
+                raise TypeError(f"{hook} must return entries of strings (got {entry!r:.80})")
+            if not re.fullmatch(r"\w+(\.\w+)*:\w+", entry.address) or not entry.name.strip():
+                raise ValueError(f"{hook} must give names, and addresses package.module:Class (got {entry!r:.160})")
+            yield entry
+
+
+def described(error: BaseException) -> str:
+    """Error of a plugin in one line, with the usual remedy, if any."""
+    remedy = f" ({_PACKAGING})" if isinstance(error, ModuleNotFoundError) else ""
+    text = " ".join(str(error).split())
+    return f"{type(error).__name__}: {text}{remedy}"[:_LONGEST]
+
+
 # ---------------------------------------------------------------- what stands at an address
 
 
@@ -186,16 +365,16 @@ def loaded_entry(kind: str, entry: Entry) -> Any:
     TypeError
         When it does not fit. Anything else comes from the module itself.
     """
-    module, _, attribute = entry.address.partition(":")
-    found = getattr(imported(module), attribute)
-    rule = _rule_broken(kind, found)
-    if rule:
+    with redirect_stdout(sys.stderr):
+        found = _at(entry.address)
+    if rule := _rule_broken(kind, found):
         raise TypeError(f"{rule} (got {found!r:.80})")
-    if kind == "profiles":
-        _at("shockwave.scenario.declared_fields:check_declared")(found)
-        _check_ratio(found)
     if kind == "integrators":
-        _check_takes(found, entry.takes)
+        right, wrong = ("rtol", "step") if found.adaptive else ("step", "rtol")
+        takes = entry.takes.split()
+        if right not in takes or wrong in takes:
+            trait = "adaptive" if found.adaptive else "of fixed step"
+            raise TypeError(f"is {trait}, so its entry must say takes={right!r} (got {entry.takes!r})")
     return found
 
 
@@ -208,19 +387,14 @@ def _rule_broken(kind: str, found: Any) -> str:
     if not (isinstance(found, type) and issubclass(found, base)):
         return f"must be a subclass of {base.__name__}"
     missing = sorted(getattr(found, "__abstractmethods__", ()))
-    return f"must write {' and '.join(missing)} too" if missing else ""
-
-
-def _check_ratio(profile: Any) -> None:
-    """Refuse a class without a duration ratio; a class with its own constructor may set it there."""
-    fields = {field.name for field in getattr(profile, "__attrs_attrs__", ())}
-    sets_it = "__init__" in vars(profile) and not fields
-    if "duration_ratio" not in fields and not hasattr(profile, "duration_ratio") and not sets_it:
-        raise TypeError("must have duration_ratio, n: a field for the user to give, or a property")
-
-
-def _check_takes(method: Any, takes: str) -> None:
-    right, wrong = ("rtol", "step") if method.adaptive else ("step", "rtol")
-    if right not in takes.split() or wrong in takes.split():
-        trait = "adaptive" if method.adaptive else "of fixed step"
-        raise TypeError(f"is {trait}, so its entry must say takes={right!r} (got {takes!r})")
+    if missing:
+        return f"must write {' and '.join(missing)} too"
+    if kind != "profiles":
+        return ""
+    _at("shockwave.scenario.declared_fields:check_declared")(found)
+    # a class with a constructor of its own may set it there
+    fields = {field.name for field in getattr(found, "__attrs_attrs__", ())}
+    has_ratio = hasattr(found, "duration_ratio") or "duration_ratio" in fields
+    own_constructor = "__init__" in vars(found) and not fields
+    rule = "must have duration_ratio, n: a field for the user to give, or a property"
+    return "" if has_ratio or own_constructor else rule

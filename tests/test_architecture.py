@@ -24,8 +24,7 @@ MODULES = [module for module in FILES if module != "shockwave"]
 _FROM_BELOW: tuple[set[str], ...] = (
     {"errors", "hooks", "text"},
     {"built_ins", "fields", "files", "numerics"},
-    {"installed_plugins", "quadrature"},
-    {"registry"},
+    {"quadrature", "registry"},
     {"plugin_check", "chain", "options", "profiles"},
     {"scene", "simulation"},
     {"prediction", "measurement"},

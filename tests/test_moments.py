@@ -163,11 +163,6 @@ def test_instants_have_the_moments_of_the_force(profile: sw.ShockProfile) -> Non
     assert [impulses @ s**power for power in range(8)] == pytest.approx(direct, rel=1e-11)
 
 
-def test_a_pulse_of_two_impulses_stays_as_it_is() -> None:
-    s, impulses = gauss(np.array([1.0, 4.0]), np.array([2.0, 3.0]), 8)
-    assert (s.tolist(), impulses.tolist()) == (pytest.approx([1, 4]), pytest.approx([2, 3]))
-
-
 def fine(profile: sw.ShockProfile) -> tuple[FloatArray, FloatArray]:
     """A pulse as very many impulses, by the midpoint rule."""
     edges = np.linspace(0, profile.duration_ratio, 501)
@@ -192,20 +187,6 @@ def test_the_kernel_has_the_eigenvalue_one(profile: sw.ShockProfile, duration: f
         vector /= norm
     # impulses at a few instants stand for the force to three digits of its own effect
     assert norm == pytest.approx(1, abs=1e-3)
-
-
-def test_a_pulse_and_its_mirror_image() -> None:
-    pulse = pulse_of(scaled(SHAPES["power law"], 4.0))
-    mirrored = np.array([pulse.times, -pulse.times]), np.array([pulse.impulses, pulse.impulses])
-    log_force, shape = kernel_force(law(), *mirrored)
-    # settled to 1e-9
-    assert log_force[0] == pytest.approx(log_force[1], rel=1e-9)
-    there, back = columns(law(), *mirrored, log_force, shape)
-    own, other = (dict(zip(COLUMNS, row, strict=True)) for row in (there, back))
-    swapped = {"before": "after", "after": "before", "before_up": "after_up", "after_up": "before_up"}
-    expected = {name: own[swapped.get(name, name)] * (-1 if name in ("lean", "tilt") else 1) for name in COLUMNS}
-    # vectors by powers, to half the digits
-    assert other == pytest.approx(expected, rel=1e-6)
 
 
 def test_columns_of_two_impulses() -> None:
@@ -237,12 +218,6 @@ def test_pulses_side_by_side_give_what_they_give_alone() -> None:
     pulses = [pulse_of(scaled(profile, duration)) for profile in SHAPES.values() for duration in (0.1, 2, 15)]
     alone = [law().amplification([pulse])[0] for pulse in pulses]
     assert law().amplification(pulses) == pytest.approx(alone, rel=1e-8)
-
-
-def test_the_error_told_grows_from_nothing_with_the_power_five_halves() -> None:
-    made = law()
-    told = made.error(np.array([0.01, 0.04])) - made.error(0.0)
-    assert told[1] / told[0] == pytest.approx(4**2.5, rel=1e-9)
 
 
 # ---------------------------------------------------------------- against simulation

@@ -34,22 +34,32 @@ def test_table_1(name: str, peaks: tuple[float, float], relation: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "virtual_rise_time", "simulated", "predicted", "error"),
+    ("name", "virtual", "by_5f", "by_5h", "simulated", "error"),
     [
-        ("table2-row1", 14.41e-6, 50.88311, 52.489, 3.16),
-        ("table2-row2", 24.02e-6, 75.89821, 77.902, 2.64),
-        ("table2-row3", 9.61e-6, 35.49084, 35.994, 1.42),
-        ("table2-row4", 7.94e-6, 20.85979, 21.482, 2.98),
-        ("table2-row5", 8.58e-6, 27.61066, 28.022, 1.49),
+        ("table2-row1", 14.414, 44.929, 52.489, 50.88311, 3.16),
+        ("table2-row2", 24.024, 70.722, 77.902, 75.89821, 2.64),
+        ("table2-row3", 9.610, 30.783, 35.994, 35.49084, 1.42),
+        ("table2-row4", 7.938, 17.982, 21.482, 20.85979, 2.98),
+        ("table2-row5", 8.580, 23.866, 28.022, 27.61066, 1.49),
     ],
 )
-def test_table_2(name: str, virtual_rise_time: float, simulated: float, predicted: float, error: float) -> None:
-    _, found = compared(name)
-    outcome = found.predicted
+def test_table_2(name: str, virtual: float, by_5f: float, by_5h: float, simulated: float, error: float) -> None:
+    scenario, found = compared(name)
+    outcome, shock = found.predicted, scenario.shock
     assert isinstance(outcome, sw.EjectionOutcome)
+    assert outcome.relation == "less"
     # half a unit of the last digit given
-    assert outcome.virtual_rise_time == pytest.approx(virtual_rise_time, abs=5e-9)
-    assert outcome.peak_force == pytest.approx(predicted, abs=5e-4)
+    assert outcome.virtual_rise_time * 1e6 == pytest.approx(virtual, abs=5e-4)
+    assert outcome.peak_force == pytest.approx(by_5h, abs=5e-4)
+    parameter = scenario.chain.momentum_parameter(13 / 3)
+    assert (outcome.applied_momentum / parameter) ** 1.2 == pytest.approx(by_5f, abs=5e-4)
+    # (5h) is (5f) with the added momentum: powers and a quotient, rounding.
+    total = outcome.applied_momentum + outcome.added_momentum
+    assert (total / parameter) ** 1.2 == pytest.approx(outcome.peak_force, rel=1e-13)
+    # eta2 = 1 in all rows: the virtual shock ends in a triangle, of height d/((n - 1) t0_hat) over d = t0_hat - t0.
+    hat, n = outcome.virtual_rise_time, shock.profile.duration_ratio
+    added = shock.peak_force * (hat - shock.rise_time) ** 2 / ((n - 1) * hat)
+    assert outcome.added_momentum == pytest.approx(added, rel=1e-12)
     assert found.simulated.peak_force == pytest.approx(simulated, rel=1e-6)
     assert round(100 * found.error, 2) == error
     low, high = outcome.expected_error or (0.0, 0.0)

@@ -29,11 +29,6 @@ FAULTS = {
         "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)",
         "crashes the process that imports it (SIGSEGV)",
     ),
-    "aborts": ("import os; os.abort()", "crashes the process that imports it (SIGABRT)"),
-}
-PULSES = {
-    "is-missing": ("x = 1", "AttributeError"),
-    "is-no-profile": ("Pulse = 3.0", "must be a subclass of ShockProfile"),
 }
 #: What a module may do and still be sound: nothing of it reaches the answers.
 SOUND = {
@@ -48,7 +43,7 @@ def put(site: Path, name: str, hooks: str = "", pulse: str = "") -> None:
     """Put a distribution into a folder; ``hooks`` and ``pulse`` stand at the head of its modules."""
     module = name.replace("-", "_")
     (site / f"{module}.py").write_text(f"{hooks}\n{HOOKS.format(name=name, module=module)}")
-    (site / f"{module}_pulse.py").write_text(pulse if "Pulse" in pulse or "x = " in pulse else f"{pulse}\n{PULSE}")
+    (site / f"{module}_pulse.py").write_text(f"{pulse}\n{PULSE}")
     describe(site, name, "1.2", {name: module})
 
 
@@ -58,8 +53,6 @@ def checked(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], i
     site = tmp_path_factory.mktemp("site")
     for name, (code, _) in FAULTS.items():
         put(site, f"hooks-{name}", hooks=code)
-        put(site, f"pulse-{name}", pulse=code)
-    for name, (code, _) in PULSES.items():
         put(site, f"pulse-{name}", pulse=code)
     for name, code in SOUND.items():
         put(site, f"sound-{name}", hooks=code)
@@ -82,13 +75,13 @@ def test_a_fault_of_the_hooks_is_reported(checked: tuple[dict[str, Any], int], n
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
-@pytest.mark.parametrize("name", [*FAULTS, *PULSES])
+@pytest.mark.parametrize("name", FAULTS)
 def test_a_fault_of_what_is_registered_is_reported(checked: tuple[dict[str, Any], int], name: str) -> None:
     row = checked[0][f"pulse-{name}"]
     assert row["entries"] == [{"kind": "profiles", "name": f"pulse-{name}"}]
     address = f"pulse_{name.replace('-', '_')}_pulse:Pulse"
     assert row["problem"].startswith(f"profile 'pulse-{name}': {address}: ")
-    assert (FAULTS | PULSES)[name][1] in row["problem"]
+    assert FAULTS[name][1] in row["problem"]
 
 
 @pytest.mark.parametrize("name", SOUND)

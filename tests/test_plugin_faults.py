@@ -183,14 +183,6 @@ def test_a_scene_can_require_a_plugin_that_does_not_work(
     assert rule in capsys.readouterr().err
 
 
-def test_a_fault_that_was_mended_is_not_kept(install: Install, site: Path) -> None:
-    module = install("test-pulses", name="test-pulse", pulse="import a_module_that_is_nowhere")
-    with pytest.raises(registry.PluginError, match="a_module_that_is_nowhere"):
-        registry.load("profiles", "test-pulse")
-    (site / f"{module}_pulse.py").write_text("from shockwave.profiles.triangular import Triangular as Pulse\n")
-    assert registry.load("profiles", "test-pulse").__name__ == "Triangular"
-
-
 # ---------------------------------------------------------------- integrators
 
 METHOD = """

@@ -51,30 +51,21 @@ def _changed(quantity: str, factor: float) -> sw.Chain:
     return attrs.evolve(CHAIN, material=attrs.evolve(STEEL, **{quantity: getattr(STEEL, quantity) * factor}))
 
 
+#: Shocks of which every branch of the answer is taken.
+BRANCHES = {
+    **SHOCKS,
+    "ejection-rectangle": _shock(_power(1.5, 0, 0), 0.5),
+    "train-exponential": _shock(sw.Exponential(rise_rate=3, decay_rate=4, duration_ratio=20), 0.5),
+    "literal-root": _shock(_power(4, 0.25, 1), 1.0),
+    "literal-whole-impulse": _shock(_power(5, 2, 7), 3.0),
+}
+
+
 @pytest.mark.parametrize("quantity", ["radius", "density", "youngs_modulus"])
-@pytest.mark.parametrize(
-    ("shock", "alpha"),
-    [
-        (SHOCKS["ejection"], "constant"),
-        (_shock(_power(1.5, 0, 0), 0.5), "constant"),
-        (SHOCKS["single"], "constant"),
-        (SHOCKS["train"], "constant"),
-        (_shock(sw.Exponential(rise_rate=3, decay_rate=4, duration_ratio=20), 0.5), "constant"),
-        (_shock(_power(4, 0.25, 1), 1.0), "literal"),
-        (_shock(_power(5, 2, 7), 3.0), "literal"),
-    ],
-    ids=[
-        "ejection",
-        "ejection-rectangle",
-        "single",
-        "train",
-        "train-exponential",
-        "literal-root",
-        "literal-whole-impulse",
-    ],
-)
-def test_exponents_are_the_slopes_of_the_prediction(shock: sw.Shock, alpha: Any, quantity: str) -> None:
-    predictor, step = sw.Predictor(alpha=alpha), 1e-4
+@pytest.mark.parametrize("branch", BRANCHES)
+def test_exponents_are_the_slopes_of_the_prediction(branch: str, quantity: str) -> None:
+    shock, step = BRANCHES[branch], 1e-4
+    predictor = sw.Predictor(alpha="literal" if branch.startswith("literal") else "constant")
     exponents = predictor.predict(shock, CHAIN).exponents
     less, more = (
         math.log(predictor.predict(shock, _changed(quantity, math.exp(sign * step))).peak_force) for sign in (-1, 1)
@@ -164,44 +155,7 @@ def test_a_quadrature_gives_what_the_closed_forms_give(quadrature: str, shock: s
 # ---------------------------------------------------------------- conditions and trust
 
 
-@pytest.mark.parametrize(
-    ("profile", "rise_time", "broken"),
-    [
-        (_power(3, 2, 1), 0.3, "a1 >= 1/2"),
-        (_power(2, 0, 0), 0.6, "a2 <= (n-1)/2"),
-        (_power(30, 1, 0.5), 1.0, "a2 <= (n-1)/2"),
-        (sw.Triangular(duration_ratio=1.1), 1.0, "a2 >= a1"),
-    ],
-    ids=["slow-rise", "rectangle", "train", "sawtooth"],
-)
-def test_outside_the_conditions_no_error_is_expected(profile: sw.ShockProfile, rise_time: float, broken: str) -> None:
-    outcome = sw.Predictor().predict(_shock(profile, rise_time), CHAIN)
-    assert outcome.expected_error is None
-    assert any("conditions (3)" in warning and f"{broken} fails" in warning for warning in outcome.warnings)
-    (failed,) = [condition for condition in outcome.conditions if not condition.holds]
-    assert failed.statement == broken
-    assert failed.margin < 0
-
-
 # A triangle with n = 2 and rise time T has t0_hat = A F0^(-1/6) = 1.652 T0, and a window (1 - T/1.652)/2.
-@pytest.mark.parametrize(("window", "trusted"), [(0.16, True), (0.17, False), (0.4, False)], ids=str)
-def test_an_ejection_is_trusted_up_to_a_window_of_0_165(window: float, trusted: bool) -> None:
-    outcome = sw.Predictor().predict(_shock(sw.Triangular(duration_ratio=2), 1.652066518648 * (1 - 2 * window)), CHAIN)
-    assert outcome.to_dict()["ejection"]["window_ratio"] == pytest.approx(window, rel=1e-9)
-    assert (outcome.expected_error is not None) is trusted
-    assert any("window" in warning for warning in outcome.warnings) is not trusted
-
-
-@pytest.mark.parametrize(
-    ("rise_time", "simulated"), [(5, 1.67538), (15, 2.01772), (40, 2.16472)], ids=["5", "15", "40"]
-)
-def test_the_range_told_for_a_long_triangle_holds_the_simulated_error(rise_time: float, simulated: float) -> None:
-    # Peak forces by direct simulation to 1e-4, n = 2: the error goes on growing with the duration.
-    outcome = sw.Predictor().predict(_shock(sw.Triangular(duration_ratio=2), rise_time), CHAIN)
-    error = outcome.amplification / simulated - 1
-    assert outcome.expected_error is None or outcome.expected_error[0] <= error <= outcome.expected_error[1]
-
-
 @pytest.mark.parametrize(("granules", "warned"), [(5, True), (200, False), (None, False)], ids=str)
 def test_a_chain_too_short_for_a_steady_wave_is_warned_of(granules: int | None, warned: bool) -> None:
     outcome = sw.Predictor().predict(SHOCKS["single"], attrs.evolve(CHAIN, granules=granules))
@@ -235,16 +189,6 @@ def test_json_holds_the_outcome(name: str) -> None:
     low, high = read["expected_error"]
     assert -1 <= low < high
     assert f"regime            {name}" in str(outcome)
-
-
-@EVERY_REGIME
-def test_an_outcome_is_a_frozen_value(shock: sw.Shock) -> None:
-    outcome, again = (sw.Predictor().predict(shock, CHAIN) for _ in range(2))
-    with pytest.raises(attrs.exceptions.FrozenInstanceError):
-        outcome.peak_force = 1.0  # type: ignore[misc]
-    assert outcome == again
-    assert hash(outcome) == hash(again)
-    assert outcome != sw.Predictor().predict(attrs.evolve(shock, rise_time=shock.rise_time * (1 + 1e-9)), CHAIN)
 
 
 # ---------------------------------------------------------------- extremes

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import importlib.metadata
 import sys
 from pathlib import Path
@@ -14,7 +13,6 @@ from distributions import PLUGINS
 from shockwave import registry
 from shockwave.errors import PluginError, UnknownNameError
 from shockwave.hooks import Entry
-from shockwave.installed_plugins import registered
 from test_architecture import loaded
 
 BUILT_IN = {
@@ -68,12 +66,6 @@ def test_an_unknown_name_is_answered_with_the_known_and_the_nearest(kind: str) -
     assert all(entry.name in message for entry in registry.entries(kind))
 
 
-def test_a_name_like_no_other_has_no_nearest() -> None:
-    with pytest.raises(UnknownNameError) as caught:
-        registry.load("profiles", "@@@")
-    assert "did you mean" not in str(caught.value)
-
-
 # ---------------------------------------------------------------- plugins
 
 
@@ -94,27 +86,28 @@ def test_plugins_are_listed_after_built_ins_by_name(install: Install) -> None:
     assert names.index("tabulated") < names.index("a-pulse") < names.index("z-pulse")
 
 
-def test_plugins_are_looked_for_once(install: Install, monkeypatch: pytest.MonkeyPatch) -> None:
-    install("test-pulses")
-    found = registry.plugins()
-    monkeypatch.setattr(importlib.metadata, "distributions", lambda: pytest.fail("looked for again"))
-    assert registry.plugins() is found
+#: File of the metadata, its content, and what is reported of it.
+METADATA = {
+    "names no module": ("entry_points.txt", b"[shockwave]\na = a_pulses:hook\n", "No module named 'a_pulses:hook'"),
+    "no entry points": ("entry_points.txt", b"[shockwave]\nno equals sign\n", "its metadata cannot be read: "),
+    "no text": ("entry_points.txt", b"[shockwave]\n\xff = a\n", "its metadata cannot be read: UnicodeDecodeError"),
+    "no name": ("METADATA", b"Version: 1\n", "its metadata cannot be read: "),
+    "no requirement": ("METADATA", b"Name: a\nVersion: 1\nRequires-Dist: >> 1\n", "its metadata cannot be read: "),
+}
 
 
-def test_two_distributions_with_the_same_entry_point_are_both_read(install: Install, site: Path) -> None:
-    install("a-one", name="one-pulse")
-    install("b-two", name="two-pulse")
-    (site / "b_two-1.2.dist-info" / "entry_points.txt").write_text("[shockwave]\na-one = a_one\n")
-    registry.forget()
-    with pytest.raises(PluginError, match="registered twice, by a-one and b-two"):
-        registry.find("profiles", "one-pulse")
-
-
-def test_an_entry_point_must_name_a_module(install: Install, site: Path) -> None:
+@pytest.mark.parametrize("fault", METADATA)
+def test_broken_metadata_are_a_fault_of_their_distribution_alone(install: Install, site: Path, fault: str) -> None:
     install("a-pulses")
-    (site / "a_pulses-1.2.dist-info" / "entry_points.txt").write_text("[shockwave]\na = a_pulses:hook\n")
+    install("other", name="other-pulse")
+    file, content, problem = METADATA[fault]
+    (site / "a_pulses-1.2.dist-info" / file).write_bytes(content)
     registry.forget()
-    assert "must name a module (got a_pulses:hook)" in _plugin("a-pulses").problem
+    with pytest.raises(UnknownNameError, match=r"plugins that cannot be read: a[-_]pulses") as caught:
+        registry.find("profiles", "foreign-thing")
+    assert problem in str(caught.value)
+    assert caught.value.exit_code == PluginError.exit_code
+    assert registry.find("profiles", "other-pulse").distribution == "other"
 
 
 def test_a_plugin_cannot_take_the_name_of_a_built_in(install: Install) -> None:
@@ -127,7 +120,7 @@ def test_names_of_the_sample_plugins_are_known(monkeypatch: pytest.MonkeyPatch) 
     found = set()
     for file in sorted(PLUGINS.glob("*/src/*/hooks.py")):
         monkeypatch.syspath_prepend(file.parents[1])
-        entries = registered(importlib.import_module(f"{file.parent.name}.hooks"))
+        entries = registry.registered(f"{file.parent.name}.hooks")
         found |= {(file.parents[2].name, kind, entry.name) for kind, entry in entries}
     listed = registry.SAMPLES.items()
     assert found == {(home, kind, name) for home, (kind, names) in listed for name in names}
@@ -140,12 +133,3 @@ def test_the_error_for_a_name_of_a_sample_plugin_names_the_plugin(monkeypatch: p
     with pytest.raises(UnknownNameError, match=hint):
         registry.find("profiles", "friedlander")
     registry.forget()
-
-
-def test_what_cannot_be_loaded_is_the_plugin_s_fault(install: Install) -> None:
-    module = install("test-pulses", name="test-pulse", pulse="raise RuntimeError('out of order')")
-    with pytest.raises(PluginError) as caught:
-        registry.load("profiles", "test-pulse")
-    at_fault = f"plugin test-pulses 1.2 is at fault: profile 'test-pulse': {module}_pulse:Pulse: "
-    assert str(caught.value) == f"{at_fault}RuntimeError: out of order"
-    assert caught.value.exit_code == 4

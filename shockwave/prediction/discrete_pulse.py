@@ -10,8 +10,9 @@ from attrs import frozen
 
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
 from shockwave.prediction.model_interface import ScaledShock
-from shockwave.prediction.shock_measures import kept, points
+from shockwave.prediction.shock_measures import points
 from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.guard import kept
 from shockwave.quadrature import FloatArray
 
 # Instants for pulses that last up to so many times of their wave.

@@ -139,14 +139,14 @@ def expected_error(
     if reason:
         return None, [reason]
     found = measures(shock)
+    short, long = laws()
     simulated = None
     if found is not None:
-        short, long = laws()
-        simulated = (short if found.spread <= short.bounds[-1] else long).bounds_of(found)
+        law = short if found.spread <= short.bounds[-1] else long
+        simulated = law.bounds_of(found)
     if simulated is None:
-        return None, [
-            "the shock is longer, or of another shape, than those whose errors were measured: simulate to know"
-        ]
+        sentence = "the shock is longer, or of another shape, than those whose errors were measured: simulate to know"
+        return None, [sentence]
     low, high = (answer.amplitudes[0] / end - 1 for end in reversed(simulated))
     if high > _USELESS and answer.regime == "ejection":
         return (low, high), ["(5h) adds more momentum than the shock has to give: simulate instead"]
@@ -162,13 +162,11 @@ def _unmeasured(answer: ScaledAnswer, shock: ScaledShock, conditions: Sequence[C
     if turns > _MOST_REVERSAL:
         return f"the shock has several peaks (it turns by {turns:.0%} of its peak): simulate to know"
     near = abs(shock.momentum_parameter / MOMENTUM - 1) < _NEAR
-    if answer.trust is None and near and answer.regime == "train" and max(answer.amplitudes) > answer.amplitudes[0]:
-        return (
-            "no error was measured for this reading of section 4 where a later wave is predicted above the primary:"
-            " simulate, or take model moments"
-        )
     if answer.trust is None or not near:
-        return "no error was measured for this reading of section 4: simulate to know"
+        reading = "no error was measured for this reading of section 4"
+        if near and max(answer.amplitudes) > answer.amplitudes[0]:
+            return f"{reading} where a later wave is predicted above the primary: simulate, or take model moments"
+        return f"{reading}: simulate to know"
     if answer.regime == "ejection" and answer.trust > _WIDEST_WINDOW:
         return (
             f"the correction window of (5h) is {answer.trust:.2f} of the virtual shock; beyond 0.165 its error has"

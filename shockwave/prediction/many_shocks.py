@@ -97,20 +97,25 @@ def predicted(
     chains = [chain] * len(shocks) if isinstance(chain, Chain) else _listed("chain", "a Chain, or chains", chain)
     if len(chains) != len(shocks):
         raise InvalidValueError.of("chain", f"must be one, or one for each shock (got {len(chains)})")
-    failures: dict[int, str] = {}
-    ratios = _rise_times(shocks, chains, failures)
-    places, given = _by_shape(shocks, ratios, quadrature, momentum_parameter, failures)
+    places, given, failures = _scaled(shocks, chains, quadrature, momentum_parameter)
     model = load("models", name)
     with blame("models", model):
         found = model.many(given, settings) if isinstance(model, Model) else _one_by_one(model, given, settings, name)
+    failures |= {int(places[index]): reason for index, reason in found.failures.items()}
     amplification = np.full(len(shocks), np.nan)
     error = np.tile([-np.inf, np.inf], (len(shocks), 1))
     method = np.full(len(shocks), "", dtype="U16")
-    amplification[places], method[places] = found.amplification, found.method
-    error[places, 0], error[places, 1] = found.low, found.high
-    warnings = [*found.warnings, *_of_chains(chains, error, isinstance(model, Model))]
-    warnings += dict.fromkeys(note for profile in given.profiles for note in profile.notes)
-    failures |= {int(places[index]): reason for index, reason in found.failures.items()}
+    amplification[places] = found.amplification
+    method[places] = found.method
+    error[places] = np.stack([found.low, found.high], axis=-1)
+    of_chains: Counter[str] = Counter()
+    for index, each in enumerate(chains):
+        warnings = chain_warnings(each, isinstance(model, Model))
+        of_chains.update(warnings)
+        if warnings:
+            error[index] = -np.inf, np.inf
+    counted = [f"{warning}: {count} of {len(chains)}" for warning, count in of_chains.items()]
+    notes = dict.fromkeys(note for profile in given.profiles for note in profile.notes)
     return Predictions(
         model=name,
         peak_force=amplification * np.array([shock.peak_force for shock in shocks], dtype=float),
@@ -118,7 +123,7 @@ def predicted(
         expected_error=error,
         method=method,
         failures=tuple(sorted(failures.items())),
-        warnings=tuple(warnings),
+        warnings=(*found.warnings, *counted, *notes),
     )
 
 
@@ -129,87 +134,64 @@ def _listed(name: str, rule: str, values: Any) -> list[Any]:
         raise InvalidValueError.of(name, f"must be {rule} in a list (got {text_of(values)})") from None
 
 
-def _of_chains(chains: Sequence[Chain], error: FloatArray, tells_error: bool) -> list[str]:
-    """Delete errors that do not hold for a chain; warnings, each with the number of its chains."""
-    counts: Counter[str] = Counter()
-    for index, chain in enumerate(chains):
-        warnings = chain_warnings(chain, tells_error)
-        counts.update(warnings)
-        if warnings:
-            error[index] = -np.inf, np.inf
-    return [f"{warning}: {count} of {len(chains)}" for warning, count in counts.items()]
-
-
-def _rise_times(shocks: Sequence[Shock], chains: Sequence[Chain], failures: dict[int, str]) -> FloatArray:
-    """t0/T0 of each, zero for one that has none."""
-    known: dict[tuple[int, float], Scales] = {}
-    ratios = np.zeros(len(shocks))
+def _scaled(
+    shocks: Sequence[Shock], chains: Sequence[Chain], quadrature: str | None, momentum_parameter: float
+) -> tuple[Indices, Shocks, dict[int, str]]:
+    """The shocks that have a rise time and areas, their indices, and why others have none."""
+    profiles: list[ShockProfile] = []
+    areas: list[Areas] = []
+    shape_of: dict[object, int] = {}  # a profile, or the identity of one that is no value -> index of its shape
+    scales_of: dict[tuple[int, float], Scales] = {}
+    keys: dict[int, object] = {}
+    places, shapes, ratios = [], [], []
+    failures = {}
     for index, (shock, chain) in enumerate(zip(shocks, chains, strict=True)):
         if not (isinstance(shock, Shock) and isinstance(chain, Chain)):
             got = f"got {text_of(shock)} and {text_of(chain)}"
             raise InvalidValueError.of(f"shocks[{index}]", f"must be a Shock, and the chain a Chain ({got})")
-        key = id(chain), shock.peak_force
+        profile = shock.profile
+        if id(profile) not in keys:
+            keys[id(profile)] = profile if is_value(profile) else id(profile)
+        shape, units = keys[id(profile)], (id(chain), shock.peak_force)
         try:
-            if key not in known:
-                known[key] = Scales.of(chain, shock.peak_force)
-            ratios[index] = known[key].rise_time(shock.rise_time)
-        except ShockwaveError as error:
-            failures[index] = str(error)
-    return ratios
-
-
-def _by_shape(
-    shocks: Sequence[Shock],
-    ratios: FloatArray,
-    quadrature: str | None,
-    momentum_parameter: float,
-    failures: dict[int, str],
-) -> tuple[Indices, Shocks]:
-    """Those that have a rise time and whose shape has areas, and their indices."""
-    profiles: list[ShockProfile] = []
-    areas: list[Areas] = []
-    shape_of: dict[int, int | str] = {}  # identity of a profile -> index of its shape, or why it has no areas
-    by_value: dict[ShockProfile, int | str] = {}
-    for profile in {id(shock.profile): shock.profile for shock in shocks}.values():
-        shape = by_value.get(profile) if is_value(profile) else None
-        if shape is None:
-            try:
+            if units not in scales_of:
+                scales_of[units] = Scales.of(chain, shock.peak_force)
+            ratio = scales_of[units].rise_time(shock.rise_time)
+            if shape not in shape_of:
                 areas.append(profile.areas(quadrature))
                 profiles.append(profile)
-                shape = len(profiles) - 1
-            except ShockwaveError as error:
-                shape = str(error)
-            if is_value(profile):
-                by_value[profile] = shape
-        shape_of[id(profile)] = shape
-    places, shapes = [], []
-    for index in np.flatnonzero(ratios).tolist():
-        shape = shape_of[id(shocks[index].profile)]
-        if isinstance(shape, str):
-            failures[index] = shape
-        else:
-            places.append(index)
-            shapes.append(shape)
-    where, which = np.array(places, dtype=np.intp), np.array(shapes, dtype=np.intp)
-    return where, Shocks(tuple(profiles), tuple(areas), which, ratios[where], momentum_parameter)
+                shape_of[shape] = len(profiles) - 1
+        except ShockwaveError as error:
+            failures[index] = str(error)
+            continue
+        places.append(index)
+        shapes.append(shape_of[shape])
+        ratios.append(ratio)
+    given = Shocks(
+        tuple(profiles),
+        tuple(areas),
+        np.array(shapes, dtype=np.intp),
+        np.array(ratios, dtype=float),
+        momentum_parameter,
+    )
+    return np.array(places, dtype=np.intp), given, failures
 
 
 def _one_by_one(model: Any, shocks: Shocks, settings: Settings, name: str) -> Peaks:
     """The answers of a model for one shock at a time."""
     peaks = Peaks.of(len(shocks))
-    pairs = zip(shocks.areas, shocks.profiles, strict=True)
-    checked = [conditions(areas, profile.duration_ratio) for areas, profile in pairs]
     for index in range(len(shocks)):
         shock = shocks.shock(index)
         try:
             answer = model(shock, settings)
-            error, _ = expected_error(answer, shock, checked[shocks.shapes[index]])
+            error, _ = expected_error(answer, shock, conditions(shock.areas, shock.profile.duration_ratio))
         except PluginError:
             raise
         except ShockwaveError as failure:
             peaks.failures[index] = str(failure)
             continue
-        peaks.amplification[index], peaks.method[index] = answer.amplitudes[0], answer.method or name
+        peaks.amplification[index] = answer.amplitudes[0]
+        peaks.method[index] = answer.method or name
         if error is not None:
             peaks.low[index], peaks.high[index] = error
     return peaks

@@ -51,10 +51,6 @@ COLUMNS = ("apart", "before", "after", "before_up", "after_up", "lean", "tilt", 
 
 _G0 = IMPULSE_LIMIT ** (5 / 6)
 _POWER = 2.5
-# Between two steps of Newton's method the eigenvector is multiplied so often by the matrix.
-_MULTIPLICATIONS = 12
-# The pulses left after so many steps have several nearly equal parts: their vectors are solved for.
-_ROUNDS = 8
 _MOST_STEPS = 60
 # Step of ln F at which it has settled.
 _SETTLED = 1e-9
@@ -139,8 +135,8 @@ def evaluated(made: Law, pulses: Sequence[Pulse]) -> tuple[FloatArray, FloatArra
     log_force, found = np.zeros(len(order)), np.zeros((len(order), len(COLUMNS)))
     for group in np.array_split(order, math.ceil(len(order) / _TOGETHER)):
         times, impulses = padded([pulses[index] for index in group])
-        log_force[group], shape = kernel_force(made, times, impulses)
-        found[group] = columns(made, times, impulses, log_force[group], shape)
+        log_force[group], weights = kernel_force(made, times, impulses)
+        found[group] = columns(made, times, impulses, log_force[group], weights)
     return log_force, found
 
 
@@ -148,7 +144,7 @@ def evaluated(made: Law, pulses: Sequence[Pulse]) -> tuple[FloatArray, FloatArra
 
 
 def kernel_force(made: Law, times: FloatArray, impulses: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """ln F/F0 by the kernel alone, shape (pulses,), and its eigenvectors psi, shape (pulses, k).
+    """ln F/F0 by the kernel alone, shape (pulses,), and the weights m psi^2, of sum 1, shape (pulses, k).
 
     Parameters
     ----------
@@ -163,51 +159,35 @@ def kernel_force(made: Law, times: FloatArray, impulses: FloatArray) -> tuple[Fl
         When the eigenvalue does not settle.
     """
     apart = np.abs(times[:, :, None] - times[:, None, :]) / made.width
+    root = np.sqrt(impulses)
     # Both limits are upper bounds.
     log_force = np.minimum(1.2 * np.log(_G0 * impulses.sum(axis=1)), math.log(made.step_limit))
-    shape = np.ones_like(times)
+    weights = np.zeros_like(times)
     left = np.arange(len(times))
-    for turn in range(_MOST_STEPS):
-        distance = apart[left] * np.exp(log_force[left] / 6)[:, None, None]
-        power = distance * distance * np.sqrt(distance)
-        kernel = _G0 * np.exp(-power)
-        shape[left] = _eigenvector(kernel, impulses[left], shape[left], exact=turn >= _ROUNDS)
-        weight = impulses[left] * shape[left]
-        value = (weight * _product(kernel, weight)).sum(axis=1)
-        eigenvalue = value / (weight * shape[left]).sum(axis=1)
+    for _ in range(_MOST_STEPS):
+        power = (apart[left] * np.exp(log_force[left] / 6)[:, None, None]) ** _POWER
+        matrix = _G0 * np.exp(-power) * root[left, :, None] * root[left, None, :]
+        values, vectors = np.linalg.eigh(matrix)
+        eigenvalue, vector = values[:, -1], vectors[:, :, -1]
+        weights[left] = vector**2
         # d ln(eigenvalue) / d ln F is this over six.
-        slope = -_POWER * (weight * _product(power * kernel, weight)).sum(axis=1) / value
+        slope = -_POWER * np.einsum("pi,pij,pj->p", vector, power * matrix, vector) / eigenvalue
         step = (1.2 * np.log(eigenvalue) - log_force[left]) / (1 - 0.2 * slope)
         log_force[left] += step
         left = left[~(np.abs(step) < _SETTLED)]
         if not len(left):
-            return log_force, shape
+            return log_force, weights
     raise NumericalError("the kernel of the law of moments has no settled eigenvalue for this pulse: simulate it")
 
 
-def _eigenvector(kernel: FloatArray, impulses: FloatArray, shape: FloatArray, exact: bool) -> FloatArray:
-    """The vector of the largest eigenvalue, at most 1, from a nearby one; not by powers alone if ``exact``."""
-    if exact:
-        root = np.sqrt(impulses)
-        vector = np.abs(np.linalg.eigh(root[:, :, None] * kernel * root[:, None, :])[1][:, :, -1])
-        # Without impulse an instant has no root to divide by, but one product gives it its value.
-        shape = np.where(root > 0, vector / np.where(root > 0, root, 1.0), 0.0)
-    for _ in range(1 if exact else _MULTIPLICATIONS):
-        shape = _product(kernel, impulses * shape)
-        shape = shape / shape.max(axis=1, keepdims=True)
-    return shape
-
-
-def _product(matrix: FloatArray, vector: FloatArray) -> FloatArray:
-    return np.asarray((matrix @ vector[:, :, None])[:, :, 0])
-
-
-def columns(made: Law, times: FloatArray, impulses: FloatArray, log_force: FloatArray, shape: FloatArray) -> FloatArray:
+def columns(
+    made: Law, times: FloatArray, impulses: FloatArray, log_force: FloatArray, weights: FloatArray
+) -> FloatArray:
     """The local measures, shape (pulses, columns), for what `kernel_force` takes and gives.
 
     Each instant x_i has the impulses m_j F^(-5/6) around it, u_ij = G0 m_j F^(-5/6) exp(-((x_i - x_j)/reach)^2), with
     the sums N = sum u_ij, D = sum u_ij (x_i - x_j), Q = sum u_ij (x_i - x_j)^2, and B and A, the parts of D with x_j
-    before and after x_i, both positive. With means < > over the instants, weighted by m_i psi_i^2:
+    before and after x_i, both positive. With means < > over the instants, by the weights m_i psi_i^2:
 
     ==========  ==================================  ==========  ==================================
     apart       < sum u_ij abs(x_i - x_j)^(5/2) >   lean, tilt  < D^3 >, < D Q >
@@ -219,8 +199,6 @@ def columns(made: Law, times: FloatArray, impulses: FloatArray, log_force: Float
     """
     x = times * np.exp(log_force / 6)[:, None]
     strength = _G0 * impulses * np.exp(-log_force * (5 / 6))[:, None]
-    weights = impulses * shape * shape
-    weights = weights / weights.sum(axis=1, keepdims=True)
     off = x[:, :, None] - x[:, None, :]
     near = np.exp(-((off / made.reach) ** 2)) * strength[:, None, :]
     distance = np.abs(off)

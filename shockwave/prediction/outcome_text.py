@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.prediction.outcome import EjectionOutcome, Outcome
 from shockwave.text import indent, notes, range_text, si, table
 
@@ -16,6 +14,8 @@ if TYPE_CHECKING:
     from shockwave.prediction.many_shocks import Predictions
 
 
+# Listed figures of a wave, with their units.
+_WAVE = {"peak_force": "N", "momentum": "N s", "energy": "J", "speed": "m/s", "width": "s"}
 _RELATIONS = {"less": "less than", "equal": "about equal to", "greater": "greater than"}
 
 
@@ -37,25 +37,20 @@ def outcome_text(outcome: Outcome) -> str:
     if powers := outcome.exponents:
         scaling = f"R^{powers.radius:.3f} rho^{powers.density:.3f} E^{powers.youngs_modulus:.3f}"
         lines.append(f"  scales as         {scaling}")
-    conditions = ([c.statement, f"{c.margin:+.4g} t0", "holds" if c.holds else "FAILS"] for c in outcome.conditions)
-    steps = ((t.statement, si(t.left, "s"), si(t.right, "s"), t.outcome, t.equation) for t in outcome.trace)
+    waves = []
+    for number, wave in enumerate(outcome.waves, start=1):
+        figures = [si(getattr(wave, name), unit) for name, unit in _WAVE.items()]
+        waves.append([str(number), *figures])
+    conditions = [(c.statement, f"{c.margin:+.4g} t0", "holds" if c.holds else "FAILS") for c in outcome.conditions]
+    steps = [(t.statement, si(t.left, "s"), si(t.right, "s"), t.outcome, t.equation) for t in outcome.trace]
     tables = (
-        _waves(outcome.waves),
+        table(("wave", *(name.replace("_", " ") for name in _WAVE)), waves),
         table(("condition (3)", "margin", ""), conditions),
         table(("decided by", "left", "right", "hence", "equation"), steps),
     )
     for each in tables:
         lines += ["", indent(each)]
     return "\n".join(lines + notes(outcome.warnings))
-
-
-def _waves(waves: Iterable[SolitaryWave]) -> str:
-    units = {"peak_force": "N", "momentum": "N s", "energy": "J", "speed": "m/s", "width": "s"}
-    rows = (
-        (str(number), *(si(getattr(wave, name), unit) for name, unit in units.items()))
-        for number, wave in enumerate(waves, start=1)
-    )
-    return table(("wave", *(name.replace("_", " ") for name in units)), rows)
 
 
 def predictions_text(predictions: Predictions) -> str:

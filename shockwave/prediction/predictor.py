@@ -38,9 +38,8 @@ def coefficient_of(choice: str | float) -> float:
     if isinstance(choice, str) and choice in MOMENTUM_COEFFICIENTS:
         return MOMENTUM_COEFFICIENTS[choice]
     if MOMENTUM_COEFFICIENT.problem(choice) is not None:
-        raise InvalidValueError.of(
-            "momentum_coefficient", f"must be 'exact', 'paper' or a number {MOMENTUM_COEFFICIENT.rule} (got {choice!r})"
-        )
+        rule = f"must be 'exact', 'paper' or a number {MOMENTUM_COEFFICIENT.rule}"
+        raise InvalidValueError.of("momentum_coefficient", f"{rule} (got {choice!r})")
     return float(choice)
 
 
@@ -94,15 +93,12 @@ class Predictor:
             find("quadratures", self.quadrature)
         if self.alpha not in ("constant", "literal"):
             raise InvalidValueError.of("alpha", f"must be 'constant' or 'literal' (got {self.alpha!r})")
+        left_out = f"must be left out for model {self.model!r}"
         if self.alpha != "constant" and "alpha" not in takes:
-            problem = f"must be left out for model {self.model!r}, which has none (got {self.alpha!r})"
-            raise InvalidValueError.of("alpha", problem)
+            raise InvalidValueError.of("alpha", f"{left_out}, which has none (got {self.alpha!r})")
         if self.rtol is not None and "rtol" not in takes:
-            raise InvalidValueError.of(
-                "rtol",
-                f"must be left out for model {self.model!r}: its formulae have no tolerance to choose"
-                f" (got {self.rtol!r}; take model auto, or simulate to a tolerance instead)",
-            )
+            remedy = "take model auto, or simulate to a tolerance instead"
+            raise InvalidValueError.of("rtol", f"{left_out}: its formulae have none (got {self.rtol!r}; {remedy})")
 
     def predict(self, shock: Shock, chain: Chain) -> Outcome:
         """The outcome of ``shock`` on ``chain``.
@@ -175,23 +171,20 @@ class Predictor:
         checked = conditions(scaled.areas, shock.profile.duration_ratio)
         error, doubts = expected_error(answer, scaled, checked)
         of_chain = chain_warnings(chain, answer.tells_error)
-        waves = tuple(
-            SolitaryWave.of(amplitude * shock.peak_force, chain, coefficient) for amplitude in answer.amplitudes
-        )
+        peaks = [amplitude * shock.peak_force for amplitude in answer.amplitudes]
+        steps = [evolve(step, left=step.left * scales.time, right=step.right * scales.time) for step in answer.trace]
         endless = ", on an endless chain" if answer.reason and chain.granules is not None else ""
         common: dict[str, Any] = {
             "model": self.model,
             "method": answer.method or self.model,
             "reason": answer.reason + endless,
-            "peak_force": waves[0].peak_force,
+            "peak_force": peaks[0],
             "amplification": answer.amplitudes[0],
             "relation": answer.relation,
-            "waves": waves,
+            "waves": tuple(SolitaryWave.of(peak, chain, coefficient) for peak in peaks),
             "applied_momentum": scaled.impulse * scales.momentum,
             "conditions": checked,
-            "trace": tuple(
-                evolve(step, left=step.left * scales.time, right=step.right * scales.time) for step in answer.trace
-            ),
+            "trace": tuple(steps),
             "expected_error": None if of_chain else error,
             "exponents": None if answer.sensitivity is None else Exponents.of(answer.sensitivity),
             "areas": scaled.areas,

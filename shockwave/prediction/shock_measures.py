@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import cache, lru_cache
-from typing import Any
+from functools import cache
 
 import numpy as np
 from attrs import frozen
@@ -12,7 +11,6 @@ from attrs import frozen
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.prediction.model_interface import ScaledShock
 from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.guard import is_value
 from shockwave.quadrature import FloatArray
 
 # Pieces of a smooth part of the force halve towards both its ends so many times, for infinite slopes and steep decays.
@@ -69,19 +67,14 @@ def measures(shock: ScaledShock) -> Measures | None:
         if not abs(total / shock.areas.total - 1) <= _MOST_MISSED:
             return None
         off = s - float((density * s).sum()) / total
-        variance = float((density * off**2).sum()) / total
-        skewness = float((density * off**3).sum()) / total / variance**1.5
+        means = [float((density * each).sum()) / total for each in (off**2, off**3, force, force**3)]
+        variance, third_moment, mean_force, cubed_force = means
         strength = shock.impulse / MOMENTUM
-        found = Measures(
-            strength,
-            math.sqrt(variance) * shock.rise_time / MOMENTUM * strength**0.2,
-            skewness,
-            float((density * force).sum()) / total,
-            (float((density * force**3).sum()) / total) ** (1 / 3),
-            shock.duration,
-        )
+        spread = math.sqrt(variance) * shock.rise_time / MOMENTUM * strength**0.2
+        skewness = third_moment / variance**1.5
+        found = Measures(strength, spread, skewness, mean_force, cubed_force ** (1 / 3), shock.duration)
         numbers = (found.spread, found.skewness, *found.logarithms())
-    return found if all(math.isfinite(number) for number in numbers) else None
+    return found if np.isfinite(numbers).all() else None
 
 
 def points(
@@ -127,14 +120,3 @@ def pieces(halvings: int) -> FloatArray:
         return np.array([0.0, 1.0])
     towards = np.append(0.0, 0.5 ** np.arange(halvings, 0, -1))
     return np.concatenate((towards, 1 - towards[-2::-1]))
-
-
-def kept(function: Any) -> Any:
-    """The function with a cache for profiles that are values: scenes of one shape come in series."""
-    keeping = lru_cache(maxsize=256)(function)
-
-    def chosen(profile: ShockProfile, *rest: Any) -> Any:
-        return keeping(profile, *rest) if is_value(profile) else function(profile, *rest)
-
-    chosen.cache_clear = keeping.cache_clear  # type: ignore[attr-defined]
-    return chosen

@@ -31,9 +31,9 @@ from attrs import field, frozen
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.numerics import product
 from shockwave.prediction.model_interface import Indices, Shocks
-from shockwave.prediction.shock_measures import gauss_legendre, kept, pieces
+from shockwave.prediction.shock_measures import gauss_legendre, pieces
 from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.guard import guarded, trusted
+from shockwave.profiles.guard import guarded, kept, trusted
 from shockwave.quadrature import FloatArray
 from shockwave.quadrature.gauss_legendre import interpolation
 

@@ -64,6 +64,7 @@ def kept(function: _Function) -> _Function:
     def called(profile: object, *rest: Any) -> Any:
         return keeping(profile, *rest) if is_value(profile) else function(profile, *rest)
 
+    called.cache_clear = keeping.cache_clear  # type: ignore[attr-defined]
     return called  # type: ignore[return-value]
 
 

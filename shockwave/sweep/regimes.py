@@ -12,7 +12,7 @@ from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, MOMENTUM
 from shockwave.errors import FileAccessError, ShockwaveError
 from shockwave.prediction.model_interface import ScaledShock
 from shockwave.prediction.predictor import coefficient_of
-from shockwave.prediction.wave_train import constant_alpha
+from shockwave.prediction.section4 import constant_alpha
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scene_family import Family
 from shockwave.sweep.results import SweepResults
