@@ -12,7 +12,7 @@ from shockwave.cli.parser import KINDS
 from shockwave.errors import PluginError, UsageError
 
 if TYPE_CHECKING:
-    from shockwave.installed_plugins import Plugin
+    from shockwave.registry import Plugin
 
 
 def listed(options: argparse.Namespace) -> int:

@@ -70,7 +70,7 @@ _FORCE_RTOL = _option("--rtol RTOL", "relative error allowed of one force (1e-4)
 #: In place of the keys of the scenario's block ``simulate``.
 _SIMULATE = [
     _option("--rtol RTOL", "relative error asked for", type=_number(1e-13, 1e-2)),
-    _option("--step STEP", "step of a method of fixed step, in natural times", type=float),
+    _option("--step STEP", "step of a method of fixed step, in natural times", type=_number(1e-9, 1)),
     _option("--integrator INTEGRATOR", "name of a method; see `shockwave list integrators`"),
     _option("--backend BACKEND", "which code steps the chain", choices=_BACKENDS),
     _option("--contacts N,N", "contacts whose passage is wanted", type=_contacts),

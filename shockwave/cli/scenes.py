@@ -58,7 +58,10 @@ def _run(options: argparse.Namespace, one: Callable[[Scenario], Any], several: C
     status = 0
     done = []
     documents = []
-    for scenario in loaded(options.files):
+    scenarios = loaded(options.files)
+    for number, scenario in enumerate(scenarios, start=1):
+        if len(scenarios) > 1 and sys.stderr.isatty():
+            print(f"{number} of {len(scenarios)}: {scenario.name}", file=sys.stderr)
         try:
             result = one(scenario)
             # parts of a result that are computed when they are used may fail, too
@@ -69,8 +72,12 @@ def _run(options: argparse.Namespace, one: Callable[[Scenario], Any], several: C
             print(f"{scenario.path}: {text}", file=sys.stderr)
             documents.append({"scenario": scenario.name, "error": text})
             status = max(status, code)
+        except KeyboardInterrupt:
+            print(f"{scenario.path}: interrupted; the results before it follow", file=sys.stderr)
+            status = 130
+            break
     single = len(options.files) == 1
-    if options.json:
+    if options.json and documents:
         print_json(documents[0] if single else documents)
     elif done:
         print(done[0] if single else several(done))
@@ -119,8 +126,7 @@ def _settings(options: argparse.Namespace, scenario: Scenario) -> SimulateOption
     # a method named here has a use for its own settings, not for those of the one that it replaces
     if "integrator" in given:
         given = {"rtol": None, "step": None} | given
-    with of_arguments(options):
-        return evolve(scenario.simulate, **given)
+    return evolve(scenario.simulate, **given)
 
 
 def validate(options: argparse.Namespace) -> int:
