@@ -88,7 +88,7 @@ class Watched:
     def __call__(self, time: Any, x: FloatArray) -> FloatArray:
         self.times.append(float(time))
         self.shapes.append(np.shape(x))
-        return self.acceleration(time, x)
+        return self.acceleration(time, np.ravel(x))  # a wrong shape is found by its record, not by the motion
 
     def check_within(self, begin: float, end: float) -> None:
         """Fail unless it was called at times from ``begin`` to ``end`` only."""
