@@ -359,7 +359,8 @@ def _indices(outputs: FloatArray) -> FloatArray:
     """First and total indices, shape (2, values, outputs), of outputs of shape (outputs, values + 2, n)."""
     from scipy.stats import sobol_indices
 
-    parts: Any = {"f_A": outputs[:, 0], "f_B": outputs[:, 1], "f_AB": outputs[:, 2:].swapaxes(0, 1)}
+    own = outputs.copy()  # SciPy may subtract the mean in place
+    parts: Any = {"f_A": own[:, 0], "f_B": own[:, 1], "f_AB": own[:, 2:].swapaxes(0, 1)}
     found = sobol_indices(func=parts, n=outputs.shape[-1])
     # of one value they come without its axis
     return np.array([one.reshape(len(outputs), -1).T for one in (found.first_order, found.total_order)])
