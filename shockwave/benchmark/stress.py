@@ -109,16 +109,16 @@ def stress(
     jobs = [(case, each) for case in find(names) for each in (backends if case.each_backend else backends[-1:])]
     begin = time.perf_counter()
     rows = []
-    pool = ProcessPool(os.cpu_count() or 1, max_tasks=1, context=get_context("spawn"))
-    try:
+    with ProcessPool(os.cpu_count() or 1, max_tasks=1, context=get_context("spawn")) as pool:
         futures = [pool.schedule(_in_process, (case.name, each), timeout=case.limit) for case, each in jobs]
-        for (case, each), future in zip(jobs, futures, strict=True):
-            row = _row(case, each, future)
-            progress(f"{case.name} ({each}): {'passed' if row.passed else 'FAILED'}")
-            rows.append(row)
-    finally:
-        pool.stop()  # type: ignore[no-untyped-call]
-        pool.join()
+        try:
+            for (case, each), future in zip(jobs, futures, strict=True):
+                row = _row(case, each, future)
+                progress(f"{case.name} ({each}): {'passed' if row.passed else 'FAILED'}")
+                rows.append(row)
+        except KeyboardInterrupt:
+            pool.stop()  # type: ignore[no-untyped-call]
+            raise
     return Stress(tuple(rows), time.perf_counter() - begin)
 
 
