@@ -36,8 +36,7 @@ def test_a_case_follows_from_its_seed_and_number() -> None:
 def test_what_is_wrong_with_a_case_is_found(
     status: int, seconds: float, out: str, err: str, changed: list[str], wrong: str
 ) -> None:
-    case = fuzz.Case(("validate", "scene.yaml", "--json"), {})
-    found = fuzz.fault(case, status, seconds, out, err, changed)
+    found = fuzz.fault(fuzz.Case(("validate", "scene.yaml", "--json"), {}), status, seconds, out, err, changed)
     assert found.startswith(wrong)
     assert bool(found) == bool(wrong)
 
@@ -47,10 +46,6 @@ def test_every_command_and_option_is_tried() -> None:
     for number in range(3000):
         name, *arguments = fuzz.command_case(random.Random(number)).arguments
         tried.setdefault(name, set()).update(arguments)
-    missing = {
-        (name, option)
-        for name, actions in fuzz.commands().items()
-        for option in (max(action.option_strings, default="", key=len) for action in actions)
-        if option and name != "report" and option not in tried[name]
-    }
-    assert missing == set()
+    for name, actions in fuzz.commands().items():
+        longest = {max(action.option_strings, key=len) for action in actions if action.option_strings}
+        assert longest - tried[name] == set()
