@@ -13,7 +13,7 @@ import scipy
 from attrs import evolve
 
 from shockwave import __version__
-from shockwave.benchmark.families import FAMILIES, orders
+from shockwave.benchmark.families import FAMILIES, named, of_scenario, orders
 from shockwave.benchmark.timed_runs import Experiment, Limits, Method, measured
 from shockwave.benchmark.work_precision import Problem, Row, WorkPrecision
 from shockwave.errors import ShockwaveError
@@ -55,7 +55,7 @@ def run(
     for family in FAMILIES:
         if families and family not in families:
             continue
-        for problem, methods in _experiments(family, scenarios, limits, quick):
+        for problem, methods in _experiments(family, scenarios, quick):
             progress(f"{family}: {problem.name}")
             problems.append(problem)
             for method in methods:
@@ -68,18 +68,17 @@ def run(
     )
 
 
-def _experiments(family: str, scenarios: Sequence[Scenario], limits: Limits, quick: bool) -> Iterator[Experiment]:
+def _experiments(family: str, scenarios: Sequence[Scenario], quick: bool) -> Iterator[Experiment]:
     """Problems and their methods; a scenario that cannot be run is a problem with one method that says why."""
-    named, of_scenario = FAMILIES[family]
     if not scenarios:
-        yield from named(limits, quick)
+        yield from named(family, quick)
     count = Counter[str]()
     for scenario in scenarios:
         count[scenario.name] += 1
         if count[scenario.name] > 1:  # rows are distinguished by the name
             scenario = evolve(scenario, name=f"{scenario.name} ({count[scenario.name]})")
         try:
-            yield of_scenario(scenario, limits)
+            yield of_scenario(family, scenario)
         except ShockwaveError as error:
             problem = Problem(family, scenario.name, "there is no reference", ("peak force",), "none", 1.0)
             yield problem, [Method.broken("reference", error)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache, partial
 from typing import Any, NamedTuple, TypeAlias
@@ -11,10 +10,9 @@ import numpy as np
 
 from shockwave.benchmark import chain_problems
 from shockwave.benchmark.chain_problems import Case, at_setting, read_front
-from shockwave.benchmark.timed_runs import Answer, Clock, Experiment, Limits, Method
+from shockwave.benchmark.timed_runs import Answer, Clock, Experiment, Method
 from shockwave.benchmark.work_precision import Order, Problem, Row, observed_order
 from shockwave.errors import NumericalError, PluginError
-from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import scaled, simulate
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
@@ -103,6 +101,12 @@ def _greatest(found: FloatArray, values: FloatArray) -> float:
     return float(np.max(np.abs(found / values - 1)))
 
 
+def _kink_not_given() -> Experiment:
+    triangle = Triangular(duration_ratio=3)
+    areas = Areas([(triangle.force, (0.0, 3.0))], np.array([1.5]), "closed form", _ROUNDING)
+    return quadratures("kink not given", "a triangle, n = 3, over its whole length: its kink is not given", areas)
+
+
 def quadratures(name: str, description: str, areas: Areas) -> Experiment:
     """Every registered quadrature on these areas."""
 
@@ -116,24 +120,10 @@ def quadratures(name: str, description: str, areas: Areas) -> Experiment:
     return problem, [Method(each, partial(run, each), "tolerance", _AREA_TOLERANCES) for each in names]
 
 
-def _named_quadratures(limits: Limits, quick: bool) -> Iterator[Experiment]:
-    for text, profile in profiles().items():
-        name, _, description = text.partition(": ")
-        yield quadratures(name, description, areas_of(profile))
-    triangle = Triangular(duration_ratio=3)
-    whole = Areas([(triangle.force, (0.0, 3.0))], np.array([1.5]), "closed form", _ROUNDING)
-    yield quadratures("kink not given", "a triangle, n = 3, over its whole length: its kink is not given", whole)
-
-
-def _quadratures_of(scenario: Scenario, limits: Limits) -> Experiment:
-    profile = scenario.shock.profile
-    return quadratures(scenario.name, type(profile).__name__, areas_of(profile))
-
-
 # ---------------------------------------------------------------- predictors: the peak force far along the chain
 
-# References, each with how many times as long as the one before it may take: a search cannot be stopped midway.
-_REFERENCES = (("rkn86", 1e-6, 0.0), ("rkn86", 1e-8, 2.0), ("rkn86", 1e-11, 20.0), ("rkn1210", 1e-12, 5.0))
+# Integrators and tolerances of references.
+_REFERENCES = (("rkn1210", 1e-12), ("rkn86", 1e-11))
 # Readings of section 4: alpha, and the coefficient A.
 _READINGS: tuple[dict[str, Any], ...] = (
     {"alpha": "constant", "momentum_coefficient": "exact"},
@@ -143,31 +133,17 @@ _READINGS: tuple[dict[str, Any], ...] = (
 )
 
 
-def predictors(case: Case, limits: Limits) -> Experiment:
+def predictors(case: Case) -> Experiment:
     """Formulae and simulation, on one scale of error of the primary's peak force."""
-    found = _references(case, max(4 * limits.run, 1.0))
-    best = found[-1]
+    best, other = (
+        simulate(case.shock, case.chain, rtol=rtol, integrator=name, waves="primary") for name, rtol in _REFERENCES
+    )
     source = f"simulation at rtol {best.rtol:g} by {best.integrator}"
-    error = best.error_estimate
-    for other in found[-2:-1]:
-        source += f", cross-checked by {other.integrator} at {other.rtol:g}"
-        error = max(error, abs(other.peak_force / best.peak_force - 1))
+    source = f"{source}, cross-checked by {other.integrator} at {other.rtol:g}"
+    error = max(best.error_estimate, abs(other.peak_force / best.peak_force - 1))
     description = f"{case.description}: the limit of the primary's peak force"
     problem = Problem("predictors", case.name, description, ("peak force",), source, error)
     return problem, _predictor_methods(case, best.peak_force)
-
-
-def _references(case: Case, seconds: float) -> list[SimulationResult]:
-    """Simulations in time, the tightest last."""
-    found: list[SimulationResult] = []
-    last = 0.0
-    for name, rtol, growth in _REFERENCES:
-        if growth * last > seconds:
-            break
-        begin = time.perf_counter()
-        found.append(simulate(case.shock, case.chain, rtol=rtol, integrator=name, waves="primary"))
-        last = time.perf_counter() - begin
-    return found
 
 
 def _predictor_methods(case: Case, limit: float) -> Iterator[Method]:
@@ -189,20 +165,10 @@ def _predictor_methods(case: Case, limit: float) -> Iterator[Method]:
     yield Method("simulate", simulated, "rtol", _TOLERANCES[:8])
 
 
-def _named_predictors(limits: Limits, quick: bool) -> Iterator[Experiment]:
-    names = ("short", "A", "B") if quick else ("short", "A", "B", "slow")
-    return (predictors(chain_problems.named(name), limits) for name in names)
-
-
-def _predictors_of(scenario: Scenario, limits: Limits) -> Experiment:
-    description = type(scenario.shock.profile).__name__
-    return predictors(Case(scenario.name, description, scenario.shock, scenario.chain, 0), limits)
-
-
 # ---------------------------------------------------------------- integrators: the front at one contact
 
 
-def integrators(case: Case, limits: Limits) -> Experiment:
+def integrators(case: Case) -> Experiment:
     """The simulation as it is called, and every registered integrator on a window that grows with the front."""
     best = chain_problems.reference(case)
     _, scales = scaled(case.shock, case.chain)
@@ -214,8 +180,8 @@ def integrators(case: Case, limits: Limits) -> Experiment:
         return Answer(errors, result.cost.force_evaluations, result.cost.steps)
 
     def integrated(integrator: Integrator, clock: Clock) -> Answer:
-        reading = read_front(case, integrator, clock)
-        return Answer(best.errors(reading.force, reading.time), reading.evaluations, reading.steps)
+        force, time, steps = read_front(case, integrator, clock)
+        return Answer(best.errors(force, time), integrator.evaluations, steps)
 
     description = f"{case.description}, read at contact {case.contact}"
     problem = Problem("integrators", case.name, description, ("peak force", "arrival time"), best.source, best.error)
@@ -239,16 +205,6 @@ def _registered(
 
         setting, values = ("tolerance", tolerances) if cls.adaptive else ("step", steps)
         yield Method(entry.name, run, setting, values)
-
-
-def _named_integrators(limits: Limits, quick: bool) -> Iterator[Experiment]:
-    yield smooth()
-    for name in ("A",) if quick else ("A", "B", "slow"):
-        yield integrators(chain_problems.named(name), limits)
-
-
-def _integrators_of(scenario: Scenario, limits: Limits) -> Experiment:
-    return integrators(chain_problems.case_of(scenario), limits)
 
 
 # ---------------------------------------------------------------- orders, on a chain whose contacts never open
@@ -310,9 +266,37 @@ def orders(rows: Sequence[Row]) -> tuple[Order, ...]:
     return tuple(found)
 
 
-#: Of each family the named problems, and that of a scenario, which raises `ShockwaveError` if it has no reference.
-FAMILIES: dict[str, tuple[Callable[[Limits, bool], Iterator[Experiment]], Callable[[Scenario, Limits], Experiment]]] = {
-    "quadratures": (_named_quadratures, _quadratures_of),
-    "predictors": (_named_predictors, _predictors_of),
-    "integrators": (_named_integrators, _integrators_of),
-}
+# ---------------------------------------------------------------- problems
+
+FAMILIES = ("quadratures", "predictors", "integrators")
+
+
+def named(family: str, quick: bool) -> Iterator[Experiment]:
+    """The named problems of a family."""
+    if family == "quadratures":
+        for text, profile in profiles().items():
+            name, _, description = text.partition(": ")
+            yield quadratures(name, description, areas_of(profile))
+        yield _kink_not_given()
+    elif family == "predictors":
+        for name in ("short", "A", "B") if quick else ("short", "A", "B", "slow"):
+            yield predictors(chain_problems.named(name))
+    else:
+        yield smooth()
+        for name in ("A",) if quick else ("A", "B", "slow"):
+            yield integrators(chain_problems.named(name))
+
+
+def of_scenario(family: str, scenario: Scenario) -> Experiment:
+    """The problem of a family that a scenario makes.
+
+    Raises
+    ------
+    ShockwaveError
+        When there is no reference.
+    """
+    if family == "quadratures":
+        profile = scenario.shock.profile
+        return quadratures(scenario.name, type(profile).__name__, areas_of(profile))
+    case = chain_problems.case_of(scenario)
+    return predictors(case) if family == "predictors" else integrators(case)
