@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache, partial
+from itertools import product
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -124,13 +125,6 @@ def quadratures(name: str, description: str, areas: Areas) -> Experiment:
 
 # Integrators and tolerances of references.
 _REFERENCES = (("rkn1210", 1e-12), ("rkn86", 1e-11))
-# Readings of section 4: alpha, and the coefficient A.
-_READINGS: tuple[dict[str, Any], ...] = (
-    {"alpha": "constant", "momentum_coefficient": "exact"},
-    {"alpha": "constant", "momentum_coefficient": "paper"},
-    {"alpha": "literal", "momentum_coefficient": "exact"},
-    {"alpha": "literal", "momentum_coefficient": "paper"},
-)
 
 
 def predictors(case: Case) -> Experiment:
@@ -156,9 +150,9 @@ def _predictor_methods(case: Case, limit: float) -> Iterator[Method]:
         error = abs(found.peak_force / limit - 1)
         return Answer({"peak force": error}, found.cost.force_evaluations, found.cost.steps)
 
-    for reading in _READINGS:
-        setting = "alpha {alpha}, {momentum_coefficient} A".format(**reading)
-        yield Method(f"section-4, {reading['alpha']}", partial(predicted, reading), setting)
+    for alpha, coefficient in product(("constant", "literal"), ("exact", "paper")):
+        reading = {"alpha": alpha, "momentum_coefficient": coefficient}
+        yield Method(f"section-4, {alpha}", partial(predicted, reading), f"alpha {alpha}, {coefficient} A")
     for entry in entries("models"):
         if entry.name != "section-4":
             yield Method(entry.name, partial(predicted, {"model": entry.name}))

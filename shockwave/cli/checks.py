@@ -17,19 +17,16 @@ if TYPE_CHECKING:
 def bench(options: argparse.Namespace) -> int:
     """Work and precision."""
     from shockwave.benchmark.bench import run
+    from shockwave.benchmark.bench_output import check_output, page
 
     scenarios, status = loaded(options.files, output=options.output)
     if status:
         return status
     if options.output:
-        from shockwave.benchmark.bench_output import check_output
-
         check_output(options.output)
     found = run(scenarios, options.family, options.quick, options.longest, _progress)
     _print(found, options.json)
     if options.output:  # last, so that a page that cannot be written costs no result
-        from shockwave.benchmark.bench_output import page
-
         return written(page(found), options.output, anew=False)
     return 0
 
