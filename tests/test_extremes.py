@@ -11,7 +11,6 @@ import pytest
 import shockwave as sw
 from scenes import CHAIN, FORCE, UNITS
 from shockwave.benchmark.scenes import noisy, record, sampled
-from shockwave.profiles.boundary_layers import edges
 from shockwave.simulation.backend import compiled
 
 each_backend = pytest.mark.parametrize(
@@ -59,22 +58,6 @@ def test_steep_pulses_are_accurate_to_their_estimate_and_to_any_tolerance(name: 
     assert found.warnings == ()
     assert abs(found.peak_force / tight.peak_force - 1) <= found.error_estimate + tight.error_estimate
     assert tight.error_estimate < 1e-9
-
-
-@pytest.mark.parametrize(
-    ("at", "expected"),
-    [
-        *(((1.0, 3.0, rate, 3.0), ()) for rate in (0.0, 99.0)),
-        # 2, 8 and 36 e-folds of a thousandth of the interval
-        ((1.0, 3.0, 1000.0, 3.0), (1.004, 1.016, 1.072)),
-        ((1.0, 3.0, -1000.0, 3.0), (2.928, 2.984, 2.996)),
-        # thinner than a step can be
-        ((0.0, 1.0, 1e6, 1e4), ()),
-    ],
-    ids=str,
-)
-def test_a_layer_lies_where_the_force_changes_fast(at: tuple[float, ...], expected: tuple[float, ...]) -> None:
-    assert edges(*at) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("ratio", [1 + 1e-15, 1.5, 1e12])
