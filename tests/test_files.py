@@ -124,7 +124,7 @@ WRITERS = {
         *("design", "scene.yaml", "--vary", "chain.radius", "--target", "amplification=0.5", "--rtol", "1e-2"),
         *("--between", "1 mm", "3 mm", "--points", "3", "-o", "old.pdf"),
     ],
-    "bench": ["bench", "scene.yaml", "--quick", "--family", "quadratures", "--longest", "1e-3", "-o", "old.svg"],
+    "bench": ["bench", "scene.yaml", "--quick", "--family", "quadratures", "--longest", "1e-3", "-o", "old.html"],
 }
 
 

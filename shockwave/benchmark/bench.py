@@ -1,4 +1,4 @@
-"""The bench: which problems of which families are measured, and with what limits."""
+"""The bench: the families of problems, the limits of a round, and where it was run."""
 
 from __future__ import annotations
 
@@ -7,14 +7,13 @@ import platform
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
 
 import numpy as np
 import scipy
 from attrs import evolve
 
 from shockwave import __version__
-from shockwave.benchmark import convergence_order, integrators, predictors, quadrature_problems
+from shockwave.benchmark.families import FAMILIES, named, of_scenario, orders
 from shockwave.benchmark.timed_runs import Experiment, Limits, Method, measured
 from shockwave.benchmark.work_precision import Problem, Row, WorkPrecision
 from shockwave.errors import ShockwaveError
@@ -22,13 +21,8 @@ from shockwave.registry import plugins
 from shockwave.scenario.scenario import Scenario
 from shockwave.simulation.backend import compiled
 
-_QUICK = Limits(run=0.5, repetitions=0.08, repeats=5)
+_QUICK = Limits(run=0.5, repetitions=0.08, repeats=5, every=2)
 _FULL = Limits(run=4.0, repetitions=0.4, repeats=15)
-_FAMILIES: dict[str, Any] = {
-    "quadratures": quadrature_problems,
-    "predictors": predictors,
-    "integrators": integrators,
-}
 
 
 def run(
@@ -55,46 +49,39 @@ def run(
     """
     limits = _QUICK if quick else _FULL
     if longest is not None:
-        limits = Limits(longest, min(limits.repetitions, longest), limits.repeats)
+        limits = evolve(limits, run=longest, repetitions=min(limits.repetitions, longest))
     problems: list[Problem] = []
     rows: list[Row] = []
-    for family in _FAMILIES:
+    for family in FAMILIES:
         if families and family not in families:
             continue
-        for problem, methods in _experiments(family, _distinct(scenarios), limits, quick):
+        for problem, methods in _experiments(family, scenarios, quick):
             progress(f"{family}: {problem.name}")
             problems.append(problem)
-            rows += [row for method in methods for row in measured(problem, method, limits)]
+            for method in methods:
+                rows.extend(measured(problem, method, limits))
     return WorkPrecision(
         provenance=_provenance(quick, limits),
         problems=tuple(problems),
         rows=tuple(rows),
-        orders=() if scenarios else convergence_order.orders(rows),
+        orders=orders(rows),
     )
 
 
-def _experiments(family: str, scenarios: Sequence[Scenario], limits: Limits, quick: bool) -> Iterator[Experiment]:
+def _experiments(family: str, scenarios: Sequence[Scenario], quick: bool) -> Iterator[Experiment]:
     """Problems and their methods; a scenario that cannot be run is a problem with one method that says why."""
-    module = _FAMILIES[family]
     if not scenarios:
-        yield from module.named(limits, quick)
-    for scenario in scenarios:
-        try:
-            yield module.of_scenario(scenario, limits, quick)
-        except ShockwaveError as error:
-            about = "there is no reference", ("peak force",), "none", 1.0
-            yield Problem(family, scenario.name, *about), iter([Method.broken("reference", error)])
-
-
-def _distinct(scenarios: Sequence[Scenario]) -> list[Scenario]:
-    """The scenarios with distinct names, by which rows are distinguished."""
+        yield from named(family, quick)
     count = Counter[str]()
-    found = []
     for scenario in scenarios:
         count[scenario.name] += 1
-        number = count[scenario.name]
-        found.append(scenario if number == 1 else evolve(scenario, name=f"{scenario.name} ({number})"))
-    return found
+        if count[scenario.name] > 1:  # rows are distinguished by the name
+            scenario = evolve(scenario, name=f"{scenario.name} ({count[scenario.name]})")
+        try:
+            yield of_scenario(family, scenario)
+        except ShockwaveError as error:
+            problem = Problem(family, scenario.name, "there is no reference", ("peak force",), "none", 1.0)
+            yield problem, [Method.broken("reference", error)]
 
 
 def _provenance(quick: bool, limits: Limits) -> dict[str, str]:

@@ -8,13 +8,11 @@ from typing import NamedTuple
 from attrs import frozen
 from scipy.optimize import brentq
 
-from shockwave.benchmark.timed_runs import Clock, Limits, TooSlowError
-from shockwave.benchmark.work_precision import greatest
-from shockwave.chain.chain import Chain, Scales
-from shockwave.chain.material import Material
+from shockwave.benchmark.scenes import power
+from shockwave.benchmark.timed_runs import Clock
+from shockwave.chain.chain import Chain
 from shockwave.errors import NumericalError
 from shockwave.measurement.simulate import scaled, simulate
-from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.scenario.scenario import Scenario
@@ -24,14 +22,10 @@ from shockwave.simulation.march import Span, march
 from shockwave.simulation.nystroem import Nystroem, Rkn86, Rkn1210
 from shockwave.simulation.problem import contact_forces, overlaps
 
-_STEEL = Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0)
-# The chain of the paper, and the force of its tables [N].
-_CHAIN = Chain(material=_STEEL, radius=4.75e-3)
-_FORCE = 100.0
 # A smaller maximum of a contact force, in units of the wave to come, is not that of the front.
 _FLOOR = 0.05
-# Step tolerances of references: the first that two methods reach in time.
-_TIGHT = (1e-13, 1e-11, 1e-9, 1e-7)
+# Step tolerance of references.
+_TIGHT = 1e-13
 _ROUNDING = 2e-16
 # The contact of a scenario at which the front is read, at most, and how many contacts before a chain's end.
 _FARTHEST = 200
@@ -41,7 +35,7 @@ _LONGEST = 1e4
 
 
 class Reading(NamedTuple):
-    """Peak force and its time at the contact, in scaled units, and what the run took.
+    """Peak force and its time at the contact, in scaled units, and the number of steps.
 
     ``drift`` is the relative change of the chain's energy from the end of the force until the peak, None where the
     force still acts.
@@ -50,7 +44,6 @@ class Reading(NamedTuple):
     force: float
     time: float
     drift: float | None
-    evaluations: int
     steps: int
 
 
@@ -99,10 +92,9 @@ _POWER_LAWS = {
 def named(name: str) -> Case:
     """A problem by its name: a power law with the paper's peak force, on the paper's chain."""
     rise, decay, ratio, rise_time, contact, remark = _POWER_LAWS[name]
-    profile = PowerLaw(rise_exponent=rise, decay_exponent=decay, duration_ratio=ratio)
-    shock = Shock(profile=profile, peak_force=_FORCE, rise_time=rise_time * Scales.of(_CHAIN, _FORCE).time)
+    shock, chain = power(rise, decay, ratio, rise_time)
     description = f"power law, t0 = {rise_time:g} T0, n = {ratio:g}, eta {rise:g} and {decay:g}: {remark}"
-    return Case(name, description, shock, _CHAIN, contact, _KNOWN.get(name))
+    return Case(name, description, shock, chain, contact, _KNOWN.get(name))
 
 
 def case_of(scenario: Scenario) -> Case:
@@ -120,32 +112,20 @@ def case_of(scenario: Scenario) -> Case:
     return Case(scenario.name, type(shock.profile).__name__, shock, chain, contact)
 
 
-def patience(limits: Limits) -> float:
-    """How long a reference may take, where runs have these limits [s]."""
-    return max(4 * limits.run, 1.0)
-
-
-def reference(case: Case, seconds: float = math.inf) -> Reference:
-    """The known digits, or the tightest run within ``seconds``, cross-checked by another method.
+def reference(case: Case) -> Reference:
+    """The known digits, or a tight run, cross-checked by another method.
 
     Raises
     ------
     NumericalError
-        When there is none in time.
+        When the front has no peak at the contact.
     """
     if case.known is not None:
         return Reference(*case.known, _ROUNDING, "two integrators in quadruple precision that agree to 20 digits")
-    for tolerance in _TIGHT:
-        clock = Clock(seconds)
-        try:
-            best, other = (read_front(case, at_setting(method, tolerance), clock) for method in (Rkn1210, Rkn86))
-        except TooSlowError as error:
-            late = error
-            continue
-        difference = greatest((abs(other.force / best.force - 1), abs(other.time / best.time - 1)))
-        source = f"rkn1210 at a step tolerance of {tolerance:g}, cross-checked by rkn86"
-        return Reference(best.force, best.time, max(difference, _ROUNDING), source)
-    raise NumericalError(f"there is no reference in time ({late})")
+    best = read_front(case, at_setting(Rkn1210, _TIGHT), Clock())
+    other = read_front(case, at_setting(Rkn86, _TIGHT), Clock())
+    error = max(abs(other.force / best.force - 1), abs(other.time / best.time - 1), _ROUNDING)
+    return Reference(best.force, best.time, error, f"rkn1210 at a step tolerance of {_TIGHT:g}, cross-checked by rkn86")
 
 
 def at_setting(method: type[Integrator], setting: float) -> Integrator:
@@ -156,7 +136,7 @@ def at_setting(method: type[Integrator], setting: float) -> Integrator:
 
 
 def read_front(case: Case, integrator: Integrator, clock: Clock) -> Reading:
-    """The front at the contact of ``case``, by an integrator, on a window that grows with it.
+    """The front of ``case`` by an integrator, on a window that grows with the front.
 
     Raises
     ------
@@ -172,7 +152,7 @@ def read_front(case: Case, integrator: Integrator, clock: Clock) -> Reading:
         found = _peak(span, case.contact)
         if found is not None:
             drift = None if initial is None else abs(_energy(span) / initial - 1)
-            return Reading(*found, drift, integrator.evaluations, steps)
+            return Reading(*found, drift, steps)
     raise NumericalError(f"the front has no peak of its own at contact {case.contact}")
 
 
@@ -180,7 +160,8 @@ def _peak(span: Span, contact: int) -> tuple[float, float] | None:
     """Peak force and its time, if the force at the contact has a maximum in the span: velocities are equal there."""
     if len(span.v0) < contact + 2:
         return None
-    if not (_closing(span.v0, contact) > 0 >= _closing(span.v1, contact) and _force(span.x1, contact) > _FLOOR):
+    passed = _closing(span.v0, contact) > 0 >= _closing(span.v1, contact)
+    if not passed or _force(span.x1, contact) <= _FLOOR:
         return None
 
     def closing(time: float) -> float:

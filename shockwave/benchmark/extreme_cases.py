@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from importlib import resources
 from typing import Any
 
-from attrs import Factory, frozen
+from attrs import Factory, field, frozen
 
 from shockwave.errors import UnknownNameError
 
@@ -40,7 +40,6 @@ class Case:
     name: str
     theme: str
     asked: str
-    must: str
     check: str
     scene: dict[str, Any]
     other: dict[str, Any] = Factory(dict)
@@ -49,7 +48,12 @@ class Case:
     bound: float = 2e-6
     error: str = "InvalidValueError"
     message: str = ""
+    must: str = field()
     limit: float = 60.0
+
+    @must.default
+    def _refusal(self) -> str:
+        return f"{self.error}: '{self.message}'"
 
     @property
     def each_backend(self) -> bool:
@@ -59,12 +63,11 @@ class Case:
 
 def _read() -> tuple[Case, ...]:
     document = tomllib.loads(resources.files(__package__).joinpath("extreme_cases.toml").read_text("utf-8"))
-    musts = document["musts"]
     cases = []
     for theme, entries in document["themes"].items():
         for entry in entries:
-            refusal = f"{entry.get('error', 'InvalidValueError')}: '{entry.get('message')}'"
-            cases.append(Case(**{"theme": theme, "must": musts.get(entry["check"], refusal), **entry}))
+            common = document["common"].get(entry["check"], {})
+            cases.append(Case(theme=theme, **{**common, **entry}))
     return tuple(cases)
 
 
@@ -82,6 +85,6 @@ def find(names: Iterable[str]) -> tuple[Case, ...]:
     """
     wanted = set(names)
     known = [*dict.fromkeys(case.theme for case in CASES), *(case.name for case in CASES)]
-    for name in sorted(wanted - set(known)):
+    for name in wanted.difference(known):
         raise UnknownNameError("case", name, known)
     return tuple(case for case in CASES if not wanted or {case.name, case.theme} & wanted)

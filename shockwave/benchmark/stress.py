@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import time
 import traceback
 from collections.abc import Callable, Iterable
@@ -17,7 +16,10 @@ from pebble import ProcessExpired, ProcessPool
 from shockwave.benchmark.extreme_cases import Case, find
 from shockwave.benchmark.extreme_checks import CHECKS, Finding
 from shockwave.simulation.backend import Backend, chosen, lack
-from shockwave.text import printed
+from shockwave.text import table
+
+# Of an outcome in the table.
+_WIDEST = 60
 
 
 @frozen
@@ -38,8 +40,22 @@ class Row:
         """The row as ``stress --json`` prints it."""
         case = self.case
         about = {"case": case.name, "theme": case.theme, "backend": self.backend, "asked": case.asked}
-        found = {**asdict(self.finding), "faults": list(self.finding.faults), "seconds": self.seconds}
-        return {**about, "must": case.must, "passed": self.passed, **found}
+        return {**about, "must": case.must, "passed": self.passed, **asdict(self.finding), "seconds": self.seconds}
+
+    def cells(self) -> list[str]:
+        """The row as text, a cell for each column of the table."""
+        found = self.finding
+        outcome = found.outcome.partition("\n")[0]
+        figures = (found.error, found.bound, found.momentum_defect)
+        return [
+            self.case.name,
+            self.backend,
+            self.case.asked,
+            outcome if len(outcome) <= _WIDEST else f"{outcome[: _WIDEST - 3]}...",
+            *("-" if value is None else f"{value:.0e}" for value in figures),
+            "-" if self.seconds is None else f"{self.seconds:.2f} s",
+            "passed" if self.passed else "FAILED",
+        ]
 
 
 @frozen
@@ -60,7 +76,12 @@ class Stress:
         return {"passed": self.exit_code == 0, "seconds": self.seconds, "cases": cases}
 
     def __str__(self) -> str:
-        return printed(self, "shockwave.benchmark.stress_table:text")
+        """A line for each row, the faults, and the count."""
+        header = ("case", "backend", "asked", "outcome", "error", "at most", "momentum", "time", "")
+        faults = [f"  {row.case.name} ({row.backend}): {fault}" for row in self.rows for fault in row.finding.faults]
+        passed = sum(row.passed for row in self.rows)
+        count = f"{passed} of {len(self.rows)} passed in {self.seconds:.1f} s"
+        return "\n".join([table(header, [row.cells() for row in self.rows]), "", *faults, count])
 
 
 def stress(
@@ -89,12 +110,13 @@ def stress(
     begin = time.perf_counter()
     rows = []
     with ProcessPool(os.cpu_count() or 1, max_tasks=1, context=get_context("spawn")) as pool:
+        futures = [pool.schedule(_in_process, (case.name, each), timeout=case.limit) for case, each in jobs]
         try:
-            futures = [pool.schedule(_in_process, (case.name, each), timeout=case.limit) for case, each in jobs]
             for (case, each), future in zip(jobs, futures, strict=True):
-                rows.append(_row(case, each, future))
-                progress(f"{case.name} ({each}): {'passed' if rows[-1].passed else 'FAILED'}")
-        except BaseException:
+                row = _row(case, each, future)
+                progress(f"{case.name} ({each}): {'passed' if row.passed else 'FAILED'}")
+                rows.append(row)
+        except KeyboardInterrupt:
             pool.stop()  # type: ignore[no-untyped-call]
             raise
     return Stress(tuple(rows), time.perf_counter() - begin)
@@ -118,8 +140,7 @@ def checked(case: Case, backend: Backend) -> Finding:
         return CHECKS[case.check](case, backend)
     except Exception as error:
         place = traceback.extract_tb(error.__traceback__)[-1]
-        fault = f"raised in {place.name}, line {place.lineno}"
-        return Finding(f"{type(error).__name__}: {error}", (fault,))
+        return Finding(f"{type(error).__name__}: {error}", (f"raised in {place.name}, line {place.lineno}",))
 
 
 def _row(case: Case, backend: str, future: Future[tuple[Finding, float]]) -> Row:
@@ -129,7 +150,5 @@ def _row(case: Case, backend: str, future: Future[tuple[Finding, float]]) -> Row
     except TimeoutError:
         outcome = f"does not end: stopped after {case.limit:g} s"
     except ProcessExpired as error:
-        crashed = error.exitcode < 0
-        end = f"crashed ({signal.Signals(-error.exitcode).name})" if crashed else f"ended with status {error.exitcode}"
-        outcome = f"its process {end}"
+        outcome = f"its process ended with status {error.exitcode}"
     return Row(case, backend, Finding(outcome, (outcome,)))

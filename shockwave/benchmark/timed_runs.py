@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import statistics
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from timeit import Timer
 from typing import Any, NamedTuple, TypeAlias
 
@@ -24,11 +24,16 @@ class TooSlowError(NumericalError):
 
 @frozen
 class Limits:
-    """Time limits: ``run`` of one run and ``repetitions`` of all at one setting [s], and the number of ``repeats``."""
+    """What a round may take.
+
+    ``run`` is the time of one run and ``repetitions`` of all at one setting [s], ``repeats`` their number; each
+    ``every``-th of the settings is run.
+    """
 
     run: float
     repetitions: float
     repeats: int
+    every: int = 1
 
 
 class Clock:
@@ -90,13 +95,13 @@ class Method:
 
 
 #: A problem and its methods.
-Experiment: TypeAlias = tuple[Problem, Iterator[Method]]
+Experiment: TypeAlias = tuple[Problem, Iterable[Method]]
 
 
 def measured(problem: Problem, method: Method, limits: Limits) -> Iterator[Row]:
     """A row for each value of the setting; a run that fails, or would take too long, has a row with the reason."""
     last = 0.0
-    for value in method.values:
+    for value in method.values[:: limits.every]:
         row = Row(problem.family, problem.name, method.name, method.text(value), value)
         row = evolve(row, reference_error=problem.reference_error)
         if last * _GROWTH > limits.run:
@@ -105,8 +110,10 @@ def measured(problem: Problem, method: Method, limits: Limits) -> Iterator[Row]:
         begin = time.perf_counter()
         try:
             row = _timed(row, method, limits)
-        except (Exception, SystemExit) as error:  # of code that may be anybody's
-            row = evolve(row, problem=_reason(error))
+        except ShockwaveError as error:
+            row = evolve(row, problem=str(error))
+        except Exception as error:  # of a plugin
+            row = evolve(row, problem=f"{type(error).__name__}: {error}")
         last = row.seconds or time.perf_counter() - begin
         yield row
 
@@ -119,21 +126,17 @@ def _timed(row: Row, method: Method, limits: Limits) -> Row:
     repeats = min(limits.repeats, int(limits.repetitions / max(warm_up, 1e-9)))
     # The one run of a slow method is worth more than none.
     seconds = timer.repeat(repeats, number=1) or [warm_up]
-    errors, evaluations, steps = answers[0]
-    finite = {name: error if error is None or math.isfinite(error) else None for name, error in errors.items()}
+    answer = answers[0]
+    finite = {name: error for name, error in answer.errors.items() if error is not None and math.isfinite(error)}
+    unknown = {name for name, error in answer.errors.items() if error is None}
     return evolve(
         row,
-        errors=finite,
+        errors=dict.fromkeys(answer.errors) | finite,
         seconds=statistics.median(seconds),
         least=min(seconds),
         most=max(seconds),
         runs=len(seconds),
-        evaluations=evaluations,
-        steps=steps,
-        problem="" if finite == errors else "not finite",
+        evaluations=answer.evaluations,
+        steps=answer.steps,
+        problem="" if finite.keys() | unknown == answer.errors.keys() else "not finite",
     )
-
-
-def _reason(error: BaseException) -> str:
-    text = " ".join(str(error).split()) or "no message"
-    return text if isinstance(error, ShockwaveError) else f"{type(error).__name__}: {text}"[:200]

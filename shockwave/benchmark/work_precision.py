@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from attrs import asdict, converters, field, frozen
+from attrs import asdict, field, frozen
 
 from shockwave.text import printed
 
 # Errors below this multiple of the reference error are not the method's alone.
 _ABOVE_REFERENCE = 30.0
-# In the convergent range the slopes between neighbouring steps differ by at most this.
-_SLOPE_SPREAD = 0.25
-# The number of finest steps among which the convergent range is sought.
+# The number of finest steps from which an order is read.
 _FINEST = 4
-
-
-def greatest(errors: Iterable[float]) -> float:
-    """The greatest error; NaN if any is, which ``max`` would pass over."""
-    return float(np.max(list(errors)))
 
 
 @frozen
@@ -48,7 +41,7 @@ class Row:
     family, case, method, setting : str
         The problem, and what was run; ``value`` is the setting as a number, None where there is none to choose.
     errors : dict of float or None
-        Relative errors by quantity; None where a method does not report the quantity, or the error is not finite.
+        Relative errors by quantity; None where the error is not finite.
     seconds, least, most : float or None
         Median, shortest and longest of ``runs`` runs [s].
     evaluations, steps : int or None
@@ -69,8 +62,8 @@ class Row:
     least: float | None = None
     most: float | None = None
     runs: int = 0
-    evaluations: int | None = field(default=None, converter=converters.optional(int))
-    steps: int | None = field(default=None, converter=converters.optional(int))
+    evaluations: int | None = None
+    steps: int | None = None
     reference_error: float = 0.0
     problem: str = ""
 
@@ -84,7 +77,7 @@ class Row:
 class Order:
     """The observed order of a method of fixed step beside the declared one.
 
-    ``fitted`` is None where too few steps lie in the convergent range.
+    ``fitted`` is None where too few steps have an error to read.
     """
 
     method: str
@@ -113,14 +106,13 @@ class WorkPrecision:
         return document
 
     def __str__(self) -> str:
-        return printed(self, "shockwave.benchmark.bench_table:text")
+        return printed(self, "shockwave.benchmark.bench_output:text")
 
 
 def observed_order(rows: Sequence[Row]) -> float | None:
-    """The order of a method of fixed step: the slope of log error against log step over the convergent range.
+    """The order of a method of fixed step: the slope of log error against log step over the finest steps.
 
-    The range consists of the finest steps whose errors lie well above that of the reference and fall from step to step
-    at the same rate.
+    Left out are steps whose errors do not lie well above that of the reference.
 
     Parameters
     ----------
@@ -130,7 +122,7 @@ def observed_order(rows: Sequence[Row]) -> float | None:
     Returns
     -------
     float or None
-        None where fewer than three steps lie in the range.
+        None where fewer than three steps are left.
     """
     clear = sorted(
         (row.value, row.error)
@@ -139,10 +131,5 @@ def observed_order(rows: Sequence[Row]) -> float | None:
     )
     if len(clear) < 3:
         return None
-    steps, errors = np.log(np.array(clear[:_FINEST])).T
-    slopes = np.diff(errors) / np.diff(steps)
-    alike = np.abs(slopes - slopes[0]) <= _SLOPE_SPREAD
-    count = len(slopes) if alike.all() else int(alike.argmin())
-    if count < 2:
-        return None
-    return float(np.polyfit(steps[: count + 1], errors[: count + 1], 1)[0])
+    steps, errors = np.log(clear[:_FINEST]).T
+    return float(np.polyfit(steps, errors, 1)[0])

@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from shockwave.cli.output import print_json
+from shockwave.cli.output import print_json, written
 from shockwave.cli.scenes import loaded
 
 if TYPE_CHECKING:
@@ -17,19 +17,15 @@ if TYPE_CHECKING:
 def bench(options: argparse.Namespace) -> int:
     """Work and precision."""
     from shockwave.benchmark.bench import run
+    from shockwave.benchmark.bench_output import check_output, document
 
     scenarios = loaded(options.files, output=options.output)
     if options.output:
-        from shockwave.benchmark.bench_page import check_output
-
         check_output(options.output)
     found = run(scenarios, options.family, options.quick, options.longest, _progress)
     _print(found, options.json)
     if options.output:  # last, so that a page that cannot be written costs no result
-        from shockwave.benchmark.bench_page import write
-
-        write(found, options.output)
-        print(f"{options.output}: written", file=sys.stderr)
+        return written(document(found, options.output), options.output, anew=False)
     return 0
 
 

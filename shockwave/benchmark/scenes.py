@@ -1,4 +1,4 @@
-"""Scenes of the extreme cases: shocks on the paper's beads at 100 N, in their characteristic times."""
+"""Scenes of problems and extreme cases: shocks on the paper's beads at 100 N, in their characteristic times."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from attrs import evolve
 from numpy.typing import ArrayLike
 
 from shockwave.chain.chain import Chain, Scales
-from shockwave.chain.material import Material
+from shockwave.chain.library import PAPER_STEEL
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.power_law import PowerLaw
@@ -21,7 +21,7 @@ Scene: TypeAlias = tuple[Shock, Chain]
 
 #: Peak force [N] and chain of the paper's tables.
 FORCE = 100.0
-BEADS = Chain(material=Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0), radius=4.75e-3)
+BEADS = Chain(material=PAPER_STEEL, radius=4.75e-3)
 #: Their characteristic units.
 UNITS = Scales.of(BEADS, FORCE)
 
