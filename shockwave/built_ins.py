@@ -1,62 +1,20 @@
-"""Everything that shockwave itself registers, through the same hooks as a plugin."""
+"""Everything that shockwave itself registers."""
 
 from __future__ import annotations
 
 import json
-from importlib import resources
+from pathlib import Path
 
-from shockwave.hooks import Entry, hookimpl
+from shockwave.hooks import Entry
 
-
-@hookimpl
-def shockwave_profiles() -> list[Entry]:
-    place = "shockwave.profiles"
-    return [
-        Entry("power-law", f"{place}.power_law:PowerLaw", "rise s^eta1, decay ((n-s)/(n-1))^eta2"),
-        Entry("triangular", f"{place}.triangular:Triangular", "linear rise, linear decay"),
-        Entry("exponential", f"{place}.exponential:Exponential", "rise and decay by exponentials cut to [0, 1]"),
-        Entry("tabulated", f"{place}.tabulated:Tabulated", "a force record, piecewise linear"),
-    ]
-
-
-@hookimpl
-def shockwave_quadratures() -> list[Entry]:
-    place = "shockwave.quadrature"
-    return [
-        Entry("gauss-legendre", f"{place}.gauss_legendre:GaussLegendre", "adaptive composite rule (default)"),
-        Entry("tanh-sinh", f"{place}.tanh_sinh:TanhSinh", "double-exponential rule, for singular ends"),
-        Entry("quadpack", f"{place}.quadpack:Quadpack", "QAGS of QUADPACK, through SciPy"),
-    ]
-
-
-@hookimpl
-def shockwave_integrators() -> list[Entry]:
-    place = "shockwave.simulation"
-    nystroem = f"{place}.nystroem"
-    rkn86 = "Runge-Kutta-Nystroem 8(6) of Dormand, El-Mikkawy & Prince, adaptive (default)"
-    rkn1210 = "Runge-Kutta-Nystroem 12(10) of the same, adaptive (default below rtol 1e-7)"
-    rkn64 = "Runge-Kutta-Nystroem 6(4) of Dormand & Prince, adaptive"
-    return [
-        Entry("rkn86", f"{nystroem}:Rkn86", rkn86, takes="rtol backend"),
-        Entry("rkn1210", f"{nystroem}:Rkn1210", rkn1210, takes="rtol backend"),
-        Entry("rkn64", f"{nystroem}:Rkn64", rkn64, takes="rtol backend"),
-        Entry("verlet", f"{place}.fixed_step:Verlet", "velocity Verlet, order 2, fixed step, symplectic", takes="step"),
-        Entry(
-            "pefrl", f"{place}.fixed_step:Pefrl", "extended Forest-Ruth, order 4, fixed step, symplectic", takes="step"
-        ),
-        Entry("rk4", f"{place}.fixed_step:Rk4", "classical Runge-Kutta, order 4, fixed step", takes="step"),
-        Entry("dop853", f"{place}.scipy_solver:Dop853", "Dormand-Prince 8(5,3), adaptive, from SciPy", takes="rtol"),
-        Entry(
-            "radau", f"{place}.scipy_solver:Radau", "Radau IIA, order 5, implicit, adaptive, from SciPy", takes="rtol"
-        ),
-    ]
-
-
-@hookimpl
-def shockwave_materials() -> list[Entry]:
-    # the file is read without the module beside it, which would import the chain
-    rows = json.loads(resources.files("shockwave").joinpath("chain/library.json").read_text(encoding="utf-8"))
-    return [_material(row) for row in rows]
+_PROFILES = "shockwave.profiles"
+_QUADRATURES = "shockwave.quadrature"
+_NYSTROEM = "shockwave.simulation.nystroem"
+_FIXED_STEP = "shockwave.simulation.fixed_step"
+_SCIPY = "shockwave.simulation.scipy_solver"
+_RELATIONS = "relations of section 4 of Hasan & Nemat-Nasser"
+_LAW = "law of the primary by the moments of the shock"
+_CHEAPEST = "the cheapest of laws, curve, simulation that meets rtol"
 
 
 def _material(row: dict[str, str | float]) -> Entry:
@@ -67,13 +25,41 @@ def _material(row: dict[str, str | float]) -> Entry:
     return Entry(name, f"shockwave.chain.library:{constant}", figures)
 
 
-@hookimpl
-def shockwave_models() -> list[Entry]:
-    relations = "relations of section 4 of Hasan & Nemat-Nasser"
-    law = "law of the primary by the moments of the shock"
-    cheapest = "the cheapest of laws, curve, simulation that meets rtol"
-    return [
-        Entry("section-4", "shockwave.prediction.section4:predict", relations, takes="alpha"),
-        Entry("moments", "shockwave.prediction.moments:MODEL", law),
-        Entry("auto", "shockwave.studies.auto:MODEL", cheapest, takes="rtol"),
-    ]
+def _rkn(name: str, title: str) -> Entry:
+    """A Runge-Kutta-Nystroem pair."""
+    return Entry(name, f"{_NYSTROEM}:{name.capitalize()}", f"Runge-Kutta-Nystroem {title}", takes="rtol backend")
+
+
+# read here, as the module beside the file would import the chain
+_LIBRARY = Path(__file__).parent / "chain" / "library.json"
+
+#: Kind -> entries.
+ENTRIES = {
+    "profiles": [
+        Entry("power-law", f"{_PROFILES}.power_law:PowerLaw", "rise s^eta1, decay ((n-s)/(n-1))^eta2"),
+        Entry("triangular", f"{_PROFILES}.triangular:Triangular", "linear rise, linear decay"),
+        Entry("exponential", f"{_PROFILES}.exponential:Exponential", "rise and decay by exponentials cut to [0, 1]"),
+        Entry("tabulated", f"{_PROFILES}.tabulated:Tabulated", "a force record, piecewise linear"),
+    ],
+    "integrators": [
+        _rkn("rkn86", "8(6) of Dormand, El-Mikkawy & Prince, adaptive (default)"),
+        _rkn("rkn1210", "12(10) of the same, adaptive (default below rtol 1e-7)"),
+        _rkn("rkn64", "6(4) of Dormand & Prince, adaptive"),
+        Entry("verlet", f"{_FIXED_STEP}:Verlet", "velocity Verlet, order 2, fixed step, symplectic", takes="step"),
+        Entry("pefrl", f"{_FIXED_STEP}:Pefrl", "extended Forest-Ruth, order 4, fixed step, symplectic", takes="step"),
+        Entry("rk4", f"{_FIXED_STEP}:Rk4", "classical Runge-Kutta, order 4, fixed step", takes="step"),
+        Entry("dop853", f"{_SCIPY}:Dop853", "Dormand-Prince 8(5,3), adaptive, from SciPy", takes="rtol"),
+        Entry("radau", f"{_SCIPY}:Radau", "Radau IIA, order 5, implicit, adaptive, from SciPy", takes="rtol"),
+    ],
+    "quadratures": [
+        Entry("gauss-legendre", f"{_QUADRATURES}.gauss_legendre:GaussLegendre", "adaptive composite rule (default)"),
+        Entry("tanh-sinh", f"{_QUADRATURES}.tanh_sinh:TanhSinh", "double-exponential rule, for singular ends"),
+        Entry("quadpack", f"{_QUADRATURES}.quadpack:Quadpack", "QAGS of QUADPACK, through SciPy"),
+    ],
+    "materials": [_material(row) for row in json.loads(_LIBRARY.read_text(encoding="utf-8"))],
+    "models": [
+        Entry("section-4", "shockwave.prediction.section4:predict", _RELATIONS, takes="alpha"),
+        Entry("moments", "shockwave.prediction.moments:MODEL", _LAW),
+        Entry("auto", "shockwave.studies.auto:MODEL", _CHEAPEST, takes="rtol"),
+    ],
+}

@@ -66,27 +66,18 @@ class ScenarioError(_FaultsError):
 
 
 class UnknownNameError(ShockwaveError, LookupError):
-    """A name is not in its registry.
-
-    ``hints`` are what else may help. ``faulty`` says that a plugin cannot be read, whose name it may be: unless
-    it is like one that is known, that plugin is at fault and not the user.
-    """
+    """A name is not in its registry; ``hint`` is what else may help."""
 
     exit_code = 3
 
-    def __init__(
-        self, kind: str, name: str, known: Iterable[str], hints: Iterable[str] = (), faulty: bool = False
-    ) -> None:
-        self.kind, self.name, self.known = kind, name, tuple(known)
-        like = nearest(name, self.known)
-        if faulty and not like:
-            self.exit_code = PluginError.exit_code
-        more = "".join(f"; {hint}" for hint in hints)
-        super().__init__(f"unknown {kind} (got {name!r}; {like}known: {', '.join(self.known)}{more})")
+    def __init__(self, kind: str, name: str, known: Iterable[str], hint: str = "") -> None:
+        names = list(known)
+        more = f"; {hint}" if hint else ""
+        super().__init__(f"unknown {kind} (got {name!r}; {nearest(name, names)}known: {', '.join(names)}{more})")
 
 
 class PluginError(ShockwaveError):
-    """An installed plugin is at fault, not the user's input; ``faults`` tell where it shows in a scenario."""
+    """An installed plugin is at fault, not the user's input; ``faults`` are the places where it shows in a scenario."""
 
     exit_code = 4
 

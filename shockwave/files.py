@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
-import secrets
 import stat
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from io import TextIOWrapper
 from pathlib import Path
-from typing import IO, Any, BinaryIO
+from typing import Any, BinaryIO
 
 from shockwave.errors import FileAccessError, InvalidValueError, UsageError
 
 _Path = str | os.PathLike[str]
-# A new file in place of an open stream would not reach whoever reads the stream.
-_STREAMS = ("/dev/", "/proc/")
 
 
 # ---------------------------------------------------------------- reading
@@ -39,15 +37,13 @@ def open_regular(path: _Path, remedy: str = "", mode: str = "rb", buffering: int
         When the file cannot be opened or is not a regular file; ``__cause__`` is the OSError, if any.
     """
     if mode != "rb" and os.path.islink(path):
-        raise _not_a_file(path, "a link; delete it")
-    if os.path.isdir(path):
-        raise _not_a_file(path, f"a folder{_hint(remedy)}")
+        raise _error(path, "is not a file", "a link", "delete it")
     if os.path.exists(path) and not os.path.isfile(path):
-        raise _not_a_file(path, f"a pipe or a device{_hint(remedy)}")
+        raise _error(path, "is not a file", "a folder" if os.path.isdir(path) else "a pipe or a device", remedy)
     try:
         file: Any = open(path, mode, buffering)  # noqa: SIM115
     except (OSError, ValueError) as error:  # a ValueError for a NUL character in the path
-        raise _refused(path, error, "read" if mode == "rb" else "written", remedy) from error
+        raise _error(path, "cannot be read" if mode == "rb" else "cannot be written", error, remedy) from error
     opened: BinaryIO = file
     return opened
 
@@ -61,16 +57,13 @@ def read_bytes(path: _Path, limit: int, remedy: str = "") -> bytes:
         As for `open_regular`, and when the file is larger.
     """
     with open_regular(path, remedy) as file:
-        try:
-            data = file.read(limit + 1)
-        except OSError as error:
-            raise _refused(path, error, "read", remedy) from error
+        data = file.read(limit + 1)
     if len(data) > limit:
-        raise FileAccessError(f"{os.fspath(path)}: must be at most {_size(limit)} (got more{_hint(remedy)})")
+        raise _error(path, f"must be at most {limit} bytes", "more", remedy)
     return data
 
 
-def read_text(path: _Path, limit: int, remedy: str = "") -> str:
+def read_text(path: _Path, limit: int) -> str:
     """UTF-8 text of a regular file of at most ``limit`` bytes, without a byte order mark.
 
     Raises
@@ -78,13 +71,13 @@ def read_text(path: _Path, limit: int, remedy: str = "") -> str:
     FileAccessError
         As for `read_bytes`, and when the file is not UTF-8 text; ``__cause__`` is then the UnicodeDecodeError.
     """
-    data = read_bytes(path, limit, remedy)
+    data = read_bytes(path, limit)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        got = f"got the byte 0x{data[error.start]:02x} in line {line}"
-        raise FileAccessError(f"{os.fspath(path)}: must be UTF-8 text ({got}; save it as UTF-8)") from error
+        got = f"the byte 0x{data[error.start]:02x} in line {line}"
+        raise _error(path, "must be UTF-8 text", got, "save it as UTF-8") from error
 
 
 def lines_of(file: BinaryIO, name: _Path, longest: int) -> Iterator[bytes]:
@@ -93,15 +86,12 @@ def lines_of(file: BinaryIO, name: _Path, longest: int) -> Iterator[bytes]:
     Raises
     ------
     FileAccessError
-        When the file cannot be read, or has a line of ``longest`` bytes or more.
+        When the file has a line of ``longest`` bytes or more.
     """
-    try:
-        while line := file.readline(longest):
-            if len(line) == longest:
-                raise FileAccessError(f"{os.fspath(name)}: must have lines shorter than {_size(longest)} (got more)")
-            yield line
-    except OSError as error:
-        raise _refused(name, error, "read") from error
+    while line := file.readline(longest):
+        if len(line) == longest:
+            raise _error(name, f"must have lines shorter than {longest / 2**20:g} MiB", "more")
+        yield line
 
 
 def parse_json(text: str | bytes, name: str, remedy: str = "") -> Any:
@@ -140,8 +130,7 @@ def write_file(path: _Path, content: str | bytes, anew: bool = False) -> None:
     Parameters
     ----------
     path : path-like
-        The target of a link is replaced, not the link. A device or a pipe is written to directly. The new file keeps
-        the permissions of the old one.
+        The target of a link is replaced, not the link. A device or a pipe is written to directly.
     content : str or bytes
         Text is encoded as UTF-8.
     anew : bool
@@ -156,44 +145,25 @@ def write_file(path: _Path, content: str | bytes, anew: bool = False) -> None:
     data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
     if anew and os.path.lexists(path):
         raise FileAccessError(f"{os.fspath(path)}: cannot be written (it exists already; choose another name)")
+    target = Path(path)
     try:
-        target = os.path.realpath(path)
-        if _replaceable(target) and not os.fspath(path).startswith(_STREAMS):
-            _replace(target, data)
+        if target.is_symlink():
+            target = target.resolve()
+        if target.exists() and not target.is_file():
+            target.write_bytes(data)
         else:
-            with open(path, "wb") as file:  # raises an error if the file is not writable
-                file.write(data)
+            with replacing(target) as file:
+                file.buffer.write(data)
     except (OSError, ValueError) as error:
-        raise FileAccessError(f"{os.fspath(path)}: cannot be written ({_reason(error)})") from error
+        raise not_writable(path, error) from error
 
 
-def _replaceable(target: str) -> bool:
-    """Whether ``target`` is missing or a regular file, and both it and its folder can be written."""
-    regular = os.path.isfile(target) and os.access(target, os.W_OK)
-    return os.access(os.path.dirname(target), os.W_OK) and (regular or not os.path.exists(target))
-
-
-def _replace(target: str, data: bytes) -> None:
-    part = os.path.join(os.path.dirname(target), f".shockwave-{secrets.token_hex(8)}.part")
-    try:
-        with open(part, "xb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())  # some file systems report a full disk only here
-        if os.path.exists(target):
-            os.chmod(part, stat.S_IMODE(os.stat(target).st_mode))
-        os.replace(part, target)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            os.remove(part)
-        raise
-
-
-@contextlib.contextmanager
-def replacing(path: Path) -> Iterator[IO[str]]:
+@contextmanager
+def replacing(path: Path) -> Iterator[TextIOWrapper]:
     """A new text file, which takes the place of ``path`` when it is complete, and is deleted when it is not.
 
-    A link of this name, or of the temporary file, is replaced, not followed.
+    A link of this name, or of the temporary file, is replaced, not followed. The new file has the permissions of the
+    old one.
 
     Raises
     ------
@@ -206,7 +176,9 @@ def replacing(path: Path) -> Iterator[IO[str]]:
         with part.open("x", encoding="utf-8", errors="backslashreplace", newline="") as file:
             yield file
             file.flush()
-            os.fsync(file.fileno())
+            os.fsync(file.fileno())  # some file systems report a full disk only here
+        if path.is_file() and not path.is_symlink():
+            part.chmod(stat.S_IMODE(path.stat().st_mode))
         part.replace(path)
     except OSError as error:
         raise not_writable(path, error) from error
@@ -214,19 +186,10 @@ def replacing(path: Path) -> Iterator[IO[str]]:
         part.unlink(missing_ok=True)
 
 
-def not_writable(path: _Path, error: OSError) -> FileAccessError:
-    """The error of a file that cannot be written, which names it."""
-    return _refused(path, error, "written")
-
-
 def refuse_inputs(output: _Path, inputs: Iterable[_Path]) -> None:
     """Raise `UsageError` if ``output`` is one of the input files, even under another name."""
     for path in inputs:
-        try:
-            same = os.path.samefile(output, path)
-        except (OSError, ValueError):  # one of them does not exist
-            continue
-        if same:
+        if os.path.exists(output) and os.path.exists(path) and os.path.samefile(output, path):
             got = f"got {os.fspath(output)}, which is {os.fspath(path)}; choose another name"
             raise UsageError(f"--output: must not be an input file ({got})")
 
@@ -234,21 +197,15 @@ def refuse_inputs(output: _Path, inputs: Iterable[_Path]) -> None:
 # ---------------------------------------------------------------- messages
 
 
-def _refused(path: _Path, error: OSError | ValueError, what: str, remedy: str = "") -> FileAccessError:
-    return FileAccessError(f"{os.fspath(path)}: cannot be {what} (got {_reason(error)}{_hint(remedy)})")
+def not_writable(path: _Path, error: Exception) -> FileAccessError:
+    """The error of a file that cannot be written, which names it."""
+    return _error(path, "cannot be written", error)
 
 
-def _not_a_file(path: _Path, got: str) -> FileAccessError:
-    return FileAccessError(f"{os.fspath(path)}: is not a file (got {got})")
-
-
-def _reason(error: OSError | ValueError) -> str:
-    return str(getattr(error, "strerror", None) or error)
+def _error(path: _Path, problem: str, got: object, remedy: str = "") -> FileAccessError:
+    reason = getattr(got, "strerror", None) or got
+    return FileAccessError(f"{os.fspath(path)}: {problem} (got {reason}{_hint(remedy)})")
 
 
 def _hint(remedy: str) -> str:
     return f"; {remedy}" if remedy else ""
-
-
-def _size(limit: int) -> str:
-    return f"{limit >> 20} MiB" if limit >= 2**20 else f"{limit} bytes"

@@ -1,7 +1,7 @@
 """Names and where they live: profiles, integrators, quadratures, materials and models, built in or from plugins.
 
 A registry holds addresses (``package.module:attribute``), so listing names imports nothing and a scene imports what it
-names. Built-ins and plugins come through the same hooks. Such an address is imported from this module only.
+names. Such an address is imported from this module only.
 
 A plugin is a distribution with an entry point in the group ``shockwave``. Its module of hooks is imported here, in this
 process; whatever it raises is a problem of that plugin alone.
@@ -13,22 +13,18 @@ import importlib
 import os
 import re
 import sys
-from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
 from functools import cache
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from itertools import chain
+from typing import Any
 
 import pluggy
 from attrs import evolve, frozen
 
-from shockwave import OWN_DISTRIBUTION, __version__, built_ins, hooks
-from shockwave.errors import PluginError, ShockwaveError, UnknownNameError
+from shockwave import OWN_DISTRIBUTION, built_ins, hooks
+from shockwave.errors import PluginError, ShockwaveError, UnknownNameError, nearest
 from shockwave.hooks import Entry
-
-if TYPE_CHECKING:
-    from importlib.metadata import Distribution
 
 #: Kind of an entry -> how one of them is called in a sentence.
 KINDS = {
@@ -44,20 +40,6 @@ DISABLE = "SHOCKWAVE_DISABLE_PLUGINS"
 EVERY = "*"
 #: A plugin's module may even exit the interpreter on import; only the user's interrupt passes.
 PLUGIN_FAULTS = (Exception, SystemExit)
-#: Most characters of a plugin's error that are shown.
-_LONGEST = 300
-_PACKAGING = "install it, and name it among the plugin's dependencies; if it is the plugin's own, it was not packaged"
-
-_PULSES = "half-sine haversine trapezoid initial-peak-sawtooth final-peak-sawtooth rectangular hertz-impact"
-#: Names that the sample plugins of the source tree register, for the installation hint.
-SAMPLES: Final = {
-    "shockwave-pulses": ("profiles", _PULSES.split()),
-    "shockwave-blast": ("profiles", ["friedlander", "kingery-bulmash"]),
-    "shockwave-composition": (
-        "integrators",
-        ["blanes-moan-4", "blanes-moan-6", "blanes-moan-6-long", "verlet-richardson"],
-    ),
-}
 #: Base class that an address of a kind must lead to.
 _BASES = {
     "profiles": "shockwave.profiles.base:ShockProfile",
@@ -66,21 +48,18 @@ _BASES = {
 }
 
 
-Claims = tuple[tuple[str, Entry], ...]
-
-
 @frozen
 class Plugin:
-    """An installed distribution that registers entries, and what is wrong with it, if anything is.
+    """An entry point of an installed distribution, and what is wrong with it, if anything is.
 
     Attributes
     ----------
     distribution, version : str
         Name and version in the metadata.
     module : str
-        Its module of hooks; empty if that must not be imported.
+        Its module of hooks.
     entries : tuple of (str, Entry)
-        Kind and entry of what it registers and what can be used; none where it cannot be read.
+        Kind and entry of what it registers; none where it cannot be read.
     problem : str
         What is wrong with it, in words.
     disabled : bool
@@ -89,19 +68,13 @@ class Plugin:
 
     distribution: str
     version: str
-    module: str = ""
-    entries: Claims = ()
+    module: str
+    entries: tuple[tuple[str, Entry], ...] = ()
     problem: str = ""
     disabled: bool = False
 
 
-def same_distribution(one: str, other: str) -> bool:
-    """Whether two names are those of one distribution: case, and which of - _ . is used, make no difference."""
-    return _plain(one) == _plain(other)
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[-_.]+", "-", name.strip()).lower()
+# ---------------------------------------------------------------- names
 
 
 def find(kind: str, name: str) -> Entry:
@@ -112,33 +85,28 @@ def find(kind: str, name: str) -> Entry:
     UnknownNameError
         When the name is unknown; the message gives the known names and the nearest.
     PluginError
-        When two distributions claim it.
+        When two distributions claim it, or it is unknown and may be that of a plugin that cannot be read.
     """
-    own = built_in(kind).get(name)
+    own = _built_in(kind).get(name)
     if own is not None:
         return own
     owners = [entry for entry in _plugin_entries(kind) if entry.name == name]
     if not owners:
         raise _unknown(kind, name)
     if len(owners) > 1:
-        raise PluginError(_twice(kind, name, (entry.distribution for entry in owners)))
+        homes = " and ".join(entry.distribution for entry in owners)
+        raise PluginError(f"{KINDS[kind]} {name!r} is registered twice, by {homes}: uninstall one, or rename it there")
     return owners[0]
 
 
-def _unknown(kind: str, name: str) -> UnknownNameError:
-    disabled = [plugin.distribution for plugin in plugins() if plugin.disabled]
-    unread = [plugin for plugin in plugins() if plugin.problem and not plugin.entries]
-    faulty = [f"{plugin.distribution} ({plugin.problem})" for plugin in unread]
-    hints = []
-    for home, (of_kind, names) in SAMPLES.items():
-        if kind == of_kind and name in names and home not in disabled:
-            hints.append(f"it comes with the sample plugin {home}: `pip install ./plugins/{home}` in the source tree")
-    if disabled:
-        hints.append(f"plugins that are disabled: {', '.join(disabled)}")
-    if faulty:
-        hints.append(f"plugins that cannot be read: {', '.join(faulty)}")
-    known = dict.fromkeys(entry.name for entry in entries(kind))
-    return UnknownNameError(KINDS[kind], name, known, hints, faulty=bool(faulty))
+def _unknown(kind: str, name: str) -> ShockwaveError:
+    known = [entry.name for entry in entries(kind)]
+    faulty = [f"plugin {plugin.distribution} is at fault: {plugin.problem}" for plugin in plugins() if plugin.problem]
+    if faulty and not nearest(name, known):
+        return PluginError(f"unknown {KINDS[kind]} (got {name!r}; {'; '.join(faulty)})")
+    disabled = ", ".join(plugin.distribution for plugin in plugins() if plugin.disabled)
+    hint = f"plugins that are disabled: {disabled}" if disabled else ""
+    return UnknownNameError(KINDS[kind], name, known, hint)
 
 
 @cache
@@ -158,9 +126,27 @@ def load(kind: str, name: str) -> Any:
     try:
         return loaded_entry(kind, entry)
     except PLUGIN_FAULTS as error:
-        version = next(plugin.version for plugin in plugins() if plugin.distribution == entry.distribution)
-        problem = f"{KINDS[kind]} {entry.name!r}: {entry.address}: {described(error)}"
-        raise PluginError(f"plugin {entry.distribution} {version} is at fault: {problem}") from error
+        problem = described(error, kind, entry)
+        raise PluginError(f"plugin {entry.distribution} is at fault: {problem}") from error
+
+
+def entries(kind: str) -> list[Entry]:
+    """Everything registered under ``kind``, built-ins first; imports none of it."""
+    return own_entries(kind) + sorted(_plugin_entries(kind))
+
+
+def own_entries(kind: str) -> list[Entry]:
+    """What shockwave itself registers."""
+    return list(_built_in(kind).values())
+
+
+@cache
+def _built_in(kind: str) -> dict[str, Entry]:
+    return {entry.name: entry._replace(distribution=OWN_DISTRIBUTION) for entry in built_ins.ENTRIES[kind]}
+
+
+def _plugin_entries(kind: str) -> list[Entry]:
+    return [entry for plugin in plugins() for of_kind, entry in plugin.entries if of_kind == kind]
 
 
 def forget() -> None:
@@ -169,184 +155,81 @@ def forget() -> None:
     load.cache_clear()
 
 
-def own_entries(kind: str) -> list[Entry]:
-    """What shockwave itself registers."""
-    return list(built_in(kind).values())
-
-
-def entries(kind: str) -> list[Entry]:
-    """Everything registered under ``kind``, built-ins first; imports none of it."""
-    return own_entries(kind) + sorted(_plugin_entries(kind))
-
-
-def _plugin_entries(kind: str) -> list[Entry]:
-    return [entry for plugin in plugins() for of_kind, entry in plugin.entries if of_kind == kind]
-
-
-def owner_of(kind: str, noun: Any) -> str:
-    """Name and distribution under which a class or function is registered, in words; else its address."""
-    for entry in entries(kind):
-        module, _, attribute = entry.address.partition(":")
-        if getattr(sys.modules.get(module), attribute, None) is noun:
-            return f"{entry.name!r} of {entry.distribution}"
-    return f"{noun.__module__}:{noun.__qualname__}"
-
-
-@contextmanager
-def blame(kind: str, noun: Any) -> Iterator[None]:
-    """Whatever the code of another than shockwave raises, and did not mean for the user, is that plugin's fault."""
-    try:
-        yield
-    except ShockwaveError:
-        raise
-    except PLUGIN_FAULTS as error:
-        if noun.__module__.startswith("shockwave."):
-            raise
-        got = f"got {type(error).__name__}: {' '.join(str(error).split())[:200]}"
-        raise PluginError(f"{KINDS[kind]} {owner_of(kind, noun)}: must not raise ({got})") from error
-
-
-# ---------------------------------------------------------------- what is installed
+# ---------------------------------------------------------------- plugins
 
 
 @cache
 def plugins() -> tuple[Plugin, ...]:
     """Every installed plugin; only the modules of hooks are imported."""
-    return without_clashes(map(_read, installed()))
+    return tuple(map(read, installed()))
 
 
-def _read(plugin: Plugin) -> Plugin:
-    if not plugin.module:
+def installed() -> list[Plugin]:
+    """Every plugin as its metadata describe it, by name; of two copies on the path, the first.
+
+    Raises
+    ------
+    PluginError
+        When the metadata of an installed distribution cannot be read.
+    """
+    from importlib.metadata import entry_points
+
+    try:
+        points = entry_points(group="shockwave")
+        found = [Plugin(point.dist.name, point.dist.version, point.value) for point in points if point.dist]
+        found.sort(key=lambda plugin: plugin.distribution.lower())
+    except Exception as error:
+        problem = f"the metadata of an installed distribution cannot be read ({described(error)})"
+        raise PluginError(f"plugins cannot be found: {problem}") from error
+    disabled = [name for name in os.environ.get(DISABLE, "").split(",") if name]
+    return [evolve(plugin, disabled=_is_among(disabled, plugin.distribution)) for plugin in found]
+
+
+def _is_among(names: list[str], distribution: str) -> bool:
+    return EVERY in names or any(same_distribution(name, distribution) for name in names)
+
+
+def same_distribution(one: str, other: str) -> bool:
+    """Whether two names are those of one distribution: case, and which of - _ . is used, make no difference."""
+    first, second = (re.sub(r"[-_.]+", "-", name.strip()).lower() for name in (one, other))
+    return first == second
+
+
+def read(plugin: Plugin) -> Plugin:
+    """The plugin with what its module of hooks registers, or with its problem."""
+    if plugin.disabled:
         return plugin
     try:
-        return evolve(plugin, entries=registered(plugin.module))
+        with redirect_stdout(sys.stderr):
+            return evolve(plugin, entries=tuple(_registered(plugin)))
     except PLUGIN_FAULTS as error:
         return evolve(plugin, problem=described(error))
 
 
-def installed() -> list[Plugin]:
-    """Every plugin as its metadata describe it, by name; of two copies on the path, the first."""
-    from importlib.metadata import distributions
-
-    disabled = {_plain(name) for name in os.environ.get(DISABLE, "").split(",")}
-    found: dict[tuple[str, str], Plugin] = {}
-    for distribution in distributions():
-        for plugin in _plugins_of(distribution):
-            name = _plain(plugin.distribution)
-            if disabled & {EVERY, name}:
-                plugin = Plugin(plugin.distribution, plugin.version, disabled=True)
-            found.setdefault((name, plugin.module), plugin)
-    return [found[key] for key in sorted(found)]
-
-
-def _plugins_of(distribution: Distribution) -> list[Plugin]:
-    """A plugin for each entry point in the group; one that is at fault where the metadata cannot be read."""
-    try:
-        points = distribution.entry_points.select(group="shockwave")
-        if not points:
-            return []
-        unmet = _unmet(distribution)
-        name, version = distribution.metadata["Name"], distribution.version
-        if not name:
-            raise ValueError("METADATA gives no name")
-        return [Plugin(name, version, "" if unmet else point.value, problem=unmet) for point in points]
-    except Exception as error:
-        folder = Path(str(getattr(distribution, "_path", distribution)))
-        name = folder.stem.partition("-")[0]
-        return [Plugin(name, "", problem=f"its metadata cannot be read: {described(error)}")]
-
-
-def _unmet(distribution: Distribution) -> str:
-    """What is wrong, if the plugin asks for another version of shockwave."""
-    from packaging.requirements import Requirement
-
-    for needed in map(Requirement, distribution.requires or ()):
-        ours = same_distribution(needed.name, OWN_DISTRIBUTION)
-        applies = needed.marker is None or needed.marker.evaluate({"extra": ""})
-        if ours and applies and not needed.specifier.contains(__version__, prereleases=True):
-            return f"needs {needed.name} {needed.specifier} (this is {__version__}; install a version that fits)"
-    return ""
-
-
-def without_clashes(found: Iterable[Plugin]) -> tuple[Plugin, ...]:
-    """The plugins, each with a problem where it claims a name of another.
-
-    A name of shockwave's own is refused; one that two plugins claim stays with both, for `find` to refuse.
-    """
-    listed = tuple(found)
-    owners: dict[tuple[str, str], list[str]] = defaultdict(list)
-    for plugin in listed:
-        for kind, entry in plugin.entries:
-            owners[kind, entry.name].append(plugin.distribution)
-    return tuple(_without_clashes(plugin, owners) for plugin in listed)
-
-
-def _without_clashes(plugin: Plugin, owners: dict[tuple[str, str], list[str]]) -> Plugin:
-    problems = [plugin.problem] if plugin.problem else []
-    kept = []
-    for kind, entry in plugin.entries:
-        if entry.name in built_in(kind):
-            problems.append(f"{KINDS[kind]} {entry.name!r} is a name of shockwave itself: choose another")
-            continue
-        if len(owners[kind, entry.name]) > 1:
-            problems.append(_twice(kind, entry.name, owners[kind, entry.name]))
-        kept.append((kind, entry._replace(distribution=plugin.distribution)))
-    return evolve(plugin, entries=tuple(kept), problem="; ".join(dict.fromkeys(problems)))
-
-
-def _twice(kind: str, name: str, distributions: Iterable[str]) -> str:
-    owners = " and ".join(dict.fromkeys(distributions))
-    return f"{KINDS[kind]} {name!r} is registered twice, by {owners}: uninstall one, or give it another name there"
-
-
-# ---------------------------------------------------------------- what a module of hooks registers
-
-
-@cache
-def built_in(kind: str) -> dict[str, Entry]:
-    """Name -> entry, of what shockwave itself registers under ``kind``."""
-    own: list[Entry] = getattr(built_ins, f"shockwave_{kind}")()
-    return {entry.name: entry._replace(distribution=OWN_DISTRIBUTION) for entry in own}
-
-
-def registered(module: str) -> Claims:
-    """Kind and entry of everything that a plugin's module of hooks registers; its printed output goes to stderr.
-
-    Raises
-    ------
-    TypeError, ValueError
-        When a hook returns no list of entries, or when there is nothing.
-    pluggy.PluginValidationError
-        When a hook is unknown or takes arguments. Anything else comes from the module itself.
-    """
+def _registered(plugin: Plugin) -> list[tuple[str, Entry]]:
+    """Kind and entry of everything that a plugin registers; pluggy checks names and arguments of the hooks."""
     manager = pluggy.PluginManager("shockwave")
     manager.add_hookspecs(hooks)
-    with redirect_stdout(sys.stderr):
-        manager.register(importlib.import_module(module))
-        manager.check_pending()
-        claims = tuple((kind, entry) for kind in KINDS for entry in _entries(manager, f"shockwave_{kind}"))
+    manager.register(importlib.import_module(plugin.module))
+    manager.check_pending()
+    claims = []
+    for kind in KINDS:
+        hook = f"shockwave_{kind}"
+        for entry in chain.from_iterable(getattr(manager.hook, hook)()):
+            if not isinstance(entry, Entry):
+                raise TypeError(f"{hook} must return a list of entries (got {entry!r:.80})")
+            if entry.name in _built_in(kind):
+                raise ValueError(f"{KINDS[kind]} {entry.name!r} is a name of shockwave itself: choose another")
+            claims.append((kind, entry._replace(distribution=plugin.distribution)))
     if not claims:
         raise ValueError("registers nothing (a hook without @hookimpl, or one that returns nothing?)")
     return claims
 
 
-def _entries(manager: pluggy.PluginManager, hook: str) -> Iterator[Entry]:
-    for returned in getattr(manager.hook, hook)():
-        if not isinstance(returned, list | tuple):
-            raise TypeError(f"{hook} must return a list of entries (got {returned!r:.80})")
-        for entry in returned:
-            if not (isinstance(entry, Entry) and all(isinstance(text, str) for text in entry)):
-                raise TypeError(f"{hook} must return entries of strings (got {entry!r:.80})")
-            if not re.fullmatch(r"\w+(\.\w+)*:\w+", entry.address) or not entry.name.strip():
-                raise ValueError(f"{hook} must give names, and addresses package.module:Class (got {entry!r:.160})")
-            yield entry
-
-
-def described(error: BaseException) -> str:
-    """Error of a plugin in one line, with the usual remedy, if any."""
-    remedy = f" ({_PACKAGING})" if isinstance(error, ModuleNotFoundError) else ""
-    text = " ".join(str(error).split())
-    return f"{type(error).__name__}: {text}{remedy}"[:_LONGEST]
+def described(error: BaseException, kind: str = "", entry: Entry | None = None) -> str:
+    """Error of a plugin in one line, with the entry where it shows."""
+    place = f"{KINDS[kind]} {entry.name!r}: {entry.address}: " if entry else ""
+    return f"{place}{type(error).__name__}: {' '.join(str(error).split())}"
 
 
 # ---------------------------------------------------------------- what stands at an address
@@ -367,34 +250,51 @@ def loaded_entry(kind: str, entry: Entry) -> Any:
     """
     with redirect_stdout(sys.stderr):
         found = _at(entry.address)
-    if rule := _rule_broken(kind, found):
+    if rule := _broken_rule(kind, entry, found):
         raise TypeError(f"{rule} (got {found!r:.80})")
-    if kind == "integrators":
-        right, wrong = ("rtol", "step") if found.adaptive else ("step", "rtol")
-        takes = entry.takes.split()
-        if right not in takes or wrong in takes:
-            trait = "adaptive" if found.adaptive else "of fixed step"
-            raise TypeError(f"is {trait}, so its entry must say takes={right!r} (got {entry.takes!r})")
+    if kind == "profiles":
+        _at("shockwave.scenario.declared_fields:check_declared")(found)
     return found
 
 
-def _rule_broken(kind: str, found: Any) -> str:
+def _broken_rule(kind: str, entry: Entry, found: Any) -> str:
     if kind == "materials":
-        return "" if isinstance(found, _at("shockwave.chain.material:Material")) else "must be a Material, made"
+        return "" if isinstance(found, _at("shockwave.chain.material:Material")) else "must be a Material"
     if kind == "models":
         return "" if callable(found) else "must be a function of a scaled shock"
     base = _at(_BASES[kind])
     if not (isinstance(found, type) and issubclass(found, base)):
         return f"must be a subclass of {base.__name__}"
-    missing = sorted(getattr(found, "__abstractmethods__", ()))
-    if missing:
+    if missing := sorted(getattr(found, "__abstractmethods__", ())):
         return f"must write {' and '.join(missing)} too"
-    if kind != "profiles":
-        return ""
-    _at("shockwave.scenario.declared_fields:check_declared")(found)
-    # a class with a constructor of its own may set it there
-    fields = {field.name for field in getattr(found, "__attrs_attrs__", ())}
-    has_ratio = hasattr(found, "duration_ratio") or "duration_ratio" in fields
-    own_constructor = "__init__" in vars(found) and not fields
-    rule = "must have duration_ratio, n: a field for the user to give, or a property"
-    return "" if has_ratio or own_constructor else rule
+    if kind == "integrators":
+        setting = "rtol" if getattr(found, "adaptive", False) else "step"
+        if entry.takes != setting:
+            return f"must be registered with takes={setting!r}"
+    return ""
+
+
+# ---------------------------------------------------------------- faults of code in use
+
+
+@contextmanager
+def blame(kind: str, noun: Any) -> Iterator[None]:
+    """Whatever the code of another than shockwave raises, and did not mean for the user, is that plugin's fault."""
+    try:
+        yield
+    except ShockwaveError:
+        raise
+    except PLUGIN_FAULTS as error:
+        if noun.__module__.startswith("shockwave."):
+            raise
+        got = f"got {described(error):.200}"
+        raise PluginError(f"{KINDS[kind]} {owner_of(kind, noun)}: must not raise ({got})") from error
+
+
+def owner_of(kind: str, noun: Any) -> str:
+    """Name and distribution under which a class or function is registered, in words; else its address."""
+    for entry in entries(kind):
+        module, _, attribute = entry.address.partition(":")
+        if getattr(sys.modules.get(module), attribute, None) is noun:
+            return f"{entry.name!r} of {entry.distribution}"
+    return f"{noun.__module__}:{noun.__qualname__}"

@@ -130,7 +130,6 @@ def workplace(folder: Path) -> Iterator[pytest.MonkeyPatch]:
     before = set(sys.modules)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        patch.setenv("SHOCKWAVE_PLUGIN_TIMEOUT", "600")  # no limit for a sound plugin, however busy the machine is
         patch.setattr(metadata, "distributions", lambda **_: here(path=[str(folder)]))
         registry.forget()
         yield patch

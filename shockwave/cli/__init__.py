@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import glob
 import importlib
 import io
 import os
@@ -14,8 +13,6 @@ from shockwave.cli.output import failure
 from shockwave.cli.parser import parser
 from shockwave.errors import FileAccessError
 
-__all__ = ["main"]
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status; no exception leaves it."""
@@ -23,8 +20,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):  # a name in letters that the terminal does not have is no error
             stream.reconfigure(errors="backslashreplace")
     options = parser().parse_args(arguments)
-    if "files" in options:
-        options.files = [file for name in options.files for file in _expanded(name)]
     try:
         with _without_plugins() if options.no_plugins else nullcontext():
             module, _, name = options.command.partition(":")
@@ -45,13 +40,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         text, status = failure(error)
         print(text, file=sys.stderr)
         return status
-
-
-def _expanded(name: str) -> list[str]:
-    """Files that match a pattern such as ``*.yaml``, which the shells of Windows do not expand; else the name."""
-    if os.path.lexists(name) or not glob.has_magic(name):
-        return [name]
-    return sorted(glob.glob(name)) or [name]
 
 
 @contextmanager

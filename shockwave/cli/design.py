@@ -8,7 +8,7 @@ import sys
 from attrs import evolve
 
 from shockwave.cli.output import of_arguments, print_result
-from shockwave.cli.scenes import loaded
+from shockwave.cli.scenario_commands import loaded
 from shockwave.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
 
 # What to do with a scenario that stands for many.

@@ -1,4 +1,4 @@
-"""The pulse of a charge: the figures of its wave, what it refuses, and what it tells."""
+"""The pulse of a charge: the figures of its wave, what it refuses, and its notes."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ def test_where_a_contact_closes_or_opens_the_error_goes_with_five_halves_of_the_
     method: type[OneStep],
 ) -> None:
     coarse, fine = (_exchange_error(method(), size) for size in (0.04, 0.01))
-    # the force goes with t^(3/2) there, its impulse with t^(5/2); 300 places leave a few hundredths
+    # the force scales as t^(3/2) there, its impulse as t^(5/2); 300 places leave a few hundredths
     assert np.log(coarse / fine) / np.log(4) == pytest.approx(2.5, abs=0.1)
 
 
@@ -172,20 +172,20 @@ def test_the_errors_of_fixed_steps_are_those_of_the_readme(exact: dict[str, np.n
     assert [row[0] for row in rows] == list(PER_STEP)
     columns = [re.fullmatch(r"(pressed|struck), (\d+)", cell) for cell in head[1:]]
     for name, *cells in rows:
-        for column, told in zip(columns, cells, strict=True):
+        for column, stated in zip(columns, cells, strict=True):
             assert column is not None
             found = _fixed_error(name, column[1], int(column[2]), exact[column[1]])
             # two digits are shown
-            assert found == pytest.approx(float(told), rel=0.06), f"{name}, {column[0]}: {found:.1e}"
+            assert found == pytest.approx(float(stated), rel=0.06), f"{name}, {column[0]}: {found:.1e}"
 
 
 def test_the_errors_of_adaptive_steps_are_those_of_the_readme(exact: dict[str, np.ndarray]) -> None:
     _, rows = _table("adaptive steps")
     for name, tolerance, *cells in rows:
-        for problem, evaluations, told in zip(("pressed", "struck"), cells[::2], cells[1::2], strict=True):
+        for problem, evaluations, stated in zip(("pressed", "struck"), cells[::2], cells[1::2], strict=True):
             end, counted = _run(name, problem, tolerance=float(tolerance))
             error = float(np.max(np.abs(end - exact[problem])))
             shown = f"{name}, {tolerance}, {problem}: {counted}, {error:.1e}"
             # rounding may cost an attempt more or less
             assert counted == pytest.approx(int(evaluations), rel=0.02), shown
-            assert error == pytest.approx(float(told), rel=0.06), shown
+            assert error == pytest.approx(float(stated), rel=0.06), shown

@@ -50,8 +50,8 @@ def test_a_step_costs_what_the_documentation_says(method: type[OneStep]) -> None
     watched = _Watched()
     x, v = _path(0.7)
     method().attempt(watched, 0.7, 0.1, x, v, _driven(0.7, x))
-    told = {BlanesMoan4: 6, BlanesMoan6: 11, BlanesMoan6Long: 15, VerletRichardson: 11}
-    assert len(watched.times) == told[method]
+    stated = {BlanesMoan4: 6, BlanesMoan6: 11, BlanesMoan6Long: 15, VerletRichardson: 11}
+    assert len(watched.times) == stated[method]
 
 
 def test_nothing_moves_in_no_time(method: type[OneStep]) -> None:

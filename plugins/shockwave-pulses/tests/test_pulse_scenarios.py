@@ -37,7 +37,7 @@ def test_it_is_predicted(file: Path, capsys: pytest.CaptureFixture[str]) -> None
 def test_prediction_and_simulation_are_compared(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     answer = _answer(capsys, "compare", str(file))
     assert answer["predicted"]["scenario"] == answer["simulated"]["scenario"] == file.stem
-    # Trains end with waves that are told apart or not; the primary is there in either column.
+    # Trains end with waves that are distinguished or not; the primary is there in either column.
     assert min(answer["predicted"]["peak_force"], answer["simulated"]["peak_force"]) > 0
 
 

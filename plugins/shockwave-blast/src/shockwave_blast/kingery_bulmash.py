@@ -86,7 +86,7 @@ class KingeryBulmash(BlastWaveform):
     surface curves rest on tests of 5 to 500 tons of TNT; single tests scatter by much more, most of all near
     the charge, and grams are reached by cube-root scaling alone.
 
-    Conditions (3) are met by every value that is taken, with the margins that `Friedlander` tells: b is at
+    Conditions (3) are met by every value that is taken, with the margins that `Friedlander` states: b is at
     most 17.1 with the default rise, where a2 - a1 is above 54, and at most 30 with the longest, where it is
     above 0.11.
 

@@ -160,8 +160,8 @@ class HertzImpact(ShockProfile):
         if self._impact is None:
             return ()
         peak, half = self._impact
-        told = f"a peak force of {peak:.4g} N and a duration of {2 * half:.4g} s follow from the ball"
-        return (f"{told}, as if the struck body were held: a granule that gives way gets less",)
+        figures = f"a peak force of {peak:.4g} N and a duration of {2 * half:.4g} s follow from the ball"
+        return (f"{figures}, as if the struck body were held: a granule that gives way gets less",)
 
     def rise(self, s: FloatArray) -> FloatArray:
         return np.asarray(_energies(s)[0] ** 0.6)

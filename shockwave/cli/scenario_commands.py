@@ -7,10 +7,17 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from attrs import evolve
+from attrs import asdict, evolve
 
-from shockwave.cli.output import failure, of_arguments, print_json, written
-from shockwave.cli.result_tables import comparison_table, outcome_table, simulation_table
+from shockwave.cli.output import (
+    comparison_table,
+    failure,
+    of_arguments,
+    outcome_table,
+    print_json,
+    simulation_table,
+    written,
+)
 from shockwave.errors import Fault, ShockwaveError, UsageError
 from shockwave.files import refuse_inputs
 
@@ -27,13 +34,20 @@ def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) ->
     ShockwaveError
         All errors of all files, with the greatest exit status of them; or ``output`` is one of the input files.
     """
+    from shockwave.scenario.loader import load_scenario
+
     scenarios = []
-    errors = []
+    errors: list[ShockwaveError] = []
     for file in files:
         try:
-            scenarios.append(_single(file, remedy or f"run `shockwave sweep {file}`"))
+            scenario = load_scenario(file)
         except ShockwaveError as error:
             errors.append(error)
+            continue
+        scenarios.append(scenario)
+        if scenario.sweep is not None:
+            got = f"got a sweep of {len(scenario.sweep)}; {remedy or f'run `shockwave sweep {file}`'}"
+            errors.append(UsageError(f"{file}: must be a single scene ({got})"))
     if errors:
         together = ShockwaveError("\n".join(map(str, errors)))
         together.exit_code = max(error.exit_code for error in errors)
@@ -43,25 +57,12 @@ def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) ->
     return scenarios
 
 
-def _single(file: str, remedy: str) -> Scenario:
-    from shockwave.scenario.loader import load_scenario
-
-    scenario = load_scenario(file)
-    if scenario.sweep is not None:
-        got = f"got a sweep of {len(scenario.sweep)}; {remedy}"
-        raise UsageError(f"{file}: must be a single scene ({got})")
-    return scenario
-
-
 def _run(options: argparse.Namespace, one: Callable[[Scenario], Any], several: Callable[[list[Any]], str]) -> int:
     """Do ``one`` for every scenario and print the results; a failure is reported and does not stop the others."""
     status = 0
     done = []
     documents = []
-    scenarios = loaded(options.files)
-    for number, scenario in enumerate(scenarios, start=1):
-        if len(scenarios) > 1 and sys.stderr.isatty():
-            print(f"{number} of {len(scenarios)}: {scenario.name}", file=sys.stderr)
+    for scenario in loaded(options.files):
         try:
             result = one(scenario)
             # parts of a result that are computed when they are used may fail, too
@@ -72,12 +73,8 @@ def _run(options: argparse.Namespace, one: Callable[[Scenario], Any], several: C
             print(f"{scenario.path}: {text}", file=sys.stderr)
             documents.append({"scenario": scenario.name, "error": text})
             status = max(status, code)
-        except KeyboardInterrupt:
-            print(f"{scenario.path}: interrupted; the results before it follow", file=sys.stderr)
-            status = 130
-            break
-    single = len(options.files) == 1
-    if options.json and documents:
+    single = len(documents) == 1
+    if options.json:
         print_json(documents[0] if single else documents)
     elif done:
         print(done[0] if single else several(done))
@@ -86,8 +83,7 @@ def _run(options: argparse.Namespace, one: Callable[[Scenario], Any], several: C
 
 def predict(options: argparse.Namespace) -> int:
     def one(scenario: Scenario) -> Any:
-        outcome = scenario.predictor.predict(scenario.shock, scenario.chain)
-        return evolve(outcome, scenario=scenario.name)
+        return evolve(scenario.predictor.predict(scenario.shock, scenario.chain), scenario=scenario.name)
 
     return _run(options, one, outcome_table)
 
@@ -107,12 +103,9 @@ def compare(options: argparse.Namespace) -> int:
 
     def one(scenario: Scenario) -> Any:
         found = compared(scenario.shock, scenario.chain, scenario.predictor, _settings(options, scenario))
-        return evolve(
-            found,
-            published=scenario.published,
-            predicted=evolve(found.predicted, scenario=scenario.name),
-            simulated=evolve(found.simulated, scenario=scenario.name),
-        )
+        predicted = evolve(found.predicted, scenario=scenario.name)
+        simulated = evolve(found.simulated, scenario=scenario.name)
+        return evolve(found, predicted=predicted, simulated=simulated, published=scenario.published)
 
     return _run(options, one, comparison_table)
 
@@ -126,7 +119,8 @@ def _settings(options: argparse.Namespace, scenario: Scenario) -> SimulateOption
     # a method named here has a use for its own settings, not for those of the one that it replaces
     if "integrator" in given:
         given = {"rtol": None, "step": None} | given
-    return evolve(scenario.simulate, **given)
+    with of_arguments(options):
+        return evolve(scenario.simulate, **given)
 
 
 def validate(options: argparse.Namespace) -> int:
@@ -141,8 +135,7 @@ def validate(options: argparse.Namespace) -> int:
         except ShockwaveError as error:
             faults = getattr(error, "faults", ()) or [Fault("", str(error))]
             status = max(status, error.exit_code)
-        listed = [{"location": f.location, "path": f.path, "problem": f.problem} for f in faults]
-        documents.append({"file": file, "valid": not faults, "faults": listed})
+        documents.append({"file": file, "valid": not faults, "faults": [asdict(fault) for fault in faults]})
         if not options.json:
             print("\n".join(map(str, faults)) or f"{file}: valid")
     if options.json:
@@ -171,8 +164,8 @@ def curve(options: argparse.Namespace) -> int:
     from shockwave.studies.study_pictures import CURVE_FILES, checked, write_curve
     from shockwave.studies.universal_curve import UniversalCurve
 
-    if options.output:
-        with of_arguments(options):
+    with of_arguments(options):
+        if options.output:
             checked(options.output, CURVE_FILES)
     (scenario,) = loaded([options.file], output=options.output)
     shock = scenario.shock

@@ -1,4 +1,4 @@
-"""Commands on what is registered: list, new, schema."""
+"""The commands list, new and schema, which show what is registered."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from shockwave.registry import Plugin
 
 
-def listed(options: argparse.Namespace) -> int:
+def list_registered(options: argparse.Namespace) -> int:
     if options.check and options.kind not in (None, "plugins"):
         raise UsageError("--check is for plugins: shockwave list plugins --check")
     kinds = [options.kind] if options.kind else KINDS
@@ -62,7 +62,7 @@ def _plugin(plugin: Plugin, check: bool) -> dict[str, Any]:
     return {
         "name": plugin.distribution,
         "summary": "; ".join(filter(None, (names, state))),
-        "distribution": f"{plugin.distribution} {plugin.version}".rstrip(),
+        "distribution": f"{plugin.distribution} {plugin.version}",
         "version": plugin.version,
         "entries": [{"kind": kind, "name": entry.name} for kind, entry in plugin.entries],
         "disabled": plugin.disabled,

@@ -1,19 +1,95 @@
-"""A plugin at fault is reported, and stops only a scene that needs it; whatever the fault is."""
+"""Built-ins and plugins: found by name, imported on use; a plugin at fault stops only a scene that needs it."""
 
 from __future__ import annotations
 
+import importlib.metadata
 import json
+import sys
 import zlib
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
-from shockwave import registry
+from conftest import HOOKS as SOUND_HOOKS
+from conftest import PULSE, Install
+from shockwave import plugin_check, registry
 from shockwave.cli import main
+from shockwave.errors import PluginError, UnknownNameError
+from shockwave.hooks import Entry
+from test_architecture import loaded
 
-if TYPE_CHECKING:
-    from conftest import Install
+BUILT_IN = {
+    "profiles": "power-law",
+    "integrators": "dop853",
+    "quadratures": "gauss-legendre",
+    "materials": "paper-steel",
+    "models": "section-4",
+}
+EVERY_KIND = pytest.mark.parametrize("kind", BUILT_IN)
+
+CHAIN = "chain: {material: paper-steel, diameter: 9.5 mm}\n"
+SHOCK = "shock: {profile: PROFILE, peak_force: 100 N, rise_time: 5 us, duration_ratio: 3}\n"
+
+
+# ---------------------------------------------------------------- names
+
+
+@EVERY_KIND
+def test_a_built_in_is_found_without_looking_for_plugins(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.metadata, "distributions", lambda **_: pytest.fail("plugins were looked for"))
+    registry.forget()
+    assert registry.find(kind, BUILT_IN[kind]).name == BUILT_IN[kind]
+
+
+@EVERY_KIND
+def test_every_built_in_has_a_summary_and_can_be_loaded(kind: str) -> None:
+    for entry in registry.own_entries(kind):
+        assert entry.summary
+        assert registry.load(kind, entry.name) is not None
+
+
+def test_finding_a_name_imports_nothing_that_it_names() -> None:
+    modules = loaded("from shockwave.registry import find; find('profiles', 'tabulated')")
+    assert {"numpy", "scipy", "shockwave.profiles.tabulated"} & modules == set()
+
+
+@EVERY_KIND
+def test_an_unknown_name_is_answered_with_the_known_and_the_nearest(kind: str) -> None:
+    near = BUILT_IN[kind] + "x"
+    with pytest.raises(UnknownNameError) as caught:
+        registry.find(kind, near)
+    message = str(caught.value)
+    assert message.startswith(f"unknown {registry.KINDS[kind]} (got {near!r}; did you mean {BUILT_IN[kind]!r}? known: ")
+    assert all(entry.name in message for entry in registry.entries(kind))
+
+
+def test_a_plugin_is_found_as_installed(install: Install) -> None:
+    module = install("test-pulses", name="test-pulse", version="3.4.5")
+    entry = registry.find("profiles", "test-pulse")
+    assert entry == Entry("test-pulse", f"{module}_pulse:Pulse", "a pulse", distribution="test-pulses")
+    # the module of hooks alone is imported before the name is used
+    assert {module, f"{module}_pulse"} & set(sys.modules) == {module}
+    assert registry.load("profiles", "test-pulse") is sys.modules[f"{module}_pulse"].Pulse
+
+
+def test_plugins_are_listed_after_built_ins_by_name(install: Install) -> None:
+    install("test-a", name="z-pulse")
+    install("test-b", name="a-pulse")
+    names = [entry.name for entry in registry.entries("profiles")]
+    assert names.index("tabulated") < names.index("a-pulse") < names.index("z-pulse")
+
+
+@pytest.mark.parametrize("content", [b"[shockwave]\nno equals sign\n", b"[shockwave]\n\xff = a\n"])
+def test_metadata_that_cannot_be_read_are_one_plugin_error(install: Install, site: Path, content: bytes) -> None:
+    install("a-pulses")
+    (site / "a_pulses-1.2.dist-info" / "entry_points.txt").write_bytes(content)
+    registry.forget()
+    with pytest.raises(PluginError, match="the metadata of an installed distribution cannot be read"):
+        registry.find("profiles", "a-pulses")
+    assert registry.find("profiles", "triangular").name == "triangular"
+
+
+# ---------------------------------------------------------------- faults
 
 HOOK = "from shockwave.hooks import Entry, hookimpl\n@hookimpl\ndef shockwave_profiles({arguments}):\n    {body}\n"
 
@@ -30,10 +106,11 @@ HOOKS = {
     "takes an argument": (HOOK.format(arguments="scene", body="return []"), "scene"),
     "returns None": (HOOK.format(arguments="", body="return None"), "registers nothing"),
     "returns a text": (HOOK.format(arguments="", body="return 'pulse'"), "must return a list of entries"),
-    "returns no entries": (HOOK.format(arguments="", body="return ['pulse']"), "must return entries of strings"),
-    "gives no address": (HOOK.format(arguments="", body="return [Entry('a', 'b', 'c')]"), "package.module:Class"),
     "raises in the hook": (HOOK.format(arguments="", body="return 1 / 0"), "ZeroDivisionError"),
-    "exits in the hook": (HOOK.format(arguments="", body="raise SystemExit(3)"), "SystemExit: 3"),
+    "takes a name": (
+        HOOK.format(arguments="", body="return [Entry('triangular', 'a:B', 'c')]"),
+        "profile 'triangular' is a name of shockwave itself",
+    ),
 }
 DECLARED = (
     "from attrs import frozen\nfrom shockwave import ShockProfile, quantity\n"
@@ -52,13 +129,9 @@ PULSES = {
     "has no unit": (f"{DECLARED}@frozen\n{WIDTH.format(unit='sekunden', default='')}", "unit 'sekunden'"),
     "has a wrong default": (f"{DECLARED}@frozen\n{WIDTH.format(unit='s', default=', default=-1')}", "default of field"),
     "is undecorated": (DECLARED + WIDTH.format(unit="s", default=""), "decorated with attrs.frozen"),
-    "has no ratio": (f"{DECLARED}@frozen\n{WIDTH.format(unit='s', default='')}", "must have duration_ratio"),
 }
 IN_HOOKS = {f"hooks module {name}": (code, "", cause) for name, (code, cause) in (ON_IMPORT | HOOKS).items()}
 IN_PULSE = {f"profile's module {name}": ("", code, cause) for name, (code, cause) in (ON_IMPORT | PULSES).items()}
-
-CHAIN = "chain: {material: paper-steel, diameter: 9.5 mm}\n"
-SHOCK = "shock: {profile: PROFILE, peak_force: 100 N, rise_time: 5 us, duration_ratio: 3}\n"
 
 
 @pytest.fixture
@@ -72,15 +145,13 @@ def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def install_faulty(install: Install, fault: str) -> str:
     """Install the plugin; gives what is to be reported of it."""
     hooks, pulse, cause = (IN_HOOKS | IN_PULSE)[fault]
-    kinds = {
-        key: value for key, value in (("hooks", hooks.replace("{", "{{").replace("}", "}}")), ("pulse", pulse)) if value
-    }
-    install("test-faulty", name="faulty-pulse", **kinds)
+    given = {"hooks": hooks.replace("{", "{{").replace("}", "}}"), "pulse": pulse}
+    install("test-faulty", name="faulty-pulse", **{key: value for key, value in given.items() if value})
     return cause
 
 
 def rows(capsys: pytest.CaptureFixture[str]) -> dict[str, dict[str, object]]:
-    """What `list plugins` says of each plugin."""
+    """The answer of `list plugins` on each plugin."""
     assert main(["list", "plugins", "--json"]) == 0
     return {row["name"]: row for row in json.loads(capsys.readouterr().out)}
 
@@ -100,19 +171,12 @@ def test_a_fault_stops_the_scene_that_needs_it_with_4(
     assert cause in report
     # listing imports the hooks, but no class
     row = rows(capsys)["test-faulty"]
-    assert row["version"] == "1.2"
     assert (cause in str(row["problem"])) == (fault in IN_HOOKS) == (row["entries"] == [])
     # others, before and after it in the order in which they are read, go on working
     for name in ("triangular", "one", "other"):
         (scene / "sound.yaml").write_text(CHAIN + SHOCK.replace("PROFILE", name))
         assert main(["predict", "sound.yaml"]) == 0
         assert capsys.readouterr().err == ""
-
-
-def test_a_built_in_scene_imports_no_plugin(install: Install, scene: Path) -> None:
-    install("test-faulty", hooks="import pathlib; pathlib.Path('imported').touch()")
-    assert main(["predict", "own.yaml"]) == 0
-    assert not (scene / "imported").exists()
 
 
 @pytest.mark.usefixtures("scene")
@@ -127,63 +191,37 @@ def test_output_of_a_plugin_is_not_part_of_a_result(install: Install, capsys: py
 
 
 @pytest.mark.usefixtures("scene")
-def test_a_plugin_for_another_version_is_not_read(install: Install, capsys: pytest.CaptureFixture[str]) -> None:
-    # reading it would be another fault
-    install("test-faulty", hooks="1 / 0", requires="granular-shockwave>=99.1,<100 ; python_version>'3'")
-    unmet = "needs granular-shockwave <100,>=99.1 (this is "
-    assert str(rows(capsys)["test-faulty"]["problem"]).startswith(unmet)
-    assert main(["predict", "foreign.yaml"]) == 4
-    assert unmet in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    "requires",
-    [
-        "granular-shockwave>=0.0.1",
-        "granular_shockwave[test]>0",
-        "shockwave>=99",
-        "granular-shockwave>=99 ; sys_platform=='none'",
-        "granular-shockwave>=99 ; extra=='more'",
-    ],
-)
-def test_a_requirement_that_is_met_is_no_fault(install: Install, requires: str) -> None:
-    install("test-pulses", name="test-pulse", requires=requires)
-    assert registry.find("profiles", "test-pulse").distribution == "test-pulses"
-
-
-@pytest.mark.usefixtures("scene")
-def test_a_clash_is_listed_and_stops_only_scenes_that_use_the_name(
+def test_a_name_of_two_plugins_stops_only_scenes_that_use_it(
     install: Install, capsys: pytest.CaptureFixture[str]
 ) -> None:
     install("test-first", name="faulty-pulse")
     install("test-second", name="faulty-pulse")
-    clash = "'faulty-pulse' is registered twice, by test-first and test-second"
     assert main(["predict", "foreign.yaml"]) == 4
-    assert clash in capsys.readouterr().err
-    assert [name for name, row in rows(capsys).items() if clash in str(row["problem"])] == ["test-first", "test-second"]
+    assert "'faulty-pulse' is registered twice, by test-first and test-second" in capsys.readouterr().err
     assert main(["predict", "own.yaml"]) == 0
 
 
-def test_a_misspelt_name_is_the_user_s_fault_even_beside_a_faulty_plugin(
-    install: Install, scene: Path, capsys: pytest.CaptureFixture[str]
+#: Key of a scenario, status and message beside a plugin that cannot be read.
+BESIDE = {
+    "typing-error": (CHAIN + SHOCK.replace("PROFILE", "trianguler"), 3, "did you mean 'triangular'?"),
+    "required": (
+        "requires: [Test_Faulty]\n" + CHAIN + SHOCK.replace("PROFILE", "triangular"),
+        4,
+        "x.yaml:1:12: requires[0]: must be a plugin that works (got RuntimeError",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BESIDE)
+def test_a_scene_beside_a_faulty_plugin(
+    install: Install, scene: Path, capsys: pytest.CaptureFixture[str], name: str
 ) -> None:
     install_faulty(install, "hooks module raises")
-    (scene / "typo.yaml").write_text(CHAIN + SHOCK.replace("PROFILE", "trianguler"))
-    assert main(["predict", "typo.yaml"]) == 3
-    assert "did you mean 'triangular'?" in capsys.readouterr().err
+    text, status, message = BESIDE[name]
+    (scene / "x.yaml").write_text(text)
+    assert main(["predict", "x.yaml"]) == status
+    assert message in capsys.readouterr().err
 
-
-def test_a_scene_can_require_a_plugin_that_does_not_work(
-    install: Install, scene: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    install_faulty(install, "hooks module raises")
-    (scene / "requires.yaml").write_text("requires: [Test_Faulty]\n" + CHAIN + SHOCK.replace("PROFILE", "triangular"))
-    assert main(["predict", "requires.yaml"]) == 4
-    rule = "requires.yaml:1:12: requires[0]: must be a plugin that works (got RuntimeError"
-    assert rule in capsys.readouterr().err
-
-
-# ---------------------------------------------------------------- integrators
 
 METHOD = """
 from attrs import define
@@ -205,12 +243,10 @@ METHOD_HOOK = (
 )
 
 
-@pytest.mark.parametrize("takes", ["", "rtol", "steps"])
+@pytest.mark.parametrize("takes", ["", "rtol"])
 def test_an_integrator_must_say_what_it_takes(install: Install, takes: str) -> None:
     install("test-methods", hooks=METHOD_HOOK.format(takes=takes), pulse=METHOD.format(body="pass"))
-    with pytest.raises(
-        registry.PluginError, match=f"is of fixed step, so its entry must say takes='step' .got '{takes}'"
-    ):
+    with pytest.raises(PluginError, match="must be registered with takes='step'"):
         registry.load("integrators", "test-methods")
 
 
@@ -234,15 +270,13 @@ def test_an_integrator_that_fails_is_the_plugin_s_fault(
 
 
 @pytest.mark.usefixtures("scene")
-@pytest.mark.parametrize("where", ["before", "behind"])
-def test_no_plugins_leaves_all_of_them_out(install: Install, capsys: pytest.CaptureFixture[str], where: str) -> None:
+@pytest.mark.parametrize("place", [0, 2], ids=["before", "after"])
+def test_no_plugins_leaves_all_of_them_out(install: Install, capsys: pytest.CaptureFixture[str], place: int) -> None:
     install("test-pulses", name="faulty-pulse")
     arguments = ["predict", "foreign.yaml"]
-    arguments.insert(0 if where == "before" else 2, "--no-plugins")
+    arguments.insert(place, "--no-plugins")
     assert main(arguments) == 3
-    report = capsys.readouterr().err
-    assert "plugins that are disabled: " in report
-    assert "test-pulses" in report
+    assert "plugins that are disabled: " in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("names", ["test-pulses", "other, Test.Pulses", "*"])
@@ -253,3 +287,40 @@ def test_what_is_disabled_is_not_imported(
     monkeypatch.setenv("SHOCKWAVE_DISABLE_PLUGINS", names)
     row = rows(capsys)["test-pulses"]
     assert (row["disabled"], row["problem"]) == (True, None)
+
+
+# ---------------------------------------------------------------- list plugins --check
+
+#: Code at the head of a module, and the problem that the check reports, if any.
+CHECKED = {
+    "sound": ("", ""),
+    "prints": ("import os; print('noise'); os.write(1, b'noise')", ""),
+    "runs-on": ("import threading; threading.Thread(target=threading.Event().wait).start()", ""),
+    "raises": ("raise RuntimeError('out of order')", "RuntimeError: out of order"),
+    "exits": ("import sys; sys.exit(3)", "SystemExit: 3"),
+    "leaves": ("import os; os._exit(7)", "ends or crashes the process that imports it (status 7)"),
+    "crashes": ("import os; os.abort()", "ends or crashes the process that imports it (status -6)"),
+}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="the status of a process that crashes")
+@pytest.mark.parametrize("place", ["hooks", "pulse"])
+def test_the_check_imports_each_plugin_in_its_own_process(
+    place: str, install: Install, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sound = {"hooks": SOUND_HOOKS, "pulse": PULSE}
+    for name, (code, _) in CHECKED.items():
+        install(f"x-{name}", **{place: f"{code}\n{sound[place]}"})
+    assert main(["list", "plugins", "--check", "--json"]) == 4
+    found = {row["name"].removeprefix("x-"): row for row in json.loads(capsys.readouterr().out)}
+    for name, (_, problem) in CHECKED.items():
+        assert problem in (found[name]["problem"] or "")
+        assert bool(found[name]["problem"]) == bool(problem)
+    assert found["sound"]["entries"] == [{"kind": "profiles", "name": "x-sound"}]
+
+
+def test_a_plugin_that_hangs_is_stopped(install: Install, monkeypatch: pytest.MonkeyPatch) -> None:
+    install("test-hangs", hooks="import time; time.sleep(3600)")
+    monkeypatch.setattr(plugin_check, "TIME_LIMIT", 1.0)
+    problems = {plugin.distribution: plugin.problem for plugin in plugin_check.checked_plugins()}
+    assert problems["test-hangs"] == "does not end (stopped after 1 s)"

@@ -1,0 +1,32 @@
+"""The commands bench and stress."""
+
+from __future__ import annotations
+
+import argparse
+
+from shockwave.cli.output import print_result, show_progress, written
+from shockwave.cli.scenario_commands import loaded
+
+
+def bench(options: argparse.Namespace) -> int:
+    """Work and precision."""
+    from shockwave.benchmark.bench import run
+    from shockwave.benchmark.bench_output import check_output, document
+
+    scenarios = loaded(options.files, output=options.output)
+    if options.output:
+        check_output(options.output)
+    found = run(scenarios, options.family, options.quick, options.longest, show_progress)
+    print_result(found, options.json)
+    if options.output:  # last, so that a page that cannot be written costs no result
+        return written(document(found, options.output), options.output)
+    return 0
+
+
+def stress(options: argparse.Namespace) -> int:
+    """The catalogue of extremes."""
+    from shockwave.benchmark.stress import stress as run
+
+    found = run(options.names, options.backend, show_progress)
+    print_result(found, options.json)
+    return found.exit_code
