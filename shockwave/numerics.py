@@ -1,18 +1,15 @@
-"""Small numerical tools that every floor above may use."""
+"""Root finding, and sums and products whose last digits do not depend on the processor."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
 
 from shockwave.errors import NumericalError
-
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
 
 _MOST_ITERATIONS = 200
 # Median of |x - 2 y + z| for normal x, y, z of unit deviation: 0.6745 sqrt(6).
@@ -98,15 +95,11 @@ def product(left: npt.NDArray[np.float64], right: npt.NDArray[np.float64]) -> np
     Sums have the same order on every processor, unlike those of ``@`` and `numpy.einsum`: the steps of an integration
     amplify a difference in the last digit.
     """
-    import numpy as np
-
     return np.asarray(np.add.reduce(left[..., None] * right, axis=-2))
 
 
 def running_sums(terms: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Sums of the first 0, 1, 2, ... ``terms``, each good to the last digits: Knuth's two-sum, vectorised."""
-    import numpy as np
-
     sums = np.concatenate(([0.0], np.cumsum(terms)))
     before, after = sums[:-1], sums[1:]
     added = after - before
@@ -120,8 +113,6 @@ def elementwise(function: Callable[[float], float], values: npt.ArrayLike) -> np
 
     The last digits of NumPy's exponentials and powers depend on the vector instructions of the processor.
     """
-    import numpy as np
-
     given = np.asarray(values)
     return np.fromiter(map(function, given.ravel().tolist()), float, given.size).reshape(given.shape)
 
@@ -131,6 +122,4 @@ def scatter(values: npt.NDArray[np.float64]) -> float:
 
     What is smooth has hardly any, and the median takes no notice of a few kinks.
     """
-    import numpy as np
-
     return float(np.median(np.abs(np.diff(values, 2)))) / _MEDIAN_OF_DIFFERENCES

@@ -24,9 +24,8 @@ if not (INSTALLED := importlib.util.find_spec("shockwave")):
 elif not Path(str(INSTALLED.origin)).is_relative_to(ROOT / "shockwave"):
     os.environ["PYTHONSAFEPATH"] = "1"
 
-from distributions import PLUGINS, describe, on_path  # noqa: E402 (after the path is set)
+from distributions import PLUGINS, describe, forgetting, on_path  # noqa: E402 (after the path is set)
 from distributions import install as install_project  # noqa: E402
-from shockwave import registry  # noqa: E402
 
 #: A hooks module that registers one profile and imports nothing heavy.
 HOOKS = """
@@ -78,13 +77,8 @@ def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     place = tmp_path / "site"
     place.mkdir()
     on_path(place, monkeypatch)
-    before = set(sys.modules)
-    registry.forget()
-    yield place
-    registry.forget()
-    for module in set(sys.modules) - before:
-        if getattr(sys.modules[module], "__file__", None) and str(place) in str(sys.modules[module].__file__):
-            del sys.modules[module]
+    with forgetting(place):
+        yield place
 
 
 @pytest.fixture
@@ -97,12 +91,11 @@ def install(site: Path) -> Install:
         pulse: str = PULSE,
         name: str = "",
         version: str = "1.2",
-        requires: str = "",
     ) -> str:
         module = distribution.replace("-", "_")
         (site / f"{module}.py").write_text(hooks.format(name=name or distribution, module=module))
         (site / f"{module}_pulse.py").write_text(pulse)
-        describe(site, distribution, version, {distribution: module}, requires)
+        describe(site, distribution, version, {distribution: module})
         return module
 
     return installed

@@ -4,31 +4,43 @@ from __future__ import annotations
 
 import importlib
 import os
+import sys
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from shockwave import registry
 
-__all__ = ["PLUGINS", "describe", "install", "on_path"]
-
 #: The folder of the sample plugins.
 PLUGINS = Path(__file__).parent.parent / "plugins"
 
 
-def describe(folder: Path, name: str, version: str, modules: Mapping[str, str], requires: str = "") -> Path:
+def describe(folder: Path, name: str, version: str, modules: Mapping[str, str]) -> Path:
     """Write the metadata of a plugin: ``modules`` holds the module of hooks of each entry point."""
     info = folder / f"{name.replace('-', '_')}-{version}.dist-info"
     info.mkdir()
-    needs = f"Requires-Dist: {requires}\n" if requires else ""
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n{needs}")
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n")
     points = [f"{point} = {module}" for point, module in modules.items()]
     (info / "entry_points.txt").write_text("\n".join(["[shockwave]", *points, ""]))
     registry.forget()
     importlib.invalidate_caches()
     return info
+
+
+@contextmanager
+def forgetting(*folders: Path) -> Iterator[None]:
+    """Forget afterwards which plugins were found, and which modules were imported from the folders."""
+    before = set(sys.modules)
+    registry.forget()
+    yield
+    registry.forget()
+    for name in set(sys.modules) - before:
+        file = Path(getattr(sys.modules[name], "__file__", None) or "")
+        if any(file.is_relative_to(folder) for folder in folders):
+            del sys.modules[name]
 
 
 def on_path(folder: Path, patch: pytest.MonkeyPatch) -> None:

@@ -1,6 +1,6 @@
 """Pages of the documentation as data: their fenced blocks, tables and links, and how blocks are run.
 
-A comment right before a fenced block says what the block is besides what its language tells:
+A comment right before a fenced block states more about it:
 
 ``<!-- file: NAME -->``
     It is also the file NAME for the commands and the code further down on its page.
@@ -14,10 +14,6 @@ A comment right before a fenced block says what the block is besides what its la
 In the output of commands and of ``>>>`` lines ``...`` stands for anything, as in doctest, and the last digit of a
 number may differ by one: it depends on the processor. Commands and code run in a folder of their own that holds a copy
 of ``profiles`` and the files of the page.
-
-    python tests/pages.py
-
-writes the outputs of commands anew where they have changed; read the difference before you keep it.
 """
 
 import contextlib
@@ -28,8 +24,6 @@ import io
 import re
 import shlex
 import shutil
-import sys
-import tempfile
 from collections.abc import Iterator
 from functools import cache
 from importlib import metadata
@@ -39,8 +33,8 @@ from typing import Any
 import pytest
 from attrs import frozen
 
-from distributions import install, on_path
-from shockwave import cli, registry
+from distributions import forgetting, install, on_path
+from shockwave import cli
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
@@ -127,17 +121,10 @@ def workplace(folder: Path) -> Iterator[pytest.MonkeyPatch]:
     shutil.copytree(ROOT / "profiles", folder / "profiles")
 
     here = metadata.Distribution.discover
-    before = set(sys.modules)
-    with pytest.MonkeyPatch.context() as patch:
+    with pytest.MonkeyPatch.context() as patch, forgetting(folder, ROOT / "plugins"):
         patch.chdir(folder)
         patch.setattr(metadata, "distributions", lambda **_: here(path=[str(folder)]))
-        registry.forget()
         yield patch
-    registry.forget()
-    for name in set(sys.modules) - before:
-        file = Path(getattr(sys.modules[name], "__file__", None) or "")
-        if file.is_relative_to(folder) or file.is_relative_to(ROOT / "plugins"):
-            del sys.modules[name]
 
 
 def prepare(folder: Path, block: Block, patch: pytest.MonkeyPatch) -> None:
@@ -164,7 +151,7 @@ def run(command: str, status: int) -> tuple[str, int]:
             print(status, file=printed)
             continue
         program, *words = shlex.split(part)
-        assert program == "shockwave", f"{part!r} is neither a command of shockwave nor known as not to be run"
+        assert program == "shockwave", f"{part!r} is neither a command of shockwave nor in NOT_RUN"
         arguments = [file for word in words for file in (sorted(glob.glob(word)) if "*" in word else [word])]
         with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
             try:
@@ -232,32 +219,3 @@ def execute(block: Block, names: dict[str, Any]) -> None:
     doctest.DocTestRunner(_Checker(), optionflags=doctest.ELLIPSIS).run(test, out=found.append, clear_globs=False)
     names.update(test.globs)
     assert found == [], "".join(found)
-
-
-def _renewed(block: Block) -> str:
-    """The text of a console block with its outputs as they are now; lines with ``...`` that still hold are kept."""
-    text, status = "", 0
-    with tempfile.TemporaryDirectory() as name, workplace(Path(name).resolve()) as patch:
-        prepare(Path(name).resolve(), block, patch)
-        for command, shown in block.commands:
-            printed, status = run(command, status)
-            if not agree(shown, printed):
-                loose = [line for line in shown.splitlines() if "..." in line]
-                new = [line.rstrip() for line in printed.rstrip().splitlines()]
-                shown = "".join(next((old for old in loose if agree(old, line)), line) + "\n" for line in new)
-            text += f"$ {command}\n{shown}"
-    return text
-
-
-def main() -> None:
-    """Write the outputs of all commands anew."""
-    for page in PAGES:
-        text = page.read_text(encoding="utf-8")
-        for block in blocks_of(page):
-            if block.language == "console":
-                text = text.replace(block.text, _renewed(block))
-        page.write_text(text, encoding="utf-8")
-
-
-if __name__ == "__main__":
-    main()

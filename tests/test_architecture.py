@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import shockwave
+from pages import code_in, table
 
 ROOT = Path(__file__).parent.parent
 PACKAGE = Path(shockwave.__file__).parent
@@ -20,22 +21,9 @@ FILES = {
 # The lazy list of public names is no import of the package by itself.
 MODULES = [module for module in FILES if module != "shockwave"]
 
-# A module may import from its own room and from those on lower floors, listed from the bottom.
-_FROM_BELOW: tuple[set[str], ...] = (
-    {"errors", "hooks", "text"},
-    {"built_ins", "fields", "files", "numerics"},
-    {"quadrature", "registry"},
-    {"plugin_check", "chain", "options", "profiles"},
-    {"scene", "simulation"},
-    {"prediction", "measurement"},
-    {"pictures", "scenario"},
-    {"studies"},
-    {"page", "sweep", "testing"},
-    {"benchmark"},
-    {"cli"},
-    {"__main__"},
-)
-FLOORS = {room: floor for floor, rooms in enumerate(_FROM_BELOW) for room in rooms}
+#: Room -> its floor. A module may import from its own room and from those on lower floors.
+FLOORS = {name: -row for row, cells in enumerate(table("CONTRIBUTING.md", "rooms")) for name in code_in(cells[1])}
+FLOORS["__main__"] = 1
 A_PRIORI = {"prediction", "scenario"}
 DIRECT = {"simulation", "measurement"}
 
@@ -83,12 +71,6 @@ def test_rooms_are_few_and_files_short() -> None:
     # the files at the top are one room
     assert len(folders) + 1 <= 15
     assert [module for module, file in FILES.items() if len(file.read_text().splitlines()) > 400] == []
-
-
-def test_sample_plugins_are_never_imported() -> None:
-    example = "shockwave_pulses.half_sine:HalfSine"
-    texts = {module: file.read_text().replace(example, "") for module, file in FILES.items()}
-    assert [module for module, text in texts.items() if "shockwave_pulses." in text] == []
 
 
 @cache

@@ -178,11 +178,6 @@ def test_new_writes_a_scene_that_runs_and_is_not_overwritten(profile: str, tmp_p
     assert sw.load_scenario(scene).name
 
 
-def test_new_of_an_unknown_profile_names_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["new", "--profile", "triangel"]) == 3
-    assert "did you mean 'triangular'" in capsys.readouterr().err
-
-
 def test_module_runs_as_a_program_and_a_closed_pipe_is_no_error() -> None:
     command = [sys.executable, "-m", "shockwave", "predict", "--json", SCENE]
     run = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import os
 import stat
-import threading
 from pathlib import Path
 
 import pytest
@@ -143,18 +142,6 @@ def test_a_device_is_written_to_directly_and_may_be_full(capsys: pytest.CaptureF
 
 
 @posix
-def test_a_pipe_is_written_to_directly(folder: Path) -> None:
-    os.mkfifo("pipe")
-    found: list[str] = []
-    reader = threading.Thread(target=lambda: found.append(Path("pipe").read_text()))
-    reader.start()
-    write_file("pipe", "through")
-    reader.join()
-    assert found == ["through"]
-    assert stat.S_ISFIFO(Path("pipe").stat().st_mode)
-
-
-@posix
 @pytest.mark.parametrize("place", ["old", "missing"])
 def test_a_link_stays_and_its_target_is_written(folder: Path, place: str) -> None:
     (folder / "inner").mkdir()
@@ -175,12 +162,6 @@ def test_permissions_are_those_of_the_old_file_or_follow_the_umask(folder: Path)
     finally:
         os.umask(before)
     assert [stat.S_IMODE((folder / name).stat().st_mode) for name in ("old", "new")] == [0o600, 0o640]
-
-
-def test_a_new_scenario_replaces_nothing(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["new", "-o", "scene.yaml"]) == 5
-    assert "it exists already" in capsys.readouterr().err
-    assert (folder / "scene.yaml").read_text() == SCENE
 
 
 @pytest.mark.parametrize("place", ["nowhere/new", ".", "x" * 999], ids=["folder", "directory", "long"])

@@ -9,15 +9,13 @@ from typing import TYPE_CHECKING, Any
 from shockwave import OWN_DISTRIBUTION
 from shockwave.cli.output import print_json, written
 from shockwave.cli.parser import KINDS
-from shockwave.errors import PluginError, UsageError
+from shockwave.errors import PluginError
 
 if TYPE_CHECKING:
     from shockwave.registry import Plugin
 
 
 def list_registered(options: argparse.Namespace) -> int:
-    if options.check and options.kind not in (None, "plugins"):
-        raise UsageError("--check is for plugins: shockwave list plugins --check")
     kinds = [options.kind] if options.kind else KINDS
     document = {kind: _rows(kind, options.check) for kind in kinds}
     if options.json:
@@ -25,7 +23,7 @@ def list_registered(options: argparse.Namespace) -> int:
     else:
         for kind, rows in document.items():
             _print(kind, rows)
-    faulty = options.check and any(row["problem"] for row in document["plugins"])
+    faulty = options.check and any(row["problem"] for row in document.get("plugins", ()))
     return PluginError.exit_code if faulty else 0
 
 

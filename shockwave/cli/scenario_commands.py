@@ -1,4 +1,4 @@
-"""Commands on scenario files: predict, simulate, compare, validate, report, curve."""
+"""Commands on scenario files: predict, simulate, compare, validate, report, curve; tables of several results."""
 
 from __future__ import annotations
 
@@ -9,21 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 from attrs import asdict, evolve
 
-from shockwave.cli.output import (
-    comparison_table,
-    failure,
-    of_arguments,
-    outcome_table,
-    print_json,
-    simulation_table,
-    written,
-)
+from shockwave.cli.output import failure, of_arguments, print_json, written
 from shockwave.errors import Fault, ShockwaveError, UsageError
 from shockwave.files import refuse_inputs
+from shockwave.text import notes, range_text, si, table
 
 if TYPE_CHECKING:
+    from shockwave.measurement.result import SimulationResult
     from shockwave.options import SimulateOptions
+    from shockwave.prediction.outcome import Outcome
     from shockwave.scenario.scenario import Scenario
+    from shockwave.studies.comparison import Comparison
 
 
 def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) -> list[Scenario]:
@@ -85,7 +81,7 @@ def predict(options: argparse.Namespace) -> int:
     def one(scenario: Scenario) -> Any:
         return evolve(scenario.predictor.predict(scenario.shock, scenario.chain), scenario=scenario.name)
 
-    return _run(options, one, outcome_table)
+    return _run(options, one, _outcome_table)
 
 
 def simulate(options: argparse.Namespace) -> int:
@@ -95,7 +91,7 @@ def simulate(options: argparse.Namespace) -> int:
         result = simulate_with(_settings(options, scenario), scenario.shock, scenario.chain)
         return evolve(result, scenario=scenario.name)
 
-    return _run(options, one, simulation_table)
+    return _run(options, one, _simulation_table)
 
 
 def compare(options: argparse.Namespace) -> int:
@@ -107,7 +103,7 @@ def compare(options: argparse.Namespace) -> int:
         simulated = evolve(found.simulated, scenario=scenario.name)
         return evolve(found, predicted=predicted, simulated=simulated, published=scenario.published)
 
-    return _run(options, one, comparison_table)
+    return _run(options, one, _comparison_table)
 
 
 def _settings(options: argparse.Namespace, scenario: Scenario) -> SimulateOptions:
@@ -181,3 +177,107 @@ def curve(options: argparse.Namespace) -> int:
         here = found.answer(shock, scenario.chain)
     print(found, f"  this scenario  {here}", sep="\n")
     return 0
+
+
+# ---------------------------------------------------------------- tables of several results, then their warnings
+
+# Names of columns and their cells.
+_Row = dict[str, str]
+
+_LEGEND = """
+
+relation: predicted / simulated{printed}; waves: predicted / simulated;
+rel. error: of the simulated peak force, estimated;
+error: of the predicted peak force against the simulated; expected error: range measured for such shocks"""
+
+
+def _outcome_table(outcomes: Sequence[Outcome]) -> str:
+    """Several predictions."""
+    warnings = [f"{outcome.scenario}: {warning}" for outcome in outcomes for warning in outcome.warnings]
+    return _table([_outcome_row(outcome) for outcome in outcomes], warnings)
+
+
+def _simulation_table(results: Sequence[SimulationResult]) -> str:
+    """Several simulations."""
+    warnings = [f"{result.scenario}: {warning}" for result in results for warning in result.all_warnings]
+    return _table([_simulation_row(result) for result in results], warnings)
+
+
+def _comparison_table(comparisons: Sequence[Comparison]) -> str:
+    """Several comparisons, with printed figures where a scenario has them."""
+    printed = any(both.published for both in comparisons)
+    warnings = []
+    for both in comparisons:
+        own = dict.fromkeys((*both.predicted.warnings, *both.simulated.all_warnings))
+        warnings += [f"{both.predicted.scenario}: {warning}" for warning in own]
+    legend = _LEGEND.format(printed=" / printed" if printed else "")
+    return _table([_comparison_row(both, printed) for both in comparisons], warnings, legend)
+
+
+def _table(rows: Sequence[_Row], warnings: Sequence[str], legend: str = "") -> str:
+    text = table(list(rows[0]), [list(row.values()) for row in rows])
+    return "\n".join([text + legend, *notes(warnings)])
+
+
+def _outcome_row(outcome: Outcome) -> _Row:
+    return {
+        "scenario": outcome.scenario or "-",
+        "regime": outcome.regime,
+        "relation": outcome.relation,
+        "peak force": si(outcome.peak_force, "N"),
+        "expected error": range_text(outcome.expected_error),
+        "waves": str(len(outcome.waves)),
+        "conditions (3)": _conditions(outcome),
+    }
+
+
+def _simulation_row(result: SimulationResult) -> _Row:
+    return {
+        "scenario": result.scenario or "-",
+        "peak force": si(result.peak_force, "N", 8),
+        "rel. error": f"{result.error_estimate:.0e}",
+        "amplification": f"{result.amplification:.8g}",
+        "waves": _wave_count(result),
+    }
+
+
+def _comparison_row(both: Comparison, with_printed: bool) -> _Row:
+    predicted = both.predicted
+    simulated = both.simulated
+    published = both.published
+    relation = f"{predicted.relation} / {both.relation}"
+    row = {
+        "scenario": predicted.scenario or "-",
+        "regime": predicted.regime,
+        "relation": relation,
+        "predicted": si(predicted.peak_force, "N"),
+        "simulated": si(simulated.peak_force, "N", 8),
+        "rel. error": f"{simulated.error_estimate:.0e}",
+        "error": f"{both.error:+.2%}",
+        "expected error": range_text(predicted.expected_error),
+        "virtual t0": _virtual_rise_time(predicted),
+        "waves": f"{len(predicted.waves)} / {_wave_count(simulated)}",
+        "conditions (3)": _conditions(predicted),
+    }
+    if with_printed:
+        error = published and published.error
+        row["relation"] = f"{relation} / {(published and published.relation) or '-'}"
+        row["printed error"] = "-" if error is None else f"{error:.1%}"
+        row["printed t0"] = _virtual_rise_time(published)
+    return row
+
+
+def _wave_count(result: SimulationResult) -> str:
+    """The number of settled waves; a plus stands for more that had not settled."""
+    settled = sum(wave.error_estimate is not None for wave in result.waves)
+    return f"{settled}{'+' if settled < len(result.waves) else ''}"
+
+
+def _conditions(outcome: Outcome) -> str:
+    broken = [f"{c.statement} fails by {-c.margin:.3g}" for c in outcome.conditions if not c.holds]
+    return "; ".join(broken) or "hold"
+
+
+def _virtual_rise_time(owner: object) -> str:
+    time = getattr(owner, "virtual_rise_time", None)
+    return "-" if time is None else si(time, "s")
