@@ -82,7 +82,7 @@ def test_an_invalid_file_stops_the_others_before_they_run(tmp_path: Path, capsys
 #: Arguments that are wrong, and what is printed of them.
 WRONG = {
     "no-command": ([], "required: COMMAND"),
-    "word": (["simulate", "--rtol", "soon", SCENE], "--rtol: invalid float value: 'soon'"),
+    "word": (["simulate", "--rtol", "soon", SCENE], "--rtol: invalid number value: 'soon'"),
     "range": (["simulate", "--rtol", "1e-20", SCENE], "--rtol: must be >= 1e-13 and <= 0.01 (got 1e-20)"),
     "contacts": (["simulate", "--contacts", "3,-1", SCENE], "--contacts: must be whole numbers from 0"),
 }
@@ -91,11 +91,8 @@ WRONG = {
 @pytest.mark.parametrize("name", WRONG)
 def test_a_wrong_call_is_a_usage_error(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     arguments, problem = WRONG[name]
-    try:
-        status: object = main(arguments)
-    except SystemExit as end:  # from argparse
-        status = end.code
-    assert status == 2
+    with pytest.raises(SystemExit, match="2"):
+        main(arguments)
     assert problem in capsys.readouterr().err
 
 
@@ -160,13 +157,6 @@ def test_an_internal_error_is_one_line_without_a_traceback(
     monkeypatch.setattr(sw.Predictor, "predict", lambda *_: 1 / 0)
     assert main(["predict", SCENE]) == 1
     assert "internal error: ZeroDivisionError" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("kind", ["profiles", "integrators", "backends", "quadratures", "materials", "models"])
-def test_list_shows_name_and_summary(kind: str, capsys: pytest.CaptureFixture[str]) -> None:
-    rows = document(capsys, "list", kind, "--json")
-    assert rows
-    assert all(row["name"] and row["summary"] and row["distribution"] for row in rows)
 
 
 @pytest.mark.parametrize("profile", ["power-law", "triangular", "exponential", "tabulated"])

@@ -48,11 +48,6 @@ def test_a_larger_file_than_the_limit_is_refused(tmp_path: Path) -> None:
         read_bytes(tmp_path / "a", 4, "cut it")
 
 
-def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(FileAccessError, match="none: cannot be read"):
-        read_bytes(tmp_path / "none", 4)
-
-
 @pytest.mark.parametrize("text", ["[" * 100_000, "", "{", "[NaN]"], ids=lambda text: text[:5])
 def test_invalid_json_is_refused(text: str) -> None:
     with pytest.raises(InvalidValueError, match=r"sweep: must be JSON.*; mend it\)"):

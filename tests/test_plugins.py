@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import json
 import sys
 import zlib
@@ -16,7 +15,6 @@ from shockwave import plugin_check, registry
 from shockwave.cli import main
 from shockwave.errors import PluginError, UnknownNameError
 from shockwave.hooks import Entry
-from test_architecture import loaded
 
 BUILT_IN = {
     "profiles": "power-law",
@@ -35,22 +33,10 @@ SHOCK = "shock: {profile: PROFILE, peak_force: 100 N, rise_time: 5 us, duration_
 
 
 @EVERY_KIND
-def test_a_built_in_is_found_without_looking_for_plugins(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(importlib.metadata, "distributions", lambda **_: pytest.fail("plugins were looked for"))
-    registry.forget()
-    assert registry.find(kind, BUILT_IN[kind]).name == BUILT_IN[kind]
-
-
-@EVERY_KIND
 def test_every_built_in_has_a_summary_and_can_be_loaded(kind: str) -> None:
     for entry in registry.own_entries(kind):
         assert entry.summary
         assert registry.load(kind, entry.name) is not None
-
-
-def test_finding_a_name_imports_nothing_that_it_names() -> None:
-    modules = loaded("from shockwave.registry import find; find('profiles', 'tabulated')")
-    assert {"numpy", "scipy", "shockwave.profiles.tabulated"} & modules == set()
 
 
 @EVERY_KIND
@@ -70,13 +56,6 @@ def test_a_plugin_is_found_as_installed(install: Install) -> None:
     # the module of hooks alone is imported before the name is used
     assert {module, f"{module}_pulse"} & set(sys.modules) == {module}
     assert registry.load("profiles", "test-pulse") is sys.modules[f"{module}_pulse"].Pulse
-
-
-def test_plugins_are_listed_after_built_ins_by_name(install: Install) -> None:
-    install("test-a", name="z-pulse")
-    install("test-b", name="a-pulse")
-    names = [entry.name for entry in registry.entries("profiles")]
-    assert names.index("tabulated") < names.index("a-pulse") < names.index("z-pulse")
 
 
 @pytest.mark.parametrize("content", [b"[shockwave]\nno equals sign\n", b"[shockwave]\n\xff = a\n"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from typing import Any
 
 from shockwave import __version__
@@ -25,35 +26,50 @@ def _option(usage: str, meaning: str, **settings: Any) -> _Option:
     return flags or [value.lower()], {"metavar": metavar, "help": meaning, **settings}
 
 
-def whole_numbers(text: str) -> tuple[int, ...]:
-    """Numbers such as ``10,20``."""
-    return tuple(int(part) for part in text.split(","))
+def _number(low: float, high: float) -> Callable[[str], float]:
+    """Parser of a number within limits."""
+
+    def number(text: str) -> float:
+        value = float(text)
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"must be >= {low:g} and <= {high:g} (got {text})")
+        return value
+
+    return number
 
 
-# ---------------------------------------------------------------- the table; values are checked where they are used
+def _contacts(text: str) -> tuple[int, ...]:
+    contacts = tuple(int(part) for part in text.split(","))
+    if min(contacts) < 0:
+        raise argparse.ArgumentTypeError(f"must be whole numbers from 0 on, such as 10,20 (got {text!r})")
+    return contacts
+
+
+# ---------------------------------------------------------------- the table
 
 _BACKENDS = ("auto", "compiled", "numpy")
 _FAMILIES = ("quadratures", "predictors", "integrators")
-_RTOL = {"type": float, "default": 1e-4}
 _MANY = {"action": "append", "default": []}
 
 _NO_PLUGINS = _option("--no-plugins", "use nothing but what is built in", default=argparse.SUPPRESS)
 _JSON = _option("--json", "one JSON document on stdout")
 _FILE = _option("FILE", "scenario file (YAML)")
 _FILES = (["files"], {"nargs": "+", **_FILE[1]})
-_FORCE_RTOL = _option("--rtol RTOL", "relative error allowed of one force (1e-4)", **_RTOL)
+_FORCE_RTOL = _option(
+    "--rtol RTOL", "relative error allowed of one force (1e-4)", type=_number(1e-7, 1e-2), default=1e-4
+)
 #: In place of the keys of the scenario's block ``simulate``.
 _SIMULATE = [
-    _option("--rtol RTOL", "relative error asked for", type=float),
-    _option("--step STEP", "step of a method of fixed step, in characteristic times", type=float),
+    _option("--rtol RTOL", "relative error asked for", type=_number(1e-13, 1e-2)),
+    _option("--step STEP", "step of a method of fixed step, in characteristic times", type=_number(1e-9, 1)),
     _option("--integrator INTEGRATOR", "name of a method; see `shockwave list integrators`"),
     _option("--backend BACKEND", "which code steps the chain", choices=_BACKENDS),
-    _option("--contacts N,N", "contacts whose passage is wanted", type=whole_numbers),
+    _option("--contacts N,N", "contacts whose passage is reported", type=_contacts),
     _option("--primary", "the primary alone, not the whole train"),
 ]
 _CURVE = [
-    _option("--rtol RTOL", "relative error asked for (default: 1e-4)", **_RTOL),
-    _option("--longest LONGEST", "longest duration, in characteristic times (default: 50)", type=float, default=50.0),
+    _FORCE_RTOL,
+    _option("--longest LONGEST", "in characteristic times (default: 50)", type=_number(1e-3, 1e3), default=50.0),
     _option("-o --output FILE", "write it (.json), or a picture (.svg, .png, .pdf)"),
 ]
 _SWEEP = [
@@ -62,7 +78,7 @@ _SWEEP = [
     _option("--dry-run", "report how many points, what is left out, and how long"),
     _option("--executor NAME", "processes (default), dask, or dask=ADDRESS"),
     _option("--workers N", "how many; left out, one for each core", type=int),
-    _option("--timeout SECONDS", "longest time of one point; left out, none", type=float),
+    _option("--timeout SECONDS", "longest time of one point; left out, none", type=_number(1e-3, 1e9)),
     _option("--fail-fast", "stop at the first point that fails"),
     _option("--retry-failed", "run points again that failed or crashed before"),
     _option("--resume", "refuse to begin: FOLDER must have this sweep already"),
@@ -80,7 +96,9 @@ _DESIGN = [
     _FORCE_RTOL,
     _JSON,
     _option("--vary NAME", "dotted name of the value, or chain.material", required=True),
-    _option("--target QUANTITY=VALUE", "what is wanted, such as peak_force='60 N'", required=True, action="append"),
+    _option(
+        "--target QUANTITY=VALUE", "the target property, such as peak_force='60 N'", required=True, action="append"
+    ),
     _option("--between A", "the interval of a number, such as 1mm 20mm", nargs=2, metavar=("A", "B")),
     _option("--among NAME,NAME", "materials to compare; left out, all of the library"),
     _option("--points N", "rows of the table (default: 9)", type=int, default=9),
@@ -97,7 +115,7 @@ _BENCH = [
     _option("files", "scenario files, in place of the named problems", nargs="*", metavar="FILE"),
     _option("--family FAMILY", "only these", choices=_FAMILIES, **_MANY),
     _option("--quick", "fewer problems and settings; ends within a minute"),
-    _option("--longest SECONDS", "longest time of one run", type=float),
+    _option("--longest SECONDS", "longest time of one run", type=_number(1e-6, 3600)),
     _option("-o --output FILE", "write a page (.html), or its figures alone (.svg)"),
 ]
 _STRESS = [

@@ -10,9 +10,6 @@ from pathlib import Path
 from shockwave.errors import InvalidValueError, UsageError
 from shockwave.files import refuse_inputs
 
-# Names of files have limits.
-_LETTERS = 120
-
 
 def plot(options: argparse.Namespace) -> int:
     """Lines or a map."""
@@ -45,6 +42,6 @@ def plot(options: argparse.Namespace) -> int:
 
 
 def _name(column: str, x: str | None, held: dict[str, str]) -> str:
-    """Of a picture in the folder, by what was asked for, so that one does not take the place of another."""
+    """Name of a picture in the folder, by the options, so that one does not replace another."""
     asked = [column, *(f"{name}={value}" for name, value in sorted(held.items())), *([f"over-{x}"] if x else [])]
-    return re.sub(r"[^\w.=+-]+", "_", "-".join(asked))[:_LETTERS] + ".svg"
+    return re.sub(r"[^\w.=+-]+", "_", "-".join(asked)) + ".svg"

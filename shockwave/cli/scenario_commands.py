@@ -115,8 +115,7 @@ def _settings(options: argparse.Namespace, scenario: Scenario) -> SimulateOption
     # a method named here has a use for its own settings, not for those of the one that it replaces
     if "integrator" in given:
         given = {"rtol": None, "step": None} | given
-    with of_arguments(options):
-        return evolve(scenario.simulate, **given)
+    return evolve(scenario.simulate, **given)
 
 
 def validate(options: argparse.Namespace) -> int:
@@ -166,8 +165,7 @@ def curve(options: argparse.Namespace) -> int:
     (scenario,) = loaded([options.file], output=options.output)
     shock = scenario.shock
     ratio = Scales.of(scenario.chain, shock.peak_force).rise_time(shock.rise_time)
-    with of_arguments(options):
-        found = UniversalCurve(shock.profile, rtol=options.rtol, longest=options.longest)
+    found = UniversalCurve(shock.profile, rtol=options.rtol, longest=options.longest)
     if options.output:
         write_curve(found, options.output, mark=ratio)
         print(f"{options.output}: written", file=sys.stderr)
