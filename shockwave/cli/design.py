@@ -16,7 +16,7 @@ _SWEPT = "delete the block sweep"
 
 
 def design(options: argparse.Namespace) -> int:
-    """Values at which the primary is as wanted."""
+    """Values at which the primary has the target property."""
     from shockwave.studies.design_search import design as run
 
     given = options.target[-1]
