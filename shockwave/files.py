@@ -147,6 +147,8 @@ def write_file(path: _Path, content: str | bytes, anew: bool = False) -> None:
         raise FileAccessError(f"{os.fspath(path)}: cannot be written (it exists already; choose another name)")
     target = Path(path)
     try:
+        if target.exists() and not os.access(target, os.W_OK):
+            raise ValueError("it is read-only")
         if target.is_symlink():
             target = target.resolve()
         if target.exists() and not target.is_file():

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from shockwave.scenario.scenario import Scenario
     from shockwave.studies.comparison import Comparison
 
+# Names of columns and their cells.
+_Row = dict[str, str]
+
 
 def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) -> list[Scenario]:
     """All scenarios; one that stands for many is an error here, and ``remedy`` or to run the sweep its hint.
@@ -53,8 +56,13 @@ def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) ->
     return scenarios
 
 
-def _run(options: argparse.Namespace, one: Callable[[Scenario], Any], several: Callable[[list[Any]], str]) -> int:
-    """Do ``one`` for every scenario and print the results; a failure is reported and does not stop the others."""
+def _run(
+    options: argparse.Namespace, one: Callable[[Scenario], Any], row: Callable[[Any], _Row], legend: str = ""
+) -> int:
+    """Do ``one`` for every scenario and print the results; a failure is reported and does not stop the others.
+
+    A single result is printed in full, several in a table with a ``row`` each.
+    """
     status = 0
     done = []
     documents = []
@@ -73,7 +81,7 @@ def _run(options: argparse.Namespace, one: Callable[[Scenario], Any], several: C
     if options.json:
         print_json(documents[0] if single else documents)
     elif done:
-        print(done[0] if single else several(done))
+        print(done[0] if single else _table([row(result) for result in done], documents, legend))
     return status
 
 
@@ -81,7 +89,7 @@ def predict(options: argparse.Namespace) -> int:
     def one(scenario: Scenario) -> Any:
         return evolve(scenario.predictor.predict(scenario.shock, scenario.chain), scenario=scenario.name)
 
-    return _run(options, one, _outcome_table)
+    return _run(options, one, _outcome_row)
 
 
 def simulate(options: argparse.Namespace) -> int:
@@ -91,7 +99,7 @@ def simulate(options: argparse.Namespace) -> int:
         result = simulate_with(_settings(options, scenario), scenario.shock, scenario.chain)
         return evolve(result, scenario=scenario.name)
 
-    return _run(options, one, _simulation_table)
+    return _run(options, one, _simulation_row)
 
 
 def compare(options: argparse.Namespace) -> int:
@@ -103,7 +111,7 @@ def compare(options: argparse.Namespace) -> int:
         simulated = evolve(found.simulated, scenario=scenario.name)
         return evolve(found, predicted=predicted, simulated=simulated, published=scenario.published)
 
-    return _run(options, one, _comparison_table)
+    return _run(options, one, _comparison_row, _LEGEND)
 
 
 def _settings(options: argparse.Namespace, scenario: Scenario) -> SimulateOptions:
@@ -179,42 +187,23 @@ def curve(options: argparse.Namespace) -> int:
 
 # ---------------------------------------------------------------- tables of several results, then their warnings
 
-# Names of columns and their cells.
-_Row = dict[str, str]
-
 _LEGEND = """
 
-relation: predicted / simulated{printed}; waves: predicted / simulated;
+relation: predicted / simulated / printed; waves: predicted / simulated;
 rel. error: of the simulated peak force, estimated;
 error: of the predicted peak force against the simulated; expected error: range measured for such shocks"""
 
 
-def _outcome_table(outcomes: Sequence[Outcome]) -> str:
-    """Several predictions."""
-    warnings = [f"{outcome.scenario}: {warning}" for outcome in outcomes for warning in outcome.warnings]
-    return _table([_outcome_row(outcome) for outcome in outcomes], warnings)
-
-
-def _simulation_table(results: Sequence[SimulationResult]) -> str:
-    """Several simulations."""
-    warnings = [f"{result.scenario}: {warning}" for result in results for warning in result.all_warnings]
-    return _table([_simulation_row(result) for result in results], warnings)
-
-
-def _comparison_table(comparisons: Sequence[Comparison]) -> str:
-    """Several comparisons, with printed figures where a scenario has them."""
-    printed = any(both.published for both in comparisons)
+def _table(rows: Sequence[_Row], documents: Sequence[dict[str, Any]], legend: str) -> str:
+    header = max(map(list, rows), key=len)
+    cells = []
+    for row in rows:
+        cells.append([row.get(name, "-") for name in header])
     warnings = []
-    for both in comparisons:
-        own = dict.fromkeys((*both.predicted.warnings, *both.simulated.all_warnings))
-        warnings += [f"{both.predicted.scenario}: {warning}" for warning in own]
-    legend = _LEGEND.format(printed=" / printed" if printed else "")
-    return _table([_comparison_row(both, printed) for both in comparisons], warnings, legend)
-
-
-def _table(rows: Sequence[_Row], warnings: Sequence[str], legend: str = "") -> str:
-    text = table(list(rows[0]), [list(row.values()) for row in rows])
-    return "\n".join([text + legend, *notes(warnings)])
+    for document in documents:
+        for answer in (document, document.get("predicted", {}), document.get("simulated", {})):
+            warnings += [f"{document['scenario']}: {warning}" for warning in answer.get("warnings", ())]
+    return "\n".join([table(header, cells) + legend, *notes(dict.fromkeys(warnings))])
 
 
 def _outcome_row(outcome: Outcome) -> _Row:
@@ -239,15 +228,14 @@ def _simulation_row(result: SimulationResult) -> _Row:
     }
 
 
-def _comparison_row(both: Comparison, with_printed: bool) -> _Row:
+def _comparison_row(both: Comparison) -> _Row:
     predicted = both.predicted
     simulated = both.simulated
     published = both.published
-    relation = f"{predicted.relation} / {both.relation}"
     row = {
         "scenario": predicted.scenario or "-",
         "regime": predicted.regime,
-        "relation": relation,
+        "relation": f"{predicted.relation} / {both.relation}",
         "predicted": si(predicted.peak_force, "N"),
         "simulated": si(simulated.peak_force, "N", 8),
         "rel. error": f"{simulated.error_estimate:.0e}",
@@ -257,10 +245,9 @@ def _comparison_row(both: Comparison, with_printed: bool) -> _Row:
         "waves": f"{len(predicted.waves)} / {_wave_count(simulated)}",
         "conditions (3)": _conditions(predicted),
     }
-    if with_printed:
-        error = published and published.error
-        row["relation"] = f"{relation} / {(published and published.relation) or '-'}"
-        row["printed error"] = "-" if error is None else f"{error:.1%}"
+    if published:
+        row["relation"] += f" / {published.relation or '-'}"
+        row["printed error"] = "-" if published.error is None else f"{published.error:.1%}"
         row["printed t0"] = _virtual_rise_time(published)
     return row
 
