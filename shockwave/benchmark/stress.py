@@ -13,8 +13,7 @@ from typing import Any
 from attrs import asdict, frozen
 from pebble import ProcessExpired, ProcessPool
 
-from shockwave.benchmark.extreme_cases import Case, find
-from shockwave.benchmark.extreme_checks import CHECKS, Finding
+from shockwave.benchmark.extreme_cases import CHECKS, Case, Finding, find
 from shockwave.simulation.backend import Backend, chosen, lack
 from shockwave.text import table
 
@@ -71,7 +70,7 @@ class Stress:
         return 0 if all(row.passed for row in self.rows) else 1
 
     def to_dict(self) -> dict[str, Any]:
-        """What ``stress --json`` prints: no NaN."""
+        """The document that ``stress --json`` prints: no NaN."""
         cases = [row.to_dict() for row in self.rows]
         return {"passed": self.exit_code == 0, "seconds": self.seconds, "cases": cases}
 

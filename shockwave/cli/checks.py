@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def bench(options: argparse.Namespace) -> int:
     """Work and precision."""
     from shockwave.benchmark.bench import run
-    from shockwave.benchmark.bench_output import check_output, document
+    from shockwave.benchmark.bench_output import check_output, page
 
     scenarios = loaded(options.files, output=options.output)
     if options.output:
@@ -25,7 +25,7 @@ def bench(options: argparse.Namespace) -> int:
     found = run(scenarios, options.family, options.quick, options.longest, _progress)
     _print(found, options.json)
     if options.output:  # last, so that a page that cannot be written costs no result
-        return written(document(found, options.output), options.output, anew=False)
+        return written(page(found), options.output, anew=False)
     return 0
 
 

@@ -141,8 +141,7 @@ def expected_error(
     law = short if found and found.spread <= short.bounds[-1] else long
     simulated = law.bounds_of(found) if found else None
     if simulated is None:
-        sentence = "the shock is longer, or of another shape, than those whose errors were measured: simulate to know"
-        return None, [sentence]
+        return None, ["the shock is longer, or of another shape, than those that were measured: simulate to know"]
     low, high = simulated
     peak = answer.amplitudes[0]
     return (peak / high - 1, peak / low - 1), []
@@ -171,7 +170,7 @@ def chain_warnings(chain: Chain, states_error: bool) -> list[str]:
     """
     if chain.granules is None or (chain.granules >= _SHORT_CHAIN and not states_error):
         return []
-    count = f"a chain of {chain.granules} granules"
     if chain.granules < _SHORT_CHAIN:
-        return [f"{count} is too short for a steady wave, of which a prediction speaks"]
-    return [f"of {count} the error is not known: the peak force is that of an endless chain (simulate to know)"]
+        return [f"a chain of {chain.granules} granules is too short for the steady wave that is predicted"]
+    error = f"of a chain of {chain.granules} granules the error is not known"
+    return [f"{error}: the peak force is that of an endless chain (simulate to know)"]

@@ -62,7 +62,7 @@ class Measures:
     duration: float
 
     def logarithms(self) -> FloatArray:
-        """Of strength, mean force and cubic mean force, shape (3,)."""
+        """Logarithms of strength, mean force and cubic mean force, shape (3,)."""
         return np.log([self.strength, self.mean_force, self.cubic_mean_force])
 
 
@@ -206,10 +206,9 @@ def _strongest(shock: ScaledShock, length: float) -> tuple[FloatArray, FloatArra
     while True:
         edges = np.linspace(begin, end, _CELLS + 1)
         impulses = np.diff(shock.profile.running_impulse(edges))
-        cell = (end - begin) / _CELLS
         if end - begin <= 1.2 * length:
             return (edges[:-1] + edges[1:]) / 2, impulses
-        held = max(1, math.ceil(length / cell))
+        held = max(1, math.ceil(length / (end - begin) * _CELLS))
         sums = np.convolve(impulses, np.ones(held), mode="valid")
         first = int(np.argmax(sums))
         begin, end = edges[max(first - 1, 0)], edges[min(first + held + 1, _CELLS)]

@@ -140,11 +140,10 @@ def _of_shape(profile: ShockProfile, area: float) -> FloatArray:
             continue
         whole, *found = _by_rule(profile, halvings, _NODES)
         _, *fewer = _by_rule(profile, halvings, _FEWER)
-        q, _, tails = found
         # the area alone may be right by chance
         off = np.abs(np.subtract(fewer, found))
-        agreed = off[0] <= _AGREED * q and off[1:].max() <= _NEAR * max(tails, 1)
-        if agreed and q > 0 and abs(whole / area - 1) <= missed:
+        agreed = off[0] <= _AGREED * found[0] and off[1:].max() <= _NEAR * max(found[2], 1)
+        if agreed and found[0] > 0 and abs(whole / area - 1) <= missed:
             return np.array(found)
     return np.full(3, np.nan)
 
