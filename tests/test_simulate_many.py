@@ -58,14 +58,6 @@ def test_a_shock_that_fails_stands_as_an_error_in_its_place(name: str, integrato
     assert (before.shock, after.shock) == (PULSES[0], PULSES[4])
 
 
-@pytest.mark.parametrize("name", BAD)
-@pytest.mark.parametrize("backend", ["auto", "numpy"])
-def test_shocks_that_all_fail_are_all_errors(name: str, backend: str) -> None:
-    shock, kind, _ = BAD[name]
-    errors = sw.simulate_many([shock, shock], CHAIN, backend=backend)  # type: ignore[arg-type]
-    assert [type(error) for error in errors] == [kind, kind]
-
-
 @pytest.mark.parametrize("backend", ["auto", "numpy"])
 def test_no_shock_gives_no_result(backend: str) -> None:
     assert sw.simulate_many([], CHAIN, backend=backend) == []  # type: ignore[arg-type]
