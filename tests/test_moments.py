@@ -59,16 +59,12 @@ def shortfall(profile: sw.ShockProfile, duration: float) -> float:
 
 
 @OF_SHAPES
-def test_a_short_shock_is_an_impulse(profile: sw.ShockProfile) -> None:
+def test_a_short_shock_approaches_the_impulse_with_the_power_five_halves(profile: sw.ShockProfile) -> None:
     # 1.1681817 has eight digits; the rest is rounding
     assert shortfall(profile, 1e-5) == pytest.approx(0, abs=1e-7)
     outcome = predicted(profile, 1e-3)
     # the momentum of the impulse limit, to the digits given
     assert outcome.waves[0].momentum / outcome.applied_momentum == pytest.approx(1.1383, abs=5e-5)
-
-
-@OF_SHAPES
-def test_the_limit_is_approached_with_the_power_five_halves(profile: sw.ShockProfile) -> None:
     slope = math.log(shortfall(profile, 0.04) / shortfall(profile, 0.02)) / math.log(2)
     # the scale of time is F^(1/6), which adds a fifth for each unit of duration; the next power adds to it
     assert slope == pytest.approx(2.5 * 1.2, abs=0.1)
@@ -255,16 +251,11 @@ def test_the_error_is_stated_outside_the_conditions_too() -> None:
 
 
 @pytest.mark.parametrize(("duration", "relation"), [(1, "less"), (3.35, "equal"), (8, "greater")], ids=str)
-def test_relation_follows_from_the_peak_force(duration: float, relation: str) -> None:
+def test_relation_follows_from_the_peak_force_and_regime_from_section_4(duration: float, relation: str) -> None:
     assert predicted(TRIANGLE, duration).relation == relation
     assert predicted(TRIANGLE, duration, equal_tolerance=1e-6).relation != "equal"
-
-
-@pytest.mark.parametrize("duration", [1, 3.2, 8])
-@OF_SHAPES
-def test_regime_is_that_of_section_4(profile: sw.ShockProfile, duration: float) -> None:
-    other = sw.Predictor().predict(lasting(profile, duration), CHAIN)
-    assert type(predicted(profile, duration)) is type(other)
+    for profile in SHAPES.values():
+        assert type(predicted(profile, duration)) is type(sw.Predictor().predict(lasting(profile, duration), CHAIN))
 
 
 def test_the_primary_alone_is_listed_whatever_the_coefficient() -> None:
@@ -277,12 +268,6 @@ def test_the_primary_alone_is_listed_whatever_the_coefficient() -> None:
 # ---------------------------------------------------------------- coefficients and page
 
 
-def test_the_terms_are_those_that_the_command_fits() -> None:
-    made = moments_law()
-    assert made.terms == [list(names) for names in STUDY.TERMS]
-    assert (made.step_limit, made.reach) == (STUDY.STEP_LIMIT, STUDY.REACH)
-
-
 @cache
 def judged() -> list[dict[str, str]]:
     with open(DOCS / "moments" / "judged.csv", encoding="utf-8", newline="") as file:
@@ -290,8 +275,11 @@ def judged() -> list[dict[str, str]]:
 
 
 def test_the_judgement_is_on_this_moments_law() -> None:
+    made = moments_law()
+    assert made.terms == [list(names) for names in STUDY.TERMS]
+    assert (made.step_limit, made.reach) == (STUDY.STEP_LIMIT, STUDY.REACH)
     sample = STUDY.simulated(STUDY.drawn(STUDY.JUDGE_SEED, 40, STUDY.OLD))
-    again = list(STUDY.judged(moments_law(), sample))
+    again = list(STUDY.judged(made, sample))
     errors = [[float(row["error"]) for row in rows[: len(again)]] for rows in (again, judged())]
     # simulations agree to their tolerance, on whatever machine
     assert errors[0] == pytest.approx(errors[1], abs=2 * STUDY.RTOL)
