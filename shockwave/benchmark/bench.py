@@ -85,7 +85,11 @@ def run(
             problems.append(problem)
             for method in methods:
                 rows.extend(measured(problem, method, limits))
-    return WorkPrecision(provenance=_provenance(quick, limits), problems=tuple(problems), rows=tuple(rows))
+    return WorkPrecision(
+        provenance=_provenance(quick, limits),
+        problems=tuple(problems),
+        rows=tuple(rows),
+    )
 
 
 def named(family: str, quick: bool) -> Iterator[Experiment]:
@@ -180,16 +184,18 @@ def areas_of(profile: ShockProfile) -> Areas:
     rising = [point for point in profile.breakpoints if point <= 1]
     decaying = [point for point in profile.breakpoints if point >= 1]
     pieces = ((profile.rise, rising), (profile.decay, decaying))
-    gauss, tanh_sinh = (_integrated(pieces, name, _TIGHTEST_AREA)[0] for name in ("gauss-legendre", "tanh-sinh"))
+    gauss, _ = _integrated(pieces, "gauss-legendre", _TIGHTEST_AREA)
+    tanh_sinh, _ = _integrated(pieces, "tanh-sinh", _TIGHTEST_AREA)
     closed = profile.closed_areas()
     if closed is None:
-        error = _greatest(tanh_sinh, gauss)
+        error = max(_greatest(tanh_sinh, gauss), _ROUNDING)
         source = f"gauss-legendre at a tolerance of {_TIGHTEST_AREA:g}, cross-checked by tanh-sinh"
-        return Areas(pieces, gauss, source, max(error, _ROUNDING))
+        return Areas(pieces, gauss, source, error)
     values = np.array(closed, dtype=float)
     # At an infinite slope tanh-sinh is the more accurate, at a kink Gauss-Legendre.
     error = min(_greatest(gauss, values), _greatest(tanh_sinh, values))
-    return Areas(pieces, values, "closed form of the profile, cross-checked by quadrature", max(error, _ROUNDING))
+    source = "closed form of the profile, cross-checked by quadrature"
+    return Areas(pieces, values, source, max(error, _ROUNDING))
 
 
 def _integrated(pieces: _Pieces, quadrature: str, tolerance: float) -> tuple[FloatArray, int]:
@@ -210,8 +216,11 @@ def quadratures(name: str, description: str, areas: Areas) -> Experiment:
 
     def run(quadrature: str, tolerance: float, _: Clock) -> Answer:
         found, evaluations = _integrated(areas.pieces, quadrature, tolerance)
-        impulse = abs(found.sum() / areas.values.sum() - 1)
-        return Answer({"areas": _greatest(found, areas.values), "impulse": float(impulse)}, evaluations)
+        errors: dict[str, float | None] = {
+            "areas": _greatest(found, areas.values),
+            "impulse": float(abs(found.sum() / areas.values.sum() - 1)),
+        }
+        return Answer(errors, evaluations)
 
     problem = Problem("quadratures", name, description, ("areas", "impulse"), areas.source, areas.error)
     names = [entry.name for entry in entries("quadratures")]

@@ -38,8 +38,16 @@ class Row:
     def to_dict(self) -> dict[str, Any]:
         """The row as ``stress --json`` prints it."""
         case = self.case
-        about = {"case": case.name, "theme": case.theme, "backend": self.backend, "asked": case.asked}
-        return {**about, "must": case.must, "passed": self.passed, **asdict(self.finding), "seconds": self.seconds}
+        return {
+            "case": case.name,
+            "theme": case.theme,
+            "backend": self.backend,
+            "asked": case.asked,
+            "must": case.must,
+            "passed": self.passed,
+            **asdict(self.finding),
+            "seconds": self.seconds,
+        }
 
     def cells(self) -> list[str]:
         """The row as text, a cell for each column of the table."""
@@ -77,10 +85,13 @@ class Stress:
     def __str__(self) -> str:
         """A line for each row, the faults, and the count."""
         header = ("case", "backend", "asked", "outcome", "error", "at most", "momentum", "time", "")
-        faults = [f"  {row.case.name} ({row.backend}): {fault}" for row in self.rows for fault in row.finding.faults]
+        lines = [table(header, [row.cells() for row in self.rows]), ""]
+        for row in self.rows:
+            name = f"{row.case.name} ({row.backend})"
+            lines += [f"  {name}: {fault}" for fault in row.finding.faults]
         passed = sum(row.passed for row in self.rows)
-        count = f"{passed} of {len(self.rows)} passed in {self.seconds:.1f} s"
-        return "\n".join([table(header, [row.cells() for row in self.rows]), "", *faults, count])
+        lines.append(f"{passed} of {len(self.rows)} passed in {self.seconds:.1f} s")
+        return "\n".join(lines)
 
 
 def stress(
@@ -105,7 +116,10 @@ def stress(
         When the backend is unknown, or was not built.
     """
     backends = _backends(backend)
-    jobs = [(case, each) for case in find(names) for each in (backends if case.each_backend else backends[-1:])]
+    jobs = []
+    for case in find(names):
+        own = backends if case.each_backend else backends[-1:]
+        jobs += [(case, each) for each in own]
     begin = time.perf_counter()
     rows = []
     with ProcessPool(os.cpu_count() or 1, max_tasks=1, context=get_context("spawn")) as pool:

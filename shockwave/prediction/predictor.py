@@ -209,6 +209,7 @@ class Predictor:
         """The primaries by a model for many shocks; each shape is integrated once."""
         results = Peaks.of(len(shocks))
         scales = cache(Scales.of)
+        # by the profile, or by the identity of one that is no value
         shapes: dict[object, tuple[int, ShockProfile, Areas]] = {}
         given: dict[int, tuple[int, float]] = {}  # index of a shock -> number of its shape, rise time
         for index, (shock, chain) in enumerate(zip(shocks, chains, strict=True)):
