@@ -70,7 +70,7 @@ def fresh() -> None:
     """Forget what is known of shapes, so that each time counts all of the work."""
     auto.forget()
     base._areas.cache_clear()
-    short._of_shape.cache_clear()
+    short._of_one.cache_clear()
 
 
 def best(calls: Sequence[Callable[[], Any]], repeats: int) -> list[float]:

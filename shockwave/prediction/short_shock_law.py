@@ -20,7 +20,7 @@ density, which orders the errors of pulses with far tails. ``short_shock_law.jso
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -30,7 +30,7 @@ from attrs import field, frozen
 
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.numerics import product
-from shockwave.prediction.model_interface import Shocks
+from shockwave.prediction.model_interface import Indices, Shocks
 from shockwave.prediction.shock_measures import gauss_legendre, pieces
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.guard import guarded, kept, trusted
@@ -60,6 +60,8 @@ _NEAR = 1e-2
 _FINE = 20
 _SMOOTH_PARTS = 8
 _FINE_NODES = 8
+# Parts that are worked on together.
+_MOST_TOGETHER = 20_000
 
 
 @frozen(eq=False)
@@ -127,71 +129,86 @@ def short_law() -> ShortLaw:
 
 def integrals(profiles: Sequence[ShockProfile], areas: Sequence[float]) -> FloatArray:
     """q, g and h of shapes with these areas a1 + a2, shape (shapes, 3); NaN where one is too fine to have them."""
-    found = [_of_shape(profile, area) for profile, area in zip(profiles, areas, strict=True)]
-    return np.reshape(found, (-1, 3))
+    return _of_one(profiles[0], areas[0]) if len(profiles) == 1 else _integrals(profiles, areas)
 
 
 @kept
-def _of_shape(profile: ShockProfile, area: float) -> FloatArray:
-    parts = len(profile.breakpoints) - 1
-    straight = type(profile).__name__ == "Tabulated" and trusted(profile)
-    for halvings, missed, most in _RULES:
-        if parts > most or not (halvings or straight or parts > _RULES[-1][-1]):
-            continue
-        whole, *found = _by_rule(profile, halvings, _NODES)
-        _, *fewer = _by_rule(profile, halvings, _FEWER)
-        # the area alone may be right by chance
-        off = np.abs(np.subtract(fewer, found))
-        agreed = off[0] <= _AGREED * found[0] and off[1:].max() <= _NEAR * max(found[2], 1)
-        if agreed and found[0] > 0 and abs(whole / area - 1) <= missed:
-            return np.array(found)
-    return np.full(3, np.nan)
+def _of_one(profile: ShockProfile, area: float) -> FloatArray:
+    return _integrals([profile], [area])
 
 
 def correction(profile: ShockProfile) -> float:
     """q to ten digits or so: pieces halve until they do not matter, unless there are so many that each is short."""
     halvings = _FINE if len(profile.breakpoints) - 1 <= _SMOOTH_PARTS else 0
-    return _by_rule(profile, halvings, _FINE_NODES)[1]
+    return float(_by_rule([profile], [profile.breakpoints], halvings, _FINE_NODES)[1][0])
 
 
-def _by_rule(profile: ShockProfile, halvings: int, count: int) -> tuple[float, float, float, float]:
-    """Area, q, g and kurtosis of a shape."""
+def _integrals(profiles: Sequence[ShockProfile], areas: Sequence[float]) -> FloatArray:
+    result, edges = np.full((len(profiles), 3), np.nan), [profile.breakpoints for profile in profiles]
+    parts = np.array([len(each) - 1 for each in edges], dtype=int)
+    records = [type(profile).__name__ == "Tabulated" and trusted(profile) for profile in profiles]
+    for halvings, missed, most in _RULES:
+        left = np.isnan(result[:, 0]) & (parts <= most)
+        if not halvings:
+            left &= records | (parts > _RULES[-1][-1])
+        for where in _alike(np.flatnonzero(left), parts):
+            shapes = [profiles[index] for index in where], [edges[index] for index in where], halvings
+            whole, *found = _by_rule(*shapes, _NODES)
+            _, *fewer = _by_rule(*shapes, _FEWER)
+            good = (np.abs(whole / [areas[index] for index in where] - 1) <= missed) & (found[0] > 0)
+            # the area alone may be right by chance
+            off = np.abs(np.subtract(fewer, found))
+            good &= (off[0] <= _AGREED * found[0]) & (off[1:] <= _NEAR * np.maximum(found[2], 1)).all(axis=0)
+            result[where[good]] = np.transpose(found)[good]
+    return result
+
+
+def _alike(left: Indices, parts: Indices) -> Iterator[Indices]:
+    """Of the indices ``left`` those of shapes with equally many parts, and not too many at once."""
+    for count in np.unique(parts[left]).tolist():
+        where = left[parts[left] == count]
+        size = max(1, _MOST_TOGETHER // count)
+        yield from (where[begin : begin + size] for begin in range(0, len(where), size))
+
+
+def _by_rule(
+    profiles: Sequence[ShockProfile], breakpoints: Sequence[Sequence[float]], halvings: int, count: int
+) -> tuple[FloatArray, ...]:
+    """Areas, q, g and kurtosis of shapes with equally many parts, shape (shapes,) each."""
     nodes, _ = gauss_legendre(halvings, count, count)
     weights, running = _running(count)
-    edges = np.array(profile.breakpoints, dtype=float)
-    widths = np.diff(edges)[:, None]
-    s = edges[:-1, None] + widths * nodes
+    edges = np.array(breakpoints, dtype=float)
+    widths = np.diff(edges)[..., None]
+    s = edges[:, :-1, None] + widths * nodes
     force = np.empty_like(s)
-    rising = profile.breakpoints.index(1.0)
-    force[:rising] = guarded(profile, "rise", s[:rising])
-    force[rising:] = guarded(profile, "decay", s[rising:])
+    for profile, parts, at, here in zip(profiles, breakpoints, s, force, strict=True):
+        rising = parts.index(1.0)
+        here[:rising] = guarded(profile, "rise", at[:rising])
+        here[rising:] = guarded(profile, "decay", at[rising:])
     # below, the pieces of all parts share one axis
-    s = s.reshape(-1, count)
-    force = force.reshape(-1, count)
-    widths = (widths * np.diff(pieces(halvings))).reshape(-1, 1)
+    s, force = (values.reshape(len(edges), -1, count) for values in (s, force))
+    widths = (widths * np.diff(pieces(halvings))).reshape(len(edges), -1, 1)
     weights = widths * weights
     with np.errstate(all="ignore"):
         impulse, area = _integral(force, widths, weights, running)
         path, whole = _integral(impulse, widths, weights, running)
         # the time from the centroid to the end, after which the path is a straight line
         after = whole / area
-        path = np.maximum(path / area, 0)
-        held = (weights * path * np.sqrt(path)).sum()
-        off = s - (edges[-1] - after)
-        mass = weights * force / area
+        path = np.maximum(path / area[:, None, None], 0)
+        held = (weights * path * np.sqrt(path)).sum(axis=(1, 2))
+        off, mass = s - (edges[:, -1] - after)[:, None, None], weights * force / area[:, None, None]
         squared = off * off
-        variance = (mass * squared).sum()
-        skewness = (mass * squared * off).sum() / variance**1.5
-        tails = (mass * squared * squared).sum() / variance**2
-        q = np.sqrt(area) * (held - np.sqrt(after) * after**2 / 2.5)
-    return float(area), float(q), float(skewness), float(tails)
+        variance = (mass * squared).sum(axis=(1, 2))
+        skewness = (mass * squared * off).sum(axis=(1, 2)) / variance**1.5
+        tails = (mass * squared * squared).sum(axis=(1, 2)) / variance**2
+        return area, np.sqrt(area) * (held - np.sqrt(after) * after**2 / 2.5), skewness, tails
 
 
 def _integral(values: FloatArray, widths: FloatArray, weights: FloatArray, running: FloatArray) -> Any:
-    """Running integrals at the nodes, shape (pieces, nodes), and the total integral."""
-    wholes = (weights * values).sum(axis=1)
-    ends = np.cumsum(wholes)
-    return (ends - wholes)[:, None] + widths * product(values, running), ends[-1]
+    """Running integrals at the nodes, shape (shapes, pieces, nodes), and total integrals, shape (shapes,)."""
+    wholes = (weights * values).sum(axis=2)
+    ends = np.cumsum(wholes, axis=1)
+    return (ends - wholes)[:, :, None] + widths * product(values, running), ends[:, -1]
 
 
 @cache
