@@ -29,10 +29,9 @@ from numpy.typing import NDArray
 import shockwave as sw
 from shockwave.chain import Scales
 from shockwave.chain.solitary_wave import MOMENTUM
-from shockwave.prediction.discrete_pulse import Pulse, pulse_of
 from shockwave.prediction.model_interface import ScaledShock
 from shockwave.prediction.moments import RESOURCE, Law, evaluated
-from shockwave.prediction.shock_measures import measures
+from shockwave.prediction.shock_measures import Pulse, measures, pulse_of
 
 Array = NDArray[np.float64]
 Draw = np.random.Generator

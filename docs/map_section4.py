@@ -256,7 +256,7 @@ def fitted(pulses: dict[str, NDArray[Any]]) -> dict[str, Any]:
     names, counts = np.unique(pulses["kind"], return_counts=True)
     long = law("long", inputs[chosen], logarithm[chosen], LONG)
     return {
-        "about": "ln of the simulated peak force over 1.1681817 F0 S^(6/5); docs/trust.md tells what it is",
+        "about": "ln of the simulated peak force over 1.1681817 F0 S^(6/5); described in docs/trust.md",
         "provenance": {
             "command": "python docs/map_section4.py",
             "shockwave": sw.__version__,

@@ -1,3 +1,1 @@
-"""Work and precision: what accuracy costs, for quadratures, predictors, integrators and codes made elsewhere."""
-
-from __future__ import annotations
+"""Work and precision: what accuracy costs; and extreme cases with what must happen."""

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
-from typing import TypeAlias
 
 from attrs import evolve
 
-from shockwave.benchmark.families import SMOOTH
 from shockwave.benchmark.work_precision import Problem, Row, WorkPrecision
-from shockwave.errors import FileAccessError, UsageError
+from shockwave.errors import UsageError
 from shockwave.pictures import figure, svg, work_precision
 from shockwave.text import admitted, indent, si, table
 
-_ORDER_COLUMNS = ("method", "declared", "fitted")
 # Width and height of a diagram [in]: its letters are readable on a phone too.
 _SIZE = (4.6, 4.8)
-_Diagram: TypeAlias = tuple[list[Row], str]
 
 
 def text(result: WorkPrecision) -> str:
@@ -27,8 +22,6 @@ def text(result: WorkPrecision) -> str:
         reference = f"{problem.reference}, off by at most {problem.reference_error:.0e}"
         head = f"{problem.family}: {problem.name}\n  {problem.description}\n  reference: {reference}"
         parts += [head, indent(table(_columns(problem), _cells(result, problem)))]
-    if result.orders:
-        parts += ["orders, on a smooth problem", indent(table(_ORDER_COLUMNS, _order_cells(result)))]
     return "\n\n".join(parts)
 
 
@@ -39,30 +32,15 @@ def _columns(problem: Problem) -> list[str]:
 
 def _cells(result: WorkPrecision, problem: Problem) -> list[list[str]]:
     """The rows of a problem as text, a cell for each column."""
-    return [_row_cells(row, problem.quantities) for row in result.of(problem)]
-
-
-def _row_cells(row: Row, quantities: tuple[str, ...]) -> list[str]:
-    errors = [row.errors.get(name) for name in quantities]
-    spread = "-"
-    if row.least is not None and row.most is not None:
-        spread = f"{si(row.least, 's', 4)} .. {si(row.most, 's', 4)}"
-    return [
-        row.method,
-        row.setting,
-        *("-" if error is None else f"{error:.1e}" for error in errors),
-        "-" if row.seconds is None else si(row.seconds, "s", 4),
-        spread,
-        "-" if row.evaluations is None else str(row.evaluations),
-        row.problem,
-    ]
-
-
-def _order_cells(result: WorkPrecision) -> list[list[str]]:
-    return [
-        [order.method, str(order.declared), "-" if order.fitted is None else f"{order.fitted:.2f}"]
-        for order in result.orders
-    ]
+    lines = []
+    for row in result.of(problem):
+        errors = [row.errors.get(name) for name in problem.quantities]
+        shown = ["-" if error is None else f"{error:.1e}" for error in errors]
+        times = ["-" if value is None else si(value, "s", 4) for value in (row.seconds, row.least, row.most)]
+        spread = "-" if row.least is None else f"{times[1]} .. {times[2]}"
+        evaluations = "-" if row.evaluations is None else str(row.evaluations)
+        lines.append([row.method, row.setting, *shown, times[0], spread, evaluations, row.problem])
+    return lines
 
 
 def check_output(output: str) -> None:
@@ -71,16 +49,12 @@ def check_output(output: str) -> None:
     Raises
     ------
     UsageError
-        When it is neither a page (.html) nor figures (.svg), or matplotlib is missing.
-    FileAccessError
-        When it cannot be written there.
+        When it is no page (.html), or matplotlib is missing.
     """
     path = Path(output)
-    if path.suffix.lower() not in (".html", ".htm", ".svg"):
-        raise UsageError(f"output must end in .html or .svg (got {path.name!r})")
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise UsageError(f"output must end in .html (got {path.name!r})")
     figure()
-    if path.is_dir() or not os.access(path.parent, os.W_OK):
-        raise FileAccessError(f"{path}: cannot be written (must be a file in a folder that is writable)")
 
 
 def page(result: WorkPrecision) -> str:
@@ -100,45 +74,28 @@ def page(result: WorkPrecision) -> str:
         columns=_columns,
         cells=_cells,
         drawings=_drawings,
-        order_columns=_ORDER_COLUMNS,
-        orders=_order_cells(result),
-        smooth_problem=SMOOTH,
     )
 
 
-def document(result: WorkPrecision, output: str) -> str:
-    """Text of the file ``output``: the page, or for an ending ``.svg`` all diagrams under one another."""
-    if not output.lower().endswith(".svg"):
-        return page(result)
-    diagrams = [one for problem in result.problems for one in _diagrams(result, problem)]
-    return '<?xml version="1.0" encoding="utf-8"?>\n' + _drawing(diagrams, "all")
-
-
 def _drawings(result: WorkPrecision, problem: Problem) -> list[str]:
-    """The diagrams of a problem as SVG elements."""
-    first = f"p{result.problems.index(problem)}q"
-    return [_drawing([one], f"{first}{number}") for number, one in enumerate(_diagrams(result, problem))]
-
-
-def _diagrams(result: WorkPrecision, problem: Problem) -> list[_Diagram]:
-    """Rows and title of the diagrams of a problem, one for each error."""
-    diagrams = []
-    for quantity in problem.quantities:
+    """The diagrams of a problem as SVG elements, one for each error that is known."""
+    index = result.problems.index(problem)
+    drawings = []
+    for number, quantity in enumerate(problem.quantities):
         errors = [(row, row.errors.get(quantity)) for row in result.of(problem)]
         rows = [evolve(row, errors={quantity: error}) for row, error in errors if error is not None]
         if rows:
-            diagrams.append((rows, f"relative error: {quantity} ({problem.name})"))
-    return diagrams
+            title = f"relative error: {quantity} ({problem.name})"
+            # inner names of an element differ from those of the others on the page
+            drawings.append(_drawing(rows, title, f"p{index}q{number}"))
+    return drawings
 
 
-def _drawing(diagrams: list[_Diagram], name: str) -> str:
-    """Diagrams under one another as an SVG element whose inner names begin with ``name``."""
-    width, height = _SIZE
-    drawn, axes = figure(rows=len(diagrams), size=(width, height * len(diagrams)))
-    for ax, (rows, title) in zip(axes, diagrams, strict=True):
-        work_precision(ax, rows, title)
-        bottom, top = ax.get_ylim()
-        error = rows[0].reference_error
-        if bottom < error < top:
-            ax.axhline(error, color="0.4", linewidth=0.7, linestyle=(0, (4, 3)))
-    return svg(drawn, name, "; ".join(title for _, title in diagrams))
+def _drawing(rows: list[Row], title: str, name: str) -> str:
+    drawn, (ax,) = figure(size=_SIZE)
+    work_precision(ax, rows, title)
+    bottom, top = ax.get_ylim()
+    error = rows[0].reference_error
+    if bottom < error < top:
+        ax.axhline(error, color="0.4", linewidth=0.7, linestyle=(0, (4, 3)))
+    return svg(drawn, name, title)

@@ -9,7 +9,7 @@ from attrs import frozen
 from scipy.optimize import brentq
 
 from shockwave.benchmark.scenes import power
-from shockwave.benchmark.timed_runs import Clock
+from shockwave.benchmark.work_precision import Clock
 from shockwave.chain.chain import Chain
 from shockwave.errors import NumericalError
 from shockwave.measurement.simulate import scaled, simulate
@@ -89,12 +89,16 @@ _POWER_LAWS = {
 }
 
 
-def named(name: str) -> Case:
-    """A problem by its name: a power law with the paper's peak force, on the paper's chain."""
+def _named(name: str) -> Case:
+    """A power law with the paper's peak force, on the paper's chain."""
     rise, decay, ratio, rise_time, contact, remark = _POWER_LAWS[name]
     shock, chain = power(rise, decay, ratio, rise_time)
     description = f"power law, t0 = {rise_time:g} T0, n = {ratio:g}, eta {rise:g} and {decay:g}: {remark}"
     return Case(name, description, shock, chain, contact, _KNOWN.get(name))
+
+
+#: The named problems.
+CASES = {name: _named(name) for name in _POWER_LAWS}
 
 
 def case_of(scenario: Scenario) -> Case:
@@ -182,5 +186,5 @@ def _force(x: FloatArray, contact: int) -> float:
 
 
 def _energy(span: Span) -> float:
-    """Of motion and of the contacts, 2/5 of force times overlap each, in scaled units, at the end of a step."""
+    """Energy of motion and of the contacts, 2/5 of force times overlap each, in scaled units, at the end of a step."""
     return float(0.5 * (span.v1 @ span.v1) + 0.4 * (contact_forces(span.x1) @ overlaps(span.x1)))

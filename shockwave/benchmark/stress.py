@@ -13,8 +13,7 @@ from typing import Any
 from attrs import asdict, frozen
 from pebble import ProcessExpired, ProcessPool
 
-from shockwave.benchmark.extreme_cases import Case, find
-from shockwave.benchmark.extreme_checks import CHECKS, Finding
+from shockwave.benchmark.extreme_cases import CHECKS, Case, Finding, find
 from shockwave.simulation.backend import Backend, chosen, lack
 from shockwave.text import table
 
@@ -39,8 +38,16 @@ class Row:
     def to_dict(self) -> dict[str, Any]:
         """The row as ``stress --json`` prints it."""
         case = self.case
-        about = {"case": case.name, "theme": case.theme, "backend": self.backend, "asked": case.asked}
-        return {**about, "must": case.must, "passed": self.passed, **asdict(self.finding), "seconds": self.seconds}
+        return {
+            "case": case.name,
+            "theme": case.theme,
+            "backend": self.backend,
+            "asked": case.asked,
+            "must": case.must,
+            "passed": self.passed,
+            **asdict(self.finding),
+            "seconds": self.seconds,
+        }
 
     def cells(self) -> list[str]:
         """The row as text, a cell for each column of the table."""
@@ -71,17 +78,20 @@ class Stress:
         return 0 if all(row.passed for row in self.rows) else 1
 
     def to_dict(self) -> dict[str, Any]:
-        """What ``stress --json`` prints: no NaN."""
+        """The document that ``stress --json`` prints: no NaN."""
         cases = [row.to_dict() for row in self.rows]
         return {"passed": self.exit_code == 0, "seconds": self.seconds, "cases": cases}
 
     def __str__(self) -> str:
         """A line for each row, the faults, and the count."""
         header = ("case", "backend", "asked", "outcome", "error", "at most", "momentum", "time", "")
-        faults = [f"  {row.case.name} ({row.backend}): {fault}" for row in self.rows for fault in row.finding.faults]
+        lines = [table(header, [row.cells() for row in self.rows]), ""]
+        for row in self.rows:
+            name = f"{row.case.name} ({row.backend})"
+            lines += [f"  {name}: {fault}" for fault in row.finding.faults]
         passed = sum(row.passed for row in self.rows)
-        count = f"{passed} of {len(self.rows)} passed in {self.seconds:.1f} s"
-        return "\n".join([table(header, [row.cells() for row in self.rows]), "", *faults, count])
+        lines.append(f"{passed} of {len(self.rows)} passed in {self.seconds:.1f} s")
+        return "\n".join(lines)
 
 
 def stress(
@@ -106,7 +116,10 @@ def stress(
         When the backend is unknown, or was not built.
     """
     backends = _backends(backend)
-    jobs = [(case, each) for case in find(names) for each in (backends if case.each_backend else backends[-1:])]
+    jobs = []
+    for case in find(names):
+        own = backends if case.each_backend else backends[-1:]
+        jobs += [(case, each) for each in own]
     begin = time.perf_counter()
     rows = []
     with ProcessPool(os.cpu_count() or 1, max_tasks=1, context=get_context("spawn")) as pool:

@@ -1,19 +1,21 @@
-"""Work-precision data: problems, and a row for each method at each setting with its error and its cost."""
+"""Work-precision data and how it is measured: methods at setting after setting on a problem, each run timed."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+import math
+import statistics
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from timeit import Timer
+from typing import Any, NamedTuple, TypeAlias
 
-import numpy as np
-from attrs import asdict, field, frozen
+from attrs import asdict, evolve, field, frozen
 
+from shockwave.errors import NumericalError, ShockwaveError
 from shockwave.text import printed
 
-# Errors below this multiple of the reference error are not the method's alone.
-_ABOVE_REFERENCE = 30.0
-# The number of finest steps from which an order is read.
-_FINEST = 4
+# A finer setting takes about twice as long as the one before.
+_GROWTH = 2.0
 
 
 @frozen
@@ -73,26 +75,13 @@ class Row:
         return next(iter(self.errors.values()), None)
 
 
-@frozen
-class Order:
-    """The observed order of a method of fixed step beside the declared one.
-
-    ``fitted`` is None where too few steps have an error to read.
-    """
-
-    method: str
-    declared: int
-    fitted: float | None
-
-
 @frozen(kw_only=True)
 class WorkPrecision:
-    """What accuracy costs: on what machine it was measured, problems, rows, and observed orders."""
+    """Results of a round: where it was run, problems, and rows."""
 
     provenance: dict[str, str]
     problems: tuple[Problem, ...]
     rows: tuple[Row, ...]
-    orders: tuple[Order, ...]
 
     def of(self, problem: Problem) -> list[Row]:
         """The rows of a problem."""
@@ -109,27 +98,119 @@ class WorkPrecision:
         return printed(self, "shockwave.benchmark.bench_output:text")
 
 
-def observed_order(rows: Sequence[Row]) -> float | None:
-    """The order of a method of fixed step: the slope of log error against log step over the finest steps.
+# ---------------------------------------------------------------- timed runs
 
-    Left out are steps whose errors do not lie well above that of the reference.
 
-    Parameters
-    ----------
-    rows : sequence of Row
-        One method on one smooth problem; ``value`` is the step.
+class TooSlowError(NumericalError):
+    """A run was stopped because it took longer than it may."""
 
-    Returns
-    -------
-    float or None
-        None where fewer than three steps are left.
+
+@frozen
+class Limits:
+    """Time limits of a round.
+
+    ``run`` is the time of one run and ``repetitions`` of all at one setting [s], ``repeats`` their number; each
+    ``every``-th of the settings is run.
     """
-    clear = sorted(
-        (row.value, row.error)
-        for row in rows
-        if row.value and row.error is not None and row.error > _ABOVE_REFERENCE * row.reference_error
+
+    run: float
+    repetitions: float
+    repeats: int
+    every: int = 1
+
+
+class Clock:
+    """Stops a run after ``seconds`` [s], wherever the run checks it."""
+
+    def __init__(self, seconds: float = math.inf) -> None:
+        self.seconds = seconds
+        self.end = time.perf_counter() + seconds
+
+    def check(self) -> None:
+        """Raise `TooSlowError` when the time of the run is up."""
+        if time.perf_counter() > self.end:
+            raise TooSlowError(f"stopped: a run may take {self.seconds:g} s")
+
+
+class Answer(NamedTuple):
+    """Relative errors by quantity, and the cost that the method reports."""
+
+    errors: Mapping[str, float | None]
+    evaluations: int | None = None
+    steps: int | None = None
+
+
+@frozen
+class Method:
+    """A method of a problem, ready to run.
+
+    Attributes
+    ----------
+    name : str
+        Its name in rows.
+    run : callable
+        From a value of the setting and a `Clock` to an `Answer`.
+    setting : str
+        The name of what is varied; the whole text of the setting where there is one run only.
+    values : tuple of float
+        Cheapest first; None for a single run.
+    """
+
+    name: str
+    run: Callable[[Any, Clock], Answer]
+    setting: str = "-"
+    values: tuple[float | None, ...] = (None,)
+
+    def text(self, value: float | None) -> str:
+        """The setting as text: steps as they are, tolerances as powers of ten."""
+        if value is None:
+            return self.setting
+        return f"{self.setting} {value:.3g}" if self.setting == "step" else f"{self.setting} {value:.0e}"
+
+
+#: A problem and its methods.
+Experiment: TypeAlias = tuple[Problem, Iterable[Method]]
+
+
+def measured(problem: Problem, method: Method, limits: Limits) -> Iterator[Row]:
+    """A row for each value of the setting; a run that fails, or would take too long, has a row with the reason."""
+    last = 0.0
+    for value in method.values[:: limits.every]:
+        row = Row(problem.family, problem.name, method.name, method.text(value), value)
+        row = evolve(row, reference_error=problem.reference_error)
+        if last * _GROWTH > limits.run:
+            yield evolve(row, problem=f"left out: it would take longer than the {limits.run:g} s that a run may")
+            continue
+        begin = time.perf_counter()
+        try:
+            row = _timed(row, method, limits)
+        except ShockwaveError as error:
+            row = evolve(row, problem=str(error))
+        except Exception as error:  # of a plugin
+            row = evolve(row, problem=f"{type(error).__name__}: {error}")
+        last = row.seconds or time.perf_counter() - begin
+        yield row
+
+
+def _timed(row: Row, method: Method, limits: Limits) -> Row:
+    """The row with errors, cost and times; no garbage is collected during runs."""
+    answers: list[Answer] = []
+    timer = Timer(lambda: answers.append(method.run(row.value, Clock(limits.run))))
+    warm_up = timer.timeit(number=1)
+    repeats = min(limits.repeats, int(limits.repetitions / max(warm_up, 1e-9)))
+    # The one run of a slow method is worth more than none.
+    seconds = timer.repeat(repeats, number=1) or [warm_up]
+    answer = answers[0]
+    finite = {name: error for name, error in answer.errors.items() if error is not None and math.isfinite(error)}
+    unknown = {name for name, error in answer.errors.items() if error is None}
+    return evolve(
+        row,
+        errors=dict.fromkeys(answer.errors) | finite,
+        seconds=statistics.median(seconds),
+        least=min(seconds),
+        most=max(seconds),
+        runs=len(seconds),
+        evaluations=answer.evaluations,
+        steps=answer.steps,
+        problem="" if finite.keys() | unknown == answer.errors.keys() else "not finite",
     )
-    if len(clear) < 3:
-        return None
-    steps, errors = np.log(clear[:_FINEST]).T
-    return float(np.polyfit(steps, errors, 1)[0])

@@ -11,7 +11,7 @@ from shockwave.cli.scenario_commands import loaded
 def bench(options: argparse.Namespace) -> int:
     """Work and precision."""
     from shockwave.benchmark.bench import run
-    from shockwave.benchmark.bench_output import check_output, document
+    from shockwave.benchmark.bench_output import check_output, page
 
     scenarios = loaded(options.files, output=options.output)
     if options.output:
@@ -19,7 +19,7 @@ def bench(options: argparse.Namespace) -> int:
     found = run(scenarios, options.family, options.quick, options.longest, show_progress)
     print_result(found, options.json)
     if options.output:  # last, so that a page that cannot be written costs no result
-        return written(document(found, options.output), options.output)
+        return written(page(found), options.output)
     return 0
 
 

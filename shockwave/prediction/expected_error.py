@@ -33,8 +33,6 @@ RESOURCE = "expected_error.json"
 _WIDEST_WINDOW = 0.165
 # Noise turns a record by so much; more is a second peak.
 _MOST_REVERSAL = 0.05
-# An upper end above this is a warning of its own.
-_USELESS = 0.5
 # Errors were measured with the exact coefficient of A; they hold for others as near as the paper's.
 _NEAR = 0.01
 # Below this many granules the steady wave of a prediction has not formed.
@@ -133,24 +131,20 @@ def expected_error(
     conditions : sequence of Condition
         The inequalities (3): errors were measured only where all hold.
     """
-    if answer.tells_error:
+    if answer.states_error:
         return answer.expected_error, []
     reason = _unmeasured(answer, shock, conditions)
     if reason:
         return None, [reason]
     found = measures(shock)
     short, long = laws()
-    simulated = None
-    if found is not None:
-        law = short if found.spread <= short.bounds[-1] else long
-        simulated = law.bounds_of(found)
+    law = short if found and found.spread <= short.bounds[-1] else long
+    simulated = law.bounds_of(found) if found else None
     if simulated is None:
-        sentence = "the shock is longer, or of another shape, than those whose errors were measured: simulate to know"
-        return None, [sentence]
-    low, high = (answer.amplitudes[0] / end - 1 for end in reversed(simulated))
-    if high > _USELESS and answer.regime == "ejection":
-        return (low, high), ["(5h) adds more momentum than the shock has to give: simulate instead"]
-    return (low, high), []
+        return None, ["the shock is longer, or of another shape, than those that were measured: simulate to know"]
+    low, high = simulated
+    peak = answer.amplitudes[0]
+    return (peak / high - 1, peak / low - 1), []
 
 
 def _unmeasured(answer: ScaledAnswer, shock: ScaledShock, conditions: Sequence[Condition]) -> str:
@@ -161,28 +155,22 @@ def _unmeasured(answer: ScaledAnswer, shock: ScaledShock, conditions: Sequence[C
     turns = reversal(shock.profile)
     if turns > _MOST_REVERSAL:
         return f"the shock has several peaks (it turns by {turns:.0%} of its peak): simulate to know"
-    near = abs(shock.momentum_parameter / MOMENTUM - 1) < _NEAR
-    if answer.trust is None or not near:
-        reading = "no error was measured for this reading of section 4"
-        if near and max(answer.amplitudes) > answer.amplitudes[0]:
-            return f"{reading} where a later wave is predicted above the primary: simulate, or take model moments"
-        return f"{reading}: simulate to know"
+    if answer.trust is None or abs(shock.momentum_parameter / MOMENTUM - 1) > _NEAR:
+        return "no error was measured for this reading of section 4: simulate to know"
     if answer.regime == "ejection" and answer.trust > _WIDEST_WINDOW:
-        return (
-            f"the correction window of (5h) is {answer.trust:.2f} of the virtual shock; beyond 0.165 its error has"
-            " no useful bound (+2277 % was measured, and it grows as the shock shortens): simulate instead"
-        )
+        window = f"the correction window of (5h) is {answer.trust:.2f} of the virtual shock"
+        return f"{window}; beyond 0.165 its error has no useful bound: simulate instead"
     return ""
 
 
-def chain_warnings(chain: Chain, tells_error: bool) -> list[str]:
+def chain_warnings(chain: Chain, states_error: bool) -> list[str]:
     """Sentences on a finite chain for which the expected error does not hold; empty where it holds.
 
     Errors were measured on endless chains; those that a model states itself hold there alone, to many digits.
     """
-    if chain.granules is None or (chain.granules >= _SHORT_CHAIN and not tells_error):
+    if chain.granules is None or (chain.granules >= _SHORT_CHAIN and not states_error):
         return []
-    count = f"a chain of {chain.granules} granules"
     if chain.granules < _SHORT_CHAIN:
-        return [f"{count} is too short for a steady wave, of which a prediction speaks"]
-    return [f"of {count} the error is not known: the peak force is that of an endless chain (simulate to know)"]
+        return [f"a chain of {chain.granules} granules is too short for the steady wave that is predicted"]
+    error = f"of a chain of {chain.granules} granules the error is not known"
+    return [f"{error}: the peak force is that of an endless chain (simulate to know)"]

@@ -36,11 +36,11 @@ class ScaledShock:
 
     @property
     def impulse(self) -> float:
-        """Of the whole shock, t0 (a1 + a2)."""
+        """Impulse of the whole shock, t0 (a1 + a2)."""
         return self.rise_time * self.areas.total
 
     def impulse_until(self, time: float) -> float:
-        """Of the shock up to ``time``."""
+        """Impulse of the shock up to ``time``."""
         if time >= self.duration:
             return self.impulse
         method = self.areas.rise.method
@@ -48,7 +48,7 @@ class ScaledShock:
         return self.rise_time * float(self.profile.running_impulse(time / self.rise_time, quadrature))
 
     def force_at(self, time: float) -> float:
-        """Of the shock at ``time``."""
+        """Force of the shock at ``time``."""
         return float(self.profile.force(time / self.rise_time))
 
 
@@ -75,7 +75,7 @@ class Inequality:
 
 @frozen
 class ScaledEjection:
-    """The virtual rise time of (5g), the added momentum of (5h), and how far the window reaches back."""
+    """The virtual rise time of (5g), the added momentum of (5h), and the window over the virtual shock."""
 
     virtual_rise_time: float
     added_momentum: float
@@ -88,8 +88,8 @@ class ScaledAnswer:
 
     ``amplitudes`` are peak forces of the waves, primary first. ``sensitivity`` is d ln F / d ln A of the
     primary, or None where the relation has no derivative. ``roots`` are all peak forces that satisfy the
-    relation read. ``trust`` is the number by which measured errors are ordered (None: not measured). A model that
-    ``tells_error`` gives the lowest and highest relative error of the primary's peak force itself, or None where it
+    relation. ``trust`` is the number by which measured errors are ordered (None: not measured). A model that
+    ``states_error`` gives the lowest and highest relative error of the primary's peak force itself, or None where it
     is unknown. A model that chooses among others states the ``method`` used, and the ``reason`` in a sentence.
     """
 
@@ -102,7 +102,7 @@ class ScaledAnswer:
     ejection: ScaledEjection | None = None
     roots: tuple[float, ...] = ()
     warnings: tuple[str, ...] = ()
-    tells_error: bool = False
+    states_error: bool = False
     expected_error: tuple[float, float] | None = None
     method: str = ""
     reason: str = ""
@@ -134,11 +134,10 @@ class Shocks:
         return len(self.rise_times)
 
     def shock(self, index: int) -> ScaledShock:
-        """One of them."""
+        """The shock at ``index``."""
         shape = self.shapes[index]
-        return ScaledShock(
-            self.profiles[shape], self.areas[shape], float(self.rise_times[index]), self.momentum_parameter
-        )
+        rise_time = float(self.rise_times[index])
+        return ScaledShock(self.profiles[shape], self.areas[shape], rise_time, self.momentum_parameter)
 
 
 @frozen(eq=False)
@@ -158,7 +157,7 @@ class Peaks:
 
     @classmethod
     def of(cls, count: int) -> Peaks:
-        """With nothing known yet."""
+        """Peaks of ``count`` shocks, none known yet."""
         far = np.full(count, np.inf)
         return cls(np.full(count, np.nan), -far, far, np.full(count, "", dtype="U16"), {})
 

@@ -11,7 +11,7 @@ power of the duration. Two limits fix the kernel. All impulse at one instant giv
 1.1681817. A force f that lasts for ever gives F = f int G dx. The power 5/2 is that by which a short pulse falls short
 of an impulse: the path of the granule gives a contact force of the power 3/2 in time, and that force a momentum.
 
-The pulse enters by its moments: `shockwave.prediction.discrete_pulse` makes of it a few impulses with the same first
+The pulse enters by its moments: `shockwave.prediction.shock_measures` makes of it a few impulses with the same first
 moments. Integral and eigenvector are then sums and a small matrix.
 
 ``moments.json`` holds the coefficients, ``docs/fit_moments.py`` makes them, ``docs/moments.md`` reports how they were
@@ -31,7 +31,6 @@ from attrs import field, frozen
 
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
 from shockwave.errors import NumericalError
-from shockwave.prediction.discrete_pulse import Pulse, padded, pulse_of
 from shockwave.prediction.model_interface import (
     Model,
     Peaks,
@@ -42,6 +41,7 @@ from shockwave.prediction.model_interface import (
     Shocks,
 )
 from shockwave.prediction.section4 import regime, relation_of
+from shockwave.prediction.shock_measures import Pulse, pulse_of
 from shockwave.quadrature import FloatArray
 
 #: Name of the file with the coefficients, beside this one.
@@ -54,13 +54,7 @@ _POWER = 2.5
 _MOST_STEPS = 60
 # Step of ln F at which it has settled.
 _SETTLED = 1e-9
-# Pulses that are worked on together.
-_TOGETHER = 128
 _STEP = 1e-4  # of ln t0, for the derivative
-
-
-def _tuples(terms: Sequence[Sequence[str]]) -> tuple[tuple[str, ...], ...]:
-    return tuple(tuple(names) for names in terms)
 
 
 @frozen(eq=False)
@@ -73,7 +67,7 @@ class Law:
         Amplification of a force that lasts for ever, int G dx.
     reach : float
         Of the local measures, in x: they count an impulse at a distance x by exp(-(x/reach)^2).
-    terms : tuple of tuple of str
+    terms : sequence of sequence of str
         The products of columns in the correction.
     coefficients : numpy.ndarray, shape (terms,)
         Of these products.
@@ -83,7 +77,7 @@ class Law:
 
     step_limit: float
     reach: float
-    terms: tuple[tuple[str, ...], ...] = field(converter=_tuples)
+    terms: Sequence[Sequence[str]]
     coefficients: FloatArray = field(converter=np.array)
     spreads: FloatArray = field(converter=np.array)
     errors: FloatArray = field(converter=np.array)
@@ -110,9 +104,10 @@ class Law:
         # the error of 1.1681817 itself, to its last digit, and a share of the smallest error that could be measured
         return np.asarray(np.exp(known + short) + min(5e-8, float(self.errors[0])))
 
-    def bound(self, pulse: Pulse) -> float | None:
-        """The error to be expected of a pulse; None where none was measured."""
-        return float(self.error(pulse.spread)) if pulse.known and pulse.spread <= self.spreads[-1] else None
+    def bound(self, pulse: Pulse) -> float:
+        """The error to be expected of a pulse; infinite where none was measured."""
+        measured = pulse.known and pulse.spread <= self.spreads[-1]
+        return float(self.error(pulse.spread)) if measured else math.inf
 
     def amplification(self, pulses: Sequence[Pulse]) -> FloatArray:
         """F/F0 of pulses, shape (pulses,)."""
@@ -120,70 +115,53 @@ class Law:
 
 
 @cache
-def law() -> Law:
+def moments_law() -> Law:
     """The law, read once."""
     text = resources.files(__package__).joinpath(RESOURCE).read_text(encoding="utf-8")
     return Law(**json.loads(text)["law"])
 
 
-def evaluated(made: Law, pulses: Sequence[Pulse]) -> tuple[FloatArray, FloatArray]:
-    """The kernel's ln F/F0, shape (pulses,), and the columns, shape (pulses, columns).
-
-    Pulses of like length are done together, as the work scales as its square.
-    """
-    order = np.argsort([len(pulse.times) for pulse in pulses], kind="stable")
-    log_force, found = np.zeros(len(order)), np.zeros((len(order), len(COLUMNS)))
-    for group in np.array_split(order, math.ceil(len(order) / _TOGETHER)):
-        times, impulses = padded([pulses[index] for index in group])
-        log_force[group], weights = kernel_force(made, times, impulses)
-        found[group] = columns(made, times, impulses, log_force[group], weights)
+def evaluated(law: Law, pulses: Sequence[Pulse]) -> tuple[FloatArray, FloatArray]:
+    """The kernel's ln F/F0, shape (pulses,), and the columns, shape (pulses, columns)."""
+    log_force = np.empty(len(pulses))
+    found = np.empty((len(pulses), len(COLUMNS)))
+    for row, pulse in enumerate(pulses):
+        log_force[row], weights = kernel_force(law, pulse)
+        found[row] = columns(law, pulse, log_force[row], weights)
     return log_force, found
 
 
 # ---------------------------------------------------------------- the kernel and the local measures
 
 
-def kernel_force(made: Law, times: FloatArray, impulses: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """ln F/F0 by the kernel alone, shape (pulses,), and the weights m psi^2, of sum 1, shape (pulses, k).
-
-    Parameters
-    ----------
-    made : Law
-        Of which the kernel is taken.
-    times, impulses : numpy.ndarray, shape (pulses, k)
-        As of `Pulse`; instants without impulse do not count.
+def kernel_force(law: Law, pulse: Pulse) -> tuple[float, FloatArray]:
+    """ln F/F0 of a pulse by the kernel alone, and the weights m psi^2 of its impulses, of sum 1, shape (k,).
 
     Raises
     ------
     NumericalError
         When the eigenvalue does not settle.
     """
-    apart = np.abs(times[:, :, None] - times[:, None, :]) / made.width
-    root = np.sqrt(impulses)
+    apart = np.abs(pulse.times[:, None] - pulse.times) / law.width
+    root = np.sqrt(pulse.impulses)
     # Both limits are upper bounds.
-    log_force = np.minimum(1.2 * np.log(_G0 * impulses.sum(axis=1)), math.log(made.step_limit))
-    weights = np.zeros_like(times)
-    left = np.arange(len(times))
+    log_force = min(1.2 * math.log(_G0 * pulse.impulses.sum()), math.log(law.step_limit))
     for _ in range(_MOST_STEPS):
-        power = (apart[left] * np.exp(log_force[left] / 6)[:, None, None]) ** _POWER
-        matrix = _G0 * np.exp(-power) * root[left, :, None] * root[left, None, :]
+        power = (apart * math.exp(log_force / 6)) ** _POWER
+        matrix = _G0 * np.exp(-power) * root[:, None] * root
         values, vectors = np.linalg.eigh(matrix)
-        eigenvalue, vector = values[:, -1], vectors[:, :, -1]
-        weights[left] = vector**2
+        eigenvalue, vector = float(values[-1]), vectors[:, -1]
         # d ln(eigenvalue) / d ln F is this over six.
-        slope = -_POWER * np.einsum("pi,pij,pj->p", vector, power * matrix, vector) / eigenvalue
-        step = (1.2 * np.log(eigenvalue) - log_force[left]) / (1 - 0.2 * slope)
-        log_force[left] += step
-        left = left[~(np.abs(step) < _SETTLED)]
-        if not len(left):
-            return log_force, weights
+        slope = -_POWER * float(vector @ (power * matrix) @ vector) / eigenvalue
+        step = (1.2 * math.log(eigenvalue) - log_force) / (1 - 0.2 * slope)
+        log_force += step
+        if abs(step) < _SETTLED:
+            return log_force, vector**2
     raise NumericalError("the kernel of the law of moments has no settled eigenvalue for this pulse: simulate it")
 
 
-def columns(
-    made: Law, times: FloatArray, impulses: FloatArray, log_force: FloatArray, weights: FloatArray
-) -> FloatArray:
-    """The local measures, shape (pulses, columns), for what `kernel_force` takes and gives.
+def columns(law: Law, pulse: Pulse, log_force: float, weights: FloatArray) -> FloatArray:
+    """The local measures of a pulse, shape (columns,), with what `kernel_force` returns.
 
     Each instant x_i has the impulses m_j F^(-5/6) around it, u_ij = G0 m_j F^(-5/6) exp(-((x_i - x_j)/reach)^2), with
     the sums N = sum u_ij, D = sum u_ij (x_i - x_j), Q = sum u_ij (x_i - x_j)^2, and B and A, the parts of D with x_j
@@ -197,17 +175,20 @@ def columns(
     after_up    < A^(7/2) >                         scatter     < N^2 > - < N >^2
     ==========  ==================================  ==========  ==================================
     """
-    x = times * np.exp(log_force / 6)[:, None]
-    strength = _G0 * impulses * np.exp(-log_force * (5 / 6))[:, None]
-    off = x[:, :, None] - x[:, None, :]
-    near = np.exp(-((off / made.reach) ** 2)) * strength[:, None, :]
+    x = pulse.times * math.exp(log_force / 6)
+    strength = _G0 * pulse.impulses * math.exp(-log_force * (5 / 6))
+    off = x[:, None] - x
     distance = np.abs(off)
-    total, directed, length = near.sum(axis=2), (near * off).sum(axis=2), (near * distance).sum(axis=2)
-    squared = (near * off * off).sum(axis=2)
-    before, after = np.maximum(length + directed, 0) / 2, np.maximum(length - directed, 0) / 2
+    near = np.exp(-((off / law.reach) ** 2)) * strength
+    total = near.sum(axis=1)
+    directed = (near * off).sum(axis=1)
+    length = (near * distance).sum(axis=1)
+    squared = (near * off * off).sum(axis=1)
+    before = np.maximum(length + directed, 0) / 2
+    after = np.maximum(length - directed, 0) / 2
     share = total - 1
     local = (
-        (near * distance * distance * np.sqrt(distance)).sum(axis=2),
+        (near * distance * distance * np.sqrt(distance)).sum(axis=1),
         before**2.5,
         after**2.5,
         before**3.5,
@@ -217,9 +198,9 @@ def columns(
         directed**2,
         squared,
         share,
-        (share - (weights * share).sum(axis=1, keepdims=True)) ** 2,
+        (share - (weights * share).sum()) ** 2,
     )
-    return np.stack([(weights * each).sum(axis=1) for each in local], axis=-1)
+    return np.array([(weights * each).sum() for each in local])
 
 
 # ---------------------------------------------------------------- the model
@@ -227,13 +208,14 @@ def columns(
 
 def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     """The primary of a scaled shock by the law; the regime by (5d), (5e), the relation by the peak force."""
-    pulse, made = pulse_of(shock), law()
+    pulse = pulse_of(shock)
+    law = moments_law()
     stretched = [pulse.stretched(math.exp(step)) for step in (0.0, _STEP, -_STEP)]
-    peak, longer, shorter = made.amplification(stretched).tolist()
+    peak, longer, shorter = law.amplification(stretched).tolist()
     sensitivity = -math.log(longer / shorter) / (2 * _STEP)
-    warnings = ["the law of moments tells the primary alone: later waves of a train are not listed"]
-    bound = made.bound(pulse)
-    if bound is None:
+    warnings = ["the law of moments predicts the primary alone: later waves of a train are not listed"]
+    bound = law.bound(pulse)
+    if math.isinf(bound):
         warnings.append("the shock is longer, or finer, than those on which the law was judged: simulate to know")
     return answer(shock, settings, peak, bound, sensitivity, warnings)
 
@@ -242,11 +224,11 @@ def answer(
     shock: ScaledShock,
     settings: Settings,
     peak: float,
-    bound: float | None,
+    bound: float,
     sensitivity: float | None,
     warnings: Sequence[str] = (),
 ) -> ScaledAnswer:
-    """The answer for a shock whose primary alone is known, of amplification ``peak`` within ``bound``."""
+    """The answer for a shock of which the primary alone is predicted, of amplification ``peak`` within ``bound``."""
     kind, trace = regime(shock)
     return ScaledAnswer(
         kind,
@@ -257,19 +239,21 @@ def answer(
         ejection=_ejection(shock, peak) if kind == "ejection" else None,
         roots=(peak,) if kind == "train" else (),
         warnings=tuple(warnings),
-        tells_error=True,
-        expected_error=None if bound is None else (-bound, bound),
+        states_error=True,
+        expected_error=None if math.isinf(bound) else (-bound, bound),
     )
 
 
 def peaks(shocks: Shocks, settings: Settings) -> Peaks:
     """The primaries of many shocks by the law."""
-    made, results = law(), Peaks.of(len(shocks))
-    pulses = [pulse_of(shocks.shock(index)) for index in range(len(shocks))]
-    if pulses:
-        bounds = np.array([np.inf if (bound := made.bound(pulse)) is None else bound for pulse in pulses])
-        results.amplification[:], results.method[:] = made.amplification(pulses), "moments"
-        results.low[:], results.high[:] = -bounds, bounds
+    law = moments_law()
+    results = Peaks.of(len(shocks))
+    results.method[:] = "moments"
+    for index in range(len(shocks)):
+        pulse = pulse_of(shocks.shock(index))
+        results.amplification[index] = law.amplification([pulse])[0]
+        results.high[index] = law.bound(pulse)
+    results.low[:] = -results.high
     return results
 
 

@@ -1,17 +1,25 @@
-"""The outcome of a prediction: one frozen class per regime."""
+"""Results of predictions and their text: of one shock, a frozen class per regime; of many shocks, arrays."""
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Any, ClassVar
 
+import numpy as np
+import numpy.typing as npt
 from attrs import asdict, frozen
 
 from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.prediction.model_interface import Inequality, Regime, Relation
 from shockwave.profiles.base import Areas
 from shockwave.profiles.conditions import Condition
+from shockwave.quadrature import FloatArray
 from shockwave.scene import Scene
-from shockwave.text import printed
+from shockwave.text import indent, notes, range_text, si, table
+
+# Listed figures of a wave, with their units.
+_WAVE = {"peak_force": "N", "momentum": "N s", "energy": "J", "speed": "m/s", "width": "s"}
+_RELATIONS = {"less": "less than", "equal": "about equal to", "greater": "greater than"}
 
 
 @frozen
@@ -100,7 +108,7 @@ class Outcome:
         return {**values, "regime": self.regime, "reason": self.reason or None, "ejection": None}
 
     def __str__(self) -> str:
-        return printed(self, "shockwave.prediction.outcome_text:outcome_text")
+        return outcome_text(self)
 
 
 @frozen(kw_only=True)
@@ -150,3 +158,98 @@ class TrainOutcome(Outcome):
     regime: ClassVar[Regime] = "train"
 
     roots: tuple[float, ...] = ()
+
+
+def outcome_text(outcome: Outcome) -> str:
+    """The figures, the waves, and the inequalities that decided."""
+    name = f" of {outcome.scenario}" if outcome.scenario else ""
+    lines = [f"prediction by {outcome.model}{name}", *outcome.scene.lines()]
+    if outcome.reason:
+        lines.append(f"  method            {outcome.method}: {outcome.reason}")
+    lines += [
+        f"  regime            {outcome.regime}",
+        f"  relation          primary {_RELATIONS[outcome.relation]} the shock's peak force",
+        f"  peak force        {si(outcome.peak_force, 'N')}, {outcome.amplification:.5g} times the shock's",
+        f"  expected error    {range_text(outcome.expected_error)}",
+        f"  applied momentum  {si(outcome.applied_momentum, 'N s')}",
+    ]
+    if isinstance(outcome, EjectionOutcome):
+        rise = si(outcome.virtual_rise_time, "s")
+        added = si(outcome.added_momentum, "N s")
+        lines.append(f"  ejection          virtual rise time {rise}, added momentum {added}")
+    if powers := outcome.exponents:
+        scaling = f"R^{powers.radius:.3f} rho^{powers.density:.3f} E^{powers.youngs_modulus:.3f}"
+        lines.append(f"  scales as         {scaling}")
+    waves = []
+    for number, wave in enumerate(outcome.waves, start=1):
+        figures = [si(getattr(wave, name), unit) for name, unit in _WAVE.items()]
+        waves.append([str(number), *figures])
+    conditions = [(c.statement, f"{c.margin:+.4g} t0", "holds" if c.holds else "FAILS") for c in outcome.conditions]
+    steps = [(t.statement, si(t.left, "s"), si(t.right, "s"), t.outcome, t.equation) for t in outcome.trace]
+    tables = (
+        table(("wave", *(name.replace("_", " ") for name in _WAVE)), waves),
+        table(("condition (3)", "margin", ""), conditions),
+        table(("decided by", "left", "right", "hence", "equation"), steps),
+    )
+    for each in tables:
+        lines += ["", indent(each)]
+    return "\n".join(lines + notes(outcome.warnings))
+
+
+@frozen(kw_only=True, eq=False)
+class Predictions:
+    """The primaries of many shocks, in their order.
+
+    Attributes
+    ----------
+    model : str
+        Name of the model.
+    peak_force, amplification : numpy.ndarray, shape (shocks,)
+        Of the primary [N]; over the peak force of the shock. NaN for a shock among ``failures``.
+    expected_error : numpy.ndarray, shape (shocks, 2)
+        Lowest and highest relative error of ``peak_force`` to be expected; infinite where it is not known.
+    method : numpy.ndarray of str, shape (shocks,)
+        The method by which each was found; empty for a shock among ``failures``.
+    failures : tuple of (int, str)
+        Indices of shocks that have no answer, ascending, each with the reason.
+    warnings : tuple of str
+        What a reader must know before using the figures.
+    """
+
+    model: str
+    peak_force: FloatArray
+    amplification: FloatArray
+    expected_error: FloatArray
+    method: npt.NDArray[np.str_]
+    failures: tuple[tuple[int, str], ...]
+    warnings: tuple[str, ...] = ()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Predictions) and self.to_dict() == other.to_dict()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Lists of SI floats, None where there is no number."""
+        return {
+            "model": self.model,
+            "peak_force": _numbers(self.peak_force),
+            "amplification": _numbers(self.amplification),
+            "expected_error": [pair if None not in pair else None for pair in map(_numbers, self.expected_error)],
+            "method": self.method.tolist(),
+            "failures": [{"index": index, "reason": reason} for index, reason in self.failures],
+            "warnings": list(self.warnings),
+        }
+
+    def __str__(self) -> str:
+        """Counts by method, and the first failure."""
+        lines = [f"{len(self.method)} predictions by {self.model}"]
+        for name, count in Counter(self.method.tolist()).most_common():
+            if name:
+                lines.append(f"  by {name:<15}{count}")
+        if self.failures:
+            index, reason = self.failures[0]
+            lines.append(f"  no answer         {len(self.failures)}; the first, shock {index}: {reason}")
+        return "\n".join(lines + notes(self.warnings))
+
+
+def _numbers(values: FloatArray) -> list[float | None]:
+    return [value if np.isfinite(value) else None for value in values.tolist()]

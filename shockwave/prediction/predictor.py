@@ -1,30 +1,33 @@
-"""The predictor: a shock and a chain in, an outcome out, without solving the equations of motion."""
+"""The predictor: shocks and chains in, outcomes out, without solving the equations of motion."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from functools import cache
+from typing import Any, Literal
 
+import numpy as np
 from attrs import evolve, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, MOMENTUM, PAPER_COEFFICIENT, SolitaryWave
-from shockwave.errors import InvalidValueError
+from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.fields import Quantity, quantity
 from shockwave.prediction.expected_error import chain_warnings, expected_error
-from shockwave.prediction.model_interface import ScaledAnswer, ScaledShock, Settings
-from shockwave.prediction.outcome import EjectionOutcome, Exponents, Outcome, SingleOutcome, TrainOutcome
+from shockwave.prediction.model_interface import Model, Peaks, ScaledAnswer, ScaledShock, Settings, Shocks
+from shockwave.prediction.outcome import EjectionOutcome, Exponents, Outcome, Predictions, SingleOutcome, TrainOutcome
+from shockwave.profiles.base import Areas, ShockProfile
 from shockwave.profiles.conditions import conditions
+from shockwave.profiles.guard import is_value
 from shockwave.profiles.shock import Shock
 from shockwave.registry import blame, find, load
 from shockwave.scene import Scene
 
-if TYPE_CHECKING:
-    from shockwave.prediction.many_shocks import Predictions
-
-
 MOMENTUM_COEFFICIENTS = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
+_RTOL = "relative error allowed of the primary's peak force; for model auto, 1e-3 unless given"
 MOMENTUM_COEFFICIENT = Quantity("", "leading number of A", at_least=0.01, at_most=1000)
+# Of one shock, whereas a plugin at fault ends all predictions.
+_NO_ANSWER = (InvalidValueError, NumericalError)
 
 
 def coefficient_of(choice: str | float) -> float:
@@ -72,14 +75,7 @@ class Predictor:
     """
 
     model: str = "section-4"
-    rtol: float | None = quantity(
-        "",
-        "relative error allowed of the primary's peak force; for model auto, 1e-3 unless given",
-        at_least=1e-8,
-        at_most=0.5,
-        optional=True,
-        default=None,
-    )
+    rtol: float | None = quantity("", _RTOL, at_least=1e-8, at_most=0.5, optional=True, default=None)
     momentum_coefficient: str | float = "exact"
     alpha: Literal["constant", "literal"] = "constant"
     equal_tolerance: float = quantity("", "relative difference called equal", at_least=0, below=1, default=0.05)
@@ -93,12 +89,11 @@ class Predictor:
             find("quadratures", self.quadrature)
         if self.alpha not in ("constant", "literal"):
             raise InvalidValueError.of("alpha", f"must be 'constant' or 'literal' (got {self.alpha!r})")
-        left_out = f"must be left out for model {self.model!r}"
-        if self.alpha != "constant" and "alpha" not in takes:
-            raise InvalidValueError.of("alpha", f"{left_out}, which has none (got {self.alpha!r})")
-        if self.rtol is not None and "rtol" not in takes:
-            remedy = "take model auto, or simulate to a tolerance instead"
-            raise InvalidValueError.of("rtol", f"{left_out}: its formulae have none (got {self.rtol!r}; {remedy})")
+        for name, default in (("alpha", "constant"), ("rtol", None)):
+            value = getattr(self, name)
+            if value != default and name not in takes:
+                rule = f"must be left out for model {self.model!r}, which does not use it"
+                raise InvalidValueError.of(name, f"{rule} (got {value!r})")
 
     def predict(self, shock: Shock, chain: Chain) -> Outcome:
         """The outcome of ``shock`` on ``chain``.
@@ -120,57 +115,20 @@ class Predictor:
         NumericalError
             When a root of the train relations is not found, or no method has an answer.
         """
-        scales = Scales.of(chain, shock.peak_force)
         areas = shock.profile.areas(self.quadrature)
-        ratio = scales.rise_time(shock.rise_time)
+        ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
         scaled = ScaledShock(shock.profile, areas, ratio, self._momentum_parameter)
         model = load("models", self.model)
         with blame("models", model):
             answer: ScaledAnswer = model(scaled, self._settings)
-        return self._outcome(shock, chain, scales, scaled, answer)
+        return self._outcome(shock, chain, scaled, answer)
 
-    def predict_many(self, shocks: Iterable[Shock], chain: Chain | Sequence[Chain]) -> Predictions:
-        """The primaries of many shocks, as arrays.
-
-        Whatever depends on the shape alone is computed once for shocks that share a profile, or have equal ones.
-
-        Parameters
-        ----------
-        shocks : iterable of Shock
-            The shocks.
-        chain : Chain or sequence of Chain
-            One for all of them, or one each.
-
-        Returns
-        -------
-        Predictions
-            In the order of the shocks. One without an answer is listed among its ``failures``.
-
-        Raises
-        ------
-        InvalidValueError
-            When there are not as many chains as shocks, or one of these is something else.
-        """
-        # One shock needs none of it.
-        from shockwave.prediction.many_shocks import predicted
-
-        return predicted(self.model, self._settings, self.quadrature, self._momentum_parameter, shocks, chain)
-
-    @property
-    def _settings(self) -> Settings:
-        return Settings(self.alpha, self.equal_tolerance, self.wave_threshold, self.rtol)
-
-    @property
-    def _momentum_parameter(self) -> float:
-        return MOMENTUM * coefficient_of(self.momentum_coefficient) / EXACT_COEFFICIENT
-
-    def _outcome(
-        self, shock: Shock, chain: Chain, scales: Scales, scaled: ScaledShock, answer: ScaledAnswer
-    ) -> Outcome:
+    def _outcome(self, shock: Shock, chain: Chain, scaled: ScaledShock, answer: ScaledAnswer) -> Outcome:
+        scales = Scales.of(chain, shock.peak_force)
         coefficient = coefficient_of(self.momentum_coefficient)
         checked = conditions(scaled.areas, shock.profile.duration_ratio)
         error, doubts = expected_error(answer, scaled, checked)
-        of_chain = chain_warnings(chain, answer.tells_error)
+        of_chain = chain_warnings(chain, answer.states_error)
         peaks = [amplitude * shock.peak_force for amplitude in answer.amplitudes]
         steps = [evolve(step, left=step.left * scales.time, right=step.right * scales.time) for step in answer.trace]
         endless = ", on an endless chain" if answer.reason and chain.granules is not None else ""
@@ -202,3 +160,103 @@ class Predictor:
         if answer.regime == "train":
             return TrainOutcome(**common, roots=tuple(root * shock.peak_force for root in answer.roots))
         return SingleOutcome(**common)
+
+    def predict_many(self, shocks: Iterable[Shock], chain: Chain | Sequence[Chain]) -> Predictions:
+        """The primaries of many shocks, as arrays.
+
+        Whatever depends on the shape alone is computed once for shocks that share a profile, or have equal ones.
+
+        Parameters
+        ----------
+        shocks : iterable of Shock
+            The shocks.
+        chain : Chain or sequence of Chain
+            One for all of them, or one each.
+
+        Returns
+        -------
+        Predictions
+            In the order of the shocks. One without an answer is listed among its ``failures``.
+
+        Raises
+        ------
+        InvalidValueError
+            When there are not as many chains as shocks.
+        """
+        shocks = list(shocks)
+        chains = [chain] * len(shocks) if isinstance(chain, Chain) else list(chain)
+        if len(chains) != len(shocks):
+            raise InvalidValueError.of("chain", f"must be one, or one for each shock (got {len(chains)})")
+        model = load("models", self.model)
+        at_once = isinstance(model, Model)
+        found = self._together(model, shocks, chains) if at_once else self._one_by_one(shocks, chains)
+        notes: dict[str, None] = {}
+        for index, (shock, each) in enumerate(zip(shocks, chains, strict=True)):
+            if of_chain := chain_warnings(each, at_once):
+                found.low[index], found.high[index] = -np.inf, np.inf
+            notes.update(dict.fromkeys((*of_chain, *shock.profile.notes)))
+        return Predictions(
+            model=self.model,
+            peak_force=found.amplification * np.array([shock.peak_force for shock in shocks], dtype=float),
+            amplification=found.amplification,
+            expected_error=np.stack([found.low, found.high], axis=-1),
+            method=found.method,
+            failures=tuple(sorted(found.failures.items())),
+            warnings=(*found.warnings, *notes),
+        )
+
+    def _together(self, model: Model, shocks: list[Shock], chains: list[Chain]) -> Peaks:
+        """The primaries by a model for many shocks; each shape is integrated once."""
+        results = Peaks.of(len(shocks))
+        scales = cache(Scales.of)
+        # by the profile, or by the identity of one that is no value
+        shapes: dict[object, tuple[int, ShockProfile, Areas]] = {}
+        given: dict[int, tuple[int, float]] = {}  # index of a shock -> number of its shape, rise time
+        for index, (shock, chain) in enumerate(zip(shocks, chains, strict=True)):
+            profile = shock.profile
+            key = profile if is_value(profile) else id(profile)
+            try:
+                rise_time = scales(chain, shock.peak_force).rise_time(shock.rise_time)
+                if key not in shapes:
+                    shapes[key] = len(shapes), profile, profile.areas(self.quadrature)
+            except _NO_ANSWER as error:
+                results.failures[index] = str(error)
+            else:
+                given[index] = shapes[key][0], rise_time
+        places = list(given)
+        scaled = Shocks(
+            profiles=tuple(profile for _, profile, _ in shapes.values()),
+            areas=tuple(areas for _, _, areas in shapes.values()),
+            shapes=np.array([number for number, _ in given.values()], dtype=np.intp),
+            rise_times=np.array([time for _, time in given.values()], dtype=float),
+            momentum_parameter=self._momentum_parameter,
+        )
+        found = model.many(scaled, self._settings)
+        for name in ("amplification", "low", "high", "method"):
+            getattr(results, name)[places] = getattr(found, name)
+        results.failures.update({places[index]: reason for index, reason in found.failures.items()})
+        results.warnings.extend(found.warnings)
+        return results
+
+    def _one_by_one(self, shocks: list[Shock], chains: list[Chain]) -> Peaks:
+        """The primaries by a model for one shock at a time."""
+        results = Peaks.of(len(shocks))
+        for index, (shock, chain) in enumerate(zip(shocks, chains, strict=True)):
+            try:
+                outcome = self.predict(shock, chain)
+            except _NO_ANSWER as error:
+                results.failures[index] = str(error)
+                continue
+            results.amplification[index] = outcome.amplification
+            results.method[index] = outcome.method
+            if outcome.expected_error is not None:
+                results.low[index], results.high[index] = outcome.expected_error
+        return results
+
+    @property
+    def _settings(self) -> Settings:
+        return Settings(self.alpha, self.equal_tolerance, self.wave_threshold, self.rtol)
+
+    @property
+    def _momentum_parameter(self) -> float:
+        return MOMENTUM * coefficient_of(self.momentum_coefficient) / EXACT_COEFFICIENT

@@ -1,4 +1,4 @@
-"""Quadrature points of a whole shock, and the integrals by which simulated peak forces are ordered."""
+"""Integrals of a whole shock: its measures, and the few impulses that have the same first moments."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from functools import cache
 import numpy as np
 from attrs import frozen
 
-from shockwave.chain.solitary_wave import MOMENTUM
+from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
 from shockwave.prediction.model_interface import ScaledShock
 from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.guard import kept
 from shockwave.quadrature import FloatArray
 
 # Pieces of a smooth part of the force halve towards both its ends so many times, for infinite slopes and steep decays.
@@ -21,8 +22,16 @@ _SMOOTH_PARTS = 16
 _MOST_PARTS = 2048
 # Pieces wider than this share of a part lie in its middle.
 _MIDDLE = 0.05
-# Impulse by these points against the exact one: if they differ by more, they have missed something.
+# Points may miss this share of the impulse; a pulse of which they miss more is too fine for them.
 _MOST_MISSED = 1e-3
+# Impulses that stand for pulses that last up to so many times of their wave.
+_INSTANTS = ((0.5, 8), (1.5, 12), (3.0, 16), (10.0, 32), (35.0, 64), (math.inf, 128))
+# Longer pulses, in times of their wave, are cut to the strongest stretch.
+_LONGEST = 50.0
+# The cells on which that stretch is searched.
+_CELLS = 400
+_HIGHEST = 2.36  # amplification of a step, to a per cent
+_ROUNDING = 1e-14
 
 
 @frozen
@@ -53,7 +62,7 @@ class Measures:
     duration: float
 
     def logarithms(self) -> FloatArray:
-        """Of strength, mean force and cubic mean force, shape (3,)."""
+        """Logarithms of strength, mean force and cubic mean force, shape (3,)."""
         return np.log([self.strength, self.mean_force, self.cubic_mean_force])
 
 
@@ -120,3 +129,98 @@ def pieces(halvings: int) -> FloatArray:
         return np.array([0.0, 1.0])
     towards = np.append(0.0, 0.5 ** np.arange(halvings, 0, -1))
     return np.concatenate((towards, 1 - towards[-2::-1]))
+
+
+# ---------------------------------------------------------------- a pulse as a few impulses
+
+
+@frozen(eq=False)
+class Pulse:
+    """A pulse as a few impulses: instants, shape (k,), over A F0^(-1/6), and impulses, over those of a wave of F0.
+
+    ``spread`` is tau, the standard deviation of the force in time over A F0^(-1/6) S^(-1/5); ``known`` says whether
+    its points missed nothing, and nothing was cut off it.
+    """
+
+    times: FloatArray
+    impulses: FloatArray
+    spread: float
+    known: bool
+
+    def stretched(self, factor: float) -> Pulse:
+        """The pulse ``factor`` times as long, of the same peak force."""
+        return Pulse(self.times * factor, self.impulses * factor, self.spread * factor**1.2, self.known)
+
+
+def gauss(times: FloatArray, impulses: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+    """The at most ``count`` instants and impulses with the same first 2 ``count`` moments, by Lanczos' recurrence.
+
+    Parameters
+    ----------
+    times, impulses : numpy.ndarray, shape (points,)
+        A pulse as many impulses; those that are not above zero are left out.
+    count : int
+        How many to make of them.
+    """
+    times, impulses = times[impulses > 0], impulses[impulses > 0]
+    total = impulses.sum()
+    mean = float((impulses * times).sum()) / total
+    scale = float(np.max(np.abs(times - mean))) or 1.0
+    position, vector = (times - mean) / scale, np.sqrt(impulses / total)
+    vectors = np.zeros((count, len(times)))
+    diagonal, beside = np.zeros(count), np.zeros(count)
+    for row in range(count):
+        vectors[row] = vector
+        following = position * vector
+        diagonal[row] = vector @ following
+        for _ in range(2):  # once more, against rounding
+            following -= (vectors[: row + 1] @ following) @ vectors[: row + 1]
+        beside[row] = np.linalg.norm(following)
+        if beside[row] < _ROUNDING:
+            count = row + 1
+            break
+        vector = following / beside[row]
+    jacobi = np.diag(diagonal[:count]) + np.diag(beside[: count - 1], 1) + np.diag(beside[: count - 1], -1)
+    instants, turn = np.linalg.eigh(jacobi)
+    return mean + scale * instants, total * turn[0] ** 2
+
+
+def pulse_of(shock: ScaledShock) -> Pulse:
+    """The pulse of a scaled shock; the exact A, whatever its ``momentum_parameter``."""
+    unit, strength = shock.rise_time / MOMENTUM, shock.impulse / MOMENTUM
+    force = min(IMPULSE_LIMIT * strength**1.2, _HIGHEST)
+    length = shock.duration / MOMENTUM * force ** (1 / 6)
+    count = next(count for limit, count in _INSTANTS if length <= limit)
+    s, parts, mean, deviation, known = _discrete(shock.profile, shock.areas.total, count)
+    parts = parts * (strength / parts.sum())
+    if length > _LONGEST:
+        s, parts = _strongest(shock, _LONGEST * shock.duration / length / shock.rise_time)
+        known = known and float(parts.sum()) >= (1 - _MOST_MISSED) * shock.areas.total
+        s, parts = gauss(s, parts * unit, count)
+    return Pulse((s - mean) * unit, parts, deviation * unit * strength**0.2, known)
+
+
+def _strongest(shock: ScaledShock, length: float) -> tuple[FloatArray, FloatArray]:
+    """Instants s and impulses of the stretch of about this length, in s, that holds the largest impulse."""
+    begin, end = 0.0, float(shock.profile.duration_ratio)
+    while True:
+        edges = np.linspace(begin, end, _CELLS + 1)
+        impulses = np.diff(shock.profile.running_impulse(edges))
+        if end - begin <= 1.2 * length:
+            return (edges[:-1] + edges[1:]) / 2, impulses
+        held = max(1, math.ceil(length / (end - begin) * _CELLS))
+        sums = np.convolve(impulses, np.ones(held), mode="valid")
+        first = int(np.argmax(sums))
+        begin, end = edges[max(first - 1, 0)], edges[min(first + held + 1, _CELLS)]
+
+
+@kept
+def _discrete(profile: ShockProfile, area: float, count: int) -> tuple[FloatArray, FloatArray, float, float, bool]:
+    """Instants s and impulses, mean and standard deviation in s, and whether the points miss no impulse."""
+    few = len(profile.breakpoints) <= 5
+    s, weights = points(profile, halvings=12, middle=24 if few else 12, outer=6 if few else 4)
+    density = weights * profile.force(s)
+    total = float(density.sum())
+    mean = float((density * s).sum()) / total
+    deviation = math.sqrt(max(float((density * (s - mean) ** 2).sum()) / total, 0.0))
+    return *gauss(s, density, count), mean, deviation, abs(total / area - 1) <= _MOST_MISSED

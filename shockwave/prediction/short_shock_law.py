@@ -180,7 +180,11 @@ def _by_rule(
     edges = np.array(breakpoints, dtype=float)
     widths = np.diff(edges)[..., None]
     s = edges[:, :-1, None] + widths * nodes
-    force = _forces(profiles, breakpoints, s)
+    force = np.empty_like(s)
+    for profile, parts, at, here in zip(profiles, breakpoints, s, force, strict=True):
+        rising = parts.index(1.0)
+        here[:rising] = guarded(profile, "rise", at[:rising])
+        here[rising:] = guarded(profile, "decay", at[rising:])
     # below, the pieces of all parts share one axis
     s, force = (values.reshape(len(edges), -1, count) for values in (s, force))
     widths = (widths * np.diff(pieces(halvings))).reshape(len(edges), -1, 1)
@@ -198,15 +202,6 @@ def _by_rule(
         skewness = (mass * squared * off).sum(axis=(1, 2)) / variance**1.5
         tails = (mass * squared * squared).sum(axis=(1, 2)) / variance**2
         return area, np.sqrt(area) * (held - np.sqrt(after) * after**2 / 2.5), skewness, tails
-
-
-def _forces(profiles: Sequence[ShockProfile], breakpoints: Sequence[Sequence[float]], s: FloatArray) -> FloatArray:
-    """At the nodes of each part, shape (shapes, parts, nodes): none of them lies on the border of rise and decay."""
-    force = np.empty_like(s)
-    for profile, edges, at, here in zip(profiles, breakpoints, s, force, strict=True):
-        rising = edges.index(1.0)
-        here[:rising], here[rising:] = guarded(profile, "rise", at[:rising]), guarded(profile, "decay", at[rising:])
-    return force
 
 
 def _integral(values: FloatArray, widths: FloatArray, weights: FloatArray, running: FloatArray) -> Any:

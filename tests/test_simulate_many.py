@@ -58,14 +58,6 @@ def test_a_shock_that_fails_stands_as_an_error_in_its_place(name: str, integrato
     assert (before.shock, after.shock) == (PULSES[0], PULSES[4])
 
 
-@pytest.mark.parametrize("name", BAD)
-@pytest.mark.parametrize("backend", ["auto", "numpy"])
-def test_shocks_that_all_fail_are_all_errors(name: str, backend: str) -> None:
-    shock, kind, _ = BAD[name]
-    errors = sw.simulate_many([shock, shock], CHAIN, backend=backend)  # type: ignore[arg-type]
-    assert [type(error) for error in errors] == [kind, kind]
-
-
 @pytest.mark.parametrize("backend", ["auto", "numpy"])
 def test_no_shock_gives_no_result(backend: str) -> None:
     assert sw.simulate_many([], CHAIN, backend=backend) == []  # type: ignore[arg-type]
@@ -80,9 +72,3 @@ def test_each_shock_may_have_a_chain_of_its_own() -> None:
 def test_a_wrong_number_of_chains_is_refused() -> None:
     with pytest.raises(sw.InvalidValueError, match=r"chain: must be one, or one for each shock \(got 2\)"):
         sw.simulate_many(FEW, [CHAIN, CHAIN])
-
-
-def test_many_by_a_method_of_fixed_step_are_equal_to_single_runs() -> None:
-    shocks, chain = [power(0.5), power(0.6)], attrs.evolve(CHAIN, granules=20)
-    many = sw.simulate_many(shocks, chain, integrator="verlet", step=0.1)
-    assert many == [sw.simulate(shock, chain, integrator="verlet", step=0.1) for shock in shocks]
