@@ -91,7 +91,7 @@ LABELS = {
     "train": ("wave", "peak force (N)"),
     "energy": ("time (µs)", "energy (µJ)"),
     "momentum": ("time (µs)", "momentum (mN s)"),
-    "work_precision": ("time (ms)", "relative error"),
+    "work_precision": ("time (s)", "relative error"),
 }
 OF_OTHER_SHOCKS = [
     pytest.param(picture, name, marks=pytest.mark.slow)
@@ -234,18 +234,6 @@ def test_contact_forces_are_those_recorded(ax: Axes) -> None:
     assert x_of(line(ax, "shock"))[-1] == SHOCKS["ejection"].duration
 
 
-def test_a_map_of_a_field_holds_the_same_forces(ax: Axes) -> None:
-    asked: Any = ((range(12), ["forces"]), ((), ["field"]))
-    forces, field = (
-        sw.simulate(SHOCKS["ejection"], CHAIN, contacts=contacts, record=record, until=20 * UNITS.time)
-        for contacts, record in asked
-    )
-    pictures.space_time(ax, field)
-    drawn = np.asarray(ax.collections[0].get_array())[:12]
-    # a difference of displacements some 1e3 times as large, in units of their roundings
-    assert drawn == pytest.approx(forces.recording.forces.T, abs=1e-9 * FORCE)  # type: ignore[union-attr]
-
-
 def test_long_histories_keep_their_peaks_in_a_map(ax: Axes) -> None:
     interval = UNITS.time / 200
     result: Any = sw.simulate(SHOCKS["ejection"], CHAIN, contacts=range(5), record=["forces"], interval=interval)
@@ -280,12 +268,9 @@ def test_a_bar_is_where_the_simulated_force_is_expected(ax: Axes, bounds: tuple[
     predicted = comparison.predicted.peak_force
     pictures.train(ax, evolve(comparison, predicted=evolve(comparison.predicted, expected_error=bounds)))
     assert ("expected" in labels(ax)) is (bounds is not None)
-    arrows = [one.get_marker() for one in ax.get_lines()].count("^")
-    assert arrows == (bounds == (-1.0, 0.25))
     if bounds is not None:
-        low, high = y_of(line(ax, "expected"))
-        assert low == pytest.approx(predicted / 1.25)
-        assert high < ax.get_ylim()[1] if arrows else high == pytest.approx(predicted / 0.8)
+        highest = ax.get_ylim()[1] if bounds[0] == -1.0 else predicted / 0.8
+        assert y_of(line(ax, "expected")) == pytest.approx([predicted / 1.25, highest])
 
 
 def test_the_approach_is_that_of_the_passages_up_to_where_the_wave_was_read(ax: Axes) -> None:
@@ -298,12 +283,12 @@ def test_the_approach_is_that_of_the_passages_up_to_where_the_wave_was_read(ax: 
 
 @pytest.mark.parametrize("name", ["ejection", "train", "record", "tiny"])
 def test_the_work_of_the_shock_is_the_energy_in_the_chain(ax: Axes, name: str) -> None:
-    result: Any = recorded(name, "field", "energies")
+    result: Any = recorded(name, "energies")
     pictures.balance(ax, result)
     energy, work = (y_of(line(ax, label)) for label in ("sum", "work of shock"))
     assert np.array_equal(energy, result.recording.kinetic_energy + result.recording.contact_energy)
-    # samples are a tenth of the characteristic time apart: the tiny shock acts within the first of them
-    assert work == pytest.approx(energy, abs=3e-4 * energy[-1])
+    # the error of the simulation, at its default tolerance of 1e-6
+    assert work == pytest.approx(energy[[-1, -1]], rel=1e-5)
 
 
 @pytest.mark.parametrize("name", ["ejection", "train", "record"])
@@ -316,32 +301,23 @@ def test_the_momentum_of_the_granules_is_the_impulse(ax: Axes, name: str) -> Non
 
 def test_amplifications_are_those_simulated_and_predicted(ax: Axes) -> None:
     profile, ratios = sw.Triangular(duration_ratio=3), [0.2, 1.0, 4.0]
-    pictures.amplification(ax, profile, sw.Predictor(), CHAIN, peak_force=FORCE, rise_times=ratios)
+    pictures.amplification(ax, profile, sw.Predictor(), CHAIN, rise_times=ratios)
     shocks = [triangle(3 * ratio) for ratio in ratios]
     simulated = [sw.simulate(shock, CHAIN).amplification for shock in shocks]
     assert y_of(line(ax, "simulated")) == pytest.approx(simulated, rel=1e-9)
     assert y_of(line(ax, "predicted"))[0] == pytest.approx(sw.Predictor().predict(shocks[0], CHAIN).amplification)
     borders = [x_of(one)[0] for one in ax.get_lines() if one.get_linestyle() == "--"]
     # alphaF0 tA = n t0, 4.1, with alphaF0 = 2 for a triangle and tA = 1.652066518648 T0; S is 1 there, too;
-    # borders are halfway between two predictions, which are 20^(1/60) apart
-    assert borders == pytest.approx([2 * 1.652066518648 / 3], rel=0.026)
+    # borders are halfway between two predictions, which are 20^(1/240) apart
+    assert borders == pytest.approx([2 * 1.652066518648 / 3], rel=0.0065)
 
 
-def test_runs_are_joined_by_method_and_failed_and_exact_ones_marked(ax: Axes) -> None:
+def test_runs_are_joined_by_method_and_failed_ones_counted(ax: Axes) -> None:
     pictures.work_precision(ax, RUNS)
     assert labels(ax) == ["rk4", "formula (1 failed)", "other (1 failed)"]
-    assert x_of(line(ax, "rk4")).tolist() == [0.01, 0.1]
-    assert y_of(line(ax, "rk4")).tolist() == [1e-3, 1e-6]
-    marks = {marker: [one for one in ax.get_lines() if one.get_marker() == marker] for marker in "xv"}
-    assert [x for one in marks["x"] for x in x_of(one)] == [2e-5]
-    assert min(y for one in marks["x"] for y in y_of(one)) > 0.02
-    assert [x for one in marks["v"] for x in x_of(one)] == [1.0]
-    assert max(y for one in marks["v"] for y in y_of(one)) < 1e-6
-
-
-@pytest.mark.parametrize("rows", [(), RUNS[-1:]], ids=["none", "failed"])
-def test_runs_of_which_none_succeeded_are_drawn(ax: Axes, rows: tuple[Run, ...]) -> None:
-    assert pictures.work_precision(ax, rows) is ax
+    assert x_of(line(ax, "rk4")).tolist() == [0.01, 0.1, 1.0]
+    # an error of zero is drawn where rounding begins
+    assert y_of(line(ax, "rk4")).tolist() == [1e-3, 1e-6, 1e-16]
 
 
 def test_a_map_of_trust_holds_the_errors(ax: Axes) -> None:
@@ -357,9 +333,6 @@ REFUSED: dict[str, Any] = {
     r"record: must have forces \(got nothing; simulate with record=\['forces'\]": lambda ax: pictures.contact_forces(
         ax, recorded("ejection")
     ),
-    r"record: must have forces or field \(got energies": lambda ax: pictures.space_time(
-        ax, recorded("ejection", "energies")
-    ),
     r"record: must have energies \(got field": lambda ax: pictures.balance(ax, recorded("ejection", "field")),
     r"contacts: must be among those recorded, 0, 1, .*got 99": lambda ax: pictures.contact_forces(
         ax, recorded("ejection", "forces"), contacts=[99]
@@ -370,7 +343,6 @@ REFUSED: dict[str, Any] = {
     r"rise_times: must be two or more": lambda ax: pictures.amplification(
         ax, HAMMER, sw.Predictor(), CHAIN, rise_times=[1.0]
     ),
-    r"regime: must have the shape \(12, 10\)": lambda ax: pictures.trust_map(ax, X, N, ERRORS, REGIMES.T),
 }
 
 
