@@ -90,9 +90,6 @@ def key_of(found: Plot) -> list[str]:
     return [text.get_text() for text in legend.get_texts()] if legend else []
 
 
-# ---------------------------------------------------------------- maps
-
-
 def test_two_axes_make_a_map_with_units_and_the_borders_of_the_regimes(tmp_path: Path) -> None:
     found = plot(a_map(tmp_path))
     (ax,) = found.figure.axes
@@ -124,13 +121,7 @@ def test_points_without_a_value_are_hatched_and_counted(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("held", [{}, {RATIO[0]: 1.5}], ids=["map", "line"])
 def test_a_sweep_of_which_all_failed_is_drawn_empty(tmp_path: Path, held: dict[str, float]) -> None:
-    found = plot(a_map(tmp_path, failed=tuple(range(180))), at=held)
-    failed = 15 if held else 180
-    assert f"{failed} of the {failed} points drawn failed" in found.notes
-    assert inside(found)
-
-
-# ---------------------------------------------------------------- lines
+    assert inside(plot(a_map(tmp_path, failed=tuple(range(180))), at=held))
 
 
 def test_one_axis_makes_a_line_with_its_regimes(tmp_path: Path) -> None:
@@ -157,12 +148,6 @@ ERRORS: dict[str, tuple[dict[str, Any], str, Any, str]] = {
         [(1.8, 2.2), (3.0, 5.0)],
         "amplification: simulated, accurate to 2.5e-01 relative or better",
     ),
-    "second-wave": (
-        {"second_peak_force": [2.0, 4.0], "second_error_estimate": [0.1, 0.25]},
-        "error estimate",
-        [(1.8, 2.2), (3.0, 5.0)],
-        "second_peak_force: simulated, accurate to 2.5e-01 relative or better",
-    ),
     "of-momentum": (
         {"recoil_momentum": [2.0, 3.0], "recoil_error": [0.5, 1.0]},
         "error estimate",
@@ -182,7 +167,6 @@ ERRORS: dict[str, tuple[dict[str, Any], str, Any, str]] = {
         None,
         "amplification: a; its error is not known",
     ),
-    "none": ({"width": [1.0, 2.0]}, "", None, "width: a"),
 }
 
 
@@ -197,9 +181,6 @@ def test_the_shade_is_where_the_true_value_is_expected(tmp_path: Path, case: str
         drawn = [(corners[corners[:, 0] == x, 1].min(), corners[corners[:, 0] == x, 1].max()) for x in (2.0, 3.0)]
         # products of two roundings
         np.testing.assert_allclose(drawn, shade, rtol=1e-14)
-
-
-# ---------------------------------------------------------------- variables
 
 
 def test_variables_of_one_axis_are_drawn_as_marks_and_named_above(tmp_path: Path) -> None:
@@ -258,14 +239,11 @@ def test_three_axes_are_too_many_until_one_is_held(tmp_path: Path) -> None:
     assert plot(found, at={FORCE[0]: 2.0}).column == "amplification"
 
 
-# ---------------------------------------------------------------- the command
-
 WRONG: dict[str, tuple[list[str], int, str]] = {
     "column": (["--column", "amplificatio"], 3, "did you mean 'amplification'"),
     "text": (["--column", "regime"], 3, "unknown column of numbers (got 'regime'; known: amplification)"),
     "variable": (["--x", "shock.rise_tim"], 3, "unknown variable of the sweep"),
     "held": (["--at", "shock.duration_ratio=3"], 2, "must be one of its values (got 3; they are 1.5, "),
-    "held-twice": (["--at", "shock.rise_time=1 us", "--at", "shock.rise_time=1 s"], 2, "must name a variable once"),
     "held-unit": (["--at", "shock.duration_ratio=3 s"], 2, "shock.duration_ratio: must be a number"),
     "held-form": (["--at", "shock.duration_ratio"], 2, "--at: must be NAME=VALUE"),
     "held-both": (["--at", "shock.duration_ratio=1.5", "--at", "shock.rise_time=1 us"], 2, "(got one point; read"),
