@@ -1,9 +1,7 @@
 """The page of a scenario: complete, escaped, self-contained, the same on every run."""
 
 import json
-import os
 import re
-import subprocess
 import sys
 import xml.etree.ElementTree as ET
 from functools import cache
@@ -17,11 +15,11 @@ import pytest
 from attrs import evolve
 
 import shockwave as sw
-from scenes import CASE_B, CHAIN, power, triangle
+from scenes import CHAIN, power, triangle
 from selection import keeping
 from shockwave.options import SimulateOptions
 from shockwave.page import findings, normalised, page, scene_hash, written
-from shockwave.page.number_text import formula, percent, quantity, small
+from shockwave.page.number_text import formula, percent, quantity
 from shockwave.page.render import parts_in_use
 from shockwave.registry import load
 
@@ -45,10 +43,9 @@ def scenario(shock: sw.Shock, chain: sw.Chain = CHAIN, **asked: Any) -> sw.Scena
 
 # Two peaks, and a rise that is too slow for the second of the conditions (3).
 PEAKS = sw.Tabulated(times=[0, 2e-5, 3e-5, 5e-5, 7e-5, 9e-5], forces=[0, 10, 100, 20, 60, 0])
-#: The regimes, shocks outside (3), a train of more than 100 waves, finite chains, one with a method of fixed step.
+#: The regimes, shocks outside (3), finite chains, one with a method of fixed step.
 SCENES = {
     "ejection": sw.load_scenario(ROW1),
-    "long train": scenario(CASE_B),
     "several peaks": scenario(sw.Shock(profile=PEAKS)),
     "two granules": scenario(power(0.5), evolve(CHAIN, granules=2), integrator="verlet", step=0.05, waves="primary"),
     "twelve granules": scenario(triangle(9.0), evolve(CHAIN, granules=12), contacts=[3, 8]),
@@ -93,12 +90,13 @@ def test_every_scene_has_a_complete_page_that_loads_nothing(name: str) -> None:
     assert len(root.findall(".//figure")) == text.count('<svg role="img"') == 9 + ejection
     assert "nan" not in blank(re.sub("<svg.*?</svg>", "", text, flags=re.DOTALL)).lower().split()
     assert not {"script", "link", "iframe", "object", "embed", "img", "form"} & {one.tag for one in root.iter()}
-    links = re.findall(r'(?:href|src)="(.*?)"|url\((.*?)\)', text)
-    assert all("".join(link).startswith(("#", "data:image/png;base64,")) for link in links)
+    targets = ["".join(found) for found in re.findall(r'(?:href|src)="(.*?)"|url\((.*?)\)', text)]
+    assert all(target.startswith(("#", "data:image/png;base64,")) for target in targets)
     assert "@import" not in text
     assert "content=\"default-src 'none'; style-src 'unsafe-inline'; img-src data:;" in text
     given = [one.get("id") for one in root.iter() if one.get("id")]
     assert len(given) == len(set(given)) > 0
+    assert {"#" + name for name in given} >= {target for target in targets if target.startswith("#")}
 
 
 def test_figures_of_a_comparison_and_printed_ones_are_shown() -> None:
@@ -140,10 +138,8 @@ def test_passages_and_warnings_are_listed() -> None:
 @pytest.mark.parametrize(
     ("made", "shown"),
     [
-        (quantity(7.4e-6, "s"), "7.4 µs"),
         (quantity(-1.5e-4, "N s"), "~150 µN s"),
         (quantity(3e-20, "N"), "3 * 10<sup>~20</sup> N"),
-        (small(0.0), "0"),
         (percent(22770.0), "+2.3 * 10<sup>6</sup> %"),
         (
             formula("alphaF0 A F0^(-1/6) < n t0"),
@@ -154,12 +150,6 @@ def test_passages_and_warnings_are_listed() -> None:
 def test_figures_are_set_as_in_print(made: str, shown: str) -> None:
     plainer = {"\N{NO-BREAK SPACE}": " ", "\N{MINUS SIGN}": "~", "\N{MULTIPLICATION SIGN}": "*", "\u03b1": "alpha"}
     assert made.translate(str.maketrans(plainer)) == shown
-
-
-def test_a_simulation_that_fails_is_reported() -> None:
-    text = page(scenario(sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=100.0, rise_time=1.0)))
-    assert re.search('<p class="problem">The simulation failed: the shock lasts ', text)
-    assert len(parsed(text).findall(".//figure")) == 3
 
 
 def test_a_prediction_that_fails_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -202,6 +192,7 @@ def test_hostile_texts_stay_texts(tmp_path: Path) -> None:
     text += 'published: {source: "<script>4</script>"}\n'
     file.write_text(text, encoding="utf-8")
     root = parsed(page(sw.load_scenario(file)))
+    assert str(root.findtext(".//p[@class='problem']")).startswith("The simulation failed: the shock lasts ")
     shown = EVIL.replace("\u202e", "\N{REPLACEMENT CHARACTER}")
     texts = {"".join(one.itertext()).strip() for one in root.iter()}
     expected = {f"{shown}: shock on a granular chain", shown, text.strip(), "<script>2</script>"}
@@ -210,29 +201,14 @@ def test_hostile_texts_stay_texts(tmp_path: Path) -> None:
     assert not [name for one in root.iter() for name in one.attrib if name.startswith("on")]
 
 
-def test_provenance_has_versions_and_parts() -> None:
+def test_provenance_has_versions_and_parts(sample_plugins: None) -> None:
     part = blank(undrawn("ejection").partition("Where this comes from")[2])
     assert f"NumPy{metadata.version('numpy')}" in part
-    assert f"profilepower-lawgranular-shockwave {sw.__version__}" in part
     assert f"integratorrkn86granular-shockwave {sw.__version__}" in part
     assert scene_hash(sw.load_scenario(ROW1)) in part
-
-
-def test_parts_of_plugins_have_their_distribution(sample_plugins: None) -> None:
     shock = sw.Shock(profile=load("profiles", "half-sine")(), peak_force=100.0, rise_time=1e-5)
     version = metadata.version("shockwave-pulses")
     assert ("profile", "half-sine", f"shockwave-pulses {version}") in parts_in_use(findings(scenario(shock)))
-
-
-@pytest.mark.slow
-def test_a_page_is_the_same_in_another_process() -> None:
-    program = (
-        f"import sys, shockwave as sw; from shockwave.page import page; scene = sw.load_scenario({str(ROW1)!r});"
-        " sys.stdout.buffer.write(page(scene).encode())"
-    )
-    env = {**os.environ, "PYTHONHASHSEED": "7"}
-    run = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True, env=env)
-    assert run.stdout.decode() == made("ejection")
 
 
 def loaded(folder: Path, **parts: str) -> sw.Scenario:
@@ -260,17 +236,6 @@ def test_another_question_has_another_hash() -> None:
     scene = scenario(power(0.5))
     hashes = [scene_hash(evolve(scene, **change)) for change in ({}, *CHANGES)]
     assert len(set(hashes)) == len(hashes)
-
-
-def test_a_record_in_other_units_has_the_same_hash(tmp_path: Path) -> None:
-    times = np.linspace(0, 1e-4, 101)
-    forces = 80 * np.sin(np.linspace(0, np.pi, 101)) ** 2
-    file = tmp_path / "record.csv"
-    hashes = set()
-    for header, unit, size in (("time [s],force [N]", 1.0, 1.0), ("time [us],force [kN]", 1e6, 1e-3)):
-        np.savetxt(file, np.column_stack([unit * times, size * forces]), "%.9e", ",", header=header, comments="")
-        hashes.add(scene_hash(scenario(sw.Shock(profile=sw.Tabulated.from_file(file)))))
-    assert len(hashes) == 1
 
 
 class Kept(sw.ShockProfile):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -102,10 +101,9 @@ def test_two_axes_make_a_map_with_units_and_the_borders_of_the_regimes(tmp_path:
     np.testing.assert_allclose(edges, 1e-6 * 100 ** ((np.arange(16) - 0.5) / 14), rtol=1e-12)
     np.testing.assert_array_equal(mesh.get_array().reshape(12, 15).T, PLANE)
     across, upwards = rest[-2:]
-    borders = {tuple(segment[:, 0].round(12)) for segment in across.get_segments()}
-    assert borders == {(edge.round(12),) * 2 for edge in edges[1:-1][(NAMES[1:] != NAMES[:-1]).any(axis=1)]}
+    places = {float(segment[0, 0]) for segment in across.get_segments()}
+    assert sorted(places) == pytest.approx(edges[1:-1][(NAMES[1:] != NAMES[:-1]).any(axis=1)])
     assert len(upwards.get_segments()) == np.count_nonzero(NAMES[:, 1:] != NAMES[:, :-1])
-    assert inside(found)
 
 
 def test_points_without_a_value_are_hatched_and_counted(tmp_path: Path) -> None:
@@ -202,20 +200,12 @@ def test_lines_are_named_by_all_variables_that_distinguish_them(tmp_path: Path) 
     names = ["rise time 1 s, peak force 5 N", "rise time 1 s, peak force 6 N", "rise time 2 s, peak force 5 N"]
     assert key_of(plot(results, x=RATIO[0])) == names
     assert lines_of(plot(results, at={FORCE[0]: 6, TIME[0]: 1})) == [[[2, 3], [3, 4], [4, 5]]]
-    with pytest.raises(UsageError, match=r"shock.rise_time: must be one of its values \(got 2; they are 1 s"):
-        plot(results, at={FORCE[0]: 6, TIME[0]: 2})
 
 
 def test_points_of_a_map_that_would_hide_each_other_are_refused(tmp_path: Path) -> None:
     axis = ([TIME, FORCE], [[1.0 + at // 2, 5.0 + at % 2] for at in range(8)])
     with pytest.raises(UsageError, match=r"a place each \(got shock.rise_time, which repeats a value; hold a variable"):
         plot(numbered(tmp_path, [axis, along(RATIO, *range(2, 12))]))
-
-
-def test_values_that_are_listed_can_be_held(tmp_path: Path) -> None:
-    results = numbered(tmp_path, [along(TIME, 1 / 3, 1.0, 2e-6 / 3), along(RATIO, 2, 3, 4)])
-    for at, value in enumerate(["333.333 ms", "1 s", "666.667 ns"]):
-        assert lines_of(plot(results, at={TIME[0]: value}))[0][0] == [2, 3 * at]
 
 
 def test_materials_are_called_by_their_name_or_number(tmp_path: Path) -> None:
@@ -272,12 +262,3 @@ def test_a_picture_of_something_else_gets_another_name(tmp_path: Path, capsys: p
     assert {file.name for file in (tmp_path / "map").glob("*.svg")} == {f"amplification{name}.svg" for name in names}
     states = [text.rpartition(" ")[2] for text in capsys.readouterr().err.splitlines() if ".svg: " in text]
     assert states == ["written", "written", "written", "replaced"]
-
-
-def test_without_matplotlib_a_sentence_says_what_to_install(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    a_map(tmp_path)
-    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    assert cli.main(["plot", str(tmp_path / "map")]) == 2
-    assert capsys.readouterr().err == "pictures need matplotlib: pip install 'granular-shockwave[plot]'\n"
