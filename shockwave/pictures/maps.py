@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from shockwave.pictures.drawing import BLACK, GREY, MINUS, SIGNED, colour_scale, halo, label_axis, place_name
+from shockwave.pictures.drawing import BLACK, GREY, MINUS, SIGNED, colour_scale, label_axis, place_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,11 +48,14 @@ def colour_cells(ax: Axes, edges: Edges, values: FloatArray, **colours: Any) -> 
 def regime_borders(ax: Axes, edges: Edges, regimes: npt.NDArray[np.str_]) -> None:
     """Borders between cells of different regimes, and the name of each; an empty one is none."""
     x, y = edges
-    look: dict[str, Any] = {"color": BLACK, "linewidth": 1.2, "path_effects": halo()}
-    i, j = np.nonzero(regimes[1:] != regimes[:-1])
-    ax.vlines(x[i + 1], y[j], y[j + 1], **look)
-    i, j = np.nonzero(regimes[:, 1:] != regimes[:, :-1])
-    ax.hlines(y[j + 1], x[i], x[i + 1], **look)
+    across = np.nonzero(regimes[1:] != regimes[:-1])
+    up = np.nonzero(regimes[:, 1:] != regimes[:, :-1])
+    # with a white border, to be seen on dark colours
+    for colour, width in (("white", 2.6), (BLACK, 1.2)):
+        i, j = across
+        ax.vlines(x[i + 1], y[j], y[j + 1], color=colour, linewidth=width)
+        i, j = up
+        ax.hlines(y[j + 1], x[i], x[i + 1], color=colour, linewidth=width)
     for name in sorted(set(regimes.ravel().tolist()) - {""}):
         cells = np.argwhere(regimes == name)
         off = cells - cells.mean(axis=0)
