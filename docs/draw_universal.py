@@ -25,7 +25,8 @@ from matplotlib.axes import Axes
 import shockwave as sw
 from shockwave import UniversalCurve, pictures
 from shockwave.chain.solitary_wave import MOMENTUM
-from shockwave.pictures import axes, style
+from shockwave.pictures.drawing import BLACK, COLOURS, GREY, LINES, MARKERS, label_axis
+from shockwave.pictures.figures import SMALL
 from shockwave.prediction.model_interface import ScaledShock, Shocks
 from shockwave.prediction.shock_measures import measures
 from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT, integrals, short_law
@@ -100,14 +101,14 @@ def points(ax: Axes, made: Drawn, across: Array, values: Array, top: float) -> N
     """A mark for each pulse; those above the picture stand at its edge."""
     for index, family in enumerate(FAMILIES):
         own = np.array([each == family for each in made.family])
-        look = {"color": style.COLOURS[index], "marker": style.MARKERS[index], "linestyle": "none", "markersize": 2.6}
+        look = {"color": COLOURS[index], "marker": MARKERS[index], "linestyle": "none", "markersize": 2.6}
         inside = own & (values <= top)
         ax.plot(across[inside], values[inside], label=family, alpha=0.8, markeredgewidth=0, **look)
     low, high = float(np.quantile(across, 0.03)), float(np.max(across)) * 1.5
     beyond = (values > top) & (across > low)
-    ax.plot(across[beyond], np.full(beyond.sum(), top), "^", color=style.BLACK, markersize=3, clip_on=False)
+    ax.plot(across[beyond], np.full(beyond.sum(), top), "^", color=BLACK, markersize=3, clip_on=False)
     if beyond.any():
-        ax.text(0.98, 0.95, f"{beyond.sum()} above", transform=ax.transAxes, ha="right", fontsize=style.SMALL)
+        ax.text(0.98, 0.95, f"{beyond.sum()} above", transform=ax.transAxes, ha="right", fontsize=SMALL)
     ax.set_xscale("log")
     ax.set_xlim(low, high)
     ax.set_ylim(0, top)
@@ -121,19 +122,18 @@ def collapse(made: Drawn) -> None:
     short = made.x < short_law().farthest
     at = np.geomspace(made.x[short].min(), short_law().farthest, 100)
     points(right, made, made.x, made.simulated, 1.6)
-    for skewness, line in zip((-1.0, 0.0, 1.0), style.LINES[1:], strict=False):
+    for skewness, line in zip((-1.0, 0.0, 1.0), LINES[1:], strict=False):
         ones = np.ones_like(at) * IMPULSE_LIMIT ** (-1 / 1.2)
         curve = short_law().amplification(ones, at, skewness)
-        right.plot(at, curve, color=style.BLACK, linestyle=line, linewidth=0.9, label=f"law, skewness {skewness:g}")
+        right.plot(at, curve, color=BLACK, linestyle=line, linewidth=0.9, label=f"law, skewness {skewness:g}")
     names = ("simulated", "by section 4", "simulated")
     across = (r"spread $\tau$", r"spread $\tau$", r"$x = 1.1445\, q\,(t_0/T_0)^3$")
     for ax, name, below in zip((left, middle, right), names, across, strict=True):
-        axes.label_axis(ax, "y", rf"$F / (1.168\, F_0 S^{{6/5}})$, {name}")
-        axes.label_axis(ax, "x", below)
-        axes.dress(ax)
+        label_axis(ax, "y", rf"$F / (1.168\, F_0 S^{{6/5}})$, {name}")
+        label_axis(ax, "x", below)
     figure.set_layout_engine(None)
     figure.subplots_adjust(left=0.06, right=0.985, bottom=0.13, top=0.8, wspace=0.28)
-    figure.legend(*right.get_legend_handles_labels(), loc="upper center", ncols=3, fontsize=style.SMALL, frameon=False)
+    figure.legend(*right.get_legend_handles_labels(), loc="upper center", ncols=3, fontsize=SMALL, frameon=False)
     pictures.save(figure, FOLDER / "collapse.svg")
 
 
@@ -225,7 +225,7 @@ def cost() -> None:
             (seconds / unit, np.abs(values / true - 1)) for (of, _), (seconds, values) in found.items() if of == name
         ]
         across = [seconds for seconds, _ in own]
-        look = {"color": (*style.COLOURS, style.GREY)[index], "marker": style.MARKERS[index], "markersize": 4}
+        look = {"color": (*COLOURS, GREY)[index], "marker": MARKERS[index], "markersize": 4}
         ax.plot(across, [np.nanquantile(error, 0.99) for _, error in own], label=name, linewidth=1, **look)
         if len(own) == 1:
             median = float(np.nanmedian(own[0][1]))
@@ -236,12 +236,11 @@ def cost() -> None:
         )
     ax.set_xscale("log")
     ax.set_yscale("log")
-    axes.label_axis(ax, "x", "time of a pulse, over that of one simulation to 1e-6")
-    axes.label_axis(ax, "y", "relative error, 99th percentile")
-    axes.dress(ax)
+    label_axis(ax, "x", "time of a pulse, over that of one simulation to 1e-6")
+    label_axis(ax, "y", "relative error, 99th percentile")
     figure.set_layout_engine(None)
     figure.subplots_adjust(left=0.09, right=0.66, bottom=0.13, top=0.97)
-    figure.legend(loc="upper right", fontsize=style.SMALL, frameon=False)
+    figure.legend(loc="upper right", fontsize=SMALL, frameon=False)
     pictures.save(figure, FOLDER / "cost.svg")
 
 

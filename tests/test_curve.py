@@ -21,7 +21,6 @@ from selection import keeping, thinned
 from shockwave import cli, pictures
 from shockwave.chain import Scales
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
-from shockwave.pictures.curve import curve as draw
 from shockwave.prediction import short_shock_law as short
 from shockwave.quadrature import FloatArray
 from shockwave.studies import universal_curve_fit
@@ -326,19 +325,12 @@ def test_a_curve_prints_its_range_its_error_and_its_cost() -> None:
 def test_the_picture_draws_the_curve_over_its_range() -> None:
     _, (ax,) = pictures.figure()
     found = curve("triangle")
-    draw(ax, found, mark=2.0)
+    pictures.universal_curves(ax, {"universal curve": found}, mark=2.0)
     line = ax.get_lines()[0]
     x, y = (np.asarray(values, dtype=float) for values in line.get_data())
     assert np.array_equal(y, found.amplification(x))
     assert (x[-1], ax.get_xscale()) == (found.longest_rise_time, "log")
     assert ax.get_legend_handles_labels()[1] == ["universal curve", "this shock"]
-
-
-@pytest.mark.parametrize(("curves", "labels"), [([], None), ("triangle", ["a", "b"])], ids=["none", "labels"])
-def test_what_cannot_be_drawn_is_refused(curves: Any, labels: Any) -> None:
-    _, (ax,) = pictures.figure()
-    with pytest.raises(sw.InvalidValueError, match=r"^(curves: must be one curve|labels: must be one for each)"):
-        draw(ax, curve(curves) if curves else [], labels=labels)
 
 
 # ---------------------------------------------------------------- written by the command

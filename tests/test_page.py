@@ -1,13 +1,11 @@
 """The page of a scenario: complete, escaped, self-contained, the same on every run."""
 
 import json
-import os
 import re
-import subprocess
 import sys
+import xml.etree.ElementTree as ET
 from functools import cache
 from html import escape
-from html.parser import HTMLParser
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -17,17 +15,16 @@ import pytest
 from attrs import evolve
 
 import shockwave as sw
-from scenes import CASE_B, CHAIN, power, triangle
+from scenes import CHAIN, power, triangle
 from selection import keeping
 from shockwave.options import SimulateOptions
 from shockwave.page import findings, normalised, page, scene_hash, written
-from shockwave.page.number_text import formula, percent, quantity, small
+from shockwave.page.number_text import formula, percent, quantity
 from shockwave.page.render import parts_in_use
 from shockwave.registry import load
 
 ROOT = Path(__file__).parent.parent
 ROW1 = ROOT / "profiles" / "paper" / "table2-row1.yaml"
-HAMMER = ROOT / "profiles" / "examples" / "hammer.yaml"
 EVIL = "</title></pre><script>alert(1)</script>\" onload='x' <b>&amp; \u202eevil"
 # A granule of the paper, and a shock of 100 N.
 TEXT = """\
@@ -46,10 +43,9 @@ def scenario(shock: sw.Shock, chain: sw.Chain = CHAIN, **asked: Any) -> sw.Scena
 
 # Two peaks, and a rise that is too slow for the second of the conditions (3).
 PEAKS = sw.Tabulated(times=[0, 2e-5, 3e-5, 5e-5, 7e-5, 9e-5], forces=[0, 10, 100, 20, 60, 0])
-#: The regimes, shocks outside (3), a train of more than 100 waves, finite chains, one with a method of fixed step.
+#: The regimes, shocks outside (3), finite chains, one with a method of fixed step.
 SCENES = {
     "ejection": sw.load_scenario(ROW1),
-    "long train": scenario(CASE_B),
     "several peaks": scenario(sw.Shock(profile=PEAKS)),
     "two granules": scenario(power(0.5), evolve(CHAIN, granules=2), integrator="verlet", step=0.05, waves="primary"),
     "twelve granules": scenario(triangle(9.0), evolve(CHAIN, granules=12), contacts=[3, 8]),
@@ -73,34 +69,9 @@ def undrawn(name: str) -> str:
     return without_pictures(findings(SCENES[name]))
 
 
-class Reader(HTMLParser):
-    """Elements, attributes and texts as a browser sees them; a tag that closes another one is an error."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.elements: list[str] = []
-        self.attributes: list[tuple[str, str]] = []
-        self.texts: dict[str, list[str]] = {}
-        self._open: list[str] = []
-        self.feed(text)
-        assert self._open == []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.handle_startendtag(tag, attrs)
-        if tag != "meta":
-            self._open.append(tag)
-            self.texts.setdefault(tag, []).append("")
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.elements.append(tag)
-        self.attributes += [(name, value or "") for name, value in attrs]
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self._open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        for tag in set(self._open):
-            self.texts[tag][-1] += data
+def parsed(text: str) -> ET.Element:
+    """The page as a tree; a tag that closes another one, or an open one, is an error."""
+    return ET.fromstring(re.sub("<meta[^>]*>|<!DOCTYPE html>", "", text))
 
 
 def blank(text: str) -> str:
@@ -111,22 +82,21 @@ def blank(text: str) -> str:
 @pytest.mark.parametrize("name", keeping(SCENES, "ejection"))
 def test_every_scene_has_a_complete_page_that_loads_nothing(name: str) -> None:
     text = made(name)
-    read = Reader(text)
+    root = parsed(text)
     assert text.startswith("<!DOCTYPE html>")
     assert "Not drawn" not in text
     # all pictures but the correction area, which is for ejections
     ejection = findings(SCENES[name]).predicted.regime == "ejection"  # type: ignore[union-attr]
-    assert read.elements.count("figure") == text.count('<svg role="img"') == 9 + ejection
+    assert len(root.findall(".//figure")) == text.count('<svg role="img"') == 9 + ejection
     assert "nan" not in blank(re.sub("<svg.*?</svg>", "", text, flags=re.DOTALL)).lower().split()
-    assert not {"script", "link", "iframe", "object", "embed", "img", "form"} & set(read.elements)
-    own = ("#", "data:image/png;base64,")
-    assert all(value.startswith(own) for key, value in read.attributes if key in ("href", "src", "xlink:href"))
-    assert all(target.startswith("#") for target in re.findall(r"url\(([^)]*)\)", text))
+    assert not {"script", "link", "iframe", "object", "embed", "img", "form"} & {one.tag for one in root.iter()}
+    targets = ["".join(found) for found in re.findall(r'(?:href|src)="(.*?)"|url\((.*?)\)', text)]
+    assert all(target.startswith(("#", "data:image/png;base64,")) for target in targets)
     assert "@import" not in text
-    (policy,) = (value for key, value in read.attributes if "default-src" in value)
-    assert policy.startswith("default-src 'none'; style-src 'unsafe-inline'; img-src data:;")
-    given = [value for key, value in read.attributes if key == "id"]
+    assert "content=\"default-src 'none'; style-src 'unsafe-inline'; img-src data:;" in text
+    given = [one.get("id") for one in root.iter() if one.get("id")]
     assert len(given) == len(set(given)) > 0
+    assert {"#" + name for name in given} >= {target for target in targets if target.startswith("#")}
 
 
 def test_figures_of_a_comparison_and_printed_ones_are_shown() -> None:
@@ -158,12 +128,6 @@ def test_the_decision_is_explained_step_by_step() -> None:
     assert steps[3].startswith("By (5h) the peak force of the primary is")
 
 
-@pytest.mark.slow
-def test_a_long_train_is_listed_up_to_a_limit() -> None:
-    assert re.search(r"[0-9]+ more waves are not listed", blank(undrawn("long train")))
-    assert len(re.findall(r"<tr><td>[0-9]+</td>", undrawn("long train"))) == 40
-
-
 def test_passages_and_warnings_are_listed() -> None:
     rows = [blank(row) for row in re.findall("<tr>(.*?)</tr>", undrawn("twelve granules"))]
     assert [row for row in rows if row.startswith("3")][-1].endswith("integrated")
@@ -174,10 +138,8 @@ def test_passages_and_warnings_are_listed() -> None:
 @pytest.mark.parametrize(
     ("made", "shown"),
     [
-        (quantity(7.4e-6, "s"), "7.4 µs"),
         (quantity(-1.5e-4, "N s"), "~150 µN s"),
         (quantity(3e-20, "N"), "3 * 10<sup>~20</sup> N"),
-        (small(0.0), "0"),
         (percent(22770.0), "+2.3 * 10<sup>6</sup> %"),
         (
             formula("alphaF0 A F0^(-1/6) < n t0"),
@@ -188,12 +150,6 @@ def test_passages_and_warnings_are_listed() -> None:
 def test_figures_are_set_as_in_print(made: str, shown: str) -> None:
     plainer = {"\N{NO-BREAK SPACE}": " ", "\N{MINUS SIGN}": "~", "\N{MULTIPLICATION SIGN}": "*", "\u03b1": "alpha"}
     assert made.translate(str.maketrans(plainer)) == shown
-
-
-def test_a_simulation_that_fails_is_reported() -> None:
-    text = page(scenario(sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=100.0, rise_time=1.0)))
-    assert re.search('<p class="problem">The simulation failed: the shock lasts ', text)
-    assert Reader(text).elements.count("figure") == 3
 
 
 def test_a_prediction_that_fails_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -209,12 +165,10 @@ def test_a_prediction_that_fails_is_reported(monkeypatch: pytest.MonkeyPatch) ->
     assert "Simulated:" in text
 
 
-def test_a_shock_too_long_for_its_train_has_its_primary_alone() -> None:
-    found = findings(scenario(triangle(600.0)))
-    assert found.simulated is not None
-    assert found.simulated.options.waves == "primary"
-    assert found.failures[0].startswith("Only the primary was simulated: the shock lasts 600 ")
-    assert "the shock is too long for its histories to be kept" in without_pictures(found)
+def test_of_a_shock_too_long_for_its_train_only_the_primary_is_simulated() -> None:
+    text = blank(without_pictures(findings(scenario(triangle(600.0)))))
+    assert "Simulated: the primary, with a peak force of" in text
+    assert "the balances: of so long a shock only the primary is simulated" in text
 
 
 def test_a_contact_beyond_the_chain_is_reported() -> None:
@@ -237,51 +191,24 @@ def test_hostile_texts_stay_texts(tmp_path: Path) -> None:
     text = text.replace("density: 7958", 'name: "<script>2</script>", density: 7958') + "# </pre><script>3</script>\n"
     text += 'published: {source: "<script>4</script>"}\n'
     file.write_text(text, encoding="utf-8")
-    read = Reader(page(sw.load_scenario(file)))
+    root = parsed(page(sw.load_scenario(file)))
+    assert str(root.findtext(".//p[@class='problem']")).startswith("The simulation failed: the shock lasts ")
     shown = EVIL.replace("\u202e", "\N{REPLACEMENT CHARACTER}")
-    assert read.texts["title"] == [f"{shown}: shock on a granular chain"]
-    assert read.texts["h1"] == [shown]
-    assert read.texts["pre"] == [text]
-    assert "<script>2</script>" in read.texts["dd"]
-    assert any("<script>4</script>" in part for part in read.texts["p"])
-    assert "The scenario, <b>&.yaml" in read.texts["h3"]
-    assert "script" not in read.elements
-    assert not [name for name, _ in read.attributes if name.startswith("on")]
+    texts = {"".join(one.itertext()).strip() for one in root.iter()}
+    expected = {f"{shown}: shock on a granular chain", shown, text.strip(), "<script>2</script>"}
+    assert expected | {"Printed in <script>4</script>:.", "The scenario, <b>&.yaml"} <= texts
+    assert not root.findall(".//script")
+    assert not [name for one in root.iter() for name in one.attrib if name.startswith("on")]
 
 
-def test_the_long_text_of_a_scenario_is_cut(tmp_path: Path) -> None:
-    file = tmp_path / "long.yaml"
-    text = TEXT.format(**GIVEN) + "# more\n" * 4000
-    file.write_text(text)
-    found = findings(sw.load_scenario(file))
-    assert found.text == f"{text[:20_000]}\n... ({len(text) - 20_000} more characters)\n"
-
-
-def test_provenance_has_versions_and_parts() -> None:
+def test_provenance_has_versions_and_parts(sample_plugins: None) -> None:
     part = blank(undrawn("ejection").partition("Where this comes from")[2])
     assert f"NumPy{metadata.version('numpy')}" in part
-    assert f"profilepower-lawgranular-shockwave {sw.__version__}" in part
     assert f"integratorrkn86granular-shockwave {sw.__version__}" in part
     assert scene_hash(sw.load_scenario(ROW1)) in part
-
-
-@pytest.mark.usefixtures("sample_plugins")
-def test_materials_of_the_library_and_plugins_are_parts() -> None:
-    own, version = f"granular-shockwave {sw.__version__}", metadata.version("shockwave-pulses")
-    assert ("material", "stainless-steel-316", own) in parts_in_use(findings(sw.load_scenario(HAMMER)))
     shock = sw.Shock(profile=load("profiles", "half-sine")(), peak_force=100.0, rise_time=1e-5)
+    version = metadata.version("shockwave-pulses")
     assert ("profile", "half-sine", f"shockwave-pulses {version}") in parts_in_use(findings(scenario(shock)))
-
-
-@pytest.mark.slow
-def test_a_page_is_the_same_in_another_process() -> None:
-    program = (
-        f"import sys, shockwave as sw; from shockwave.page import page; scene = sw.load_scenario({str(ROW1)!r});"
-        " sys.stdout.buffer.write(page(scene).encode())"
-    )
-    env = {**os.environ, "PYTHONHASHSEED": "7"}
-    run = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True, env=env)
-    assert run.stdout.decode() == made("ejection")
 
 
 def loaded(folder: Path, **parts: str) -> sw.Scenario:
@@ -297,9 +224,7 @@ def test_other_units_and_names_have_the_same_hash(tmp_path: Path) -> None:
 
 CHANGES: list[dict[str, Any]] = [
     {"chain": evolve(CHAIN, radius=4.750001e-3)},
-    {"chain": evolve(CHAIN, granules=40)},
     {"shock": evolve(power(0.5), peak_force=100.0001)},
-    {"shock": evolve(power(0.5), profile=evolve(power(0.5).profile, rise_exponent=0.5000001))},
     {"shock": evolve(power(0.5), profile=sw.Triangular(duration_ratio=3))},
     {"predictor": sw.Predictor(alpha="literal")},
     {"predictor": sw.Predictor(momentum_coefficient="paper")},
@@ -311,24 +236,6 @@ def test_another_question_has_another_hash() -> None:
     scene = scenario(power(0.5))
     hashes = [scene_hash(evolve(scene, **change)) for change in ({}, *CHANGES)]
     assert len(set(hashes)) == len(hashes)
-
-
-def test_a_record_in_other_units_has_the_same_hash(tmp_path: Path) -> None:
-    times, forces = np.linspace(0, 1e-4, 101), 80 * np.sin(np.linspace(0, np.pi, 101)) ** 2
-    hashes = set()
-    for header, unit, size in (("time [s],force [N]", 1.0, 1.0), ("time [us],force [kN]", 1e6, 1e-3)):
-        rows = [f"{unit * time:.9e},{size * force:.9e}" for time, force in zip(times, forces, strict=True)]
-        (tmp_path / "record.csv").write_text("\n".join([header, *rows, ""]))
-        hashes.add(scene_hash(scenario(sw.Shock(profile=sw.Tabulated.from_file(tmp_path / "record.csv")))))
-    assert len(hashes) == 1
-
-
-def test_the_normalised_scenario_is_plain_json() -> None:
-    found = json.loads(normalised(scenario(power(0.5))))
-    material = {"density": 7958.0, "poisson_ratio": 0.3, "youngs_modulus": 193e9}
-    assert found["chain"] == {"granules": None, "material": material, "radius": 0.00475}
-    assert found["shock"]["profile"] == "shockwave.profiles.power_law:PowerLaw"
-    assert found["shock"]["parameters"] == {"decay_exponent": 1.0, "duration_ratio": 3.0, "rise_exponent": 0.5}
 
 
 class Kept(sw.ShockProfile):

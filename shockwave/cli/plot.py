@@ -13,7 +13,7 @@ from shockwave.files import refuse_inputs
 
 def plot(options: argparse.Namespace) -> int:
     """Lines or a map."""
-    from shockwave.pictures.canvas import figure, save
+    from shockwave.pictures import figure, save
     from shockwave.sweep.plot import plot as drawn
     from shockwave.sweep.results import load_sweep
 

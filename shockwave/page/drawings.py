@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from shockwave import pictures
 from shockwave.chain.chain import Scales
 from shockwave.errors import ShockwaveError
 from shockwave.page.results import Findings
 from shockwave.prediction.outcome import EjectionOutcome
-from shockwave.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,13 +18,6 @@ if TYPE_CHECKING:
 
 # Width and height [in]: a column in print, which a phone shows in its own size.
 _SIZE = (3.4, 2.7)
-# Contacts at which the approach of the primary to its limit is shown.
-_PASSAGES = 12
-# A record of more samples is predicted and simulated at few rise times only, as each takes long.
-_LONG_RECORD = 20_000
-_FEW = 7
-# Those are up to so many times shorter and longer than its own.
-_ABOUT = 8.0
 
 
 def drawn(found: Findings) -> tuple[dict[str, Figure], dict[str, str]]:
@@ -66,26 +55,15 @@ def drawings(found: Findings) -> dict[str, Callable[[Axes], object]]:
     if compared is not None:
         chosen["train"] = lambda ax: pictures.train(ax, compared)
     if result is not None:
-        # each contact costs up to as much as the simulation
-        passed = result.primary.contact + 1
-        contacts = range(0, passed, math.ceil(passed / _PASSAGES))
-        chosen["approach"] = lambda ax: pictures.approach(ax, result, contacts)
+        chosen["approach"] = lambda ax: pictures.approach(ax, result)
         if result.options.record:
             chosen["forces"] = lambda ax: pictures.contact_forces(ax, result)
             chosen["map"] = lambda ax: pictures.space_time(ax, result)
             chosen["energy"] = lambda ax: pictures.balance(ax, result)
             chosen["momentum"] = lambda ax: pictures.balance(ax, result, of="momentum")
     if predicted is not None:
-        chosen["amplification"] = lambda ax: _amplification(ax, found.scenario)
-    return chosen
-
-
-def _amplification(ax: Axes, scenario: Scenario) -> None:
-    shock, chain = scenario.shock, scenario.chain
-    ratios = None
-    if len(shock.profile.breakpoints) > _LONG_RECORD:
+        chain = found.scenario.chain
         own = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
-        ratios = np.geomspace(own / _ABOUT, own * _ABOUT, _FEW)
-    predictor = scenario.predictor
-    force, rise_time = shock.peak_force, shock.rise_time
-    pictures.amplification(ax, shock.profile, predictor, chain, peak_force=force, rise_times=ratios, mark=rise_time)
+        predictor = found.scenario.predictor
+        chosen["amplification"] = lambda ax: pictures.amplification(ax, shock.profile, predictor, chain, mark=own)
+    return chosen

@@ -8,11 +8,11 @@ from html import escape
 
 from markupsafe import Markup
 
-from shockwave.pictures.style import thousandths
+from shockwave.pictures.drawing import si_label
 
 _MINUS = "\N{MINUS SIGN}"
 _BLANK = "\N{NO-BREAK SPACE}"
-_POWER = re.compile(r"e([+-])0*([0-9]+)")
+_POWER = re.compile(r"e\+?(-?)0*([0-9]+)")
 # Symbols of the paper as they are written in statements, after escaping.
 _SYMBOLS = (
     (r"\balphaF0\b", "\N{GREEK SMALL LETTER ALPHA}"),
@@ -31,25 +31,21 @@ _MOST_DIGITS = 15
 
 def number(text: str) -> Markup:
     """A formatted number with a proper minus sign and raised powers of ten."""
-
-    def power(found: re.Match[str]) -> str:
-        sign = "-" if found[1] == "-" else ""
-        return f"{_BLANK}\N{MULTIPLICATION SIGN}{_BLANK}10<sup>{sign}{found[2]}</sup>"
-
-    return Markup(_POWER.sub(power, text).replace("-", _MINUS))
+    raised = f"{_BLANK}\N{MULTIPLICATION SIGN}{_BLANK}10<sup>\\1\\2</sup>"
+    return Markup(_POWER.sub(raised, text).replace("-", _MINUS))
 
 
 def quantity(value: float, unit: str = "", digits: int = 5) -> Markup:
     """``value`` with an SI prefix, kept on one line; a number without a unit has no prefix."""
     if not unit:
         return number(f"{value:.{digits}g}")
-    figure, _, prefixed = thousandths(value, unit, digits).partition(" ")
+    figure, _, prefixed = si_label(value, unit, digits).partition(" ")
     return number(figure) + _BLANK + prefixed.replace(" ", _BLANK)
 
 
 def small(value: float) -> Markup:
     """A share or an error, to one digit."""
-    return number(f"{value:.0e}") if value and math.isfinite(value) else Markup(f"{value:g}")
+    return number(f"{value:.1g}")
 
 
 def percent(value: float, digits: int = 1) -> Markup:

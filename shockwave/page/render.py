@@ -21,13 +21,10 @@ from shockwave.page.number_text import digits_of, formula, percent, quantity, sm
 from shockwave.page.results import Findings, findings
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import conditions
-from shockwave.registry import entries, find, load
+from shockwave.registry import entries, find
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_hash import parameters, scene_hash
 from shockwave.text import admitted
-
-# Characters of a parameter that are shown.
-_LONGEST = 200
 
 
 def page(scenario: Scenario) -> str:
@@ -113,7 +110,7 @@ def _parameters(profile: ShockProfile) -> Iterator[tuple[str, str]]:
         elif isinstance(value, int | float):
             text = quantity(value, spec.unit if spec is not None else "")
         else:
-            text = str(value)[:_LONGEST]
+            text = str(value)
         yield name.replace("_", " "), text
 
 
@@ -132,15 +129,8 @@ def parts_in_use(found: Findings) -> Iterator[tuple[str, str, str]]:
     used: list[tuple[str, Entry | None]] = [("profile", _entry_of(found.scenario.shock.profile))]
     if found.predicted is not None:
         used.append(("model", find("models", found.predicted.model)))
-    if found.scenario.predictor.quadrature is not None:
-        used.append(("quadrature", find("quadratures", found.scenario.predictor.quadrature)))
     if found.simulated is not None:
         used.append(("integrator", find("integrators", found.simulated.integrator)))
-    material = found.scenario.chain.material
-    for entry in entries("materials"):
-        # a material of the scenario's own may have the name of another
-        if entry.name == material.name and load("materials", entry.name) == material:
-            used.append(("material", entry))
     for kind, part in used:
         if part is not None:
             yield kind, part.name, f"{part.distribution} {metadata.version(part.distribution)}"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import TypeVar
 
 from attrs import evolve, frozen
@@ -21,10 +20,6 @@ _BEYOND = 1.15
 # Contacts that the first wave passes in a characteristic time, and how many of them are drawn.
 _RATE = 0.9
 _CONTACTS = 120
-# Longer histories [characteristic times] take too long, and no print shows them.
-_LONGEST = 400.0
-# Characters of the scenario's text that are shown.
-_MOST_TEXT = 20_000
 
 _T = TypeVar("_T")
 
@@ -75,14 +70,16 @@ def findings(scenario: Scenario) -> Findings:
     simulated = _attempt(failures, "The simulation failed", _simulate, scenario)
     passages = []
     if simulated is not None:
-        simulated = _with_train(simulated, failures)
+        failure = "The waves behind the primary could not be measured"
+        # integrated here, and kept
+        if simulated.options.waves == "train" and _attempt(failures, failure, getattr, simulated, "train") is None:
+            simulated = evolve(simulated, options=evolve(simulated.options, waves="primary"))
         for contact in scenario.simulate.contacts:
             failure = f"The passage of contact {contact} could not be computed"
             passages.append(_attempt(failures, failure, simulated.passage, contact))
     comparison = None
     if predicted is not None and simulated is not None:
         comparison = beside(predicted, simulated, predictor.equal_tolerance)
-        comparison = evolve(comparison, published=scenario.published)
     return Findings(
         scenario=scenario,
         predicted=predicted,
@@ -90,7 +87,7 @@ def findings(scenario: Scenario) -> Findings:
         comparison=comparison,
         passages=tuple(filter(None, passages)),
         failures=tuple(failures),
-        text=_text(scenario.path),
+        text=scenario.path.read_text(encoding="utf-8-sig", errors="replace") if scenario.path else "",
     )
 
 
@@ -106,9 +103,10 @@ def _simulate(scenario: Scenario) -> SimulationResult:
     """As the scenario asks, with the histories that are drawn."""
     shock, chain = scenario.shock, scenario.chain
     problem, scales = scaled(shock, chain)
+    if problem.duration > MEASURABLE:
+        primary = evolve(scenario.simulate, waves="primary", record=(), interval=None, until=None)
+        return simulate_with(primary, shock, chain)
     until = max(_BEYOND * problem.duration, _PASSED)
-    if until > _LONGEST:
-        return simulate_with(evolve(scenario.simulate, record=(), interval=None, until=None), shock, chain)
     reached = int(_RATE * until) if chain.granules is None else min(int(_RATE * until), chain.granules - 1)
     options = evolve(
         scenario.simulate,
@@ -118,27 +116,3 @@ def _simulate(scenario: Scenario) -> SimulationResult:
         until=until * scales.time,
     )
     return simulate_with(options, shock, chain)
-
-
-def _with_train(result: SimulationResult, failures: list[str]) -> SimulationResult:
-    """The result with all of its waves; with the primary alone, where the others cannot be measured."""
-    if result.options.waves == "primary":
-        return result
-    failure = "The waves behind the primary could not be measured"
-    # integrated here, and kept
-    train = _attempt(failures, failure, lambda: result.train)
-    problem, _ = scaled(result.shock, result.chain)
-    if train is not None:
-        if result.was_measured or problem.duration <= MEASURABLE:
-            return result
-        failures += [f"Only the primary was simulated: {warning}." for warning in train.warnings]
-    return evolve(result, options=evolve(result.options, waves="primary"))
-
-
-def _text(path: Path | None) -> str:
-    try:
-        text = "" if path is None else path.read_text(encoding="utf-8-sig", errors="replace")
-    except OSError:
-        return ""
-    rest = len(text) - _MOST_TEXT
-    return text if rest <= 0 else f"{text[:_MOST_TEXT]}\n... ({rest} more characters)\n"

@@ -1,26 +1,24 @@
-"""Pictures of shocks, predictions and simulations.
+"""Pictures of shocks, predictions, simulations and sweeps.
 
 A picture takes data and an ``Axes`` of matplotlib, draws on it, and returns it; `figure` makes Axes, `svg` and `save`
 write them. matplotlib is the extra ``plot``: it is loaded when a figure is made, not by this package.
 """
 
-from shockwave.pictures.accuracy import approach, balance, trust_map, work_precision
-from shockwave.pictures.canvas import figure, save, svg
-from shockwave.pictures.curve import amplification
-from shockwave.pictures.pulse import conditions, correction_area, pulse
+from shockwave.pictures.accuracy import approach, balance, work_precision
+from shockwave.pictures.amplification_curves import amplification, design, universal_curves
+from shockwave.pictures.figures import figure, save, svg
+from shockwave.pictures.maps import trust_map
+from shockwave.pictures.shock import conditions, correction_area, pulse
 from shockwave.pictures.waves import contact_forces, space_time, train
-
-#: The former name of `balance`.
-books = balance
 
 __all__ = [
     "amplification",
     "approach",
     "balance",
-    "books",
     "conditions",
     "contact_forces",
     "correction_area",
+    "design",
     "figure",
     "pulse",
     "save",
@@ -28,5 +26,6 @@ __all__ = [
     "svg",
     "train",
     "trust_map",
+    "universal_curves",
     "work_precision",
 ]

@@ -8,15 +8,24 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from shockwave.chain.chain import Chain
 from shockwave.errors import InvalidValueError
 from shockwave.measurement.recording import Recording
 from shockwave.measurement.result import SimulationResult
-from shockwave.pictures.axes import dress, finish, halo, label_axis, scale, thinned
-from shockwave.pictures.cells import edges_of
-from shockwave.pictures.style import BLACK, BLUE, COLOURS, FIELD, GREY, LINES, VERMILION
+from shockwave.pictures.drawing import (
+    BLACK,
+    BLUE,
+    COLOURS,
+    FIELD,
+    GREY,
+    LINES,
+    VERMILION,
+    colour_scale,
+    finish,
+    halo,
+    label_axis,
+)
+from shockwave.pictures.maps import colour_cells, edges_of
 from shockwave.prediction.outcome import Outcome
-from shockwave.quadrature import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,20 +39,18 @@ _MOST_TILES = 480
 _HIGHEST = 3.0
 
 
-def recorded(result: SimulationResult, *kinds: str) -> Recording:
-    """The histories of a result, one of ``kinds`` at least among them.
+def recorded(result: SimulationResult, kind: str) -> Recording:
+    """The histories of a result.
 
     Raises
     ------
     InvalidValueError
-        When none of them was kept.
+        When those of this kind were not kept.
     """
-    kept = result.recording
-    if kept is None or not set(kinds) & set(result.options.record):
+    if result.recording is None or kind not in result.options.record:
         asked = ", ".join(result.options.record) or "nothing"
-        remedy = f"simulate with record=[{kinds[0]!r}]"
-        raise InvalidValueError.of("record", f"must have {' or '.join(kinds)} (got {asked}; {remedy})")
-    return kept
+        raise InvalidValueError.of("record", f"must have {kind} (got {asked}; simulate with record=[{kind!r}])")
+    return result.recording
 
 
 def contact_forces(ax: Axes, result: SimulationResult, contacts: Iterable[int] | None = None) -> Axes:
@@ -74,22 +81,18 @@ def contact_forces(ax: Axes, result: SimulationResult, contacts: Iterable[int] |
     inside = np.union1d(kept.times, [shock.rise_time, shock.duration])
     inside = inside[inside <= shock.duration]
     applied = shock.peak_force * shock.profile.force(inside / shock.rise_time)
-    ax.plot(*thinned(inside, applied), color=GREY, linewidth=2.4, alpha=0.5, label="shock")
+    ax.plot(inside, applied, color=GREY, linewidth=2.4, alpha=0.5, label="shock")
     for index, contact in enumerate(contacts):
         if contact not in kept.contacts:
             known = ", ".join(map(str, kept.contacts))
             raise InvalidValueError.of("contacts", f"must be among those recorded, {known} (got {contact!r})")
-        drawn = thinned(kept.times, forces[:, kept.contacts.index(contact)])
+        own = forces[:, kept.contacts.index(contact)]
         colour = COLOURS[index % len(COLOURS)]
         line = LINES[index % len(LINES)]
-        ax.plot(*drawn, color=colour, linestyle=line, linewidth=1.1, label=f"contact {contact}")
-    end = float(kept.times[-1])
+        ax.plot(kept.times, own, color=colour, linestyle=line, linewidth=1.1, label=f"contact {contact}")
     top = 1.08 * min(max(highest, shock.peak_force), _HIGHEST * highest)
-    ax.set(xlim=(0, end), ylim=(0, top))
-    return finish(ax, ("time", "s", end), ("contact force", "N", top))
-
-
-# ---------------------------------------------------------------- map
+    ax.set(xlim=(0, kept.times[-1]), ylim=(0, top))
+    return finish(ax, ("time", "s"), ("contact force", "N"))
 
 
 def space_time(ax: Axes, result: SimulationResult) -> Axes:
@@ -104,23 +107,24 @@ def space_time(ax: Axes, result: SimulationResult) -> Axes:
     ax : Axes
         Where to draw; a scale of colours is put beside it.
     result : SimulationResult
-        With ``forces`` recorded at many contacts, or the ``field``; time in s, force in N.
+        With ``forces`` recorded at many contacts; time in s, force in N.
 
     Raises
     ------
     InvalidValueError
-        When neither was recorded.
+        When no forces were recorded.
     """
     from matplotlib.colors import PowerNorm
 
-    kept = recorded(result, "forces", "field")
-    contacts, forces = _field(kept, result)
-    times, tiles = _tiles(kept.times, forces)
-    norm = PowerNorm(0.5, vmin=0.0, vmax=float(tiles.max()) or 1.0)
-    edges = edges_of(times), edges_of(contacts)
-    drawn = ax.pcolormesh(*edges, tiles.T, norm=norm, cmap=FIELD, rasterized=True, shading="flat")
-    scale(ax, drawn, "contact force", "N")
-    ax.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
+    kept = recorded(result, "forces")
+    contacts = np.asarray(kept.contacts, dtype=float)
+    # fewer samples in time: the greatest force of each stretch
+    begins = np.arange(0, len(kept.times), math.ceil(len(kept.times) / _MOST_TILES))
+    forces = np.maximum.reduceat(np.asarray(kept.forces), begins, axis=0)
+    edges = np.append(kept.times[begins], kept.times[-1]), edges_of(contacts)
+    norm = PowerNorm(0.5, vmin=0.0, vmax=float(forces.max()) or 1.0)
+    drawn = colour_cells(ax, edges, forces, norm=norm, cmap=FIELD)
+    colour_scale(ax, drawn, "contact force", "N")
     ends = contacts[[0, -1]]
     settled = [wave for wave in result.waves if wave.error_estimate is not None]
     for number, wave in enumerate(settled, start=1):
@@ -128,37 +132,9 @@ def space_time(ax: Axes, result: SimulationResult) -> Axes:
             front = wave.arrival_time + (ends - wave.contact) * 2 * result.chain.radius / wave.speed
             look: dict[str, Any] = {"color": BLUE, "linewidth": 0.7, "linestyle": "--", "path_effects": halo()}
             ax.plot(front, ends, label=f"front {number}", **look)
-    label_axis(ax, "x", "time", "s", float(times[-1]))
+    label_axis(ax, "x", "time", "s")
     label_axis(ax, "y", "contact")
-    return dress(ax, grid=False)
-
-
-def _field(kept: Recording, result: SimulationResult) -> tuple[FloatArray, FloatArray]:
-    """Numbers of contacts, and forces of shape (samples, contacts) [N]."""
-    if kept.forces is not None and (len(kept.contacts) > 1 or kept.displacements is None):
-        return np.asarray(kept.contacts, dtype=float), kept.forces
-    moved = np.asarray(kept.displacements)
-    forces = overlap_force(result.chain, moved)
-    if moved.shape[1] == result.chain.granules:
-        forces = forces[:, :-1]
-    return np.arange(forces.shape[1], dtype=float), forces
-
-
-def overlap_force(chain: Chain, moved: FloatArray) -> FloatArray:
-    """Contact force [N] behind each granule from displacements of shape (samples, granules) [m]; what follows rests."""
-    ahead = np.pad(moved[:, 1:], ((0, 0), (0, 1)))
-    return chain.contact_stiffness * np.maximum(moved - ahead, 0.0) ** 1.5
-
-
-def _tiles(times: FloatArray, forces: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Fewer samples in time: the greatest force of each stretch."""
-    stride = math.ceil(len(times) / _MOST_TILES)
-    begins = np.arange(0, len(times), stride)
-    ends = np.minimum(begins + stride, len(times)) - 1
-    return (times[begins] + times[ends]) / 2, np.maximum.reduceat(forces, begins, axis=0)
-
-
-# ---------------------------------------------------------------- train
+    return ax
 
 
 def train(ax: Axes, comparison: Any) -> Axes:
@@ -179,33 +155,28 @@ def train(ax: Axes, comparison: Any) -> Axes:
     simulated = np.array([wave.peak_force for wave in waves])
     settled = np.array([wave.error_estimate is not None for wave in waves])
     shock = comparison.simulated.shock.peak_force
-    top = max(predicted.max(), simulated.max(), shock)
+    top = 1.12 * max(predicted.max(), simulated.max(), shock)
     ax.axhline(shock, color=GREY, linewidth=1.0, linestyle=":", label="shock")
-    _expected(ax, comparison.predicted, 1.06 * top)
+    _expected(ax, comparison.predicted, top)
     places = np.arange(1, len(predicted) + 1) - 0.12
     ax.plot(places, predicted, "o", color=BLUE, markersize=5, label="predicted")
     places = np.arange(1, len(waves) + 1) + 0.12
-    for own, label, face in (
-        (settled, "simulated", VERMILION),
-        (~settled, "simulated, not settled", "none"),
-    ):
-        if own.any():
-            one = ax.plot(places[own], simulated[own], "s", color=VERMILION, label=label)[0]
-            one.set(markerfacecolor=face, markersize=4.5)
+    look: dict[str, Any] = {"color": VERMILION, "markersize": 4.5}
+    ax.plot(places[settled], simulated[settled], "s", label="simulated", **look)
+    if not settled.all():
+        label = "simulated, not settled"
+        ax.plot(places[~settled], simulated[~settled], "s", markerfacecolor="none", label=label, **look)
     last = max(len(predicted), len(waves))
-    ax.set(xlim=(0.4, last + 0.6), ylim=(0, 1.12 * top))
+    ax.set(xlim=(0.4, last + 0.6), ylim=(0, top))
     ax.locator_params(axis="x", integer=True)
-    return finish(ax, "wave", ("peak force", "N", top))
+    return finish(ax, ("wave", ""), ("peak force", "N"))
 
 
-def _expected(ax: Axes, predicted: Outcome, highest: float) -> None:
-    """The range of the true peak force, f/(1 + high) to f/(1 + low); an arrow where it has no upper end."""
+def _expected(ax: Axes, predicted: Outcome, top: float) -> None:
+    """The range of the true peak force, f/(1 + high) to f/(1 + low), up to the top of the picture at most."""
     if predicted.expected_error is None:
         return
     low, high = predicted.expected_error
     least = predicted.peak_force / (1 + high)
     greatest = predicted.peak_force / (1 + low) if low > -1 else math.inf
-    reach = min(greatest, highest)
-    ax.plot([1, 1], [least, reach], color=BLACK, linewidth=0.9, marker="_", label="expected")
-    if reach < greatest:
-        ax.plot([1], [reach], marker="^", color=BLACK, markersize=5)
+    ax.plot([1, 1], [least, min(greatest, top)], color=BLACK, linewidth=0.9, marker="_", label="expected")

@@ -6,9 +6,8 @@ import os
 import pathlib
 
 from shockwave.errors import FileAccessError, InvalidValueError, UsageError
-from shockwave.pictures.canvas import figure, save
-from shockwave.pictures.curve import curve as draw_curve
-from shockwave.pictures.curve import design as draw_design
+from shockwave.pictures import design as draw_design
+from shockwave.pictures import figure, save, universal_curves
 from shockwave.studies.design import Design
 from shockwave.studies.universal_curve import UniversalCurve
 
@@ -54,7 +53,7 @@ def write_curve(curve: UniversalCurve, output: str | os.PathLike[str], mark: flo
         curve.save(path)
         return
     sheet, (ax,) = figure()
-    draw_curve(ax, curve, mark=mark)
+    universal_curves(ax, {"universal curve": curve}, mark)
     save(sheet, path)
 
 

@@ -1,4 +1,4 @@
-"""A picture of a sweep: which of its axes are drawn, and what belongs beside them."""
+"""A picture of a sweep: the quantity, lines or a map, its errors and the borders of the regimes."""
 
 from __future__ import annotations
 
@@ -9,14 +9,13 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.errors import InvalidValueError, UnknownNameError
-from shockwave.pictures.canvas import figure
-from shockwave.pictures.style import COLOURS, SMALL
+from shockwave.errors import UnknownNameError, UsageError
+from shockwave.pictures.drawing import COLOURS
+from shockwave.pictures.figures import SMALL, figure
 from shockwave.pictures.sweep import Line, sweep_lines, sweep_map
 from shockwave.sweep.journal import NOT_RUN
-from shockwave.sweep.regimes import regimes
+from shockwave.sweep.plotted_axes import PlottedAxes, label_of
 from shockwave.sweep.results import SweepResults
-from shockwave.sweep.selection import Selection
 from shockwave.text import si
 
 if TYPE_CHECKING:
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
 
 
 _FIRST = ("amplification", "predicted_amplification")
+_REGIMES = ("regime", "predicted_regime")
 # The error of a simulated quantity: relative, but of momentum.
 _ERRORS = {
     "peak_force": "error_estimate",
@@ -31,7 +31,6 @@ _ERRORS = {
     "second_peak_force": "second_error_estimate",
     "recoil_momentum": "recoil_error",
 }
-_EXACT = ("scaled_rise_time", "scaled_duration", "applied_momentum")
 
 
 @frozen(eq=False)
@@ -41,11 +40,11 @@ class Plot:
     Attributes
     ----------
     figure : Figure
-        What was drawn.
+        The drawn figure.
     column : str
         The quantity.
     notes : tuple of str
-        How far to trust it, and what is missing.
+        How accurate it is, and what is missing.
     """
 
     figure: Figure
@@ -75,100 +74,78 @@ def plot(
     Raises
     ------
     UnknownNameError
-        When there is no such column or variable.
-    InvalidValueError
-        When the column is text.
+        When there is no such column of numbers, or no such variable.
     UsageError
         When there are more than two axes left, or none; when no point has the values that are held; when points of a
-        map would share a place or lie in no order; or when matplotlib is not installed.
+        map would share a place; or when matplotlib is not installed.
     """
-    name = _column(results, column)
-    made = Selection(results, at or {})
-    horizontal, vertical = made.axes(x)
-    points = made.points(horizontal, vertical)
-    values = results.values(name).ravel()[points]
-    trust = _trust(results, name, values, points)
-    label, unit = name.replace("_", " "), results.units[name] or ""
-    drawn = [horizontal]
-    if vertical is None or len(vertical.order) <= min(len(COLOURS) - 1, len(horizontal.order)):
+    numbers = [one.name for one in results.columns if one.kind != "text"]
+    name = column or next((one for one in _FIRST if one in numbers), numbers[0])
+    if name not in numbers:
+        raise UnknownNameError("column of numbers", name, numbers)
+    chosen = PlottedAxes(results, at or {}, x)
+    values = chosen.pick(name)
+    bounds = _bounds(chosen, name, values)
+    quantity = label_of(name), results.units[name] or ""
+    regime = next((one.name for one in results.columns if one.name in _REGIMES), None)
+    regimes = chosen.pick(regime) if regime else None
+    across, *up = [axis.drawn for axis in chosen.axes]
+    if not up or len(up[0].places) <= min(len(COLOURS) - 1, len(across.places)):
         sheet, (ax,) = figure(size=(5.0, 3.2))
-        labels = made.labels(vertical) if vertical else [""]
-        parts = (values, trust.low, trust.high)
-        columns = (np.full(values.shape, None) if part is None else part for part in parts)
-        bounds = zip(labels, *(column.reshape(len(values), -1).T for column in columns), strict=True)
-        known = trust.low is not None
-        lines = [Line(own, text, *((low, high) if known else ())) for text, own, low, high in bounds]
-        borders: dict[str, npt.NDArray[np.float64]] = {}
-        if vertical:
-            told = "no borders of regimes: they differ from line to line"
-        elif not horizontal.along.apart:
-            told = f"no borders of regimes: points share a value of {horizontal.name}"
-        elif not (horizontal.along.joined or horizontal.along.texts):
-            told = f"no line and no borders of regimes: {', '.join(horizontal.others)} goes up and down between points"
-        else:
-            borders, told = regimes(results, points)
-        sweep_lines(ax, horizontal.along, lines, label, unit, trust.band, borders if horizontal.along.line else None)
+        columns = (array.reshape(len(values), -1).T for array in (values, bounds.low, bounds.high))
+        lines = [Line(*line) for line in zip(chosen.labels(), *columns, strict=True)]
+        sweep_lines(ax, across, lines, quantity, bounds.name, None if up or not across.joined else regimes)
     else:
-        made.check_map(horizontal, vertical)
-        drawn.append(vertical)
+        _check_places(chosen)
         sheet, (ax,) = figure(size=(5.0, 3.6))
-        flat, told = regimes(results, points.ravel())
-        borders = {regime: numbers.reshape(points.shape) for regime, numbers in flat.items()}
-        unknown = None if trust.low is None else np.isnan(trust.low)
-        sweep_map(ax, horizontal.along, vertical.along, values, label, unit, borders, unknown)
-    if caption := made.caption(drawn):
+        sweep_map(ax, across, up[0], values, quantity, regimes)
+    if caption := chosen.caption():
         sheet.suptitle(caption, fontsize=SMALL, parse_math=False)
-    status = results.values("status").ravel()[points]
+    status = chosen.pick("status")
     failed = int(np.count_nonzero((status != "done") & (status != NOT_RUN)))
     missing = [f"{failed} of the {status.size} points drawn failed"] if failed else []
-    return Plot(sheet, name, (trust.note, told, *missing, *results.warnings))
+    return Plot(sheet, name, (bounds.note, *missing, *results.warnings))
 
 
-class _Trust(NamedTuple):
-    """How far to trust what is drawn: a sentence, bounds of the true values, and what the bounds are called."""
+def _check_places(chosen: PlottedAxes) -> None:
+    for axis in chosen.axes:
+        if (np.diff(axis.drawn.places) <= 0).any():
+            remedy = "hold a variable of the same axis by --at NAME=VALUE, or choose one by --x"
+            got = f"got {axis.name}, which repeats a value; {remedy}"
+            raise UsageError(f"points of a map must have a place each ({got})")
 
+
+class _Bounds(NamedTuple):
+    """Bounds of the true values, not a number where they are not known; their name, and a sentence on them."""
+
+    low: npt.NDArray[np.float64]
+    high: npt.NDArray[np.float64]
+    name: str
     note: str
-    low: npt.NDArray[np.float64] | None = None
-    high: npt.NDArray[np.float64] | None = None
-    band: str = ""
 
 
-def _trust(results: SweepResults, name: str, values: npt.NDArray[np.float64], points: npt.NDArray[np.intp]) -> _Trust:
-    known = {column.name: column for column in results.columns}
+def _bounds(chosen: PlottedAxes, name: str, values: npt.NDArray[np.float64]) -> _Bounds:
+    results = chosen.results
+    columns = {column.name: column for column in results.columns}
     column = _ERRORS.get(name)
-    if column in known:
-        error = results.values(column).ravel()[points]
+    if column in columns:
+        error = chosen.pick(column)
         unit = results.units[column]
         most = np.nanmax(error, initial=0.0)
         text = si(most, unit, 2) if unit else f"{most:.1e} relative"
-        note = f"{name}: simulated, known to {text} or better"
-        if np.isnan(error).all():
-            note = f"{name}: its error is not known"
         band = error if unit else error * np.abs(values)
-        return _Trust(note, values - band, values + band, "error estimate")
+        note = f"{name}: simulated, accurate to {text} or better"
+        return _Bounds(values - band, values + band, "error estimate", note)
+    note = f"{name}: {columns[name].meaning}"
+    low = high = np.full(values.shape, np.nan)
     prefix = "predicted_" if name.startswith("predicted_") else ""
     sides = [f"{prefix}expected_error_{side}" for side in ("low", "high")]
-    if name.removeprefix(prefix) in ("peak_force", "amplification") and known.keys() >= {*sides}:
-        low, high = (results.values(side).ravel()[points] for side in sides)
-        note = f"{name}: its error is not known"
+    if name.removeprefix(prefix) in ("peak_force", "amplification") and columns.keys() >= {*sides}:
+        note += "; its error is not known"
+        low, high = (chosen.pick(side) for side in sides)
         if np.isfinite(low).any():
             share = np.isfinite(low).mean()
             span = f"{np.nanmin(low):+.1%} to {np.nanmax(high):+.1%}"
-            note = f"{name}: predicted, expected to err by {span}; known at {share:.0%} of the points"
-        # an error of -100 % leaves the greatest open: beyond any picture
-        return _Trust(note, values / (1 + high), values / np.maximum(1 + low, 1e-3), "expected of a simulation")
-    meaning = known[name].meaning
-    stated = name in _EXACT or "error" in name or "known" in meaning
-    return _Trust(f"{name}: {meaning}" + ("" if stated else "; its error is not known"))
-
-
-def _column(results: SweepResults, name: str | None) -> str:
-    numbers = [column.name for column in results.columns if column.kind != "text"]
-    if name is None:
-        return next((one for one in _FIRST if one in numbers), numbers[0])
-    if name in {column.name for column in results.columns} - {*numbers}:
-        known = ", ".join(numbers)
-        raise InvalidValueError.of("column", f"must be a column of numbers (got {name}, which is text; known: {known})")
-    if name not in numbers:
-        raise UnknownNameError("column of numbers", name, numbers)
-    return name
+            note = f"{name}: predicted, expected error {span}, known at {share:.0%} of the points"
+    # an error of -100 % leaves the greatest open: beyond any picture
+    return _Bounds(values / (1 + high), values / np.maximum(1 + low, 1e-3), "expected of a simulation", note)

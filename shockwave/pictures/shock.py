@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shockwave.errors import InvalidValueError
-from shockwave.pictures.axes import area, finish, thinned
-from shockwave.pictures.style import BLACK, BLUE, MINUS, ORANGE, SKY, VERMILION, thousandths
+from shockwave.pictures.drawing import BLACK, BLUE, MINUS, ORANGE, SKY, VERMILION, area, finish, si_label
 from shockwave.prediction.outcome import EjectionOutcome, Outcome
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import conditions as conditions_of
@@ -35,7 +34,8 @@ def pulse(ax: Axes, shock: Shock) -> Axes:
     """
     areas = shock.profile.areas()
     s = _abscissae(shock.profile)
-    x, y = thinned(shock.rise_time * s, shock.peak_force * shock.profile.force(s))
+    x = shock.rise_time * s
+    y = shock.peak_force * shock.profile.force(s)
     for name, value, inside, colour, hatch in (
         ("rise, $a_1$", areas.rise.value, x <= shock.rise_time, SKY, "////"),
         ("decay, $a_2$", areas.decay.value, x >= shock.rise_time, ORANGE, r"\\\\"),
@@ -56,7 +56,8 @@ def conditions(ax: Axes, shock: Shock) -> Axes:
     shock : Shock
         The margins are in units of its rise time.
     """
-    areas, n = shock.profile.areas(), float(shock.profile.duration_ratio)
+    areas = shock.profile.areas()
+    n = float(shock.profile.duration_ratio)
     a1, a2 = areas.rise.value, areas.decay.value
     both_sides = (a1 + a2, a1 + 0.5, a2 + (n - 1) / 2)
     labels = []
@@ -74,7 +75,7 @@ def conditions(ax: Axes, shock: Shock) -> Axes:
     ax.axvline(0, color=BLACK, linewidth=0.8)
     ax.set(xlim=(-1.08, 1.08), xticks=(-1, -0.5, 0, 0.5, 1), ylim=(2.6, -0.6))
     ax.set_yticks(range(len(labels)), labels)
-    return finish(ax, "margin over the sum of both sides", "")
+    return finish(ax, ("margin over the sum of both sides", ""), ("", ""))
 
 
 def correction_area(ax: Axes, shock: Shock, outcome: Outcome) -> Axes:
@@ -97,31 +98,34 @@ def correction_area(ax: Axes, shock: Shock, outcome: Outcome) -> Axes:
     if not isinstance(outcome, EjectionOutcome):
         got = getattr(outcome, "regime", type(outcome).__name__)
         raise InvalidValueError.of("outcome", f"must be an ejection, to which (5g,h) belong (got {got})")
-    profile, force, virtual = shock.profile, shock.peak_force, outcome.virtual_rise_time
-    s, n = _abscissae(profile), float(profile.duration_ratio)
+    profile = shock.profile
+    force = shock.peak_force
+    virtual = outcome.virtual_rise_time
+    n = float(profile.duration_ratio)
+    s = _abscissae(profile)
     begin = max(n * virtual - (virtual - shock.rise_time), 0.0)
     added = np.unique(np.append(s[s > begin / virtual], begin / virtual))
-    label = rf"added: 2 $\times$ area = {thousandths(outcome.added_momentum, 'N s')}"
+    label = rf"added: 2 $\times$ area = {si_label(outcome.added_momentum, 'N s')}"
     area(ax, virtual * added, 0.0, force * profile.force(added), ORANGE, "////", label)
     for time, name, colour, line in (
         (shock.rise_time, "shock, $t_0$", BLUE, "-"),
         (virtual, r"virtual shock, $\hat{t}_0$", VERMILION, "--"),
     ):
-        label = f"{name} = {thousandths(time, 's')}"
-        drawn = thinned(time * s, force * profile.force(s))
-        ax.plot(*drawn, color=colour, linewidth=1.4, linestyle=line, label=label)
+        label = f"{name} = {si_label(time, 's')}"
+        ax.plot(time * s, force * profile.force(s), color=colour, linewidth=1.4, linestyle=line, label=label)
     ax.axvline(begin, color=BLACK, linewidth=0.7, linestyle=":", label=r"$n \hat{t}_0 - \Delta t_0$")
     return _force_against_time(ax, n * virtual, force)
 
 
 def _force_against_time(ax: Axes, end: float, peak: float) -> Axes:
     ax.set(xlim=(0, end), ylim=(0, 1.08 * peak))
-    return finish(ax, ("time", "s", end), ("force", "N", peak))
+    return finish(ax, ("time", "s"), ("force", "N"))
 
 
 def _abscissae(profile: ShockProfile) -> FloatArray:
     """Where to take the force: at its kinks, evenly, and ever more densely towards the ends of rise and decay."""
-    n, breaks = float(profile.duration_ratio), np.asarray(profile.breakpoints, dtype=float)
+    n = float(profile.duration_ratio)
+    breaks = np.asarray(profile.breakpoints, dtype=float)
     dense = np.geomspace(1e-9, 0.5, _POINTS // 4)
     share = np.concatenate((np.linspace(0, 1, _POINTS), dense, 1 - dense))
     # just after 0 and at 1 the force may jump

@@ -1,4 +1,4 @@
-"""Figures to draw on, and SVG, PNG and PDF that are the same on every run."""
+"""Figures to draw on, with the look of all pictures, and SVG, PNG and PDF files that are the same on every run."""
 
 from __future__ import annotations
 
@@ -23,6 +23,22 @@ _WIDTHS = {"column": 3.4, "page": 7.0}
 _HEIGHT = 2.6
 _DOTS = 200
 _FORMATS = ("svg", "png", "pdf")
+#: Size of small letters [pt], readable in a column.
+SMALL = 7.0
+_LOOK: Any = {
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "axes.labelsize": 8.0,
+    "axes.linewidth": 0.6,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "grid.color": "#D9D9D9",
+    "grid.linewidth": 0.4,
+    "xtick.labelsize": SMALL,
+    "xtick.major.width": 0.6,
+    "ytick.labelsize": SMALL,
+    "ytick.major.width": 0.6,
+}
 
 
 def figure(
@@ -54,11 +70,13 @@ def figure(
             raise InvalidValueError.of("size", f"must be column, page or width and height in inches (got {size!r})")
         size = (_WIDTHS[size], _HEIGHT * rows)
     try:
+        from matplotlib import rc_context
         from matplotlib.figure import Figure
     except ImportError as missing:
         raise UsageError(f"pictures need matplotlib: pip install '{OWN_DISTRIBUTION}[plot]'") from missing
-    drawn = Figure(figsize=size, layout="constrained")
-    places: Any = drawn.subplots(rows, columns, squeeze=False)
+    with rc_context(_LOOK):
+        drawn = Figure(figsize=size, layout="constrained")
+        places: Any = drawn.subplots(rows, columns, squeeze=False)
     return drawn, tuple(places.flat)
 
 
@@ -81,13 +99,13 @@ def svg(figure: Figure, name: str = "picture", description: str = "") -> str:
     """
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9-]*", name):
         raise InvalidValueError.of("name", f"must be a letter, then letters, digits and hyphens (got {name!r})")
-    import matplotlib as mpl
+    from matplotlib import rc_context
 
     figure.draw_without_rendering()  # the last digits of the layout settle at its second pass
     written = io.StringIO()
     # without a salt of their own, the names of shared shapes differ from run to run
     unsigned = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-    with mpl.rc_context({"svg.hashsalt": "shockwave", "svg.fonttype": "path"}):
+    with rc_context({"svg.hashsalt": "shockwave", "svg.fonttype": "path"}):
         figure.savefig(written, format="svg", metadata=unsigned, dpi=_DOTS)
     text = re.sub(r"\s*<!--.*?-->", "", written.getvalue().partition("<svg ")[2], flags=re.DOTALL)
     # only names that are referred to are the same on every run

@@ -1,0 +1,197 @@
+"""Amplification against rise time: predicted, simulated, universal; the target of a design along its value."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from attrs import evolve
+
+from shockwave.chain.chain import Chain, Scales
+from shockwave.errors import InvalidValueError, ShockwaveError
+from shockwave.measurement.simulate import simulate_many
+from shockwave.pictures.drawing import (
+    BLACK,
+    BLUE,
+    COLOURS,
+    GREY,
+    LINES,
+    SKY,
+    VERMILION,
+    finish,
+    regime_spans,
+)
+from shockwave.pictures.maps import edges_of
+from shockwave.prediction.outcome import Outcome
+from shockwave.prediction.predictor import Predictor
+from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.shock import Shock
+from shockwave.quadrature import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+# Impulses over F0 T0, from the impulse limit to long trains.
+_WEAKEST = 0.15
+_STRONGEST = 20.0
+# No whole duration is longer than so many T0.
+_LONGEST = 500.0
+_SIMULATED = 41
+# Borders of regimes are drawn halfway between two predictions.
+_PREDICTED = 241
+_CURVE_POINTS = 600
+# Least rise time over the longest of a curve.
+_SHORTEST = 1e-3
+# A range of more than this factor is drawn by equal ratios.
+_WIDE = 3.0
+
+
+def amplification(
+    ax: Axes,
+    profile: ShockProfile,
+    predictor: Predictor,
+    chain: Chain,
+    *,
+    rise_times: Iterable[float] | None = None,
+    mark: float | None = None,
+) -> Axes:
+    """Peak force of the primary over that of the shock against t0/T0, with the regimes of the prediction.
+
+    For one shape it depends on t0/T0 alone. The band is where simulation is expected, by the errors measured for such
+    shocks; there is none where no range is known.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    profile : ShockProfile
+        The shape.
+    predictor : Predictor
+        Whose predictions are drawn.
+    chain : Chain
+        As for `simulate`.
+    rise_times : iterable of float, optional
+        t0/T0 at which to simulate, two at least. Left out, 41 for impulses of 0.15 to 20 F0 T0.
+    mark : float, optional
+        A t0/T0 of one's own, marked by a line if it lies within.
+
+    Raises
+    ------
+    InvalidValueError
+        When rise times are out of range.
+    """
+    ratios = _default_ratios(profile) if rise_times is None else sorted(map(float, rise_times))
+    if len(ratios) < 2 or not all(0 < ratio < math.inf for ratio in ratios):
+        rule = "must be two or more finite numbers above 0"
+        raise InvalidValueError.of("rise_times", f"{rule} (got {ratios})")
+    pattern = Shock(profile=profile, peak_force=1.0, rise_time=1.0)
+    unit = Scales.of(chain, pattern.peak_force).time
+    fine = np.geomspace(ratios[0], ratios[-1], _PREDICTED)
+    outcomes = [predictor.predict(evolve(pattern, rise_time=ratio * unit), chain) for ratio in fine.tolist()]
+    regime_spans(ax, edges_of(fine, log=True), np.array([outcome.regime for outcome in outcomes]))
+    _predictions(ax, fine, outcomes)
+    shocks = [evolve(pattern, rise_time=ratio * unit) for ratio in ratios]
+    found = {}
+    for ratio, result in zip(ratios, simulate_many(shocks, chain, waves="primary"), strict=True):
+        if not isinstance(result, ShockwaveError):
+            found[ratio] = result.amplification
+    lost = len(ratios) - len(found)
+    label = "simulated" + (f" ({lost} of {len(ratios)} failed)" if lost else "")
+    ax.plot(list(found), list(found.values()), "s", color=VERMILION, markersize=3, label=label)
+    highest = max(*found.values(), *(outcome.amplification for outcome in outcomes))
+    return _frame(ax, ratios[0], ratios[-1], highest, mark)
+
+
+def _default_ratios(profile: ShockProfile) -> list[float]:
+    total = profile.areas().total
+    most = min(_STRONGEST / total, _LONGEST / float(profile.duration_ratio))
+    least = min(_WEAKEST / total, most / 10)
+    ratios: list[float] = np.geomspace(least, most, _SIMULATED).tolist()
+    return ratios
+
+
+def _predictions(ax: Axes, ratios: FloatArray, outcomes: list[Outcome]) -> None:
+    """Line of the predictions, and the band where a simulation is expected."""
+    values = np.array([outcome.amplification for outcome in outcomes])
+    unknown = (math.nan, math.nan)
+    low, high = np.array([outcome.expected_error or unknown for outcome in outcomes]).T
+    ax.plot(ratios, values, color=BLUE, linewidth=1.2, label="predicted")
+    if np.isfinite(low).any():
+        # an error of -100 % leaves the greatest open: beyond any picture
+        bounds = values / (1 + high), values / np.maximum(1 + low, 1e-3)
+        ax.fill_between(ratios, *bounds, color=SKY, alpha=0.35, linewidth=0, label="expected")
+
+
+def _frame(ax: Axes, least: float, most: float, highest: float, mark: float | None) -> Axes:
+    """Axes of amplification and t0/T0, with the level of the shock and a mark within the range."""
+    ax.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":")
+    if mark is not None and least <= mark <= most:
+        ax.axvline(mark, color=BLACK, linewidth=0.9, linestyle="-.", label="this shock")
+    ax.set(xscale="log", xlim=(least, most), ylim=(0, 1.14 * highest))
+    return finish(ax, ("rise time over characteristic time, $t_0/T_0$", ""), ("amplification", ""))
+
+
+def universal_curves(ax: Axes, curves: Mapping[str, Any], mark: float | None = None) -> Axes:
+    """Amplification of the primary against t0/T0, a line for each shape.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    curves : mapping of str to UniversalCurve
+        One or more, by their names.
+    mark : float, optional
+        A t0/T0 of one's own, marked by a line.
+    """
+    most = max(one.longest_rise_time for one in curves.values())
+    least = _SHORTEST * most
+    for index, (label, one) in enumerate(curves.items()):
+        # rounding must not put the last beyond the range
+        last = one.longest_rise_time
+        x = np.geomspace(least, last, _CURVE_POINTS).clip(max=last)
+        colour = COLOURS[index % len(COLOURS)]
+        style = LINES[index % len(LINES)]
+        ax.plot(x, one.amplification(x), linestyle=style, color=colour, linewidth=1.2, label=label)
+    highest = max(one.highest[1] for one in curves.values())
+    return _frame(ax, least, most, highest, mark)
+
+
+def design(
+    ax: Axes,
+    values: Sequence[float],
+    reached: Sequence[float],
+    wanted: float,
+    solutions: Sequence[float] = (),
+    *,
+    labels: tuple[str, str] = ("value", "target"),
+    units: tuple[str, str] = ("", ""),
+) -> Axes:
+    """The target of a design against the varied value, with the wanted level, and the solutions on it.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    values, reached : sequence of float
+        The line, by ascending values.
+    wanted : float
+        The level.
+    solutions : sequence of float
+        Values at which the line has it.
+    labels, units : (str, str)
+        Of the two axes; a unit is empty for a number without one.
+    """
+    ax.plot(values, reached, color=BLUE, linewidth=1.2, label="along the interval")
+    ax.axhline(wanted, color=GREY, linewidth=0.9, linestyle="--", label="wanted")
+    if solutions:
+        levels = [wanted] * len(solutions)
+        ax.plot(solutions, levels, "o", color=VERMILION, markersize=4, label="solutions")
+    ax.set_xlim(values[0], values[-1])
+    if 0 < _WIDE * min(values) < max(values):
+        ax.set_xscale("log")
+    if 0 < _WIDE * min(reached) < max(reached):
+        ax.set_yscale("log")
+    return finish(ax, (labels[0], units[0]), (labels[1], units[1]))

@@ -1,0 +1,159 @@
+"""Parts that pictures share: colours, labels of axes, keys, scales of colours, shaded areas, names of regimes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from shockwave.pictures.figures import SMALL
+from shockwave.text import si
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from shockwave.quadrature import FloatArray
+
+
+# Okabe and Ito, "Color universal design" (2008); its yellow is left out, which is not seen on white.
+BLACK = "#000000"
+BLUE = "#0072B2"
+VERMILION = "#D55E00"
+GREEN = "#009E73"
+ORANGE = "#E69F00"
+SKY = "#56B4E9"
+PURPLE = "#CC79A7"
+GREY = "#767676"
+COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+#: In grey, lines are distinguished by dashes and marks.
+LINES: tuple[Any, ...] = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)), (0, (7, 2)))
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*")
+#: Colour maps of a quantity without and with a sign; both are monotonic in lightness.
+FIELD = "magma_r"
+SIGNED = "RdBu_r"
+MINUS = "\N{MINUS SIGN}"
+# Over a wider range a logarithmic axis has powers of ten at its ticks.
+_FEW_DECADES = 2000.0
+# The key stands above the picture, close to it.
+_KEY: dict[str, Any] = {
+    "loc": "lower left",
+    "bbox_to_anchor": (0.0, 1.0),
+    "borderpad": 0.0,
+    "columnspacing": 1.2,
+    "fontsize": SMALL,
+    "frameon": False,
+}
+_MOST_CORNERS = 800
+_SHADES = {"ejection": "#FFFFFF", "single": "#D0D0D0", "train": "#F1F1F1"}
+# A regime narrower than this share of an axis has no name on it.
+_NARROW = 0.12
+
+
+def si_label(value: float, unit: str, digits: int = 3) -> str:
+    """``value`` with an SI prefix, as `si`, with the sign for a millionth."""
+    number, _, prefixed = si(value, unit, digits).partition(" ")
+    return f"{number} \N{MICRO SIGN}{unit}" if prefixed == f"u{unit}" else f"{number} {prefixed}"
+
+
+def literal(text: str) -> str:
+    """``text`` as a label in which a dollar begins no formula."""
+    return text.replace("$", r"\$")
+
+
+def label_axis(ax: Axes, axis: Literal["x", "y"], name: str, unit: str = "") -> None:
+    """Label an axis ``name (unit)``, with an SI prefix in label and ticks; call it after scale and limits are set."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    chosen = ax.xaxis if axis == "x" else ax.yaxis
+    low, high = ax.get_xlim() if axis == "x" else ax.get_ylim()
+    logarithmic = chosen.get_scale() == "log"
+    few = logarithmic and high < _FEW_DECADES * low
+    factor = 1.0
+    if few:
+        chosen.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        chosen.set_minor_formatter(NullFormatter())
+    if few or (unit and not logarithmic):
+        largest = max(abs(low), abs(high))
+        number, unit = si_label(largest, unit, 9).split(" ", 1)
+        factor = 10.0 ** round(math.log10(largest / float(number)))
+        chosen.set_major_formatter(FuncFormatter(lambda value, _: f"{value / factor:.6g}".replace("-", MINUS)))
+    chosen.set_label_text(f"{name} ({unit})" if unit else name)
+
+
+def finish(ax: Axes, x: tuple[str, str], y: tuple[str, str]) -> Axes:
+    """Label both axes with a name and a unit, and put the key above the picture."""
+    label_axis(ax, "x", *x)
+    label_axis(ax, "y", *y)
+    key(ax, ax.get_legend_handles_labels()[0])
+    return ax
+
+
+def key(ax: Axes, entries: Iterable[Any]) -> None:
+    """The meaning of lines and areas, above the picture, where it hides nothing, in as many columns as fit."""
+    handles = list(entries)
+    for columns in range(len(handles), 0, -1):
+        legend = ax.legend(handles=handles, ncols=columns, **_KEY)
+        if legend.get_window_extent().width <= ax.bbox.width:
+            return
+
+
+def colour_scale(ax: Axes, drawn: Any, name: str, unit: str = "", **options: Any) -> Any:
+    """The labelled scale of the colours of ``drawn``, close to the right of ``ax``."""
+    figure = ax.get_figure()
+    assert figure is not None
+    # within the Axes, so that neighbours of other widths do not part the two
+    bar = figure.colorbar(drawn, cax=ax.inset_axes((1.03, 0.0, 0.04, 1.0)), **options)
+    label_axis(bar.ax, "y", name, unit)
+    bar.ax.yaxis.label.set_fontsize(ax.yaxis.label.get_fontsize())
+    bar.ax.tick_params(which="both", labelsize=SMALL)
+    return bar
+
+
+def place_name(ax: Axes, x: float, y: float, text: str, **look: Any) -> None:
+    """A word within a picture, with a white border."""
+    look = {"ha": "center", "va": "center", "fontsize": SMALL, "path_effects": halo(), "zorder": 5, **look}
+    ax.text(x, y, text, **look)
+
+
+def halo() -> list[Any]:
+    """The white border of words and lines within a picture."""
+    from matplotlib.patheffects import withStroke
+
+    return [withStroke(linewidth=2.0, foreground="white")]
+
+
+def area(ax: Axes, x: FloatArray, low: Any, high: FloatArray, colour: str, hatch: str, label: str) -> None:
+    """A shaded area; hatches distinguish areas without colours."""
+    # unlike a line, an area of many corners is written with all of them
+    kept = np.linspace(0, len(x) - 1, min(len(x), _MOST_CORNERS)).astype(int)
+    look: dict[str, Any] = {"facecolor": colour, "alpha": 0.6, "hatch": hatch, "edgecolor": "white", "linewidth": 0}
+    bottom = np.broadcast_to(low, x.shape)[kept]
+    ax.fill_between(x[kept], bottom, high[kept], label=label, **look)
+
+
+def regime_spans(ax: Axes, edges: FloatArray, regimes: npt.NDArray[np.str_]) -> None:
+    """Shades, borders and names of regimes along the x axis.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    edges : array, shape (p + 1,)
+        Edges of the cells around points of the axis.
+    regimes : array of str, shape (p,)
+        The regime at each point.
+    """
+    changes = np.flatnonzero(regimes[1:] != regimes[:-1]) + 1
+    for begin, end in pairwise([0, *changes.tolist(), len(regimes)]):
+        name = str(regimes[begin])
+        ax.axvspan(edges[begin], edges[end], color=_SHADES.get(name, "#FFFFFF"), linewidth=0, zorder=0)
+        if begin:
+            ax.axvline(edges[begin], color=GREY, linewidth=0.8, linestyle="--")
+        if end - begin > _NARROW * len(regimes):
+            middle = edges[(begin + end) // 2]
+            place_name(ax, middle, 0.985, name, va="top", transform=ax.get_xaxis_transform())
+    ax.set_xlim(edges[0], edges[-1])

@@ -1,0 +1,125 @@
+"""Maps of cells: their edges and colours, borders of regimes, hatches, and the errors of section 4 over a plane."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from shockwave.pictures.drawing import BLACK, GREY, MINUS, SIGNED, colour_scale, label_axis, place_name
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.patches import Patch
+
+    from shockwave.quadrature import FloatArray
+
+    Edges: TypeAlias = tuple[FloatArray, FloatArray]
+
+
+#: Colour of cells without a value.
+NO_VALUE = "#BDBDBD"
+# Bounds of the colours of errors, which have no upper bound; none is below -1.
+_BOUNDS = (-1.0, -0.5, -0.2, -0.1, -0.05, -0.02, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
+
+
+def edges_of(centres: FloatArray, log: bool = False) -> FloatArray:
+    """Edges of cells around ascending ``centres``, halfway between them on the axis as drawn."""
+    if len(centres) == 1:
+        return np.array([centres[0] - 0.5, centres[0] + 0.5])
+    at = np.log(centres) if log else centres
+    middles = (at[1:] + at[:-1]) / 2
+    edges = np.concatenate(([2 * at[0] - middles[0]], middles, [2 * at[-1] - middles[-1]]))
+    return np.exp(edges) if log else edges
+
+
+def colour_cells(ax: Axes, edges: Edges, values: FloatArray, **colours: Any) -> Any:
+    """Draw a map of ``values``, of shape (x, y); cells without one are grey."""
+    ax.set_facecolor(NO_VALUE)
+    masked = np.ma.masked_invalid(values).T
+    drawn = ax.pcolormesh(*edges, masked, rasterized=True, shading="flat", **colours)
+    ax.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
+    ax.grid(False)
+    ax.spines[:].set_visible(True)
+    return drawn
+
+
+def regime_borders(ax: Axes, edges: Edges, regimes: npt.NDArray[np.str_]) -> None:
+    """Borders between cells of different regimes, and the name of each; an empty one is none."""
+    x, y = edges
+    across = np.nonzero(regimes[1:] != regimes[:-1])
+    up = np.nonzero(regimes[:, 1:] != regimes[:, :-1])
+    # with a white border, to be seen on dark colours
+    for colour, width in (("white", 2.6), (BLACK, 1.2)):
+        i, j = across
+        ax.vlines(x[i + 1], y[j], y[j + 1], color=colour, linewidth=width)
+        i, j = up
+        ax.hlines(y[j + 1], x[i], x[i + 1], color=colour, linewidth=width)
+    for name in sorted(set(regimes.ravel().tolist()) - {""}):
+        cells = np.argwhere(regimes == name)
+        off = cells - cells.mean(axis=0)
+        i, j = cells[np.argmin((off**2).sum(axis=1))]
+        place_name(ax, (x[i] + x[i + 1]) / 2, (y[j] + y[j + 1]) / 2, name)
+
+
+def hatch(
+    ax: Axes, edges: Edges, own: npt.NDArray[np.bool_], name: str, pattern: str, colour: str = "none"
+) -> list[Patch]:
+    """Hatch some cells; the entry of the key, with their number, or none without any."""
+    from matplotlib.patches import Patch, PathPatch
+    from matplotlib.path import Path
+
+    if not own.any():
+        return []
+    x, y = edges
+    i, j = np.nonzero(own)
+    corners = np.array([[x[i], y[j]], [x[i + 1], y[j]], [x[i + 1], y[j + 1]], [x[i], y[j + 1]]])
+    # one path: a hatch for each of some thousand cells takes minutes
+    path = Path.make_compound_path_from_polys(corners.transpose(2, 0, 1))
+    look: dict[str, Any] = {"facecolor": colour, "edgecolor": GREY, "linewidth": 0.0, "hatch": pattern}
+    ax.add_artist(PathPatch(path, **look))
+    return [Patch(label=f"{name} ({int(own.sum())} of {own.size})", **look)]
+
+
+def trust_map(
+    ax: Axes,
+    x: npt.ArrayLike,
+    n: npt.ArrayLike,
+    error: npt.ArrayLike,
+    regime: npt.ArrayLike,
+    holds: npt.ArrayLike | None = None,
+) -> Axes:
+    """Error of the predicted peak force over the plane (n t0/T0, n), with the borders of the regimes.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw; a scale of colours is put beside it.
+    x : array, shape (p,)
+        n t0/T0, ascending, above 0.
+    n : array, shape (q,)
+        Duration ratios, ascending, above 1.
+    error : array, shape (p, q)
+        Relative error, prediction over simulation less one; not a number where there is none, which is left grey.
+    regime : array of str, shape (p, q)
+        Of the prediction; an empty one is none.
+    holds : array of bool, shape (p, q), optional
+        Whether the conditions (3) are met; where not, it is hatched.
+    """
+    from matplotlib import colormaps
+    from matplotlib.colors import BoundaryNorm
+
+    edges = edges_of(np.asarray(x, dtype=float), log=True), edges_of(np.asarray(n, dtype=float), log=True)
+    colours = colormaps[SIGNED]
+    norm = BoundaryNorm(_BOUNDS, colours.N, extend="max")
+    ax.set(xscale="log", yscale="log")
+    drawn = colour_cells(ax, edges, np.asarray(error, dtype=float), norm=norm, cmap=colours)
+    regime_borders(ax, edges, np.asarray(regime, dtype=str))
+    if holds is not None:
+        hatch(ax, edges, ~np.asarray(holds, dtype=bool), "conditions (3) not met", "////")
+    bar = colour_scale(ax, drawn, "error (%)", spacing="uniform", ticks=_BOUNDS)
+    bar.ax.set_yticklabels([f"{100 * bound:+.0f}".replace("-", MINUS) for bound in _BOUNDS])
+    label_axis(ax, "x", "duration over characteristic time, $n t_0/T_0$")
+    label_axis(ax, "y", "duration over rise time, $n$")
+    return ax

@@ -1,0 +1,264 @@
+"""Pictures of sweeps: lines over one axis, maps over two, with the borders of the regimes."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from shockwave import cli
+from shockwave.errors import UsageError
+from shockwave.sweep.plot import Plot, plot
+from shockwave.sweep.results import SweepResults, load_sweep
+
+RATIO = ("shock.duration_ratio", "")
+TIME = ("shock.rise_time", "s")
+FORCE = ("shock.peak_force", "N")
+MATERIAL = ("chain.material", None)
+UNITS = {"regime": None, "peak_force": "N", "recoil_momentum": "N s", "recoil_error": "N s", "width": "s"}
+
+
+def swept(folder: Path, axes: Any, columns: dict[str, Any], failed: tuple[int, ...] = ()) -> SweepResults:
+    """A sweep over axes, each variables and their values, with a list of values for each column."""
+    folder.mkdir(exist_ok=True)
+    parts = [
+        {"names": [name for name, _ in variables], "units": [unit for _, unit in variables], "values": values}
+        for variables, values in axes
+    ]
+    shape = [len(values) for _, values in axes]
+    described = []
+    for name in columns:
+        unit = UNITS.get(name, "")
+        described.append({"name": name, "unit": unit, "kind": "number" if unit is not None else "text", "meaning": "a"})
+    header = {"format": 1, "name": "a test", "run": "predict", "axes": parts, "shape": shape}
+    header |= {"points": int(np.prod(shape)), "columns": described, "scenario": {}, "key": "f" * 64}
+    (folder / "sweep.json").write_text(json.dumps(header | {"versions": {}}), encoding="utf-8")
+    lines = []
+    for index, values in enumerate(zip(*columns.values(), strict=True)):
+        state = {"status": "done", "values": list(values)}
+        if index in failed:
+            state = {"status": "failed", "error": "no"}
+        lines.append(json.dumps({"index": index, "key": f"{index:064x}", **state}) + "\n")
+    (folder / "journal.jsonl").write_text("".join(lines), encoding="utf-8")
+    return load_sweep(folder)
+
+
+def numbered(folder: Path, axes: Any) -> SweepResults:
+    """The amplification of a point is its number, counted from 0."""
+    count = int(np.prod([len(values) for _, values in axes]))
+    return swept(folder / "out", axes, {"amplification": list(range(count))})
+
+
+TIMES = np.geomspace(1e-6, 1e-4, 15)
+RATIOS = np.geomspace(1.5, 15, 12)
+#: A train where n t0 is long, an ejection where it is short.
+PLANE = np.outer(TIMES, RATIOS)
+NAMES = np.where(PLANE > 5e-5, "train", "ejection")
+
+
+def a_map(folder: Path, failed: tuple[int, ...] = ()) -> SweepResults:
+    axes = [([TIME], TIMES[:, None].tolist()), ([RATIO], RATIOS[:, None].tolist())]
+    columns = {"regime": NAMES.ravel().tolist(), "amplification": PLANE.ravel().tolist()}
+    return swept(folder / "map", axes, columns, failed)
+
+
+def along(variable: tuple[str, str], *values: Any) -> Any:
+    return [variable], [[value] for value in values]
+
+
+def inside(found: Plot) -> bool:
+    """Whether nothing leaves the figure; a pixel of slack for the rounding of letters."""
+    figure: Any = found.figure
+    figure.draw_without_rendering()
+    around = figure.axes[0].get_tightbbox()
+    return bool(
+        around.x0 > -1 and around.y0 > -1 and around.x1 < figure.bbox.width + 1 and around.y1 < figure.bbox.height + 1
+    )
+
+
+def lines_of(found: Plot) -> list[list[list[float]]]:
+    return [one.get_xydata().tolist() for one in found.figure.axes[0].get_lines()]  # type: ignore[union-attr]
+
+
+def key_of(found: Plot) -> list[str]:
+    legend = found.figure.axes[0].get_legend()
+    return [text.get_text() for text in legend.get_texts()] if legend else []
+
+
+def test_two_axes_make_a_map_with_units_and_the_borders_of_the_regimes(tmp_path: Path) -> None:
+    found = plot(a_map(tmp_path))
+    (ax,) = found.figure.axes
+    assert (found.column, ax.get_xlabel(), ax.get_ylabel()) == ("amplification", "rise time (µs)", "duration ratio")
+    assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
+    assert {text.get_text() for text in ax.texts} == {"ejection", "train"}
+    mesh, *rest = ax.collections
+    # halfway between factors of 100^(1/14) from 1 us
+    edges = mesh.get_coordinates()[0, :, 0]
+    np.testing.assert_allclose(edges, 1e-6 * 100 ** ((np.arange(16) - 0.5) / 14), rtol=1e-12)
+    np.testing.assert_array_equal(mesh.get_array().reshape(12, 15).T, PLANE)
+    across, upwards = rest[-2:]
+    places = {float(segment[0, 0]) for segment in across.get_segments()}
+    assert sorted(places) == pytest.approx(edges[1:-1][(NAMES[1:] != NAMES[:-1]).any(axis=1)])
+    assert len(upwards.get_segments()) == np.count_nonzero(NAMES[:, 1:] != NAMES[:, :-1])
+
+
+def test_points_without_a_value_are_hatched_and_counted(tmp_path: Path) -> None:
+    results = a_map(tmp_path, failed=(3, 77))
+    found = plot(results)
+    assert key_of(found) == ["no value (2 of 180)"]
+    # four corners, and one that closes them
+    assert [len(one.get_path().vertices) for one in found.figure.axes[0].patches if one.get_hatch()] == [2 * 5]
+    assert "2 of the 180 points drawn failed" in found.notes
+    # notes are of what is drawn
+    assert "1 of the 12 points drawn failed" in plot(results, at={TIME[0]: TIMES[6]}).notes
+
+
+@pytest.mark.parametrize("held", [{}, {RATIO[0]: 1.5}], ids=["map", "line"])
+def test_a_sweep_of_which_all_failed_is_drawn_empty(tmp_path: Path, held: dict[str, float]) -> None:
+    assert inside(plot(a_map(tmp_path, failed=tuple(range(180))), at=held))
+
+
+def test_one_axis_makes_a_line_with_its_regimes(tmp_path: Path) -> None:
+    found = plot(a_map(tmp_path), at={RATIO[0]: repr(float(RATIOS[4]))})
+    (ax,) = found.figure.axes
+    assert lines_of(found)[0] == np.column_stack([TIMES, PLANE[:, 4]]).tolist()
+    (border,) = [one.get_xdata()[0] for one in ax.get_lines() if one.get_linestyle() == "--"]  # type: ignore[index]
+    change = np.flatnonzero(NAMES[1:, 4] != NAMES[:-1, 4])[0]
+    assert border == pytest.approx(np.sqrt(TIMES[change] * TIMES[change + 1]))
+    assert found.figure.get_suptitle() == f"duration ratio {RATIOS[4]:.6g}"
+    assert inside(found)
+
+
+def test_a_few_values_of_a_second_axis_make_lines(tmp_path: Path) -> None:
+    found = plot(numbered(tmp_path, [along(TIME, 1.0, 2.0, 3.0), along(RATIO, 2.0, 4.0)]))
+    assert key_of(found) == ["duration ratio 2", "duration ratio 4"]
+    assert lines_of(found) == [[[1, 0], [2, 2], [3, 4]], [[1, 1], [2, 3], [3, 5]]]
+
+
+ERRORS: dict[str, tuple[dict[str, Any], str, Any, str]] = {
+    "relative": (
+        {"amplification": [2.0, 4.0], "error_estimate": [0.1, 0.25]},
+        "error estimate",
+        [(1.8, 2.2), (3.0, 5.0)],
+        "amplification: simulated, accurate to 2.5e-01 relative or better",
+    ),
+    "of-momentum": (
+        {"recoil_momentum": [2.0, 3.0], "recoil_error": [0.5, 1.0]},
+        "error estimate",
+        [(1.5, 2.5), (2.0, 4.0)],
+        "recoil_momentum: simulated, accurate to 1 N s or better",
+    ),
+    # a prediction that errs by +25 % is of 1.6 where it predicts 2
+    "expected": (
+        {"amplification": [2.0, 6.0], "expected_error_low": [-0.2, -0.25], "expected_error_high": [0.25, 0.5]},
+        "expected of a simulation",
+        [(1.6, 2.5), (4.0, 8.0)],
+        "amplification: predicted, expected error -25.0% to +50.0%, known at 100% of the points",
+    ),
+    "not-known": (
+        {"amplification": [2.0, 6.0], "expected_error_low": [None, None], "expected_error_high": [None, None]},
+        "",
+        None,
+        "amplification: a; its error is not known",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", ERRORS)
+def test_the_shade_is_where_the_true_value_is_expected(tmp_path: Path, case: str) -> None:
+    columns, name, shade, note = ERRORS[case]
+    found = plot(swept(tmp_path / "out", [along(RATIO, 2.0, 3.0)], columns), next(iter(columns)))
+    assert found.notes[0] == note
+    assert key_of(found) == ([name] if name else [])
+    if shade:
+        corners = found.figure.axes[0].collections[0].get_paths()[0].vertices
+        drawn = [(corners[corners[:, 0] == x, 1].min(), corners[corners[:, 0] == x, 1].max()) for x in (2.0, 3.0)]
+        # products of two roundings
+        np.testing.assert_allclose(drawn, shade, rtol=1e-14)
+
+
+def test_variables_of_one_axis_are_drawn_as_marks_and_named_above(tmp_path: Path) -> None:
+    axis = ([TIME, FORCE], [[1.0, 5.0], [10.0, 5.0], [1.0, 6.0], [10.0, 6.0], [100.0, 6.0]])
+    results = numbered(tmp_path, [axis])
+    found = plot(results)
+    assert lines_of(found) == [[[1, 0], [1, 2], [10, 1], [10, 3], [100, 4]]]
+    assert found.figure.axes[0].get_lines()[0].get_linestyle() == "None"
+    assert found.figure.get_suptitle() == "peak force changes with rise time"
+    held = plot(results, at={FORCE[0]: 5})
+    assert lines_of(held)[0] == [[1, 0], [10, 1]]
+    assert held.figure.axes[0].get_lines()[0].get_linestyle() == "-"
+    assert held.figure.get_suptitle() == "peak force 5 N"
+
+
+def test_lines_are_named_by_all_variables_that_distinguish_them(tmp_path: Path) -> None:
+    pairs = ([TIME, FORCE], [[1.0, 5.0], [1.0, 6.0], [2.0, 5.0]])
+    results = numbered(tmp_path, [pairs, along(RATIO, 2.0, 3.0, 4.0)])
+    names = ["rise time 1 s, peak force 5 N", "rise time 1 s, peak force 6 N", "rise time 2 s, peak force 5 N"]
+    assert key_of(plot(results, x=RATIO[0])) == names
+    assert lines_of(plot(results, at={FORCE[0]: 6, TIME[0]: 1})) == [[[2, 3], [3, 4], [4, 5]]]
+
+
+def test_points_of_a_map_that_would_hide_each_other_are_refused(tmp_path: Path) -> None:
+    axis = ([TIME, FORCE], [[1.0 + at // 2, 5.0 + at % 2] for at in range(8)])
+    with pytest.raises(UsageError, match=r"a place each \(got shock.rise_time, which repeats a value; hold a variable"):
+        plot(numbered(tmp_path, [axis, along(RATIO, *range(2, 12))]))
+
+
+def test_materials_are_called_by_their_name_or_number(tmp_path: Path) -> None:
+    materials = along(MATERIAL, {"name": "mine", "density": 1}, "lead", {"density": 2}, r"$\foo$", None)
+    results = numbered(tmp_path, [materials, along(RATIO, 2, 3, 4)])
+    found = plot(results, x=MATERIAL[0])
+    names = ["mine", "lead", "#3", r"$\foo$", "none"]
+    assert [label.get_text().replace("\\$", "$") for label in found.figure.axes[0].get_xticklabels()] == names
+    # there is no such symbol of mathematics
+    assert inside(found)
+    for at, name in enumerate(names):
+        assert lines_of(plot(results, at={MATERIAL[0]: name}))[0][0] == [2, 3 * at]
+    assert plot(results, at={MATERIAL[0]: "mine"}).figure.get_suptitle() == "material mine"
+
+
+def test_three_axes_are_too_many_until_one_is_held(tmp_path: Path) -> None:
+    found = numbered(tmp_path, [along(RATIO, 2, 4), along(TIME, 1e-6, 0.3, 3e-5), along(FORCE, 1, 2)])
+    listed = "hold 1 of them at a value by --at NAME=VALUE: shock.duration_ratio=2, 4; shock.rise_time=1 µs, 300 ms, "
+    with pytest.raises(UsageError, match=re.escape(listed)):
+        plot(found)
+    assert plot(found, at={FORCE[0]: 2.0}).column == "amplification"
+
+
+WRONG: dict[str, tuple[list[str], int, str]] = {
+    "column": (["--column", "amplificatio"], 3, "did you mean 'amplification'"),
+    "text": (["--column", "regime"], 3, "unknown column of numbers (got 'regime'; known: amplification)"),
+    "variable": (["--x", "shock.rise_tim"], 3, "unknown variable of the sweep"),
+    "held": (["--at", "shock.duration_ratio=3"], 2, "must be one of its values (got 3; they are 1.5, "),
+    "held-unit": (["--at", "shock.duration_ratio=3 s"], 2, "shock.duration_ratio: must be a number"),
+    "held-form": (["--at", "shock.duration_ratio"], 2, "--at: must be NAME=VALUE"),
+    "held-both": (["--at", "shock.duration_ratio=1.5", "--at", "shock.rise_time=1 us"], 2, "(got one point; read"),
+    "held-x": (["--at", "shock.rise_time=1 us", "--x", "shock.rise_time"], 2, "it cannot be drawn over it"),
+    "ending": (["-o", "map.gif"], 3, "--output: must end in .svg, .png, .pdf"),
+    "place": (["-o", "nowhere/map.svg"], 5, "cannot be written"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_orders_are_refused_with_a_remedy(
+    tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    a_map(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    arguments, status, part = WRONG[name]
+    assert cli.main(["plot", "map", *arguments]) == status
+    assert part in capsys.readouterr().err
+
+
+def test_a_picture_of_something_else_gets_another_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    a_map(tmp_path)
+    for order in ([], ["--at", "shock.rise_time=1 us"], ["--x", "shock.duration_ratio"], []):
+        assert cli.main(["plot", str(tmp_path / "map"), *order]) == 0
+    names = {"", "-shock.rise_time=1_us", "-over-shock.duration_ratio"}
+    assert {file.name for file in (tmp_path / "map").glob("*.svg")} == {f"amplification{name}.svg" for name in names}
+    states = [text.rpartition(" ")[2] for text in capsys.readouterr().err.splitlines() if ".svg: " in text]
+    assert states == ["written", "written", "written", "replaced"]
