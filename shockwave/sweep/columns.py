@@ -11,7 +11,7 @@ from shockwave.measurement.result import MeasuredWave, SimulationResult
 from shockwave.prediction.outcome import Outcome
 from shockwave.scenario.sweep import Run
 from shockwave.studies.comparison import Comparison
-from shockwave.sweep.header import NOTES, Column
+from shockwave.sweep.definition import NOTES, Column
 
 
 class Answer(NamedTuple):
@@ -48,10 +48,10 @@ def _text(name: str, meaning: str, of: str | Callable[[Any], Any]) -> Read:
 
 
 _LESS_OR_GREATER = "primary's peak force less, equal or greater than the shock's"
-_EXPECTED = "relative error of the predicted peak force that is to be expected"
+_EXPECTED = "relative error to be expected of the predicted peak force"
 _SCENE = (
-    _number("scaled_rise_time", "", "t0/T0, rise time over the natural time of the chain", "rise_time"),
-    _number("scaled_duration", "", "n t0/T0, whole duration over the natural time of the chain", "duration"),
+    _number("scaled_rise_time", "", "t0/T0, rise time over the characteristic time of the chain", "rise_time"),
+    _number("scaled_duration", "", "n t0/T0, whole duration over the characteristic time of the chain", "duration"),
 )
 
 
@@ -82,13 +82,13 @@ _PREDICTED = (
     _number("added_momentum", "N s", "predicted, of an ejection", _of_ejection("added_momentum")),
 )
 _SIMULATED = (
-    _number("peak_force", "N", "simulated, of the primary, known to error_estimate", "simulated.peak_force"),
+    _number("peak_force", "N", "simulated, of the primary, accurate to error_estimate", "simulated.peak_force"),
     _number("amplification", "", "simulated, peak force over the shock's", "simulated.amplification"),
     _number("error_estimate", "", "relative, of the simulated peak force", "simulated.error_estimate"),
 )
 _PRIMARY = (
-    _number("momentum", "N s", "of the primary, known about as well as its peak force", "primary.momentum"),
-    _number("speed", "m/s", "of the primary, known about as well as its peak force", "primary.speed"),
+    _number("momentum", "N s", "of the primary, about as accurate as its peak force", "primary.momentum"),
+    _number("speed", "m/s", "of the primary, about as accurate as its peak force", "primary.speed"),
     _number("width", "s", "of the primary, full width at half maximum of the force", "primary.width"),
 )
 
@@ -105,13 +105,13 @@ _TRAIN = (
     _whole("waves", "how many are stronger than the threshold", _of_train(lambda found: len(found.waves))),
     _number("second_peak_force", "N", "of the second strongest wave", _second("peak_force")),
     _number("second_error_estimate", "", "relative, of second_peak_force", _second("error_estimate")),
-    _number("recoil_momentum", "N s", "of the granules thrown back", _of_train(attrgetter("recoil_momentum"))),
-    _number("recoil_error", "N s", "estimate of that of recoil_momentum", _of_train(attrgetter("recoil_error"))),
-    _whole("ejected_granules", "how many are thrown back", _of_train(attrgetter("ejected_granules"))),
+    _number("recoil_momentum", "N s", "of the rebounding granules", _of_train(attrgetter("recoil_momentum"))),
+    _number("recoil_error", "N s", "error estimate of recoil_momentum", _of_train(attrgetter("recoil_error"))),
+    _whole("ejected_granules", "how many granules rebound", _of_train(attrgetter("ejected_granules"))),
     _number("momentum_defect", "", "momentum against impulse, relative", "simulated.momentum_defect"),
 )
 _COMPARED = (
-    _number("error", "", "relative, of the predicted peak force, known to error_estimate", "compared.error"),
+    _number("error", "", "relative, of the predicted peak force, accurate to error_estimate", "compared.error"),
     _text("relation", f"simulated: {_LESS_OR_GREATER}", "compared.relation"),
 )
 
@@ -122,7 +122,7 @@ def _notes(answer: Answer) -> str | None:
     return "; ".join(dict.fromkeys(warnings)) or None
 
 
-_LAST = (*_SCENE, _text(NOTES, "what a reader must know before using the figures", _notes))
+_LAST = (*_SCENE, _text(NOTES, "remarks on how far to trust the values", _notes))
 
 
 def reads(run: Run, train: bool) -> tuple[Read, ...]:

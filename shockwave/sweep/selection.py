@@ -14,7 +14,7 @@ from shockwave.errors import UnknownNameError, UsageError
 from shockwave.pictures.style import thousandths
 from shockwave.pictures.sweep import Along
 from shockwave.scenario.units import to_si
-from shockwave.sweep.header import as_text
+from shockwave.sweep.definition import as_text
 from shockwave.sweep.results import SweepResults
 
 # Six digits of a value are enough to name it.
