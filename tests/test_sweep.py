@@ -99,9 +99,7 @@ def test_a_comparison_has_both_answers(tmp_path: Path) -> None:
 
 
 def test_a_prediction_leaves_out_what_does_not_apply(tmp_path: Path) -> None:
-    file = written(
-        tmp_path, "predict: {model: section-4}\nsweep: {points: [{shock.rise_time: 4 us}, {shock.rise_time: 1 ms}]}\n"
-    )
+    file = written(tmp_path, "predict: {model: section-4}\nsweep: {grid: {shock.rise_time: [4 us, 1 ms]}}\n")
     swept(file, tmp_path / "out")
     ejection, train = (rows(tmp_path / "out")[index] for index in (0, 1))
     assert (ejection["regime"], train["regime"]) == ("ejection", "train")
@@ -253,7 +251,6 @@ def test_a_line_of_no_point_is_passed_over_and_counted(scenario: Path, tmp_path:
 USAGE = {
     "no sweep": (SIMULATE, [], 3, "sweep: must be given"),
     "unknown executor": (GRID, ["--executor", "abacus"], 2, "processes, dask or dask=ADDRESS"),
-    "unknown executor of a dry run": (GRID, ["--executor", "abacus", "--dry-run"], 2, "processes, dask or dask="),
     "nothing to resume": (GRID, ["--resume"], 2, "must be given a sweep that was begun"),
     "folder is a file": (GRID, ["--out", "scene.yaml"], 5, "scene.yaml: cannot be"),
 }
@@ -275,10 +272,10 @@ def test_a_wrong_call_is_answered_in_a_sentence(
 
 
 def test_a_point_that_fails_stops_no_other(tmp_path: Path) -> None:
-    file = written(tmp_path, SIMULATE + BROKEN.replace("[1 mm, 1e200]", "[1e200, 1 mm, 2 mm]"))
+    file = written(tmp_path, SIMULATE + BROKEN.replace("[1 mm, 1e200]", "[1 mm, 1e200, 2 mm]"))
     report = swept(file, tmp_path / "out")
     assert (report.done, report.failed, report.exit_code) == (2, 1, 1)
-    failed = next(line for line in journal(tmp_path / "out") if line["index"] == 0)
+    failed = next(line for line in journal(tmp_path / "out") if line["index"] == 1)
     assert "must give granules a mass that a floating-point number can hold" in failed["error"]
 
 

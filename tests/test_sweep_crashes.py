@@ -202,6 +202,29 @@ def test_signals_that_end_programs_end_a_sweep_as_an_interrupt_does(
     assert not any(map(alive, map(int, run.stdout.split())))
 
 
+#: What processes of a sweep import, of the standard library and others.
+PLANTED = ("numpy", "yaml", "signal", "multiprocessing", "pickle", "threading", "attrs", "distributed", "shockwave")
+
+
+@pytest.mark.parametrize("executor", ["processes", pytest.param("dask", marks=pytest.mark.slow)])
+def test_modules_in_the_current_folder_are_not_run(executor: str, tmp_path: Path) -> None:
+    if executor == "dask":
+        pytest.importorskip("distributed")
+    written(tmp_path, 2)
+    marker = tmp_path / "marker"
+    for name in PLANTED:
+        (tmp_path / f"{name}.py").write_text(f"open({str(marker)!r}, 'a').write('{name} ')\n")
+    # as a console script does, whose folder, not the current one, is on the path
+    program = tmp_path / "bin" / "command.py"
+    program.parent.mkdir()
+    program.write_text("import sys\nfrom shockwave.cli import main\nif __name__ == '__main__': sys.exit(main())\n")
+    command = [sys.executable, str(program), "sweep", "scene.yaml", "--workers", "1", "--executor", executor]
+    usual = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
+    run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=usual)
+    assert not marker.exists(), marker.read_text()
+    assert run.returncode == 0, run.stderr
+
+
 # ---------------------------------------------------------------- points
 
 
@@ -330,3 +353,34 @@ def _call_version(version: str) -> None:
     import shockwave
 
     shockwave.__version__ = version
+
+
+def listening() -> set[tuple[str, int]]:
+    """Where this process and its children can be connected to."""
+    psutil = pytest.importorskip("psutil")
+    me = psutil.Process()
+    found = [one for process in (me, *me.children(recursive=True)) for one in process.net_connections("tcp")]
+    return {(one.laddr.ip, one.laddr.port) for one in found if one.status == psutil.CONN_LISTEN}
+
+
+def test_a_cluster_of_dask_is_closed_to_other_users() -> None:
+    distributed: Any = pytest.importorskip("distributed")
+    before = listening()
+    with workers.workers_of("dask", 1) as crew:
+        assert {host for host, _ in listening() - before} == {"127.0.0.1"}
+        assert isinstance(crew, workers.DaskWorkers)
+        name, _, place = crew.client.scheduler.address.partition("://")
+        assert name == "tls"
+        with pytest.raises(OSError, match="tcp://127"):
+            distributed.Client(f"tcp://{place}", timeout=0.5, set_as_default=False)
+    assert listening() <= before
+
+
+@pytest.mark.parametrize("missing", ["cryptography", "distributed"])
+def test_packages_that_a_cluster_needs_are_named(
+    missing: str, scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setitem(sys.modules, missing, None)
+    with pytest.raises(sw.UsageError, match=r"executor dask must be installed .*python -m pip install '.*\[dask\]'"):
+        run_sweep(scenario, tmp_path / "out", "dask", workers=1)

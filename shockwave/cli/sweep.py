@@ -53,7 +53,7 @@ def _sweep(options: argparse.Namespace) -> int:
     if options.dry_run:
         from shockwave.sweep.dry_run import plan_sweep
 
-        _print(plan_sweep(options.file, folder, options.executor, **asked), options.json)
+        _print(plan_sweep(options.file, folder, **asked), options.json)
         return 0
     from shockwave.sweep.definition import DEFINITION
     from shockwave.sweep.runner import run_sweep

@@ -6,6 +6,7 @@ import json
 import os
 import random
 import time
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,8 @@ from attrs import asdict, frozen
 from shockwave.scenario.scenario import Scenario
 from shockwave.sweep.definition import DEFINITION, SweepDefinition
 from shockwave.sweep.journal import NOT_RUN, Journal
-from shockwave.sweep.report import duration
 from shockwave.sweep.runner import points_of
-from shockwave.sweep.workers import check_name, cores
+from shockwave.sweep.workers import cores
 from shockwave.text import notes
 
 # Points that are run, and seconds after which no more are begun.
@@ -66,10 +66,11 @@ class SweepPlan:
 
     def __str__(self) -> str:
         shape = ", ".join(f"{length} of {names}" for names, length in self.axes.items())
+        spent = timedelta(seconds=round(self.seconds))
         lines = [
             f"{self.points} points, {self.run}: {shape}",
             f"  finished     {self.finished}",
-            f"  time         about {duration(self.seconds)} on {self.workers} workers, from {self.measured} points",
+            f"  time         about {spent} on {self.workers} workers, from {self.measured} points",
         ]
         remark = f"{self.failed} of these {self.measured} points failed: {self.problem}"
         return "\n".join(lines + notes([remark] if self.failed else []))
@@ -78,7 +79,6 @@ class SweepPlan:
 def plan_sweep(
     scenario: Scenario | str | os.PathLike[str],
     folder: str | os.PathLike[str] | None = None,
-    executor: str | None = None,
     *,
     workers: int | None = None,
     retry_failed: bool = False,
@@ -88,8 +88,8 @@ def plan_sweep(
 
     Parameters
     ----------
-    scenario, folder, executor, workers, retry_failed, accept_versions
-        As of `run_sweep`; the points are run in this process, whatever the executor.
+    scenario, folder, workers, retry_failed, accept_versions
+        As of `run_sweep`; the points are run in this process.
 
     Raises
     ------
@@ -97,10 +97,7 @@ def plan_sweep(
         When the scenario is not valid, has no sweep, or is not the one that ``folder`` is of.
     FileAccessError
         When the journal cannot be read.
-    UsageError
-        When there is no such executor.
     """
-    check_name(executor or "processes")
     points = points_of(scenario)
     count = len(points.sweep)
     journal = Journal(Path(folder or ""), count)

@@ -185,21 +185,17 @@ class Journal:
         """
         if self._file is None:
             self._file = open_regular(self.path, mode="ab", buffering=0)
-            self._cut()  # a torn last line
+            self._file.truncate(self._size)  # without a torn last line
         content = lines.encode()
         left = memoryview(content)
         try:
             while left:
                 left = left[self._file.write(left) :]
         except OSError as error:
-            self._cut()
+            self._file.truncate(self._size)
             raise not_writable(self.path, error) from error
         for line in content.splitlines(keepends=True):
             self._note(line)
-
-    def _cut(self) -> None:
-        assert self._file is not None
-        self._file.truncate(self._size)
 
 
 def _values(entry: dict[str, Any], columns: Sequence[Column]) -> list[Any]:

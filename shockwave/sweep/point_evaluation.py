@@ -17,7 +17,7 @@ from attrs import define, field
 
 import shockwave
 from shockwave.chain.chain import Scales
-from shockwave.errors import FileAccessError, ShockwaveError, UsageError
+from shockwave.errors import ShockwaveError, UsageError
 from shockwave.files import read_bytes
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import simulate_many
@@ -34,7 +34,6 @@ from shockwave.sweep.definition import SweepAxis, SweepDefinition
 from shockwave.sweep.journal import line_of
 
 _Found = SimulationResult | BaseException
-_encoded = json.JSONEncoder(allow_nan=False).encode
 # Most bytes of a record that are hashed; the reader of records has its own limit.
 _MOST_RECORD = 2**28
 # Raised by the code of a plugin, these cost its point alone.
@@ -62,7 +61,7 @@ class Points:
 
     scenario: Scenario
     sweep: Sweep = field(init=False)
-    #: Whether all waves are measured where the scene asks for them, or the primary alone.
+    #: Whether all waves are measured, or the primary alone.
     train: bool = field(init=False)
     definition: SweepDefinition = field(init=False)
     _columns: tuple[Read, ...] = field(init=False)
@@ -73,8 +72,7 @@ class Points:
         self.sweep = self.scenario.sweep
         document = self.scenario.document
         given = document.data.get("simulate") if document else None
-        asked = isinstance(given, dict) and given.get("waves") == "train"
-        self.train = asked or any(variable.name == "simulate.waves" for variable in self.sweep.variables)
+        self.train = isinstance(given, dict) and given.get("waves") == "train"
         self._columns = reads(self.sweep.run, self.train)
         self._family = Family(self.scenario)
         axes = []
@@ -91,17 +89,13 @@ class Points:
             versions=_versions_here(),
         )
 
-    def scene(self, index: int) -> Scenario:
-        """The scene of a point; see `Family.scenario` for what is raised."""
-        return self._family.scenario(self.sweep.point(index))
-
     def lines(self, indices: Sequence[int]) -> str:
         """Lines of the journal for some points."""
         scenes: dict[int, Scenario] = {}
         found: dict[int, _Found] = {}
         for index in indices:
             try:
-                scenes[index] = self.scene(index)
+                scenes[index] = self._family.scenario(self.sweep.point(index))
             except _POINT_ERRORS as error:
                 found[index] = error
         if self.sweep.run != "predict":
@@ -114,7 +108,7 @@ class Points:
             if isinstance(found, BaseException):
                 raise found
             assert scene is not None
-            values = _encoded(row(self._columns, _answer(self.sweep.run, scene, found)))
+            values = json.dumps(row(self._columns, _answer(self.sweep.run, scene, found)))
         except _POINT_ERRORS as error:
             return line_of(index, "failed", f'"error": {json.dumps(error_text(error))}')
         return line_of(index, "done", f'"values": {values}')
@@ -126,40 +120,38 @@ class Points:
             asked.setdefault(scene.simulate, []).append(index)
         found: dict[int, _Found] = {}
         for options, indices in asked.items():
-            try:
-                found |= zip(indices, self._many(options, [scenes[index] for index in indices]), strict=True)
-            except _POINT_ERRORS:  # of one of them: which one shows when they run one by one
-                for index in indices:
-                    try:
-                        (found[index],) = self._many(options, [scenes[index]])
-                    except _POINT_ERRORS as error:
-                        found[index] = error
+            found |= self._many(options, indices, scenes)
         return found
 
-    def _many(
-        self, options: SimulateOptions, scenes: Sequence[Scenario]
-    ) -> Sequence[SimulationResult | ShockwaveError]:
-        return simulate_many(
-            [scene.shock for scene in scenes],
-            [scene.chain for scene in scenes],
-            options.rtol,
-            options.integrator,
-            options.wave_threshold,
-            step=options.step,
-            waves=options.waves if self.train else "primary",
-            backend=options.backend,
-            threads=1,
-        )
+    def _many(self, options: SimulateOptions, indices: list[int], scenes: Mapping[int, Scenario]) -> dict[int, _Found]:
+        try:
+            found = simulate_many(
+                [scenes[index].shock for index in indices],
+                [scenes[index].chain for index in indices],
+                options.rtol,
+                options.integrator,
+                options.wave_threshold,
+                step=options.step,
+                waves=options.waves if self.train else "primary",
+                backend=options.backend,
+                threads=1,
+            )
+        except _POINT_ERRORS as error:
+            if len(indices) == 1:
+                return {indices[0]: error}
+            # of one of them: which one shows when they run one by one
+            return {index: self._many(options, [index], scenes)[index] for index in indices}
+        return dict(zip(indices, found, strict=True))
 
 
 def _answer(run: str, scene: Scenario, simulated: SimulationResult | None) -> Answer:
     characteristic = Scales.of(scene.chain, scene.shock.peak_force).time
     times = scene.shock.rise_time / characteristic, scene.shock.duration / characteristic
     predicted = scene.predictor.predict(scene.shock, scene.chain) if run != "simulate" else None
-    if simulated is None:
-        return Answer(*times, predicted)
-    compared = beside(predicted, simulated, scene.predictor.equal_tolerance) if predicted is not None else None
-    return Answer(*times, predicted, simulated, None if compared else simulated.primary, compared)
+    compared = None
+    if predicted is not None and simulated is not None:
+        compared = beside(predicted, simulated, scene.predictor.equal_tolerance)
+    return Answer(*times, predicted, simulated, compared)
 
 
 # ---------------------------------------------------------------- what results depend on
@@ -187,15 +179,8 @@ def _named_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
                 if name == "chain.material" and isinstance(value, str):
                     found[f"material {value}"] = _hash(repr(load("materials", value)).encode())
                 elif name == "shock.parameters.file":
-                    found[f"file {value}"] = _file_hash(folder / value)
+                    found[f"file {value}"] = _hash(read_bytes(folder / value, _MOST_RECORD))
     return found
-
-
-def _file_hash(path: Path) -> str:
-    try:
-        return _hash(read_bytes(path, _MOST_RECORD))
-    except FileAccessError:  # its points will fail, with this error
-        return ""
 
 
 def _hash(content: bytes) -> str:

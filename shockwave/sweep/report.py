@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
@@ -59,10 +60,11 @@ class SweepReport:
     def __str__(self) -> str:
         others = {"failed": self.failed, "crashed": self.crashed, "not run": self.left}
         counts = [f", {count} {state}" for state, count in others.items() if count]
+        spent = timedelta(seconds=round(self.seconds))
         ran = self.points - self.left - self.before
         lines = [
             f"{self.folder}: {self.done} of {self.points} points are done{''.join(counts)}",
-            f"  now          {f'{ran} run in {duration(self.seconds)}' if ran else 'nothing to do'}",
+            f"  now          {f'{ran} run in {spent}' if ran else 'nothing to do'}",
         ]
         if self.before:
             lines.append(f"  before       {self.before}")
@@ -81,11 +83,3 @@ class SweepInterrupt(KeyboardInterrupt):
         finished = f"{report.points - report.left} of {report.points} points are finished and kept"
         super().__init__(f"{finished}: the same command resumes the sweep")
         self.report = report
-
-
-def duration(seconds: float) -> str:
-    """A time for people, to two digits at most."""
-    for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
-        if seconds >= 2 * size:
-            return f"{seconds / size:.2g} {unit}"
-    return f"{seconds:.2g} s"

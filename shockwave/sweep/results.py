@@ -184,11 +184,6 @@ class SweepResults(SweepDefinition):
             text = table((kind, "least", "greatest", "values"), rows)
             lines += ["", *(f"  {line}" for line in text.splitlines())]
         remarks = [f"{_point(failure.point)}: {failure.problem}" for failure in self.failed[:_SHOWN]]
-        if len(self.failed) > _SHOWN:
-            remarks.append(f"and {len(self.failed) - _SHOWN} more have failed")
-        noted = np.count_nonzero(self._arrays[NOTES] != "") if NOTES in self._arrays else 0
-        if noted:
-            remarks.append(f"{noted} points have notes, in the column {NOTES}")
         return "\n".join(lines + notes([*remarks, *self.warnings]))
 
     def _range(self, name: str) -> tuple[str, str, str]:

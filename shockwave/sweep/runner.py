@@ -45,7 +45,7 @@ def points_of(scenario: Scenario | str | os.PathLike[str]) -> Points:
     """
     found = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     if found.sweep is None:
-        problem = "must be given (got nothing; a mapping of grid, zip or points)"
+        problem = "must be given (got nothing; a mapping of grid or zip)"
         raise InvalidValueError.of(f"{found.path}: sweep" if found.path else "sweep", problem)
     if found.path is not None:  # workers have folders of their own
         found = evolve(found, path=found.path.absolute())
@@ -111,7 +111,7 @@ def run_sweep(
     journal = Journal(Path(folder), len(points.sweep))
     with journal.locked():
         definition = _definition(journal, points, accept_versions)
-        notes = [*_left_out(points), *journal.read(), *definition.version_notes]
+        notes = [*journal.read(), *definition.version_notes]
         if retry_failed:
             journal.reopen()
         before = journal.points - journal.count(NOT_RUN)
@@ -128,19 +128,14 @@ def run_sweep(
                 notes=tuple(notes),
             )
 
-        def show() -> None:
-            if progress is not None:
-                progress(report())
-
         if before < journal.points:
             content = content_of(points)
             try:
                 with workers_of(executor, workers, timeout) as crew:
-                    _Dispatch(content, journal, crew, fail_fast, show).run()
+                    _Dispatch(content, journal, crew, fail_fast, lambda: progress and progress(report())).run()
             except KeyboardInterrupt:
                 raise SweepInterrupt(report()) from None
-        files = write_tables(definition, journal)
-        return evolve(report(), files=tuple(files))
+        return evolve(report(), files=write_tables(definition, journal))
 
 
 def _definition(journal: Journal, points: Points, accept_versions: bool) -> SweepDefinition:
@@ -157,12 +152,6 @@ def _definition(journal: Journal, points: Points, accept_versions: bool) -> Swee
     return definition
 
 
-def _left_out(points: Points) -> list[str]:
-    options = points.scenario.simulate
-    given = [name for name in ("contacts", "record") if getattr(options, name)]
-    return [f"simulate.{name} is left out: a sweep keeps no passages and no histories" for name in given]
-
-
 @define(eq=False)
 class _Dispatch:
     """Sends batches of open points to workers until none is left, or until one fails if ``fail_fast``."""
@@ -171,7 +160,7 @@ class _Dispatch:
     journal: Journal
     workers: Workers
     fail_fast: bool
-    show: Callable[[], None]
+    show: Callable[[], object]
     queue: deque[int] = field(init=False)
     #: Points whose batch has ended its worker, until they are finished; and those of them that are to run alone.
     suspects: set[int] = field(factory=set)

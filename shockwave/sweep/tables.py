@@ -11,7 +11,7 @@ from shockwave.sweep.definition import SweepDefinition, as_text
 from shockwave.sweep.journal import Journal
 
 
-def write_tables(definition: SweepDefinition, journal: Journal) -> list[Path]:
+def write_tables(definition: SweepDefinition, journal: Journal) -> tuple[Path, ...]:
     """Write ``results.csv`` and ``results.jsonl``: a row, or an object, for each point, in their order.
 
     Raises
@@ -19,7 +19,7 @@ def write_tables(definition: SweepDefinition, journal: Journal) -> list[Path]:
     FileAccessError
         When a file cannot be read or written; a table that was there is left as it was.
     """
-    files = [journal.folder / "results.csv", journal.folder / "results.jsonl"]
+    files = (journal.folder / "results.csv", journal.folder / "results.jsonl")
     units = definition.units
     heads = [f"{name} [{unit}]" if unit else name for name, unit in units.items()]
     names = ["index", *units, "status", "problem"]

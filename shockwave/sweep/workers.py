@@ -64,12 +64,6 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def check_name(executor: str) -> None:
-    """Raise a UsageError if ``executor`` is no name of one."""
-    if executor not in ("processes", "dask") and not executor.startswith("dask="):
-        raise UsageError(f"executor must be processes, dask or dask=ADDRESS (got {executor!r})")
-
-
 @contextmanager
 def workers_of(executor: Executor | str | None, count: int | None, timeout: float | None = None) -> Iterator[Workers]:
     """The workers that ``executor`` stands for; those started here are ended, even if they are at work.
@@ -90,8 +84,6 @@ def workers_of(executor: Executor | str | None, count: int | None, timeout: floa
     LostError
         When no worker starts.
     """
-    if count is not None and not count > 0:
-        raise UsageError(f"workers must be a whole number > 0 (got {count!r})")
     if timeout is not None and not timeout > 0:
         raise UsageError(f"timeout must be a number of seconds > 0 (got {timeout!r})")
     if executor is None or executor == "processes":
@@ -105,8 +97,10 @@ def workers_of(executor: Executor | str | None, count: int | None, timeout: floa
         problem = "only processes of this machine can be ended; leave it, or the executor, out"
         raise UsageError(f"timeout must be left out with an executor (got {executor!r}; {problem})")
     elif isinstance(executor, str):
-        check_name(executor)
-        with _dask(executor.partition("=")[2], count) as remote:
+        name, _, address = executor.partition("=")
+        if name != "dask":
+            raise UsageError(f"executor must be processes, dask or dask=ADDRESS (got {executor!r})")
+        with _dask(address, count) as remote:
             yield remote
     else:
         yield Workers(executor, count or getattr(executor, "_max_workers", None) or cores())
