@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from shockwave.cli.output import print_json
+from shockwave.cli.output import print_result
 from shockwave.errors import UsageError
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def _sweep(options: argparse.Namespace) -> int:
     if options.dry_run:
         from shockwave.sweep.dry_run import plan_sweep
 
-        _print(plan_sweep(options.file, folder, **asked), options.json)
+        print_result(plan_sweep(options.file, folder, **asked), options.json)
         return 0
     from shockwave.sweep.definition import DEFINITION
     from shockwave.sweep.runner import run_sweep
@@ -70,15 +70,8 @@ def _sweep(options: argparse.Namespace) -> int:
             progress=progress,
             **asked,
         )
-    _print(report, options.json)
+    print_result(report, options.json)
     return report.exit_code
-
-
-def _print(found: Any, as_json: bool) -> None:
-    if as_json:
-        print_json(found.to_dict())
-    else:
-        print(found)
 
 
 @contextmanager
