@@ -122,6 +122,7 @@ def test_a_killed_worker_costs_nothing(scenario: Path, tmp_path: Path) -> None:
     before = set(multiprocessing.active_children())
 
     def strike() -> None:
+        time.sleep(0.2)  # for the worker to be at work on its next batch
         next(child for child in multiprocessing.active_children() if child not in before).kill()
 
     report = run_sweep(scenario, tmp_path / "out", workers=2, progress=once(strike))
