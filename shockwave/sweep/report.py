@@ -1,13 +1,14 @@
-"""The report at the end of a sweep, and the plan before it begins."""
+"""The report on a sweep that has ended or was interrupted."""
 
 from __future__ import annotations
 
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
 from attrs import asdict, frozen
 
-from shockwave.text import printed
+from shockwave.text import notes
 
 
 @frozen(kw_only=True)
@@ -24,12 +25,8 @@ class SweepReport:
         Points that were finished when it began.
     seconds : float
         Wall time.
-    batches : int
-        In how many batches points were sent to workers.
-    overhead : float
-        Seconds of a worker for each batch that were not spent on its points: start, sending, journal.
     files : tuple of pathlib.Path
-        Tables of results that were written; none if they were there.
+        Tables of results that were written.
     notes : tuple of str
         Remarks that a reader must know.
     """
@@ -41,8 +38,6 @@ class SweepReport:
     crashed: int
     before: int
     seconds: float
-    batches: int = 0
-    overhead: float = 0.0
     files: tuple[Path, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -63,58 +58,28 @@ class SweepReport:
         return {**asdict(self), **plain, "left": self.left}
 
     def __str__(self) -> str:
-        return printed(self, "shockwave.sweep.sweep_text:report_text")
+        others = {"failed": self.failed, "crashed": self.crashed, "not run": self.left}
+        counts = [f", {count} {state}" for state, count in others.items() if count]
+        spent = timedelta(seconds=round(self.seconds))
+        ran = self.points - self.left - self.before
+        lines = [
+            f"{self.folder}: {self.done} of {self.points} points are done{''.join(counts)}",
+            f"  now          {f'{ran} run in {spent}' if ran else 'nothing to do'}",
+        ]
+        if self.before:
+            lines.append(f"  before       {self.before}")
+        if self.files:
+            lines.append(f"  written      {', '.join(file.name for file in self.files)}")
+        remarks = list(self.notes)
+        if self.failed or self.crashed:
+            remarks.append("errors stand in results.csv, column problem; --retry-failed runs these points again")
+        return "\n".join(lines + notes(remarks))
 
 
 class SweepInterrupt(KeyboardInterrupt):
     """Raised when the user has stopped a sweep; ``report`` has its progress."""
 
     def __init__(self, report: SweepReport) -> None:
-        super().__init__(str(report))
+        finished = f"{report.points - report.left} of {report.points} points are finished and kept"
+        super().__init__(f"{finished}: the same command resumes the sweep")
         self.report = report
-
-
-@frozen(kw_only=True)
-class SweepPlan:
-    """The plan of a sweep.
-
-    Attributes
-    ----------
-    run : str
-        What every point does.
-    axes : dict of str to int
-        Names of the variables of each axis, and how many values it has.
-    points, finished : int
-        All points; those that the folder has already.
-    tried, unbuilt : int
-        Points whose scene was built on trial; those whose scene cannot be built.
-    problem : str or None
-        What is wrong with the first of these.
-    workers : int
-        How many the estimate is for.
-    measured : int
-        Points that were run for the estimate.
-    seconds : tuple of float or None
-        Lowest and highest wall time; None when nothing is left, or could be run.
-    notes : tuple of str
-        Remarks that a reader must know.
-    """
-
-    run: str
-    axes: dict[str, int]
-    points: int
-    finished: int
-    tried: int
-    unbuilt: int
-    problem: str | None
-    workers: int
-    measured: int
-    seconds: tuple[float, float] | None
-    notes: tuple[str, ...] = ()
-
-    def to_dict(self) -> dict[str, Any]:
-        """The document that ``sweep --dry-run --json`` prints."""
-        return {**asdict(self), "seconds": self.seconds and list(self.seconds), "notes": list(self.notes)}
-
-    def __str__(self) -> str:
-        return printed(self, "shockwave.sweep.sweep_text:plan_text")

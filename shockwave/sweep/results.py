@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +14,13 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.errors import InvalidValueError, UnknownNameError, UsageError
-from shockwave.sweep.header import Column, Header, SweepAxis, as_text
-from shockwave.sweep.journal import NOT_RUN, SweepFolder
-from shockwave.text import printed
+from shockwave.errors import UnknownNameError, UsageError
+from shockwave.sweep.definition import NOTES, SweepDefinition, as_text
+from shockwave.sweep.journal import NOT_RUN, Journal
+from shockwave.text import notes, si, table
+
+# Failed points, and words of a column, that are listed.
+_SHOWN = 5
 
 
 @frozen
@@ -49,53 +52,28 @@ def _same(one: Mapping[str, npt.NDArray[Any]], other: Mapping[str, npt.NDArray[A
 
 
 @frozen(kw_only=True)
-class SweepResults:
-    """The results of a sweep so far.
+class SweepResults(SweepDefinition):
+    """The results of a sweep so far, and its definition.
 
     Attributes
     ----------
-    name : str
-        Of the scenario.
-    run : str
-        What was done at every point: ``predict``, ``simulate`` or ``compare``.
-    axes : tuple of SweepAxis
-        In the order of the arrays' axes; the last is gone through first.
-    shape : tuple of int
-        Numbers of values along the axes.
-    columns : tuple of Column
-        The quantities, with units and meanings.
     failed : tuple of Failure
         Points that have no result, in their order.
-    complete : bool
-        Whether every point was run, with a result or without.
-    versions : dict of str to str
-        Of what made it.
-    key : str
-        SHA-256 over scenario, axes, columns and versions.
     warnings : tuple of str
         What a reader must know before using the figures.
     folder : pathlib.Path
         Where it was read.
     """
 
-    name: str
-    run: str
-    axes: tuple[SweepAxis, ...]
-    shape: tuple[int, ...]
-    columns: tuple[Column, ...]
     failed: tuple[Failure, ...]
-    complete: bool
-    versions: dict[str, str]
-    key: str
     warnings: tuple[str, ...]
     folder: Path = attrs.field(eq=False)
-    _header: Header = attrs.field(eq=False, repr=False)
     _arrays: dict[str, npt.NDArray[Any]] = attrs.field(eq=attrs.cmp_using(eq=_same), repr=False)
 
     @property
-    def units(self) -> dict[str, str | None]:
-        """SI units of variables and columns by name: empty for a number without one, None for text."""
-        return self._header.variables | {column.name: column.unit for column in self.columns}
+    def complete(self) -> bool:
+        """Whether every point was run, with a result or without."""
+        return NOT_RUN not in self._arrays["status"]
 
     def values(self, name: str) -> npt.NDArray[Any]:
         """A quantity at every point.
@@ -123,7 +101,7 @@ class SweepResults:
                 shape = [1] * len(self.shape)
                 shape[place] = len(axis)
                 return np.broadcast_to(self.coordinate(name).reshape(shape), self.shape)
-        raise UnknownNameError("quantity of the sweep", name, [*self._arrays, *self._header.variables])
+        raise UnknownNameError("quantity of the sweep", name, [*self._arrays, *self.variables])
 
     def coordinate(self, name: str) -> npt.NDArray[Any]:
         """The values of the variable ``name`` along its axis; floats, or text, empty for none, if it is no number.
@@ -133,24 +111,10 @@ class SweepResults:
         UnknownNameError
             When nothing of that name was varied.
         """
-        axis = next((axis for axis in self.axes if name in axis.names), None)
-        if axis is None:
-            raise UnknownNameError("variable of the sweep", name, self._header.variables)
-        if self.units[name] is None:
-            return np.array([as_text(value) or "" for value in axis.along(name)])
-        return np.array(axis.along(name), dtype=float)
-
-    def point(self, index: int) -> dict[str, Any]:
-        """Dotted names and values of a point, counted from 0.
-
-        Raises
-        ------
-        InvalidValueError
-            When there is no such point.
-        """
-        if not 0 <= index < self._header.points:
-            raise InvalidValueError.of("index", f"must be from 0 to {self._header.points - 1} (got {index})")
-        return self._header.point(index)
+        for axis in self.axes:
+            if name in axis.names:
+                return _array(axis.along(name), self.units[name] is None)
+        raise UnknownNameError("variable of the sweep", name, self.variables)
 
     def to_pandas(self) -> Any:
         """A `pandas.DataFrame` with a row for each point, indexed by the variables; ``attrs`` holds the units.
@@ -161,9 +125,9 @@ class SweepResults:
             When pandas is not installed.
         """
         pd = _library("pandas")
-        levels = {name: self.values(name).ravel() for name in self._header.variables}
-        frame = pd.DataFrame(levels | {name: values.ravel() for name, values in self._arrays.items()})
-        frame = frame.set_index(list(levels))
+        names = [*self.variables, *self._arrays]
+        frame = pd.DataFrame({name: self.values(name).ravel() for name in names})
+        frame = frame.set_index(list(self.variables))
         frame.attrs["units"] = self.units
         return frame
 
@@ -179,30 +143,67 @@ class SweepResults:
             When xarray is not installed.
         """
         xr = _library("xarray")
-        short = self._header.short_names
-        zipped = iter(["point", *(f"point_{at}" for at in range(2, len(self.axes) + 1))])
-        dimensions = [next(zipped) if len(axis.names) > 1 else short[axis.names[0]] for axis in self.axes]
-        coordinates = {
-            short[name]: (dimension, self.coordinate(name), _described(name, self.units[name]))
-            for dimension, axis in zip(dimensions, self.axes, strict=True)
-            for name in axis.names
-        }
-        meanings = {column.name: column.meaning or column.name for column in self.columns} | {"status": "status"}
+        short = self.short_names
+        meanings = {column.name: column.meaning for column in self.columns}
+        dimensions: list[str] = []
+        coordinates = {}
+        for place, axis in enumerate(self.axes):
+            joined = "point" if "point" not in dimensions else f"point_{place + 1}"
+            dimensions.append(joined if len(axis.names) > 1 else short[axis.names[0]])
+            for name in axis.names:
+                coordinates[short[name]] = (dimensions[-1], self.coordinate(name), self._described(name, name))
         variables = {
-            name: (dimensions, values, _described(meanings[name], self.units.get(name)))
+            name: (dimensions, values, self._described(name, meanings.get(name) or name))
             for name, values in self._arrays.items()
         }
-        about = {"title": self.name, "run": self.run, "sweep_key": self.key}
-        about["scenario"] = json.dumps(self._header.scenario)
-        about["source"] = ", ".join(map(" ".join, self.versions.items()))
+        about = {
+            "title": self.name,
+            "run": self.run,
+            "sweep_key": self.key,
+            "scenario": json.dumps(self.scenario),
+            "source": ", ".join(map(" ".join, self.versions.items())),
+        }
         return xr.Dataset(variables, coordinates, about)
 
+    def _described(self, name: str, meaning: str) -> dict[str, str]:
+        unit = self.units.get(name)
+        return {"long_name": meaning} | ({} if unit is None else {"units": unit or "1"})
+
     def __str__(self) -> str:
-        return printed(self, "shockwave.sweep.sweep_text:results_text")
+        status = self.values("status")
+        done, run = (int(np.count_nonzero(of)) for of in (status == "done", status != NOT_RUN))
+        missing = "" if self.complete else ", the others not run yet"
+        columns = [column.name for column in self.columns if column.name != NOTES]
+        lines = [
+            f"sweep of {self.name}",
+            f"  run     {self.run}",
+            f"  points  {status.size}: {done} done, {run - done} failed{missing}",
+        ]
+        for kind, names in (("axis", self.variables), ("column", columns)):
+            rows = [(name, *self._range(name)) for name in names]
+            text = table((kind, "least", "greatest", "values"), rows)
+            lines += ["", *(f"  {line}" for line in text.splitlines())]
+        remarks = [f"{_point(failure.point)}: {failure.problem}" for failure in self.failed[:_SHOWN]]
+        return "\n".join(lines + notes([*remarks, *self.warnings]))
+
+    def _range(self, name: str) -> tuple[str, str, str]:
+        """Least, greatest and number of values, as text."""
+        values = self.coordinate(name) if name in self.variables else self.values(name).ravel()
+        unit = self.units[name]
+        if unit is None:
+            words, counts = np.unique(values[values != ""], return_counts=True)
+            texts = [f"{count} {word}" for word, count in zip(words[:_SHOWN], counts, strict=False)]
+            return "", "", ", ".join(texts + ["..."] * (len(words) > _SHOWN))
+        known = values[np.isfinite(values)]
+        if not known.size:
+            return "", "", "0"
+        low, high = (si(float(value), unit) if unit else f"{value:.5g}" for value in (known.min(), known.max()))
+        return low, high, str(known.size)
 
 
-def _described(name: str, unit: str | None) -> dict[str, str]:
-    return {"long_name": name} | ({} if unit is None else {"units": unit or "1"})
+def _point(values: Mapping[str, Any]) -> str:
+    texts = {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in values.items()}
+    return ", ".join(f"{name} {text}" for name, text in texts.items())
 
 
 def _library(name: str) -> Any:
@@ -225,41 +226,36 @@ def load_sweep(folder: str | os.PathLike[str]) -> SweepResults:
     FileAccessError
         When it cannot be read.
     InvalidValueError
-        When its header is not that of a sweep.
+        When its definition or its journal is not that of a sweep.
     """
-    swept = SweepFolder.read(folder)
-    header = swept.header
-    found: dict[str, list[Any]] = {name: [] for name in (*(column.name for column in header.columns), "status")}
-    failed: list[Failure] = []
-    for row in swept.rows():
-        for values, value in zip(found.values(), (*row.values, row.status), strict=True):
+    place = Path(folder)
+    definition = SweepDefinition.read(place)
+    journal = Journal(place, definition.points)
+    warnings = [*journal.read(), *definition.version_notes]
+    left = journal.count(NOT_RUN)
+    if left:
+        warnings.append(f"{left} of {journal.points} points are not done: run the sweep again to resume it")
+    texts = {column.name: column.kind == "text" for column in definition.columns} | {"status": True}
+    found: dict[str, list[Any]] = {name: [] for name in texts}
+    failed = []
+    for row in journal.rows(definition):
+        for values, value in zip(found.values(), [*row.values, row.status], strict=True):
             values.append(value)
-        if row.status not in ("done", NOT_RUN):
-            failed.append(Failure(row.number, header.point(row.number), row.status, row.problem or ""))
-    texts = {column.name for column in header.columns if column.kind == "text"} | {"status"}
-    arrays = {name: _array(values, name in texts).reshape(header.shape) for name, values in found.items()}
+        if row.problem is not None:
+            failed.append(Failure(row.number, definition.point(row.number), row.status, row.problem))
+    arrays = {name: _array(values, texts[name]).reshape(definition.shape) for name, values in found.items()}
     for array in arrays.values():
         array.flags.writeable = False
-    lost = int(np.count_nonzero((swept.offsets >= 0) & (arrays["status"].ravel() == NOT_RUN)))
-    damaged = f"lines of the journal that cannot be read: {lost} (delete them, and run the sweep again)"
     return SweepResults(
-        name=header.name,
-        run=header.run,
-        axes=header.axes,
-        shape=header.shape,
-        columns=header.columns,
+        **attrs.asdict(definition, recurse=False),
         failed=tuple(failed),
-        complete=not lost and bool((swept.offsets >= 0).all()),
-        versions=header.versions,
-        key=header.key,
-        warnings=(*swept.warnings, *([damaged] if lost else [])),
-        folder=swept.folder,
-        header=header,
+        warnings=tuple(warnings),
+        folder=place,
         arrays=arrays,
     )
 
 
-def _array(values: Sequence[Any], text: bool) -> npt.NDArray[Any]:
+def _array(values: list[Any], text: bool) -> npt.NDArray[Any]:
     if text:
-        return np.array(["" if value is None else str(value) for value in values])
+        return np.array([as_text(value) or "" for value in values])
     return np.array(values, dtype=float)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import logging
 import multiprocessing
 import os
 import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from collections.abc import Iterator
+from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import contextmanager
 from importlib import import_module
 from multiprocessing import connection
@@ -20,14 +19,10 @@ from pebble import ProcessExpired, ProcessPool
 
 from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import ShockwaveError, UsageError
-from shockwave.sweep.points import SLICE, run_batch
+from shockwave.sweep.point_evaluation import SLICE, run_batch
 
-# Variable that keeps Python from importing modules from the current folder.
-_SAFE_PATH = "PYTHONSAFEPATH"
 # Seconds for a scheduler, and its first worker, to answer.
 _PATIENCE = 30
-# Seconds without an answer after which a scheduler must have workers.
-_GIVE_UP = 60.0
 
 
 class LostError(ShockwaveError):
@@ -47,7 +42,9 @@ class Workers:
 
     #: Raised by the future of a batch whose worker has ended.
     deaths: tuple[type[BaseException], ...] = ()
-    #: Whether such an error is the fault of this batch, not of another one that the same worker had.
+    #: Raised where the executor broke down, and has been started anew.
+    renewed: tuple[type[BaseException], ...] = ()
+    #: Whether a death is the fault of this batch, not of another one that the same worker had.
     isolates = False
     #: Longest time of a point [s].
     timeout: float | None = None
@@ -61,20 +58,10 @@ class Workers:
         found: Future[Any] = self.executor.submit(run_batch, content, indices)
         return found
 
-    def wait(self, futures: Iterable[Future[Any]]) -> set[Future[Any]]:
-        """Wait for one of ``futures``: those that are done."""
-        return wait(futures, return_when=FIRST_COMPLETED).done
-
 
 def cores() -> int:
     """Cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def check_name(executor: str) -> None:
-    """Raise a UsageError if ``executor`` is no name of one."""
-    if executor not in ("processes", "dask") and not executor.startswith("dask="):
-        raise UsageError(f"executor must be processes, dask or dask=ADDRESS (got {executor!r})")
 
 
 @contextmanager
@@ -97,43 +84,26 @@ def workers_of(executor: Executor | str | None, count: int | None, timeout: floa
     LostError
         When no worker starts.
     """
-    if count is not None and not (type(count) is int and count > 0):
-        raise UsageError(f"workers must be a whole number > 0 (got {count!r})")
     if timeout is not None and not timeout > 0:
         raise UsageError(f"timeout must be a number of seconds > 0 (got {timeout!r})")
-    if isinstance(executor, str):
-        check_name(executor)
-    if executor in (None, "processes"):
-        with processes(count or cores(), timeout) as own:
+    if executor is None or executor == "processes":
+        _check_start()
+        own = Processes(count or cores(), timeout)
+        try:
             yield own
-        return
-    if timeout is not None:
+        finally:
+            own.close()
+    elif timeout is not None:
         problem = "only processes of this machine can be ended; leave it, or the executor, out"
         raise UsageError(f"timeout must be left out with an executor (got {executor!r}; {problem})")
-    if isinstance(executor, str):
-        with _dask(executor.partition("=")[2], count) as remote:
+    elif isinstance(executor, str):
+        name, _, address = executor.partition("=")
+        if name != "dask":
+            raise UsageError(f"executor must be processes, dask or dask=ADDRESS (got {executor!r})")
+        with _dask(address, count) as remote:
             yield remote
-        return
-    if not callable(getattr(executor, "submit", None)):
-        raise UsageError(f"executor must have the method submit of concurrent.futures.Executor (got {executor!r})")
-    yield Workers(executor, int(count or getattr(executor, "_max_workers", None) or cores()))
-
-
-@contextmanager
-def _safe_path() -> Iterator[None]:
-    """Keep Python processes that start meanwhile from importing modules from the current folder.
-
-    Processes of multiprocessing start with that folder on their path, and adopt the path of this process only after the
-    first imports: a ``numpy.py`` in that folder would be run.
-    """
-    before = os.environ.get(_SAFE_PATH)
-    os.environ[_SAFE_PATH] = "1"
-    try:
-        yield
-    finally:
-        del os.environ[_SAFE_PATH]
-        if before is not None:
-            os.environ[_SAFE_PATH] = before
+    else:
+        yield Workers(executor, count or getattr(executor, "_max_workers", None) or cores())
 
 
 # ---------------------------------------------------------------- processes of this machine
@@ -146,11 +116,7 @@ _LATE = 0.3
 
 
 class _Process(_START.Process):  # type: ignore[misc]
-    """A process whose end the pool cannot miss.
-
-    The pool overlooks processes that end before it has read which batch they have begun, and those that end with
-    status 0.
-    """
+    """A process whose end the pool cannot miss, even if it ends before the pool has read which batch it has begun."""
 
     _end: float | None = None
 
@@ -161,17 +127,12 @@ class _Process(_START.Process):  # type: ignore[misc]
         self._end = self._end or time.monotonic()
         return time.monotonic() - self._end < _LATE
 
-    @property
-    def exitcode(self) -> int | None:
-        """The status, which is never 0."""
-        status = super().exitcode
-        return 1 if status == 0 else status
-
 
 class Processes(Workers):
     """Processes of this machine. One that dies or exceeds the time limit costs its batch alone."""
 
     deaths = (ProcessExpired, TimeoutError)
+    renewed = (BrokenExecutor,)
     isolates = True
 
     def __init__(self, count: int, timeout: float | None = None) -> None:
@@ -183,22 +144,17 @@ class Processes(Workers):
     def _start(self) -> ProcessPool:
         context = type(_START)()
         context.Process = _Process
-        pool = ProcessPool(self.count, initializer=_begin, context=context)
-        pool.schedule(cores)  # starts the processes
-        return pool
+        return ProcessPool(self.count, initializer=_begin, context=context)
 
     def submit(self, content: bytes, indices: list[int]) -> Future[Any]:
-        # a worker answers after a slice, unless one of its points hangs
-        extra = 2 * SLICE if len(indices) > 1 else 0.0
-        return self.schedule(run_batch, (content, indices), self.timeout and self.timeout + extra)
-
-    def schedule(self, function: Callable[..., Any], arguments: Any, timeout: float | None = None) -> Future[Any]:
-        """Have a function run, for at most ``timeout`` seconds."""
         if not self.pool.active and self.renewals:  # it breaks down when an idle process is killed
             self.close()
             self.renewals -= 1
             self.pool = self._start()
-        return self.pool.schedule(function, arguments, timeout=timeout)
+        # points before the one that hangs take a slice, and those beside it twice as long
+        extra = 3 * SLICE if len(indices) > 1 else 0.0
+        limit = self.timeout and self.timeout + extra
+        return self.pool.schedule(run_batch, (content, indices), timeout=limit)
 
     def close(self) -> None:
         """End the processes."""
@@ -206,39 +162,20 @@ class Processes(Workers):
         self.pool.join()
 
 
-@contextmanager
-def processes(count: int, timeout: float | None = None) -> Iterator[Processes]:
-    """Processes of this machine, which are ended when the context is left.
-
-    Raises
-    ------
-    LostError
-        When no process starts.
-    """
+def _check_start() -> None:
+    """Raise a LostError if no process starts."""
     if sys.platform != "win32":
-        _START.set_forkserver_preload(["shockwave.sweep.points"])
-    with _safe_path():
-        first = _START.Process(target=cores)
-        first.start()
-        first.join()
-        if first.exitcode != 0:
-            remedy = "a program that calls run_sweep is a file, and does so under `if __name__ == '__main__':`"
-            raise LostError(f"worker processes must start (got status {first.exitcode}; {remedy})")
-        own = Processes(count, timeout)
-        try:
-            yield own
-        finally:
-            own.close()
-
-
-def _ignore_interrupts() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+        _START.set_forkserver_preload(["shockwave.sweep.point_evaluation"])
+    first = _START.Process(target=cores)
+    first.start()
+    first.join()
+    if first.exitcode != 0:
+        remedy = "a program that calls run_sweep is a file, and does so under `if __name__ == '__main__':`"
+        raise LostError(f"worker processes must start (got status {first.exitcode}; {remedy})")
 
 
 def _begin() -> None:
-    """Prepare a worker: leave interrupts to the client, end with it, and keep off its output."""
-    _ignore_interrupts()
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    """Prepare a process: keep off the output of the client, and end with it."""
     os.dup2(2, 1)
     parent = multiprocessing.parent_process()
     if parent is not None:
@@ -265,22 +202,7 @@ class DaskWorkers(Workers):
     @property
     def count(self) -> int:  # type: ignore[override]
         """The number of workers to keep busy."""
-        return self.asked or max(self._threads(), 1)
-
-    def _threads(self) -> int:
-        try:
-            return sum(self.client.nthreads().values())
-        except OSError as error:
-            remedy = "run it again: what is finished is kept"
-            raise LostError(f"dask: the scheduler must go on running (got {error}; {remedy})") from None
-
-    def wait(self, futures: Iterable[Future[Any]]) -> set[Future[Any]]:
-        known = list(futures)
-        while not (done := wait(known, _GIVE_UP, FIRST_COMPLETED).done):
-            if not self._threads():
-                remedy = "begin one and run it again: what is finished is kept"
-                raise LostError(f"dask: the scheduler must have workers (got none; {remedy})")
-        return done
+        return self.asked or max(sum(self.client.nthreads().values()), 1)
 
 
 @contextmanager
@@ -288,49 +210,40 @@ def _dask(address: str, count: int | None) -> Iterator[Workers]:
     """The workers at ``address``, such as ``tcp://host:8786``; those of a cluster on this machine if it is empty."""
     try:
         distributed: Any = import_module("distributed")
-        if not address:
-            import_module("cryptography")
+        cluster = None if address else _local_cluster(distributed, count or cores())
     except ImportError as error:
         remedy = f"python -m pip install '{OWN_DISTRIBUTION}[dask]'"
         raise UsageError(f"executor dask must be installed (got {error}; {remedy})") from None
-    if address.startswith("tls:") and not distributed.Security().get_connection_args("client")["ssl_context"]:
-        remedy = "name them in dask's configuration, distributed.comm.tls"
-        raise UsageError(f"executor dask=tls:// must have certificates (got none; {remedy})")
-    with _safe_path():  # while a cluster runs, it restarts workers that die
-        client: Any = None
-        cluster = None if address else _local_cluster(count or cores())
-        try:
-            client = distributed.Client(cluster or address, timeout=_PATIENCE, set_as_default=False)
-            client.wait_for_workers(1, timeout=_PATIENCE)
-            if cluster:  # interrupts of the terminal are for the client
-                client.run(_ignore_interrupts)
-        except (OSError, ValueError) as error:
-            name = address or "the local cluster"
-            raise LostError(f"dask: {name} must answer and have a worker (got {error})") from None
-        else:
-            yield DaskWorkers(client, count, distributed.KilledWorker)
-        finally:
-            for one in filter(None, (client, cluster)):
-                one.close()
+    client: Any = None
+    try:
+        client = distributed.Client(cluster or address, timeout=_PATIENCE, set_as_default=False)
+        client.wait_for_workers(1, timeout=_PATIENCE)
+        if cluster:  # interrupts of the terminal are for the client
+            client.run(_ignore_interrupts)
+    except (OSError, ValueError, TypeError) as error:
+        name = address or "the local cluster"
+        raise LostError(f"dask: {name} must answer and have a worker (got {error})") from None
+    else:
+        yield DaskWorkers(client, count, distributed.KilledWorker)
+    finally:
+        for one in filter(None, (client, cluster)):
+            one.close()
 
 
-def _local_cluster(count: int) -> Any:
+def _ignore_interrupts() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _local_cluster(distributed: Any, count: int) -> Any:
     """A cluster that only processes with its certificates can connect to, from this machine alone."""
     dask: Any = import_module("dask")
-    distributed: Any = import_module("distributed")
-    settings = {
-        "distributed.scheduler.allowed-failures": 0,  # the sweep, not dask, repeats a batch whose worker dies
-        "distributed.scheduler.http.routes": [],
-        "distributed.worker.http.routes": [],
-    }
-    with dask.config.set(settings):
+    # the sweep, not dask, repeats a batch whose worker dies
+    with dask.config.set({"distributed.scheduler.allowed-failures": 0}):
         return distributed.LocalCluster(
             n_workers=count,
             threads_per_worker=1,
             host="127.0.0.1",
-            protocol="tls://",
             security=distributed.Security.temporary(),
             dashboard_address=None,
             scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
-            silence_logs=logging.CRITICAL,
         )

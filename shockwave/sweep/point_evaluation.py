@@ -1,0 +1,242 @@
+"""Evaluation of the points of a sweep: scenes, results and lines of the journal, in batches as workers run them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import pickle
+import platform
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+from attrs import define, field
+
+import shockwave
+from shockwave.chain.chain import Scales
+from shockwave.errors import ShockwaveError, UsageError
+from shockwave.files import read_bytes
+from shockwave.measurement.result import SimulationResult
+from shockwave.measurement.simulate import simulate_many
+from shockwave.options import SimulateOptions
+from shockwave.registry import load, plugins
+from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scene_family import Family
+from shockwave.scenario.scene_hash import normalised
+from shockwave.scenario.sweep import Sweep
+from shockwave.simulation.backend import lack
+from shockwave.studies.comparison import beside
+from shockwave.sweep.columns import Answer, Read, reads, row
+from shockwave.sweep.definition import SweepAxis, SweepDefinition
+from shockwave.sweep.journal import line_of
+
+_Found = SimulationResult | BaseException
+# Most bytes of a record that are hashed; the reader of records has its own limit.
+_MOST_RECORD = 2**28
+# Raised by the code of a plugin, these cost its point alone.
+_POINT_ERRORS = (Exception, SystemExit)
+#: Seconds after which a worker answers, whether or not its batch is finished.
+SLICE = 0.5
+# Most points that a worker runs side by side.
+_MOST = 128
+
+
+def error_text(error: BaseException) -> str:
+    """The message of an error of ours; the type and the message of any other."""
+    return str(error) if isinstance(error, ShockwaveError) else f"{type(error).__name__}: {error}"
+
+
+@define(eq=False)
+class Points:
+    """All points of the sweep in ``scenario``.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With a sweep.
+    """
+
+    scenario: Scenario
+    sweep: Sweep = field(init=False)
+    #: Whether all waves are measured, or the primary alone.
+    train: bool = field(init=False)
+    definition: SweepDefinition = field(init=False)
+    _columns: tuple[Read, ...] = field(init=False)
+    _family: Family = field(init=False)
+
+    def __attrs_post_init__(self) -> None:
+        assert self.scenario.sweep is not None
+        self.sweep = self.scenario.sweep
+        document = self.scenario.document
+        given = document.data.get("simulate") if document else None
+        self.train = isinstance(given, dict) and given.get("waves") == "train"
+        self._columns = reads(self.sweep.run, self.train)
+        self._family = Family(self.scenario)
+        axes = []
+        for axis in self.sweep.axes:
+            units = tuple(variable.unit for variable in axis.variables)
+            axes.append(SweepAxis(axis.names, units, axis.values))
+        self.definition = SweepDefinition(
+            name=self.scenario.name,
+            run=self.sweep.run,
+            axes=tuple(axes),
+            columns=tuple(read.column for read in self._columns),
+            scenario=json.loads(normalised(self.scenario)),
+            named=_named_here(self.scenario, self.sweep),
+            versions=_versions_here(),
+        )
+
+    def lines(self, indices: Sequence[int]) -> str:
+        """Lines of the journal for some points."""
+        scenes: dict[int, Scenario] = {}
+        found: dict[int, _Found] = {}
+        for index in indices:
+            try:
+                scenes[index] = self._family.scenario(self.sweep.point(index))
+            except _POINT_ERRORS as error:
+                found[index] = error
+        if self.sweep.run != "predict":
+            found |= self._simulated(scenes)
+        return "".join(self._line(index, scenes.get(index), found.get(index)) for index in indices)
+
+    def _line(self, index: int, scene: Scenario | None, found: _Found | None) -> str:
+        """The line of a point; ``found`` is its result, if it is simulated, or its error."""
+        try:
+            if isinstance(found, BaseException):
+                raise found
+            assert scene is not None
+            values = json.dumps(row(self._columns, _answer(self.sweep.run, scene, found)))
+        except _POINT_ERRORS as error:
+            return line_of(index, "failed", f'"error": {json.dumps(error_text(error))}')
+        return line_of(index, "done", f'"values": {values}')
+
+    def _simulated(self, scenes: Mapping[int, Scenario]) -> dict[int, _Found]:
+        """Results by the numbers of the points; scenes with the same options run side by side."""
+        asked: dict[SimulateOptions, list[int]] = {}
+        for index, scene in scenes.items():
+            asked.setdefault(scene.simulate, []).append(index)
+        found: dict[int, _Found] = {}
+        for options, indices in asked.items():
+            found |= self._many(options, indices, scenes)
+        return found
+
+    def _many(self, options: SimulateOptions, indices: list[int], scenes: Mapping[int, Scenario]) -> dict[int, _Found]:
+        try:
+            found = simulate_many(
+                [scenes[index].shock for index in indices],
+                [scenes[index].chain for index in indices],
+                options.rtol,
+                options.integrator,
+                options.wave_threshold,
+                step=options.step,
+                waves=options.waves if self.train else "primary",
+                backend=options.backend,
+                threads=1,
+            )
+        except _POINT_ERRORS as error:
+            if len(indices) == 1:
+                return {indices[0]: error}
+            # of one of them: which one shows when they run one by one
+            return {index: self._many(options, [index], scenes)[index] for index in indices}
+        return dict(zip(indices, found, strict=True))
+
+
+def _answer(run: str, scene: Scenario, simulated: SimulationResult | None) -> Answer:
+    characteristic = Scales.of(scene.chain, scene.shock.peak_force).time
+    times = scene.shock.rise_time / characteristic, scene.shock.duration / characteristic
+    predicted = scene.predictor.predict(scene.shock, scene.chain) if run != "simulate" else None
+    compared = None
+    if predicted is not None and simulated is not None:
+        compared = beside(predicted, simulated, scene.predictor.equal_tolerance)
+    return Answer(*times, predicted, simulated, compared)
+
+
+# ---------------------------------------------------------------- what results depend on
+
+
+def _versions_here() -> dict[str, str]:
+    """Versions, here, of what results depend on: packages, plugins, and the code in use."""
+    found = {
+        "shockwave": shockwave.__version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "scipy": metadata.version("scipy"),
+        "backend": "numpy" if lack() else "compiled",
+    }
+    return found | {plugin.distribution: plugin.version for plugin in plugins() if plugin.entries}
+
+
+def _named_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
+    """Hashes of the materials and files among the values of the sweep."""
+    folder = scenario.path.parent if scenario.path is not None else Path()
+    found = {}
+    for axis in sweep.axes:
+        for position in axis.values:
+            for name, value in zip(axis.names, position, strict=True):
+                if name == "chain.material" and isinstance(value, str):
+                    found[f"material {value}"] = _hash(repr(load("materials", value)).encode())
+                elif name == "shock.parameters.file":
+                    found[f"file {value}"] = _hash(read_bytes(folder / value, _MOST_RECORD))
+    return found
+
+
+def _hash(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+# ---------------------------------------------------------------- batches, as workers run them
+
+# Of each thread: what a sweep keeps between batches is not made for several at once.
+_known = threading.local()
+
+
+def run_batch(content: bytes, indices: Sequence[int]) -> str:
+    """Lines of the journal for the first of some points of a sweep, as many as about half a second allows.
+
+    What is not answered can be lost.
+
+    Raises
+    ------
+    UsageError
+        When this worker has other versions, materials or files than the client.
+    """
+    if getattr(_known, "content", None) != content:
+        _known.points = _received(content)
+        _known.content = content
+    begin = time.perf_counter()
+    lines = ""
+    at = 0
+    size = 1
+    while not lines or (at < len(indices) and time.perf_counter() - begin < SLICE):
+        lines += _known.points.lines(indices[at : at + size])
+        at += size
+        size = min(2 * size, _MOST)
+    return lines
+
+
+def content_of(points: Points) -> bytes:
+    """A sweep in the form in which it is sent to workers.
+
+    Raises
+    ------
+    UsageError
+        When a scenario made in Python cannot be sent.
+    """
+    try:
+        return pickle.dumps((points.scenario, points.definition))
+    except Exception as error:  # whatever pickle raises
+        got = f"got {error_text(error)}; define its profile in a module"
+        raise UsageError(f"a scenario must be one that can be sent to other processes ({got})") from error
+
+
+def _received(content: bytes) -> Points:
+    scenario, definition = pickle.loads(content)
+    points = Points(scenario)
+    changes = points.definition.differences(definition)
+    if changes:
+        got = "; ".join(" ".join(change) for change in changes.items())
+        raise UsageError(f"workers must have what the client has (got a worker with {got}; install or copy the same)")
+    return points
