@@ -45,10 +45,7 @@ def shockwave_integrators() -> list[Entry]:
             "pefrl", f"{place}.fixed_step:Pefrl", "extended Forest-Ruth, order 4, fixed step, symplectic", takes="step"
         ),
         Entry("rk4", f"{place}.fixed_step:Rk4", "classical Runge-Kutta, order 4, fixed step", takes="step"),
-        Entry("dop853", f"{place}.scipy_solver:Dop853", "Dormand-Prince 8(5,3), adaptive, from SciPy", takes="rtol"),
-        Entry(
-            "radau", f"{place}.scipy_solver:Radau", "Radau IIA, order 5, implicit, adaptive, from SciPy", takes="rtol"
-        ),
+        Entry("dop853", f"{place}.dop853:Dop853", "Dormand-Prince 8(5,3), adaptive, from SciPy", takes="rtol"),
     ]
 
 

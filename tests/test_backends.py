@@ -16,13 +16,12 @@ import shockwave as sw
 from scenes import CASE_A, CASE_B, CHAIN, FORCE, UNITS, power, random_pulses, triangle
 from selection import keeping
 from shockwave.cli import main
-from shockwave.measurement.plan import plan_of
+from shockwave.measurement.simulation_setup import setup_of
 from shockwave.simulation import backend
 from shockwave.simulation.nystroem import Rkn86
-from shockwave.simulation.primary import find_primaries
-from shockwave.simulation.primary_request import KNOWN
-from shockwave.simulation.primary_request import Request as Asked
-from shockwave.simulation.problem import ChainProblem
+from shockwave.simulation.primary_search import find_primaries
+from shockwave.simulation.problem import ChainProblem, Status
+from shockwave.simulation.problem import Request as Asked
 
 compiled_alone = pytest.mark.skipif(backend.compiled is None, reason=backend.lack())
 
@@ -152,9 +151,9 @@ def test_auto_takes_the_code_that_has_the_method(integrator: str, backend: str) 
 def without(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """As if shockwave had been installed without a compiler."""
     monkeypatch.setattr(backend, "compiled", None)
-    plan_of.cache_clear()
+    setup_of.cache_clear()
     yield
-    plan_of.cache_clear()
+    setup_of.cache_clear()
 
 
 @pytest.mark.usefixtures("without")
@@ -214,7 +213,7 @@ def test_buffers_that_fit_are_filled(column: int | None) -> None:
     if column is not None:
         arguments[1][column] = 1e18  # far beyond what is reached
     backend.compiled.primary(*arguments)  # type: ignore[union-attr]
-    assert arguments[6].flat[0] == KNOWN
+    assert arguments[6].flat[0] == Status.KNOWN
     # the tolerance
     assert arguments[5].flat[2] == pytest.approx(PEAK, rel=1e-6)
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import shockwave as sw
-from shockwave.measurement.peaks import PeakLog
-from shockwave.measurement.train_run import Demand, Run, run
-from shockwave.measurement.wave_limits import settling
+from shockwave.measurement.chain_run import ChainRun
+from shockwave.measurement.peak_log import PeakLog
+from shockwave.measurement.waves import settling
 from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.problem import ChainProblem
 
@@ -58,8 +58,8 @@ def test_doubt_covers_the_approach_to_the_limit(forces: np.ndarray, least: float
     assert least <= doubt_in(forces.tolist()) <= most
 
 
-def run_on(granules: int | None) -> Run:
-    return run(attrs.evolve(CASE, granules=granules), Rkn86(tolerance=1e-9), Demand(5e-3, 1e-6, 1e-5, 1000))
+def run_on(granules: int | None) -> ChainRun:
+    return ChainRun(attrs.evolve(CASE, granules=granules), Rkn86(tolerance=1e-9), 5e-3, 1e-6, 1e-5, 1000).finished()
 
 
 def test_waves_are_not_followed_to_a_far_end() -> None:

@@ -97,15 +97,13 @@ def test_result_tells_the_settings_that_were_left_out() -> None:
 # ---------------------------------------------------------------- every method
 
 INTEGRATORS = [
-    pytest.param(entry.name, marks=[pytest.mark.slow] * (entry.name in ("radau", "verlet")))
-    for entry in entries("integrators")
+    pytest.param(entry.name, marks=[pytest.mark.slow] * (entry.name == "verlet")) for entry in entries("integrators")
 ]
 
 
 @cache
 def of_case_a(name: str) -> sw.SimulationResult:
-    # Radau is of order 5 and implicit, and takes its time
-    rtol = 1e-3 if name == "radau" else 1e-4 if load("integrators", name).adaptive else None
+    rtol = 1e-4 if load("integrators", name).adaptive else None
     step = 0.1 if rtol is None else None
     return sw.simulate(CASE_A, CHAIN, rtol=rtol, step=step, integrator=name, waves="primary")
 

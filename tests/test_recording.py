@@ -11,7 +11,7 @@ import pytest
 
 import shockwave as sw
 from scenes import CASE_A, CHAIN, UNITS, power
-from shockwave.measurement.recording import Recording
+from shockwave.measurement.result import Recording
 
 CONTACTS = (0, 3, 5)
 VERLET = {"integrator": "verlet", "waves": "primary"}

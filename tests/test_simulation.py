@@ -198,7 +198,7 @@ def test_a_peak_force_loads_neither_scipy_nor_what_measures_a_train() -> None:
         "print(*sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    unwanted = {"scipy", "shockwave.measurement.train", "shockwave.measurement.recording"}
+    unwanted = {"scipy", "shockwave.measurement.train", "shockwave.measurement.histories"}
     assert unwanted & set(done.stdout.split()) == set()
 
 

@@ -151,5 +151,5 @@ def test_a_name_that_is_no_case_is_answered_with_the_nearest() -> None:
 @pytest.mark.slow
 def test_both_backends_are_run_unless_one_is_asked_for_or_nothing_is_stepped() -> None:
     both = ["numpy"] if compiled is None else ["compiled", "numpy"]
-    rows = stress.stress(["two-granules", "one-granule", "slow-push-radau"]).rows
+    rows = stress.stress(["two-granules", "one-granule", "slow-push-dop853"]).rows
     assert [row.backend for row in rows] == [*both, "numpy", "numpy"]

@@ -15,10 +15,10 @@ from shockwave.benchmark.scenes import FORCE, UNITS, made
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM, SPEED
 from shockwave.errors import ShockwaveError
 from shockwave.measurement.result import SimulationResult
-from shockwave.measurement.simulate import plan_of, scaled, simulate
+from shockwave.measurement.simulate import scaled, setup_of, simulate
 from shockwave.prediction.predictor import Predictor
 from shockwave.simulation.backend import Backend
-from shockwave.simulation.primary import find_primaries
+from shockwave.simulation.primary_search import find_primaries
 
 # The greatest momentum defect allowed: a hundred times what rounding was seen to leave.
 _MOMENTUM = 1e-12
@@ -173,10 +173,10 @@ def integrated_passage(case: Case, backend: Backend) -> Finding:
     """With no extrapolation uncertainty allowed the search goes on to the longest chain that it may take."""
     contact = 15_000
     result = _simulated(case, backend)
-    plan, (problem, _) = plan_of(result.options), scaled(*made(case.scene))
-    assert plan.search is not None
-    request = evolve(plan.request(problem, contacts=(contact,)), doubt=1e-300)
-    (found,) = find_primaries([request], plan.search, plan.compiled)
+    setup, (problem, _) = setup_of(result.options), scaled(*made(case.scene))
+    assert setup.search is not None
+    request = evolve(setup.request(problem, contacts=(contact,)), doubt=1e-300)
+    (found,) = find_primaries([request], setup.search, setup.compiled)
     arrival = found.passages[0].time
     reference = result.found.time + (contact - result.found.contact) / (SPEED * result.found.peak ** (1 / 6))
     finding = _judged(case, result, f"arrives after {arrival:.9g} T0, {found.steps:g} steps", arrival, reference)

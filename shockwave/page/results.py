@@ -129,7 +129,7 @@ def _with_train(result: SimulationResult, failures: list[str]) -> SimulationResu
     train = _attempt(failures, failure, lambda: result.train)
     problem, _ = scaled(result.shock, result.chain)
     if train is not None:
-        if result.was_measured or problem.duration <= MEASURABLE:
+        if result.measured is not None or problem.duration <= MEASURABLE:
             return result
         failures += [f"Only the primary was simulated: {warning}." for warning in train.warnings]
     return evolve(result, options=evolve(result.options, waves="primary"))

@@ -10,8 +10,7 @@ import numpy as np
 
 from shockwave.chain.chain import Chain
 from shockwave.errors import InvalidValueError
-from shockwave.measurement.recording import Recording
-from shockwave.measurement.result import SimulationResult
+from shockwave.measurement.result import Recording, SimulationResult
 from shockwave.pictures.axes import dress, finish, halo, label_axis, scale, thinned
 from shockwave.pictures.cells import edges_of
 from shockwave.pictures.style import BLACK, BLUE, COLOURS, FIELD, GREY, LINES, VERMILION

@@ -94,10 +94,7 @@ class Nystroem(OneStep):
     ) -> Attempt:
         chain = getattr(acceleration, "acceleration", None)
         if self.compiled is not None and isinstance(chain, ChainAcceleration):
-            self.evaluations += self.tableau.evaluations
-            return _compiled_attempt(
-                self.compiled, self.tableau, chain, float(time), float(size), np.concatenate((x, v, a))
-            )
+            return self._compiled_attempt(self.compiled, chain, float(time), float(size), np.concatenate((x, v, a)))
         tableau = self.tableau
         rates, terms = np.empty((2, len(tableau.nodes) + 1, *x.shape))
         column = (-1,) + (1,) * x.ndim
@@ -118,20 +115,18 @@ class Nystroem(OneStep):
         error = np.maximum(np.abs(square * error_x), np.abs(size * error_v)).max(axis=0)
         return Attempt(end, v + size * velocity, a, error)
 
-
-def _compiled_attempt(
-    compiled: ModuleType, tableau: Tableau, chain: ChainAcceleration, time: float, size: float, state: FloatArray
-) -> Attempt:
-    """As `Nystroem.attempt`, from a ``state`` of positions, velocities and accelerations in a row."""
-    problem = chain.problem
-    path = problem.path
-    rows, coefficients = (path.rows, path.coefficients) if chain.driven else (_NONE, _NONE)
-    after = np.empty_like(state)
-    error = compiled.attempt(
-        tableau.packed, rows, coefficients, state, after, time, size, problem.rise_time, problem.peak_force
-    )
-    x, v, a = after.reshape(3, -1)
-    return Attempt(x, v, a, error)
+    def _compiled_attempt(
+        self, compiled: ModuleType, chain: ChainAcceleration, time: float, size: float, state: FloatArray
+    ) -> Attempt:
+        """As `attempt`, from a ``state`` of positions, velocities and accelerations in a row."""
+        problem = chain.problem
+        tables = (problem.path.rows, problem.path.coefficients) if chain.driven else (_NONE, _NONE)
+        after = np.empty_like(state)
+        method = self.tableau.packed
+        error = compiled.attempt(method, *tables, state, after, time, size, problem.rise_time, problem.peak_force)
+        self.evaluations += self.tableau.evaluations
+        x, v, a = after.reshape(3, -1)
+        return Attempt(x, v, a, error)
 
 
 @define

@@ -13,7 +13,7 @@ from attrs import define
 
 from shockwave.errors import NumericalError
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.integrator import LONGEST_STEP, Acceleration, Integrator, Step
+from shockwave.simulation.integrator import LONGEST_STEP, Acceleration, Counted, Integrator, Step
 
 #: A number, or an array of shape (batch,) with one for each chain of a batch.
 Scalar: TypeAlias = "float | FloatArray"
@@ -75,7 +75,7 @@ class OneStep(Integrator):
         v: FloatArray,
         first_size: float | None,
     ) -> Iterator[Step]:
-        counted = self._counted(acceleration, until)
+        counted = Counted(self, acceleration, until)
         time, x, v = begin, np.array(x, dtype=float), np.array(v, dtype=float)
         a = counted(time, x)
         size = self._first_size(until - begin, first_size) if self.adaptive else self.size

@@ -1,4 +1,4 @@
-"""SciPy's solvers of first-order systems as integrators, Dop853 and Radau: the state is (x, v)."""
+"""DOP853 from SciPy, a solver of first-order systems, as an integrator: the state is (x, v)."""
 
 from __future__ import annotations
 
@@ -11,25 +11,20 @@ from attrs import define
 
 from shockwave.errors import NumericalError
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.integrator import LONGEST_STEP, Acceleration, Integrator, Step
+from shockwave.simulation.integrator import LONGEST_STEP, Acceleration, Counted, Integrator, Step
 
 # SciPy's least: the error is to be absolute, in units in which a wave is of order one.
 _RELATIVE = 2.3e-14
 
 
 @define
-class ScipySolver(Integrator):
-    """Base class: a subclass names the solver and declares its order."""
+class Dop853(Integrator):
+    """Hairer, Norsett & Wanner's DOP853, of order 8 with dense output of order 7."""
 
+    name: ClassVar[str] = "dop853"
+    order: ClassVar[int] = 8
     adaptive: ClassVar[bool] = True
     symplectic: ClassVar[bool] = False
-
-    #: The class of `scipy.integrate.OdeSolver`.
-    solver: ClassVar[Any]
-
-    def _settings(self, granules: int) -> dict[str, Any]:
-        """Further arguments of the solver for so many granules."""
-        return {}
 
     def steps(
         self,
@@ -41,24 +36,18 @@ class ScipySolver(Integrator):
         first_size: float | None,
     ) -> Iterator[Step]:
         granules = len(x)
-        counted = self._counted(acceleration, until)
+        counted = Counted(self, acceleration, until)
 
         def derivative(time: float, state: FloatArray) -> FloatArray:
             return np.concatenate((state[granules:], counted(time, state[:granules])))
 
         # Without a first step SciPy looks for one, and never ends where the acceleration is not finite; what is not
         # finite is looked for afterwards.
+        first = self._first_size(until - begin, first_size)
+        state = np.concatenate((x, v))
         with np.errstate(over="ignore", invalid="ignore"):
-            solver = self.solver(
-                derivative,
-                begin,
-                np.concatenate((x, v)),
-                until,
-                rtol=_RELATIVE,
-                atol=self.tolerance,
-                max_step=LONGEST_STEP,
-                first_step=self._first_size(until - begin, first_size),
-                **self._settings(granules),
+            solver = scipy.integrate.DOP853(
+                derivative, begin, state, until, LONGEST_STEP, _RELATIVE, self.tolerance, first_step=first
             )
         time = begin
         self._check(solver, time, None)
@@ -79,29 +68,3 @@ class ScipySolver(Integrator):
     def _check(self, solver: Any, time: float, message: str | None) -> None:
         if message is not None or not np.all(np.isfinite((solver.y, solver.f))):
             raise NumericalError(f"{self.name} cannot step beyond t = {time:g} T0 ({message or 'not finite'})")
-
-
-@define
-class Dop853(ScipySolver):
-    """Hairer, Norsett & Wanner's DOP853, of order 8 with dense output of order 7."""
-
-    name: ClassVar[str] = "dop853"
-    order: ClassVar[int] = 8
-    solver = scipy.integrate.DOP853
-
-
-@define
-class Radau(ScipySolver):
-    """Hairer & Wanner's Radau IIA, for stiff equations; forces between neighbours make its Jacobian sparse."""
-
-    name: ClassVar[str] = "radau"
-    order: ClassVar[int] = 5
-    solver = scipy.integrate.Radau
-
-    def _settings(self, granules: int) -> dict[str, Any]:
-        from scipy.sparse import block_array, diags_array
-
-        shape = (granules, granules)
-        velocities = diags_array([1.0], offsets=[0], shape=shape)
-        neighbours = diags_array([1.0, 1.0, 1.0], offsets=[-1, 0, 1], shape=shape)
-        return {"jac_sparsity": block_array([[None, velocities], [neighbours, None]], format="csc")}
