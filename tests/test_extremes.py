@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import attrs
-import numpy as np
 import pytest
 
 import shockwave as sw
 from scenes import CHAIN, FORCE, UNITS
-from shockwave.benchmark.scenes import noisy, record, sampled
+from shockwave.benchmark.scenes import noisy, record
 from shockwave.simulation.backend import compiled
 
 each_backend = pytest.mark.parametrize(
@@ -60,50 +59,15 @@ def test_steep_pulses_are_accurate_to_their_estimate_and_to_any_tolerance(name: 
     assert tight.error_estimate < 1e-9
 
 
-@pytest.mark.parametrize("ratio", [1 + 1e-15, 1.5, 1e12])
-@pytest.mark.parametrize("rate", [-700.0, 101.0, 1e6])
-def test_breakpoints_of_steep_profiles_ascend(rate: float, ratio: float) -> None:
-    for profile in (exponential(rate, -rate if rate < 700 else rate, ratio), power(abs(rate), abs(rate), ratio)):
-        assert np.all(np.diff(profile.breakpoints) > 0)
-        assert {0.0, 1.0, ratio} <= set(profile.breakpoints)
-
-
 # ---------------------------------------------------------------- rough and long records
 
 
 @each_backend
-@pytest.mark.parametrize("count", [200, 1000])
-def test_noise_does_not_count_as_lost_energy(count: int, backend: str) -> None:
-    found = primary(noisy(count)[0], backend=backend)
+def test_noise_does_not_count_as_lost_energy(backend: str) -> None:
+    found = primary(noisy(1000)[0], backend=backend)
     assert found.error_estimate < 1e-6
     # by the stages' own integral of the impulse it was 3e-7 to 1e-6
     assert found.energy_defect < 1.5e-7
-
-
-@pytest.mark.skipif(compiled is None, reason="built without a C compiler")
-def test_both_backends_find_the_same_work() -> None:
-    first, second = (sw.simulate(*noisy(1000), backend=code).found for code in ("compiled", "numpy"))
-    # sums of a thousand terms, in another order
-    assert first.work == pytest.approx(second.work, rel=1e-14)
-    assert first.steps == second.steps
-
-
-@pytest.mark.parametrize("share", [0.0, 0.1234567, 1.0])
-def test_a_long_record_has_its_own_path_and_impulse(share: float) -> None:
-    profile = sampled(20_001)[0].profile
-    s = share * profile.duration_ratio
-    path, impulse = profile.free_path().at(s)
-    # both are sums of twenty thousand pieces, good to their last digits
-    assert path == pytest.approx(float(profile.double_integral(s)), rel=1e-14, abs=1e-300)
-    assert impulse == pytest.approx(float(profile.running_impulse(s)), rel=1e-14, abs=1e-300)
-
-
-@each_backend
-def test_finer_samples_of_a_smooth_pulse_take_no_more_steps(backend: str) -> None:
-    coarse, fine = (primary(sampled(count)[0], backend=backend) for count in (10_001, 100_001))
-    assert fine.found.steps < 1.5 * coarse.found.steps
-    # a hundredth of the error allowed in a step: the two are the same pulse to 1e-8
-    assert fine.peak_force == pytest.approx(coarse.peak_force, rel=1e-7)
 
 
 # ---------------------------------------------------------------- late pulses, slow pushes

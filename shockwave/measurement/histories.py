@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 from attrs import evolve
@@ -12,17 +11,16 @@ from shockwave.chain.solitary_wave import SPEED
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.measurement.peak_log import PeakLog
 from shockwave.measurement.result import Passage, Recording, SimulationResult
-from shockwave.measurement.simulation_setup import Setup, scaled, setup_of
+from shockwave.measurement.simulation_setup import scaled, setup_of
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import Span, Stretch, march
 from shockwave.simulation.primary_search import find_primaries
-from shockwave.simulation.problem import ChainProblem, contact_energies, contact_forces
+from shockwave.simulation.problem import contact_energies, contact_forces
 
 # By how much a peak nears its limit from contact to contact, at least.
 _FALL = 0.98**0.25
-# A free end is felt so many contacts away, and followed up to one so far behind where the wave was read.
+# A free end is felt so many contacts away.
 _REACH = 8
-_FARTHEST = 2000
 # Samples to a characteristic time of the wave, and such times after the passage of the last contact.
 _SAMPLES = 10
 _AFTER = 5.0
@@ -75,22 +73,16 @@ def _integrated(result: SimulationResult, contact: int, feels_end: bool) -> tupl
         request = setup.request(evolve(problem, granules=None), contacts=(contact,))
         (primary,) = find_primaries([request], setup.search, setup.compiled)
         found = [(passage.time, passage.force) for passage in primary.passages]
-    elif contact - result.found.contact > _FARTHEST:
-        raise NumericalError(f"contact {contact} feels a free end too far away to be integrated (ask for one before)")
     else:
-        found = _marched(problem, setup, contact)
+        log = PeakLog()
+        for span in march(problem, setup.integrator()):
+            log.observe(Stretch.of(span))
+            if contact in log.peaks or max(log.peaks, default=0) > contact + 8:
+                break
+        found = [(peak.time, peak.force) for peak in log.peaks.get(contact, ())]
     if not found:
         raise NumericalError(f"the front has no peak of its own at contact {contact}: the force still rises there")
     return found[0]
-
-
-def _marched(problem: ChainProblem, setup: Setup, contact: int) -> list[tuple[float, float]]:
-    log = PeakLog()
-    for span in march(problem, setup.integrator()):
-        log.observe(Stretch.of(span))
-        if contact in log.peaks or max(log.peaks, default=0) > contact + 8:
-            break
-    return [(peak.time, peak.force) for peak in log.peaks.get(contact, ())]
 
 
 # ---------------------------------------------------------------- histories
@@ -111,24 +103,26 @@ def record(result: SimulationResult) -> Recording:
     interval = 1 / _SAMPLES if options.interval is None else options.interval / scales.time
     count = int(until / interval * (1 + 1e-12)) + 1
     granules = result.primary.contact + until
-    width = len(options.contacts) + 2 + (2 * granules if "field" in options.record else 0)
-    if count * width > _MOST_NUMBERS:
+    if count * (len(options.contacts) + 2 * granules) > _MOST_NUMBERS:
         got = f"got {interval * scales.time:g} s for {until * scales.time:g} s; or give an earlier until"
         problem = f"must be longer, for the histories would have {count} samples ({got})"
         raise InvalidValueError.of("interval", problem)
     times = interval * np.arange(count)
     spans = march(scaled(result.shock, result.chain)[0], setup_of(options).integrator())
-    states = _states(spans, times.tolist())
-    rows = [_row(x, v, options.contacts, options.record) for x, v in states]
-    units = {
-        "forces": scales.force,
-        "displacements": scales.energy / scales.force,
-        "velocities": scales.velocity,
-        "kinetic_energy": scales.energy,
-        "contact_energy": scales.energy,
-    }
-    histories = {name: _history([row[name] for row in rows]) * units[name] for name in rows[0]}
-    return Recording(times=np.asarray(times * scales.time), contacts=options.contacts, **histories)
+    x, v = _states(spans, times.tolist())
+    kept: dict[str, FloatArray] = {}
+    if "forces" in options.record:
+        forces = contact_forces(x)
+        at = [forces[contact] if contact < len(forces) else 0 * times for contact in options.contacts]
+        kept["forces"] = scales.force * np.array(at).T
+    if "field" in options.record:
+        moved = 1 + max(np.flatnonzero(x.any(axis=1)), default=-1)
+        kept["displacements"] = scales.energy / scales.force * x[:moved].T
+        kept["velocities"] = scales.velocity * v[:moved].T
+    if "energies" in options.record:
+        kept["kinetic_energy"] = scales.energy * 0.5 * np.sum(v * v, axis=0)
+        kept["contact_energy"] = scales.energy * np.sum(contact_energies(x), axis=0)
+    return Recording(times=np.asarray(times * scales.time), contacts=options.contacts, **kept)
 
 
 def _end(result: SimulationResult) -> float:
@@ -140,37 +134,16 @@ def _end(result: SimulationResult) -> float:
     return last.arrival_time + _AFTER * result.scales.time
 
 
-def _states(spans: Iterator[Span], times: list[float]) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Positions and velocities at these times, the first of which is 0."""
-    yield np.zeros(2), np.zeros(2)
+def _states(spans: Iterator[Span], times: list[float]) -> tuple[FloatArray, FloatArray]:
+    """Positions and velocities at these times, the first of which is 0; shape (granules, times)."""
+    states = [(np.zeros(0), np.zeros(0))]
     span = next(spans)
     for time in times[1:]:
         while time > span.end:
             span = next(spans)
-        yield (span.x1, span.v1) if time == span.end else span.at(time)
-
-
-def _row(x: FloatArray, v: FloatArray, contacts: tuple[int, ...], asked: tuple[str, ...]) -> dict[str, Any]:
-    """Quantities of a state that are kept, in scaled units."""
-    row: dict[str, Any] = {}
-    if "forces" in asked:
-        force = contact_forces(x)
-        row["forces"] = np.array([force[i] if i < len(force) else 0.0 for i in contacts])
-    if "field" in asked:
-        # granules that have not moved yet are left out
-        row["displacements"] = np.trim_zeros(x, "b")
-        row["velocities"] = np.trim_zeros(v, "b")
-    if "energies" in asked:
-        row["kinetic_energy"] = 0.5 * float(np.sum(v * v))
-        row["contact_energy"] = float(np.sum(contact_energies(x)))
-    return row
-
-
-def _history(rows: list[Any]) -> FloatArray:
-    """All rows as one array; shorter ones are filled up with granules at rest."""
-    if np.ndim(rows[0]) == 0:
-        return np.array(rows)
-    filled = np.zeros((len(rows), max(map(len, rows))))
-    for index, row in enumerate(rows):
-        filled[index, : len(row)] = row
-    return filled
+        states.append((span.x1, span.v1) if time == span.end else span.at(time))
+    # the window grows: granules that it did not hold yet are at rest
+    x, v = np.zeros((2, max(2, len(span.x1)), len(times)))
+    for index, (positions, velocities) in enumerate(states):
+        x[: len(positions), index], v[: len(positions), index] = positions, velocities
+    return x, v

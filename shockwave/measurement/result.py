@@ -130,12 +130,12 @@ class Train:
     """
 
     waves: tuple[MeasuredWave, ...]
-    recoil_momentum: float
+    recoil_momentum: float = 0.0
     recoil_error: float
-    recoil_velocities: tuple[float, ...]
-    spall_velocities: tuple[float, ...] | None
-    cost: Cost
-    warnings: tuple[str, ...]
+    recoil_velocities: tuple[float, ...] = ()
+    spall_velocities: tuple[float, ...] | None = None
+    cost: Cost = Cost(steps=0, force_evaluations=0, seconds=0.0)
+    warnings: tuple[str, ...] = ()
 
 
 @frozen(kw_only=True, eq=False)

@@ -149,7 +149,7 @@ def _simulate(scenes: Sequence[tuple[Shock, Chain]], setup: Setup) -> list[_Outc
         begin = time.perf_counter()
         shock, chain = scenes[index]
         try:
-            answer = answers.get(index) or _measured(problem, scales, setup)
+            answer = answers.get(index) or _Answer(*_on_demand("primary", problem, scales, setup))
         except ShockwaveError as error:
             results[index] = error
             continue
@@ -192,7 +192,6 @@ def _search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, _Answe
     found: dict[int, _Answer] = {}
     if setup.search is None:
         return found
-    lost: set[int] = set()
     left = list(problems)
     for repeats in range(1 + _REPEATS):
         requests = [setup.request(problems[key], repeats) for key in left]
@@ -205,11 +204,10 @@ def _search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, _Answe
                     found[key] = _Answer(primary, error)
                 if found[key].error_estimate > setup.rtol:
                     left.append(key)
-            elif primary.status == Status.TOO_LONG and key not in lost:
-                lost.add(key)
+            elif primary.status == Status.TOO_LONG and repeats == 0:
                 left.append(key)
             elif primary.status == Status.TOO_LONG and request.problem.duration > _WORTHWHILE:
-                found[key] = _Answer(primary, 1.0)
+                found.setdefault(key, _Answer(primary, 1.0))
     return found
 
 
@@ -221,19 +219,15 @@ def _error(primary: Primary, request: Request) -> float:
     return primary.doubt + control + request.problem.path.error + rounding
 
 
-def _measured(problem: ChainProblem, scales: Scales, setup: Setup) -> _Answer:
-    from shockwave.measurement.train import measure_primary
-
-    return _Answer(*measure_primary(problem, scales, setup))
-
-
-def _on_demand(part: str, result: SimulationResult, *arguments: Any) -> Any:
+def _on_demand(part: str, *arguments: Any) -> Any:
     """Integrate what few results need, by modules that are imported when it is looked at."""
-    from shockwave.measurement import histories, train
+    from shockwave.measurement.histories import passage_at, record
+    from shockwave.measurement.train import measure_primary, train_of
 
     functions: dict[str, Callable[..., Any]] = {
-        "train": train.train_of,
-        "passage": histories.passage_at,
-        "recording": histories.record,
+        "primary": measure_primary,
+        "train": train_of,
+        "passage": passage_at,
+        "recording": record,
     }
-    return functions[part](result, *arguments)
+    return functions[part](*arguments)

@@ -50,16 +50,15 @@ MEASURABLE = 300.0
 
 @frozen
 class Setup:
-    """Options with all defaults filled in, the method, and the compiled module that steps it, or None."""
+    """Options with all defaults filled in, and the method.
+
+    ``search`` is the method if the search for the primary can use it, ``compiled`` the module that steps it, or None.
+    """
 
     options: SimulateOptions
     method: type[Integrator]
+    search: type[Nystroem] | None
     compiled: ModuleType | None
-
-    @property
-    def search(self) -> type[Nystroem] | None:
-        """The method, if the search for the primary can use it."""
-        return self.method if issubclass(self.method, Nystroem) else None
 
     @property
     def rtol(self) -> float:
@@ -109,8 +108,8 @@ def setup_of(options: SimulateOptions) -> Setup:
         tight = options.rtol is not None and options.rtol < _HIGH_ORDER
         name = "rkn1210" if tight else "rkn86"
     method: type[Integrator] = load("integrators", name)
-    ours = issubclass(method, Nystroem)
-    compiled = chosen(options.backend) if ours else None
+    search = method if issubclass(method, Nystroem) else None
+    compiled = chosen(options.backend) if search else None
     filled = evolve(
         options,
         integrator=name,
@@ -118,7 +117,7 @@ def setup_of(options: SimulateOptions) -> Setup:
         step=None if method.adaptive else (options.step or _STEP),
         backend="numpy" if compiled is None else "compiled",
     )
-    return Setup(filled, method, compiled)
+    return Setup(filled, method, search, compiled)
 
 
 def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:

@@ -50,11 +50,7 @@ def _too_long(result: SimulationResult, problem: ChainProblem) -> Train:
     """The primary alone, of a shock whose train nobody would wait for."""
     return Train(
         waves=(result.primary,),
-        recoil_momentum=0.0,
         recoil_error=result.applied_momentum,
-        recoil_velocities=(),
-        spall_velocities=None,
-        cost=Cost(steps=0, force_evaluations=0, seconds=0.0),
         warnings=(
             f"the shock lasts {problem.duration:.3g} characteristic times of its wave: beyond {MEASURABLE:g} the train"
             " is not integrated, and neither later waves nor the recoil are known",

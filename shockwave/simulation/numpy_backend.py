@@ -111,16 +111,11 @@ class _Window:
         self.passages: list[Passage] = []
         self.limit = (0.0, 1.0)
 
-    @property
-    def count(self) -> int:
-        return len(self.x) - 1
-
     def _extend(self, rows: int) -> None:
-        granules = self.problem.granules
-        if granules is not None:
-            rows = min(rows, granules - self.base - self.count)
+        granules = self.problem.granules or math.inf
+        rows = int(min(rows, granules - self.base - len(self.x) + 1))
         self._set([np.append(array, np.zeros(rows)) for array in self._arrays()])
-        if self.base + self.count == granules:
+        if self.base + len(self.x) - 1 == granules:
             self.x[-1] = _WALL
 
     def _arrays(self) -> tuple[FloatArray, ...]:
@@ -151,7 +146,7 @@ class _Window:
     def _control(self, size: float, error: float, at_stop: bool) -> bool:
         """Choose the step after one of ``size`` with this error over the tolerance; whether that one holds."""
         tableau = self.method.tableau
-        self.effort += self.count * (len(tableau.nodes) + 1)
+        self.effort += (len(self.x) - 1) * (len(tableau.nodes) + 1)
         self.evaluations += tableau.evaluations
         factor = _SAFETY * max(error, 1e-12) ** (-1 / (self.method.error_order + 1)) if error == error else 0.0
         if not error <= 1:
@@ -195,8 +190,7 @@ class _Window:
             self._cut()
         if self.status != Status.RUNNING:
             return
-        granules = self.problem.granules
-        if granules is not None and self.head >= granules - 1 - _REACH:
+        if self.head >= (self.problem.granules or math.inf) - 1 - _REACH:
             self.status = Status.AT_END
         elif self.head > self.request.most_contacts or self.effort > self.request.most_work:
             self.status = Status.TOO_LONG

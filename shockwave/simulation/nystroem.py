@@ -56,21 +56,21 @@ class Tableau:
     def of(cls, name: str, error_order: int) -> Tableau:
         """The tableau of a published method; its weights of the position are b_i = b'_i (1 - c_i)."""
         exact = _EXACT[name]
-        nodes = [Fraction(text) for text in exact["c"]]
-        rows = []
-        for key in ("b_prime", "error_b_prime"):
-            velocity = [Fraction(text) for text in exact[key]]
-            position = [weight * (1 - node) for weight, node in zip(velocity, nodes, strict=True)]
-            rows += [position, velocity]
-        weights = np.array(rows, dtype=float)
-        square = np.zeros((len(nodes), len(nodes)))
+        nodes, velocity, excess = (_fractions(exact[key]) for key in ("c", "b_prime", "error_b_prime"))
+        weights = np.array([velocity * (1 - nodes), velocity, excess * (1 - nodes), excess], dtype=float)
+        c = nodes.astype(float)
+        square = np.zeros((len(c), len(c)))
         for row, texts in enumerate(exact["a"]):
-            square[row, : len(texts)] = [Fraction(text) for text in texts]
+            square[row, : len(texts)] = _fractions(texts)
         last_is_first = bool(np.array_equal(square[-1], weights[0]))
-        c = np.array(nodes, dtype=float)
         packed = np.concatenate([[len(c), error_order, last_is_first], c, square.ravel(), weights.ravel()])
         stages = tuple(square[row, :row] for row in range(1, len(c)))
         return cls(c[1:], stages, weights, last_is_first, packed)
+
+
+def _fractions(texts: list[str]) -> np.ndarray:
+    """Exact fractions, in an array of objects."""
+    return np.array([Fraction(text) for text in texts])
 
 
 @define
