@@ -26,14 +26,6 @@ from shockwave.simulation.problem import Request as Asked
 compiled_alone = pytest.mark.skipif(backend.compiled is None, reason=backend.lack())
 
 
-def record() -> sw.Shock:
-    """Several peaks, finely sampled."""
-    times = np.linspace(0, 6, 2000)
-    forces = np.abs(np.sin(1.7 * times)) * np.exp(-times / 4) + 0.02
-    forces[[0, -1]] = 0.0
-    return sw.Shock(profile=sw.Tabulated(times=times * UNITS.time, forces=FORCE * forces / forces.max()))
-
-
 def law(rise: float, decay: float, ratio: float, rise_time: float = 1.0) -> sw.Shock:
     profile = sw.PowerLaw(rise_exponent=rise, decay_exponent=decay, duration_ratio=ratio)
     return sw.Shock(profile=profile, peak_force=FORCE, rise_time=rise_time * UNITS.time)
@@ -47,14 +39,12 @@ SCENES: dict[str, tuple[sw.Shock, int | None]] = {
     "vanishing": (triangle(1e-9), None),
     "long": (triangle(60), None),
     "rectangle": (law(0, 0, 2), None),
-    "jump": (law(1e-8, 50, 3), None),
     "singular": (law(0.1, 0.2, 2), None),
     "exponential": (sw.Shock(profile=EXPONENTIAL, peak_force=FORCE, rise_time=UNITS.time), None),
-    "record": (record(), None),
+    "record": (random_pulses(11, 3)[2], None),
     "two-peaks": (sw.Shock(profile=TWO_PEAKS), None),
     "loaded": (law(2, 2, 2.5, 9.5), None),
     "two-granules": (power(0.5), 2),
-    "nine-granules": (power(0.5), 9),
     "33-granules": (power(0.5), 33),
     "300-granules": (CASE_A, 300),
 }
@@ -204,7 +194,6 @@ MISFITS = {
     "method-of-100-stages": ("primary", "a[0][0] = 100"),
     "read-only-passages": ("primary", "a[5].flags.writeable = False"),
     "short-found": ("primary", "a[6] = a[6][:, :-1].copy()"),
-    "three-lanes": ("primary", "a[7] = 3"),
     "too-few": ("primary", "del a[-1]"),
     "piece": ("primary", "a[1][-6] = 1e6"),
     "pieces": ("primary", "a[1][-5] = 1e9"),
@@ -214,7 +203,6 @@ MISFITS = {
     "step-without-coefficients": ("attempt", "a[2] = np.empty(0)"),
     "step-without-a-state": ("attempt", "a[3] = a[3][:0]"),
     "step-to-a-short-state": ("attempt", "a[4] = a[4][:-3].copy()"),
-    "step-at-a-time-of-text": ("attempt", "a[5] = 'now'"),
 }
 
 

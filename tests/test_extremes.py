@@ -44,10 +44,8 @@ def power(rise: float, decay: float, ratio: float) -> sw.PowerLaw:
 STEEP = {
     "drop-at-the-end": (exponential(1e-12, -700.0, 1e4), 0.8187274743520316),
     "drop-after-the-peak": (exponential(1.0, 1e4, 3.0), 6.0),
-    "high-power": (power(1e-8, 1000.0, 1.5), 1.8478198243270962),
     "high-power-of-a-train": (power(0.1, 1000.0, 1.5), 4.0191158124611315),
     "steep-at-both-ends": (exponential(-100.0, -700.0, 1e4), 0.4858348223366917),
-    "fast-decay-of-a-short-end": (exponential(1e-12, 700.0, 1.5), 1.8262828149430796),
 }
 
 

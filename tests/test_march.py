@@ -68,14 +68,6 @@ def test_momentum_is_the_impulse_at_every_step_and_the_chain_ahead_is_at_rest() 
         assert abs(span.x1[-1]) < 1e-30
 
 
-def test_interpolation_is_as_good_as_the_step() -> None:
-    loose = next(span for span in march(CASE, Rkn86(tolerance=1e-6)) if span.end > 4)
-    middle = (loose.begin + loose.end) / 2
-    tight = next(span for span in march(CASE, Rkn86(tolerance=1e-13)) if span.end >= middle)
-    # the tolerance of some ten steps
-    assert np.max(np.abs(loose.at(middle)[0][:8] - tight.at(middle)[0][:8])) < 1e-5
-
-
 def last_span(problem: ChainProblem) -> Span:
     return list(march(problem, Rkn86(tolerance=1e-11), 60.0))[-1]
 

@@ -142,15 +142,6 @@ def test_shocks_of_any_duration_meet_the_tolerance(duration: float) -> None:
     assert result.momentum_defect < 1e-11
 
 
-# Records of several peaks may make waves as tall as one another, which take their time to part.
-@pytest.mark.parametrize("kind", range(2), ids=["power", "exponential"])
-def test_long_shocks_of_one_peak_are_searched_and_not_marched(kind: int) -> None:
-    pulses = random_pulses(seed=4, count=24, shortest=100.0, longest=200.0)[kind::3]
-    results = sw.simulate_many(pulses, CHAIN, rtol=1e-4, waves="primary")
-    assert not any(result.measured for result in results)
-    assert max(result.error_estimate for result in results) < 1e-4
-
-
 def test_too_long_a_shock_is_refused() -> None:
     with pytest.raises(sw.NumericalError, match=r"the shock lasts 3e\+04 characteristic times of its wave"):
         sw.simulate(triangle(3e4), CHAIN)

@@ -41,12 +41,7 @@ _Outcome = SimulationResult | ShockwaveError
 
 
 def simulate(
-    shock: Shock,
-    chain: Chain,
-    rtol: float | None = None,
-    integrator: str | None = None,
-    wave_threshold: float = 5e-3,
-    **further: Any,
+    shock: Shock, chain: Chain, rtol: float | None = None, integrator: str | None = None, **settings: Any
 ) -> SimulationResult:
     """Integrate eq. (1) and measure the waves that come out.
 
@@ -59,10 +54,11 @@ def simulate(
         Profile, peak force, rise time.
     chain : Chain
         Material, radius, and the number of granules or None.
-    rtol, integrator, wave_threshold
+    rtol, integrator
         As of `SimulateOptions`.
-    **further
-        ``step``, ``waves``, ``backend``, ``contacts``, ``record``, ``interval`` and ``until``, as of `SimulateOptions`.
+    **settings
+        ``wave_threshold``, ``step``, ``waves``, ``backend``, ``contacts``, ``record``, ``interval`` and ``until``, as
+        of `SimulateOptions`.
 
     Returns
     -------
@@ -76,8 +72,7 @@ def simulate(
     NumericalError
         When the integrator fails, no wave leaves the loaded end, or the shock is too long.
     """
-    options = SimulateOptions(rtol=rtol, integrator=integrator, wave_threshold=wave_threshold, **further)
-    return simulate_with(options, shock, chain)
+    return simulate_with(SimulateOptions(rtol=rtol, integrator=integrator, **settings), shock, chain)
 
 
 def simulate_with(options: SimulateOptions, shock: Shock, chain: Chain) -> SimulationResult:
@@ -94,9 +89,8 @@ def simulate_many(
     rtol: float | None = None,
     integrator: str | None = None,
     wave_threshold: float = 5e-3,
-    *,
     threads: int | None = None,
-    **further: Any,
+    **settings: Any,
 ) -> list[_Outcome]:
     """As `simulate` for many shocks, side by side: eight at a time in a core, on every core.
 
@@ -106,7 +100,7 @@ def simulate_many(
         The shocks.
     chain : Chain or sequence of Chain
         One for all of them, or one each.
-    rtol, integrator, wave_threshold, **further
+    rtol, integrator, wave_threshold, **settings
         As of `simulate`.
     threads : int, optional
         How many share the work of the compiled code; left out, one for each core.
@@ -116,7 +110,7 @@ def simulate_many(
     list
         In the order of the shocks. In place of a result that could not be computed stands the error.
     """
-    options = SimulateOptions(rtol=rtol, integrator=integrator, wave_threshold=wave_threshold, **further)
+    setup = setup_of(SimulateOptions(rtol=rtol, integrator=integrator, wave_threshold=wave_threshold, **settings))
     shocks = list(shocks)
     chains = [chain] * len(shocks) if isinstance(chain, Chain) else list(chain)
     if len(chains) != len(shocks):
@@ -124,7 +118,6 @@ def simulate_many(
     if threads is None:
         threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     scenes = list(zip(shocks, chains, strict=True))
-    setup = setup_of(options)
     if setup.compiled is None or threads < 2 or len(scenes) < 2 * _FEWEST:
         return _simulate(scenes, setup)
     # Each thread does all of its share: while one is in the compiled code, which needs no lock, another prepares.

@@ -344,8 +344,8 @@ class _Window:
         foot = max(self.head - self.base, 0)
         while foot > 0 and forces[foot - 1] < forces[foot]:
             foot -= 1
-        last = self.peaks[-1] if self.peaks else Passage(0, 0.0, 0.0)
-        previous = self.peaks[-2] if len(self.peaks) > 1 else last
+        none = Passage(0, 0.0, 0.0)
+        previous, last = [none, none, *self.peaks][-2:]
         if self.status != Status.KNOWN:
             self.limit = last.force, 1.0
         return Primary(
@@ -355,7 +355,7 @@ class _Window:
             contact=last.contact,
             time=float(last.time),
             doubt=self.limit[1],
-            speed=STRIDE / float(last.time - previous.time) if last is not previous else 0.0,
+            speed=0.0 if previous is none else STRIDE / float(last.time - previous.time),
             momentum=math.fsum(v[foot + 1 :].tolist()),
             energy=_energy(self.x[foot + 1 :], v[foot + 1 :]),
             foot=forces[foot],
