@@ -114,6 +114,8 @@ class _Frame:
     v: FloatArray = field(factory=lambda: np.zeros(0))
 
     def true(self, time: float, y: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
+        if self.problem is None and not len(self.x):
+            return y, w
         if self.problem is None:
             return np.concatenate((self.x + (time - self.time) * self.v, y)), np.concatenate((self.v, w))
         x, v = y.copy(), w.copy()

@@ -48,7 +48,7 @@ def search(request: Request, method: Nystroem) -> Primary:
     """The primary of one shock."""
     window = _Window(request, method)
     with np.errstate(over="ignore", invalid="ignore"):
-        while window.status == Status.RUNNING:
+        while window.status is Status.RUNNING:
             window.step()
     return window.primary()
 

@@ -111,9 +111,10 @@ class ChainProblem:
 
     def free(self, time: float) -> tuple[float, float]:
         """Path and velocity of a free granule under the force; the velocity is the impulse applied so far."""
-        late = max(time - self.duration, 0.0)
+        late = time > self.duration
         path, impulse = self.path.at(float(self.profile.duration_ratio) if late else time / self.rise_time)
-        path += impulse * late / self.rise_time
+        if late:
+            path += impulse * (time - self.duration) / self.rise_time
         unit = self.peak_force * self.rise_time
         return unit * self.rise_time * path, unit * impulse
 
