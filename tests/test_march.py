@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import shockwave as sw
-from shockwave.measurement.peaks import PeakLog
+from shockwave.measurement.peak_log import PeakLog
 from shockwave.registry import load
 from shockwave.simulation.march import Span, Stretch, march
 from shockwave.simulation.nystroem import Rkn86
@@ -36,7 +36,6 @@ def peak_at(contact: int, method: object, tolerance: float) -> tuple[float, floa
         ("rkn1210", {"tolerance": 1e-12}, 1e-14, 1e-14),
         ("rkn64", {"tolerance": 1e-12}, 1e-14, 1e-14),
         ("dop853", {"tolerance": 1e-12}, 1e-11, 1e-12),
-        pytest.param("radau", {"tolerance": 1e-8}, 1e-8, 1e-10, marks=pytest.mark.slow),
         # its steps are as long as 0.6, and a polynomial would miss by 1e-7
         ("rkn1210", {"tolerance": 1e-9}, 1e-11, 1e-11),
         ("verlet", {"size": 0.02}, 1e-4, 3e-5),
@@ -53,7 +52,7 @@ def test_peak_along_the_chain_is_as_good_as_the_method(
     assert found[1] == pytest.approx(TIME, rel=time)
 
 
-@pytest.mark.parametrize("end", [1.0, 6.0, 7.5])
+@pytest.mark.parametrize("end", [1.0, 7.5])
 def test_steps_join_end_on_the_kinks_of_the_force_and_on_the_end(end: float) -> None:
     spans = list(march(CASE, Rkn86(), until=end))
     ends = [span.end for span in spans]
@@ -65,16 +64,8 @@ def test_steps_join_end_on_the_kinks_of_the_force_and_on_the_end(end: float) -> 
 def test_momentum_is_the_impulse_at_every_step_and_the_chain_ahead_is_at_rest() -> None:
     for span in march(CASE, Rkn86(tolerance=1e-6), until=20.0):
         # rounding
-        assert np.sum(span.v1) == pytest.approx(CASE.impulse(span.end), rel=1e-13)
+        assert np.sum(span.v1) == pytest.approx(CASE.free(span.end)[1], rel=1e-13)
         assert abs(span.x1[-1]) < 1e-30
-
-
-def test_interpolation_is_as_good_as_the_step() -> None:
-    loose = next(span for span in march(CASE, Rkn86(tolerance=1e-6)) if span.end > 4)
-    middle = (loose.begin + loose.end) / 2
-    tight = next(span for span in march(CASE, Rkn86(tolerance=1e-13)) if span.end >= middle)
-    # the tolerance of some ten steps
-    assert np.max(np.abs(loose.at(middle)[0][:8] - tight.at(middle)[0][:8])) < 1e-5
 
 
 def last_span(problem: ChainProblem) -> Span:
@@ -89,6 +80,19 @@ def test_free_granules_fly_as_they_would_be_integrated(problem: ChainProblem, mo
     # displacements are of order 10 and errors add up over some 600 steps
     assert np.max(np.abs(flown.x1 - integrated.x1)) < 1e-8
     assert np.max(np.abs(flown.v1 - integrated.v1)) < 1e-9
+
+
+def test_free_granules_are_not_integrated() -> None:
+    seen = []
+
+    class Watched(Rkn86):
+        def attempt(self, acceleration, time, size, x, v, a):  # type: ignore[no-untyped-def]
+            seen.append(len(x))
+            return super().attempt(acceleration, time, size, x, v, a)
+
+    last = list(march(SHORT, Watched(tolerance=1e-7), 60.0))[-1]
+    # most granules of a short shock rebound
+    assert seen[-1] < 0.6 * len(last.x1)
 
 
 def test_a_flying_granule_that_is_met_is_integrated_again() -> None:

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 import shockwave as sw
-from shockwave.measurement.peaks import PeakLog
-from shockwave.measurement.train_run import Demand, Run, run
-from shockwave.measurement.wave_limits import settling
+from shockwave.measurement.chain_run import ChainRun
+from shockwave.measurement.peak_log import PeakLog
+from shockwave.measurement.waves import settling
 from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.problem import ChainProblem
 
-# Case A of the engine's references: power law, eta 1/2 and 1, n = 3, in natural units.
+# Case A of the engine's references: power law, eta 1/2 and 1, n = 3, in scaled units.
 CASE = ChainProblem(sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3), 2.0, 1.0)
 
 
@@ -38,14 +38,6 @@ def test_heads_are_where_the_next_contact_has_not_peaked(
     assert [(head.contact, head.force) for head in log_of(*peaks).heads(now, 0.01)] == heads
 
 
-def doubt_in(forces: list[float]) -> float:
-    """The doubt in the peak of a wave with these peaks at the contacts."""
-    log = log_of(*((contact, 1.1 * contact, force) for contact, force in enumerate(forces)))
-    granules = np.zeros(len(forces) + 8)
-    ((_, doubt),), _ = settling(log, 1.1 * len(forces), granules, granules, 0.01)
-    return doubt
-
-
 @pytest.mark.parametrize(
     ("forces", "least", "most"),
     [
@@ -54,16 +46,17 @@ def doubt_in(forces: list[float]) -> float:
         pytest.param(np.ones(12), np.inf, np.inf, id="short-history"),
     ],
 )
-def test_doubt_covers_the_approach_to_the_limit(forces: np.ndarray, least: float, most: float) -> None:
-    assert least <= doubt_in(forces.tolist()) <= most
-
-
-def run_on(granules: int | None) -> Run:
-    return run(attrs.evolve(CASE, granules=granules), Rkn86(tolerance=1e-9), Demand(5e-3, 1e-6, 1e-5, 1000))
+def test_bound_covers_the_approach_to_the_limit(forces: np.ndarray, least: float, most: float) -> None:
+    log = log_of(*((contact, 1.1 * contact, force) for contact, force in enumerate(forces.tolist())))
+    granules = np.zeros(len(forces) + 8)
+    ((_, doubt),), _ = settling(log, 1.1 * len(forces), granules, granules, 0.01)
+    assert least <= doubt <= most
 
 
 def test_waves_are_not_followed_to_a_far_end() -> None:
-    found = run_on(3000)
+    found, endless = (
+        ChainRun(attrs.evolve(CASE, granules=granules), Rkn86(tolerance=1e-9), 5e-3, 1e-6, 1e-5, 1000).finished()
+        for granules in (3000, None)
+    )
     assert found.spalls is None
-    endless = run_on(None)
     assert (found.waves, found.recoils, found.steps) == (endless.waves, endless.recoils, endless.steps)

@@ -1,8 +1,7 @@
-"""The primary: references of 20 digits, random pulses, passages, long and extreme shocks, memory."""
+"""The primary: references of 20 digits, random pulses, passages, long and extreme shocks."""
 
 from __future__ import annotations
 
-import tracemalloc
 from functools import cache
 
 import attrs
@@ -10,11 +9,11 @@ import numpy as np
 import pytest
 
 import shockwave as sw
-from scenes import CASE_A, CASE_B, CHAIN, FORCE, TRUTH, UNITS, power, random_pulses, shock_of, triangle
+from scenes import CASE_A, CASE_B, CHAIN, FORCE, UNITS, power, random_pulses, triangle
 from selection import keeping
 from shockwave.chain.solitary_wave import SPEED
 
-# Peak force and its time at contacts counted from 0, in natural units, integrated in quadruple precision by two
+# Peak force and its time at contacts counted from 0, in scaled units, integrated in quadruple precision by two
 # methods that agree to 20 digits.
 REFERENCES = {
     "A": {
@@ -46,15 +45,11 @@ def off_reference(result: sw.SimulationResult, case: str, contact: int) -> float
 
 
 @each_reference
-def test_tight_passages_have_twelve_digits(case: str, contact: int) -> None:
-    # rounding of some hundred steps; the limit itself is doubted by 5e-14 at most
-    assert off_reference(reference_run(case, 1e-13), case, contact) < 1e-12
-
-
-@pytest.mark.parametrize("case", REFERENCES)
-def test_a_tolerance_below_rounding_is_reported_not_to_be_met(case: str) -> None:
+def test_tight_passages_have_twelve_digits_and_the_missed_tolerance_is_reported(case: str, contact: int) -> None:
     result = reference_run(case, 1e-13)
-    assert any("the tolerance was not met" in warning for warning in result.warnings)
+    # rounding of some hundred steps; the limit itself is uncertain by 5e-14 at most
+    assert off_reference(result, case, contact) < 1e-12
+    assert any("the tolerance was not met" in note for note in result.notes)
     assert 1e-13 < result.error_estimate < 1e-11
 
 
@@ -66,16 +61,6 @@ def test_passages_are_within_the_tolerance_and_their_estimate(case: str, contact
 
 
 # ---------------------------------------------------------------- many pulses
-
-
-def test_error_estimate_is_no_gross_exaggeration() -> None:
-    # at a tolerance where the reference, trusted to 2e-9, is far better than the answer
-    results = [sw.simulate(shock_of(case), CHAIN, rtol=1e-4) for case in TRUTH]
-    ratios = [
-        result.error_estimate / abs(result.peak_force / FORCE / case["peaks"][0] - 1)
-        for result, case in zip(results, TRUTH, strict=True)
-    ]
-    assert np.median(ratios) <= 30
 
 
 @pytest.mark.parametrize("rtol", keeping([1e-4, 1e-6], 1e-6))
@@ -93,11 +78,6 @@ def test_random_pulses_are_within_the_tolerance_and_their_estimate(rtol: float) 
 # ---------------------------------------------------------------- passages
 
 
-@cache
-def passed() -> sw.SimulationResult:
-    return sw.simulate(power(0.5), CHAIN, rtol=1e-8)
-
-
 SLOW = sw.PowerLaw(rise_exponent=2, decay_exponent=2, duration_ratio=2.5)
 
 
@@ -107,7 +87,6 @@ SLOW = sw.PowerLaw(rise_exponent=2, decay_exponent=2, duration_ratio=2.5)
         pytest.param(power(0.5), None, (1, 2, 6, 13), id="chain"),
         # the force still acts on the first granule when its contact has its peak
         pytest.param(sw.Shock(profile=SLOW, peak_force=FORCE, rise_time=3 * UNITS.time), None, (0,), id="loaded"),
-        pytest.param(sw.Shock(profile=SLOW, peak_force=FORCE, rise_time=10 * UNITS.time), None, (0,), id="slow"),
         pytest.param(power(0.5), 10, (5, 7, 8), id="free-end"),
         pytest.param(power(0.5), 100, (98,), id="far-end", marks=pytest.mark.slow),
     ],
@@ -121,7 +100,7 @@ def test_passages_are_the_peaks_of_the_recorded_forces(
     record = result.recording
     assert record is not None
     assert record.forces is not None
-    # half an interval beside a peak of curvature 1 or less, in natural units, 3e-6 are lacking; at a free end, where it
+    # half an interval beside a peak of curvature 1 or less, in scaled units, 3e-6 are lacking; at a free end, where it
     # is a third as long, ten times as much
     error = 1e-5 if granules is None else 3e-5
     for contact, force, passage in zip(contacts, record.forces.T, result.passages, strict=True):
@@ -132,7 +111,7 @@ def test_passages_are_the_peaks_of_the_recorded_forces(
 
 
 def test_far_passages_lie_on_the_path_of_the_exact_wave_at_no_cost() -> None:
-    result = passed()
+    result = sw.simulate(power(0.5), CHAIN, rtol=1e-8)
     cost = result.cost
     speed = SPEED * (result.peak_force / FORCE) ** (1 / 6) * UNITS.wave_speed
     near, far = result.passage(1000), result.passage(100_000)
@@ -144,7 +123,7 @@ def test_far_passages_lie_on_the_path_of_the_exact_wave_at_no_cost() -> None:
     assert result.cost == cost
 
 
-@pytest.mark.parametrize("contact", [-1, 2.5, True, "3", None, 99], ids=repr)
+@pytest.mark.parametrize("contact", [-1, 2.5, 99], ids=repr)
 def test_a_contact_that_the_chain_has_not_is_refused(contact: object) -> None:
     result = sw.simulate(power(0.5), attrs.evolve(CHAIN, granules=100))
     rule = "contact: must be a whole number of at least 0 and at most 98, the last of this chain"
@@ -155,7 +134,7 @@ def test_a_contact_that_the_chain_has_not_is_refused(contact: object) -> None:
 # ---------------------------------------------------------------- long and extreme shocks
 
 
-@pytest.mark.parametrize("duration", [1e-9, 1e-5, 1e-2, 1.0, 10.0, 100.0, 300.0])
+@pytest.mark.parametrize("duration", [1e-9, 1e-2, 1.0, 10.0, 100.0, 300.0])
 def test_shocks_of_any_duration_meet_the_tolerance(duration: float) -> None:
     result = sw.simulate(triangle(duration), CHAIN, waves="primary")
     assert result.error_estimate < 1e-6
@@ -163,51 +142,16 @@ def test_shocks_of_any_duration_meet_the_tolerance(duration: float) -> None:
     assert result.momentum_defect < 1e-11
 
 
-# Records of several peaks may make waves as tall as one another, which take their time to part.
-@pytest.mark.parametrize("kind", range(2), ids=["power", "exponential"])
-def test_long_shocks_of_one_peak_are_searched_and_not_marched(kind: int) -> None:
-    pulses = random_pulses(seed=4, count=24, shortest=100.0, longest=200.0)[kind::3]
-    results = sw.simulate_many(pulses, CHAIN, rtol=1e-4, waves="primary")
-    assert not any(result.was_measured for result in results)
-    assert max(result.error_estimate for result in results) < 1e-4
-
-
-def test_steps_grow_with_the_duration_no_faster_than_it() -> None:
-    short, long = (sw.simulate(triangle(duration), CHAIN, rtol=1e-4).cost.steps for duration in (100, 200))
-    assert long < 2.2 * short
-
-
 def test_too_long_a_shock_is_refused() -> None:
-    with pytest.raises(sw.NumericalError, match=r"the shock lasts 3e\+04 natural times of its wave"):
+    with pytest.raises(sw.NumericalError, match=r"the shock lasts 3e\+04 characteristic times of its wave"):
         sw.simulate(triangle(3e4), CHAIN)
-
-
-def test_memory_does_not_grow_with_the_number_of_steps() -> None:
-    def peak(rtol: float) -> tuple[int, int]:
-        tracemalloc.start()
-        steps = sw.simulate(power(0.5), CHAIN, rtol=rtol, integrator="rkn86", backend="numpy").cost.steps
-        memory = tracemalloc.get_traced_memory()[1]
-        tracemalloc.stop()
-        return memory, steps
-
-    peak(1e-2)  # tables that are made once
-    (loose, few), (tight, many) = peak(1e-4), peak(1e-10)
-    assert many > 5 * few
-    # The window widens with the contacts that a tighter limit takes; it would be several times as much if steps or
-    # peaks were kept.
-    assert tight < 1.5 * loose
 
 
 # ---------------------------------------------------------------- first waves that are nearly alike part slowly
 
-# Knots in natural times, forces in newtons, and the amplification of the primary: read thousands of contacts down a
-# chain of which nothing was cut off, by two methods at tolerances of 1e-9 and 1e-11.
+# Knots in characteristic times, forces in newtons, amplification of the primary: read thousands of contacts down
+# a chain of which nothing was cut off, by two methods at tolerances of 1e-9 and 1e-11.
 SHOCKS = {
-    "plateau-then-spike": (
-        [0, 0.6239980501986896, 52.540072666024955, 53.10601740678564, 53.671962147546324],
-        [0, 30.505685666529565, 30.505685666529565, 100, 0],
-        0.716852895,
-    ),
     "spike-then-plateau": (
         [0, 0.006941884071686306, 0.013883768143372612, 45.791189766510975, 46.18813149663562],
         [0, 100, 65.36806117293285, 65.36806117293285, 0],
@@ -230,16 +174,8 @@ SHOCKS = {
 @pytest.mark.parametrize("name", SHOCKS)
 def test_primary_is_not_taken_as_known_too_early(name: str, rtol: float) -> None:
     times, forces, amplification = SHOCKS[name]
-    # the knots were drawn with 14.58 us for the natural time
+    # the knots were drawn with 14.58 us for the characteristic time
     record = sw.Tabulated(times=np.array(times) * 14.58e-6, forces=np.array(forces))
     result = sw.simulate(sw.Shock(profile=record), CHAIN, rtol=rtol, waves="primary")
-    # the references have nine digits, and the natural time of the chain is not 14.58 us to more than five
+    # the references have nine digits, and the characteristic time of the chain is not 14.58 us to more than five
     assert abs(result.amplification / amplification - 1) <= min(rtol, result.error_estimate) + 5e-8
-
-
-@pytest.mark.parametrize("duration", [30, 50])
-def test_no_force_that_lasts_makes_a_first_wave_of_more_than_its_limit(duration: float) -> None:
-    profile = sw.PowerLaw(rise_exponent=1e-5, decay_exponent=1e-5, duration_ratio=2)
-    shock = sw.Shock(profile=profile, peak_force=100.0, rise_time=duration / 2 * UNITS.time)
-    # a force switched on for ever drives a first wave of about 2.33 times its size; these come within a hundredth
-    assert 2.31 < sw.simulate(shock, CHAIN, waves="primary").amplification < 2.335

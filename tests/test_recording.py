@@ -11,10 +11,9 @@ import pytest
 
 import shockwave as sw
 from scenes import CASE_A, CHAIN, UNITS, power
-from shockwave.measurement.recording import Recording
+from shockwave.measurement.result import Recording
 
 CONTACTS = (0, 3, 5)
-VERLET = {"integrator": "verlet", "waves": "primary"}
 INTERVAL = 0.05 * UNITS.time
 SHOCK = power(0.5)
 END_OF_FORCE = 1.5 * UNITS.time
@@ -34,19 +33,6 @@ def recording_of(found: sw.SimulationResult) -> Recording:
 
 def recorded(shock: sw.Shock = SHOCK, chain: sw.Chain = CHAIN, **options: object) -> Recording:
     return recording_of(sw.simulate(shock, chain, **options))  # type: ignore[arg-type]
-
-
-def test_histories_have_a_row_for_each_sample_from_rest_on() -> None:
-    record = recording_of(result())
-    count = len(record.times)
-    # rounding
-    assert record.times == pytest.approx(INTERVAL * np.arange(count), rel=1e-12)
-    assert np.shape(record.forces) == (count, len(CONTACTS))
-    assert np.shape(record.displacements) == np.shape(record.velocities)
-    for history in (record.forces, record.displacements, record.velocities, record.kinetic_energy):
-        assert history is not None
-        assert len(history) == count
-        assert not np.any(history[0])
 
 
 def test_energy_and_momentum_after_the_force_are_its_work_and_impulse() -> None:
@@ -93,49 +79,41 @@ def test_interval_and_end_are_those_that_are_given_and_change_no_sample() -> Non
     assert np.any(fine.forces, axis=0).tolist() == [True, False]
 
 
-@pytest.mark.parametrize("kept", ["forces", "field", "energies", None])
-def test_only_what_is_asked_for_is_kept(kept: str | None) -> None:
-    chain = attrs.evolve(CHAIN, granules=10)
-    asked = [] if kept is None else [kept]
-    found = sw.simulate(SHOCK, chain, waves="primary", record=asked, contacts=[1], until=20 * UNITS.time)
-    document = json.loads(json.dumps(found.to_dict(), allow_nan=False))["recording"]
-    if kept is None:
-        assert document is None
-        return
-    count = len(document["times"])
-    shapes = {
-        "forces": {"forces": (count, 1)},
-        "field": {"displacements": (count, 10), "velocities": (count, 10)},
-        "energies": {"kinetic_energy": (count,), "contact_energy": (count,)},
-    }
-    del document["times"], document["contacts"]
-    assert {name: np.shape(history) for name, history in document.items() if history is not None} == shapes[kept]
-
-
 @pytest.mark.parametrize(
-    ("contacts", "message"),
+    ("kept", "shapes"),
     [
-        pytest.param([], "contacts: must be given where record has forces", id="none"),
-        pytest.param([50], "at most 8, the last of this chain", id="beyond-the-end"),
+        ("forces", {"forces": (81, 1)}),
+        ("field", {"displacements": (81, 10), "velocities": (81, 10)}),
+        ("energies", {"kinetic_energy": (81,), "contact_energy": (81,)}),
     ],
 )
-def test_forces_at_contacts_that_are_not_there_are_refused(contacts: list[int], message: str) -> None:
+def test_only_what_is_asked_for_is_kept(kept: str, shapes: dict[str, tuple[int, ...]]) -> None:
     chain = attrs.evolve(CHAIN, granules=10)
-    with pytest.raises(sw.InvalidValueError, match=message):
-        recorded(chain=chain, contacts=contacts, record=["forces"], until=3 * UNITS.time)
+    span = {"interval": UNITS.time / 4, "until": 20 * UNITS.time}
+    found = sw.simulate(SHOCK, chain, waves="primary", record=[kept], contacts=[1], **span)
+    document = json.loads(json.dumps(found.to_dict(), allow_nan=False))["recording"]
+    assert len(document.pop("times")) == 81
+    assert document.pop("contacts") == [1]
+    assert {name: np.shape(history) for name, history in document.items() if history is not None} == shapes
 
 
 @pytest.mark.parametrize(
-    ("kept", "interval", "until"), [("energies", 1e-12, 100.0), ("field", 1e-4, 1000.0)], ids=["samples", "field"]
+    ("settings", "message"),
+    [
+        ({"record": ["forces"]}, "contacts: must be given where record has forces"),
+        ({"record": ["forces"], "contacts": [50]}, "at most 8, the last of this chain"),
+        ({"record": ["energies"], "interval": 1e-15}, "interval: must be longer, for the histories would have"),
+    ],
+    ids=["no-contact", "beyond-the-end", "samples"],
 )
-def test_more_than_fits_into_memory_is_refused(kept: str, interval: float, until: float) -> None:
-    with pytest.raises(sw.InvalidValueError, match="interval: must be longer, for the histories would have"):
-        recorded(record=[kept], interval=interval * UNITS.time, until=until * UNITS.time)
+def test_histories_that_cannot_be_kept_are_refused(settings: dict[str, object], message: str) -> None:
+    with pytest.raises(sw.InvalidValueError, match=message):
+        recorded(chain=attrs.evolve(CHAIN, granules=10), until=3 * UNITS.time, **settings)
 
 
 def test_histories_and_passages_of_a_method_of_fixed_step_agree() -> None:
     options = {"contacts": [4], "record": ["forces"], "interval": 0.5 * UNITS.time, "until": 12 * UNITS.time}
-    exact, verlet = (sw.simulate(CASE_A, CHAIN, **method, **options) for method in ({"rtol": 1e-8}, VERLET))
+    exact, verlet = (sw.simulate(CASE_A, CHAIN, integrator=name, **options) for name in ("rkn1210", "verlet"))
     # errs by the square of the step, of forces up to 140 N, and over the time to a contact
     assert recording_of(verlet).forces == pytest.approx(recording_of(exact).forces, abs=0.05)
     assert verlet.passage(6).arrival_time == pytest.approx(exact.passage(6).arrival_time, rel=2e-4)

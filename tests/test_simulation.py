@@ -6,7 +6,6 @@ import pickle
 import subprocess
 import sys
 from functools import cache
-from typing import Any
 from unittest.mock import Mock
 
 import attrs
@@ -21,7 +20,7 @@ from shockwave.chain.solitary_wave import ENERGY, GRANULE_VELOCITY, IMPULSE_LIMI
 
 
 def shock(profile: sw.ShockProfile, rise_time: float) -> sw.Shock:
-    """A shock of 100 N whose rise time is given in natural units."""
+    """A shock of 100 N whose rise time is given in scaled units."""
     return sw.Shock(profile=profile, peak_force=FORCE, rise_time=rise_time * UNITS.time)
 
 
@@ -60,64 +59,42 @@ def test_train_is_sorted_separated_and_has_the_impulse() -> None:
     assert 0.96 < share < 1
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 def test_chains_scaled_to_the_same_rise_time_agree(seed: int) -> None:
-    draw = np.random.default_rng(seed)
-    material = sw.Material(
-        youngs_modulus=10 ** draw.uniform(6, 12),
-        poisson_ratio=draw.uniform(-0.9, 0.49),
-        density=10 ** draw.uniform(2, 4.5),
-    )
-    chain = sw.Chain(material=material, radius=10 ** draw.uniform(-6, 1))
-    force = 10 ** draw.uniform(-6, 6)
+    modulus, density, radius, force = 10 ** np.random.default_rng(seed).uniform([6, 2, -6, -6], [12, 4.5, 1, 6])
+    material = sw.Material(youngs_modulus=modulus, poisson_ratio=0.4 - seed / 2, density=density)
+    chain = sw.Chain(material=material, radius=radius)
     scaled = sw.Shock(profile=POWER, peak_force=force, rise_time=0.7 * Scales.of(chain, force).time)
     # rounding of the units
     here = sw.simulate(scaled, chain).amplification
     assert here == pytest.approx(sw.simulate(power(0.7), CHAIN).amplification, rel=1e-9)
 
 
-def test_recoil_is_known_to_its_error() -> None:
+def test_recoil_is_accurate_to_its_error() -> None:
     loose, tight = (sw.simulate(power(0.5), CHAIN, rtol=rtol) for rtol in (1e-3, 1e-7))
     assert abs(loose.recoil_momentum - tight.recoil_momentum) <= loose.recoil_error
 
 
-def test_two_equal_shocks_far_apart_make_two_waves() -> None:
-    times = np.array([0, 0.5, 1, 60, 60.5, 61]) * UNITS.time
-    record = sw.Tabulated(times=times, forces=[0, 100, 0, 0, 100, 0])
-    waves = sw.simulate(sw.Shock(profile=record), CHAIN).waves
-    single = sw.simulate(sw.Shock(profile=sw.Tabulated(times=times[:3], forces=[0, 100, 0])), CHAIN).waves
-    # the second shock finds rebounding granules and a gap before it: only the first wave is unchanged
-    assert len(waves) == 2
-    assert waves[0].peak_force == pytest.approx(single[0].peak_force, rel=2e-6)
-
-
-def test_third_party_profile_without_closed_forms_is_simulated() -> None:
-    class Sine(sw.ShockProfile):
-        duration_ratio = 2.0
-
-        def rise(self, s: np.ndarray) -> np.ndarray:
-            return np.sin(np.pi * s / 2)
-
-        def decay(self, s: np.ndarray) -> np.ndarray:
-            return np.sin(np.pi * s / 2)
-
-    times = np.linspace(0, 2, 4001)
-    fine = sw.Tabulated(times=times * UNITS.time, forces=FORCE * np.sin(np.pi * times / 2) * (times < 2))
-    sampled, own = (sw.simulate(each, CHAIN, rtol=1e-4) for each in (sw.Shock(profile=fine), shock(Sine(), 1.0)))
-    # the record's chords lie below the sine by (pi/2)^2 h^2 / 12 of the impulse, 5e-8
-    assert own.amplification == pytest.approx(sampled.amplification, rel=1e-5)
+def test_a_taller_wave_behind_overtakes_before_it_is_read() -> None:
+    record = sw.Tabulated(times=np.array([0, 1, 2, 8, 9, 10]) * UNITS.time, forces=[0, 50, 0, 0, 100, 0])
+    result = sw.simulate(sw.Shock(profile=record), CHAIN)
+    first, second, *_ = result.waves
+    assert first.peak_force > second.peak_force
+    # the stronger wave is ahead at the contacts where they are read
+    assert first.arrival_time / first.contact < second.arrival_time / second.contact
+    assert result.error_estimate < 1e-6
 
 
 @pytest.mark.parametrize(
     ("rise_time", "profile"),
     [
-        pytest.param(1e-12, POWER, id="vanishing"),
-        pytest.param(1.0, sw.PowerLaw(rise_exponent=0, decay_exponent=0, duration_ratio=2), id="rectangle"),
-        pytest.param(1.0, sw.PowerLaw(rise_exponent=1e-8, decay_exponent=50, duration_ratio=3), id="jump"),
-        pytest.param(1.0, sw.PowerLaw(rise_exponent=50, decay_exponent=1, duration_ratio=1.0001), id="cliff"),
-        pytest.param(1.0, sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=3), id="spike"),
-        pytest.param(1e-3, sw.PowerLaw(rise_exponent=1, decay_exponent=1, duration_ratio=1e4), id="long-tail"),
+        (1e-12, POWER),
+        (1.0, sw.PowerLaw(rise_exponent=0, decay_exponent=0, duration_ratio=2)),
+        (1.0, sw.PowerLaw(rise_exponent=50, decay_exponent=1, duration_ratio=1.0001)),
+        (1.0, sw.Exponential(rise_rate=1e4, decay_rate=1e4, duration_ratio=3)),
+        (1e-3, sw.PowerLaw(rise_exponent=1, decay_exponent=1, duration_ratio=1e4)),
     ],
+    ids=["vanishing", "rectangle", "cliff", "spike", "long-tail"],
 )
 def test_extreme_shocks_meet_the_tolerance(rise_time: float, profile: sw.ShockProfile) -> None:
     result = sw.simulate(shock(profile, rise_time), CHAIN, rtol=1e-5)
@@ -162,6 +139,11 @@ def test_results_are_equal_by_value_whether_their_train_was_looked_at_or_not() -
     assert all(result != sw.simulate(power(0.5), CHAIN, **other) for other in others)
 
 
+def test_a_result_is_frozen() -> None:
+    with pytest.raises(attrs.exceptions.FrozenInstanceError):
+        train().error_estimate = 1.0  # type: ignore[misc]
+
+
 def test_a_result_with_another_name_or_from_another_process_keeps_its_figures() -> None:
     named = pickle.loads(pickle.dumps(attrs.evolve(train(), scenario="mine")))
     assert named.waves == train().waves
@@ -191,30 +173,11 @@ def test_only_figures_of_the_train_integrate_it(monkeypatch: pytest.MonkeyPatch)
 
 def test_a_peak_force_loads_neither_scipy_nor_what_measures_a_train() -> None:
     program = (
-        "import sys; sys.path.insert(0, 'tests')\n"
-        "import shockwave as sw\n"
-        "from scenes import CASE_A, CHAIN\n"
+        "import sys; sys.path.insert(0, 'tests'); from scenes import CASE_A, CHAIN, sw\n"
         "assert sw.simulate(CASE_A, CHAIN).peak_force > 0\n"
-        "print(*sys.modules)"
+        "assert not {'scipy', 'shockwave.measurement.train', 'shockwave.measurement.histories'} & set(sys.modules)"
     )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    unwanted = {"scipy", "shockwave.measurement.train", "shockwave.measurement.recording"}
-    assert unwanted & set(done.stdout.split()) == set()
-
-
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ({"rtol": 0.9e-13}, r"rtol: must be >= 1e-13 and <= 0\.01"),
-        ({"rtol": 0.1}, r"rtol: must be >= 1e-13 and <= 0\.01"),
-        ({"rtol": float("nan")}, r"rtol: must be >= 1e-13 and <= 0\.01"),
-        ({"integrator": "dop835"}, "did you mean 'dop853'"),
-    ],
-    ids=str,
-)
-def test_wrong_settings_are_refused(settings: dict[str, Any], message: str) -> None:
-    with pytest.raises(sw.ShockwaveError, match=message):
-        sw.simulate(power(1.0), CHAIN, **settings)
+    subprocess.run([sys.executable, "-c", program], check=True)
 
 
 # ---------------------------------------------------------------- 20 shocks that two independent codes have simulated
@@ -265,12 +228,12 @@ def test_impulse_and_recoil_are_those_of_the_reference(index: int) -> None:
 
 @cache
 def impact() -> tuple[sw.SimulationResult, float]:
-    """The result of a shock of a millionth of the natural time, whose spread acts at its square; the impact's speed."""
+    """The result of a shock of a millionth of the time unit, whose spread acts at its square; the impact's speed."""
     result = sw.simulate(triangle(3e-6), CHAIN, rtol=1e-8)
     return result, result.applied_momentum / CHAIN.granule_mass
 
 
-def test_primary_of_an_impact() -> None:
+def test_primary_and_recoil_of_an_impact() -> None:
     result, speed = impact()
     wave = result.waves[0]
     # the digits of the published values
@@ -278,23 +241,14 @@ def test_primary_of_an_impact() -> None:
     assert wave.granule_velocity / speed == pytest.approx(0.68163152, rel=1e-4)
     assert wave.energy / (0.5 * CHAIN.granule_mass * speed**2) == pytest.approx(0.99366, abs=1e-5)
     assert wave.momentum / result.applied_momentum == pytest.approx(1.1383, rel=1e-4)
-
-
-def test_recoil_velocities_of_an_impact() -> None:
-    result, speed = impact()
     shares = [velocity / speed for velocity in result.recoil_velocities[:4]]
-    # the digits of the published values
     assert shares == pytest.approx([-0.0710850, -0.0302738, -0.0158334, -0.0088857], rel=1e-4)
 
 
-def test_recoil_is_the_excess_momentum_of_the_wave() -> None:
+def test_an_impact_keeps_momentum_and_follows_the_impulse_law() -> None:
     result, _ = impact()
     # the wave is the only one above the threshold; rtol of the train
     assert result.applied_momentum - result.recoil_momentum == pytest.approx(result.waves[0].momentum, rel=1e-6)
-
-
-def test_amplification_follows_the_impulse_law() -> None:
-    result, _ = impact()
     strength = result.applied_momentum / (MOMENTUM * UNITS.momentum)
     # the digits of the constant
     assert result.amplification == pytest.approx(IMPULSE_LIMIT * strength**1.2, rel=1e-6)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from attrs import field, frozen
+from attrs import frozen
 
 from shockwave.chain.material import Material
 from shockwave.errors import InvalidValueError
@@ -12,8 +12,8 @@ from shockwave.fields import quantity, text_of
 
 _LOOK_UP = "shockwave.registry.load('materials', 'ptfe') gives one of the library"
 # Room for what follows from them: the weakest wave and the square of its velocity, the longest double integral.
-_LEAST_ENERGY, _MOST_ENERGY = 1e-200, 1e250
-_LEAST_RATIO, _MOST_RATIO = 1e-30, 1e12
+_ENERGIES = 1e-200, 1e250
+_RATIOS = 1e-30, 1e12
 
 
 @frozen(kw_only=True)
@@ -35,7 +35,7 @@ class Chain:
         When a value is out of range, or the chain's mass or stiffness leaves the range of a float.
     """
 
-    material: Material = field()
+    material: Material
     radius: float = quantity("m", "radius R of the granules", above=0)
     granules: int | None = quantity(
         "", "number of granules", at_least=2, at_most=1e9, whole=True, optional=True, default=None
@@ -95,7 +95,7 @@ class Scales:
         """Scales of ``chain`` with ``force`` [N] as the unit: T0 = sqrt(m) k^(-1/3) F0^(-1/6)."""
         time = math.sqrt(chain.granule_mass) / math.cbrt(chain.contact_stiffness) / force ** (1 / 6)
         scales = cls(force, time, chain.granule_mass, 2 * chain.radius)
-        if not _LEAST_ENERGY < scales.energy < _MOST_ENERGY:
+        if not _ENERGIES[0] < scales.energy < _ENERGIES[1]:
             problem = f"must give waves an energy that a floating-point number can hold (got {force:g} N)"
             raise InvalidValueError.of("peak_force", problem)
         return scales
@@ -109,8 +109,9 @@ class Scales:
             When it is beyond 1e-30 to 1e12, where squares and sixth powers leave the range of a float.
         """
         ratio = seconds / self.time
-        if not _LEAST_RATIO <= ratio <= _MOST_RATIO:
-            limits = f"{_LEAST_RATIO:g} to {_MOST_RATIO:g} times {self.time:g} s, the natural time of the chain"
+        least, most = _RATIOS
+        if not least <= ratio <= most:
+            limits = f"{least:g} to {most:g} times {self.time:g} s, the characteristic time of the chain"
             raise InvalidValueError.of("rise_time", f"must be {limits} (got {seconds:g} s)")
         return ratio
 

@@ -1,4 +1,4 @@
-"""Results of simulations: plain data, computed elsewhere."""
+"""Results of simulations: waves, passages, histories, cost."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.scene import Scene
-from shockwave.simulation.primary_request import Primary
+from shockwave.simulation.problem import Primary
 from shockwave.text import printed
 
 # Quantity of a wave -> its unit among `Scales`.
@@ -29,6 +29,11 @@ _UNITS = {
 }
 # Figures of the granules that leave the ends of the chain.
 _ENDS = ("recoil_momentum", "recoil_error", "recoil_velocities", "ejected_granules", "spall_velocities")
+
+
+def _plain(value: Any) -> Any:
+    """A tuple or array as a list, anything else as it is."""
+    return value.tolist() if hasattr(value, "tolist") else list(value) if isinstance(value, tuple) else value
 
 
 @frozen(kw_only=True)
@@ -125,12 +130,12 @@ class Train:
     """
 
     waves: tuple[MeasuredWave, ...]
-    recoil_momentum: float
+    recoil_momentum: float = 0.0
     recoil_error: float
-    recoil_velocities: tuple[float, ...]
-    spall_velocities: tuple[float, ...] | None
-    cost: Cost
-    warnings: tuple[str, ...]
+    recoil_velocities: tuple[float, ...] = ()
+    spall_velocities: tuple[float, ...] | None = None
+    cost: Cost = Cost(steps=0, force_evaluations=0, seconds=0.0)
+    warnings: tuple[str, ...] = ()
 
 
 @frozen(kw_only=True, eq=False)
@@ -160,18 +165,7 @@ class Recording:
 
     def to_dict(self) -> dict[str, Any]:
         """Lists of SI floats."""
-        arrays = asdict(self, filter=lambda attribute, _: attribute.name != "contacts")
-        lists = {name: None if array is None else array.tolist() for name, array in arrays.items()}
-        return {"contacts": list(self.contacts), **lists}
-
-
-@frozen
-class OnDemand:
-    """Functions that integrate what a result leaves open until it is looked at."""
-
-    train: Callable[[SimulationResult], Train]
-    passage: Callable[[SimulationResult, int], Passage]
-    recording: Callable[[SimulationResult], Recording]
+        return {name: _plain(value) for name, value in asdict(self).items()}
 
 
 @frozen(kw_only=True, slots=False)
@@ -196,10 +190,12 @@ class SimulationResult:
         Wall time; differs from run to run, and is left out of comparisons.
     warnings : tuple of str
         Notes to read before using the figures of the primary; the train has its own.
-    on_demand : OnDemand
-        Functions that compute train, passages and histories when they are looked at.
+    on_demand : callable
+        Computes the ``train``, a ``passage`` or the ``recording`` of a result when it is looked at.
     scenario : str or None
         Name of the scenario, if it came from one.
+    measured : Train or None
+        The train, where the primary was measured on the whole chain and not by the search for it.
     """
 
     shock: Shock
@@ -210,9 +206,9 @@ class SimulationResult:
     error_estimate: float
     warnings: tuple[str, ...]
     seconds: float = field(eq=False, repr=False)
-    on_demand: OnDemand = field(eq=False, repr=False)
+    on_demand: Callable[..., Any] = field(eq=False, repr=False)
     scenario: str | None = None
-    _measured: Train | None = field(default=None, eq=False, repr=False)
+    measured: Train | None = field(default=None, eq=False, repr=False)
 
     @property
     def peak_force(self) -> float:
@@ -255,9 +251,9 @@ class SimulationResult:
         return self.options.rtol
 
     @property
-    def wave_threshold(self) -> float:
-        """Weakest wave that counts, over the primary."""
-        return self.options.wave_threshold
+    def notes(self) -> tuple[str, ...]:
+        """The same as ``warnings``."""
+        return self.warnings
 
     @property
     def scene(self) -> Scene:
@@ -267,8 +263,8 @@ class SimulationResult:
     @property
     def primary(self) -> MeasuredWave:
         """The primary where it was read."""
-        if self._measured is not None:
-            return self._measured.waves[0]
+        if self.measured is not None:
+            return self.measured.waves[0]
         found, scales = self.found, self.scales
         exact = SolitaryWave.of(self.peak_force, self.chain)
         return MeasuredWave(
@@ -297,12 +293,8 @@ class SimulationResult:
         NumericalError
             When the front has no peak there of its own.
         """
-        return self.on_demand.passage(self, contact)
-
-    @property
-    def was_measured(self) -> bool:
-        """Whether the primary was measured on the whole chain, and not by the search for it."""
-        return self._measured is not None
+        passage: Passage = self.on_demand("passage", self, contact)
+        return passage
 
     @cached_property
     def passages(self) -> tuple[Passage, ...]:
@@ -312,7 +304,7 @@ class SimulationResult:
     @cached_property
     def train(self) -> Train:
         """All waves and the recoil; integrated when first asked for."""
-        return self._measured or self.on_demand.train(self)
+        return self.measured or self.on_demand("train", self)
 
     @property
     def waves(self) -> tuple[MeasuredWave, ...]:
@@ -347,13 +339,13 @@ class SimulationResult:
     @cached_property
     def recording(self) -> Recording | None:
         """The histories that were asked for."""
-        return self.on_demand.recording(self) if self.options.record else None
+        return self.on_demand("recording", self) if self.options.record else None
 
     @property
     def cost(self) -> Cost:
         """Work so far: for the primary, and for the train once it has been integrated."""
         own = Cost(steps=int(self.found.steps), force_evaluations=int(self.found.evaluations), seconds=self.seconds)
-        return own + self.train.cost if "train" in self.__dict__ and self._measured is None else own
+        return own + self.train.cost if "train" in self.__dict__ and self.measured is None else own
 
     @property
     def all_warnings(self) -> tuple[str, ...]:
@@ -362,23 +354,20 @@ class SimulationResult:
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``simulate --json`` prints: SI floats, no NaN."""
-        ends: dict[str, Any] = dict.fromkeys(_ENDS)
-        if self.options.waves == "train":
-            values = {name: getattr(self, name) for name in _ENDS}
-            ends = {name: list(value) if isinstance(value, tuple) else value for name, value in values.items()}
+        ends = {name: _plain(getattr(self, name)) if self.options.waves == "train" else None for name in _ENDS}
         return {
             "scenario": self.scenario,
             "peak_force": self.peak_force,
             "amplification": self.amplification,
             "error_estimate": self.error_estimate,
             "waves": [asdict(wave) for wave in self.waves],
-            "wave_threshold": self.wave_threshold,
+            "wave_threshold": self.options.wave_threshold,
             "passages": [asdict(passage) for passage in self.passages],
             "applied_momentum": self.applied_momentum,
             **ends,
             "momentum_defect": self.momentum_defect,
             "energy_defect": self.energy_defect,
-            "recording": self.recording.to_dict() if self.recording else None,
+            "recording": self.recording and self.recording.to_dict(),
             "integrator": self.integrator,
             "backend": self.backend,
             "rtol": self.rtol,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from shockwave.measurement.result import MeasuredWave, Passage, Recording, SimulationResult
+from shockwave.measurement.result import MeasuredWave, Passage, SimulationResult
 from shockwave.text import indent, notes, si, table
 
 _WAVES = ("peak force", "rel. error", "momentum", "energy", "speed", "width", "foot", "contact", "arrival")
@@ -24,9 +24,9 @@ def _primary(result: SimulationResult) -> Iterator[str]:
     yield from result.scene.lines()
     error = result.error_estimate
     digits = min(max(8, 2 - math.floor(math.log10(error))), 15)
-    known = f"within {error:.0e} relative" if error < 1 else "(how far off is not known)"
+    within = f"within {error:.0e} relative" if error < 1 else "(error unknown)"
     times = f"{result.amplification:.{digits}g} times the shock's"
-    yield f"  peak force        {si(result.peak_force, 'N', digits)} {known}, {times}"
+    yield f"  peak force        {si(result.peak_force, 'N', digits)} {within}, {times}"
     defects = f"momentum defect {result.momentum_defect:.0e}, energy defect {result.energy_defect:.0e}"
     yield f"  applied momentum  {si(result.applied_momentum, 'N s')}, {defects}"
 
@@ -34,13 +34,12 @@ def _primary(result: SimulationResult) -> Iterator[str]:
 def _ends(result: SimulationResult) -> Iterator[str]:
     if result.options.waves != "train":
         return
-    train = result.train
-    within = f"within {si(train.recoil_error, 'N s', 1)}, ejected granules: {result.ejected_granules}"
-    yield f"  recoil            {si(train.recoil_momentum, 'N s')} {within}"
-    spalls = train.spall_velocities
+    within = f"within {si(result.recoil_error, 'N s', 1)}, ejected granules: {result.ejected_granules}"
+    yield f"  recoil            {si(result.recoil_momentum, 'N s')} {within}"
+    spalls = result.spall_velocities
     if spalls is not None:
-        shown = ", ".join(si(velocity, "m/s") for velocity in spalls[:3]) + (" ..." if len(spalls) > 3 else "")
-        yield f"  free end          granules that fly off: {len(spalls)}" + (f", at {shown}" if spalls else "")
+        fastest = f", the last one at {si(spalls[0], 'm/s')}" if spalls else ""
+        yield f"  free end          granules that fly off: {len(spalls)}{fastest}"
 
 
 def _waves(result: SimulationResult) -> Iterator[str]:
@@ -52,16 +51,17 @@ def _waves(result: SimulationResult) -> Iterator[str]:
     yield ""
     yield indent(table(_WAVES, map(_wave_row, waves)))
     if unsettled:
-        yield f"  and {unsettled} more that had not settled: their figures mean little, and are left to the JSON output"
-    yield f"  (waves above {result.wave_threshold:g} of the primary; contacts are counted from 0;"
+        yield f"  and {unsettled} more that had not settled, in the JSON output alone"
+    yield f"  (waves above {result.options.wave_threshold:g} of the primary; contacts are counted from 0;"
     yield "  rel. error: of the peak force; foot: force left between a wave and its neighbours over its peak,"
     yield "  an error of the other figures)"
     if result.passages:
         yield ""
         yield indent(table(_PASSAGES, map(_passage_row, result.passages)))
     if result.recording is not None:
+        times = result.recording.times
         yield ""
-        yield f"  recorded          {_recorded(result.recording)}"
+        yield f"  recorded          {', '.join(result.options.record)}: {len(times)} samples to {si(times[-1], 's')}"
 
 
 def _wave_row(wave: MeasuredWave) -> tuple[str, ...]:
@@ -86,10 +86,3 @@ def _passage_row(passage: Passage) -> tuple[str, ...]:
         f"{passage.error_estimate:.0e}",
         "exact wave" if passage.exact else "integrated",
     )
-
-
-def _recorded(record: Recording) -> str:
-    kept = {"forces": record.forces, "field": record.displacements, "energies": record.kinetic_energy}
-    names = ", ".join(name for name, values in kept.items() if values is not None)
-    begin, end = (si(float(record.times[index]), "s") for index in (0, -1))
-    return f"{names}: {len(record.times)} samples, {begin} to {end}"

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import InvalidValueError, ShockwaveError
-from shockwave.measurement.plan import MEASURABLE, Plan, plan_of, scaled
-from shockwave.measurement.result import OnDemand, Passage, Recording, SimulationResult, Train
-from shockwave.options import Backend, Recorded, SimulateOptions, Waves
+from shockwave.measurement.result import SimulationResult, Train
+from shockwave.measurement.simulation_setup import MEASURABLE, Setup, scaled, setup_of
+from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
-from shockwave.simulation.primary import find_primaries
-from shockwave.simulation.primary_request import KNOWN, TOO_LONG, Primary, Request
-from shockwave.simulation.problem import ChainProblem
+from shockwave.simulation.primary_search import find_primaries
+from shockwave.simulation.problem import ChainProblem, Primary, Request, Status
 
-__all__ = ["MEASURABLE", "plan_of", "scaled", "simulate", "simulate_many", "simulate_with"]
+__all__ = ["MEASURABLE", "scaled", "setup_of", "simulate", "simulate_many", "simulate_with"]
 
 # Shocks in a share of the work of a thread, and the fewest worth one.
 _SHARE = 128
@@ -38,21 +37,11 @@ _REPEATS = 2
 # are nearly alike, and could not be separated there either.
 _WORTHWHILE = 60.0
 
+_Outcome = SimulationResult | ShockwaveError
+
 
 def simulate(
-    shock: Shock,
-    chain: Chain,
-    rtol: float | None = None,
-    integrator: str | None = None,
-    wave_threshold: float = 5e-3,
-    *,
-    step: float | None = None,
-    waves: Waves = "train",
-    backend: Backend = "auto",
-    contacts: Iterable[int] = (),
-    record: Iterable[Recorded] = (),
-    interval: float | None = None,
-    until: float | None = None,
+    shock: Shock, chain: Chain, rtol: float | None = None, integrator: str | None = None, **settings: Any
 ) -> SimulationResult:
     """Integrate eq. (1) and measure the waves that come out.
 
@@ -65,8 +54,11 @@ def simulate(
         Profile, peak force, rise time.
     chain : Chain
         Material, radius, and the number of granules or None.
-    rtol, integrator, wave_threshold, step, waves, backend, contacts, record, interval, until
+    rtol, integrator
         As of `SimulateOptions`.
+    **settings
+        ``wave_threshold``, ``step``, ``waves``, ``backend``, ``contacts``, ``record``, ``interval`` and ``until``, as
+        of `SimulateOptions`.
 
     Returns
     -------
@@ -80,24 +72,12 @@ def simulate(
     NumericalError
         When the integrator fails, no wave leaves the loaded end, or the shock is too long.
     """
-    options = SimulateOptions(
-        integrator=integrator,
-        rtol=rtol,
-        step=step,
-        wave_threshold=wave_threshold,
-        waves=waves,
-        backend=backend,
-        contacts=contacts,
-        record=record,
-        interval=interval,
-        until=until,
-    )
-    return simulate_with(options, shock, chain)
+    return simulate_with(SimulateOptions(rtol=rtol, integrator=integrator, **settings), shock, chain)
 
 
 def simulate_with(options: SimulateOptions, shock: Shock, chain: Chain) -> SimulationResult:
     """As `simulate`, with the options in one object, such as that of a scenario."""
-    (result,) = _simulate([(shock, chain)], plan_of(options))
+    (result,) = _simulate([(shock, chain)], setup_of(options))
     if isinstance(result, ShockwaveError):
         raise result
     return result
@@ -109,12 +89,9 @@ def simulate_many(
     rtol: float | None = None,
     integrator: str | None = None,
     wave_threshold: float = 5e-3,
-    *,
-    step: float | None = None,
-    waves: Waves = "train",
-    backend: Backend = "auto",
     threads: int | None = None,
-) -> list[SimulationResult | ShockwaveError]:
+    **settings: Any,
+) -> list[_Outcome]:
     """As `simulate` for many shocks, side by side: eight at a time in a core, on every core.
 
     Parameters
@@ -123,7 +100,7 @@ def simulate_many(
         The shocks.
     chain : Chain or sequence of Chain
         One for all of them, or one each.
-    rtol, integrator, wave_threshold, step, waves, backend
+    rtol, integrator, wave_threshold, **settings
         As of `simulate`.
     threads : int, optional
         How many share the work of the compiled code; left out, one for each core.
@@ -133,9 +110,7 @@ def simulate_many(
     list
         In the order of the shocks. In place of a result that could not be computed stands the error.
     """
-    options = SimulateOptions(
-        integrator=integrator, rtol=rtol, step=step, wave_threshold=wave_threshold, waves=waves, backend=backend
-    )
+    setup = setup_of(SimulateOptions(rtol=rtol, integrator=integrator, wave_threshold=wave_threshold, **settings))
     shocks = list(shocks)
     chains = [chain] * len(shocks) if isinstance(chain, Chain) else list(chain)
     if len(chains) != len(shocks):
@@ -143,127 +118,109 @@ def simulate_many(
     if threads is None:
         threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     scenes = list(zip(shocks, chains, strict=True))
-    plan = plan_of(options)
-    if plan.compiled is None or threads < 2 or len(scenes) < 2 * _FEWEST:
-        return _simulate(scenes, plan)
+    if setup.compiled is None or threads < 2 or len(scenes) < 2 * _FEWEST:
+        return _simulate(scenes, setup)
     # Each thread does all of its share: while one is in the compiled code, which needs no lock, another prepares.
     size = max(_FEWEST, min(_SHARE, -(-len(scenes) // threads)))
     shares = [scenes[begin : begin + size] for begin in range(0, len(scenes), size)]
     with ThreadPoolExecutor(threads) as pool:
-        return [result for results in pool.map(lambda share: _simulate(share, plan), shares) for result in results]
+        return [result for results in pool.map(lambda share: _simulate(share, setup), shares) for result in results]
 
 
-def _simulate(scenes: Sequence[tuple[Shock, Chain]], plan: Plan) -> list[SimulationResult | ShockwaveError]:
+def _simulate(scenes: Sequence[tuple[Shock, Chain]], setup: Setup) -> list[_Outcome]:
     begin = time.perf_counter()
-    results: dict[int, SimulationResult | ShockwaveError] = {}
+    results: dict[int, _Outcome] = {}
     known: dict[int, tuple[ChainProblem, Scales]] = {}
     for index, (shock, chain) in enumerate(scenes):
         try:
             known[index] = scaled(shock, chain)
         except ShockwaveError as error:
             results[index] = error
-    answers = _search({index: problem for index, (problem, _) in known.items()}, plan)
+    answers = _search({index: problem for index, (problem, _) in known.items()}, setup)
     seconds = (time.perf_counter() - begin) / max(len(scenes), 1)
     for index, (problem, scales) in known.items():
         begin = time.perf_counter()
         shock, chain = scenes[index]
         try:
-            answer = answers.get(index) or _measured(problem, scales, plan)
-            results[index] = SimulationResult(
-                shock=shock,
-                chain=chain,
-                options=plan.options,
-                scales=scales,
-                found=answer.primary,
-                error_estimate=answer.error_estimate,
-                warnings=(*shock.profile.notes, *answer.notes, *_missed(plan.options, answer.error_estimate)),
-                seconds=seconds + time.perf_counter() - begin,
-                on_demand=_ON_DEMAND,
-                measured=answer.train,
-            )
+            answer = answers.get(index) or _Answer(*_on_demand("primary", problem, scales, setup))
         except ShockwaveError as error:
             results[index] = error
+            continue
+        results[index] = SimulationResult(
+            shock=shock,
+            chain=chain,
+            options=setup.options,
+            scales=scales,
+            found=answer.primary,
+            error_estimate=answer.error_estimate,
+            warnings=(*shock.profile.notes, *answer.warnings, *_missed(setup.options, answer.error_estimate)),
+            seconds=seconds + time.perf_counter() - begin,
+            on_demand=_on_demand,
+            measured=answer.train,
+        )
     return [results[index] for index in range(len(scenes))]
 
 
 def _missed(options: SimulateOptions, error_estimate: float) -> list[str]:
     """A warning where the peak force of the primary does not meet the tolerance, or the step is too coarse."""
     if options.rtol is not None and error_estimate > options.rtol:
-        known = f"the primary's peak force is known to {error_estimate:.1e}"
-        return [f"the tolerance was not met: {known}, {options.rtol:.1e} was asked for"]
+        reached = f"the primary's peak force is accurate to {error_estimate:.1e}"
+        return [f"the tolerance was not met: {reached}, {options.rtol:.1e} was asked for"]
     if options.rtol is None and error_estimate > _UNSETTLED:
         return [f"the step is too coarse for {options.integrator} (got {options.step:g}; give a smaller one)"]
     return []
 
 
 class _Answer(NamedTuple):
-    """A primary and its error estimate; where the whole chain was measured, the train and notes on it."""
+    """A primary and its error estimate; where the whole chain was measured, the train and warnings."""
 
     primary: Primary
     error_estimate: float
     train: Train | None = None
-    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
-def _search(problems: dict[int, ChainProblem], plan: Plan) -> dict[int, _Answer]:
+def _search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, _Answer]:
     """The primaries that the search finds, under the keys of their problems."""
     found: dict[int, _Answer] = {}
-    if plan.search is None:
+    if setup.search is None:
         return found
-    lost: set[int] = set()
     left = list(problems)
     for repeats in range(1 + _REPEATS):
-        requests = [plan.request(problems[key], repeats) for key in left]
-        primaries = find_primaries(requests, plan.search, plan.compiled)
+        requests = [setup.request(problems[key], repeats) for key in left]
+        primaries = find_primaries(requests, setup.search, setup.compiled)
         asked, left = left, []
         for key, request, primary in zip(asked, requests, primaries, strict=True):
-            if primary.status == KNOWN:
+            if primary.status == Status.KNOWN:
                 error = _error(primary, request)
                 if key not in found or error < found[key].error_estimate:
                     found[key] = _Answer(primary, error)
-                if found[key].error_estimate > plan.rtol:
+                if found[key].error_estimate > setup.rtol:
                     left.append(key)
-            elif primary.status == TOO_LONG and key not in lost:
-                lost.add(key)
+            elif primary.status == Status.TOO_LONG and repeats == 0:
                 left.append(key)
-            elif primary.status == TOO_LONG and request.problem.duration > _WORTHWHILE:
-                found[key] = _Answer(primary, 1.0)
+            elif primary.status == Status.TOO_LONG and request.problem.duration > _WORTHWHILE:
+                found.setdefault(key, _Answer(primary, 1.0))
     return found
 
 
 def _error(primary: Primary, request: Request) -> float:
     """Relative error estimate of the peak force."""
-    # positions of the first granule are differences of the free path and what the chain does to it
+    # positions of the first granule are differences of the free-particle displacement and what the chain does to it
     rounding = _ROUNDING + _EPSILON * primary.free_path
     control = _DEFECTS * primary.energy_defect + _TOLERANCE_SHARE * request.tolerance
     return primary.doubt + control + request.problem.path.error + rounding
 
 
-# ---------------------------------------------------------------- what few results need, imported when it is used
+def _on_demand(part: str, *arguments: Any) -> Any:
+    """Integrate what few results need, by modules that are imported when it is looked at."""
+    from shockwave.measurement.histories import passage_at, record
+    from shockwave.measurement.train import measure_primary, train_of
 
-
-def _measured(problem: ChainProblem, scales: Scales, plan: Plan) -> _Answer:
-    from shockwave.measurement.train import measure_primary
-
-    return _Answer(*measure_primary(problem, scales, plan))
-
-
-def _train(result: SimulationResult) -> Train:
-    from shockwave.measurement.train import train_of
-
-    return train_of(result)
-
-
-def _passage(result: SimulationResult, contact: int) -> Passage:
-    from shockwave.measurement.primary_passages import passage_at
-
-    return passage_at(result, contact)
-
-
-def _recording(result: SimulationResult) -> Recording:
-    from shockwave.measurement.recording import record
-
-    return record(result)
-
-
-_ON_DEMAND = OnDemand(_train, _passage, _recording)
+    functions: dict[str, Callable[..., Any]] = {
+        "primary": measure_primary,
+        "train": train_of,
+        "passage": passage_at,
+        "recording": record,
+    }
+    return functions[part](*arguments)

@@ -8,11 +8,10 @@ from attrs import evolve
 
 from shockwave.chain.chain import Scales
 from shockwave.errors import NumericalError
-from shockwave.measurement.plan import MEASURABLE, Plan, plan_of, scaled
+from shockwave.measurement.chain_run import EJECTED, ChainRun
 from shockwave.measurement.result import Cost, MeasuredWave, SimulationResult, Train
-from shockwave.measurement.train_run import EJECTED, Demand, Run, run
-from shockwave.simulation.primary_request import KNOWN, Primary
-from shockwave.simulation.problem import ChainProblem
+from shockwave.measurement.simulation_setup import MEASURABLE, Setup, scaled, setup_of
+from shockwave.simulation.problem import ChainProblem, Primary, Status
 from shockwave.text import si
 
 # The second run is so many times as loose.
@@ -29,8 +28,6 @@ _UNSETTLED = 0.1
 # The longest chain: so many contacts, and so many for each unit of time that the force lasts.
 _MOST_CONTACTS = 1000
 _MOST_RATE = 10
-# Share of the recoil that may be held by granules that still meet, before there is a warning.
-_UNFINISHED = 0.01
 
 
 def train_of(result: SimulationResult) -> Train:
@@ -38,14 +35,11 @@ def train_of(result: SimulationResult) -> Train:
     problem, scales = scaled(result.shock, result.chain)
     if problem.duration > MEASURABLE:
         return _too_long(result, problem)
-    train, _ = _train(problem, scales, plan_of(result.options))
+    train, _ = _train(problem, scales, setup_of(result.options))
     strongest, *others = train.waves
     apart = abs(strongest.peak_force / result.peak_force - 1)
     if apart > 10 * (result.error_estimate + (strongest.error_estimate or _UNSETTLED)):
-        warning = (
-            f"the strongest wave of the train is {apart:.0e} off the primary as it was found alone:"
-            " trust neither further than that"
-        )
+        warning = f"the strongest wave of the train differs by {apart:.0e} from the primary: trust neither further"
         return evolve(train, warnings=(*train.warnings, warning))
     # The search for the primary knows it better than the runs for all waves do.
     primary = evolve(strongest, peak_force=result.peak_force, error_estimate=result.error_estimate)
@@ -56,24 +50,22 @@ def _too_long(result: SimulationResult, problem: ChainProblem) -> Train:
     """The primary alone, of a shock whose train nobody would wait for."""
     return Train(
         waves=(result.primary,),
-        recoil_momentum=0.0,
         recoil_error=result.applied_momentum,
-        recoil_velocities=(),
-        spall_velocities=None,
-        cost=Cost(steps=0, force_evaluations=0, seconds=0.0),
         warnings=(
-            f"the shock lasts {problem.duration:.3g} natural times of its wave: beyond {MEASURABLE:g} the train is not"
-            " integrated, and neither later waves nor the recoil are known",
+            f"the shock lasts {problem.duration:.3g} characteristic times of its wave: beyond {MEASURABLE:g} the train"
+            " is not integrated, and neither later waves nor the recoil are known",
         ),
     )
 
 
-def measure_primary(problem: ChainProblem, scales: Scales, plan: Plan) -> tuple[Primary, float, Train, tuple[str, ...]]:
-    """The primary that the search does not find, its error estimate, the train and notes on it."""
-    train, fine = _train(problem, scales, plan)
+def measure_primary(
+    problem: ChainProblem, scales: Scales, setup: Setup
+) -> tuple[Primary, float, Train, tuple[str, ...]]:
+    """The primary that the search does not find, its error estimate, the train and warnings."""
+    train, fine = _train(problem, scales, setup)
     strongest = max(fine.waves, key=lambda wave: wave.peak_force)
     primary = Primary(
-        status=KNOWN,
+        status=Status.KNOWN,
         peak=strongest.peak_force,
         last=strongest.peak_force,
         contact=strongest.contact,
@@ -86,34 +78,32 @@ def measure_primary(problem: ChainProblem, scales: Scales, plan: Plan) -> tuple[
         chain_momentum=fine.momentum,
         chain_energy=fine.energy,
         work=fine.work,
-        impulse=problem.impulse(problem.duration),
+        impulse=problem.free(problem.duration)[1],
         free_path=0.0,
         steps=train.cost.steps,
         evaluations=train.cost.force_evaluations,
     )
-    error_estimate = train.waves[0].error_estimate
-    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     if fine.reached_end:
         top = fine.log.top()
-        notes = (
+        warnings = (
             "the waves reach the free end before they are known to be steady: they are read at contact"
             f" {strongest.contact} of this chain; its greatest contact force is"
             f" {si(top.force * scales.force, 'N')}, at contact {top.contact}",
         )
-    return primary, 1.0 if error_estimate is None else error_estimate, train, notes
+    error = train.waves[0].error_estimate
+    return primary, 1.0 if error is None else error, train, warnings
 
 
-def _train(problem: ChainProblem, scales: Scales, plan: Plan) -> tuple[Train, Run]:
+def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, ChainRun]:
     """The train from a fine and a coarse run, and the fine run."""
     begin = time.perf_counter()
     most = int(_MOST_CONTACTS + _MOST_RATE * problem.duration)
-    demand = Demand(
-        wave_threshold=plan.options.wave_threshold,
-        primary=max(min(_PRIMARY_DOUBT * plan.rtol, _MOST_DOUBT), _LEAST_DOUBT),
-        later=max(min(_LATER_DOUBT * plan.rtol, _MOST_DOUBT), _LEAST_DOUBT),
-        most_contacts=most,
+    first, later = (max(min(share * setup.rtol, _MOST_DOUBT), _LEAST_DOUBT) for share in (_PRIMARY_DOUBT, _LATER_DOUBT))
+    fine, coarse = (
+        ChainRun(problem, setup.integrator(factor), setup.options.wave_threshold, first, later, most).finished()
+        for factor in (1.0, _COARSE)
     )
-    fine, coarse = (run(problem, plan.integrator(factor), demand) for factor in (1.0, _COARSE))
     if not fine.waves or not coarse.waves:
         raise NumericalError(
             f"no wave was found within {most} contacts: the shock is too slow for its peak force"
@@ -124,25 +114,31 @@ def _train(problem: ChainProblem, scales: Scales, plan: Plan) -> tuple[Train, Ru
     recoil = sum(fine.recoils)
     error = abs(recoil - sum(coarse.recoils)) + fine.unfinished_recoil
     velocities = [velocity * scales.velocity for velocity in fine.recoils]
-    cost = Cost(
-        steps=fine.steps + coarse.steps,
-        force_evaluations=fine.integrator.evaluations + coarse.integrator.evaluations,
-        seconds=time.perf_counter() - begin,
-    )
+    warnings: tuple[str, ...] = ()
+    settled = fine.settled and all(wave.error_estimate is not None for wave in waves)
+    if not (fine.reached_end or settled):
+        warnings = (
+            "the tail had not come to rest when the last wave was read: waves near the threshold may lack or change"
+            " (a higher wave_threshold leaves them out)",
+        )
     train = Train(
         waves=waves,
         recoil_momentum=recoil * scales.momentum,
         recoil_error=error * scales.momentum,
         recoil_velocities=tuple(velocity for velocity in velocities if -velocity > ejected),
         spall_velocities=None if fine.spalls is None else tuple(u * scales.velocity for u in fine.spalls),
-        cost=cost,
-        warnings=_warnings(fine, waves),
+        cost=Cost(
+            steps=fine.steps + coarse.steps,
+            force_evaluations=fine.integrator.evaluations + coarse.integrator.evaluations,
+            seconds=time.perf_counter() - begin,
+        ),
+        warnings=warnings,
     )
     return train, fine
 
 
-def _waves(fine: Run, coarse: Run, scales: Scales) -> tuple[MeasuredWave, ...]:
-    """Strongest first; the error of each: difference of the two runs, its own doubt, and the energy gone astray."""
+def _waves(fine: ChainRun, coarse: ChainRun, scales: Scales) -> tuple[MeasuredWave, ...]:
+    """Strongest first; the error of each: difference of the two runs, its own bound, and the energy gone astray."""
     # Peak force scales as the 3/5 power of energy. The defect sees what both runs may miss: a contact that opens.
     astray = 0.6 * abs(fine.energy / fine.work - 1) if fine.work else 0.0
     waves = []
@@ -151,19 +147,3 @@ def _waves(fine: Run, coarse: Run, scales: Scales) -> tuple[MeasuredWave, ...]:
         error = difference + (wave.error_estimate or 0.0) + astray + _ROUNDING
         waves.append(wave.in_si(scales, error if error < _UNSETTLED else None))
     return tuple(sorted(waves, key=lambda wave: -wave.peak_force))
-
-
-def _warnings(fine: Run, waves: tuple[MeasuredWave, ...]) -> tuple[str, ...]:
-    warnings = []
-    settled = fine.settled and all(wave.error_estimate is not None for wave in waves)
-    if not (fine.reached_end or settled):
-        warnings.append(
-            "the tail had not come to rest when the last wave was read: waves near the threshold may lack or change"
-            " (a higher wave_threshold leaves them out)"
-        )
-    if fine.unfinished_recoil > _UNFINISHED * abs(sum(fine.recoils)):
-        warnings.append(
-            "granules thrown back had not all come apart when the last wave was read: the velocities of the later ones"
-            " may still change"
-        )
-    return tuple(warnings)

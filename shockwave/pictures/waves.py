@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shockwave.errors import InvalidValueError
-from shockwave.measurement.recording import Recording
-from shockwave.measurement.result import SimulationResult
+from shockwave.measurement.result import Recording, SimulationResult
 from shockwave.pictures.drawing import (
     BLACK,
     BLUE,

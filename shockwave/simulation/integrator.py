@@ -89,10 +89,6 @@ class Integrator(abc.ABC):
         """The first step of an adaptive method."""
         return min(_FIRST_STEP, _FIRST_SHARE * interval) if hint is None else min(hint, LONGEST_STEP, interval)
 
-    def _counted(self, acceleration: Acceleration, until: float) -> Counted:
-        """``acceleration`` with its calls counted."""
-        return Counted(self, acceleration, until)
-
 
 @frozen(eq=False)
 class Counted:

@@ -84,7 +84,7 @@ def march(problem: ChainProblem, integrator: Integrator, until: float | None = N
     NumericalError
         When the integrator cannot go on.
     """
-    window = _FIRST_WINDOW if problem.granules is None else min(_FIRST_WINDOW, problem.granules)
+    window = min(_FIRST_WINDOW, problem.granules or _FIRST_WINDOW)
     course = _Course(problem, integrator, np.zeros(window), np.zeros(window), _Frame(problem))
     last = math.inf if until is None else until
     for stop in problem.stops:
@@ -102,24 +102,27 @@ def free_granules(x: FloatArray, v: FloatArray) -> int:
 
 @frozen(eq=False)
 class _Frame:
-    """Conversion to true positions: by the shock's free-particle displacement, or the granules that have flown off."""
+    """Conversion to true positions: by the shock's free-particle displacement, or the granules that have flown off.
 
-    problem: ChainProblem
-    driven: bool = True
+    ``problem`` is None once the force has ended; ``x`` and ``v`` are positions at ``time`` and velocities of those that
+    fly.
+    """
+
+    problem: ChainProblem | None = None
     time: float = 0.0
     x: FloatArray = field(factory=lambda: np.zeros(0))
     v: FloatArray = field(factory=lambda: np.zeros(0))
 
     def true(self, time: float, y: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
-        if self.driven:
-            x, v = y.copy(), w.copy()
-            path, impulse = self.problem.free(time)
-            x[0] += path
-            v[0] += impulse
-            return x, v
-        if not len(self.x):
+        if self.problem is None and not len(self.x):
             return y, w
-        return np.concatenate((self.x + (time - self.time) * self.v, y)), np.concatenate((self.v, w))
+        if self.problem is None:
+            return np.concatenate((self.x + (time - self.time) * self.v, y)), np.concatenate((self.v, w))
+        x, v = y.copy(), w.copy()
+        path, impulse = self.problem.free(time)
+        x[0] += path
+        v[0] += impulse
+        return x, v
 
     def meets(self, step: Step, before: float) -> bool:
         """Whether the last granule that flies may have been met, which had velocity ``before`` behind it."""
@@ -142,9 +145,9 @@ class _Course:
     size: float | None = None
 
     def release(self) -> None:
-        """The force is over: from here on the first granule is followed in its true position."""
+        """Follow the first granule in its true position from here on: the force has ended, or it has been met."""
         self.y, self.w = self.frame.true(self.time, self.y, self.w)
-        self.frame = _Frame(self.problem, driven=False)
+        self.frame = _Frame()
 
     def spans(self, until: float) -> Iterator[Span]:
         """Steps up to ``until``."""
@@ -157,19 +160,19 @@ class _Course:
         """Steps until the granules to be integrated are others."""
         frame = self.frame
         x, v = frame.true(self.time, self.y, self.w)
-        acceleration = ChainAcceleration(self.problem, frame.driven)
+        acceleration = ChainAcceleration(self.problem, frame.problem is not None)
         # what goes wrong with the steps of a plugin is its own fault
         with blame("integrators", type(self.integrator)):
             steps = self.integrator.steps(acceleration, self.time, until, self.y, self.w, self.size)
             for count, step in enumerate(steps, start=1):
                 if frame.meets(step, self.w[0]):
-                    self.y, self.w, self.frame = x, v, _Frame(self.problem, driven=False)
+                    self.release()
                     return
                 x0, v0 = x, v
                 x, v = frame.true(step.end, step.x, step.v)
                 self.y, self.w, self.time, self.size = step.x, step.v, step.end, step.next_size
                 yield Span(step.begin, step.end, x0, v0, x, v, partial(_within, frame, step, self.integrator))
-                if count == _PARTING and not frame.driven:
+                if count == _PARTING and frame.problem is None:
                     self._part(x, v)
                     return
                 if self._room():
@@ -187,7 +190,7 @@ class _Course:
         """Let granules fly that have come free; two are left to be integrated."""
         free = min(free_granules(x, v), len(x) - 2)
         if free > len(self.frame.x):
-            self.frame = _Frame(self.problem, False, self.time, x[:free], v[:free])
+            self.frame = _Frame(None, self.time, x[:free], v[:free])
             self.y, self.w = x[free:], v[free:]
 
 

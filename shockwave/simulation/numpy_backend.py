@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
+from attrs import define, field
 
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.one_step import Attempt
-from shockwave.simulation.peak import KEPT, STRIDE, crossing, hertz, limit
-from shockwave.simulation.primary_request import AT_END, FAILED, KNOWN, RUNNING, TOO_LONG, Passage, Primary, Request
-from shockwave.simulation.problem import ChainProblem, chain_acceleration, contact_forces
+from shockwave.simulation.peak_limit import KEPT, STRIDE, crossing, hertz, limit
+from shockwave.simulation.problem import Passage, Primary, Request, Status, chain_acceleration, contact_forces
 
 #: A window begins with so many granules, and grows by as many.
 _ROWS = 8
@@ -48,27 +48,28 @@ def search(request: Request, method: Nystroem) -> Primary:
     """The primary of one shock."""
     window = _Window(request, method)
     with np.errstate(over="ignore", invalid="ignore"):
-        while window.status == RUNNING:
+        while window.status is Status.RUNNING:
             window.step()
     return window.primary()
 
 
+@define
 class _Force:
-    """Accelerations of the window; keeps the impulse and the first granule's acceleration of each stage."""
+    """Accelerations of the window; keeps the impulse and the first granule's acceleration of each stage.
 
-    def __init__(self, problem: ChainProblem, driven: bool, rounded_end: float, end: float) -> None:
-        self.problem = problem
-        self.driven = driven
-        # begin and size may add up to a rounding less or more than the stop at which a step ends
-        self.rounded_end = rounded_end
-        self.end = end
-        self.impulses: list[float] = []
-        self.first: list[float] = []
+    Begin and size of a step may add up to a rounding less or more than its ``end``: to ``rounded_end``.
+    """
+
+    path: Callable[[float], tuple[float, float]] | None
+    rounded_end: float
+    end: float
+    impulses: list[float] = field(factory=list)
+    first: list[float] = field(factory=list)
 
     def __call__(self, time: float, y: FloatArray) -> FloatArray:
-        if not self.driven:
+        if self.path is None:
             return chain_acceleration(y)
-        path, impulse = self.problem.free(self.end if time == self.rounded_end else float(time))
+        path, impulse = self.path(self.end if time == self.rounded_end else float(time))
         result = chain_acceleration(y, path)
         self.impulses.append(impulse)
         self.first.append(result.item(0))
@@ -93,7 +94,7 @@ class _Window:
         self.head = -1
         self._set(np.zeros((5, 1)))
         self._extend(_ROWS)
-        self.status = RUNNING
+        self.status = Status.RUNNING
         self.driven = True
         self.rejected = False
         self.time = 0.0
@@ -110,16 +111,11 @@ class _Window:
         self.passages: list[Passage] = []
         self.limit = (0.0, 1.0)
 
-    @property
-    def count(self) -> int:
-        return len(self.x) - 1
-
     def _extend(self, rows: int) -> None:
-        granules = self.problem.granules
-        if granules is not None:
-            rows = min(rows, granules - self.base - self.count)
+        granules = self.problem.granules or math.inf
+        rows = int(min(rows, granules - self.base - len(self.x) + 1))
         self._set([np.append(array, np.zeros(rows)) for array in self._arrays()])
-        if self.base + self.count == granules:
+        if self.base + len(self.x) - 1 == granules:
             self.x[-1] = _WALL
 
     def _arrays(self) -> tuple[FloatArray, ...]:
@@ -137,7 +133,7 @@ class _Window:
         size = left if self.size >= left else min(self.size, left / 2)
         at_stop = size >= left
         end = self.stops[0] if at_stop else self.time + size
-        force = _Force(self.problem, self.driven, self.time + size, end)
+        force = _Force(self.problem.free if self.driven else None, self.time + size, end)
         tried = self.method.attempt(force, self.time, size, self.x, self.v, self.a)
         if not self._control(size, float(tried.error) / self.request.tolerance, at_stop):
             return
@@ -150,14 +146,14 @@ class _Window:
     def _control(self, size: float, error: float, at_stop: bool) -> bool:
         """Choose the step after one of ``size`` with this error over the tolerance; whether that one holds."""
         tableau = self.method.tableau
-        self.effort += self.count * (len(tableau.nodes) + 1)
+        self.effort += (len(self.x) - 1) * (len(tableau.nodes) + 1)
         self.evaluations += tableau.evaluations
         factor = _SAFETY * max(error, 1e-12) ** (-1 / (self.method.error_order + 1)) if error == error else 0.0
         if not error <= 1:
             self.size = size * (factor if _LEAST_FACTOR < factor < 1 else _LEAST_FACTOR)
             self.rejected = True
             if self.size < 1e-14 * (1 + self.time) or self.effort > self.request.most_work:
-                self.status = FAILED
+                self.status = Status.FAILED
             return False
         factor = min(factor, 1.0 if self.rejected else _MOST_FACTOR)
         self.rejected = False
@@ -192,13 +188,12 @@ class _Window:
             self._extend(_ROWS)
         if not self.driven:
             self._cut()
-        if self.status != RUNNING:
+        if self.status != Status.RUNNING:
             return
-        granules = self.problem.granules
-        if granules is not None and self.head >= granules - 1 - _REACH:
-            self.status = AT_END
+        if self.head >= (self.problem.granules or math.inf) - 1 - _REACH:
+            self.status = Status.AT_END
         elif self.head > self.request.most_contacts or self.effort > self.request.most_work:
-            self.status = TOO_LONG
+            self.status = Status.TOO_LONG
 
     def _release(self) -> None:
         """The force is over: from here on the first granule is followed in its true position."""
@@ -277,14 +272,13 @@ class _Window:
         x, v, a = (array[first:last] for array in (self.x, self.v, self.a))
         at = j - first
         driven = self.driven and first == 0
-        free = (0.0, 0.0)
         for _ in range(6):
             part = share * size
             time = self.time + part
-            tried = self.method.attempt(_Force(self.problem, driven, time, time), self.time, part, x, v, a)
+            force = _Force(self.problem.free if driven else None, time, time)
+            tried = self.method.attempt(force, self.time, part, x, v, a)
             self.evaluations += self.method.tableau.evaluations
-            if driven:
-                free = self.problem.free(time)
+            free = self.problem.free(time) if driven else (0.0, 0.0)
             tried.x[0] += free[0]
             tried.v[0] += free[1]
             overlaps = (tried.x[:-1] - tried.x[1:]).tolist()
@@ -306,8 +300,8 @@ class _Window:
         """The applied force, from the impulse about ``time``, within the step of this size."""
         about = 1e-4 * size
         before, after = max(time - about, self.time), min(time + about, self.time + size)
-        impulse = self.problem.impulse
-        return (impulse(after) - impulse(before)) / (after - before) if after > before else 0.0
+        gained = self.problem.free(after)[1] - self.problem.free(before)[1]
+        return gained / (after - before) if after > before else 0.0
 
     def _judge(self) -> None:
         """Whether the peaks of the front have come to their limit."""
@@ -317,7 +311,7 @@ class _Window:
         allowed = self.request.doubt * peak
         value, doubt = limit([passage.force for passage in self.peaks[-KEPT:]], allowed)
         if doubt <= allowed and not self._may_be_overtaken():
-            self.status = KNOWN
+            self.status = Status.KNOWN
             self.limit = value, doubt / peak
 
     def _may_be_overtaken(self) -> bool:
@@ -350,9 +344,9 @@ class _Window:
         foot = max(self.head - self.base, 0)
         while foot > 0 and forces[foot - 1] < forces[foot]:
             foot -= 1
-        last = self.peaks[-1] if self.peaks else Passage(0, 0.0, 0.0)
-        previous = self.peaks[-2] if len(self.peaks) > 1 else last
-        if self.status != KNOWN:
+        none = Passage(0, 0.0, 0.0)
+        previous, last = [none, none, *self.peaks][-2:]
+        if self.status != Status.KNOWN:
             self.limit = last.force, 1.0
         return Primary(
             status=self.status,
@@ -361,7 +355,7 @@ class _Window:
             contact=last.contact,
             time=float(last.time),
             doubt=self.limit[1],
-            speed=STRIDE / float(last.time - previous.time) if last is not previous else 0.0,
+            speed=0.0 if previous is none else STRIDE / float(last.time - previous.time),
             momentum=math.fsum(v[foot + 1 :].tolist()),
             energy=_energy(self.x[foot + 1 :], v[foot + 1 :]),
             foot=forces[foot],

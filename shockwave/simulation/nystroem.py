@@ -56,21 +56,21 @@ class Tableau:
     def of(cls, name: str, error_order: int) -> Tableau:
         """The tableau of a published method; its weights of the position are b_i = b'_i (1 - c_i)."""
         exact = _EXACT[name]
-        nodes = [Fraction(text) for text in exact["c"]]
-        rows = []
-        for key in ("b_prime", "error_b_prime"):
-            velocity = [Fraction(text) for text in exact[key]]
-            position = [weight * (1 - node) for weight, node in zip(velocity, nodes, strict=True)]
-            rows += [position, velocity]
-        weights = np.array(rows, dtype=float)
-        square = np.zeros((len(nodes), len(nodes)))
+        nodes, velocity, excess = (_fractions(exact[key]) for key in ("c", "b_prime", "error_b_prime"))
+        weights = np.array([velocity * (1 - nodes), velocity, excess * (1 - nodes), excess], dtype=float)
+        c = nodes.astype(float)
+        square = np.zeros((len(c), len(c)))
         for row, texts in enumerate(exact["a"]):
-            square[row, : len(texts)] = [Fraction(text) for text in texts]
+            square[row, : len(texts)] = _fractions(texts)
         last_is_first = bool(np.array_equal(square[-1], weights[0]))
-        c = np.array(nodes, dtype=float)
         packed = np.concatenate([[len(c), error_order, last_is_first], c, square.ravel(), weights.ravel()])
         stages = tuple(square[row, :row] for row in range(1, len(c)))
         return cls(c[1:], stages, weights, last_is_first, packed)
+
+
+def _fractions(texts: list[str]) -> np.ndarray:
+    """Exact fractions, in an array of objects."""
+    return np.array([Fraction(text) for text in texts])
 
 
 @define
@@ -94,10 +94,7 @@ class Nystroem(OneStep):
     ) -> Attempt:
         chain = getattr(acceleration, "acceleration", None)
         if self.compiled is not None and isinstance(chain, ChainAcceleration):
-            self.evaluations += self.tableau.evaluations
-            return _compiled_attempt(
-                self.compiled, self.tableau, chain, float(time), float(size), np.concatenate((x, v, a))
-            )
+            return self._compiled_attempt(self.compiled, chain, float(time), float(size), np.concatenate((x, v, a)))
         tableau = self.tableau
         rates, terms = np.empty((2, len(tableau.nodes) + 1, *x.shape))
         column = (-1,) + (1,) * x.ndim
@@ -118,20 +115,18 @@ class Nystroem(OneStep):
         error = np.maximum(np.abs(square * error_x), np.abs(size * error_v)).max(axis=0)
         return Attempt(end, v + size * velocity, a, error)
 
-
-def _compiled_attempt(
-    compiled: ModuleType, tableau: Tableau, chain: ChainAcceleration, time: float, size: float, state: FloatArray
-) -> Attempt:
-    """As `Nystroem.attempt`, from a ``state`` of positions, velocities and accelerations in a row."""
-    problem = chain.problem
-    path = problem.path
-    rows, coefficients = (path.rows, path.coefficients) if chain.driven else (_NONE, _NONE)
-    after = np.empty_like(state)
-    error = compiled.attempt(
-        tableau.packed, rows, coefficients, state, after, time, size, problem.rise_time, problem.peak_force
-    )
-    x, v, a = after.reshape(3, -1)
-    return Attempt(x, v, a, error)
+    def _compiled_attempt(
+        self, compiled: ModuleType, chain: ChainAcceleration, time: float, size: float, state: FloatArray
+    ) -> Attempt:
+        """As `attempt`, from a ``state`` of positions, velocities and accelerations in a row."""
+        problem = chain.problem
+        tables = (problem.path.rows, problem.path.coefficients) if chain.driven else (_NONE, _NONE)
+        after = np.empty_like(state)
+        method = self.tableau.packed
+        error = compiled.attempt(method, *tables, state, after, time, size, problem.rise_time, problem.peak_force)
+        self.evaluations += self.tableau.evaluations
+        x, v, a = after.reshape(3, -1)
+        return Attempt(x, v, a, error)
 
 
 @define

@@ -13,7 +13,7 @@ from attrs import define
 
 from shockwave.errors import NumericalError
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.integrator import LONGEST_STEP, Acceleration, Integrator, Step
+from shockwave.simulation.integrator import LONGEST_STEP, Acceleration, Counted, Integrator, Step
 
 #: A number, or an array of shape (batch,) with one for each chain of a batch.
 Scalar: TypeAlias = "float | FloatArray"
@@ -75,7 +75,7 @@ class OneStep(Integrator):
         v: FloatArray,
         first_size: float | None,
     ) -> Iterator[Step]:
-        counted = self._counted(acceleration, until)
+        counted = Counted(self, acceleration, until)
         time, x, v = begin, np.array(x, dtype=float), np.array(v, dtype=float)
         a = counted(time, x)
         size = self._first_size(until - begin, first_size) if self.adaptive else self.size
@@ -84,20 +84,18 @@ class OneStep(Integrator):
             end = self._end(time, until, max(size, least))
             tried = self._try(counted, time, end - time, x, v, a)
             good = _finite(tried)
-            size = self._next_size(end - time, float(tried.error), good)
+            if self.adaptive:
+                size = self._next_size(end - time, float(tried.error), good)
             if good and (not self.adaptive or tried.error <= self.tolerance):
                 interpolate = partial(self._interpolate, counted, time, x, v, a)
                 yield Step(time, end, tried.x, tried.v, tried.a, interpolate, size)
                 time, x, v, a = end, tried.x, tried.v, tried.a
             elif not self.adaptive or size < least:
                 reason = "its error stays above the tolerance" if good else "not finite"
-                if not self.adaptive:
-                    reason += "; give a smaller step"
-                raise NumericalError(f"{self.name} cannot step beyond t = {time:g} T0 ({reason})")
+                hint = "" if self.adaptive else "; give a smaller step"
+                raise NumericalError(f"{self.name} cannot step beyond t = {time:g} T0 ({reason}{hint})")
 
     def _next_size(self, size: float, error: float, good: bool) -> float:
-        if not self.adaptive:
-            return self.size
         if not good:
             return _LEAST_FACTOR * size
         factor: float = _SAFETY * (self.tolerance / max(error, _NO_ERROR)) ** (1 / (self.error_order + 1))

@@ -11,7 +11,7 @@ from attrs import define
 
 from shockwave.errors import NumericalError
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.integrator import LONGEST_STEP, Acceleration, Integrator, Step
+from shockwave.simulation.integrator import LONGEST_STEP, Acceleration, Counted, Integrator, Step
 
 # SciPy's least: the error is to be absolute, in units in which a wave is of order one.
 _RELATIVE = 2.3e-14
@@ -41,7 +41,7 @@ class ScipySolver(Integrator):
         first_size: float | None,
     ) -> Iterator[Step]:
         granules = len(x)
-        counted = self._counted(acceleration, until)
+        counted = Counted(self, acceleration, until)
 
         def derivative(time: float, state: FloatArray) -> FloatArray:
             return np.concatenate((state[granules:], counted(time, state[:granules])))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from attrs import define, field
 
-from shockwave.measurement.train_run import Demand, run
+from shockwave.measurement.chain_run import ChainRun
 from shockwave.profiles.triangular import Triangular
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Acceleration, Integrator, Step
@@ -217,5 +217,5 @@ def struck() -> tuple[FloatArray, FloatArray]:
 def peak_with(method: Integrator) -> float:
     """Peak force of the primary behind a triangular shock that lasts three natural times, over that of the shock."""
     problem = ChainProblem(Triangular(duration_ratio=3), rise_time=1.0, peak_force=1.0)
-    found = run(problem, method, Demand(wave_threshold=0.05, primary=1e-4, later=1e-2, most_contacts=200))
-    return max(wave.peak_force for wave in found.waves)
+    found = ChainRun(problem, method, wave_threshold=0.05, primary_doubt=1e-4, later_doubt=1e-2, most_contacts=200)
+    return max(wave.peak_force for wave in found.finished().waves)

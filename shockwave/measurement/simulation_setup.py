@@ -1,4 +1,4 @@
-"""Options with everything settled, and shocks on chains as problems in scaled units."""
+"""The setup of a simulation: method and tolerances that options ask for, and the problem in scaled units."""
 
 from __future__ import annotations
 
@@ -16,8 +16,7 @@ from shockwave.registry import load
 from shockwave.simulation.backend import chosen
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Nystroem
-from shockwave.simulation.primary_request import Request
-from shockwave.simulation.problem import ChainProblem
+from shockwave.simulation.problem import ChainProblem, Request
 
 _RTOL = 1e-6
 _STEP = 0.02
@@ -29,7 +28,7 @@ _MOST_DOUBT = 3e-5
 _LOOSEST_STEP = 2e-4
 # No looser search separates the waves of a long shock.
 _LONG_RTOL = 1e-6
-# Below these step control gains nothing: rounding is all that is left.
+# Below these step control gains nothing: rounding is all that remains.
 _TIGHTEST_STEP = 3e-15
 _TIGHTEST_TRAIN_STEP = 1e-13
 # A search that misses its tolerance is repeated with a tighter one, and more work.
@@ -50,17 +49,16 @@ MEASURABLE = 300.0
 
 
 @frozen
-class Plan:
-    """Options with everything settled: the method, and the code that steps it."""
+class Setup:
+    """Options with all defaults filled in, and the method.
+
+    ``search`` is the method if the search for the primary can use it, ``compiled`` the module that steps it, or None.
+    """
 
     options: SimulateOptions
     method: type[Integrator]
+    search: type[Nystroem] | None
     compiled: ModuleType | None
-
-    @property
-    def search(self) -> type[Nystroem] | None:
-        """The method, if the search for the primary knows it."""
-        return self.method if issubclass(self.method, Nystroem) else None
 
     @property
     def rtol(self) -> float:
@@ -69,10 +67,8 @@ class Plan:
 
     def request(self, problem: ChainProblem, repeats: int = 0, contacts: tuple[int, ...] = ()) -> Request:
         """The request to the search for the primary; tighter if it is repeated."""
-        rtol = self.rtol
+        rtol = min(self.rtol, _LONG_RTOL) if problem.is_long else self.rtol
         tighter = _TIGHTER**repeats
-        if problem.is_long:
-            rtol = min(rtol, _LONG_RTOL)
         if problem.rises_again:
             # Such a primary is judged late, when it changes by no more than step errors make of it.
             tighter *= _TIGHTER
@@ -91,39 +87,37 @@ class Plan:
             size = self.options.step or 0.0
             # a step twice as long shows more than ten times would: the method may not be stable there
             return self.method(size=size if factor == 1.0 else 2 * size)
-        share = _FINE if self.search is not None else _OTHERS
+        share = _OTHERS if self.search is None else _FINE
         tolerance = max(share * self.rtol, _TIGHTEST_TRAIN_STEP) * factor
-        if self.search is not None:
-            return self.search(tolerance=tolerance, compiled=self.compiled)
-        return self.method(tolerance=tolerance)
+        if self.search is None:
+            return self.method(tolerance=tolerance)
+        return self.search(tolerance=tolerance, compiled=self.compiled)
 
 
 @lru_cache(maxsize=64)
-def plan_of(options: SimulateOptions) -> Plan:
-    """Settle what ``options`` leave open.
+def setup_of(options: SimulateOptions) -> Setup:
+    """Fill in the defaults of ``options``.
 
     Raises
     ------
     InvalidValueError
-        When a setting is given that the method has no use for, or the backend is not there.
+        When the backend is not there.
     """
     name = options.integrator
     if name is None:
         tight = options.rtol is not None and options.rtol < _HIGH_ORDER
         name = "rkn1210" if tight else "rkn86"
     method: type[Integrator] = load("integrators", name)
-    ours = issubclass(method, Nystroem)
-    options.check(name, ["rtol" if method.adaptive else "step", *(["backend"] if ours else [])])
-    rtol, step = options.rtol, options.step
-    if method.adaptive:
-        rtol = _RTOL if rtol is None else rtol
-    else:
-        step = _STEP if step is None else step
-    compiled = chosen(options.backend) if ours else None
-    settled = evolve(
-        options, integrator=name, rtol=rtol, step=step, backend="numpy" if compiled is None else "compiled"
+    search = method if issubclass(method, Nystroem) else None
+    compiled = chosen(options.backend) if search else None
+    filled = evolve(
+        options,
+        integrator=name,
+        rtol=(options.rtol or _RTOL) if method.adaptive else None,
+        step=None if method.adaptive else (options.step or _STEP),
+        backend="numpy" if compiled is None else "compiled",
     )
-    return Plan(settled, method, compiled)
+    return Setup(filled, method, search, compiled)
 
 
 def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
@@ -139,17 +133,17 @@ def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
     if not (isinstance(shock, Shock) and isinstance(chain, Chain)):
         got = f"got {type(shock).__name__} and {type(chain).__name__}"
         raise InvalidValueError.of("shock", f"must be a Shock, and the chain a Chain ({got})")
-    natural = Scales.of(chain, shock.peak_force)
+    own = Scales.of(chain, shock.peak_force)
     # One number governs everything. Its last digits are the rounding of units: cut off, so that the same scene
     # in other units, or scaled to another chain, is the same problem to the last bit.
-    ratio = float(f"{natural.rise_time(shock.rise_time):.{_DIGITS}g}")
+    ratio = float(f"{own.rise_time(shock.rise_time):.{_DIGITS}g}")
     strength = ratio * shock.profile.areas().total / MOMENTUM
     force = min(1.0, strength**1.2)
-    scales = natural if force == 1.0 else Scales.of(chain, shock.peak_force * force)
+    scales = own if force == 1.0 else Scales.of(chain, shock.peak_force * force)
     problem = ChainProblem(shock.profile, ratio * force ** (1 / 6), 1 / force, chain.granules)
     if problem.duration > _LONGEST:
         raise NumericalError(
-            f"the shock lasts {problem.duration:.3g} natural times of its wave, {_LONGEST:g} is the most:"
+            f"the shock lasts {problem.duration:.3g} characteristic times of its wave, {_LONGEST:g} is the most:"
             " so slow a force is a matter of statics (shorten it, or soften the granules)"
         )
     return problem, scales

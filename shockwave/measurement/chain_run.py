@@ -6,12 +6,11 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from attrs import define, field, frozen
+from attrs import define, field
 
-from shockwave.measurement.peaks import Peak, PeakLog, characteristic_time
+from shockwave.measurement.peak_log import Peak, PeakLog, characteristic_time
 from shockwave.measurement.result import MeasuredWave
-from shockwave.measurement.wave_limits import settling
-from shockwave.measurement.wave_reading import Probe
+from shockwave.measurement.waves import Probe, settling
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.march import Span, Stretch, free_granules, march
@@ -38,29 +37,9 @@ _REACH = 8
 _FARTHEST = 2000
 
 
-@frozen
-class Demand:
-    """Demands on a run.
-
-    ``wave_threshold`` is the weakest wave that counts, over the primary; ``primary`` and ``later`` are the doubts
-    allowed in their peaks, relative to each; ``most_contacts`` the longest chain.
-    """
-
-    wave_threshold: float
-    primary: float
-    later: float
-    most_contacts: int
-
-    def doubt_allowed(self, head: Peak, strongest: float) -> float:
-        """For the wave at ``head``: weak waves are less sure, as rounding and step errors weigh more."""
-        if head.force >= strongest:
-            return self.primary
-        return self.later * math.sqrt(strongest / head.force)
-
-
 @define
 class _Reading:
-    """A wave that is known: its last peak then, the probe set before it, the doubt left in its peak."""
+    """A wave at its limit: its last peak then, the probe set before it, the bound on its distance from the limit."""
 
     head: Peak
     probe: Probe
@@ -82,14 +61,20 @@ class _Reading:
 
 
 @define(eq=False)
-class Run:
+class ChainRun:
     """A run and its result, in scaled units.
 
     Attributes
     ----------
+    wave_threshold : float
+        Weakest wave that counts, over the primary.
+    primary_doubt, later_doubt : float
+        Bounds asked of the distance of peaks from their limits, relative to each; weak later waves may have more.
+    most_contacts : int
+        Length of the longest chain.
     waves : tuple of MeasuredWave
         In the order in which they pass; their ``error_estimate`` bounds how far the peak is from its limit along the
-        chain (where the chain ends its answer is the peak itself, doubted by the error allowed in a step).
+        chain (where the chain ends its answer is the peak itself, with the error allowed in a step).
     recoils : tuple of float
         Velocities of the rebounding granules, first granule first.
     unfinished_recoil : float
@@ -108,7 +93,10 @@ class Run:
 
     problem: ChainProblem
     integrator: Integrator
-    demand: Demand
+    wave_threshold: float
+    primary_doubt: float
+    later_doubt: float
+    most_contacts: int
     log: PeakLog = field(init=False)
     waves: tuple[MeasuredWave, ...] = ()
     recoils: tuple[float, ...] = ()
@@ -130,8 +118,14 @@ class Run:
             last = self.problem.granules - 2
             self._free_end = Probe(max(last - _REACH, last // 2), self.problem)
 
-    def go(self) -> None:
-        """March until the waves are known, and on until those of a finite chain have left it."""
+    def finished(self) -> ChainRun:
+        """March until the waves are known, each passing a probe, and on until those of a finite chain have left it.
+
+        Raises
+        ------
+        NumericalError
+            When the integrator fails.
+        """
         stretches = _stretches(march(self.problem, self.integrator), self.problem.duration)
         for stretch in stretches:
             self._observe(stretch)
@@ -145,14 +139,14 @@ class Run:
         ejected = EJECTED * max((wave.granule_velocity for wave in self.waves), default=0.0)
         self.recoils, self.unfinished_recoil = _recoils(x, v, ejected)
         granules = self.problem.granules
-        if granules is None or granules - self._front > _FARTHEST:
-            return
-        while not self._is_spent(stretch):
-            stretch = next(stretches)
-            self.steps += len(stretch.spans)
-        x, v = stretch.x[-1], stretch.v[-1]
-        flown = v[::-1][: _flown(x, v)]
-        self.spalls = tuple(flown[flown > ejected].tolist())
+        if granules is not None and granules - self._front <= _FARTHEST:
+            while not self._is_spent(stretch):
+                stretch = next(stretches)
+                self.steps += len(stretch.spans)
+            x, v = stretch.x[-1], stretch.v[-1]
+            flown = v[::-1][: _flown(x, v)]
+            self.spalls = tuple(flown[flown > ejected].tolist())
+        return self
 
     @property
     def reached_end(self) -> bool:
@@ -191,7 +185,7 @@ class Run:
         """Set a probe before each wave that is known now; True once every wave has one."""
         x, v = stretch.x[-1], stretch.v[-1]
         noise = _NOISE * self.integrator.tolerance
-        waves, complete = settling(self.log, stretch.end, x, v, self.demand.wave_threshold, noise)
+        waves, complete = settling(self.log, stretch.end, x, v, self.wave_threshold, noise)
         if not waves:
             return False
         strongest = max(head.force for head, _ in waves)
@@ -200,8 +194,11 @@ class Run:
         # In order: behind a wave that has not settled, a peak may linger at a value that is not its last.
         for head, doubt in waves[len(self._readings) :]:
             # The primary is worth any length of chain; the others get what it needed, or a fair share.
-            late = front > (self.demand.most_contacts if head.force >= strongest else budget)
-            if not late and doubt > self.demand.doubt_allowed(head, strongest):
+            most, allowed = float(self.most_contacts), self.primary_doubt
+            if head.force < strongest:
+                # weak waves are less sure, as rounding and step errors weigh more
+                most, allowed = budget, self.later_doubt * math.sqrt(strongest / head.force)
+            if front <= most and doubt > allowed:
                 return False
             self._readings.append(_Reading(head, Probe(head.contact + _AHEAD, self.problem), doubt))
         self.settled = complete or front <= budget
@@ -222,24 +219,11 @@ class Run:
         if end is None or not self.reached_end:
             return tuple(reading.wave for reading in self._readings if reading.wave is not None)
         peaks = self.log.peaks.get(end.contact, [])
-        least = self.demand.wave_threshold * max((peak.force for peak in peaks), default=0.0)
+        least = self.wave_threshold * max((peak.force for peak in peaks), default=0.0)
         # The peak is the answer itself, and a slow force may hold both runs to their longest step: alike, they do not
         # show by how much they err.
         doubt = self.integrator.tolerance
         return tuple(end.wave(peak, self.log, doubt) for peak in peaks if peak.force >= least)
-
-
-def run(problem: ChainProblem, integrator: Integrator, demand: Demand) -> Run:
-    """March until the waves are known, each passing a probe, and on until those of a finite chain have left it.
-
-    Raises
-    ------
-    NumericalError
-        When the integrator fails.
-    """
-    result = Run(problem, integrator, demand)
-    result.go()
-    return result
 
 
 def _stretches(spans: Iterator[Span], duration: float) -> Iterator[Stretch]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
+from collections.abc import Iterator
+from itertools import pairwise, takewhile
 
 import numpy as np
 from attrs import define, field, frozen
@@ -17,7 +18,7 @@ from shockwave.simulation.march import Span, Stretch
 # Peaks weaker than this, over the strongest so far, are the noise floor of a chain at rest.
 _FLOOR = 1e-4
 # A peak force read off the polynomial between the ends of a step errs by at most this share of itself, times the eighth
-# power of the step over the natural time of the wave; and it is read off so if that is this share of a step's error.
+# power of the step over the characteristic time of the wave; it is read off so if that is this share of a step's error.
 _LOSS = 6e-5
 _NEGLIGIBLE = 0.1
 # Newton's corrections of the time of a peak; one smaller than this leaves no error but rounding in the force.
@@ -99,13 +100,8 @@ class PeakLog:
         A peak is a head when the next contact has not peaked since, and may still be expected to.
         """
         oldest = now - _patience(_FLOOR * self.strongest)
-        strongest = 0.0
-        for peaks in self.peaks.values():
-            for peak in reversed(peaks):
-                if peak.time < oldest:
-                    break
-                if peak.force > strongest and now - peak.time < _patience(peak.force):
-                    strongest = peak.force
+        under_way = (peak.force for peak in self._since(oldest) if now - peak.time < _patience(peak.force))
+        strongest = max(under_way, default=0.0)
         # Stirrings below the share must not hide the wave that has just gone by.
         found = []
         passed = -math.inf
@@ -117,6 +113,10 @@ class PeakLog:
             passed = -math.inf if last is None else last.time
         return found
 
+    def _since(self, oldest: float) -> Iterator[Peak]:
+        for peaks in self.peaks.values():
+            yield from takewhile(lambda peak: peak.time >= oldest, reversed(peaks))
+
     def top(self) -> Peak:
         """The strongest peak of all."""
         return max((peak for peaks in self.peaks.values() for peak in peaks), key=lambda peak: peak.force)
@@ -126,13 +126,12 @@ class PeakLog:
 
         It is followed from contact to contact: a wave just ahead may not have passed ``contact`` yet either.
         """
-        for following in range(head.contact + 1, contact + 1):
-            least = _SAME_WAVE * head.force
-            later = (p for p in self.peaks.get(following, ()) if p.time > head.time and p.force > least)
-            if (found := next(later, None)) is None:
-                return None
-            head = found
-        return head
+        found: Peak | None = head
+        while found is not None and found.contact < contact:
+            here, least = found, _SAME_WAVE * found.force
+            following = self.peaks.get(here.contact + 1, ())
+            found = next((peak for peak in following if peak.time > here.time and peak.force > least), None)
+        return found
 
 
 def history(head: Peak, contacts: int) -> list[Peak]:

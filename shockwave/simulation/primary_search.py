@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import islice
 from types import ModuleType
 
 import numpy as np
 
 from shockwave.simulation.nystroem import Nystroem
-from shockwave.simulation.primary_request import Passage, Primary, Request
+from shockwave.simulation.problem import Passage, Primary, Request
 
 # Shocks that run side by side in the compiled code.
 _WIDTH = 8
@@ -32,7 +33,8 @@ def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled
     found: dict[int, Primary] = {}
     for group in groups.values():
         group.sort(key=lambda index: requests[index].problem.duration, reverse=True)
-        found |= zip(group, _search_compiled(compiled, method, [requests[index] for index in group]), strict=True)
+        answers = _search_compiled(compiled, method, [requests[index] for index in group])
+        found |= zip(group, answers, strict=True)
     return [found[index] for index in range(len(requests))]
 
 
@@ -53,24 +55,17 @@ def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: lis
         terms += len(path.coefficients)
         stops += problem.stops
         wanted += request.contacts
-    paths = [request.problem.path for request in requests]
+    rows = np.concatenate([request.problem.path.rows for request in requests])
+    coefficients = np.concatenate([request.problem.path.coefficients for request in requests])
     found = np.zeros((len(requests), len(Primary._fields) - 1))
     passages = np.full((len(wanted), 3), math.nan)
     passages[:, 0] = wanted
-    compiled.primary(
-        method.tableau.packed,
-        np.array(jobs),
-        np.concatenate([path.rows for path in paths]),
-        np.concatenate([path.coefficients for path in paths]),
-        np.array(stops),
-        passages,
-        found,
-        1 if len(requests) < _WIDTH else _WIDTH,
-    )
-    rows = iter(passages.tolist())
+    lanes = 1 if len(requests) < _WIDTH else _WIDTH
+    compiled.primary(method.tableau.packed, np.array(jobs), rows, coefficients, np.array(stops), passages, found, lanes)
+    triples = iter(passages.tolist())
     answers = []
     for numbers, request in zip(found.tolist(), requests, strict=True):
-        triples = [next(rows) for _ in request.contacts]
-        reached = [Passage(int(contact), time, force) for contact, time, force in triples if not math.isnan(time)]
-        answers.append(Primary._make([*numbers, tuple(reached)]))
+        own = islice(triples, len(request.contacts))
+        reached = tuple(Passage(int(contact), time, force) for contact, time, force in own if not math.isnan(time))
+        answers.append(Primary._make([*numbers, reached]))
     return answers

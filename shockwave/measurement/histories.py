@@ -1,0 +1,149 @@
+"""Parts of a result that take another integration: the primary at any contact, and histories of the chain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from attrs import evolve
+
+from shockwave.chain.solitary_wave import SPEED
+from shockwave.errors import InvalidValueError, NumericalError
+from shockwave.measurement.peak_log import PeakLog
+from shockwave.measurement.result import Passage, Recording, SimulationResult
+from shockwave.measurement.simulation_setup import scaled, setup_of
+from shockwave.quadrature import FloatArray
+from shockwave.simulation.march import Span, Stretch, march
+from shockwave.simulation.primary_search import find_primaries
+from shockwave.simulation.problem import contact_energies, contact_forces
+
+# By how much a peak nears its limit from contact to contact, at least.
+_FALL = 0.98**0.25
+# A free end is felt so many contacts away.
+_REACH = 8
+# Samples to a characteristic time of the wave, and such times after the passage of the last contact.
+_SAMPLES = 10
+_AFTER = 5.0
+_MOST_NUMBERS = 20_000_000
+
+
+# ---------------------------------------------------------------- passages of the primary
+
+
+def passage_at(result: SimulationResult, contact: int) -> Passage:
+    """See `SimulationResult.passage`."""
+    contact = _checked(result, contact)
+    found, granules = result.found, result.chain.granules
+    feels_end = granules is not None and (result.measured is not None or contact > granules - 2 - _REACH)
+    beyond = contact - found.contact
+    exact = beyond >= 0 and not feels_end
+    error = result.error_estimate
+    if exact:
+        # Slope and origin of the path of the exact wave: its speed scales as the sixth root of the peak force.
+        time, force = found.time + beyond / (SPEED * found.peak ** (1 / 6)), found.peak
+        # what the peak lacked of its limit where it was read, and how that falls off at the slowest
+        error += abs(found.last / found.peak - 1) * _FALL**beyond
+    else:
+        time, force = _integrated(result, contact, feels_end)
+    return Passage(
+        contact=contact,
+        arrival_time=time * result.scales.time,
+        peak_force=force * result.scales.force,
+        exact=exact,
+        error_estimate=error,
+    )
+
+
+def _checked(result: SimulationResult, contact: int) -> int:
+    """The number of a contact of this chain."""
+    granules = result.chain.granules
+    whole = isinstance(contact, int | np.integer) and not isinstance(contact, bool)
+    if not whole or contact < 0 or (granules is not None and contact > granules - 2):
+        most = "" if granules is None else f" and at most {granules - 2}, the last of this chain"
+        raise InvalidValueError.of("contact", f"must be a whole number of at least 0{most} (got {contact!r})")
+    return int(contact)
+
+
+def _integrated(result: SimulationResult, contact: int, feels_end: bool) -> tuple[float, float]:
+    """Time and force of the peak, from the chain integrated up to there once more."""
+    setup = setup_of(result.options)
+    problem, _ = scaled(result.shock, result.chain)
+    if setup.search is not None and not feels_end:
+        # as if the chain had no end: the front does not feel it before it is there
+        request = setup.request(evolve(problem, granules=None), contacts=(contact,))
+        (primary,) = find_primaries([request], setup.search, setup.compiled)
+        found = [(passage.time, passage.force) for passage in primary.passages]
+    else:
+        log = PeakLog()
+        for span in march(problem, setup.integrator()):
+            log.observe(Stretch.of(span))
+            if contact in log.peaks or max(log.peaks, default=0) > contact + 8:
+                break
+        found = [(peak.time, peak.force) for peak in log.peaks.get(contact, ())]
+    if not found:
+        raise NumericalError(f"the front has no peak of its own at contact {contact}: the force still rises there")
+    return found[0]
+
+
+# ---------------------------------------------------------------- histories
+
+
+def record(result: SimulationResult) -> Recording:
+    """The histories that ``result.options`` ask for; the chain is integrated once more.
+
+    Raises
+    ------
+    InvalidValueError
+        When the chain has no such contact, or the histories would not fit into memory.
+    """
+    options, scales = result.options, result.scales
+    for contact in options.contacts:
+        _checked(result, contact)
+    until = _end(result) / scales.time
+    interval = 1 / _SAMPLES if options.interval is None else options.interval / scales.time
+    count = int(until / interval * (1 + 1e-12)) + 1
+    granules = result.primary.contact + until
+    if count * (len(options.contacts) + 2 * granules) > _MOST_NUMBERS:
+        got = f"got {interval * scales.time:g} s for {until * scales.time:g} s; or give an earlier until"
+        problem = f"must be longer, for the histories would have {count} samples ({got})"
+        raise InvalidValueError.of("interval", problem)
+    times = interval * np.arange(count)
+    spans = march(scaled(result.shock, result.chain)[0], setup_of(options).integrator())
+    x, v = _states(spans, times.tolist())
+    kept: dict[str, FloatArray] = {}
+    if "forces" in options.record:
+        forces = contact_forces(x)
+        at = [forces[contact] if contact < len(forces) else 0 * times for contact in options.contacts]
+        kept["forces"] = scales.force * np.array(at).T
+    if "field" in options.record:
+        moved = 1 + max(np.flatnonzero(x.any(axis=1)), default=-1)
+        kept["displacements"] = scales.energy / scales.force * x[:moved].T
+        kept["velocities"] = scales.velocity * v[:moved].T
+    if "energies" in options.record:
+        kept["kinetic_energy"] = scales.energy * 0.5 * np.sum(v * v, axis=0)
+        kept["contact_energy"] = scales.energy * np.sum(contact_energies(x), axis=0)
+    return Recording(times=np.asarray(times * scales.time), contacts=options.contacts, **kept)
+
+
+def _end(result: SimulationResult) -> float:
+    """End of the histories [s]."""
+    options = result.options
+    if options.until is not None:
+        return options.until
+    last = result.passage(max(options.contacts)) if options.contacts else result.primary
+    return last.arrival_time + _AFTER * result.scales.time
+
+
+def _states(spans: Iterator[Span], times: list[float]) -> tuple[FloatArray, FloatArray]:
+    """Positions and velocities at these times, the first of which is 0; shape (granules, times)."""
+    states = [(np.zeros(0), np.zeros(0))]
+    span = next(spans)
+    for time in times[1:]:
+        while time > span.end:
+            span = next(spans)
+        states.append((span.x1, span.v1) if time == span.end else span.at(time))
+    # the window grows: granules that it did not hold yet are at rest
+    x, v = np.zeros((2, max(2, len(span.x1)), len(times)))
+    for index, (positions, velocities) in enumerate(states):
+        x[: len(positions), index], v[: len(positions), index] = positions, velocities
+    return x, v
