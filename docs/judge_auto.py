@@ -67,9 +67,9 @@ def drawn(seed: int, count: int) -> list[sw.Shock]:
 
 
 def fresh() -> None:
-    """Forget what is known of shapes, so that each time counts all of the work."""
+    """Clear the caches of shapes, so that each time counts all of the work."""
     auto.forget()
-    base._kept_areas.cache_clear()
+    base._areas.cache_clear()
     short._of_one.cache_clear()
 
 

@@ -1,4 +1,4 @@
-"""Force records as text: separators, units, headers, faults with their lines."""
+"""Force records as text files: separators, units, headers, errors with their lines."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from shockwave.errors import FileAccessError, InvalidValueError, ShockwaveError
-from shockwave.profiles.record import Record, read_record
+from shockwave.profiles.record_file import Record, read_record
 
 ROOT = pathlib.Path(__file__).parents[1]
 TIMES = [0.0, 0.5, 1.0, 2.5]
@@ -61,7 +61,7 @@ def test_every_separator_is_found(read, separator, decimal):
     assert record.notes == ()
 
 
-@pytest.mark.parametrize("mark", ["#", "%", "//", ";", "  # "], ids=["hash", "percent", "slashes", "semi", "inset"])
+@pytest.mark.parametrize("mark", ["#", "%", "//", "  # "], ids=["hash", "percent", "slashes", "inset"])
 def test_comments_and_blank_lines_stand_anywhere(read, mark):
     lines = rows().splitlines()
     text = f"{mark} made in 1.5 h\n\ntime [s], force [N]\n{lines[0]}\n{mark} x\n \t\n" + "\n".join(lines[1:]) + "\n\n"
@@ -92,10 +92,8 @@ def test_line_ends_and_byte_order_marks_do_not_matter(read, end, mark):
         ("time_ms,force_kN", ",", 1e-3, 1e3),
         ("Time (Seconds),Force (kg*m/s^2)", ",", 1.0, 1.0),
         ("ms,N", ",", 1e-3, 1.0),
-        ("Time,Load\n(ms),(kN)", ",", 1e-3, 1e3),
-        ("Time [ms],Load\n-,kN", ",", 1e-3, 1e3),
     ],
-    ids=lambda value: value.replace("\n", "|") if isinstance(value, str) and len(value) > 1 else "",
+    ids=lambda value: value if isinstance(value, str) and len(value) > 1 else "",
 )
 def test_units_of_the_header_are_converted(read, header, separator, time_unit, force_unit):
     record = read(f"{header}\n{rows(separator)}")
@@ -109,13 +107,12 @@ def test_units_of_the_header_are_converted(read, header, separator, time_unit, f
         ("time [N],force [s]", [":2: unit of time: ", ":2: unit of force: "]),
         ("time [ms],force [V]", [":2: unit of force: must be a unit of force (got 'V'"]),
         ("time [9**9**9**9],force [N]", [":2: unit of time: must be a unit of time (got '9**9**9**9'"]),
-        ("time,force\nms,furlong", [":3: unit of force: must be a unit of force (got 'furlong'"]),
         ("time,force,x", [":2: header: must name every column (got 3 names; line 3 has 2"]),
         ("time,5", [":2: row: must be names of columns, or numbers alone (got 'time,5')"]),
-        ("made by\nA. Smith\ntime,force", [":4: row: must be numbers, after at most two header lines"]),
+        ("made by A. Smith\ntime,force", [":3: row: must be numbers, after at most one header line"]),
         ("time,t", [":3: columns: must be one column of time and one of force (got 2: 'time', 't'"]),
     ],
-    ids=["dimensions", "volts", "hostile", "second-line", "three-names", "number", "preamble", "two-times"],
+    ids=["dimensions", "volts", "hostile", "three-names", "number", "preamble", "two-times"],
 )
 def test_a_wrong_header_is_named_with_its_line(read, header, faults):
     found = faults_of(read, f"# comment\n{header}\n{rows()}")
@@ -128,13 +125,12 @@ SWAPPED = "".join(f"{f},{t}\n" for t, f in zip(TIMES, FORCES, strict=True))
 MANY = "".join(f"1,{t},20,{f}\n" for t, f in zip(TIMES, FORCES, strict=True))
 NO_TIME = "the time has no unit: seconds are assumed"
 NO_FORCE = "the force has no unit: newtons are assumed"
-BY_NAME = "time and force were found by their names: "
 NOTED: dict[str, tuple[str, list[str]]] = {
     "no-header": (COMMA, [NO_TIME, NO_FORCE]),
     "comment": (f"# hammer\n# time [s], force [N]\n{COMMA}", ["the header was read from the comment in line 2"]),
-    "swapped": (f"force [N],time [s]\n{SWAPPED}", [f"{BY_NAME}column 2, 'time', and column 1, 'force'"]),
-    "many": (f"no,Time [s],K,Load cell [N]\n{MANY}", [f"{BY_NAME}column 2, 'Time', and column 4, 'Load cell'"]),
-    "names": (f"A [s],B [N]\n{COMMA}", ["the columns 'A' and 'B' were taken as time and force"]),
+    "swapped": (f"force [N],time [s]\n{SWAPPED}", ["time and force are the columns 'time' and 'force'"]),
+    "many": (f"no,Time [s],K,Load cell [N]\n{MANY}", ["time and force are the columns 'Time' and 'Load cell'"]),
+    "names": (f"A [s],B [N]\n{COMMA}", ["time and force are the columns 'A' and 'B'"]),
     "quotes": ('"time [s]","force [N]",\n"0","0",\n"0.5","2",\n"1","1.25",\n"2.5","0",\n', []),
     "one-separator-at-an-end": ("time [s],force [N]\n" + COMMA.replace("1.25", "1.25,"), []),
 }
@@ -151,8 +147,10 @@ REFUSED = {
     "no-header": ("0,1,2\n1,2,3\n", "got 3: no header"),
     "no-known-name": ("a,b,c\n0,1,2\n", "got 3: 'a', 'b', 'c'"),
     "decimal-comma": ("0,5 1,5\n", "separate the columns by semicolons"),
-    "two-decimal-signs": ("0;0\n0,5;100\n1;1.000\n", ":3: row: must have one decimal sign (got '1;1.000' after"),
-    "no-comment": ("0;0\n;1\n2;0\n", ":2: time: must be a finite number"),
+    "two-decimal-signs": (
+        "0;0\n0,5;100\n1;1.000\n",
+        ":3: force: must be a finite number of N (got '1.000'; use the decimal comma",
+    ),
     "long-line": ("0,0\n" + "1," * 20_000, ":2: row: must have at most 10000 characters (got 40000)"),
     "empty": ("", "rows: must be numbers, a time and a force"),
 }
@@ -188,7 +186,7 @@ def test_bad_rows_of_every_kind_are_named_together(read):
     assert [fault.split(":")[1] for fault in faults_of(read, "0,0\nx,1\n2\n3,y\n4,0\n")] == ["2", "3", "4"]
 
 
-def test_at_most_twenty_bad_rows_are_told(read):
+def test_at_most_twenty_bad_rows_are_listed(read):
     assert len(faults_of(read, "0,0\n" + "x,y\n" * 1000)) == 20
 
 
@@ -205,7 +203,7 @@ def test_at_most_twenty_bad_rows_are_told(read):
     ],
     ids=["missing", "directory", "nul", "long-name"],
 )
-def test_a_path_that_cannot_be_read_is_told_in_a_sentence(tmp_path, name, sentence):
+def test_a_path_that_cannot_be_read_is_reported(tmp_path, name, sentence):
     with pytest.raises(FileAccessError, match=sentence):
         read_record(tmp_path / name)
 
@@ -215,14 +213,9 @@ def test_a_file_that_is_not_utf8_names_byte_and_line(read):
         read(b"# c\ntime [\xb5s], force [N]\n0,0\n")
 
 
-@pytest.mark.parametrize(
-    ("limit", "problem"),
-    [("_MOST_BYTES", "must be at most 3 bytes"), ("_MOST_LINES", "keep only the pulse")],
-    ids=["bytes", "lines"],
-)
-def test_a_file_that_is_too_large_is_refused(read, monkeypatch, limit, problem):
-    monkeypatch.setattr(f"shockwave.profiles.record.{limit}", 3)
-    with pytest.raises(FileAccessError, match=problem):
+def test_a_file_that_is_too_large_is_refused(read, monkeypatch):
+    monkeypatch.setattr("shockwave.profiles.record_file._MOST_BYTES", 3)
+    with pytest.raises(FileAccessError, match="must be at most 3 bytes"):
         read(rows())
 
 
@@ -230,7 +223,7 @@ def test_pint_is_not_imported_for_units_of_si(tmp_path):
     path = tmp_path / "pulse.csv"
     path.write_text(f"time [s], force [N]\n{rows()}")
     code = (
-        "import pathlib, sys; from shockwave.profiles.record import read_record;"
+        "import pathlib, sys; from shockwave.profiles.record_file import read_record;"
         "read_record(pathlib.Path(sys.argv[1])); print('pint' in sys.modules)"
     )
     command = [sys.executable, "-c", code, str(path)]

@@ -128,9 +128,14 @@ def test_a_constant_baseline_is_subtracted():
 CLEANED = {
     "start-time": (range(5, 9), [0, 1, 0.5, 0], [0, 1, 0.5, 0], "the times start at 5 s, and were shifted"),
     # Half of one newton times two seconds, in 8 N s.
-    "below": (range(6), [0, 4, 2, -1, 2, 0], [0, 1, 0.5, 0, 0.5, 0], "1 of 6 samples lay below zero and was set"),
-    "lead": (range(6), [0, 0, 0, 1, 0.5, 0], [0, 1, 0.5, 0], "2 quiet samples before the pulse were cut off (0 %"),
-    "tail": (range(6), [0, 1, 0.5, 0, 0.009, 0], [0, 1, 0.5, 0], "samples after the pulse were cut off (0.6 %"),
+    "below": (
+        range(6),
+        [0, 4, 2, -1, 2, 0],
+        [0, 1, 0.5, 0, 0.5, 0],
+        "samples below zero, set to zero: 1 of 6 (12 % of",
+    ),
+    "lead": (range(6), [0, 0, 0, 1, 0.5, 0], [0, 1, 0.5, 0], "quiet samples before the pulse, cut off: 2 (0 %"),
+    "tail": (range(6), [0, 1, 0.5, 0, 0.009, 0], [0, 1, 0.5, 0], "quiet samples after the pulse, cut off: 2 (0.6 %"),
     "start": (range(4), [0.25, 1, 0.5, 0], [0.25, 1, 0.5, 0], "the record starts at 0.25 N, 25 % of its peak"),
     "end": (range(4), [0, 1, 0.5, 0.125], [0, 1, 0.5, 0.125], "the record ends at 0.125 N, 12 % of its peak"),
 }

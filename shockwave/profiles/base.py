@@ -47,17 +47,17 @@ class ShockProfile(abc.ABC):
        property or an attrs field. With attrs, every other field is a parameter of the profile.
     2. ``rise(s)`` is F1 on 0 <= s <= 1 and ``decay(s)`` is F2 on 1 <= s <= n. Both are vectorised: they take
        a float array of any shape and return one of the same shape. They are not called outside their range.
+       Both are pure: the same s gives the same value, in any array and in every process.
     3. Values are finite, never negative, and at most 1; ``rise(1)`` and ``decay(1)`` are 1.
-    4. Both are pure: the same s gives the same value, in every process.
-    5. ``breakpoints`` ascends from 0 to n, contains 1 and every s at which the force or one of its first few
+    4. ``breakpoints`` ascends from 0 to n, contains 1 and every s at which the force or one of its first few
        derivatives jumps. The default is (0, 1, n).
-    6. ``closed_areas``, ``closed_running_impulse`` and ``closed_double_integral`` return None (the default: the
+    5. ``closed_areas``, ``closed_running_impulse`` and ``closed_double_integral`` return None (the default: the
        integral is computed by quadrature) or the exact integral, accurate to a few units in the last place.
        ``closed_free_path`` returns None (the default: polynomials are fitted to the force) or the table of
        impulse and displacement on [0, n], as accurate.
-    7. ``recorded_peak_force`` and ``recorded_rise_time`` are None (the default), or the newtons and seconds
+    6. ``recorded_peak_force`` and ``recorded_rise_time`` are None (the default), or the newtons and seconds
        of the measurement that the shape was read from.
-    8. ``notes`` are sentences on what was changed in the given data; none by default.
+    7. ``notes`` are sentences on what was changed in the given data; none by default.
 
     A subclass writes only these; every other method is final. Values that the profile of a plugin or a script returns
     are checked as they are used; a violation is a `PluginError`.

@@ -15,7 +15,7 @@ from shockwave.registry import KINDS, find, load
 class Contract:
     """Base class of the contracts: each clause is a test, which runs for each thing that the subclass lists."""
 
-    #: Clauses or tests that are left out, each with its reason: ``{"clause 7": "the closed form is good to 1e-9"}``.
+    #: Clauses or tests that are left out, each with its reason: ``{"clause 5": "closed forms are accurate to 1e-9"}``.
     leave_out: ClassVar[Mapping[str, str]] = {}
 
     # What a test calls a member of the list, and what each member is; the list is named in the plural.

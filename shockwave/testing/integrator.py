@@ -32,7 +32,7 @@ _STEP = 0.02
 _ROUNDING = 1e-12
 # A dense output of lower order may be some ten times worse than the steps.
 _DENSE = 30.0
-# Symplectic methods keep the form of `form_defect` to 1e-9, others of order 12 to 1e-5.
+# Symplectic methods keep the form of `form_defect` to 1e-8, others of order 12 to 1e-5.
 _KEPT = 1e-7
 # Where contacts open the force is smooth once only: fixed steps of 0.01 and tolerances of 1e-8 are better than this.
 _OPENING = 2e-3
