@@ -70,7 +70,7 @@ def failures(profile: Any, contract: type[ProfileContract] = ProfileContract) ->
             except pytest.skip.Exception:
                 continue
             except (pytest.fail.Exception, Exception) as failure:
-                found[str(case[0].number) if case else name] = str(failure)
+                found[case[0][7] if case else name] = str(failure)
     return found
 
 

@@ -75,7 +75,7 @@ NO_PULSES = {
     "two": ([0, 1], [0, 1], r"times: must have at least three samples"),
     "nan": ([0, 1, float("nan")], [0, 1, 0], r"times\[2\]: must be a finite number s \(got nan\)"),
     "words": ([0, 1, 2], [0, "x", 0], r"forces: must be a sequence of numbers \(got \[0, 'x', 0\]\)"),
-    "no-lists": ("012", 3, r"times: must be a sequence.*\nforces: must be a sequence of numbers \(got 3\)"),
+    "no-list": ([0, 1, 2], 3, r"forces: must be a sequence of numbers \(got 3\)"),
     "unsorted": ([0, 2, 1, 1], [0, 1, 1, 0], r"times\[2\]: must be greater.*\ntimes\[3\]: must be greater"),
     "lengths": ([0, 1, 2], [0, 1], r"forces: must have one force for each.*got 2 forces and 3 times\)"),
     "no-force": ([0, 1, 2], [0, -1, 0], r"forces: must be > 0 N somewhere \(got at most 0 N; turn the sign"),

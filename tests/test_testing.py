@@ -108,7 +108,7 @@ def test_each_clause_of_the_docstring_has_a_test(contract: type, kind: str, sign
     names = [re.match(rf"test_{kind}clause_(\d+)_", name) for name in dir(contract)]
     tested = {int(name[1]) for name in names if name}
     if contract is ProfileContract:
-        tested |= {clause.number for clause in CLAUSES if clause.number}
+        tested |= {int(clause[7]) for clause in CLAUSES}
     written = {int(number) for number in re.findall(r"^ +(\d+)\. ", signed.__doc__ or "", re.MULTILINE)}
     # The count is written out, for a docstring that cannot be read would agree with no tests at all.
     assert written == tested == set(range(1, count + 1))
@@ -190,13 +190,12 @@ def test_a_wrong_list_is_an_error_of_pytest(printed: str, message: str) -> None:
     assert message in printed
 
 
-def test_one_fault_is_one_failure_with_the_line_and_the_remedy(printed: str) -> None:
+def test_one_fault_is_one_failure_with_its_line(printed: str) -> None:
     results = re.findall(r"TestForOneNumber::test_\w+\[.*\] (\w+)", printed)
     assert results.count("FAILED") == 1
     report = printed.split("= FAILURES =")[1]
     assert "rise(s) must take an array of any shape, and not raise (got ValueError: The truth value" in report
     assert "in test_it.py, line 9: if s < 0.5:" in report
-    assert "to mend: s is an array: compute element by element with numpy functions alone" in report
     assert "see clause 2, vectorised first" in printed
 
 

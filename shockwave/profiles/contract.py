@@ -8,11 +8,10 @@ from numbers import Real
 from typing import Any
 
 import numpy as np
-from attrs import frozen
 
 from shockwave.fields import Quantity, text_of
 from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.guard import ROUNDING, ViolationError, array_of, blamed, checked, kept, trusted
+from shockwave.profiles.guard import ROUNDING, ViolationError, array_of, blamed, guarded, kept, trusted
 from shockwave.quadrature import FloatArray, Integral
 
 #: A closed integral that is further than this from the quadrature, relatively, is not that of the force.
@@ -22,22 +21,7 @@ _RATIO = Quantity("", "n", above=1)
 _RECORDED = Quantity("", "newtons or seconds", above=0, optional=True)
 
 
-@frozen
-class Clause:
-    """One clause of the contract of `ShockProfile`, by its number there.
-
-    ``check`` raises a `ViolationError` for a profile that breaks it; ``remedy`` is how to mend the profile.
-    """
-
-    number: int
-    name: str
-    check: Callable[[ShockProfile], None]
-    remedy: str
-
-    def __str__(self) -> str:
-        return f"clause {self.number}, {self.name}"
-
-
+@kept
 def examine(profile: ShockProfile) -> None:
     """Check the contract of a profile that is not shockwave's own, before it is used.
 
@@ -47,13 +31,8 @@ def examine(profile: ShockProfile) -> None:
         When it breaks the contract.
     """
     if not trusted(profile):
-        _examined(profile)
-
-
-@kept
-def _examined(profile: ShockProfile) -> None:
-    for clause in CLAUSES:
-        clause.check(profile)
+        for check in CLAUSES.values():
+            check(profile)
 
 
 @cache
@@ -108,7 +87,7 @@ def _check_vectorised(profile: ShockProfile) -> None:
 
 def _check_values(profile: ShockProfile) -> None:
     for name, s in _branches(profile):
-        values = checked(profile, name, s)
+        values = guarded(profile, name, s)
         peak = values[-1 if name == "rise" else 0]
         _require(abs(peak - 1) <= ROUNDING, profile, f"{name}(1) must be 1, the peak (got {peak:.9g})", 1.0)
 
@@ -162,18 +141,12 @@ def _check_notes(profile: ShockProfile) -> None:
 
 
 #: Every clause that is checked when a profile is first used; each may rely on those before it.
-CLAUSES = (
-    Clause(1, "duration ratio", _check_duration_ratio, "return the whole duration over the rise time"),
-    Clause(4, "breakpoints", _check_points, "return floats (0.0, ..., 1.0, ..., self.duration_ratio) that ascend"),
-    Clause(
-        2,
-        "vectorised",
-        _check_vectorised,
-        "s is an array: compute element by element with numpy functions alone, numpy.sin in place of math.sin,"
-        " numpy.where(s < 1, one, other) in place of if s < 1, and 0 * s + 1 for a constant; no random numbers",
-    ),
-    Clause(3, "values", _check_values, "divide the force by its peak; take numpy.maximum(..., 0.0) against rounding"),
-    Clause(5, "closed forms", check_closed_integrals, "check the formula; return None to have it by quadrature"),
-    Clause(6, "recorded values", _check_records, "return newtons or seconds, or None where nothing was measured"),
-    Clause(7, "notes", _check_notes, 'return a tuple of texts, ("the baseline was taken off",), or ()'),
-)
+CLAUSES: dict[str, Callable[[ShockProfile], None]] = {
+    "clause 1, duration ratio": _check_duration_ratio,
+    "clause 4, breakpoints": _check_points,
+    "clause 2, vectorised": _check_vectorised,
+    "clause 3, values": _check_values,
+    "clause 5, closed forms": check_closed_integrals,
+    "clause 6, recorded values": _check_records,
+    "clause 7, notes": _check_notes,
+}

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from attrs import define, frozen
-from numpy.polynomial import chebyshev
+from numpy.polynomial import chebyshev, polynomial
 
 from shockwave.numerics import elementwise, product, running_sums
 from shockwave.quadrature import FloatArray, Integrand
@@ -25,8 +25,8 @@ _EPSILON = float(np.finfo(float).eps)
 _ROUNDING = 8 * _EPSILON
 # Roundings of (n - s)/(n - 1), in units of the machine epsilon: two differences and a quotient, half a unit each.
 _SHARE_ROUNDINGS = 1.5
-# Up to this exponent of the displacement a polynomial takes less time than a power.
-_HIGHEST_POLYNOMIAL = 6
+# Exponents of the displacement at which a polynomial takes less time than a power.
+_POLYNOMIALS = range(2, 7)
 
 # Degree of the polynomials of a fit.
 _DEGREE = 32
@@ -118,33 +118,27 @@ def of_powers(rise_exponent: float, decay_exponent: float, n: float) -> FreePath
     """The table of F1 = s^eta1, F2 = ((n - s)/(n - 1))^eta2: a power and, in the decay, a line; or a polynomial."""
     a1, decay, p, q = 1 / (1 + rise_exponent), n - 1, 2 + rise_exponent, 2 + decay_exponent
     a2 = decay / (1 + decay_exponent)
-    rise_amplitude, fall_amplitude = a1 / p, a2 * decay / q
-    coefficients = []
-    rise_power = fall_power = 0.0
-    if p in _POWERS:
-        coefficients = [[rise_amplitude * c, a1 * d] for c, d in _POWERS[p]]
-    else:
-        rise_power = rise_amplitude
-    count, half = len(coefficients), (a1 + a2) * decay / 2
-    if q in _POWERS:
-        # Seen from its end the decay is a rise: odd polynomials change sign.
-        signs = (1, -1, 1, -1, 1, -1, 1)
-        falling = zip(signs, _POWERS[q], strict=False)
-        coefficients += [[fall_amplitude * sign * c, -a2 * sign * d] for sign, (c, d) in falling]
-    else:
-        fall_power = fall_amplitude
-        coefficients += [[0.0, 0.0], [0.0, 0.0]]
-    line = coefficients[count], coefficients[count + 1]
-    line[0][0] += rise_amplitude - fall_amplitude + half
-    line[0][1] += a1 + a2
-    line[1][0] += half
+    rise_power, fall_power = a1 / p, a2 * decay / q
+    # The line to which the power of the decay is added.
+    half = (a1 + a2) * decay / 2
+    line = np.array([[rise_power - fall_power + half, a1 + a2], [half, 0.0]])
+    rising = np.zeros((0, 2))
+    falling = np.zeros((2, 2))
+    if p in _POLYNOMIALS:
+        rising = _power(int(p), 0.5) * (rise_power, a1)
+        rise_power = 0.0
+    if q in _POLYNOMIALS:
+        falling = _power(int(q), -0.5) * (fall_power, -a2)
+        fall_power = 0.0
+    falling[:2] += line
+    count = len(rising)
     rows = [
         [0.0, 1.0, 0.0, count, rise_power, p, 0.0, 1.0],
-        [1.0, n, count, len(coefficients) - count, fall_power, q, n, decay],
+        [1.0, n, count, len(falling), fall_power, q, n, decay],
     ]
     # The share of the decay that is left is rounded, and its high powers multiply that.
     rounding = _ROUNDING + _SHARE_ROUNDINGS * _EPSILON * decay / (a1 + a2)
-    return FreePath(np.array(rows), np.array(coefficients), rounding)
+    return FreePath(np.array(rows), np.concatenate((rising, falling)), rounding)
 
 
 def of_samples(knots: FloatArray, forces: FloatArray, impulses: FloatArray, paths: FloatArray) -> FreePath:
@@ -174,15 +168,11 @@ def _rows(begin: FloatArray, end: FloatArray, count: npt.NDArray[np.int64]) -> F
     return np.column_stack((begin, end, count.cumsum() - count, count, none, one, none, one))
 
 
-def _powers() -> dict[float, list[tuple[float, float]]]:
-    """Chebyshev coefficients in z of y^m and y^(m - 1), y = (1 + z)/2, for each exponent m of a path."""
-    powers, half = [[1.0]], [0.5, 0.5]
-    for _ in range(_HIGHEST_POLYNOMIAL):
-        powers.append(chebyshev.chebmul(powers[-1], half).tolist())
-    return {float(m): list(zip(powers[m], [*powers[m - 1], 0.0], strict=True)) for m in range(2, len(powers))}
-
-
-_POWERS = _powers()
+@functools.cache
+def _power(exponent: int, slope: float) -> FloatArray:
+    """Chebyshev coefficients in z of y^m and y^(m - 1), y = 1/2 + slope z, shape (m + 1, 2)."""
+    path, impulse = (chebyshev.poly2cheb(polynomial.polypow([0.5, slope], m)) for m in (exponent, exponent - 1))
+    return np.column_stack((path, np.append(impulse, 0.0)))
 
 
 # ---------------------------------------------------------------- fit

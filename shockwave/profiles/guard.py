@@ -74,12 +74,8 @@ def guarded(profile: object, name: str, s: FloatArray) -> FloatArray:
     ViolationError
         When they are not, and the profile is not shockwave's own.
     """
-    values: FloatArray = getattr(profile, name)(s) if trusted(profile) else checked(profile, name, s)
-    return values
-
-
-def checked(profile: object, name: str, s: FloatArray) -> FloatArray:
-    """As `guarded`, for any profile."""
+    if trusted(profile):
+        return np.asarray(getattr(profile, name)(s))
     values = array_of(profile, name, s)
     wrong = ~((values >= -ROUNDING) & (values <= 1 + ROUNDING))  # NaN is wrong too
     if wrong.any():

@@ -232,9 +232,8 @@ def _factors(text: _Text, header: int, units: Sequence[str], notes: list[str]) -
     for unit, (base, name, assumed) in zip(units, _SI_UNITS, strict=True):
         if not unit:
             notes.append(f"the {name} has no unit: {assumed} are assumed")
-        factor = _factor(unit or base, base)
-        factors.append(factor)
-        if math.isnan(factor):
+        factors.append(_factor(unit or base, base))
+        if math.isnan(factors[-1]):
             problem = f"must be a unit of {name} (got {text_of(unit)}; write [{base}], for example)"
             faults.append(text.fault(header, f"unit of {name}", problem))
     if faults:

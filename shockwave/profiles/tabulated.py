@@ -40,22 +40,27 @@ _SHORTEST_LEAD = 5
 _LONGEST = 1e150
 _MOST_FAULTS = 20
 
-_TIMES = {"shockwave": Quantity("s", "sample times, ascending", samples=True)}
-_FORCES = {"shockwave": Quantity("N", "forces at these times", samples=True)}
-_same = attrs.cmp_using(eq=np.array_equal)
-_shown = partial(np.array2string, separator=", ", threshold=8, precision=4, max_line_width=200)
 
-
-def _read_only(value: Any) -> Any:
-    """A read-only copy as floats; anything but a row of numbers is left alone, for the check to report."""
+def _samples(value: Any, attribute: attrs.Attribute[Any]) -> FloatArray:
+    """A read-only copy as floats."""
     try:
         array = np.array(value, dtype=float)
     except (TypeError, ValueError):
-        return value
+        array = np.zeros(())
     if array.ndim != 1:
-        return value
+        raise InvalidValueError.of(attribute.name, f"must be a sequence of numbers (got {text_of(value)})")
     array.setflags(write=False)
     return array
+
+
+def _column(unit: str, meaning: str) -> Any:
+    """An attrs field that holds samples."""
+    return attrs.field(
+        converter=attrs.Converter(_samples, takes_field=True),
+        eq=attrs.cmp_using(eq=np.array_equal),
+        repr=partial(np.array2string, separator=", ", threshold=8, precision=4, max_line_width=200),
+        metadata={"shockwave": Quantity(unit, meaning, samples=True)},
+    )
 
 
 @frozen(eq=False)
@@ -91,8 +96,8 @@ class Tabulated(ShockProfile):
         When the samples are no pulse; each fault names its sample.
     """
 
-    times: FloatArray = attrs.field(converter=_read_only, eq=_same, repr=_shown, metadata=_TIMES)
-    forces: FloatArray = attrs.field(converter=_read_only, eq=_same, repr=_shown, metadata=_FORCES)
+    times: FloatArray = _column("s", "sample times, ascending")  # noqa: RUF009
+    forces: FloatArray = _column("N", "forces at these times")  # noqa: RUF009
     duration_ratio: float = quantity(
         "", "whole duration over rise time, stretches the decay", above=1.0, optional=True, default=None
     )
@@ -204,13 +209,13 @@ def _placed(fault: Fault, path: str | os.PathLike[str], record: Record) -> Fault
 # ---------------------------------------------------------------- cleaning
 
 
-def pulse_of(times: Any, forces: Any, ratio: float | None) -> Pulse:
+def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None) -> Pulse:
     """The pulse of a record.
 
     Parameters
     ----------
     times, forces : array of float, shape (k,)
-        Samples [s] and [N]; anything else is refused.
+        Samples [s] and [N].
     ratio : float, optional
         Duration ratio to which the decay is stretched.
 
@@ -241,7 +246,7 @@ def pulse_of(times: Any, forces: Any, ratio: float | None) -> Pulse:
     return Pulse(knots, values, peak_force, float(elapsed[peak]), tuple(notes))
 
 
-def _check_samples(times: Any, forces: Any) -> None:
+def _check_samples(times: FloatArray, forces: FloatArray) -> None:
     faults = _number_faults("times", "s", times) + _number_faults("forces", "N", forces)
     if faults:
         raise InvalidValueError(faults[:_MOST_FAULTS])
@@ -260,10 +265,8 @@ def _check_samples(times: Any, forces: Any) -> None:
         raise InvalidValueError(faults)
 
 
-def _number_faults(name: str, unit: str, values: Any) -> list[Fault]:
+def _number_faults(name: str, unit: str, values: FloatArray) -> list[Fault]:
     """Faults of the ``values`` that are no finite numbers."""
-    if not isinstance(values, np.ndarray) or values.ndim != 1:
-        return [Fault(name, f"must be a sequence of numbers (got {text_of(values)})")]
     wrong = np.flatnonzero(~np.isfinite(values))[:_MOST_FAULTS]
     return [Fault(f"{name}[{at}]", f"must be a finite number {unit} (got {values[at]:g})") for at in wrong.tolist()]
 

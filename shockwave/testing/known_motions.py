@@ -27,11 +27,6 @@ _BEGINS = (0.0, 0.9, 2.3, 3.1, 4.7, 5.6)
 _COUNTS = (4, 5, 6, 7, 8, 10, 12, 14, 16, 24, 32, 64, 128, 256)
 # The fewest that show a slope.
 _FEWEST = 8
-# What makes a step of size 1 a long one: methods of order 12 then miss the symplectic form by 1e-5.
-_STIFFNESS = 1.5
-_BETWEEN_WALLS = np.array([0.4, -0.3, 0.5, 0.3, -0.5, 0.4])
-# Central differences over so much leave errors of 1e-9.
-_SHIFT = 1e-5
 # No method takes so many steps for what is asked of it here.
 _MOST_STEPS = 200_000
 # An error as small is rounding in part.
@@ -64,12 +59,6 @@ def hertz(_: Any, x: FloatArray) -> FloatArray:
     """Eq. (1) without a force: contacts that open."""
     force = np.maximum(x[:-1] - x[1:], 0.0) ** 1.5
     return np.asarray(-np.diff(force, prepend=0.0, append=0.0))
-
-
-def between_walls(time: Any, x: FloatArray) -> FloatArray:
-    """Granules between walls under smooth forces, one of which is the time's: a Hamiltonian system, far from linear."""
-    force = np.sin(_STIFFNESS * np.diff(x, prepend=0.0, append=0.0))
-    return np.asarray(_STIFFNESS * np.diff(force) + 0.3 * np.sin(2 * time))
 
 
 def broken(since: float, value: float) -> Acceleration:
@@ -111,11 +100,6 @@ def taken(
     steps = list(islice(method.steps(acceleration, begin, until, x.copy(), v.copy(), None), _MOST_STEPS))
     assert len(steps) < _MOST_STEPS, f"steps does not end: {_MOST_STEPS} up to t = {steps[-1].end!r}"
     return steps
-
-
-def ends(method: Integrator) -> list[float]:
-    """Where the steps of a short run end."""
-    return [step.end for step in taken(method, until=1.0)]
 
 
 def distance(state: Any, other: Any) -> float:
@@ -172,34 +156,6 @@ def _error_of_attempts(method: OneStep, size: float) -> float:
             x, v, a, _ = method.attempt(coupled, begin + index * size, size, x, v, a)
         squares.append(np.mean(np.subtract((x, v), path(begin + count * size)) ** 2))
     return float(np.sqrt(np.mean(squares)))
-
-
-# ---------------------------------------------------------------- the symplectic form
-
-
-def form_defect(integrator: type[Integrator]) -> float:
-    """How far a step of size 1 is from keeping the symplectic form: the greatest element of M^T J M - J.
-
-    M is the derivative of the step's end by its beginning, positions and velocities.
-    """
-    columns = []
-    for shift in _SHIFT * np.eye(_BETWEEN_WALLS.size):
-        ahead, behind = (_mapped(integrator, _BETWEEN_WALLS + sign * shift) for sign in (1, -1))
-        columns.append((ahead - behind) / (2 * _SHIFT))
-    derivative = np.array(columns).T
-    form = np.kron([[0, 1], [-1, 0]], np.eye(_BETWEEN_WALLS.size // 2))
-    return distance(derivative.T @ form @ derivative, form)
-
-
-def _mapped(integrator: type[Integrator], state: FloatArray) -> FloatArray:
-    """Positions and velocities at the end of one step."""
-    x, v = np.split(state, 2)
-    time, size = 0.4, 1.0
-    if issubclass(integrator, OneStep):
-        end: Any = integrator().attempt(between_walls, time, size, x, v, between_walls(time, x))
-    else:
-        end = taken(integrator(size=size), between_walls, time + size, (x, v), begin=time)[-1]
-    return np.concatenate((end.x, end.v))
 
 
 # ---------------------------------------------------------------- chains

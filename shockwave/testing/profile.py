@@ -17,7 +17,7 @@ from shockwave.fields import quantity_of
 from shockwave.measurement.simulate import simulate
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.contract import CLAUSES, Clause, check_closed_integrals
+from shockwave.profiles.contract import CLAUSES, check_closed_integrals
 from shockwave.profiles.free_path import fitted
 from shockwave.profiles.guard import ViolationError
 from shockwave.profiles.shock import Shock
@@ -67,22 +67,22 @@ class ProfileContract(Contract):
     _type = ShockProfile
     _wanted = "objects of subclasses of ShockProfile, and no classes"
 
-    def _check(self, profile: ShockProfile, clause: Clause | None = None) -> None:
-        """Fail if the profile breaks the clause; skip if it breaks one that is checked before, or any if None."""
-        for each in CLAUSES:
-            if f"clause {each.number}" in self.leave_out:
+    def _check(self, profile: ShockProfile, clause: str = "") -> None:
+        """Fail if the profile breaks the clause; skip if it breaks one that is checked before, or any if ""."""
+        for name, check in CLAUSES.items():
+            if name.partition(",")[0] in self.leave_out:
                 continue
             try:
-                each.check(profile)
+                check(profile)
             except ViolationError as error:
-                if each is not clause:
-                    pytest.skip(f"see {each} first")
-                pytest.fail(f"{error}\nto mend: {each.remedy}", pytrace=False)
-            if each is clause:
+                if name != clause:
+                    pytest.skip(f"see {name} first")
+                pytest.fail(f"{profile!r}: {error}", pytrace=False)
+            if name == clause:
                 return
 
-    @pytest.mark.parametrize("clause", CLAUSES, ids=str)
-    def test_it_holds(self, profile: ShockProfile, clause: Clause) -> None:
+    @pytest.mark.parametrize("clause", CLAUSES)
+    def test_it_holds(self, profile: ShockProfile, clause: str) -> None:
         self._check(profile, clause)
 
     def test_clause_1_fields_are_parameters_with_unit_and_meaning(self, profile: ShockProfile) -> None:
