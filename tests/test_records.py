@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import pathlib
-import subprocess
-import sys
 from contextlib import suppress
 
 import numpy as np
@@ -15,7 +12,6 @@ from hypothesis import strategies as st
 from shockwave.errors import FileAccessError, InvalidValueError, ShockwaveError
 from shockwave.profiles.record_file import Record, read_record
 
-ROOT = pathlib.Path(__file__).parents[1]
 TIMES = [0.0, 0.5, 1.0, 2.5]
 FORCES = [0.0, 2.0, 1.25, 0.0]
 
@@ -182,27 +178,15 @@ def test_a_bad_row_is_named_with_its_line(read, row, fault):
     assert found.startswith(f":4: {fault}")
 
 
-def test_bad_rows_of_every_kind_are_named_together(read):
+def test_bad_rows_are_named_together_and_at_most_twenty(read):
     assert [fault.split(":")[1] for fault in faults_of(read, "0,0\nx,1\n2\n3,y\n4,0\n")] == ["2", "3", "4"]
-
-
-def test_at_most_twenty_bad_rows_are_listed(read):
     assert len(faults_of(read, "0,0\n" + "x,y\n" * 1000)) == 20
 
 
 # ---------------------------------------------------------------- files
 
 
-@pytest.mark.parametrize(
-    ("name", "sentence"),
-    [
-        ("none.csv", "cannot be read"),
-        ("", "is not a file"),
-        ("a\0b", "cannot be read"),
-        ("x" * 999, "cannot be read"),
-    ],
-    ids=["missing", "directory", "nul", "long-name"],
-)
+@pytest.mark.parametrize(("name", "sentence"), [("none.csv", "cannot be read"), ("", "is not a file")])
 def test_a_path_that_cannot_be_read_is_reported(tmp_path, name, sentence):
     with pytest.raises(FileAccessError, match=sentence):
         read_record(tmp_path / name)
@@ -217,18 +201,6 @@ def test_a_file_that_is_too_large_is_refused(read, monkeypatch):
     monkeypatch.setattr("shockwave.profiles.record_file._MOST_BYTES", 3)
     with pytest.raises(FileAccessError, match="must be at most 3 bytes"):
         read(rows())
-
-
-def test_pint_is_not_imported_for_units_of_si(tmp_path):
-    path = tmp_path / "pulse.csv"
-    path.write_text(f"time [s], force [N]\n{rows()}")
-    code = (
-        "import pathlib, sys; from shockwave.profiles.record_file import read_record;"
-        "read_record(pathlib.Path(sys.argv[1])); print('pint' in sys.modules)"
-    )
-    command = [sys.executable, "-c", code, str(path)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)
-    assert done.stdout.strip() == "False"
 
 
 # ---------------------------------------------------------------- anything at all
