@@ -106,21 +106,16 @@ AT_ONCE: dict[str, tuple[Any, str, str]] = {
     "if": (broken(rise=for_one_number), "2", "rise(s) must take an array of any shape, and not raise (got ValueError"),
     "math": (broken(decay=lambda _, s: math.cos(s - 1)), "2", "decay(s) must take an array of any shape, and not"),
     "constant": (broken(decay=lambda *_: 0.5), "2", "must return floats of the shape of s (got float64 of shape ()"),
-    "of-all": (broken(rise=lambda _, s: s / max(s.max(initial=0), 0.5)), "2", "rise(s) must depend on s alone"),
     "above-1": (broken(rise=lambda _, s: s + np.sin(np.pi * s) / 2), "3", "rise(s) must be at least 0 and at most 1"),
-    "negative": (broken(decay=lambda _, s: (3 - s) * (2 - s) / 2), "3", "decay(s) must be at least 0 and at most 1"),
     "not-finite": (NotANumber(), "3", "decay(s) must be finite (got nan) at s = 2.5"),
-    "rise-below-1": (broken(rise=lambda _, s: 0.9 * s), "3", "rise(1) must be 1, the peak (got 0.9) at s = 1"),
     "decay-below-1": (broken(decay=lambda _, s: 0.45 * (3 - s)), "3", "decay(1) must be 1, the peak (got 0.9)"),
     "random": (broken(rise=at_random), "2", "rise(s) must depend on s alone"),
     "raising": (broken(breakpoints=property(lambda self: self.corner)), "4", "not raise (got AttributeError: 'Broken'"),
-    "not-to-n": (broken(breakpoints=(0.0, 1.0, 2.0)), "4", "breakpoints must be numbers that ascend"),
     "descending": (
         broken(breakpoints=(0.0, 1.0, 2.5, 2.0, 3.0)),
         "4",
         "breakpoints must be numbers that ascend",
     ),
-    "three-areas": (broken(closed_areas=lambda _: (0.5, 1.0, 1.5)), "5", "closed_areas() must return a1 and a2"),
     "area": (
         broken(closed_areas=lambda _: (0.5, 1.01)),
         "5",
@@ -181,7 +176,7 @@ def test_a_broken_profile_is_refused_when_it_is_used(profile: Any, clause: str, 
 
 
 @pytest.mark.parametrize("use", ["areas", "force", "free_path"])
-@pytest.mark.parametrize("key", ["not-finite", "negative", "if"])
+@pytest.mark.parametrize("key", ["not-finite", "above-1", "if"])
 def test_values_are_checked_without_a_shock_too(key: str, use: str) -> None:
     profile = AT_ONCE[key][0]
     uses = {"areas": profile.areas, "free_path": profile.free_path, "force": lambda: profile.force([0.1, 0.7, 2.9])}
@@ -222,11 +217,8 @@ class Power(Sound):
 
 
 @attrs.frozen
-class HiddenPower(Sound):
+class HiddenPower(Power):
     power: float = attrs.field(default=1.0, eq=False)
-
-    def rise(self, s: Any) -> Any:
-        return s**self.power
 
 
 class ChangingPower(Sound):
@@ -244,17 +236,14 @@ def test_an_equal_profile_is_not_examined_again() -> None:
     assert (bool(first.calls), bool(second.calls)) == (True, False)
 
 
-def test_nothing_is_kept_of_a_profile_that_can_change() -> None:
+def test_nothing_is_kept_of_a_profile_that_can_change_or_whose_equality_leaves_something_out() -> None:
     profile = ChangingPower(1.0)
     profile.areas(), profile.free_path()
     profile.power = 8.0
     # rounding
     assert (profile.areas().rise.value, profile.free_path().at(1.0)[1]) == pytest.approx((1 / 9, 1 / 9), rel=1e-12)
-
-
-def test_nothing_is_kept_of_a_profile_whose_equality_leaves_something_out() -> None:
     areas = [shock_of(HiddenPower(power)).profile.areas().rise.value for power in (1.0, 8.0)]
-    assert areas == pytest.approx([1 / 2, 1 / 9], rel=1e-12)  # rounding
+    assert areas == pytest.approx([1 / 2, 1 / 9], rel=1e-12)
 
 
 # ---------------------------------------------------------------- in the test kit
