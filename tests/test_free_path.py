@@ -233,17 +233,5 @@ def test_undeclared_jumps_end_soon_and_the_error_covers_them(rate: float) -> Non
     assert profile.points <= 1024 * 18 * 33
 
 
-@pytest.mark.parametrize("noise", [1e-13, 1e-8])
-def test_the_error_covers_noise(noise: float) -> None:
-    def force(s: FloatArray) -> FloatArray:
-        return np.asarray(np.sin(math.pi / 2 * s) * (1 + noise * np.sin(1e9 * s)) / (1 + noise))
-
-    table, exact = Given(force, force).free_path(), 4 / math.pi / (1 + noise)
-    path, impulse = table.at(2.0)
-    assert abs(path - exact) <= table.error * path
-    assert abs(impulse - exact) <= table.error * impulse
-    assert table.error <= 10 * noise
-
-
 def test_a_prediction_makes_no_table() -> None:
     assert "shockwave.profiles.free_path" not in loaded(command("predict", SCENE))

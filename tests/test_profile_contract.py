@@ -18,7 +18,6 @@ from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.contract import CLAUSES
 from shockwave.profiles.free_path import FreePath, of_powers
 from shockwave.profiles.shock import Shock
-from shockwave.profiles.triangular import Triangular
 from shockwave.quadrature import FloatArray
 from shockwave.testing import ProfileContract
 
@@ -91,10 +90,6 @@ def infinite(_: Any, s: FloatArray) -> FloatArray:
     return np.where(s > 1, np.inf, s**2 / 2)
 
 
-def longer(_: Any) -> FreePath:
-    return Triangular(duration_ratio=30.0).free_path()
-
-
 @attrs.define
 class Undecorated(Sound):
     size: float = quantity("m", "a size", default=1.0)
@@ -111,20 +106,11 @@ AT_ONCE: dict[str, tuple[Any, str, str]] = {
     "decay-below-1": (broken(decay=lambda _, s: 0.45 * (3 - s)), "3", "decay(1) must be 1, the peak (got 0.9)"),
     "random": (broken(rise=at_random), "2", "rise(s) must depend on s alone"),
     "raising": (broken(breakpoints=property(lambda self: self.corner)), "4", "not raise (got AttributeError: 'Broken'"),
-    "descending": (
-        broken(breakpoints=(0.0, 1.0, 2.5, 2.0, 3.0)),
-        "4",
-        "breakpoints must be numbers that ascend",
-    ),
-    "area": (
-        broken(closed_areas=lambda _: (0.5, 1.01)),
-        "5",
-        "must be 1, by quadrature (got 1.01)",
-    ),
+    "descending": (broken(breakpoints=(0.0, 1.0, 2.5, 2.0, 3.0)), "4", "breakpoints must be numbers that ascend"),
+    "area": (broken(closed_areas=lambda _: (0.5, 1.01)), "5", "must be 1, by quadrature (got 1.01)"),
     "infinite": (broken(closed_running_impulse=infinite), "5", "must be 1.01, by quadrature (got inf) at s = 1.6"),
     "path": (broken(closed_double_integral=lambda _, s: s**2), "5", "0.0045, by quadrature (got 0.09) at s = 0.3"),
     "no-table": (broken(closed_free_path=lambda _: (1.0, 2.0)), "5", "closed_free_path() must return a FreePath"),
-    "table-of-other": (broken(closed_free_path=longer), "5", "closed_free_path(): double_integral must be "),
     "negative-record": (broken(recorded_peak_force=-1.0), "6", "recorded_peak_force must be > 0 (got -1.0)"),
     "one-note": (broken(notes="a sentence"), "7", "notes must be a tuple of sentences (got 'a sentence')"),
 }
@@ -153,11 +139,7 @@ IN_TESTS: dict[str, tuple[Any, str, str]] = {
     "no-unit": (UnknownUnit(), FIELDS, "must be a quantity in smoots"),
     "corner": (broken(decay=lambda _, s: np.minimum(1.0, 3 - s)), KINKS, "has a jump or a kink at s = 2,"),
     "jump": (broken(decay=lambda _, s: np.where(s < 2.3, 1.0, 0.5)), KINKS, "has a jump or a kink at s = 2.3,"),
-    "digits-of-area": (
-        broken(closed_areas=lambda _: (0.5, 1.0 + 1e-9)),
-        DIGITS,
-        "must be 1, by quadrature (got 1.00000",
-    ),
+    "digits-of-area": (broken(closed_areas=lambda _: (0.5, 1.0 + 1e-9)), DIGITS, "must be 1, by quadrature"),
     "impulse": (broken(closed_running_impulse=lost_digits), DIGITS, "(got 5.000444502911705e-13) at s = 1e-06"),
     "table": (broken(closed_free_path=wrong_table), DIGITS, "closed_free_path(): double_integral must be "),
     "changeable": (Undecorated(), VALUE, ""),
@@ -182,11 +164,6 @@ def test_values_are_checked_without_a_shock_too(key: str, use: str) -> None:
     uses = {"areas": profile.areas, "free_path": profile.free_path, "force": lambda: profile.force([0.1, 0.7, 2.9])}
     with pytest.raises(PluginError, match=r"^profile "):
         uses[use]()
-
-
-def test_a_wrong_ratio_is_reported_where_the_duration_is_given() -> None:
-    with pytest.raises(PluginError, match="duration_ratio must be > 1"):
-        Shock.of_duration(profile=AT_ONCE["ratio"][0], peak_force=1.0, duration=1e-3)
 
 
 def test_a_violation_has_its_place_in_the_scenario(

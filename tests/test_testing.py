@@ -23,7 +23,8 @@ from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
 from shockwave.quadrature import Integral, Quadrature
 from shockwave.quadrature.gauss_legendre import GaussLegendre
-from shockwave.registry import entries, load
+from shockwave.quadrature.quadpack import Quadpack
+from shockwave.quadrature.tanh_sinh import TanhSinh
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.one_step import OneStep
 from shockwave.testing import IntegratorContract, ProfileContract, QuadratureContract
@@ -33,50 +34,36 @@ from shockwave.testing.profile import rough_place
 PACKAGE = Path(shockwave.__file__).parent
 
 
-def own(kind: str) -> list[type]:
-    return [load(kind, entry.name) for entry in entries(kind) if entry.distribution == "granular-shockwave"]
-
-
-def record(seed: int, samples: int) -> Tabulated:
-    """A force that goes up and down at random."""
-    draw = np.random.default_rng(seed)
-    forces = np.concatenate(([0.0], draw.uniform(0.05, 1.0, samples - 2), [0.0]))
-    return Tabulated(times=np.append(0.0, np.cumsum(draw.uniform(0.1, 1.0, samples - 1))), forces=forces)
-
-
 # ---------------------------------------------------------------- what shockwave has itself
 
 
-def powers(*shapes: tuple[float, float, float]) -> list[PowerLaw]:
-    return [PowerLaw(rise_exponent=a, decay_exponent=b, duration_ratio=n) for a, b, n in shapes]
-
-
-def exponentials(*shapes: tuple[float, float, float]) -> list[Exponential]:
-    return [Exponential(rise_rate=a, decay_rate=b, duration_ratio=n) for a, b, n in shapes]
+PROFILES = [
+    # straight, infinitely steep, with jumps, next to straight
+    *(
+        PowerLaw(rise_exponent=a, decay_exponent=b, duration_ratio=3)
+        for a, b in [(1, 1), (0.5, 1), (0, 0), (0.95, 1.5)]
+    ),
+    *(Triangular(duration_ratio=n) for n in (1.0001, 1e9)),
+    *(Exponential(rise_rate=a, decay_rate=b, duration_ratio=3) for a, b in [(1e-12, 1e-12), (1, -1)]),
+    Tabulated([0.0, 1.0, 2.0, 5.0], [0.0, 1.0, 2.0, 0.0]),
+]
+EXTREME = [
+    *(PowerLaw(rise_exponent=a, decay_exponent=b, duration_ratio=4) for a, b in [(1e-5, 50), (50, 1e-5), (1e6, 1e6)]),
+    *(Exponential(rise_rate=a, decay_rate=b, duration_ratio=9) for a, b in [(700, 700), (-700, -700), (300, 1e-12)]),
+]
 
 
 class TestProfiles(ProfileContract):
-    # straight, infinitely steep, with jumps, next to straight
-    profiles = (
-        *powers((1, 1, 2), (0.5, 1, 3), (0, 0, 3), (0.95, 1.5, 30)),
-        *(Triangular(duration_ratio=n) for n in (1.0001, 1e9)),
-        *exponentials((1e-12, 1e-12, 2), (1, -1, 3)),
-        Tabulated([0.0, 1.0, 2.0, 5.0], [0.0, 1.0, 2.0, 0.0]),
-        record(1, 12),
-    )
+    profiles = PROFILES
 
 
 @pytest.mark.slow
 class TestExtremeProfiles(ProfileContract):
-    profiles = (
-        *powers((1e-5, 50, 4), (50, 1e-5, 1.1), (2.5, 0.1, 1.0001), (1e6, 1e6, 3)),
-        *exponentials((700, 700, 10), (-700, -700, 10), (300, 1e-12, 1.1), (1e6, 1e6, 10)),
-        record(2, 1000),
-    )
+    profiles = EXTREME
 
 
 class TestQuadratures(QuadratureContract):
-    quadratures = tuple(own("quadratures"))
+    quadratures = (GaussLegendre, TanhSinh, Quadpack)
 
 
 # ---------------------------------------------------------------- a test for each clause
@@ -157,11 +144,6 @@ def test_four_lines_are_a_test(printed: str) -> None:
     assert len(results) == len(CLAUSES) + sum(name.startswith("test_") for name in dir(ProfileContract)) - 1
 
 
-def test_contracts_that_a_module_imports_are_no_tests_themselves(printed: str) -> None:
-    classes = {"TestForOneNumber", "TestFourLines", "TestLeftOut"}
-    assert set(re.findall(r"test_it\.py::(\w+)", printed)) == classes
-
-
 def test_a_wrong_list_is_an_error_of_pytest(printed: str) -> None:
     objects = "must be a list of objects of subclasses of ShockProfile, and no classes (got"
     assert f"TestNoList.profiles {objects} None)" in printed
@@ -196,7 +178,7 @@ def test_nothing_else_of_shockwave_needs_pytest() -> None:
 # ---------------------------------------------------------------- what is smooth
 
 # Anywhere, at simple fractions, and close to the ends.
-CORNERS = (0.5, 0.25, 1 / 3, 0.123456789, 0.9, 1e-3, 0.999)
+CORNERS = (0.5, 1 / 3, 0.123456789, 1e-3, 0.999)
 STEEP = {
     "layer": lambda s: (1 + np.tanh(1e4 * (s - 0.3))) / 2,
     "resonance": lambda s: 1 / (1 + (1e3 * (s - 0.77)) ** 2),
