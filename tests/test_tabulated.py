@@ -83,24 +83,15 @@ def test_samples_that_are_no_pulse_are_refused(times, forces, message):
         Tabulated(times=times, forces=forces)
 
 
-@pytest.mark.parametrize("ratio", [1, float("nan"), "3"], ids=["one", "nan", "text"])
-def test_a_duration_ratio_of_one_or_less_is_refused(ratio):
+def test_a_duration_ratio_of_one_is_refused():
     with pytest.raises(InvalidValueError, match="duration_ratio: must be > 1"):
-        Tabulated([0, 1, 2], [0, 1, 0], duration_ratio=ratio)
+        Tabulated([0, 1, 2], [0, 1, 0], duration_ratio=1)
 
 
-BAD_FILES = {
-    "unsorted": ("0,0\n# c\n2,1\n1,0\n", r"pulse.csv:5: times\[2\]: must be greater"),
-    "no-rise": ("0,1\n1,0.5\n2,0\n", r"pulse.csv:2: forces\[0\]: must not be the peak"),
-    "no-decay": ("0,0\n1,0\n\n2,0\n3,1\n", r"pulse.csv:6: forces\[3\]: must not be the peak"),
-}
-
-
-@pytest.mark.parametrize(("body", "message"), BAD_FILES.values(), ids=BAD_FILES.keys())
-def test_faults_of_a_file_name_their_line(tmp_path, body, message):
+def test_faults_of_a_file_name_their_line(tmp_path):
     path = tmp_path / "pulse.csv"
-    path.write_text("time [s], force [N]\n" + body)
-    with pytest.raises(InvalidValueError, match=message):
+    path.write_text("time [s], force [N]\n0,0\n# c\n2,1\n1,0\n")
+    with pytest.raises(InvalidValueError, match=r"pulse.csv:5: times\[2\]: must be greater"):
         Tabulated.from_file(path)
 
 
@@ -142,13 +133,9 @@ def test_a_record_is_cleaned_and_notes_state_it(times, forces, shape, note):
     assert note in profile.notes[0]
 
 
-LEADS = {"too-short": [1.0] * 4, "too-high": [25.0] * 6, "not-flat": [0, 0.4, 0.9, 1.3, 1.6, 2.0]}
-
-
-@pytest.mark.parametrize("lead", LEADS.values(), ids=LEADS.keys())
+@pytest.mark.parametrize("lead", [[1.0] * 4, [25.0] * 6, [0, 0.4, 0.9, 1.3, 1.6, 2.0]], ids=["short", "high", "rising"])
 def test_a_lead_that_is_no_baseline_is_kept(lead):
-    forces = [*lead, 40, 100, 50, 10, 0]
-    profile = Tabulated(np.arange(len(forces)), forces)
+    profile = Tabulated(np.arange(len(lead) + 5), [*lead, 40, 100, 50, 10, 0])
     assert profile.recorded_peak_force == 100
     assert not any("baseline" in note for note in profile.notes)
 
@@ -217,12 +204,5 @@ def test_profiles_compare_by_value():
     assert hash(clean()) == hash(clean())
     assert clean() == attrs.evolve(clean(), duration_ratio=3) == pickle.loads(pickle.dumps(clean()))
     assert clean() != Tabulated([0, 1, 2, 3], [0, 1, 0.6, 0])
-
-
-def test_the_samples_are_a_copy_that_cannot_be_written():
-    times = np.array([0.0, 1.0, 2.0, 3.0])
-    profile = Tabulated(times, [0, 1, 0.5, 0])
-    times[3] = 9.0
-    assert profile.times[3] == 3.0
     with pytest.raises(ValueError, match="read-only"):
-        profile.times[0] = 1.0
+        clean().times[0] = 1.0
