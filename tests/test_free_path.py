@@ -19,7 +19,7 @@ from shockwave.quadrature import FloatArray, Integrand
 from test_architecture import SCENE, command, loaded
 from test_profiles import _exact
 
-#: What a table is to be good to, of impulse and path at the end of the shock.
+#: Accuracy of a table, of impulse and path at the end of the shock.
 TOLERANCE = 1e-14
 
 RATIOS = (1.0001, 2.0, 30.0, 1e4)

@@ -14,7 +14,7 @@ from shockwave.quadrature.gauss_legendre import GaussLegendre
 from shockwave.quadrature.quadpack import Quadpack
 from shockwave.quadrature.tanh_sinh import TanhSinh
 
-# What the areas are to be good to, in units of the interval: the integrands are bounded by 1.
+# Accuracy of the areas, in units of the interval: the integrands are bounded by 1.
 TOLERANCE = 1e-12
 
 ETAS = (1e-8, 1e-5, 1e-3, 0.1, 0.5, 1.0, 5.0, 50.0)

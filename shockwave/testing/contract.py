@@ -18,7 +18,7 @@ class Contract:
     #: Clauses or tests that are left out, each with its reason: ``{"clause 5": "closed forms are accurate to 1e-9"}``.
     leave_out: ClassVar[Mapping[str, str]] = {}
 
-    # What a test calls a member of the list, and what each member is; the list is named in the plural.
+    # Name of a member in the tests, and its type; the list is named in the plural.
     _member: ClassVar[str]
     _type: ClassVar[type] = type
     _wanted: ClassVar[str] = "classes"
