@@ -18,10 +18,10 @@ from shockwave.measurement.simulate import simulate
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.contract import CLAUSES, check_closed_integrals
-from shockwave.profiles.free_path import fitted
 from shockwave.profiles.guard import ViolationError
 from shockwave.profiles.shock import Shock
-from shockwave.quadrature import Integrand
+from shockwave.quadrature import FloatArray, Integrand
+from shockwave.quadrature.gauss_legendre import GaussLegendre
 from shockwave.scenario.units import to_si
 from shockwave.testing.contract import Contract
 
@@ -29,9 +29,9 @@ from shockwave.testing.contract import Contract
 _CLOSED = 1e-11
 # Shares of rise and decay at which running integrals are compared; near 0, differences lose digits.
 _SHARES = (1e-6, 1e-3, 0.1, 0.45, 0.8, 0.999, 1.0)
-# Pieces of polynomials next to a jump or a kink are narrower than this share of rise or decay.
+# Panels next to a jump or a kink are narrower than this share of rise or decay.
 _ROUGH = 1e-5
-# Where pieces are cut at first.
+# Where panels are cut at first.
 _CUT = 0.4563
 # The scene in which a profile is tried: steel beads, and a shock [N] that lasts some characteristic times.
 _CHAIN = Chain(material=Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0), radius=4.75e-3)
@@ -118,10 +118,17 @@ class ProfileContract(Contract):
 
 
 def rough_place(force: Integrand, breakpoints: Sequence[float]) -> float | None:
-    """Time, apart from breakpoints, at which a fit needs a piece as narrow as next to a jump or a kink."""
-    # A kink at a simple fraction shall not fall between two pieces.
+    """Time, apart from breakpoints, at which a quadrature needs a panel as narrow as next to a jump or a kink."""
+    panels: list[tuple[float, float]] = []
+
+    def watched(s: FloatArray) -> FloatArray:
+        panels.append((s.min(), s.max()))
+        return force(s)
+
+    # A kink at a simple fraction shall not fall between two panels.
     between = [a + _CUT * (b - a) for a, b in pairwise(breakpoints)]
-    begin, end = fitted(force, sorted([*breakpoints, *between])).rows[:, :2].T
+    GaussLegendre().integrate(watched, sorted([*breakpoints, *between]))
+    begin, end = np.transpose(panels)
     middle, width = (begin + end) / 2, end - begin
     nearest = np.min([np.abs(middle - point) for point in breakpoints], axis=0)
     part = np.where(end <= 1, 1.0, breakpoints[-1] - 1)
