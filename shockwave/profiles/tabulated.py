@@ -96,8 +96,8 @@ class Tabulated(ShockProfile):
         When the samples are no pulse; each fault names its sample.
     """
 
-    times: FloatArray = _column("s", "sample times, ascending")  # noqa: RUF009
-    forces: FloatArray = _column("N", "forces at these times")  # noqa: RUF009
+    times: Any = _column("s", "sample times, ascending")  # noqa: RUF009
+    forces: Any = _column("N", "forces at these times")  # noqa: RUF009
     duration_ratio: float = quantity(
         "", "whole duration over rise time, stretches the decay", above=1.0, optional=True, default=None
     )
