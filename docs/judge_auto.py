@@ -67,7 +67,7 @@ def drawn(seed: int, count: int) -> list[sw.Shock]:
 
 
 def fresh() -> None:
-    """Forget what is known of shapes, so that each time counts all of the work."""
+    """Clear the caches of shapes, so that each time counts all of the work."""
     auto.forget()
     base._areas.cache_clear()
     short._of_one.cache_clear()

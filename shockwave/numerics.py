@@ -12,8 +12,6 @@ import numpy.typing as npt
 from shockwave.errors import NumericalError
 
 _MOST_ITERATIONS = 200
-# Median of |x - 2 y + z| for normal x, y, z of unit deviation: 0.6745 sqrt(6).
-_MEDIAN_OF_DIFFERENCES = 1.652
 
 
 def bracketed_root(function: Callable[[float], float], lower: float, upper: float, what: str) -> float:
@@ -115,11 +113,3 @@ def elementwise(function: Callable[[float], float], values: npt.ArrayLike) -> np
     """
     given = np.asarray(values)
     return np.fromiter(map(function, given.ravel().tolist()), float, given.size).reshape(given.shape)
-
-
-def scatter(values: npt.NDArray[np.float64]) -> float:
-    """Standard deviation of the noise in equally spaced ``values``, from second differences, shape (n,), n >= 3.
-
-    What is smooth has hardly any, and the median takes no notice of a few kinks.
-    """
-    return float(np.median(np.abs(np.diff(values, 2)))) / _MEDIAN_OF_DIFFERENCES

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
-import attrs
 import numpy as np
 import pytest
 
@@ -22,23 +22,19 @@ from shockwave.quadrature import FloatArray, Integral
 NAMES = ("decay-outweighs-rise", "steep-rise", "slow-decay")
 
 
-class _Pulse(ShockProfile):
-    """A symmetric pulse given by the first half of its curve, without closed forms."""
+class Bump(ShockProfile):
+    """A symmetric pulse, a power of a sine, without closed forms."""
 
     duration_ratio = 2.0
 
+    def __init__(self, power: float) -> None:
+        self.power = power
+
+    def rise(self, s: FloatArray) -> FloatArray:
+        return np.asarray(np.sin(math.pi / 2 * s) ** self.power)
+
     def decay(self, s: FloatArray) -> FloatArray:
         return self.rise(2.0 - s)
-
-
-class HalfSine(_Pulse):
-    def rise(self, s: FloatArray) -> FloatArray:
-        return np.asarray(np.sin(math.pi / 2 * s))
-
-
-class Haversine(_Pulse):
-    def rise(self, s: FloatArray) -> FloatArray:
-        return np.asarray(np.sin(math.pi / 2 * s) ** 2)
 
 
 def _power(n: float, rise: float, decay: float) -> PowerLaw:
@@ -47,10 +43,6 @@ def _power(n: float, rise: float, decay: float) -> PowerLaw:
 
 def _checked(profile: ShockProfile, quadrature: str | None = None) -> tuple[Any, ...]:
     return conditions(profile.areas(quadrature), profile.duration_ratio)
-
-
-def _broken(profile: ShockProfile) -> set[str]:
-    return {condition.name for condition in _checked(profile) if not condition.holds}
 
 
 # ---------------------------------------------------------------- margins and standing
@@ -70,34 +62,31 @@ def test_equality_is_inclusive(index: int, quadrature: str | None) -> None:
     assert condition.holds
 
 
-@pytest.mark.parametrize(
-    ("row", "margins"),
-    [
-        ((3, 0.5, 1), (1 - 2 / 3, 1 / 6, 0)),
-        ((2, 1, 1), (0, 0, 0)),
-        ((4, 1e-5, 1), (1.5 - 1 / 1.00001, 1 / 1.00001 - 0.5, 0)),
-        ((6, 0.9, 1), (2.5 - 1 / 1.9, 1 / 1.9 - 0.5, 0)),
-        ((5, 0.25, 1), (2 - 0.8, 0.3, 0)),
-    ],
-    ids=["row1", "row2", "row3", "row4", "row5"],
-)
-def test_margins_of_table_2(row: tuple[float, float, float], margins: tuple[float, ...]) -> None:
-    found = [condition.margin for condition in _checked(_power(*row))]
-    # Differences of closed forms of order 1.
-    assert found == pytest.approx(margins, abs=1e-15)
+#: Rows of Tables 1 and 2: n and exponents; margins of those of Table 2.
+ROWS: dict[tuple[float, float, float], tuple[float, ...] | None] = {
+    (10, 1, 5): None,
+    (6, 0.5, 6): None,
+    (4, 0.25, 1): None,
+    (3, 0.5, 1): (1 - 2 / 3, 1 / 6, 0),
+    (2, 1, 1): (0, 0, 0),
+    (4, 1e-5, 1): (1.5 - 1 / 1.00001, 1 / 1.00001 - 0.5, 0),
+    (6, 0.9, 1): (2.5 - 1 / 1.9, 1 / 1.9 - 0.5, 0),
+    (5, 0.25, 1): (2 - 0.8, 0.3, 0),
+}
 
 
-ROWS = [(10, 1, 5), (6, 0.5, 6), (4, 0.25, 1), (3, 0.5, 1), (2, 1, 1), (4, 1e-5, 1), (6, 0.9, 1), (5, 0.25, 1)]
-
-
-@pytest.mark.parametrize("row", ROWS, ids=str)
-def test_every_row_of_the_paper_meets_all_three(row: tuple[float, float, float]) -> None:
-    assert _broken(_power(*row)) == set()
+@pytest.mark.parametrize(("row", "margins"), ROWS.items(), ids=map(str, ROWS))
+def test_every_row_of_the_paper_meets_all_three(row: tuple[float, ...], margins: tuple[float, ...] | None) -> None:
+    found = _checked(_power(*row))
+    assert all(condition.holds for condition in found)
+    if margins is not None:
+        # Differences of closed forms of order 1.
+        assert [condition.margin for condition in found] == pytest.approx(margins, abs=1e-15)
 
 
 BROKEN = {
-    "haversine": (Haversine(), set()),
-    "half-sine": (HalfSine(), {"slow-decay"}),
+    "haversine": (Bump(2), set()),
+    "half-sine": (Bump(1), {"slow-decay"}),
     "rectangular": (_power(2, 0, 0), {"slow-decay"}),
     "spike": (_power(10, 1, 200), {"decay-outweighs-rise"}),
     "parabolic-rise": (_power(3, 2, 1), {"steep-rise"}),
@@ -109,12 +98,12 @@ BROKEN = {
 
 @pytest.mark.parametrize(("profile", "broken"), BROKEN.values(), ids=BROKEN)
 def test_which_conditions_a_pulse_breaks(profile: ShockProfile, broken: set[str]) -> None:
-    assert _broken(profile) == broken
+    assert {condition.name for condition in _checked(profile) if not condition.holds} == broken
 
 
 def test_a_broken_condition_has_a_negative_margin_in_rise_times() -> None:
     # A half-sine has 2/pi under its decay where (3) allows 1/2.
-    assert _checked(HalfSine())[2].margin == pytest.approx(0.5 - 2 / math.pi, rel=1e-12)
+    assert _checked(Bump(1))[2].margin == pytest.approx(0.5 - 2 / math.pi, rel=1e-12)
 
 
 @pytest.mark.parametrize(("below", "holds"), [(0.9e-9, True), (1.1e-9, False)], ids=["within", "beyond"])
@@ -125,17 +114,7 @@ def test_the_tolerance_is_1e_minus_9_of_the_duration(n: float, below: float, hol
     assert conditions(areas, n)[1].holds is holds
 
 
-@pytest.mark.parametrize(("error", "holds"), [(1e-6, True), (1e-8, False)], ids=["covered", "not-covered"])
-def test_the_error_of_an_area_is_no_breach(error: float, holds: bool) -> None:
-    areas = Areas(rise=Integral(0.5 - 1e-7, error, 100, "tanh-sinh"), decay=Integral(0.5, 0.0, 100, "tanh-sinh"))
-    assert conditions(areas, 2.0)[1].holds is holds
-
-
 # ---------------------------------------------------------------- the shock
-
-
-def test_a_shock_lasts_n_rise_times() -> None:
-    assert Shock(profile=Triangular(duration_ratio=4), peak_force=1, rise_time=2e-6).duration == 8e-6
 
 
 @pytest.mark.parametrize("value", [0, -1.0, math.nan, math.inf, "100", True, [1.0]], ids=str)
@@ -149,8 +128,7 @@ def test_a_wrong_value_is_refused_with_its_rule(name: str, unit: str, value: obj
 
 @pytest.mark.parametrize("name", ["peak_force", "rise_time"])
 def test_a_shape_without_a_record_must_be_given_both(name: str) -> None:
-    given = {"peak_force": 1.0, "rise_time": 1.0}
-    del given[name]
+    given = {"peak_force": 1.0, "rise_time": 1.0, name: None}
     with pytest.raises(InvalidValueError, match=rf"^{name}: must be given"):
         Shock(profile=Triangular(duration_ratio=2), **given)
 
@@ -165,24 +143,22 @@ def test_a_record_brings_what_is_not_given(given: dict[str, float], expected: tu
     assert (shock.peak_force, shock.rise_time) == expected
 
 
-@pytest.mark.parametrize("profile", ["power-law", None, PowerLaw], ids=["name", "nothing", "class"])
+@pytest.mark.parametrize("profile", ["power-law", PowerLaw], ids=["name", "class"])
 def test_what_is_no_profile_is_refused(profile: Any) -> None:
     with pytest.raises(InvalidValueError, match="profile"):
         Shock(profile=profile, peak_force=1.0, rise_time=1.0)
 
 
 @pytest.mark.parametrize(
-    ("profile", "values", "name"),
+    ("make", "name"),
     [
-        (PowerLaw, (-1, 1, 2), "rise_exponent"),
-        (PowerLaw, (1, math.nan, 2), "decay_exponent"),
-        (Exponential, ("1", 1, 2), "rise_rate"),
-        (Exponential, (1, math.inf, 2), "decay_rate"),
-        (Triangular, (0.5,), "duration_ratio"),
+        (lambda: _power(2, -1, 1), "rise_exponent"),
+        (lambda: _power(2, 1, math.nan), "decay_exponent"),
+        (lambda: Exponential(rise_rate="1", decay_rate=1, duration_ratio=2), "rise_rate"),
+        (lambda: Triangular(duration_ratio=0.5), "duration_ratio"),
     ],
-    ids=["exponent", "nan", "text", "infinite", "ratio"],
+    ids=["exponent", "nan", "text", "ratio"],
 )
-def test_a_wrong_parameter_of_a_profile_is_named(profile: Any, values: tuple[Any, ...], name: str) -> None:
-    names = [field.name for field in attrs.fields(profile)]
+def test_a_wrong_parameter_of_a_profile_is_named(make: Callable[[], ShockProfile], name: str) -> None:
     with pytest.raises(InvalidValueError, match=rf"^{name}: must be "):
-        profile(**dict(zip(names, values, strict=True)))
+        make()

@@ -1,9 +1,9 @@
-"""The path of a free granule as a table, against 40 digits, closed forms and exact sums."""
+"""Free-particle displacement as a table, against 40 digits, closed forms and exact sums."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 import numpy as np
 import pytest
@@ -15,11 +15,11 @@ from shockwave.profiles.free_path import FreePath
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
-from shockwave.quadrature import FloatArray
+from shockwave.quadrature import FloatArray, Integrand
 from test_architecture import SCENE, command, loaded
 from test_profiles import _exact
 
-#: What a table is to be good to, of impulse and path at the end of the shock.
+#: Accuracy of a table, of impulse and path at the end of the shock.
 TOLERANCE = 1e-14
 
 RATIOS = (1.0001, 2.0, 30.0, 1e4)
@@ -29,42 +29,28 @@ SHARES = (0.0, 1e-9, 1e-5, 1e-3, 0.1, 0.3, 0.5, 0.77, 0.97, 1 - 1e-4, 1 - 1e-9, 
 
 
 class Given(ShockProfile):
-    """What a third party writes at least: rise and decay, no closed form."""
+    """The least that a third party writes: rise and decay, no closed form."""
 
-    def __init__(
-        self,
-        rise: Callable[[FloatArray], FloatArray],
-        decay: Callable[[FloatArray], FloatArray],
-        n: float = 2.0,
-        jumps: Iterable[float] = (),
-        steep: tuple[float, ...] = (),
-    ) -> None:
-        self._rise, self._decay, self.duration_ratio, self.jumps, self.steep = rise, decay, n, tuple(jumps), steep
-        self.points = self.calls = 0
+    def __init__(self, rise: Integrand, decay: Integrand, n: float = 2.0, jumps: Iterable[float] = ()) -> None:
+        self._rise, self._decay, self.duration_ratio, self.jumps = rise, decay, n, tuple(jumps)
+        self.points = 0
 
     def rise(self, s: FloatArray) -> FloatArray:
         self.points += s.size
-        self.calls += 1
         return self._rise(s)
 
     def decay(self, s: FloatArray) -> FloatArray:
         self.points += s.size
-        self.calls += 1
         return self._decay(s)
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
         return tuple(sorted({0.0, 1.0, self.duration_ratio, *self.jumps}))
 
-    @property
-    def singular_points(self) -> tuple[float, ...]:
-        return self.steep
 
-
-def open_form(profile: ShockProfile, hint: bool) -> Given:
+def open_form(profile: ShockProfile) -> Given:
     """The force of a profile without its closed forms."""
-    steep = profile.singular_points if hint else ()
-    return Given(profile.rise, profile.decay, profile.duration_ratio, profile.breakpoints, steep)
+    return Given(profile.rise, profile.decay, profile.duration_ratio, profile.breakpoints)
 
 
 def sine() -> Given:
@@ -85,10 +71,7 @@ def named(profile: ShockProfile) -> object:
 
 TRIANGLES = [Triangular(duration_ratio=n) for n in RATIOS]
 POWERS = [PowerLaw(rise_exponent=a, decay_exponent=b, duration_ratio=n) for a, b in EXPONENTS for n in RATIOS]
-EXPONENTIALS = [
-    *(Exponential(rise_rate=a, decay_rate=b, duration_ratio=n) for a, b in RATES for n in RATIOS),
-    *(Exponential(rise_rate=3.0, decay_rate=1e4, duration_ratio=n) for n in (1.0001, 2.0)),
-]
+EXPONENTIALS = [Exponential(rise_rate=a, decay_rate=b, duration_ratio=n) for a, b in RATES for n in RATIOS]
 ONE_OF_EACH: dict[str, ShockProfile] = {
     "power": PowerLaw(rise_exponent=0.5, decay_exponent=2.5, duration_ratio=10),
     "polynomial-and-power": PowerLaw(rise_exponent=2, decay_exponent=0.5, duration_ratio=10),
@@ -96,7 +79,7 @@ ONE_OF_EACH: dict[str, ShockProfile] = {
     "exponential": Exponential(rise_rate=2, decay_rate=-1, duration_ratio=4),
     "sine": sine(),
     "record": record(50),
-    "infinite-slopes": open_form(PowerLaw(rise_exponent=0.5, decay_exponent=0.25, duration_ratio=3), False),
+    "infinite-slopes": open_form(PowerLaw(rise_exponent=0.5, decay_exponent=0.25, duration_ratio=3)),
 }
 each_kind = pytest.mark.parametrize("profile", ONE_OF_EACH.values(), ids=ONE_OF_EACH)
 
@@ -135,10 +118,9 @@ def test_built_in_profiles_are_good_to_fourteen_digits(profile: ShockProfile) ->
     assert lost <= table.error
 
 
-@pytest.mark.parametrize("hint", [True, False], ids=["declared", "found"])
 @pytest.mark.parametrize("closed", [named(profile) for profile in POWERS])
-def test_a_fit_is_good_to_fourteen_digits_next_to_infinite_slopes(closed: ShockProfile, hint: bool) -> None:
-    table = open_form(closed, hint).free_path()
+def test_a_fit_is_good_to_fourteen_digits_next_to_infinite_slopes(closed: ShockProfile) -> None:
+    table = open_form(closed).free_path()
     lost = digits_lost(closed, table)
     assert lost <= TOLERANCE
     # The estimate adds up what every piece may err by; the sum is to stay of the order of the tolerance.
@@ -202,19 +184,18 @@ def test_the_arrays_are_what_a_compiled_loop_reads(profile: ShockProfile) -> Non
 @each_kind
 def test_one_s_gives_what_the_formula_gives(profile: ShockProfile) -> None:
     table = profile.free_path()
+    last = table.at(profile.duration_ratio)
     for begin, end, offset, count, amplitude, exponent, anchor, scale in table.rows.tolist():
         s = np.linspace(begin, end, 9)[:-1]
         z, u = (2 * s - begin - end) / (end - begin), np.abs(s - anchor) / scale
         used = table.coefficients[int(offset) : int(offset + count)]
-        path, impulse = (chebval(z, column) if count else np.zeros(8) for column in used.T)
-        path, impulse = path + amplitude * u**exponent, impulse.copy()
-        if amplitude:
-            impulse += math.copysign(amplitude * exponent / scale, begin - anchor) * u ** (exponent - 1)
+        polynomials = chebval(z, used) if count else np.zeros((2, 8))
+        sign = math.copysign(1.0, begin - anchor)
+        powers = [u**exponent, sign * exponent / scale * u ** (exponent - 1)] if amplitude else [0 * u, 0 * u]
         found = np.array([table.at(each) for each in s.tolist()])
+        expected = polynomials + amplitude * np.array(powers)
         # z and sums are rounded: some units in the last place of the greatest value.
-        last = table.at(profile.duration_ratio)
-        np.testing.assert_allclose(found[:, 0], path, rtol=0, atol=4e-15 * last[0])
-        np.testing.assert_allclose(found[:, 1], impulse, rtol=0, atol=4e-15 * last[1])
+        np.testing.assert_allclose(found / last, expected.T / last, rtol=0, atol=4e-15)
 
 
 @pytest.mark.parametrize("s", [1e-12, 1e-6, 1e-3], ids=str)
@@ -247,18 +228,6 @@ def test_undeclared_jumps_end_soon_and_the_error_covers_them(rate: float) -> Non
     assert abs(found[1] - impulse) <= table.error * impulse
     # Each of 1024 cuts leaves at most 18 pieces of 33 points.
     assert profile.points <= 1024 * 18 * 33
-
-
-@pytest.mark.parametrize("noise", [1e-13, 1e-8])
-def test_the_error_covers_noise(noise: float) -> None:
-    def force(s: FloatArray) -> FloatArray:
-        return np.asarray(np.sin(math.pi / 2 * s) * (1 + noise * np.sin(1e9 * s)) / (1 + noise))
-
-    table, exact = Given(force, force).free_path(), 4 / math.pi / (1 + noise)
-    path, impulse = table.at(2.0)
-    assert abs(path - exact) <= table.error * path
-    assert abs(impulse - exact) <= table.error * impulse
-    assert table.error <= 10 * noise
 
 
 def test_a_prediction_makes_no_table() -> None:

@@ -1,18 +1,16 @@
-"""The bracketed root, and the scatter of noise."""
+"""The bracketed root."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from shockwave.errors import NumericalError
-from shockwave.numerics import bracketed_root, scatter
-from shockwave.profiles.tabulated import Tabulated
+from shockwave.numerics import bracketed_root
 
 #: Name -> function, bracket, root.
 CASES: dict[str, tuple[Callable[[float], float], float, float, float]] = {
@@ -62,18 +60,3 @@ def test_a_bracket_that_does_not_close_is_an_error() -> None:
     # A triple root at zero: the bracket shrinks, its width relative to its ends does not.
     with pytest.raises(NumericalError, match=r"^root: not found in 200 steps between "):
         bracketed_root(lambda x: x**3, -1.0, 2.0, "root")
-
-
-def test_scatter_is_the_deviation_of_noise_on_a_smooth_pulse() -> None:
-    noise = np.random.default_rng(7).normal(0.0, 0.03, 4000)
-    # the median of 4000 differences is good to a few percent
-    assert scatter(np.sin(np.linspace(0, np.pi, 4000)) + noise) == pytest.approx(0.03, rel=0.08)
-    assert scatter(np.sin(np.linspace(0, np.pi, 60))) < 2e-3
-
-
-def test_noise_that_hides_the_start_is_reported() -> None:
-    times = np.arange(400) * 0.5e-6
-    pulse = np.interp(times, [40e-6, 60e-6, 140e-6], [0.0, 350.0, 0.0])
-    noisy = pulse + 12.0 + np.random.default_rng(3).normal(0.0, 15.0, 400)
-    notes = Tabulated(times=times, forces=noisy).notes
-    assert any("scatters by 4" in note and "no quiet lead was found" in note for note in notes)

@@ -18,7 +18,6 @@ from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.contract import CLAUSES
 from shockwave.profiles.free_path import FreePath, of_powers
 from shockwave.profiles.shock import Shock
-from shockwave.profiles.triangular import Triangular
 from shockwave.quadrature import FloatArray
 from shockwave.testing import ProfileContract
 
@@ -70,7 +69,7 @@ def failures(profile: Any, contract: type[ProfileContract] = ProfileContract) ->
             except pytest.skip.Exception:
                 continue
             except (pytest.fail.Exception, Exception) as failure:
-                found[str(case[0].number) if case else name] = str(failure)
+                found[case[0][7] if case else name] = str(failure)
     return found
 
 
@@ -80,24 +79,15 @@ def for_one_number(_: Any, s: FloatArray) -> FloatArray:
     return np.ones_like(s)
 
 
-def in_place(_: Any, s: FloatArray) -> FloatArray:
-    s *= s
-    return s
-
-
 DRAW = np.random.default_rng(1)
 
 
 def at_random(_: Any, s: FloatArray) -> FloatArray:
-    return s * (1 - 1e-10 * DRAW.random(s.shape))
+    return s * (1 - 1e-3 * DRAW.random(s.shape))
 
 
 def infinite(_: Any, s: FloatArray) -> FloatArray:
     return np.where(s > 1, np.inf, s**2 / 2)
-
-
-def longer(_: Any) -> FreePath:
-    return Triangular(duration_ratio=30.0).free_path()
 
 
 @attrs.define
@@ -105,38 +95,24 @@ class Undecorated(Sound):
     size: float = quantity("m", "a size", default=1.0)
 
 
-class Loose(Sound):
-    size: float = quantity("m", "a size", default=1.0)
-
-
 #: Found when the profile is used: the profile, the clause, what is said.
 AT_ONCE: dict[str, tuple[Any, str, str]] = {
-    "final": (broken(force=lambda _, s: s), "0", "force must be left to ShockProfile"),
-    "no-decorator": (Loose(), "0", "@attrs.frozen must stand before the class"),
-    "ratio": (broken(duration_ratio=0.5), "1", "duration_ratio must be a finite number > 1 (got 0.5)"),
+    "ratio": (broken(duration_ratio=0.5), "1", "duration_ratio must be > 1 (got 0.5)"),
     "if": (broken(rise=for_one_number), "2", "rise(s) must take an array of any shape, and not raise (got ValueError"),
     "math": (broken(decay=lambda _, s: math.cos(s - 1)), "2", "decay(s) must take an array of any shape, and not"),
     "constant": (broken(decay=lambda *_: 0.5), "2", "must return floats of the shape of s (got float64 of shape ()"),
-    "of-all": (broken(rise=lambda _, s: s / max(s.max(initial=0), 0.5)), "2", "rise(s) must depend on s alone"),
-    "in-place": (broken(rise=in_place), "2", "rise(s) must leave s as it is"),
     "above-1": (broken(rise=lambda _, s: s + np.sin(np.pi * s) / 2), "3", "rise(s) must be at least 0 and at most 1"),
-    "negative": (broken(decay=lambda _, s: (3 - s) * (2 - s) / 2), "3", "decay(s) must be at least 0 and at most 1"),
     "not-finite": (NotANumber(), "3", "decay(s) must be finite (got nan) at s = 2.5"),
-    "rise-below-1": (broken(rise=lambda _, s: 0.9 * s), "3", "rise(1) must be 1, the peak (got 0.9) at s = 1"),
     "decay-below-1": (broken(decay=lambda _, s: 0.45 * (3 - s)), "3", "decay(1) must be 1, the peak (got 0.9)"),
-    "random": (broken(rise=at_random), "4", "rise(s) must give the same value for the same s"),
-    "raising": (broken(breakpoints=property(lambda self: self.corner)), "5", "not raise (got AttributeError: 'Broken'"),
-    "not-to-n": (broken(breakpoints=(0.0, 1.0, 2.0)), "5", "breakpoints must ascend from 0 to n = 3 and contain 1"),
-    "descending": (broken(breakpoints=(0.0, 1.0, 2.5, 2.0, 3.0)), "5", "breakpoints must ascend from 0 to n = 3"),
-    "no-breakpoint": (broken(singular_points=(0.5,)), "6", "singular_points must be among the breakpoints (got (0.5,)"),
-    "three-areas": (broken(closed_areas=lambda _: (0.5, 1.0, 1.5)), "7", "closed_areas() must return a1 and a2"),
-    "area": (broken(closed_areas=lambda _: (0.5, 1.01)), "7", "area under the decay, 1 by quadrature (got 1.01)"),
-    "infinite": (broken(closed_running_impulse=infinite), "7", "must be 1.01, by quadrature (got inf) at s = 1.6"),
-    "path": (broken(closed_double_integral=lambda _, s: s**2), "7", "0.0045, by quadrature (got 0.09) at s = 0.3"),
-    "no-table": (broken(closed_free_path=lambda _: (1.0, 2.0)), "7", "closed_free_path() must return a FreePath"),
-    "table-of-other": (broken(closed_free_path=longer), "7", "path of closed_free_path() must be "),
-    "negative-record": (broken(recorded_peak_force=-1.0), "8", "recorded_peak_force must be None, or finite and > 0"),
-    "one-note": (broken(notes="a sentence"), "9", "notes must be a tuple of sentences (got 'a sentence')"),
+    "random": (broken(rise=at_random), "2", "rise(s) must depend on s alone"),
+    "raising": (broken(breakpoints=property(lambda self: self.corner)), "4", "not raise (got AttributeError: 'Broken'"),
+    "descending": (broken(breakpoints=(0.0, 1.0, 2.5, 2.0, 3.0)), "4", "breakpoints must be numbers that ascend"),
+    "area": (broken(closed_areas=lambda _: (0.5, 1.01)), "5", "must be 1, by quadrature (got 1.01)"),
+    "infinite": (broken(closed_running_impulse=infinite), "5", "must be 1.01, by quadrature (got inf) at s = 1.6"),
+    "path": (broken(closed_double_integral=lambda _, s: s**2), "5", "0.0045, by quadrature (got 0.09) at s = 0.3"),
+    "no-table": (broken(closed_free_path=lambda _: (1.0, 2.0)), "5", "closed_free_path() must return a FreePath"),
+    "negative-record": (broken(recorded_peak_force=-1.0), "6", "recorded_peak_force must be > 0 (got -1.0)"),
+    "one-note": (broken(notes="a sentence"), "7", "notes must be a tuple of sentences (got 'a sentence')"),
 }
 
 
@@ -154,24 +130,18 @@ def wrong_table(_: Any) -> FreePath:
     return FreePath(table.rows, table.coefficients * (1 + 1e-9), table.error)
 
 
-KINKS = "test_clause_5_every_jump_and_kink_is_a_breakpoint"
-SLOPES = "test_clause_6_unbounded_slopes_are_next_to_singular_points"
-DIGITS = "test_clause_7_closed_forms_agree_with_quadrature"
+KINKS = "test_clause_4_every_jump_and_kink_is_a_breakpoint"
+DIGITS = "test_clause_5_closed_forms_agree_with_quadrature"
 FIELDS = "test_clause_1_fields_are_parameters_with_unit_and_meaning"
 VALUE = "test_it_is_a_value"
 #: Found by the test kit alone: the profile, the test, what is said.
 IN_TESTS: dict[str, tuple[Any, str, str]] = {
     "no-unit": (UnknownUnit(), FIELDS, "must be a quantity in smoots"),
-    "corner": (broken(decay=lambda _, s: np.minimum(1.0, 3 - s)), KINKS, "decay(s) of Broken() has a kink at s = 2"),
-    "jump": (
-        broken(decay=lambda _, s: np.where(s < 2.3, 1.0, 0.5)),
-        KINKS,
-        "decay(s) of Broken() has a jump at s = 2.3",
-    ),
-    "root": (broken(rise=lambda _, s: s**0.5), SLOPES, "slope of rise(s) next to s = 0.0 grows without end"),
-    "digits-of-area": (broken(closed_areas=lambda _: (0.5, 1.0 + 1e-9)), DIGITS, "1 by quadrature (got 1.000000001)"),
+    "corner": (broken(decay=lambda _, s: np.minimum(1.0, 3 - s)), KINKS, "has a jump or a kink at s = 2,"),
+    "jump": (broken(decay=lambda _, s: np.where(s < 2.3, 1.0, 0.5)), KINKS, "has a jump or a kink at s = 2.3,"),
+    "digits-of-area": (broken(closed_areas=lambda _: (0.5, 1.0 + 1e-9)), DIGITS, "must be 1, by quadrature"),
     "impulse": (broken(closed_running_impulse=lost_digits), DIGITS, "(got 5.000444502911705e-13) at s = 1e-06"),
-    "table": (broken(closed_free_path=wrong_table), DIGITS, "path of closed_free_path() must be "),
+    "table": (broken(closed_free_path=wrong_table), DIGITS, "closed_free_path(): double_integral must be "),
     "changeable": (Undecorated(), VALUE, ""),
 }
 
@@ -187,23 +157,13 @@ def test_a_broken_profile_is_refused_when_it_is_used(profile: Any, clause: str, 
     assert message in str(caught.value)
 
 
-def test_a_violation_names_the_time_in_seconds() -> None:
-    with pytest.raises(PluginError, match=r"\(got nan\) at s = 2.50\d+, t = 5.0\d+e-05 s"):
-        shock_of(NotANumber())
-
-
 @pytest.mark.parametrize("use", ["areas", "force", "free_path"])
-@pytest.mark.parametrize("key", ["not-finite", "negative", "if"])
+@pytest.mark.parametrize("key", ["not-finite", "above-1", "if"])
 def test_values_are_checked_without_a_shock_too(key: str, use: str) -> None:
     profile = AT_ONCE[key][0]
     uses = {"areas": profile.areas, "free_path": profile.free_path, "force": lambda: profile.force([0.1, 0.7, 2.9])}
     with pytest.raises(PluginError, match=r"^profile "):
         uses[use]()
-
-
-def test_a_wrong_ratio_is_reported_where_the_duration_is_given() -> None:
-    with pytest.raises(PluginError, match="duration_ratio must be a finite number > 1"):
-        Shock.of_duration(profile=AT_ONCE["ratio"][0], peak_force=1.0, duration=1e-3)
 
 
 def test_a_violation_has_its_place_in_the_scenario(
@@ -234,11 +194,8 @@ class Power(Sound):
 
 
 @attrs.frozen
-class HiddenPower(Sound):
+class HiddenPower(Power):
     power: float = attrs.field(default=1.0, eq=False)
-
-    def rise(self, s: Any) -> Any:
-        return s**self.power
 
 
 class ChangingPower(Sound):
@@ -256,17 +213,14 @@ def test_an_equal_profile_is_not_examined_again() -> None:
     assert (bool(first.calls), bool(second.calls)) == (True, False)
 
 
-def test_nothing_is_kept_of_a_profile_that_can_change() -> None:
+def test_nothing_is_kept_of_a_profile_that_can_change_or_whose_equality_leaves_something_out() -> None:
     profile = ChangingPower(1.0)
     profile.areas(), profile.free_path()
     profile.power = 8.0
     # rounding
     assert (profile.areas().rise.value, profile.free_path().at(1.0)[1]) == pytest.approx((1 / 9, 1 / 9), rel=1e-12)
-
-
-def test_nothing_is_kept_of_a_profile_whose_equality_leaves_something_out() -> None:
     areas = [shock_of(HiddenPower(power)).profile.areas().rise.value for power in (1.0, 8.0)]
-    assert areas == pytest.approx([1 / 2, 1 / 9], rel=1e-12)  # rounding
+    assert areas == pytest.approx([1 / 2, 1 / 9], rel=1e-12)
 
 
 # ---------------------------------------------------------------- in the test kit
@@ -288,5 +242,5 @@ def test_a_broken_profile_fails_the_test_of_its_clause_alone(profile: Any, test:
 
 
 def test_a_clause_that_is_left_out_is_no_reason_to_skip_others() -> None:
-    left_out = type("TestIt", (ProfileContract,), {"leave_out": {"clause 8": "a wrong record on purpose"}})
-    assert failures(broken(recorded_peak_force=-1.0, notes="one"), left_out).keys() == {"9"}
+    left_out = type("TestIt", (ProfileContract,), {"leave_out": {"clause 6": "a wrong record on purpose"}})
+    assert failures(broken(recorded_peak_force=-1.0, notes="one"), left_out).keys() == {"7"}

@@ -14,10 +14,8 @@ from shockwave.quadrature.gauss_legendre import GaussLegendre
 from shockwave.quadrature.quadpack import Quadpack
 from shockwave.quadrature.tanh_sinh import TanhSinh
 
-# What the areas are to be good to, in units of the interval: the integrands are bounded by 1.
+# Accuracy of the areas, in units of the interval: the integrands are bounded by 1.
 TOLERANCE = 1e-12
-# No piece of any quadrature takes more points: 2048 halved panels with 70 new points, and the first 51.
-MOST_EVALUATIONS = 143_411
 
 ETAS = (1e-8, 1e-5, 1e-3, 0.1, 0.5, 1.0, 5.0, 50.0)
 RATIOS = (1.0001, 2.0, 10.0, 1e3)
@@ -113,26 +111,15 @@ def test_error_is_not_exaggerated(quadrature: Quadrature) -> None:
     assert wrong(quadrature, SMOOTH, right) == []
 
 
-def test_work_is_bounded(quadrature: Quadrature) -> None:
-    assert wrong(quadrature, EVERY, lambda _, result: result.evaluations <= MOST_EVALUATIONS) == []
-
-
-def test_a_jump_given_as_a_point_costs_no_accuracy(quadrature: Quadrature) -> None:
-    result = quadrature.integrate(lambda s: np.where(s < 0.3, 0.0, 1.0), (0.0, 0.3, 1.0))
-    assert abs(result.value - 0.7) <= TOLERANCE
-
-
-def test_a_jump_at_the_very_ends_costs_no_accuracy(quadrature: Quadrature) -> None:
-    result = quadrature.integrate(lambda s: np.where((s > 1.0) & (s < 1.0001), 1.0, 0.0), (1.0, 1.0001))
-    width = 1.0001 - 1.0
-    assert abs(result.value - width) <= TOLERANCE * width
-
-
 @pytest.mark.parametrize(
-    "points",
-    [(0.5, 0.5), (1.0, 0.0), (0.5,), ()],
-    ids=["empty", "reversed", "one-point", "no-point"],
+    ("jump", "points"), [(0.3, (0.0, 0.3, 1.0)), (0.0, (0.0, 1.0))], ids=["at-a-point", "at-the-very-end"]
 )
+def test_a_jump_at_a_point_costs_no_accuracy(quadrature: Quadrature, jump: float, points: tuple[float, ...]) -> None:
+    result = quadrature.integrate(lambda s: np.where(s <= jump, 0.0, 1.0), points)
+    assert abs(result.value - (1 - jump)) <= TOLERANCE
+
+
+@pytest.mark.parametrize("points", [(0.5, 0.5), (1.0, 0.0), ()], ids=["empty", "reversed", "no-point"])
 def test_no_interval_gives_zero(quadrature: Quadrature, points: tuple[float, ...]) -> None:
     result = quadrature.integrate(np.ones_like, points)
     assert (result.value, result.error, result.evaluations) == (0.0, 0.0, 0)
@@ -142,9 +129,3 @@ def test_no_interval_gives_zero(quadrature: Quadrature, points: tuple[float, ...
 def test_an_interval_without_room_for_nodes_gets_its_area(quadrature: Quadrature, upper: float) -> None:
     result = quadrature.integrate(lambda s: np.full_like(s, 0.75), (1.0, upper))
     assert abs(result.value - 0.75 * (upper - 1.0)) <= result.error
-
-
-def test_less_is_done_for_a_wider_tolerance(quadrature: Quadrature) -> None:
-    case = _power_rise(0.1)
-    wide, close = (quadrature.integrate(case.integrand, case.points, t).evaluations for t in (1e-6, 1e-14))
-    assert wide < close

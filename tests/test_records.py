@@ -1,10 +1,7 @@
-"""Force records as text: separators, units, headers, faults with their lines."""
+"""Force records as text files: separators, units, headers, errors with their lines."""
 
 from __future__ import annotations
 
-import pathlib
-import subprocess
-import sys
 from contextlib import suppress
 
 import numpy as np
@@ -13,9 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from shockwave.errors import FileAccessError, InvalidValueError, ShockwaveError
-from shockwave.profiles.record import Record, read_record
+from shockwave.profiles.record_file import Record, read_record
 
-ROOT = pathlib.Path(__file__).parents[1]
 TIMES = [0.0, 0.5, 1.0, 2.5]
 FORCES = [0.0, 2.0, 1.25, 0.0]
 
@@ -52,8 +48,8 @@ def faults_of(read, text):
 
 @pytest.mark.parametrize(
     ("separator", "decimal"),
-    [(",", "."), (", ", "."), (";", "."), ("\t", "."), (" ", "."), ("   ", "."), (";", ","), ("\t", ",")],
-    ids=["comma", "comma-blank", "semicolon", "tab", "blank", "blanks", "semicolon-decimal", "tab-decimal"],
+    [(", ", "."), (";", "."), ("\t", "."), ("   ", "."), (";", ","), ("\t", ",")],
+    ids=["comma", "semicolon", "tab", "blanks", "semicolon-decimal", "tab-decimal"],
 )
 def test_every_separator_is_found(read, separator, decimal):
     record = read("time [s], force [N]\n" + rows(separator, decimal))
@@ -61,7 +57,7 @@ def test_every_separator_is_found(read, separator, decimal):
     assert record.notes == ()
 
 
-@pytest.mark.parametrize("mark", ["#", "%", "//", ";", "  # "], ids=["hash", "percent", "slashes", "semi", "inset"])
+@pytest.mark.parametrize("mark", ["#", "%", "//", "  # "], ids=["hash", "percent", "slashes", "inset"])
 def test_comments_and_blank_lines_stand_anywhere(read, mark):
     lines = rows().splitlines()
     text = f"{mark} made in 1.5 h\n\ntime [s], force [N]\n{lines[0]}\n{mark} x\n \t\n" + "\n".join(lines[1:]) + "\n\n"
@@ -84,18 +80,14 @@ def test_line_ends_and_byte_order_marks_do_not_matter(read, end, mark):
     ("header", "separator", "time_unit", "force_unit"),
     [
         ("time [us], force [kN]", ",", 1e-6, 1e3),
-        ("t (ms);F (N)", ";", 1e-3, 1.0),
         ("Time/us, Load/lbf", ",", 1e-6, 4.4482216152605),
-        ("Zeit [µs];Kraft [kN]", ";", 1e-6, 1e3),
         ("time [ms]  force [mN]", " ", 1e-3, 1e-3),
         ("t / ms  F / N", " ", 1e-3, 1.0),
         ("time_ms,force_kN", ",", 1e-3, 1e3),
         ("Time (Seconds),Force (kg*m/s^2)", ",", 1.0, 1.0),
         ("ms,N", ",", 1e-3, 1.0),
-        ("Time,Load\n(ms),(kN)", ",", 1e-3, 1e3),
-        ("Time [ms],Load\n-,kN", ",", 1e-3, 1e3),
     ],
-    ids=lambda value: value.replace("\n", "|") if isinstance(value, str) and len(value) > 1 else "",
+    ids=lambda value: value if isinstance(value, str) and len(value) > 1 else "",
 )
 def test_units_of_the_header_are_converted(read, header, separator, time_unit, force_unit):
     record = read(f"{header}\n{rows(separator)}")
@@ -103,38 +95,17 @@ def test_units_of_the_header_are_converted(read, header, separator, time_unit, f
     assert record.notes == ()
 
 
-@pytest.mark.parametrize(
-    ("header", "faults"),
-    [
-        ("time [N],force [s]", [":2: unit of time: ", ":2: unit of force: "]),
-        ("time [ms],force [V]", [":2: unit of force: must be a unit of force (got 'V'"]),
-        ("time [9**9**9**9],force [N]", [":2: unit of time: must be a unit of time (got '9**9**9**9'"]),
-        ("time,force\nms,furlong", [":3: unit of force: must be a unit of force (got 'furlong'"]),
-        ("time,force,x", [":2: header: must name every column (got 3 names; line 3 has 2"]),
-        ("time,5", [":2: row: must be names of columns, or numbers alone (got 'time,5')"]),
-        ("made by\nA. Smith\ntime,force", [":4: row: must be numbers, after at most two header lines"]),
-        ("time,t", [":3: columns: must be one column of time and one of force (got 2: 'time', 't'"]),
-    ],
-    ids=["dimensions", "volts", "hostile", "second-line", "three-names", "number", "preamble", "two-times"],
-)
-def test_a_wrong_header_is_named_with_its_line(read, header, faults):
-    found = faults_of(read, f"# comment\n{header}\n{rows()}")
-    assert len(found) == len(faults)
-    assert all(fault.startswith(expected) for fault, expected in zip(found, faults, strict=True))
-
-
 COMMA = rows()
 SWAPPED = "".join(f"{f},{t}\n" for t, f in zip(TIMES, FORCES, strict=True))
 MANY = "".join(f"1,{t},20,{f}\n" for t, f in zip(TIMES, FORCES, strict=True))
 NO_TIME = "the time has no unit: seconds are assumed"
 NO_FORCE = "the force has no unit: newtons are assumed"
-BY_NAME = "time and force were found by their names: "
 NOTED: dict[str, tuple[str, list[str]]] = {
     "no-header": (COMMA, [NO_TIME, NO_FORCE]),
     "comment": (f"# hammer\n# time [s], force [N]\n{COMMA}", ["the header was read from the comment in line 2"]),
-    "swapped": (f"force [N],time [s]\n{SWAPPED}", [f"{BY_NAME}column 2, 'time', and column 1, 'force'"]),
-    "many": (f"no,Time [s],K,Load cell [N]\n{MANY}", [f"{BY_NAME}column 2, 'Time', and column 4, 'Load cell'"]),
-    "names": (f"A [s],B [N]\n{COMMA}", ["the columns 'A' and 'B' were taken as time and force"]),
+    "swapped": (f"force [N],time [s]\n{SWAPPED}", ["time and force are the columns 'time' and 'force'"]),
+    "many": (f"no,Time [s],K,Load cell [N]\n{MANY}", ["time and force are the columns 'Time' and 'Load cell'"]),
+    "names": (f"A [s],B [N]\n{COMMA}", ["time and force are the columns 'A' and 'B'"]),
     "quotes": ('"time [s]","force [N]",\n"0","0",\n"0.5","2",\n"1","1.25",\n"2.5","0",\n', []),
     "one-separator-at-an-end": ("time [s],force [N]\n" + COMMA.replace("1.25", "1.25,"), []),
 }
@@ -147,65 +118,50 @@ def test_assumptions_are_noted(read, text, notes):
     assert list(record.notes) == notes
 
 
-REFUSED = {
-    "no-header": ("0,1,2\n1,2,3\n", "got 3: no header"),
-    "no-known-name": ("a,b,c\n0,1,2\n", "got 3: 'a', 'b', 'c'"),
-    "decimal-comma": ("0,5 1,5\n", "separate the columns by semicolons"),
-    "two-decimal-signs": ("0;0\n0,5;100\n1;1.000\n", ":3: row: must have one decimal sign (got '1;1.000' after"),
-    "no-comment": ("0;0\n;1\n2;0\n", ":2: time: must be a finite number"),
-    "long-line": ("0,0\n" + "1," * 20_000, ":2: row: must have at most 10000 characters (got 40000)"),
-    "empty": ("", "rows: must be numbers, a time and a force"),
+NUMBER = "must be a finite number of"
+#: The text, and how each error begins after the name of the file.
+REFUSED: dict[str, tuple[str, list[str]]] = {
+    "dimensions": (f"#\ntime [N],force [s]\n{COMMA}", [":2: unit of time: ", ":2: unit of force: "]),
+    "volts": (f"time [ms],force [V]\n{COMMA}", [":1: unit of force: must be a unit of force (got 'V'"]),
+    "hostile": (
+        f"time [9**9**9**9],force [N]\n{COMMA}",
+        [":1: unit of time: must be a unit of time (got '9**9"],
+    ),
+    "three-names": (f"time,force,x\n{COMMA}", [":1: header: must name every column (got 3 names; line 2 has 2"]),
+    "number": (f"time,5\n{COMMA}", [":1: row: must be names of columns, or numbers alone (got 'time,5')"]),
+    "preamble": (f"made by A. Smith\ntime,force\n{COMMA}", [":2: row: must be numbers, after at most one header"]),
+    "two-times": (f"time,t\n{COMMA}", [":2: columns: must be one column of time and one of force (got 2: 'time', 't'"]),
+    "no-header": ("0,1,2\n1,2,3\n", [":1: columns: must be one column of time and one of force (got 3: no header"]),
+    "decimal-comma": ("0,5 1,5\n", [":1: columns: must be one column of time and one of force (got 3: no header"]),
+    "two-decimal-signs": ("0;0\n0,5;1\n1;1.0\n", [f":3: force: {NUMBER} N (got '1.0'; use the decimal comma"]),
+    "long-line": ("0,0\n" + "1," * 20_000, [":2: row: must have at most 10000 characters (got 40000)"]),
+    "empty": ("", [": rows: must be numbers, a time and a force"]),
+    "word": ("# c\n\n0,0\n1,x\n", [f":4: force: {NUMBER} N (got 'x'; mend or delete the row)"]),
+    "short": ("0,0\n1\n", [":2: row: must have 2 columns (got 1: '1'"]),
+    "long": ("0,0\n0,001,5\n", [":2: row: must have 2 columns (got 3: '0,001,5'; if the comma is the decimal sign"]),
+    "nan": ("0,0\nnan,1\n", [f":2: time: {NUMBER} s (got 'nan'; "]),
+    "overflow": ("0,0\n1,1e999\n", [f":2: force: {NUMBER} N (got '1e999'; "]),
+    "underscore": ("0,0\n1_0,1\n", [f":2: time: {NUMBER} s (got '1_0'; "]),
+    "every-kind": ("0,0\nx,1\n2\n3,y\n4,0\n", [":2: time: ", ":3: row: ", ":4: force: "]),
 }
 
 
-@pytest.mark.parametrize(("text", "problem"), REFUSED.values(), ids=REFUSED)
-def test_what_is_no_record_is_refused(read, text, problem):
-    assert problem in faults_of(read, text)[0]
+@pytest.mark.parametrize(("text", "faults"), REFUSED.values(), ids=REFUSED)
+def test_every_error_is_named_with_its_line(read, text, faults):
+    found = faults_of(read, text)
+    assert len(found) == len(faults)
+    assert all(fault.startswith(expected) for fault, expected in zip(found, faults, strict=True))
 
 
-# ---------------------------------------------------------------- bad rows
-
-
-@pytest.mark.parametrize(
-    ("row", "fault"),
-    [
-        ("1,x", "force: must be a finite number of N (got 'x'; "),
-        ("1", "row: must have 2 columns (got 1: '1'"),
-        ("0,001,5", "row: must have 2 columns (got 3: '0,001,5'; if the comma is the decimal sign"),
-        ("nan,1", "time: must be a finite number of s (got 'nan'; "),
-        ("1,1e999", "force: must be a finite number of N (got '1e999'; "),
-        ("1_0,1", "time: must be a finite number of s (got '1_0'; "),
-        ("1,1 N", "force: must be a finite number of N (got '1 N'; "),
-    ],
-    ids=["word", "short", "long", "nan", "overflow", "underscore", "unit"],
-)
-def test_a_bad_row_is_named_with_its_line(read, row, fault):
-    (found,) = faults_of(read, f"# c\n\n0,0\n{row}\n2,0\n")
-    assert found.startswith(f":4: {fault}")
-
-
-def test_bad_rows_of_every_kind_are_named_together(read):
-    assert [fault.split(":")[1] for fault in faults_of(read, "0,0\nx,1\n2\n3,y\n4,0\n")] == ["2", "3", "4"]
-
-
-def test_at_most_twenty_bad_rows_are_told(read):
+def test_at_most_twenty_bad_rows_are_listed(read):
     assert len(faults_of(read, "0,0\n" + "x,y\n" * 1000)) == 20
 
 
 # ---------------------------------------------------------------- files
 
 
-@pytest.mark.parametrize(
-    ("name", "sentence"),
-    [
-        ("none.csv", "cannot be read"),
-        ("", "is not a file"),
-        ("a\0b", "cannot be read"),
-        ("x" * 999, "cannot be read"),
-    ],
-    ids=["missing", "directory", "nul", "long-name"],
-)
-def test_a_path_that_cannot_be_read_is_told_in_a_sentence(tmp_path, name, sentence):
+@pytest.mark.parametrize(("name", "sentence"), [("none.csv", "cannot be read"), ("", "is not a file")])
+def test_a_path_that_cannot_be_read_is_reported(tmp_path, name, sentence):
     with pytest.raises(FileAccessError, match=sentence):
         read_record(tmp_path / name)
 
@@ -213,29 +169,6 @@ def test_a_path_that_cannot_be_read_is_told_in_a_sentence(tmp_path, name, senten
 def test_a_file_that_is_not_utf8_names_byte_and_line(read):
     with pytest.raises(FileAccessError, match="got the byte 0xb5 in line 2; save it as UTF-8"):
         read(b"# c\ntime [\xb5s], force [N]\n0,0\n")
-
-
-@pytest.mark.parametrize(
-    ("limit", "problem"),
-    [("_MOST_BYTES", "must be at most 3 bytes"), ("_MOST_LINES", "keep only the pulse")],
-    ids=["bytes", "lines"],
-)
-def test_a_file_that_is_too_large_is_refused(read, monkeypatch, limit, problem):
-    monkeypatch.setattr(f"shockwave.profiles.record.{limit}", 3)
-    with pytest.raises(FileAccessError, match=problem):
-        read(rows())
-
-
-def test_pint_is_not_imported_for_units_of_si(tmp_path):
-    path = tmp_path / "pulse.csv"
-    path.write_text(f"time [s], force [N]\n{rows()}")
-    code = (
-        "import pathlib, sys; from shockwave.profiles.record import read_record;"
-        "read_record(pathlib.Path(sys.argv[1])); print('pint' in sys.modules)"
-    )
-    command = [sys.executable, "-c", code, str(path)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)
-    assert done.stdout.strip() == "False"
 
 
 # ---------------------------------------------------------------- anything at all

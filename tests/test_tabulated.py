@@ -21,17 +21,13 @@ def clean():
     return Tabulated(times=[0, 1, 2, 3], forces=[0, 1, 0.5, 0])
 
 
-def random_pulse(seed=7, size=400):
-    rng = np.random.default_rng(seed)
-    times = np.cumsum(rng.uniform(0.1, 2.0, size)) * 1e-6
-    return Tabulated(times - times[0], np.concatenate(([0.0], rng.uniform(1.0, 300.0, size - 2), [0.0])))
-
-
 # ---------------------------------------------------------------- what is read off
 
 
 def test_peak_rise_time_and_duration_are_read_off():
     profile = Tabulated(times=[0, 2e-6, 5e-6, 8e-6, 20e-6], forces=[0, 30, 120, 60, 0])
+    # The force is linear between samples.
+    assert profile.force([0.2, 0.4, 1.0, 1.3, 2.8, 4.0]).tolist() == pytest.approx([0.125, 0.25, 1, 0.75, 0.25, 0])
     assert profile.recorded_peak_force == 120
     assert profile.recorded_rise_time == 5e-6
     assert profile.duration_ratio == 20e-6 / 5e-6
@@ -56,10 +52,6 @@ def test_a_slow_start_is_not_taken_for_a_baseline(samples, exponent):
     assert np.array_equal(profile.force(np.array(profile.breakpoints)), forces)
 
 
-def test_the_force_is_linear_between_samples():
-    assert clean().force([0.25, 0.5, 1.0, 1.5, 2.5, 3.0]).tolist() == [0.25, 0.5, 1.0, 0.75, 0.25, 0.0]
-
-
 def test_a_given_duration_ratio_stretches_the_decay_alone():
     profile = Tabulated(times=[0, 1, 2, 3], forces=[0, 1, 0.5, 0], duration_ratio=7)
     assert profile.breakpoints == (0.0, 1.0, 4.0, 7.0)
@@ -75,7 +67,7 @@ NO_PULSES = {
     "two": ([0, 1], [0, 1], r"times: must have at least three samples"),
     "nan": ([0, 1, float("nan")], [0, 1, 0], r"times\[2\]: must be a finite number s \(got nan\)"),
     "words": ([0, 1, 2], [0, "x", 0], r"forces: must be a sequence of numbers \(got \[0, 'x', 0\]\)"),
-    "no-lists": ("012", 3, r"times: must be a sequence.*\nforces: must be a sequence of numbers \(got 3\)"),
+    "no-list": ([0, 1, 2], 3, r"forces: must be a sequence of numbers \(got 3\)"),
     "unsorted": ([0, 2, 1, 1], [0, 1, 1, 0], r"times\[2\]: must be greater.*\ntimes\[3\]: must be greater"),
     "lengths": ([0, 1, 2], [0, 1], r"forces: must have one force for each.*got 2 forces and 3 times\)"),
     "no-force": ([0, 1, 2], [0, -1, 0], r"forces: must be > 0 N somewhere \(got at most 0 N; turn the sign"),
@@ -91,24 +83,15 @@ def test_samples_that_are_no_pulse_are_refused(times, forces, message):
         Tabulated(times=times, forces=forces)
 
 
-@pytest.mark.parametrize("ratio", [1, 0.5, float("nan"), "3"], ids=["one", "below", "nan", "text"])
-def test_a_duration_ratio_of_one_or_less_is_refused(ratio):
+def test_a_duration_ratio_of_one_is_refused():
     with pytest.raises(InvalidValueError, match="duration_ratio: must be > 1"):
-        Tabulated([0, 1, 2], [0, 1, 0], duration_ratio=ratio)
+        Tabulated([0, 1, 2], [0, 1, 0], duration_ratio=1)
 
 
-BAD_FILES = {
-    "unsorted": ("0,0\n# c\n2,1\n1,0\n", r"pulse.csv:5: times\[2\]: must be greater"),
-    "no-rise": ("0,1\n1,0.5\n2,0\n", r"pulse.csv:2: forces\[0\]: must not be the peak"),
-    "no-decay": ("0,0\n1,0\n\n2,0\n3,1\n", r"pulse.csv:6: forces\[3\]: must not be the peak"),
-}
-
-
-@pytest.mark.parametrize(("body", "message"), BAD_FILES.values(), ids=BAD_FILES.keys())
-def test_faults_of_a_file_name_their_line(tmp_path, body, message):
+def test_faults_of_a_file_name_their_line(tmp_path):
     path = tmp_path / "pulse.csv"
-    path.write_text("time [s], force [N]\n" + body)
-    with pytest.raises(InvalidValueError, match=message):
+    path.write_text("time [s], force [N]\n0,0\n# c\n2,1\n1,0\n")
+    with pytest.raises(InvalidValueError, match=r"pulse.csv:5: times\[2\]: must be greater"):
         Tabulated.from_file(path)
 
 
@@ -128,9 +111,14 @@ def test_a_constant_baseline_is_subtracted():
 CLEANED = {
     "start-time": (range(5, 9), [0, 1, 0.5, 0], [0, 1, 0.5, 0], "the times start at 5 s, and were shifted"),
     # Half of one newton times two seconds, in 8 N s.
-    "below": (range(6), [0, 4, 2, -1, 2, 0], [0, 1, 0.5, 0, 0.5, 0], "1 of 6 samples lay below zero and was set"),
-    "lead": (range(6), [0, 0, 0, 1, 0.5, 0], [0, 1, 0.5, 0], "2 quiet samples before the pulse were cut off (0 %"),
-    "tail": (range(6), [0, 1, 0.5, 0, 0.009, 0], [0, 1, 0.5, 0], "samples after the pulse were cut off (0.6 %"),
+    "below": (
+        range(6),
+        [0, 4, 2, -1, 2, 0],
+        [0, 1, 0.5, 0, 0.5, 0],
+        "samples below zero, set to zero: 1 of 6 (12 % of",
+    ),
+    "lead": (range(6), [0, 0, 0, 1, 0.5, 0], [0, 1, 0.5, 0], "quiet samples before the pulse, cut off: 2 (0 %"),
+    "tail": (range(6), [0, 1, 0.5, 0, 0.009, 0], [0, 1, 0.5, 0], "quiet samples after the pulse, cut off: 2 (0.6 %"),
     "start": (range(4), [0.25, 1, 0.5, 0], [0.25, 1, 0.5, 0], "the record starts at 0.25 N, 25 % of its peak"),
     "end": (range(4), [0, 1, 0.5, 0.125], [0, 1, 0.5, 0.125], "the record ends at 0.125 N, 12 % of its peak"),
 }
@@ -145,19 +133,15 @@ def test_a_record_is_cleaned_and_notes_state_it(times, forces, shape, note):
     assert note in profile.notes[0]
 
 
-LEADS = {"too-short": [1.0] * 4, "too-high": [25.0] * 6, "not-flat": [0, 0.4, 0.9, 1.3, 1.6, 2.0]}
-
-
-@pytest.mark.parametrize("lead", LEADS.values(), ids=LEADS.keys())
+@pytest.mark.parametrize("lead", [[1.0] * 4, [25.0] * 6, [0, 0.4, 0.9, 1.3, 1.6, 2.0]], ids=["short", "high", "rising"])
 def test_a_lead_that_is_no_baseline_is_kept(lead):
-    forces = [*lead, 40, 100, 50, 10, 0]
-    profile = Tabulated(np.arange(len(forces)), forces)
+    profile = Tabulated(np.arange(len(lead) + 5), [*lead, 40, 100, 50, 10, 0])
     assert profile.recorded_peak_force == 100
     assert not any("baseline" in note for note in profile.notes)
 
 
 @pytest.mark.parametrize("baseline", [-40.0, 0.0, 8.0, 120.0])
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 def test_a_noisy_record_gives_back_its_pulse(seed, baseline):
     peak, rise, decay, noise = 850.0, 48e-6, 112e-6, 4.0
     times = np.arange(-80, 400) * 1e-6
@@ -202,7 +186,9 @@ def exact_integrals(profile):
 
 
 def test_sums_are_exact_to_the_last_digits():
-    profile = random_pulse(size=3000)
+    draw = np.random.default_rng(7)
+    times = np.append(0.0, np.cumsum(draw.uniform(0.1e-6, 2e-6, 2999)))
+    profile = Tabulated(times, np.concatenate(([0.0], draw.uniform(1.0, 300.0, 2998), [0.0])))
     points = np.array(profile.breakpoints)
     impulses, paths = exact_integrals(profile)
     # Each sample adds three roundings of its own small term; the sum itself adds none.
@@ -218,12 +204,5 @@ def test_profiles_compare_by_value():
     assert hash(clean()) == hash(clean())
     assert clean() == attrs.evolve(clean(), duration_ratio=3) == pickle.loads(pickle.dumps(clean()))
     assert clean() != Tabulated([0, 1, 2, 3], [0, 1, 0.6, 0])
-
-
-def test_the_samples_are_a_copy_that_cannot_be_written():
-    times = np.array([0.0, 1.0, 2.0, 3.0])
-    profile = Tabulated(times, [0, 1, 0.5, 0])
-    times[3] = 9.0
-    assert profile.times[3] == 3.0
     with pytest.raises(ValueError, match="read-only"):
-        profile.times[0] = 1.0
+        clean().times[0] = 1.0

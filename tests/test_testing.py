@@ -23,72 +23,47 @@ from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
 from shockwave.quadrature import Integral, Quadrature
 from shockwave.quadrature.gauss_legendre import GaussLegendre
-from shockwave.registry import entries, load
-from shockwave.simulation.fixed_step import Verlet
+from shockwave.quadrature.quadpack import Quadpack
+from shockwave.quadrature.tanh_sinh import TanhSinh
 from shockwave.simulation.integrator import Integrator
-from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.one_step import OneStep
 from shockwave.testing import IntegratorContract, ProfileContract, QuadratureContract
 from shockwave.testing import quadrature as kit
-from shockwave.testing.smoothness import roughness, steepening
+from shockwave.testing.profile import rough_place
 
 PACKAGE = Path(shockwave.__file__).parent
-
-
-def own(kind: str) -> list[type]:
-    return [load(kind, entry.name) for entry in entries(kind) if entry.distribution == "granular-shockwave"]
-
-
-def record(seed: int, samples: int) -> Tabulated:
-    """A force that goes up and down at random."""
-    draw = np.random.default_rng(seed)
-    forces = np.concatenate(([0.0], draw.uniform(0.05, 1.0, samples - 2), [0.0]))
-    return Tabulated(times=np.append(0.0, np.cumsum(draw.uniform(0.1, 1.0, samples - 1))), forces=forces)
 
 
 # ---------------------------------------------------------------- what shockwave has itself
 
 
-def powers(*shapes: tuple[float, float, float]) -> tuple[PowerLaw, ...]:
-    return tuple(PowerLaw(rise_exponent=a, decay_exponent=b, duration_ratio=n) for a, b, n in shapes)
-
-
-def exponentials(*shapes: tuple[float, float, float]) -> tuple[Exponential, ...]:
-    return tuple(Exponential(rise_rate=a, decay_rate=b, duration_ratio=n) for a, b, n in shapes)
+PROFILES = [
+    # straight, infinitely steep, with jumps, next to straight
+    *(
+        PowerLaw(rise_exponent=a, decay_exponent=b, duration_ratio=3)
+        for a, b in [(1, 1), (0.5, 1), (0, 0), (0.95, 1.5)]
+    ),
+    *(Triangular(duration_ratio=n) for n in (1.0001, 1e9)),
+    *(Exponential(rise_rate=a, decay_rate=b, duration_ratio=3) for a, b in [(1e-12, 1e-12), (1, -1)]),
+    Tabulated([0.0, 1.0, 2.0, 5.0], [0.0, 1.0, 2.0, 0.0]),
+]
+EXTREME = [
+    *(PowerLaw(rise_exponent=a, decay_exponent=b, duration_ratio=4) for a, b in [(1e-5, 50), (50, 1e-5), (1e6, 1e6)]),
+    *(Exponential(rise_rate=a, decay_rate=b, duration_ratio=9) for a, b in [(700, 700), (-700, -700), (300, 1e-12)]),
+]
 
 
 class TestProfiles(ProfileContract):
-    # straight, infinitely steep, with jumps, next to straight
-    profiles = (
-        *powers((1, 1, 2), (0.5, 1, 3), (0, 0, 3), (0.95, 1.5, 30)),
-        *(Triangular(duration_ratio=n) for n in (1.0001, 1e9)),
-        *exponentials((1e-12, 1e-12, 2), (1, -1, 3)),
-        Tabulated([0.0, 1.0, 2.0, 5.0], [0.0, 1.0, 2.0, 0.0]),
-        record(1, 12),
-    )
+    profiles = PROFILES
 
 
 @pytest.mark.slow
 class TestExtremeProfiles(ProfileContract):
-    profiles = (
-        *powers((1e-5, 50, 4), (50, 1e-5, 1.1), (2.5, 0.1, 1.0001), (1e6, 1e6, 3)),
-        *exponentials((700, 700, 10), (-700, -700, 10), (300, 1e-12, 1.1), (1e6, 1e6, 10)),
-        record(2, 1000),
-    )
-
-
-class TestIntegrators(IntegratorContract):
-    # the one that is used by default, and one of fixed step
-    integrators = (Rkn86, Verlet)
-
-
-@pytest.mark.slow
-class TestOtherIntegrators(IntegratorContract):
-    integrators = tuple(cls for cls in own("integrators") if cls not in (Rkn86, Verlet))
+    profiles = EXTREME
 
 
 class TestQuadratures(QuadratureContract):
-    quadratures = tuple(own("quadratures"))
+    quadratures = (GaussLegendre, TanhSinh, Quadpack)
 
 
 # ---------------------------------------------------------------- a test for each clause
@@ -97,7 +72,7 @@ class TestQuadratures(QuadratureContract):
 @pytest.mark.parametrize(
     ("contract", "kind", "signed", "count"),
     [
-        (ProfileContract, "", ShockProfile, 9),
+        (ProfileContract, "", ShockProfile, 7),
         (IntegratorContract, "", Integrator, 9),
         (IntegratorContract, "one_step_", OneStep, 3),
         (QuadratureContract, "", Quadrature, 5),
@@ -108,7 +83,7 @@ def test_each_clause_of_the_docstring_has_a_test(contract: type, kind: str, sign
     names = [re.match(rf"test_{kind}clause_(\d+)_", name) for name in dir(contract)]
     tested = {int(name[1]) for name in names if name}
     if contract is ProfileContract:
-        tested |= {clause.number for clause in CLAUSES if clause.number}
+        tested |= {int(clause[7]) for clause in CLAUSES}
     written = {int(number) for number in re.findall(r"^ +(\d+)\. ", signed.__doc__ or "", re.MULTILINE)}
     # The count is written out, for a docstring that cannot be read would agree with no tests at all.
     assert written == tested == set(range(1, count + 1))
@@ -139,11 +114,7 @@ class TestFourLines(ProfileContract):
 
 class TestLeftOut(ProfileContract):
     profiles = [Triangular(duration_ratio=4)]
-    leave_out = {"clause 7": "good to 1e-9 only", "test_it_is_a_value": "it is none"}
-
-class TestRecordsLeftOut(ProfileContract):
-    profiles = [Triangular(duration_ratio=4)]
-    leave_out = {"clause 8": "records are wrong on purpose"}
+    leave_out = {"clause 5": "good to 1e-9 only", "clause 6": "wrong on purpose", "test_it_is_a_value": "it is none"}
 
 class TestNoList(ProfileContract):
     pass
@@ -173,42 +144,30 @@ def test_four_lines_are_a_test(printed: str) -> None:
     assert len(results) == len(CLAUSES) + sum(name.startswith("test_") for name in dir(ProfileContract)) - 1
 
 
-def test_contracts_that_a_module_imports_are_no_tests_themselves(printed: str) -> None:
-    classes = {"TestForOneNumber", "TestFourLines", "TestLeftOut", "TestRecordsLeftOut"}
-    assert set(re.findall(r"test_it\.py::(\w+)", printed)) == classes
+def test_a_wrong_list_is_an_error_of_pytest(printed: str) -> None:
+    objects = "must be a list of objects of subclasses of ShockProfile, and no classes (got"
+    assert f"TestNoList.profiles {objects} None)" in printed
+    assert f"TestClass.profiles {objects} [<class" in printed
+    assert "TestNoClass.integrators must be a list of classes (got [Triangular" in printed
 
 
-@pytest.mark.parametrize(
-    "message",
-    [
-        "TestNoList.profiles must be a list of objects of subclasses of ShockProfile, and no classes (got None)",
-        "TestClass.profiles must be a list of objects of subclasses of ShockProfile, and no classes (got [<class",
-        "TestNoClass.integrators must be a list of classes (got [Triangular",
-    ],
-)
-def test_a_wrong_list_is_an_error_of_pytest(printed: str, message: str) -> None:
-    assert message in printed
-
-
-def test_one_fault_is_one_failure_with_the_line_and_the_remedy(printed: str) -> None:
+def test_one_fault_is_one_failure_with_its_line(printed: str) -> None:
     results = re.findall(r"TestForOneNumber::test_\w+\[.*\] (\w+)", printed)
     assert results.count("FAILED") == 1
     report = printed.split("= FAILURES =")[1]
     assert "rise(s) must take an array of any shape, and not raise (got ValueError: The truth value" in report
     assert "in test_it.py, line 9: if s < 0.5:" in report
-    assert "to mend: s is an array: compute element by element with numpy functions alone" in report
-    assert "see clause 2, shapes first" in printed
+    assert "see clause 2, vectorised first" in printed
 
 
 def test_what_is_left_out_is_skipped_with_its_reason(printed: str) -> None:
     skipped = re.findall(r"TestLeftOut::(test_\w+)\[.*\] SKIPPED \((.*)\)", printed)
     assert sorted(skipped) == [
-        ("test_clause_7_closed_forms_agree_with_quadrature", "left out: good to 1e-9 only"),
+        ("test_clause_5_closed_forms_agree_with_quadrature", "left out: good to 1e-9 only"),
         ("test_it_holds", "left out: good to 1e-9 only"),
+        ("test_it_holds", "left out: wrong on purpose"),
         ("test_it_is_a_value", "left out: it is none"),
     ]
-    assert re.findall(r"TestRecordsLeftOut::.* SKIPPED \((.*)\)", printed) == ["left out: records are wrong on purpose"]
-    assert not re.search(r"TestRecordsLeftOut::.* (FAILED|ERROR)", printed)
 
 
 def test_nothing_else_of_shockwave_needs_pytest() -> None:
@@ -219,95 +178,71 @@ def test_nothing_else_of_shockwave_needs_pytest() -> None:
 # ---------------------------------------------------------------- what is smooth
 
 # Anywhere, at simple fractions, and close to the ends.
-CORNERS = (0.5, 0.25, 1 / 3, 0.123456789, 0.9, 1e-3, 0.999)
+CORNERS = (0.5, 1 / 3, 0.123456789, 1e-3, 0.999)
 STEEP = {
     "layer": lambda s: (1 + np.tanh(1e4 * (s - 0.3))) / 2,
     "resonance": lambda s: 1 / (1 + (1e3 * (s - 0.77)) ** 2),
-    "bell": lambda s: np.exp(-((1e5 * (s - 0.5)) ** 2)),
     "root": lambda s: s**0.3,
     "logarithm": lambda s: -s * np.log(s),
-    "no-series": lambda s: np.exp(-1 / s),
-    "both-ends": lambda s: (4 * s * (1 - s)) ** 0.5,
+    "no-series": lambda s: np.exp(-1 / (s + 1e-300)),
+    "both-ends": lambda s: np.abs(s * (1 - s)) ** 0.5,
     "waves": lambda s: np.sin(1e3 * s) ** 2,
 }
 
 
 @pytest.mark.parametrize("function", STEEP.values(), ids=STEEP)
 def test_what_is_steep_or_singular_at_an_end_is_smooth_between(function) -> None:  # type: ignore[no-untyped-def]
-    assert roughness(function, (0.0, 1.0)) is None
+    assert rough_place(function, (0.0, 1.0, 2.0)) is None
 
 
 @pytest.mark.parametrize("corner", CORNERS)
-def test_a_declared_corner_is_smooth(corner: float) -> None:
-    assert roughness(lambda s: np.minimum(s, corner), (0.0, corner, 1.0)) is None
-
-
-@pytest.mark.parametrize("corner", CORNERS)
-@pytest.mark.parametrize(
-    ("power", "size", "kind"),
-    [(0, 1.0, "a jump"), (0, 1e-6, "a jump"), (1, 1.0, "a kink"), (1, 1e-3, "a kink"), (2, 1.0, "a jump of a higher")],
-)
-def test_jumps_and_kinks_are_found_and_named(corner: float, power: int, size: float, kind: str) -> None:
-    def function(s: np.ndarray) -> np.ndarray:
+@pytest.mark.parametrize(("power", "size"), [(0, 1.0), (0, 1e-6), (1, 1.0), (1, 0.1)])
+def test_jumps_and_kinks_are_found_unless_they_are_declared(corner: float, power: int, size: float) -> None:
+    def force(s: np.ndarray) -> np.ndarray:
         return np.exp(-s) + size * np.where(s > corner, np.abs(s - corner) ** power, 0.0)
 
-    found = roughness(function, (0.0, 1.0))
-    assert found is not None
-    named, begin, end = re.fullmatch(r"(.*) at s = .* \(between (.*) and (.*)\)", found).groups()
-    assert named.startswith(kind)
-    assert float(begin) <= corner <= float(end)
-    # A jump of the second derivative sinks into rounding on panels of 1e-5 at the latest.
-    assert float(end) - float(begin) < 1e-2
-
-
-@pytest.mark.parametrize("exponent", [1e-5, 0.1, 0.5, 0.95, 1, 1.001, 1.5, 2, 50])
-def test_the_slope_of_a_power_below_1_grows_without_end(exponent: float) -> None:
-    slope = steepening(lambda s: s**exponent, 0.0, 1.0)
-    assert (slope is not None) == (exponent < 1)
-
-
-@pytest.mark.parametrize("rate", [1.0, 1e3, 1e6])
-def test_the_slope_of_an_exponential_does_not(rate: float) -> None:
-    assert steepening(lambda s: np.expm1(-rate * s), 0.0, 1.0) is None
+    assert rough_place(force, (0.0, corner, 1.0, 2.0)) is None
+    # A kink of 0.1 is lost in rounding on pieces of 1e-6.
+    assert rough_place(force, (0.0, 1.0, 2.0)) == pytest.approx(corner, abs=1e-5)
 
 
 # ---------------------------------------------------------------- broken quadratures
 
 
-def rule(change: Callable[..., Any], **parts: Any) -> type[Any]:
-    """Gauss-Legendre, of which what it returns is changed."""
+def rule(change: Callable[..., Any]) -> type[Any]:
+    """Gauss-Legendre with another result."""
 
     def piece(self: Any, integrand: Any, lower: float, upper: float, tolerance: float) -> Integral:
         found = GaussLegendre._piece(self, integrand, lower, upper, tolerance)
-        return change(self, found, integrand, lower, upper)
+        return change(self, found, integrand)
 
-    return type("Broken", (GaussLegendre,), {"_piece": piece, **parts})
+    return type("Broken", (GaussLegendre,), {"_piece": piece})
 
 
 def off(**factors: float) -> type[Any]:
     """Gauss-Legendre with parts of its result multiplied."""
-    return rule(lambda _, found, *__: attrs.evolve(found, **{k: getattr(found, k) * f for k, f in factors.items()}))
+    return rule(lambda _, found, __: attrs.evolve(found, **{k: getattr(found, k) * f for k, f in factors.items()}))
 
 
-def outside(_: Any, found: Integral, integrand: Any, lower: float, upper: float) -> Integral:
-    with np.errstate(invalid="ignore"):
-        integrand(np.array([lower - 1e-9]))
+def one_by_one(_: Any, found: Integral, integrand: Any) -> Integral:
+    integrand(np.array(1.5))
     return attrs.evolve(found, evaluations=found.evaluations + 1)
 
 
-def endless(_: Any, found: Integral, integrand: Any, lower: float, upper: float) -> Integral:
+def endless(_: Any, found: Integral, integrand: Any) -> Integral:
     while found.error > 1e-6:
-        integrand(np.linspace(lower, upper, 100_001)[1:-1])
+        integrand(np.linspace(0, 1, 100_001))
     return found
 
 
-def remembering(self: Any, found: Integral, *_: Any) -> Integral:
+def remembering(self: Any, found: Integral, _: Any) -> Integral:
     self.sum = getattr(self, "sum", 0.0) + 1e-16
     return attrs.evolve(found, error=found.error + self.sum)
 
 
 QUADRATURES: dict[str, tuple[type[Any], int, str]] = {
-    "outside": (rule(outside), 3, "it is called at s = "),
+    "wrong": (off(value=1 + 1e-9), 2, "off by"),
+    "one-by-one": (rule(one_by_one), 3, "it is called with an s of other than one dimension"),
     "sure": (off(error=1e-3), 4, "the estimate is"),
     "miscounted": (off(evaluations=2), 5, "points were taken"),
     "remembering": (rule(remembering), 5, "first Integral(value="),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Sequence
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 
 
 _DEFAULT_QUADRATURE = "gauss-legendre"
-# What a closed form loses to rounding: a few units in the last place.
+# Rounding of a closed form: a few units in the last place.
 _ROUNDING = 4 * float(np.finfo(float).eps)
 
 
@@ -48,21 +47,20 @@ class ShockProfile(abc.ABC):
        property or an attrs field. With attrs, every other field is a parameter of the profile.
     2. ``rise(s)`` is F1 on 0 <= s <= 1 and ``decay(s)`` is F2 on 1 <= s <= n. Both are vectorised: they take
        a float array of any shape and return one of the same shape. They are not called outside their range.
+       Both are pure: the same s gives the same value, in any array and in every process.
     3. Values are finite, never negative, and at most 1; ``rise(1)`` and ``decay(1)`` are 1.
-    4. Both are pure: the same s gives the same value, in every process.
-    5. ``breakpoints`` ascends from 0 to n, contains 1 and every s at which the force or one of its first few
+    4. ``breakpoints`` ascends from 0 to n, contains 1 and every s at which the force or one of its first few
        derivatives jumps. The default is (0, 1, n).
-    6. ``singular_points`` lists the breakpoints at which the slope is unbounded. The default is none.
-    7. ``closed_areas``, ``closed_running_impulse`` and ``closed_double_integral`` return None (the default: the
-       integral is taken by quadrature) or the exact integral, good to a few units in the last place.
+    5. ``closed_areas``, ``closed_running_impulse`` and ``closed_double_integral`` return None (the default: the
+       integral is computed by quadrature) or the exact integral, accurate to a few units in the last place.
        ``closed_free_path`` returns None (the default: polynomials are fitted to the force) or the table of
-       impulse and path on [0, n], as good.
-    8. ``recorded_peak_force`` and ``recorded_rise_time`` are None (the default), or the newtons and seconds
+       impulse and displacement on [0, n], as accurate.
+    6. ``recorded_peak_force`` and ``recorded_rise_time`` are None (the default), or the newtons and seconds
        of the measurement that the shape was read from.
-    9. ``notes`` are sentences on what was changed in the given data; none by default.
+    7. ``notes`` are sentences on what was changed in the given data; none by default.
 
-    A subclass writes only these; every other method is final. What the profile of another than shockwave returns is
-    checked where it enters; a violation is a `PluginError`.
+    A subclass writes only these; every other method is final. Values that the profile of a plugin or a script returns
+    are checked as they are used; a violation is a `PluginError`.
     """
 
     duration_ratio: float
@@ -81,11 +79,6 @@ class ShockProfile(abc.ABC):
         return (0.0, 1.0, self.duration_ratio)
 
     @property
-    def singular_points(self) -> tuple[float, ...]:
-        """The breakpoints at which the slope of the force is unbounded."""
-        return ()
-
-    @property
     def recorded_peak_force(self) -> float | None:
         """Peak force of the record behind the profile [N], if there is one."""
         return None
@@ -97,11 +90,11 @@ class ShockProfile(abc.ABC):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was changed in the given data, in sentences."""
+        """Changes made to the given data, in sentences."""
         return ()
 
     def closed_areas(self) -> tuple[float, float] | None:
-        """(a1, a2) exactly, or None to have them by quadrature."""
+        """(a1, a2) exactly, or None."""
         return None
 
     def closed_running_impulse(self, s: FloatArray) -> FloatArray | None:
@@ -113,10 +106,10 @@ class ShockProfile(abc.ABC):
         return None
 
     def closed_free_path(self) -> FreePath | None:
-        """Impulse and path as a table that is read without the profile, exactly, or None to have one fitted."""
+        """Exact table of impulse and displacement, or None."""
         return None
 
-    # ---------------------------------------------------------------- final from here on
+    # ---------------------------------------------------------------- final methods
 
     def force(self, s: npt.ArrayLike) -> FloatArray:
         """Force over peak force at any s, zero outside [0, n]; same shape as ``s``."""
@@ -143,9 +136,9 @@ class ShockProfile(abc.ABC):
             When no quadrature has that name.
         """
         closed = self.closed_areas() if quadrature is None else None
-        if closed is not None:
-            return Areas(*(Integral(a, _ROUNDING * abs(a), 0, "closed form") for a in closed))
-        return _areas(self, quadrature)
+        if closed is None:
+            return _areas(self, quadrature)
+        return Areas(*(Integral(a, _ROUNDING * abs(a), 0, "closed form") for a in closed))
 
     def running_impulse(self, s: npt.ArrayLike, quadrature: str | None = None) -> FloatArray:
         """Integral of the force from 0 to ``s``, in units of F0 t0; constant before 0 and after n.
@@ -154,26 +147,25 @@ class ShockProfile(abc.ABC):
         """
         inside: FloatArray = np.clip(np.asarray(s, dtype=float), 0.0, self.duration_ratio)
         closed = self.closed_running_impulse(inside) if quadrature is None else None
-        return closed if closed is not None else self._integrals(inside, quadrature, moment=False)
+        return closed if closed is not None else self._integrals(inside, quadrature, double=False)
 
     def double_integral(self, s: npt.ArrayLike, quadrature: str | None = None) -> FloatArray:
         """Integral of the running impulse from 0 to ``s``, in units of F0 t0^2.
 
-        It is the path of a free granule of unit mass under the force, linear after n. ``quadrature`` as in
+        It is the displacement of a free granule of unit mass under the force, linear after n. ``quadrature`` as in
         `areas`. Same shape as ``s``.
         """
         s = np.asarray(s, dtype=float)
         inside = np.clip(s, 0.0, self.duration_ratio)
         closed = self.closed_double_integral(inside) if quadrature is None else None
-        if closed is None:
-            closed = self._integrals(inside, quadrature, moment=True)
+        within = closed if closed is not None else self._integrals(inside, quadrature, double=True)
         beyond = np.maximum(s - self.duration_ratio, 0.0)
         if not np.any(beyond):
-            return closed
-        return closed + beyond * self.running_impulse(self.duration_ratio, quadrature)
+            return within
+        return within + beyond * self.running_impulse(self.duration_ratio, quadrature)
 
     def free_path(self) -> FreePath:
-        """Running impulse and double integral on [0, n] as a table, for those who need them at many s.
+        """Free-particle displacement and running impulse on [0, n] as a table, for evaluation at many s.
 
         Raises
         ------
@@ -183,35 +175,31 @@ class ShockProfile(abc.ABC):
         closed = self.closed_free_path()
         return _fitted(self) if closed is None else closed
 
-    def integral_to(self, end: float, quadrature: str | None, moment: bool) -> Integral:
-        """The running impulse at one s, 0 <= s <= n, by quadrature; or the double integral, the ``moment``."""
+    def integral_to(self, end: float, quadrature: str | None, double: bool) -> Integral:
+        """The running impulse, or the double integral, at one s, 0 <= s <= n, by quadrature."""
         points = [p for p in self.breakpoints if p < end] + [end]
-        # Cauchy's formula turns two integrations into one, without a difference of large numbers.
-        integrand = (lambda s: (end - s) * self.force(s)) if moment else self.force
+        # Cauchy's formula reduces two integrations to one, without a difference of large numbers.
+        integrand = (lambda s: (end - s) * self.force(s)) if double else self.force
         return _integral(quadrature, integrand, points)
 
-    def _integrals(self, ends: FloatArray, quadrature: str | None, moment: bool) -> FloatArray:
-        result = np.empty_like(ends)
-        for index, end in np.ndenumerate(ends):
-            result[index] = self.integral_to(float(end), quadrature, moment).value
-        return result
+    def _integrals(self, ends: FloatArray, quadrature: str | None, double: bool) -> FloatArray:
+        values = [self.integral_to(end, quadrature, double).value for end in ends.ravel().tolist()]
+        return np.reshape(values, ends.shape)
 
 
 @kept
 def _areas(profile: ShockProfile, quadrature: str | None) -> Areas:
     before = [p for p in profile.breakpoints if p <= 1]
     after = [p for p in profile.breakpoints if p >= 1]
-    rise, decay = (partial(guarded, profile, name) for name in ("rise", "decay"))
-    return Areas(_integral(quadrature, rise, before), _integral(quadrature, decay, after))
+    return Areas(_integral(quadrature, profile.force, before), _integral(quadrature, profile.force, after))
 
 
 @kept
 def _fitted(profile: ShockProfile) -> FreePath:
     # Only a simulation needs it.
-    from shockwave.profiles.free_path_fit import fitted
+    from shockwave.profiles.free_path import fitted
 
-    rise, decay = (partial(guarded, profile, name) for name in ("rise", "decay"))
-    return fitted(rise, decay, profile.breakpoints)
+    return fitted(profile.force, profile.breakpoints)
 
 
 def _integral(name: str | None, integrand: Integrand, points: Sequence[float]) -> Integral:

@@ -1,29 +1,58 @@
-"""The path of a free granule under a shock as a table, to be read without the profile's own code."""
+"""Free-particle displacement: the motion of a granule that only the shock moves, as a table of polynomials and powers.
+
+Profiles with closed forms have exact tables; of any other force the table is fitted.
+"""
 
 from __future__ import annotations
 
+import functools
+import math
 from bisect import bisect_right
-from functools import cached_property
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from attrs import frozen
-from numpy.polynomial import chebyshev
+import numpy.typing as npt
+from attrs import define, frozen
+from numpy.polynomial import chebyshev, polynomial
 
-from shockwave.quadrature import FloatArray
+from shockwave.numerics import elementwise, product, running_sums
+from shockwave.quadrature import FloatArray, Integrand
 
 _EPSILON = float(np.finfo(float).eps)
-#: What evaluating a piece loses to rounding, of the greatest value.
-ROUNDING = 8 * _EPSILON
+# Rounding of the evaluation of a piece, relative to the greatest value.
+_ROUNDING = 8 * _EPSILON
 # Roundings of (n - s)/(n - 1), in units of the machine epsilon: two differences and a quotient, half a unit each.
 _SHARE_ROUNDINGS = 1.5
-# Up to this exponent of the path a polynomial takes less time than a power.
-_HIGHEST_POLYNOMIAL = 6
+# Exponents of the displacement at which a polynomial takes less time than a power.
+_POLYNOMIALS = range(2, 7)
+
+# Degree of the polynomials of a fit.
+_DEGREE = 32
+# So many of the last coefficients show what is missing. A jump moves each of them; fewer may vanish by symmetry.
+_TAIL = 6
+# Allowed error of a piece, as a share of the impulse and displacement at the end of rise or decay.
+_TOLERANCE = 1e-15
+# Coefficients below such a share are dropped.
+_DROPPED = 5e-17
+# Most pieces of rise or decay that a rough force is cut into, beside those between breakpoints.
+_MOST_PIECES = 2048
+# A piece next to a breakpoint that did not fit so often has, it seems, an infinite slope there.
+_PATIENCE = 2
+# It is halved towards the breakpoint so many times more at once.
+_GRADES = 8
+# Narrower pieces, in units of the spacing of numbers, have no room for distinct nodes.
+_NARROWEST = 32.0
+# Coefficients that have come down to such a share of the force are rounding, and stay so on shorter pieces.
+_NOISE = 2 * _EPSILON
+# Roundings of one value of the force, in units of the machine epsilon.
+_ROUNDINGS = 4.0
 
 
 @frozen(slots=False, eq=False)
 class FreePath:
-    """Running impulse and path of a free granule of unit mass under a shock of unit peak force and rise time.
+    """Running impulse and displacement of a free granule of unit mass, for unit peak force and rise time.
 
     The force is integrated once (impulse) and twice (path), on 0 <= s <= n. On one piece, begin <= s <= end, with
     z = (2 s - begin - end)/(end - begin) and u = abs(s - anchor)/scale::
@@ -32,6 +61,8 @@ class FreePath:
         impulse = sum_k d_k T_k(z) +- (amplitude exponent/scale) u**(exponent - 1)
 
     where the sign is + if anchor <= begin, else -, and T_k are Chebyshev's polynomials.
+
+    The path is the free-particle displacement.
 
     Attributes
     ----------
@@ -73,7 +104,7 @@ class FreePath:
             impulse += (power if anchor <= begin else -power) * exponent / scale
         return path, impulse
 
-    @cached_property
+    @functools.cached_property
     def _plain(self) -> tuple[Any, ...]:
         """Begins, rows, c_k and d_k as lists, which Python reads faster than arrays."""
         columns = (self.rows[:, 0], self.rows, *self.coefficients.T)
@@ -87,61 +118,182 @@ def of_powers(rise_exponent: float, decay_exponent: float, n: float) -> FreePath
     """The table of F1 = s^eta1, F2 = ((n - s)/(n - 1))^eta2: a power and, in the decay, a line; or a polynomial."""
     a1, decay, p, q = 1 / (1 + rise_exponent), n - 1, 2 + rise_exponent, 2 + decay_exponent
     a2 = decay / (1 + decay_exponent)
-    rise_amplitude, fall_amplitude = a1 / p, a2 * decay / q
-    coefficients = []
-    rise_power = fall_power = 0.0
-    if p in _POWERS:
-        coefficients = [[rise_amplitude * c, a1 * d] for c, d in _POWERS[p]]
-    else:
-        rise_power = rise_amplitude
-    count, half = len(coefficients), (a1 + a2) * decay / 2
-    if q in _POWERS:
-        # Seen from its end the decay is a rise: odd polynomials change sign.
-        signs = (1, -1, 1, -1, 1, -1, 1)
-        falling = zip(signs, _POWERS[q], strict=False)
-        coefficients += [[fall_amplitude * sign * c, -a2 * sign * d] for sign, (c, d) in falling]
-    else:
-        fall_power = fall_amplitude
-        coefficients += [[0.0, 0.0], [0.0, 0.0]]
-    line = coefficients[count], coefficients[count + 1]
-    line[0][0] += rise_amplitude - fall_amplitude + half
-    line[0][1] += a1 + a2
-    line[1][0] += half
+    rise_power, fall_power = a1 / p, a2 * decay / q
+    # The line to which the power of the decay is added.
+    half = (a1 + a2) * decay / 2
+    line = np.array([[rise_power - fall_power + half, a1 + a2], [half, 0.0]])
+    rising = np.zeros((0, 2))
+    falling = np.zeros((2, 2))
+    if p in _POLYNOMIALS:
+        rising = _power(int(p), 0.5) * (rise_power, a1)
+        rise_power = 0.0
+    if q in _POLYNOMIALS:
+        falling = _power(int(q), -0.5) * (fall_power, -a2)
+        fall_power = 0.0
+    falling[:2] += line
+    count = len(rising)
     rows = [
         [0.0, 1.0, 0.0, count, rise_power, p, 0.0, 1.0],
-        [1.0, n, count, len(coefficients) - count, fall_power, q, n, decay],
+        [1.0, n, count, len(falling), fall_power, q, n, decay],
     ]
     # The share of the decay that is left is rounded, and its high powers multiply that.
-    rounding = ROUNDING + _SHARE_ROUNDINGS * _EPSILON * decay / (a1 + a2)
-    return FreePath(np.array(rows), np.array(coefficients), rounding)
+    rounding = _ROUNDING + _SHARE_ROUNDINGS * _EPSILON * decay / (a1 + a2)
+    return FreePath(np.array(rows), np.concatenate((rising, falling)), rounding)
 
 
 def of_samples(knots: FloatArray, forces: FloatArray, impulses: FloatArray, paths: FloatArray) -> FreePath:
     """The table of a force that is linear between its knots, given force, impulse and path at each; all (k,)."""
     widths, left, rise = np.diff(knots), forces[:-1], np.diff(forces)
     gain, square = 0.5 * widths * impulses[:-1], widths**2
-    rows = np.zeros((widths.size, 8))
-    rows[:, 0], rows[:, 1] = knots[:-1], knots[1:]
-    rows[:, 2], rows[:, 3] = 4 * np.arange(widths.size), 4
-    rows[:, 5], rows[:, 7] = 1, 1
     # I + w (f y + r y^2/2) and its integral in Chebyshev's polynomials of z, where y = (1 + z)/2.
-    coefficients = np.zeros((widths.size, 4, 2))
-    coefficients[:, 0, 0] = paths[:-1] + gain + square * (3 / 16 * left + 5 / 96 * rise)
-    coefficients[:, 1, 0] = gain + square * (left / 4 + 5 / 64 * rise)
-    coefficients[:, 2, 0] = square * (left / 16 + rise / 32)
-    coefficients[:, 3, 0] = square * (rise / 192)
-    coefficients[:, 0, 1] = impulses[:-1] + widths * (left / 2 + 3 / 16 * rise)
-    coefficients[:, 1, 1] = widths * (left / 2 + rise / 4)
-    coefficients[:, 2, 1] = widths * (rise / 16)
-    return FreePath(rows, coefficients.reshape(-1, 2), ROUNDING)
+    path = (
+        paths[:-1] + gain + square * (3 / 16 * left + 5 / 96 * rise),
+        gain + square * (left / 4 + 5 / 64 * rise),
+        square * (left / 16 + rise / 32),
+        square * (rise / 192),
+    )
+    impulse = (
+        impulses[:-1] + widths * (left / 2 + 3 / 16 * rise),
+        widths * (left / 2 + rise / 4),
+        widths * (rise / 16),
+        np.zeros_like(widths),
+    )
+    coefficients = np.array((path, impulse)).T.reshape(-1, 2)
+    return FreePath(_rows(knots[:-1], knots[1:], np.full(widths.size, 4)), coefficients, _ROUNDING)
 
 
-def _powers() -> dict[float, list[tuple[float, float]]]:
-    """Chebyshev coefficients in z of y^m and y^(m - 1), y = (1 + z)/2, for each exponent m of a path."""
-    powers, half = [[1.0]], [0.5, 0.5]
-    for _ in range(_HIGHEST_POLYNOMIAL):
-        powers.append(chebyshev.chebmul(powers[-1], half).tolist())
-    return {float(m): list(zip(powers[m], [*powers[m - 1], 0.0], strict=True)) for m in range(2, len(powers))}
+def _rows(begin: FloatArray, end: FloatArray, count: npt.NDArray[np.int64]) -> FloatArray:
+    """Rows of pieces without powers, which have ``count`` coefficients each."""
+    none, one = np.zeros_like(begin), np.ones_like(begin)
+    return np.column_stack((begin, end, count.cumsum() - count, count, none, one, none, one))
 
 
-_POWERS = _powers()
+@functools.cache
+def _power(exponent: int, slope: float) -> FloatArray:
+    """Chebyshev coefficients in z of y^m and y^(m - 1), y = 1/2 + slope z, shape (m + 1, 2)."""
+    path, impulse = (chebyshev.poly2cheb(polynomial.polypow([0.5, slope], m)) for m in (exponent, exponent - 1))
+    return np.column_stack((path, np.append(impulse, 0.0)))
+
+
+# ---------------------------------------------------------------- fit
+
+
+@functools.cache
+def _rule() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Chebyshev's points of [-1, 1], and the matrices that turn values at them into coefficients and integrals.
+
+    The points; the matrix from values to coefficients; weights that integrate over [-1, 1] (Clenshaw & Curtis, 1960);
+    the matrices from coefficients to those of the integral and double integral from -1.
+    """
+    k = np.arange(_DEGREE + 1)
+    nodes = elementwise(math.sin, np.pi / (2 * _DEGREE) * (2 * k - _DEGREE))
+    # Multiples of the angle are reduced to one turn: no digits are lost in large arguments.
+    cosines = elementwise(math.cos, np.pi / _DEGREE * (np.outer(_DEGREE - k, k) % (2 * _DEGREE)))
+    ends = np.where((k == 0) | (k == _DEGREE), 0.5, 1.0)
+    to_coefficients = cosines * np.outer(ends, ends) * (2 / _DEGREE)
+    once, twice = (np.asarray(chebyshev.chebint(np.eye(_DEGREE + 1), m, lbnd=-1).T, dtype=float) for m in (1, 2))
+    return nodes, to_coefficients, (to_coefficients * once.sum(axis=1)).sum(axis=1), once, twice
+
+
+@define
+class _Piece:
+    """The force on one piece.
+
+    ``area`` and ``moment`` are integrals of abs(F) and (stop - s) abs(F), ``stop`` being the end of rise or decay;
+    ``missing`` is the error of the impulse by the limited degree, ``rounding`` that by rounded values and nodes, and
+    ``scale`` is what these are compared with.
+    """
+
+    begin: float
+    end: float
+    coefficients: FloatArray
+    area: float
+    moment: float
+    missing: float
+    rounding: float
+    scale: float = 0.0
+
+
+def fitted(force: Integrand, breakpoints: Sequence[float]) -> FreePath:
+    """The table of impulse and displacement from values of the force on 0 <= s <= n."""
+    n = breakpoints[-1]
+    rising = _fit(force, [point for point in breakpoints if point <= 1])
+    impulse = sum(piece.area for piece in rising)
+    path = sum(piece.moment for piece in rising)
+    decaying = _fit(force, [point for point in breakpoints if point >= 1], impulse, path + impulse * (n - 1))
+    return _assembled([*rising, *decaying])
+
+
+def _fit(force: Integrand, edges: Sequence[float], impulse: float = 0.0, path: float = 0.0) -> list[_Piece]:
+    """Ascending pieces that fit the rise, or the decay, before which there are an ``impulse`` and its ``path``."""
+    waiting = [(_sampled(force, begin, end, edges[-1]), 0) for begin, end in pairwise(edges)][::-1]
+    impulse += sum(piece.area for piece, _ in waiting)
+    path += sum(piece.moment for piece, _ in waiting)
+    most = len(waiting) + _MOST_PIECES
+    done: list[_Piece] = []
+    while waiting:
+        piece, cuts = waiting.pop()
+        piece.scale = min(impulse, path / (edges[-1] - piece.begin))
+        fits = piece.missing <= max(_TOLERANCE * piece.scale, _NOISE * piece.area)
+        if fits or piece.end - piece.begin <= _NARROWEST * _EPSILON * piece.end or len(done) + len(waiting) >= most:
+            done.append(piece)
+        else:
+            points = _cut(piece.begin, piece.end, edges if cuts >= _PATIENCE else [])
+            waiting += [(_sampled(force, *ends, edges[-1]), cuts + 1) for ends in pairwise(points)][::-1]
+    return done
+
+
+def _cut(begin: float, end: float, steep: Sequence[float]) -> list[float]:
+    """Edges of the halves of a piece, next to a point of ``steep`` halved many times towards it."""
+    half = 0.5 * (end - begin)
+    wide = half > _NARROWEST * 2**_GRADES * _EPSILON * end
+    shrink = [half * 0.5**grade for grade in range(1, _GRADES + 1)] if wide else []
+    near = [begin + width for width in reversed(shrink)] if begin in steep else []
+    far = [end - width for width in shrink] if end in steep else []
+    return [begin, *near, begin + half, *far, end]
+
+
+def _sampled(force: Integrand, begin: float, end: float, stop: float) -> _Piece:
+    nodes, to_coefficients, weights, *_ = _rule()
+    half = 0.5 * (end - begin)
+    s = (begin + half) + half * nodes
+    # At the very ends the force may jump: 0**eta is 0, however small eta.
+    s[0], s[-1] = math.nextafter(begin, end), math.nextafter(end, begin)
+    values = force(s)
+    coefficients, weighted = product(values[None], to_coefficients)[0], half * np.abs(values) * weights
+    area, moment = float(weighted.sum()), float(((stop - s) * weighted).sum())
+    missing = half * float(np.abs(coefficients[-_TAIL:]).sum())
+    # Nodes moved by a spacing move the integral by the variation times the spacing; a decay that is seen from its end
+    # has the spacing of n everywhere.
+    rounding = _EPSILON * (_ROUNDINGS * area + stop * float(np.abs(np.diff(values)).sum()))
+    return _Piece(begin, end, coefficients, area, moment, missing, rounding)
+
+
+def _assembled(pieces: Sequence[_Piece]) -> FreePath:
+    *_, once, twice = _rule()
+    n = pieces[-1].end
+    begin, end = (np.array([getattr(piece, name) for piece in pieces]) for name in ("begin", "end"))
+    series = np.array([piece.coefficients for piece in pieces])
+    error = np.array([piece.missing + piece.rounding for piece in pieces])
+    scales = np.array([piece.scale for piece in pieces])
+    width = end - begin
+    half = 0.5 * width
+    # The most that the rest of the series after each coefficient adds; negligible rests are dropped.
+    rest = half[:, None] * np.abs(series[:, ::-1]).cumsum(axis=1)[:, ::-1]
+    kept = rest > _DROPPED * scales[:, None]
+    error += np.where(kept, 0.0, rest).max(axis=1)
+    force = np.where(kept, series, 0.0) * half[:, None]
+    path = product(force, twice) * half[:, None]
+    impulse = np.zeros_like(path)
+    impulse[:, :-1] = product(force, once)
+    impulses = running_sums(impulse.sum(axis=1))
+    starts = impulses[:-1]
+    paths = running_sums(np.column_stack((starts * width, path.sum(axis=1))).ravel())[::2]
+    path[:, 0] += paths[:-1] + starts * half
+    path[:, 1] += starts * half
+    impulse[:, 0] += starts
+    count = kept.sum(axis=1) + 2
+    used = np.arange(path.shape[1]) < count[:, None]
+    coefficients = np.stack((path[used], impulse[used]), axis=1)
+    shares = error.sum() / impulses[-1], (error * (n - begin)).sum() / paths[-1]
+    return FreePath(_rows(begin, end, count), coefficients, float(max(shares)) + _ROUNDING)

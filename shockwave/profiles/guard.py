@@ -1,6 +1,6 @@
-"""Guard of plugin profiles: the values of rise and decay are checked where they enter, and results kept if they may be.
+"""Guard of plugin profiles: values of rise and decay are checked as they are used, and results cached for equal ones.
 
-The profiles of shockwave are checked by its tests; those of plugins and scripts are checked here, as they are used.
+The profiles of shockwave are checked by its tests; those of plugins and scripts are checked here.
 """
 
 from __future__ import annotations
@@ -30,12 +30,11 @@ _LIBRARIES = tuple(str(Path(file).parent) + os.sep for file in (Path(__file__).p
 
 
 class ViolationError(PluginError):
-    """A violation of the contract of `ShockProfile` by ``profile``, at the time ``s`` if it has one."""
+    """A violation of the contract of `ShockProfile` by ``profile``, at the time ``s`` if that is known."""
 
     def __init__(self, profile: object, problem: str, s: float | None = None) -> None:
         at = "" if s is None else f" at s = {s:.6g}"
-        self.problem, self.s = problem + at, s
-        super().__init__(f"profile {owner_of('profiles', type(profile))}: {self.problem}")
+        super().__init__(f"profile {owner_of('profiles', type(profile))}: {problem}{at}")
 
 
 def trusted(profile: object) -> bool:
@@ -45,19 +44,18 @@ def trusted(profile: object) -> bool:
 
 def is_value(profile: object) -> bool:
     """Whether equal profiles give equal results: with hash and equality that leave out no parameter."""
-    if trusted(profile):
-        return True
     cls: Any = type(profile)
+    if trusted(profile) or not attrs.has(cls):
+        return trusted(profile)
     try:
         hash(profile)
     except TypeError:
         return False
-    fields = attrs.fields(cls) if attrs.has(cls) else ()
-    return cls.__eq__ is not object.__eq__ and all(field.eq or not field.init for field in fields)
+    return cls.__eq__ is not object.__eq__ and all(field.eq or not field.init for field in attrs.fields(cls))
 
 
 def kept(function: _Function) -> _Function:
-    """A function whose first argument is a profile, with its last results kept for profiles that are values."""
+    """Cache the last results of a function of a profile, for profiles that are values."""
     keeping = lru_cache(maxsize=_MOST_KEPT)(function)
 
     @wraps(function)
@@ -77,13 +75,7 @@ def guarded(profile: object, name: str, s: FloatArray) -> FloatArray:
         When they are not, and the profile is not shockwave's own.
     """
     if trusted(profile):
-        values: FloatArray = getattr(profile, name)(s)
-        return values
-    return checked(profile, name, s)
-
-
-def checked(profile: object, name: str, s: FloatArray) -> FloatArray:
-    """As `guarded`, for whosever profile."""
+        return np.asarray(getattr(profile, name)(s))
     values = array_of(profile, name, s)
     wrong = ~((values >= -ROUNDING) & (values <= 1 + ROUNDING))  # NaN is wrong too
     if wrong.any():
@@ -95,27 +87,24 @@ def checked(profile: object, name: str, s: FloatArray) -> FloatArray:
 
 
 def array_of(profile: object, name: str, s: FloatArray) -> FloatArray:
-    """What the method ``name`` gives for ``s``, as an array of the shape of ``s``.
+    """Values of the method ``name`` at ``s``, as an array of the shape of ``s``.
 
     Raises
     ------
     ViolationError
-        When it raises, returns something else, or changes ``s``.
+        When it raises or returns something else.
     """
-    given = s.copy()
     with blamed(profile, f"{name}(s) must take an array of any shape, and not raise"):
-        values = np.asarray(getattr(profile, name)(given))
+        values = np.asarray(getattr(profile, name)(s.copy()))
     if values.shape != s.shape or values.dtype.kind not in "fiub":
         got = f"{values.dtype} of shape {values.shape} for s of shape {s.shape}"
         raise ViolationError(profile, f"{name}(s) must return floats of the shape of s (got {got})")
-    if not np.array_equal(given, s):
-        raise ViolationError(profile, f"{name}(s) must leave s as it is (it was changed in place)")
     return values.astype(float)
 
 
 @contextmanager
 def blamed(profile: object, rule: str) -> Iterator[None]:
-    """Whatever the profile's own code raises breaks ``rule``; the error shows the line of that code."""
+    """Turn what the profile's own code raises into a violation of ``rule``, with the line of that code."""
     try:
         yield
     except ShockwaveError:

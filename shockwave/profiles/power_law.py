@@ -34,12 +34,6 @@ class Powers(ShockProfile):
         # a high power is an exponential next to its peak
         return (0.0, *edges(0.0, 1.0, -self.rise_exponent, n), 1.0, *edges(1.0, n, self.decay_exponent, n), n)
 
-    @property
-    def singular_points(self) -> tuple[float, ...]:
-        start = (0.0,) if 0 < self.rise_exponent < 1 else ()
-        end = (self.duration_ratio,) if 0 < self.decay_exponent < 1 else ()
-        return start + end
-
     def closed_areas(self) -> tuple[float, float]:
         return 1 / (1 + self.rise_exponent), (self.duration_ratio - 1) / (1 + self.decay_exponent)
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from attrs import field, frozen
 
-from shockwave.errors import InvalidValueError, PluginError
+from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity, quantity, text_of
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.contract import examine
-from shockwave.profiles.guard import ViolationError
 
 #: The whole duration, which may stand in place of the rise time.
 DURATION = Quantity("s", "whole duration n t0, in place of the rise time", above=0)
@@ -40,12 +39,7 @@ class Shock:
     rise_time: float = quantity("s", "rise time t0", above=0, optional=True, default=None)
 
     def __attrs_post_init__(self) -> None:
-        try:
-            _check(self.profile)
-        except ViolationError as error:
-            if self.rise_time is None or error.s is None:
-                raise
-            raise PluginError(f"{error}, t = {error.s * self.rise_time:.6g} s") from error
+        _check(self.profile)
         for name in ("peak_force", "rise_time"):
             if getattr(self, name) is None:
                 recorded = getattr(self.profile, f"recorded_{name}")

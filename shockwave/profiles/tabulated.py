@@ -1,4 +1,4 @@
-"""Tabulated: the shape of a recorded force, piecewise linear between its samples."""
+"""The profile of a force record: cleaned of baseline and quiet ends, and linear between its samples."""
 
 from __future__ import annotations
 
@@ -13,33 +13,65 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.errors import Fault, InvalidValueError
-from shockwave.fields import Quantity, quantity
+from shockwave.fields import Quantity, quantity, text_of
 from shockwave.numerics import running_sums
 from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.record import Record, read_record
-from shockwave.profiles.record_cleaning import Pulse, pulse_of
+from shockwave.profiles.record_file import Record, read_record
 from shockwave.quadrature import FloatArray
 
 if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath
 
+# Share of the peak from which on a pulse has certainly begun.
+_BEGUN = 0.05
+# Share of the peak down to which it has certainly not ended.
+_ENDED = 0.01
+# A baseline is smaller, as a share of the peak.
+_HIGHEST_BASELINE = 0.2
+# The noise of a baseline is smaller, as such a share.
+_WIDEST_NOISE = 0.02
+_ROUNDING = 1e-12
+# Standard deviations of the lead within which all is quiet.
+_QUIET = 3
+# Those beyond which it is certainly not. A long tail holds a chance sample beyond 3, but none beyond 5.
+_CERTAIN = 5
+_SHORTEST_LEAD = 5
+# Rise times that a pulse lasts at most: the square of more is no number.
+_LONGEST = 1e150
+_MOST_FAULTS = 20
 
-_TIMES = {"shockwave": Quantity("s", "sample times, ascending", samples=True)}
-_FORCES = {"shockwave": Quantity("N", "forces at these times", samples=True)}
-_same = attrs.cmp_using(eq=np.array_equal)
-_shown = partial(np.array2string, separator=", ", threshold=8, precision=4, max_line_width=200)
 
-
-def _read_only(value: Any) -> Any:
-    """A read-only copy as floats; what is no row of numbers is left alone, for the check to report."""
+def _samples(value: Any, attribute: attrs.Attribute[Any]) -> FloatArray:
+    """A read-only copy as floats."""
     try:
         array = np.array(value, dtype=float)
     except (TypeError, ValueError):
-        return value
+        array = np.zeros(())
     if array.ndim != 1:
-        return value
+        raise InvalidValueError.of(attribute.name, f"must be a sequence of numbers (got {text_of(value)})")
     array.setflags(write=False)
     return array
+
+
+def _column(unit: str, meaning: str) -> Any:
+    """An attrs field that holds samples."""
+    return attrs.field(
+        converter=attrs.Converter(_samples, takes_field=True),
+        eq=attrs.cmp_using(eq=np.array_equal),
+        repr=partial(np.array2string, separator=", ", threshold=8, precision=4, max_line_width=200),
+        metadata={"shockwave": Quantity(unit, meaning, samples=True)},
+    )
+
+
+@frozen(eq=False)
+class Pulse:
+    """A pulse in units of its peak force [N] and rise time [s]: forces ``values`` at the times ``knots``."""
+
+    knots: FloatArray
+    values: FloatArray
+    peak_force: float
+    rise_time: float
+    notes: tuple[str, ...]
 
 
 @frozen(slots=False)
@@ -64,8 +96,8 @@ class Tabulated(ShockProfile):
         When the samples are no pulse; each fault names its sample.
     """
 
-    times: FloatArray = attrs.field(converter=_read_only, eq=_same, repr=_shown, metadata=_TIMES)
-    forces: FloatArray = attrs.field(converter=_read_only, eq=_same, repr=_shown, metadata=_FORCES)
+    times: Any = _column("s", "sample times, ascending")  # noqa: RUF009
+    forces: Any = _column("N", "forces at these times")  # noqa: RUF009
     duration_ratio: float = quantity(
         "", "whole duration over rise time, stretches the decay", above=1.0, optional=True, default=None
     )
@@ -141,7 +173,9 @@ class Tabulated(ShockProfile):
         return np.asarray(self._sums[1][before] + step * (self._sums[0][before] + rest))
 
     def closed_free_path(self) -> FreePath:
-        return self._free_path
+        from shockwave.profiles.free_path import of_samples
+
+        return of_samples(self._pulse.knots, self._pulse.values, *self._sums[:2])
 
     @cached_property
     def _sums(self) -> tuple[FloatArray, FloatArray, tuple[float, float]]:
@@ -154,12 +188,6 @@ class Tabulated(ShockProfile):
         peak = int(np.argmax(self._pulse.values))
         # The decay is summed for itself: the difference of two sums would lose digits of a short one.
         return impulses, paths, (float(impulses[peak]), float(running_sums(areas[peak:])[-1]))
-
-    @cached_property
-    def _free_path(self) -> FreePath:
-        from shockwave.profiles.free_path import of_samples
-
-        return of_samples(self._pulse.knots, self._pulse.values, *self._sums[:2])
 
     def _at(self, s: FloatArray) -> tuple[Any, Any, Any]:
         """Index of the sample before ``s``, distance from it, and the force at ``s``."""
@@ -176,3 +204,152 @@ def _placed(fault: Fault, path: str | os.PathLike[str], record: Record) -> Fault
     index = re.search(r"\[(\d+)\]", fault.path)
     line = record.lines[int(index[1])] if index else record.lines[0]
     return attrs.evolve(fault, location=f"{path}:{line}")
+
+
+# ---------------------------------------------------------------- cleaning
+
+
+def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None) -> Pulse:
+    """The pulse of a record.
+
+    Parameters
+    ----------
+    times, forces : array of float, shape (k,)
+        Samples [s] and [N].
+    ratio : float, optional
+        Duration ratio to which the decay is stretched.
+
+    Raises
+    ------
+    InvalidValueError
+        When the samples are no pulse; each fault names its sample.
+    """
+    _check_samples(times, forces)
+    values, peak_force, start, notes = _cleaned(times, forces)
+    peak = int(np.argmax(values))
+    if peak in (0, values.size - 1):
+        part, where = ("rise", "before") if peak == 0 else ("decay", "after")
+        problem = f"must not be the peak, for then there is no {part} (got {peak_force:g} N; "
+        remedy = f"put a sample of zero force {where} it)"
+        raise InvalidValueError.of(f"forces[{start + peak}]", problem + remedy)
+    # Times of absurd size overflow.
+    with np.errstate(over="ignore", invalid="ignore"):
+        elapsed = times[start : start + values.size] - times[start]
+        knots = elapsed / elapsed[peak]
+        if ratio is not None and ratio != knots[-1]:
+            notes.append(f"the decay was stretched in time: n is {ratio:g}, that of the record {knots[-1]:g}")
+            knots[peak + 1 :] = 1.0 + (knots[peak + 1 :] - 1.0) * ((ratio - 1.0) / (knots[-1] - 1.0))
+            knots[-1] = ratio
+        if not (np.diff(knots) > 0).all() or not knots[-1] < _LONGEST:
+            rule = f"must differ by more than rounding, and last less than {_LONGEST:g} rise times"
+            raise InvalidValueError.of("times", f"{rule} (got n = {knots[-1]:g})")
+    return Pulse(knots, values, peak_force, float(elapsed[peak]), tuple(notes))
+
+
+def _check_samples(times: FloatArray, forces: FloatArray) -> None:
+    faults = _number_faults("times", "s", times) + _number_faults("forces", "N", forces)
+    if faults:
+        raise InvalidValueError(faults[:_MOST_FAULTS])
+    if forces.size != times.size:
+        problem = f"must have one force for each time (got {forces.size} forces and {times.size} times)"
+        faults.append(Fault("forces", problem))
+    elif times.size < 3:
+        faults.append(Fault("times", f"must have at least three samples, start, peak and end (got {times.size})"))
+    for index in (np.flatnonzero(times[1:] <= times[:-1])[:_MOST_FAULTS] + 1).tolist():
+        got = f"got {times[index]:g} s after {times[index - 1]:g} s; sort the samples, and drop repeated ones"
+        faults.append(Fault(f"times[{index}]", f"must be greater than times[{index - 1}] ({got})"))
+    if forces.size and forces.max() <= 0:
+        got = f"got at most {forces.max():g} N; turn the sign, if pressure is negative"
+        faults.append(Fault("forces", f"must be > 0 N somewhere ({got})"))
+    if faults:
+        raise InvalidValueError(faults)
+
+
+def _number_faults(name: str, unit: str, values: FloatArray) -> list[Fault]:
+    """Faults of the ``values`` that are no finite numbers."""
+    wrong = np.flatnonzero(~np.isfinite(values))[:_MOST_FAULTS]
+    return [Fault(f"{name}[{at}]", f"must be a finite number {unit} (got {values[at]:g})") for at in wrong.tolist()]
+
+
+def _cleaned(times: FloatArray, forces: FloatArray) -> tuple[FloatArray, float, int, list[str]]:
+    """(force over peak force of the pulse alone, peak force [N], index of its first sample, notes)."""
+    baseline, noise, count = _quiet_lead(forces)
+    above = forces - baseline if baseline else forces
+    peak_force = float(above.max())
+    below = np.minimum(above, 0.0) / peak_force
+    values = np.maximum(above, 0.0) / peak_force
+    start, stop = _ends(values, noise / peak_force)
+    pulse = values[start : stop + 1].copy()
+    # What lies within the noise of a quiet lead is as good as zero.
+    pulse[[0, -1]] *= pulse[[0, -1]] > _QUIET * noise / peak_force
+    impulse = _impulse(times[start : stop + 1], pulse)
+
+    notes = []
+
+    def note(what: str, part: float) -> None:
+        notes.append(f"{what} ({100 * abs(part) / impulse:.2g} % of the impulse)")
+
+    if times[0] != 0:
+        notes.append(f"the times start at {times[0]:g} s, and were shifted to start at zero")
+    if baseline:
+        found = f"a baseline of {baseline:.4g} N, the mean of the {count} samples before the pulse,"
+        note(f"{found} was subtracted", baseline / peak_force * (times[stop] - times[start]))
+    if below.any():
+        note(f"samples below zero, set to zero: {np.count_nonzero(below)} of {forces.size}", _impulse(times, below))
+    for cut, where in ((slice(0, start + 1), "before"), (slice(stop, None), "after")):
+        number = times[cut].size - 1
+        if number:
+            note(f"quiet samples {where} the pulse, cut off: {number}", _impulse(times[cut], values[cut]))
+    for end, verb in ((0, "starts"), (-1, "ends")):
+        if pulse[end] > _ROUNDING:
+            size = f"{pulse[end] * peak_force:.4g} N, {100 * pulse[end]:.2g} % of its peak"
+            notes.append(f"the record {verb} at {size}: the force jumps there")
+    return pulse, peak_force, start, notes
+
+
+def _ends(values: FloatArray, noise: float) -> tuple[int, int]:
+    """First and last sample of the pulse: the zeros around what certainly belongs to it."""
+    begun = int(np.argmax(values >= max(_BEGUN, _CERTAIN * noise)))
+    ended = values.size - 1 - int(np.argmax(values[::-1] >= max(_ENDED, _CERTAIN * noise)))
+    before = np.flatnonzero(values[:begun] <= _QUIET * noise)
+    after = np.flatnonzero(values[ended:] <= 0)
+    if not after.size:
+        after = np.flatnonzero(values[ended:] <= _QUIET * noise)
+    start = int(before[-1]) if before.size else 0
+    return start, ended + int(after[0]) if after.size else values.size - 1
+
+
+def _quiet_lead(forces: FloatArray) -> tuple[float, float, int]:
+    """Baseline [N], noise [N] and number of the samples before the pulse; zeros where it starts at once."""
+    peak, mean = forces.max(), np.median(forces[:_SHORTEST_LEAD])
+    noise, least = forces[:_SHORTEST_LEAD].std(), _BEGUN * (peak - mean)
+    for _ in range(2):  # five samples give but a first idea of the noise that the pulse must exceed
+        count = int(np.argmax(forces - mean >= max(least, _CERTAIN * noise)))
+        while count >= _SHORTEST_LEAD and not _is_flat(forces[:count], peak):
+            count = 3 * count // 4  # the beginning of a slow rise is no part of the lead
+        if count < _SHORTEST_LEAD:
+            return 0.0, 0.0, 0
+        mean, noise, least = forces[:count].mean(), forces[:count].std(ddof=1), 0.0
+        if noise <= _ROUNDING * peak:
+            return float(forces[0]), 0.0, count
+    if abs(mean) > _CERTAIN * noise / np.sqrt(count):
+        return float(mean), float(noise), count
+    # Without a baseline, noise has both signs; a clean record has not.
+    return 0.0, float(noise) if forces[:count].min() < 0 else 0.0, count
+
+
+def _is_flat(lead: FloatArray, peak: float) -> bool:
+    """Whether samples scatter about one level, as those of a slowly rising force do not."""
+    mean, spread, steps = abs(lead.mean()), lead.std(), np.diff(lead)
+    if spread <= _ROUNDING * peak:
+        return bool(mean < _HIGHEST_BASELINE * peak)
+    # Von Neumann's ratio is 2 for independent samples and near 0 for a smooth curve. Noise that passed a
+    # filter is smooth too: it is known by a level far above its spread, which a curve from zero cannot have.
+    rough = np.mean(steps**2) >= spread**2
+    level = mean > 4 * spread and steps.min() < 0 < steps.max()
+    small = mean < _HIGHEST_BASELINE * peak and spread < _WIDEST_NOISE * peak
+    return bool(small and (rough or level))
+
+
+def _impulse(times: FloatArray, values: FloatArray) -> float:
+    return float(np.sum(0.5 * np.diff(times) * (values[1:] + values[:-1])))

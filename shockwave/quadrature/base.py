@@ -1,4 +1,4 @@
-"""What a quadrature is: a definite integral with an error estimate and a count of evaluations."""
+"""Base class of quadratures: definite integrals with an error estimate and a count of evaluations."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Quadrature(abc.ABC):
        ``lower < upper``, inside which the integrand is smooth. At the two ends its derivatives may be
        unbounded; the integrand itself is bounded.
     3. The integrand is vectorised: it takes a one-dimensional array and returns one of equal shape.
-       It must not be called outside ``[lower, upper]``.
+       Abscissae outside ``(lower, upper)`` are moved inside.
     4. ``tolerance`` is the absolute error to aim at. The returned error estimate bounds the true
        error, rounding included, whether or not the tolerance was reached.
     5. The work is bounded: a piece ends after a fixed number of refinements and states what it has
@@ -71,7 +71,7 @@ class Quadrature(abc.ABC):
             An empty or reversed interval gives zero.
         """
         pieces = [
-            self._piece(integrand, float(lower), float(upper), tolerance)
+            self._piece(_inside(integrand, lower, upper), float(lower), float(upper), tolerance)
             for lower, upper in pairwise(points)
             if upper > lower
         ]
@@ -85,3 +85,9 @@ class Quadrature(abc.ABC):
     @abc.abstractmethod
     def _piece(self, integrand: Integrand, lower: float, upper: float, tolerance: float) -> Integral:
         """The integral over one smooth piece; see the contract."""
+
+
+def _inside(integrand: Integrand, lower: float, upper: float) -> Integrand:
+    # At the very ends the integrand may jump: 0**eta is 0, however small eta.
+    first, last = math.nextafter(lower, upper), math.nextafter(upper, lower)
+    return lambda s: np.asarray(integrand(np.clip(s, first, last)), dtype=float)

@@ -26,13 +26,13 @@ _NARROWEST = 32.0
 def _rule() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """The rule on [0, 1], once over the whole panel (coarse) and once over either half (fine).
 
-    The coarse nodes. The points at which a panel is seen: its ends, and the fine nodes with the middle among them,
-    ascending. The weights of the fine rule at the points, 0 at middle and ends. The widths that a point answers for:
+    The coarse nodes. The points at which a panel is sampled: its ends, and the fine nodes with the middle among them,
+    ascending. The weights of the fine rule at the points, 0 at middle and ends. The width around each point:
     the weight of a fine node; the part of the panel between the middle or an end and the fine nodes next to it. The
     matrix that takes values at the coarse nodes to those of their interpolating polynomial at the points.
     """
     x, w = leggauss(_NODES)
-    # What the sum of the weights is off 2 would stay in every integral.
+    # The rounding of the sum of the weights, 2, would stay in every integral.
     nodes, weights = (1 + x) / 2, w / w.sum()
     gap = nodes[0] / 2
     points = np.concatenate(([0.0], nodes / 2, [0.5], (1 + nodes) / 2, [1.0]))
@@ -65,23 +65,15 @@ class GaussLegendre(Quadrature):
 
     def _piece(self, integrand: Integrand, lower: float, upper: float, tolerance: float) -> Integral:
         nodes, points, weights, shares, fit = _rule()
-        # At the very ends the integrand may jump: 0**eta is 0, however small eta.
-        first, last = math.nextafter(lower, upper), math.nextafter(upper, lower)
         # How far a point may be rounded, and how far off its distance from either end, which the integrand may use.
         spacing = EPSILON * max(abs(lower), abs(upper))
         target = tolerance * min(1.0, upper - lower)
-        evaluations, values, errors = 0, [], []
-
-        def sampled(left: float, width: float, at: FloatArray) -> FloatArray:
-            nonlocal evaluations
-            evaluations += at.size
-            return np.asarray(integrand(np.clip(left + width * at, first, last)), dtype=float)
-
+        values, errors = [], []
+        panels = [(lower, upper - lower, integrand(lower + (upper - lower) * nodes))]
         halved = 0
-        panels = [(lower, upper - lower, sampled(lower, upper - lower, nodes))]
         while panels:
             left, width, coarse = panels.pop()
-            seen = sampled(left, width, points)
+            seen = integrand(left + width * points)
             weighted = seen * weights
             misfit = np.abs(seen - product(coarse[None], fit.T)[0])
             error = 2 * width * float((misfit * shares).sum())
@@ -99,4 +91,5 @@ class GaussLegendre(Quadrature):
                 middle = left + width / 2
                 panels.append((middle, left + width - middle, seen[_NODES + 2 : -1]))
                 panels.append((left, middle - left, seen[1 : _NODES + 1]))
+        evaluations = nodes.size + points.size * (len(values) + halved)
         return Integral(math.fsum(values), math.fsum(errors), evaluations, self.name)

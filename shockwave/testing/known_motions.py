@@ -27,11 +27,6 @@ _BEGINS = (0.0, 0.9, 2.3, 3.1, 4.7, 5.6)
 _COUNTS = (4, 5, 6, 7, 8, 10, 12, 14, 16, 24, 32, 64, 128, 256)
 # The fewest that show a slope.
 _FEWEST = 8
-# What makes a step of size 1 a long one: methods of order 12 then miss the symplectic form by 1e-5.
-_STIFFNESS = 1.5
-_BETWEEN_WALLS = np.array([0.4, -0.3, 0.5, 0.3, -0.5, 0.4])
-# Central differences of order 8: truncation and rounding leave errors of 1e-12.
-_DIFFERENCES = ((0.01, 80.0), (0.02, -20.0), (0.03, 80 / 21), (0.04, -5 / 14))
 # No method takes so many steps for what is asked of it here.
 _MOST_STEPS = 200_000
 # An error as small is rounding in part.
@@ -64,12 +59,6 @@ def hertz(_: Any, x: FloatArray) -> FloatArray:
     """Eq. (1) without a force: contacts that open."""
     force = np.maximum(x[:-1] - x[1:], 0.0) ** 1.5
     return np.asarray(-np.diff(force, prepend=0.0, append=0.0))
-
-
-def between_walls(time: Any, x: FloatArray) -> FloatArray:
-    """Granules between walls under smooth forces, one of which is the time's: a Hamiltonian system, far from linear."""
-    force = np.sin(_STIFFNESS * np.diff(x, prepend=0.0, append=0.0))
-    return np.asarray(_STIFFNESS * np.diff(force) + 0.3 * np.sin(2 * time))
 
 
 def broken(since: float, value: float) -> Acceleration:
@@ -111,11 +100,6 @@ def taken(
     steps = list(islice(method.steps(acceleration, begin, until, x.copy(), v.copy(), None), _MOST_STEPS))
     assert len(steps) < _MOST_STEPS, f"steps does not end: {_MOST_STEPS} up to t = {steps[-1].end!r}"
     return steps
-
-
-def ends(method: Integrator) -> list[float]:
-    """Where the steps of a short run end."""
-    return [step.end for step in taken(method, until=1.0)]
 
 
 def distance(state: Any, other: Any) -> float:
@@ -174,37 +158,6 @@ def _error_of_attempts(method: OneStep, size: float) -> float:
     return float(np.sqrt(np.mean(squares)))
 
 
-# ---------------------------------------------------------------- the symplectic form
-
-
-def form_defect(integrator: type[Integrator]) -> float:
-    """How far a step of size 1 is from keeping the symplectic form: the greatest element of M^T J M - J.
-
-    M is the derivative of the step's end by its beginning, positions and velocities, by central differences of order 8.
-    """
-    columns = []
-    for axis in np.eye(_BETWEEN_WALLS.size):
-        column = np.zeros(axis.size)
-        for shift, weight in _DIFFERENCES:
-            column += weight * _mapped(integrator, _BETWEEN_WALLS + shift * axis)
-            column -= weight * _mapped(integrator, _BETWEEN_WALLS - shift * axis)
-        columns.append(column)
-    derivative = np.array(columns).T
-    form = np.kron([[0, 1], [-1, 0]], np.eye(_BETWEEN_WALLS.size // 2))
-    return distance(derivative.T @ form @ derivative, form)
-
-
-def _mapped(integrator: type[Integrator], state: FloatArray) -> FloatArray:
-    """Positions and velocities at the end of one step."""
-    x, v = np.split(state, 2)
-    time, size = 0.4, 1.0
-    if issubclass(integrator, OneStep):
-        end: Any = integrator().attempt(between_walls, time, size, x, v, between_walls(time, x))
-    else:
-        end = taken(integrator(size=size), between_walls, time + size, (x, v), begin=time)[-1]
-    return np.concatenate((end.x, end.v))
-
-
 # ---------------------------------------------------------------- chains
 
 
@@ -215,7 +168,7 @@ def struck() -> tuple[FloatArray, FloatArray]:
 
 
 def peak_with(method: Integrator) -> float:
-    """Peak force of the primary behind a triangular shock that lasts three natural times, over that of the shock."""
+    """Peak force of the primary behind a triangular shock of three characteristic times, over that of the shock."""
     problem = ChainProblem(Triangular(duration_ratio=3), rise_time=1.0, peak_force=1.0)
     found = ChainRun(problem, method, wave_threshold=0.05, primary_doubt=1e-4, later_doubt=1e-2, most_contacts=200)
     return max(wave.peak_force for wave in found.finished().waves)

@@ -62,14 +62,14 @@ _each_case = pytest.mark.parametrize("case", [*_SMOOTH_CASES, *_SINGULAR_CASES],
 
 @define
 class _Watched:
-    """An integrand that keeps the points and shapes it was called with, and ends what does not end."""
+    """An integrand that counts its points, and refuses more than any method needs."""
 
     integrand: Integrand
-    points: list[FloatArray] = field(factory=list)
+    dimensions: set[int] = field(factory=set)
     count: int = 0
 
     def __call__(self, s: FloatArray) -> FloatArray:
-        self.points.append(s)
+        self.dimensions.add(np.ndim(s))
         self.count += np.size(s)
         assert self.count <= _MOST_POINTS, f"clause 5: more than {_MOST_POINTS} points are taken"
         return self.integrand(s)
@@ -111,14 +111,9 @@ class QuadratureContract(Contract):
         assert off <= allowed, f"{case} is {found.value:.12g}, off by {off:.1e}; {allowed:.1e} is allowed"
 
     @_each_case
-    def test_clause_3_the_integrand_is_called_inside_with_arrays(
-        self, quadrature: type[Quadrature], case: _Case
-    ) -> None:
-        with np.errstate(all="ignore"):  # outside a power may be NaN
-            _, watched = _integrated(quadrature(), case)
-        assert {s.ndim for s in watched.points} == {1}, f"{case}: it is called with an s of other than one dimension"
-        first, last = min(map(np.min, watched.points)), max(map(np.max, watched.points))
-        assert case.lower <= first <= last <= case.upper, f"{case}: it is called at s = {first!r} or {last!r}"
+    def test_clause_3_the_integrand_is_called_with_arrays(self, quadrature: type[Quadrature], case: _Case) -> None:
+        _, watched = _integrated(quadrature(), case)
+        assert watched.dimensions == {1}, f"{case}: it is called with an s of other than one dimension"
 
     @pytest.mark.parametrize("tolerance", _TOLERANCES)
     @pytest.mark.parametrize("case", [*_SMOOTH_CASES, *_SINGULAR_CASES, *_ROUGH_CASES], ids=str)

@@ -9,19 +9,17 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import NoReturn
 
-import attrs
 import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.errors import Fault, FileAccessError, InvalidValueError
+from shockwave.errors import Fault, InvalidValueError
 from shockwave.fields import text_of
 from shockwave.files import read_text
 from shockwave.quadrature import FloatArray
 
 # Beyond these a file is no force record, and reading it would only exhaust memory.
 _MOST_BYTES = 128 * 2**20
-_MOST_LINES = 5_000_000
 _LONGEST_LINE = 10_000
 _MOST_FAULTS = 20
 
@@ -38,10 +36,10 @@ _TIME_NAMES = frozenset({"time", "t", "zeit", "temps", "tempo", "tiempo"})
 _FORCE_NAMES = frozenset({"force", "f", "load", "kraft", "forza", "fuerza"})
 _SI_UNITS = (("s", "time", "seconds"), ("N", "force", "newtons"))
 
-_same = attrs.cmp_using(eq=np.array_equal)
+_COMMENTS = ("#", "%", "//")
 
 
-@frozen
+@frozen(eq=False)
 class Record:
     """A force record in SI units.
 
@@ -52,15 +50,15 @@ class Record:
     forces : array of float, shape (k,)
         Forces [N], finite.
     notes : tuple of str
-        What was assumed about the file, in sentences.
+        Assumptions about the file, in sentences.
     lines : array of int, shape (k,)
         Line of the file, counted from 1, on which each sample stands.
     """
 
-    times: FloatArray = attrs.field(eq=_same)
-    forces: FloatArray = attrs.field(eq=_same)
+    times: FloatArray
+    forces: FloatArray
     notes: tuple[str, ...]
-    lines: npt.NDArray[np.int64] = attrs.field(eq=_same, repr=False)
+    lines: npt.NDArray[np.int64]
 
 
 @frozen
@@ -74,10 +72,8 @@ class _Text:
 
     def kept(self, start: int, stop: int) -> list[int]:
         """Indices of the lines in ``[start, stop)`` that are neither blank nor a comment."""
-        # A semicolon begins a comment only where it does not separate columns.
-        marks = ("#", "%", "//") if self.separator == ";" else ("#", "%", "//", ";")
         rows = enumerate(map(str.strip, self.lines[start:stop]), start)
-        return [index for index, row in rows if row and not row.startswith(marks)]
+        return [index for index, row in rows if row and not row.startswith(_COMMENTS)]
 
     def fault(self, index: int, name: str, problem: str) -> Fault:
         """A fault of the line ``index``, counted from 0."""
@@ -89,7 +85,7 @@ class _Text:
 
     @property
     def comma_hint(self) -> str:
-        """What may be wrong with the number of columns."""
+        """Hint for a wrong number of columns."""
         hint = "; if the comma is the decimal sign, separate the columns by semicolons"
         return hint if self.separator == "," else ""
 
@@ -101,19 +97,18 @@ def read_record(path: pathlib.Path) -> Record:
     ----------
     path : pathlib.Path
         UTF-8 text. Columns are separated by commas, semicolons, tabs or blanks; with semicolons or tabs a
-        decimal comma is understood. A header line may name the columns and, in brackets, after a slash or
-        in a line of its own, their units. Blank lines and comments (``#``, ``%``, ``//``, ``;``) may stand
-        anywhere.
+        decimal comma is understood. A header line may name the columns and, in brackets or after a
+        slash, their units. Blank lines and comments (``#``, ``%``, ``//``) may stand anywhere.
 
     Returns
     -------
     Record
-        Times [s] and forces [N], with notes on what was assumed.
+        Times [s] and forces [N], with notes on assumptions.
 
     Raises
     ------
     FileAccessError
-        When the file is missing, no regular file, not UTF-8, or larger than 128 MiB or 5 000 000 lines.
+        When the file is missing, no regular file, not UTF-8, or larger than 128 MiB.
     InvalidValueError
         When it holds no two columns of finite numbers in units of time and force; each fault names its line.
     """
@@ -130,8 +125,6 @@ def read_record(path: pathlib.Path) -> Record:
 def _text(path: pathlib.Path) -> _Text:
     """Find the first row of numbers, and in it the separator."""
     lines = read_text(path, _MOST_BYTES).replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    if len(lines) > _MOST_LINES:
-        raise FileAccessError(f"{path}: has more than {_MOST_LINES} lines (keep only the pulse)")
     first = next((index for index, line in enumerate(lines) if _ROW_OF_NUMBERS.match(line)), None)
     if first is None:
         problem = "must be numbers, a time and a force in each (got no row of numbers)"
@@ -145,14 +138,17 @@ def _text(path: pathlib.Path) -> _Text:
 
 
 def _cells(line: str, separator: str) -> list[str]:
-    """The cells of a line, without quotes; an empty one that a separator at the end leaves is kept."""
-    return [cell.strip("\"' \t") for cell in line.strip().split(separator or None)]
+    """The cells of a line, without quotes, and without the empty one after a separator at the end."""
+    cells = [cell.strip("\"' \t") for cell in line.strip().split(separator or None)]
+    return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
 
 
-def _number(cell: str) -> float:
+def _number(cell: str, decimal: str = ".") -> float:
     """The number in a cell; NaN where there is none."""
+    if "_" in cell or (decimal == "," and "." in cell):
+        return math.nan
     try:
-        return math.nan if "_" in cell else float(cell)
+        return float(cell.replace(decimal, "."))
     except ValueError:
         return math.nan
 
@@ -161,32 +157,27 @@ def _number(cell: str) -> float:
 
 
 def _header(text: _Text, notes: list[str]) -> tuple[int, list[str], list[str]]:
-    """Index of the last header line, counted from 0; names and units of the columns, empty where there are none."""
+    """Index of the header line, counted from 0; names and units of the columns, empty where there are none."""
     headers = text.kept(0, text.first)
-    row = _cells(text.lines[text.first], text.separator)
-    trimmed = len(row) - (row[-1] == "")
-    if len(headers) > 2:
-        got = f"got {text_of(text.lines[headers[2]])}; put # before text"
-        text.refuse(headers[2], "row", f"must be numbers, after at most two header lines ({got})")
+    count = len(_cells(text.lines[text.first], text.separator))
+    if len(headers) > 1:
+        got = f"got {text_of(text.lines[headers[1]])}; put # before text"
+        text.refuse(headers[1], "row", f"must be numbers, after at most one header line ({got})")
     if not headers:
-        headers = _header_in_comment(text, trimmed)
+        headers = _header_in_comment(text, count)
         notes += [f"the header was read from the comment in line {index + 1}" for index in headers]
     if not headers:
-        return text.first, [""] * trimmed, [""] * trimmed
-    labels = [_labels(text, index) for index in headers]
-    count = len(row) if len(labels[0]) == len(row) else trimmed
-    for index, cells in zip(headers, labels, strict=True):
-        if any(math.isfinite(_number(cell)) for cell in cells):
-            got = text_of(text.lines[index])
-            text.refuse(index, "row", f"must be names of columns, or numbers alone (got {got})")
-        if len(cells) != count:
-            got = f"got {len(cells)} names; line {text.first + 1} has {count}{text.comma_hint}"
-            text.refuse(index, "header", f"must name every column ({got})")
-    names, units = zip(*map(_name_and_unit, labels[0]), strict=True)
-    if len(labels) == 2:  # the second line holds the units
-        below = [cell.strip("[]() ") for cell in labels[1]]
-        units = tuple(unit or other for unit, other in zip(units, below, strict=True))
-    return headers[-1], list(names), list(units)
+        return text.first, [""] * count, [""] * count
+    (index,) = headers
+    cells = _labels(text, index)
+    if any(math.isfinite(_number(cell)) for cell in cells):
+        got = text_of(text.lines[index])
+        text.refuse(index, "row", f"must be names of columns, or numbers alone (got {got})")
+    if len(cells) != count:
+        got = f"got {len(cells)} names; line {text.first + 1} has {count}{text.comma_hint}"
+        text.refuse(index, "header", f"must name every column ({got})")
+    names, units = zip(*map(_name_and_unit, cells), strict=True)
+    return index, list(names), list(units)
 
 
 def _labels(text: _Text, index: int) -> list[str]:
@@ -195,8 +186,7 @@ def _labels(text: _Text, index: int) -> list[str]:
     mark = next((mark for mark in (text.separator, ";", "\t", ",") if mark and mark in line), "")
     if not mark:  # blanks separate the columns, but not a name from its unit
         line = re.sub(r"\s+(?=[\[(/])|(?<=/)\s+", "", line)
-    cells = _cells(line, mark)
-    return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
+    return _cells(line, mark)
 
 
 def _header_in_comment(text: _Text, count: int) -> list[int]:
@@ -221,8 +211,7 @@ def _picks(text: _Text, names: Sequence[str], notes: list[str]) -> list[int]:
     """The columns of time and force: by their names, or in this order where there are but two."""
     times = _named(names, _TIME_NAMES)
     forces = _named(names, _FORCE_NAMES)
-    if len(names) == 2 and not times and not forces and any(names):
-        notes.append(f"the columns {names[0]!r} and {names[1]!r} were taken as time and force")
+    plain = (times, forces) == ([0], [1])
     if len(names) == 2 and len(times + forces) < 2:
         times = times or [1 - force for force in forces] or [0]
         forces = [1 - times[0]]
@@ -231,23 +220,20 @@ def _picks(text: _Text, names: Sequence[str], notes: list[str]) -> list[int]:
         hint = f"write a header such as 'time [s]' and 'force [N]' over those two{text.comma_hint}"
         problem = f"must be one column of time and one of force (got {len(names)}: {shown}; {hint})"
         text.refuse(text.first, "columns", problem)
-    picks = times + forces
-    if picks != [0, 1] or len(names) > 2:
-        which = " and ".join(f"column {pick + 1}, {names[pick]!r}," for pick in picks)
-        notes.append(f"time and force were found by their names: {which[:-1]}")
-    return picks
+    if any(names) and not plain:
+        notes.append(f"time and force are the columns {names[times[0]]!r} and {names[forces[0]]!r}")
+    return times + forces
 
 
 def _factors(text: _Text, header: int, units: Sequence[str], notes: list[str]) -> list[float]:
-    """What turns the two columns into SI; faults of both are raised together."""
+    """Factors that convert the two columns to SI; errors of both are raised together."""
     factors = []
     faults = []
     for unit, (base, name, assumed) in zip(units, _SI_UNITS, strict=True):
         if not unit:
             notes.append(f"the {name} has no unit: {assumed} are assumed")
-        factor = _factor(unit or base, base)
-        factors.append(factor)
-        if math.isnan(factor):
+        factors.append(_factor(unit or base, base))
+        if math.isnan(factors[-1]):
             problem = f"must be a unit of {name} (got {text_of(unit)}; write [{base}], for example)"
             faults.append(text.fault(header, f"unit of {name}", problem))
     if faults:
@@ -274,36 +260,25 @@ def _factor(unit: str, base: str) -> float:
 
 def _numbers(text: _Text, rows: Sequence[int], count: int, picks: Sequence[int]) -> FloatArray:
     """The time and the force column of the lines ``rows``, shape (k, 2), finite."""
-    decimal = _decimal_sign(text, rows) if text.separator in (";", "\t") else "."
+    comma = text.separator in (";", "\t") and any("," in text.lines[index] for index in rows)
+    decimal = "," if comma else "."
+    remedy = "use the decimal comma as in other rows" if comma else "mend or delete the row"
     table = []
     faults = []
     for index in rows:
         cells = _cells(text.lines[index], text.separator)
-        if len(cells) == count + 1 and not cells[-1]:
-            cells.pop()
         if len(cells) != count:
             got = f"got {len(cells)}: {text_of(text.lines[index])}{text.comma_hint}"
             faults.append(text.fault(index, "row", f"must have {count} columns ({got})"))
             continue
-        values = [_number(cells[pick].replace(decimal, ".")) for pick in picks]
+        values = [_number(cells[pick], decimal) for pick in picks]
         table.append(values)
         if all(map(math.isfinite, values)):
             continue
         for value, pick, (unit, name, _) in zip(values, picks, _SI_UNITS, strict=True):
             if not math.isfinite(value):
-                got = f"got {text_of(cells[pick])}; mend or delete the row"
+                got = f"got {text_of(cells[pick])}; {remedy}"
                 faults.append(text.fault(index, name, f"must be a finite number of {unit} ({got})"))
     if faults:
         raise InvalidValueError(faults[:_MOST_FAULTS])
     return np.array(table)
-
-
-def _decimal_sign(text: _Text, rows: Sequence[int]) -> str:
-    """The point or the comma; a file with both is refused at the later one."""
-    comma, point = (next((index for index in rows if mark in text.lines[index]), None) for mark in ",.")
-    if comma is not None and point is not None:
-        early, late = sorted((comma, point))
-        got = f"got {text_of(text.lines[late])} after {text_of(text.lines[early])}"
-        hint = "use the point or the comma alone, and no thousands sign"
-        text.refuse(late, "row", f"must have one decimal sign ({got}; {hint})")
-    return "." if comma is None else ","
