@@ -75,5 +75,5 @@ def shockwave_models() -> list[Entry]:
     return [
         Entry("section-4", "shockwave.prediction.section4:predict", relations, takes="alpha"),
         Entry("moments", "shockwave.prediction.moments:MODEL", law),
-        Entry("auto", "shockwave.studies.auto:MODEL", cheapest, takes="rtol"),
+        Entry("auto", "shockwave.studies.automatic_model:MODEL", cheapest, takes="rtol"),
     ]

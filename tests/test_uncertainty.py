@@ -23,7 +23,8 @@ from shockwave import cli
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.variable import variable
-from shockwave.studies.scene_response import (
+from shockwave.studies.uncertainty_sampling import Distribution, slopes_at
+from shockwave.studies.varied_scenes import (
     curve_of,
     data_of,
     duration_of,
@@ -32,7 +33,6 @@ from shockwave.studies.scene_response import (
     scenario_of,
     value_of,
 )
-from shockwave.studies.uncertainty_sampling import Distribution, slopes_at
 from test_docs import flat
 
 FILE = ROOT / "profiles" / "examples" / "protector.yaml"

@@ -1,23 +1,25 @@
-"""Universal curves and designs as files: pictures, and JSON of curves."""
+"""Files of universal curves and designs: pictures, and JSON of curves."""
 
 from __future__ import annotations
 
+import json
 import os
 import pathlib
 
-from shockwave.errors import FileAccessError, InvalidValueError, UsageError
+from shockwave.errors import FileAccessError, InvalidValueError
+from shockwave.files import write_file
 from shockwave.pictures.canvas import figure, save
 from shockwave.pictures.curve import curve as draw_curve
 from shockwave.pictures.curve import design as draw_design
-from shockwave.studies.design import Design
+from shockwave.studies.design_result import Design
 from shockwave.studies.universal_curve import UniversalCurve
 
 PICTURES = (".svg", ".png", ".pdf")
 CURVE_FILES = (".json", *PICTURES)
 
 
-def checked(output: str | os.PathLike[str], endings: tuple[str, ...], vary: str = "") -> pathlib.Path:
-    """The file, if it can be written: a picture of a design along ``vary``, or a curve.
+def check_output(output: str, endings: tuple[str, ...]) -> None:
+    """Refuse a file that cannot be written, before anything is computed.
 
     Raises
     ------
@@ -26,50 +28,37 @@ def checked(output: str | os.PathLike[str], endings: tuple[str, ...], vary: str 
     FileAccessError
         When there is no such folder.
     UsageError
-        When materials were compared, as they lie on no line, or matplotlib is not installed.
+        When matplotlib is not installed.
     """
     path = pathlib.Path(output)
     if path.suffix.lower() not in endings:
         rule = f"must end in {', '.join(endings[:-1])} or {endings[-1]}"
         raise InvalidValueError.of("output", f"{rule} (got {path.name!r})")
-    if vary == "chain.material":
-        raise UsageError(f"{path}: {vary} has no picture, as materials lie on no line (leave -o out)")
     if not path.parent.is_dir():
         raise FileAccessError(f"{path}: cannot be written (there is no folder {path.parent})")
     if path.suffix.lower() in PICTURES:
         figure()  # raises if there is no matplotlib
-    return path
 
 
 def write_curve(curve: UniversalCurve, output: str | os.PathLike[str], mark: float | None = None) -> None:
-    """Write ``curve`` to a file, whose ending selects JSON or a picture; ``mark`` is a t0/T0 to be marked in that.
-
-    Raises
-    ------
-    InvalidValueError, FileAccessError, UsageError
-        As `checked`, and when the file cannot be written.
-    """
-    path = checked(output, CURVE_FILES)
+    """Write ``curve`` as JSON or a picture, by the ending of the file; ``mark`` is a t0/T0 to mark in the picture."""
+    path = pathlib.Path(output)
     if path.suffix.lower() == ".json":
-        curve.save(path)
+        write_file(path, json.dumps(curve.to_dict(), indent=1, allow_nan=False) + "\n")
         return
     sheet, (ax,) = figure()
     draw_curve(ax, curve, mark=mark)
     save(sheet, path)
 
 
-def write_design(found: Design, output: str | os.PathLike[str]) -> None:
-    """Draw ``found`` into a file, whose ending selects the format.
-
-    Raises
-    ------
-    InvalidValueError, FileAccessError, UsageError
-        As `checked`, and when the file cannot be written.
-    """
-    path = checked(output, PICTURES, found.vary)
+def write_design(found: Design, output: str) -> None:
+    """Draw the target property along the table of ``found``, with the solutions."""
     sheet, (ax,) = figure()
     value, target = (name.replace("_", " ") for name in (found.vary.rpartition(".")[2], found.target.name))
+    options = sorted((*found.table, *found.solutions), key=lambda option: float(option.value))
+    values = [float(option.value) for option in options]
     solutions = [float(option.value) for option in found.solutions]
     units = found.unit, found.target.unit
-    draw_design(ax, *found.line, found.target.value, solutions, labels=(value, target), units=units)
-    save(sheet, path)
+    reached = [option.reached for option in options]
+    draw_design(ax, values, reached, found.target.value, solutions, labels=(value, target), units=units)
+    save(sheet, output)
