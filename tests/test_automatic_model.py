@@ -22,7 +22,7 @@ from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT, correction, integrals, short_law
 from shockwave.quadrature import FloatArray
 from shockwave.studies import automatic_model as auto
-from shockwave.studies.universal_curve import made_curve
+from shockwave.studies.universal_curve import kept_curve
 
 DOCS = Path(__file__).parent.parent / "docs"
 TRIANGLE = sw.Triangular(duration_ratio=3)
@@ -349,7 +349,7 @@ def test_for_many_of_one_shape_a_curve_is_made(series: list[sw.Shock]) -> None:
 def test_a_kept_curve_makes_no_difference(series: list[sw.Shock]) -> None:
     predictor = sw.Predictor(model="auto", rtol=1e-3)
     shorter = series[:320]
-    made_curve.cache_clear()
+    kept_curve.cache_clear()
     first = predictor.predict_many(shorter, CHAIN)
     assert predictor.predict_many(series, CHAIN).method.tolist() == ["curve"] * 350
     assert predictor.predict_many(shorter, CHAIN) == first

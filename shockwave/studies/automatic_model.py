@@ -14,7 +14,6 @@ import numpy as np
 import numpy.typing as npt
 from attrs import evolve
 
-from shockwave.chain.chain import Scales
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.errors import NumericalError
 from shockwave.measurement.result import SimulationResult
@@ -23,10 +22,9 @@ from shockwave.prediction import moments
 from shockwave.prediction.model_interface import Model, Peaks, ScaledAnswer, ScaledShock, Settings, Shocks
 from shockwave.prediction.short_shock_law import short_law
 from shockwave.profiles.conditions import reversal
-from shockwave.profiles.shock import Shock
 from shockwave.simulation.backend import chosen
 from shockwave.studies.universal_curve import UniversalCurve, kept_curve
-from shockwave.studies.universal_curve_fit import any_chain
+from shockwave.studies.universal_curve_fit import scaled_scene
 
 #: The tolerance where none is given.
 RTOL = 1e-3
@@ -135,14 +133,13 @@ def _by_curves(shocks: Shocks, peaks: Peaks, rtol: float) -> None:
 def _by_simulation(shocks: Shocks, peaks: Peaks, rtol: float) -> dict[int, str]:
     """By simulation to the tolerance; reasons where it has no answer."""
     left = _left(peaks, rtol)
-    chain = any_chain()
-    unit = Scales.of(chain, 1.0).time
-    given = [
-        Shock(profile=shocks.profiles[shape], peak_force=1.0, rise_time=float(rise_time) * unit)
+    scenes = [
+        scaled_scene(shocks.profiles[shape], float(rise_time))
         for shape, rise_time in zip(shocks.shapes[left], shocks.rise_times[left], strict=True)
     ]
     asked = float(np.clip(rtol / _CAUTION, *_SIMULATION_RTOL))
-    results = simulate_many(given, chain, rtol=asked, waves="primary")
+    given = [shock for shock, _ in scenes]
+    results = simulate_many(given, [chain for _, chain in scenes], rtol=asked, waves="primary")
     reasons: dict[int, str] = {}
     for index, result in zip(left, results, strict=True):
         if isinstance(result, SimulationResult):

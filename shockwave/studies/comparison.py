@@ -61,10 +61,6 @@ class Comparison:
             f"expected {range_text(self.predicted.expected_error)}",
             f"relation to the shock's peak force: predicted {self.predicted.relation}, simulated {self.relation}",
         ]
-        if self.published is not None:
-            given = asdict(self.published, filter=lambda _, value: value is not None)
-            figures = (f"{name.replace('_', ' ')} {value}" for name, value in given.items() if name != "source")
-            lines.append(f"printed in {self.published.source}: {', '.join(figures)}")
         return "\n".join(lines)
 
 

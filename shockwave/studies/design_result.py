@@ -217,12 +217,9 @@ class Design:
             made = _si(self.nearest.simulated.reached, self.target.unit)
             rule = f"{wanted} is met by a chain without end alone; simulated as it is, the chain makes {made}"
             return f"{rule} at {self._shown(self.nearest)} (it is too short for this search)"
-        end, extreme = self.most, "most"
         if self.target.value < self.least.reached:
-            end, extreme = self.least, "least"
-        inside = self.between is not None and end.value not in self.between
-        turning = ", a turning point inside the interval" if inside else ""
-        return f"{wanted} is out of reach: the {extreme} is {self._at(end)}{turning}"
+            return f"{wanted} is out of reach: the least is {self._at(self.least)}"
+        return f"{wanted} is out of reach: the most is {self._at(self.most)}"
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``design --json`` prints: SI floats."""

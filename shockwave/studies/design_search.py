@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from shockwave.registry import entries, find
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import ends_of, is_continuous
-from shockwave.scenario.value_conversion import WrongsError
+from shockwave.scenario.value_conversion import WrongsError, gathered
 from shockwave.scenario.variable import Variable, variable
 from shockwave.studies import varied_scenes
 from shockwave.studies.chebyshev_fit import evaluated, fitted
@@ -113,11 +114,9 @@ def _interval(varied: Variable, given: Sequence[Any] | None) -> tuple[float, flo
         rule = f"must be a value of the chain or shock with a range, or {_MATERIAL}"
         raise InvalidValueError.of("vary", f"{rule} (got {varied.name})")
     try:
-        low, high = ends_of(varied, given)
+        ((low, high),) = gathered([("between", given)], {"between": partial(ends_of, varied)}).values()
     except WrongsError as error:
         raise InvalidValueError.of("between", str(error.wrongs[0].problem)) from None
-    except ValueError as error:
-        raise InvalidValueError.of("between", str(error)) from None
     return low, high
 
 
@@ -166,13 +165,9 @@ def line_along(scenario: Scenario, name: str, target: Target, between: tuple[flo
     endless = evolve(scenario, chain=evolve(scenario.chain, granules=None))
     family = varied_scenes.family_of(endless, [name])
     ends = [family.scenario({name: value}) for value in between]
-    durations = [varied_scenes.duration_of(end) for end in ends]
-    curve = None
-    if varied_scenes.keep_shape([name]):
-        curve = varied_scenes.curve_of(scenario.shock.profile, rtol, max(durations))
-    else:
-        for end, duration in zip(ends, durations, strict=True):  # the table needs these: fail before the search
-            varied_scenes.curve_of(end.shock.profile, rtol, duration)
+    # where a curve fails, along the shape too, this is found before the search
+    curves = [varied_scenes.curve_of(end.shock.profile, rtol, varied_scenes.duration_of(end)) for end in ends]
+    curve = max(curves, key=lambda one: one.longest) if varied_scenes.keep_shape([name]) else None
 
     def height(value: float) -> float:
         scene = family.scenario({name: value})
@@ -195,17 +190,16 @@ def line_along(scenario: Scenario, name: str, target: Target, between: tuple[flo
     if between[0] < 0 < between[1]:
         landmarks.add(0.0)  # Poisson's ratio enters by its square
     if curve is None:
-        return Line(
-            lambda value: float(evaluated(pieces, np.array(into(value)))), error, tuple(sorted(landmarks)), None
-        )
+        polynomial = partial(evaluated, pieces)
+        return Line(lambda value: float(polynomial(np.array(into(value)))), error, tuple(sorted(landmarks)), None)
     return Line(height, error, tuple(sorted(landmarks)), curve)
 
 
 def _spaced(between: tuple[float, float], count: int) -> list[float]:
     """Values between two, both included; by equal ratios where they span a wide range."""
     space = np.geomspace if _is_wide(between) else np.linspace
-    inner: list[float] = space(*between, count)[1:-1].tolist()
-    return [between[0], *inner, between[1]]
+    values: list[float] = space(*between, count).tolist()
+    return values
 
 
 def _is_wide(between: tuple[float, float]) -> bool:
@@ -229,17 +223,16 @@ class _Search:
         options = [self.option(name) for name in dict.fromkeys(known)]
         first, *others = sorted(options, key=self.target.distance)
         nearest = self.simulated(first)
-        near = self.target.distance(first) <= max(self.rtol, first.reached_error)
         return Design(
             scenario=self.family.base.name,
             vary=self.name,
             target=self.target,
-            solutions=(nearest,) if near and self.meets(nearest) else (),
+            solutions=(),
             nearest=nearest,
             least=min(options, key=lambda one: one.reached),
             most=max(options, key=lambda one: one.reached),
             table=(nearest, *others),
-            warnings=self.notes(),
+            warnings=varied_scenes.notes_of(self.family.base),
         )
 
     def along(self, unit: str, between: tuple[float, float], points: int) -> Design:
@@ -272,7 +265,7 @@ class _Search:
             least=least,
             most=most,
             table=table,
-            warnings=(*self.notes(), *near_misses),
+            warnings=(*varied_scenes.notes_of(self.family.base), *near_misses),
         )
 
     def solution(self, value: float, line: Line) -> Option:
@@ -321,7 +314,3 @@ class _Search:
         assert option.simulated is not None
         off = abs(option.simulated.reached / self.target.value - 1)
         return off <= _FAR * max(option.reached_error, self.rtol) + option.simulated.error_estimate
-
-    def notes(self) -> tuple[str, ...]:
-        """Limits of the answer."""
-        return varied_scenes.notes_of(self.family.base, "; simulations are of the chain as it is")

@@ -6,6 +6,8 @@ import math
 
 from attrs import astuple, frozen
 
+from shockwave.scenario.uncertainty import TWINS
+
 #: Values that leave the shape alone -> the power with which t0/T0 scales with them; none for Poisson's ratio.
 POWERS = {
     "shock.peak_force": 1 / 6,
@@ -19,8 +21,6 @@ POWERS = {
 }
 # Signs of the fields of `Exponents` in equations.
 _SIGNS = ("R", "rho", "E", "nu", "F0", "t0")
-# Two names of one value.
-_TWINS = {"diameter": "radius", "duration": "rise_time"}
 
 
 @frozen(kw_only=True)
@@ -63,8 +63,7 @@ class Exponents:
 
     def at(self, name: str) -> float:
         """That of the value called ``name``, which leaves the shape alone."""
-        last = name.rpartition(".")[2]
-        return float(getattr(self, _TWINS.get(last, last)))
+        return float(getattr(self, dict(TWINS).get(name, name).rpartition(".")[2]))
 
     def __str__(self) -> str:
         powers = zip(_SIGNS, astuple(self), strict=False)  # the error is last

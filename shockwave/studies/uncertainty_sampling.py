@@ -336,12 +336,11 @@ def slopes_at(
     scenario: Scenario, exponents: Exponents, one: Distribution, nominal: Mapping[str, FloatArray]
 ) -> tuple[Estimate, Estimate]:
     """d ln F and d ln (F/F0) over d of the value at the nominal scene, the other drawn values kept."""
-    if one.name in POWERS and not one.value:  # of Poisson's ratio the slope is 0 at 0
-        return Estimate(0.0, 0.0), Estimate(0.0, 0.0)
     if one.name in POWERS:
-        force = exponents.at(one.name) / one.value
-        error = exponents.error / abs(one.value)
-        own = 1 / one.value if one.name == "shock.peak_force" else 0.0
+        value = one.value or math.inf  # for Poisson's ratio 0 the slope is 0
+        force = exponents.at(one.name) / value
+        error = exponents.error / abs(value)
+        own = 1 / value if one.name == "shock.peak_force" else 0.0
         return Estimate(force, error), Estimate(force - own, error)
     ends = np.clip(one.value + _STEP * one.sd * np.array([-1, -0.5, 0.5, 1]), *one.bounds)
     values = {name: np.repeat(value, len(ends)) for name, value in nominal.items()}

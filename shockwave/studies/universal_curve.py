@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from functools import cached_property, lru_cache
+from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from attrs import asdict, field, frozen
+from attrs import asdict, frozen
 
-import shockwave
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.fields import Quantity, text_of
 from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT
 from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.guard import is_value
+from shockwave.profiles.guard import kept
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.studies.chebyshev_fit import Piece
@@ -92,8 +91,6 @@ class UniversalCurve:
         g of longer ones; empty where the law of short shocks covers all.
     simulations : int
         Number of simulations made.
-    made_with : mapping
-        Versions of the packages that made it.
 
     Raises
     ------
@@ -107,7 +104,6 @@ class UniversalCurve:
     rtol: float
     longest: float
     simulations: int
-    made_with: Mapping[str, str] = field(hash=False)
     short: ShortLaw
     pieces: tuple[Piece, ...]
 
@@ -118,8 +114,7 @@ class UniversalCurve:
         if not isinstance(profile, ShockProfile):
             raise InvalidValueError.of("profile", f"must be a ShockProfile (got {text_of(profile)})")
         shape, short, pieces, simulations = fitted_laws(profile, float(rtol), float(longest))
-        versions = {"shockwave": shockwave.__version__, "numpy": np.__version__}
-        self.__attrs_init__(shape, float(rtol), float(longest), simulations, versions, short, pieces)
+        self.__attrs_init__(shape, float(rtol), float(longest), simulations, short, pieces)
 
     @property
     def longest_rise_time(self) -> float:
@@ -150,11 +145,7 @@ class UniversalCurve:
         """
         ratios = self._checked(rise_time)
 
-        def of_short(x: FloatArray) -> FloatArray:
-            cube = self._cube(x)
-            return cube * (self.short.second_correction * cube - CORRECTION * self.shape.correction)
-
-        reduced = self._by_law(ratios, of_short, lambda piece: piece.polynomial)
+        reduced = self._by_law(ratios, lambda x: self._of_short(x, 1, 1), lambda piece: piece.polynomial)
         limit = math.log(IMPULSE_LIMIT) + 1.2 * math.log(self.shape.area / MOMENTUM)
         return np.asarray(np.exp(limit + 1.2 * np.log(ratios) + reduced))
 
@@ -165,11 +156,8 @@ class UniversalCurve:
     def slope(self, rise_time: npt.ArrayLike) -> FloatArray:
         """Power of t0/T0 with which `amplification` scales there, d ln (F/F0) / d ln (t0/T0): 6/5 for short shocks."""
 
-        def of_short(x: FloatArray) -> FloatArray:
-            cube = self._cube(x)
-            return 3 * cube * (2 * self.short.second_correction * cube - CORRECTION * self.shape.correction)
-
-        return 1.2 + self._by_law(self._checked(rise_time), of_short, lambda piece: piece.polynomial.deriv())
+        ratios = self._checked(rise_time)
+        return 1.2 + self._by_law(ratios, lambda x: self._of_short(x, 3, 6), lambda piece: piece.polynomial.deriv())
 
     def slope_error(self, rise_time: npt.ArrayLike) -> FloatArray:
         """Estimate of the error of `slope`, absolute, for the same t0/T0."""
@@ -188,7 +176,9 @@ class UniversalCurve:
             When the shock has another shape, or is longer than the curve.
         """
         if not self.shape.fits(shock.profile):
-            raise InvalidValueError.of("profile", f"must be of the shape {self.shape} (got {text_of(shock.profile)})")
+            raise InvalidValueError.of(
+                "profile", f"must be of the shape {self.shape.profile} (got {text_of(shock.profile)})"
+            )
         ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
         value = float(self.amplification(ratio))
         return CurveAnswer(
@@ -208,7 +198,7 @@ class UniversalCurve:
         worst = max([self.short.error + _DIGITS, *(piece.error for piece in self.pieces)])
         later = f", then {len(self.pieces)} polynomials" if self.pieces else ""
         lines = [
-            f"universal curve of {self.shape}",
+            f"universal curve of {self.shape.profile}",
             f"  durations      n t0/T0 up to {self.longest:g}, t0/T0 up to {self.longest_rise_time:g}",
             f"  amplification  at most {most:.6g}, at t0/T0 = {ratio:.6g}",
             f"  error          below {worst:.0e} relative (requested: {self.rtol:g})",
@@ -230,8 +220,12 @@ class UniversalCurve:
         functions = [of_short, *map(of_piece, self.pieces)]
         return np.piecewise(x, [law == k for k in range(len(functions))], functions)
 
-    def _cube(self, x: FloatArray) -> FloatArray:
-        return np.asarray(np.exp(3 * x) / self.shape.duration_ratio**3)
+    def _of_short(self, x: FloatArray, first: float, second: float) -> FloatArray:
+        """The two terms of the law of short shocks, with these factors."""
+        cube = np.exp(3 * x) / self.shape.duration_ratio**3
+        return np.asarray(
+            second * self.short.second_correction * cube**2 - first * CORRECTION * self.shape.correction * cube
+        )
 
     def _error_of_short(self, x: FloatArray) -> FloatArray:
         return np.asarray(self.short.error * np.exp(_NEXT_POWER * np.minimum(x - self.short.end, 0.0)) + _DIGITS)
@@ -246,15 +240,9 @@ class UniversalCurve:
         return np.asarray(np.minimum(ratios, most))
 
 
+@kept
 def kept_curve(profile: ShockProfile, rtol: float, longest: float) -> UniversalCurve | NumericalError:
     """The curve, or why there is none; kept for profiles that cannot change."""
-    make = made_curve if is_value(profile) else made_curve.__wrapped__
-    return make(profile, rtol, longest)
-
-
-@lru_cache(maxsize=64)
-def made_curve(profile: ShockProfile, rtol: float, longest: float) -> UniversalCurve | NumericalError:
-    """As `kept_curve`, for a profile that can be hashed."""
     try:
         return UniversalCurve(profile, rtol, longest)
     except NumericalError as error:

@@ -6,18 +6,13 @@ One law holds for short shocks, polynomials for longer ones.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from functools import cache
-from typing import Any
 
-import attrs
 from attrs import define, evolve, field, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.material import Material
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.errors import NumericalError
-from shockwave.fields import text_of
 from shockwave.measurement.simulate import simulate
 from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT, correction
 from shockwave.profiles.base import ShockProfile
@@ -57,8 +52,8 @@ class Shape:
 
     Attributes
     ----------
-    profile : mapping
-        ``class``, the address ``module:name``, and ``parameters``, its fields as text.
+    profile : str
+        Class and parameters.
     duration_ratio : float
         n.
     area : float
@@ -69,7 +64,7 @@ class Shape:
         As of `shockwave.prediction.short_shock_law.correction`.
     """
 
-    profile: Mapping[str, Any] = attrs.field(hash=False)
+    profile: str
     duration_ratio: float
     area: float
     centroid: float
@@ -88,28 +83,12 @@ class Shape:
         n = float(profile.duration_ratio)
         area = float(profile.areas().total)
         centroid = n - float(profile.double_integral(n)) / area
-        return cls(_description(profile), n, area, centroid, correction(profile))
+        return cls(repr(profile), n, area, centroid, correction(profile))
 
     def fits(self, profile: ShockProfile) -> bool:
         """Whether ``profile`` has this shape."""
         other = Shape.of(profile)
         return all(math.isclose(getattr(self, name), getattr(other, name), rel_tol=_SAME[name]) for name in _SAME)
-
-    def __str__(self) -> str:
-        parameters = ", ".join(f"{key}={value}" for key, value in self.profile["parameters"].items())
-        return f"{self.profile['class'].rpartition(':')[2]}({parameters})"
-
-
-def _description(profile: ShockProfile) -> dict[str, Any]:
-    """Address of the class, and its fields as text."""
-    cls: type = type(profile)
-    fields = attrs.fields(cls) if attrs.has(cls) else ()
-    parameters = {one.name.lstrip("_"): _shown(getattr(profile, one.name)) for one in fields if one.init}
-    return {"class": f"{cls.__module__}:{cls.__qualname__}", "parameters": parameters}
-
-
-def _shown(value: Any) -> str:
-    return f"{value:.12g}" if isinstance(value, float) else text_of(value)
 
 
 @frozen(kw_only=True)
@@ -131,10 +110,10 @@ class ShortLaw:
     error: float
 
 
-@cache
-def any_chain() -> Chain:
-    """Any chain, as its units cancel."""
-    return Chain(material=Material(youngs_modulus=1e9, poisson_ratio=0.3, density=1e3), radius=1e-3)
+def scaled_scene(profile: ShockProfile, rise_time: float) -> tuple[Shock, Chain]:
+    """A shock with this t0/T0 on a chain: any, as its units cancel."""
+    chain = Chain(material=Material(youngs_modulus=1e9, poisson_ratio=0.3, density=1e3), radius=1e-3)
+    return Shock(profile=profile, peak_force=1.0, rise_time=rise_time * Scales.of(chain, 1.0).time), chain
 
 
 @define
@@ -144,16 +123,12 @@ class _Simulated:
     profile: ShockProfile
     shape: Shape
     rtol: float
-    count: int = 0
     evaluations: int = 0
     estimates: dict[float, float] = field(factory=dict)
 
     def __call__(self, x: float) -> float:
-        chain = any_chain()
         ratio = math.exp(x) / self.shape.duration_ratio
-        shock = Shock(profile=self.profile, peak_force=1.0, rise_time=ratio * Scales.of(chain, 1.0).time)
-        result = simulate(shock, chain, rtol=self.rtol, waves="primary")
-        self.count += 1
+        result = simulate(*scaled_scene(self.profile, ratio), rtol=self.rtol, waves="primary")
         self.evaluations += result.cost.force_evaluations
         if result.error_estimate >= 1 or self.evaluations > _BUDGET:
             known = max((math.exp(shorter) for shorter in self.estimates if shorter < x), default=0.0)
@@ -176,20 +151,16 @@ def fitted_laws(profile: ShockProfile, rtol: float, longest: float) -> tuple[Sha
     simulated = _Simulated(profile, shape, max(_SHARE * rtol, _TIGHTEST))
     end = math.log(longest)
     short = _short(simulated, rtol, end)
-    pieces = _pieces(simulated, rtol, short.end, end) if short.end < end else ()
-    return shape, short, pieces, simulated.count
-
-
-def _pieces(simulated: _Simulated, rtol: float, begin: float, end: float) -> tuple[Piece, ...]:
-    """The polynomials between two logarithms."""
     probe = math.log(_PROBED)
     while probe < end:
         simulated(probe)
         probe += math.log(2)
-    return tuple(
+    pieces = fitted(simulated, short.end, end, rtol) if short.end < end else ()
+    checked = (
         evolve(piece, error=_CAUTION * piece.error + simulated.greatest_estimate(piece.begin, piece.end))
-        for piece in fitted(simulated, begin, end, rtol)
+        for piece in pieces
     )
+    return shape, short, tuple(checked), len(simulated.estimates)
 
 
 def _short(simulated: _Simulated, rtol: float, longest: float) -> ShortLaw:

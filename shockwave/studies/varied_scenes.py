@@ -65,20 +65,11 @@ def data_of(scenario: Scenario) -> Mapping[str, Any]:
 
 
 def value_of(scenario: Scenario, name: str) -> float:
-    """The scenario's own value, in SI units.
-
-    Raises
-    ------
-    InvalidValueError
-        When its profile does not have it.
-    """
+    """The scenario's own value, in SI units."""
     if name == "chain.diameter":
         return 2 * scenario.chain.radius
     path = name.replace("shock.duration_ratio", "shock.profile.duration_ratio")
-    try:
-        return float(attrgetter(path.replace("shock.parameters", "shock.profile"))(scenario))
-    except (AttributeError, TypeError):
-        raise InvalidValueError.of(name, "must be a number that the scene has (vary another value)") from None
+    return float(attrgetter(path.replace("shock.parameters", "shock.profile"))(scenario))
 
 
 def rise_time_of(scenario: Scenario) -> float:
@@ -91,13 +82,12 @@ def duration_of(scenario: Scenario) -> float:
     return rise_time_of(scenario) * float(scenario.shock.profile.duration_ratio)
 
 
-def notes_of(scenario: Scenario, besides: str = "") -> tuple[str, ...]:
-    """Notes on an answer for the scenario; ``besides`` adds to the one on a chain that ends."""
+def notes_of(scenario: Scenario) -> tuple[str, ...]:
+    """Notes on an answer of curves for the scenario."""
     notes = tuple(scenario.shock.profile.notes)
     if scenario.chain.granules is None:
         return notes
-    finite = f"the chain counts as one without end, not of {scenario.chain.granules} granules{besides}"
-    return (*notes, finite)
+    return (*notes, f"the chain counts as one without end, not of {scenario.chain.granules} granules")
 
 
 # ---------------------------------------------------------------- curves
