@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import subprocess
-import sys
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -169,50 +167,25 @@ def test_intervals_of_quantiles_hold_the_truth() -> None:
 # ---------------------------------------------------------------- to first order
 
 
-def exponent(low: sw.Shock, high: sw.Shock, chain: sw.Chain, step: float) -> tuple[float, float]:
-    """Those of peak force and amplification, by simulations whose value differs by the factor 1 + ``step``."""
-    first, second = (sw.simulate(shock, chain, rtol=1e-10, waves="primary") for shock in (low, high))
-    ratios = second.peak_force / first.peak_force, second.amplification / first.amplification
-    return math.log(ratios[0]) / math.log1p(step), math.log(ratios[1]) / math.log1p(step)
-
-
-def slopes(scenario: sw.Scenario, spreads: dict[str, Any], name: str) -> tuple[float, float]:
-    """Exponents of ``name``, of peak force and amplification, where ``spreads`` are drawn."""
-    value = value_of(scenario, name)
-    nominal = {each: np.array([value_of(scenario, each)]) for each in spreads}
-    one = Distribution.of(Spread(variable(name, data_of(scenario)), "relative", (spreads[name],)), scenario)
-    curve = curve_of(scenario.shock.profile, 1e-4, duration_of(scenario))
-    force, ratio = slopes_at(scenario, exponents_of(scenario, curve), one, nominal)
-    return force.value * value, ratio.value * value
-
-
 @pytest.mark.usefixtures("sample_plugins")
 @pytest.mark.parametrize("force_too", [False, True], ids=["alone", "with the peak force"])
 def test_a_parameter_that_sets_the_peak_force_has_its_exponent(force_too: bool) -> None:
     scenario = sw.load_scenario(ROOT / "plugins" / "shockwave-blast" / "profiles" / "microcharge.yaml")
-    name, step = "shock.parameters.standoff", 2e-3
-    spreads = {name: 0.02} | ({"shock.peak_force": 0.02} if force_too else {})
-    family, here = Family(scenario), value_of(scenario, name)
-    low, high = (family.scenario({name: here * math.exp(k * math.log1p(step) / 2)}).shock for k in (-1, 1))
+    name, step = "shock.parameters.standoff", 1e-3
+    value = value_of(scenario, name)
+    shocks = [Family(scenario).scenario({name: value * math.exp(step * k)}).shock for k in (-1, 1)]
+    nominal = {name: np.array([value])}
     if force_too:  # then the draws keep it
-        low, high = (evolve(shock, peak_force=scenario.shock.peak_force) for shock in (low, high))
+        shocks = [evolve(shock, peak_force=scenario.shock.peak_force) for shock in shocks]
+        nominal["shock.peak_force"] = np.array([scenario.shock.peak_force])
+    low, high = (sw.simulate(shock, scenario.chain, rtol=1e-10, waves="primary") for shock in shocks)
+    one = Distribution.of(Spread(variable(name, data_of(scenario)), "relative", (0.02,)), scenario)
+    curve = curve_of(scenario.shock.profile, 1e-4, duration_of(scenario))
+    force, ratio = slopes_at(scenario, exponents_of(scenario, curve), one, nominal)
     # differences over 0.1 and 0.2 % err by the square of that
-    assert slopes(scenario, spreads, name) == pytest.approx(exponent(low, high, scenario.chain, step), abs=1e-3)
-
-
-# ---------------------------------------------------------------- seeds
-
-
-@pytest.mark.slow
-def test_the_same_seed_gives_the_same_digits_in_another_process() -> None:
-    program = (
-        "import json, shockwave as sw\n"
-        f"found = sw.uncertainty(sw.load_scenario({str(FILE)!r}), draws=1024, seed=5)\n"
-        "print(json.dumps(found.to_dict()))"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    own = sw.uncertainty(sw.load_scenario(FILE), draws=1024, seed=5)
-    assert json.loads(done.stdout) == json.loads(json.dumps(own.to_dict()))
+    assert force.value * value == pytest.approx(math.log(high.peak_force / low.peak_force) / (2 * step), abs=1e-3)
+    known = math.log(high.amplification / low.amplification) / (2 * step)
+    assert ratio.value * value == pytest.approx(known, abs=1e-3)
 
 
 # ---------------------------------------------------------------- distributions
@@ -279,9 +252,7 @@ FAULTS = {
     "name": ("{chain.radios: 5 %}", "15:15", "did you mean 'chain.radius'"),
     "bare": ("{chain.radius: 5}", "15:29", "must be a percentage such as 5 %"),
     "form": ("{chain.radius: {factr: 2}}", "15:30", "did you mean 'factor'"),
-    "two": ("{chain.radius: {sd: 1 mm, factor: 2}}", "15:29", "must be a percentage"),
     "unit": ("{chain.radius: {sd: 1 N}}", "15:34", "must be a length"),
-    "percent": ("{chain.radius: 200 %}", "15:29", "must be > 0 and <= 1"),
     "factor": ("{chain.radius: {factor: 0.5}}", "15:38", "must be > 1"),
     "order": ("{chain.radius: {between: [2 mm, 1 mm]}}", "15:39", "must ascend"),
     "range": ("{chain.material.poisson_ratio: {between: [0.1, 0.7]}}", "15:61", "must be > -1 and < 0.5"),

@@ -111,8 +111,6 @@ class UniversalCurve:
         for name, spec, value in (("rtol", _RTOL, rtol), ("longest", _LONGEST, longest)):
             if problem := spec.problem(value):
                 raise InvalidValueError.of(name, problem)
-        if not isinstance(profile, ShockProfile):
-            raise InvalidValueError.of("profile", f"must be a ShockProfile (got {text_of(profile)})")
         shape, short, pieces, simulations = fitted_laws(profile, float(rtol), float(longest))
         self.__attrs_init__(shape, float(rtol), float(longest), simulations, short, pieces)
 

@@ -51,8 +51,7 @@ def scenario_of(scene: Scenario | Shock, chain: Chain | None) -> Scenario:
         return scene
     if isinstance(scene, Shock) and isinstance(chain, Chain):
         return Scenario(name="", path=None, shock=scene, chain=chain, predictor=Predictor(), simulate=SimulateOptions())
-    got = f"got {text_of(scene)} and {text_of(chain)}"
-    raise InvalidValueError.of("scene", f"must be a Scenario alone, or a Shock and a Chain ({got})")
+    raise InvalidValueError.of("scene", f"must be a Scenario alone, or a Shock and a Chain (got {text_of(scene)})")
 
 
 def data_of(scenario: Scenario) -> Mapping[str, Any]:
