@@ -168,13 +168,6 @@ def test_a_window_of_less_than_0_165_has_a_range() -> None:
     assert predicted(sw.Triangular(duration_ratio=2), 2 * 1.652 * (1 - 2 * 0.16)).expected_error is not None
 
 
-def test_a_correction_larger_than_the_shock_has_a_warning() -> None:
-    outcome = predicted(sw.Triangular(duration_ratio=7), 0.02)
-    assert outcome.expected_error is not None
-    assert outcome.expected_error[0] > 0.5
-    assert any("simulate instead" in warning for warning in outcome.warnings)
-
-
 # ---------------------------------------------------------------- measures
 
 

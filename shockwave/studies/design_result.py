@@ -243,7 +243,7 @@ class Design:
         lines += [
             "",
             indent(table(list(rows[0]), [list(row.values()) for row in rows])),
-            "  (within, error: absolute of the value, relative of the curve; simulated: relative difference)",
+            "  (within: error of the value; error: relative bound of the curve; simulated: relative difference from it)",
         ]
         return "\n".join(lines + notes(self.warnings))
 
@@ -262,7 +262,7 @@ class Design:
             mass = si(1e3 * option.chain_mass, "g", 4)
         return {
             self.vary.rpartition(".")[2]: self._shown(option, 8),
-            "within": "-" if error is None else _si(error, self.unit, 1),
+            "within": "-" if error is None else _si(float(f"{error:.0e}"), self.unit, 3),
             self.target.name.replace("_", " "): _si(option.reached, self.target.unit),
             "error": f"{option.reached_error:.0e}",
             "simulated": "-" if known is None else f"{known.reached / option.reached - 1:+.0e}",
