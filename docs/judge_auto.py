@@ -69,7 +69,7 @@ def drawn(seed: int, count: int) -> list[sw.Shock]:
 def fresh() -> None:
     """Clear what is kept of shapes, so that each time counts all of the work."""
     kept_curve.cache_clear()
-    base._kept_areas.cache_clear()
+    base._areas.cache_clear()
     short._of_one.cache_clear()
 
 
