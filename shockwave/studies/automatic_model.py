@@ -38,7 +38,7 @@ _RISES = 0.05
 # An answer with a greater bound than this is none.
 _USELESS = 0.5
 # A curve is made for at least so many shocks of one shape, up to this duration [characteristic times].
-_WORTH = 300
+_WORTH = 200
 _LONGEST = 60.0
 _UNKNOWN = "no method answers for so long a shock: its waves separate too slowly (shorten it)"
 _ALONE = "auto predicts the primary alone: later waves of a train are not listed"

@@ -243,7 +243,7 @@ class Design:
         lines += [
             "",
             indent(table(list(rows[0]), [list(row.values()) for row in rows])),
-            "  (within: error of the value; error: relative bound of the curve; simulated: relative difference from it)",
+            "  (within: error of the value; error: relative bound of the curve; simulated: relative difference)",
         ]
         return "\n".join(lines + notes(self.warnings))
 
