@@ -148,7 +148,7 @@ def test_one_curve_serves_every_chain_and_force(force: float, radius: float) -> 
 
 def test_another_shape_is_refused() -> None:
     shock = sw.Shock(profile=sw.Triangular(duration_ratio=3.001), peak_force=1.0, rise_time=1e-5)
-    with pytest.raises(sw.InvalidValueError, match=r"profile: must be of the shape Triangular\(duration_ratio=3\)"):
+    with pytest.raises(sw.InvalidValueError, match=r"profile: must be of the shape Triangular\(duration_ratio=3.0\)"):
         curve("triangle").answer(shock, CHAIN)
 
 
@@ -218,7 +218,7 @@ def test_a_shape_without_a_long_curve_has_a_shorter_one(monkeypatch: pytest.Monk
 
 def test_a_curve_prints_its_range_its_error_and_its_cost() -> None:
     text = str(curve("triangle"))
-    assert text.splitlines()[0] == "universal curve of Triangular(duration_ratio=3)"
+    assert text.splitlines()[0] == "universal curve of Triangular(duration_ratio=3.0)"
     for part in ("n t0/T0 up to 50", "at most 2.10", "(requested: 0.0001)", "simulations"):
         assert part in text
 
