@@ -4,7 +4,7 @@
 
 draws 1 000 random pulses of every kind, those of the sample plugins among them, holds ``auto`` against simulations to
 1e-9, and times it side by side with simulation; a minute or so. It writes two tables of ``docs/auto.md``. Times are
-those of the machine, and told as ratios.
+those of the machine, given as ratios.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ import shockwave as sw
 from shockwave.prediction import short_shock_law as short
 from shockwave.profiles import base
 from shockwave.registry import load
-from shockwave.studies import auto
+from shockwave.studies.universal_curve import kept_curve
 
 PAGE = Path(__file__).parent / "auto.md"
 SEED, COUNT, SHORTEST, LONGEST = 6301, 1000, 1e-2, 20.0
@@ -67,8 +67,8 @@ def drawn(seed: int, count: int) -> list[sw.Shock]:
 
 
 def fresh() -> None:
-    """Clear the caches of shapes, so that each time counts all of the work."""
-    auto.forget()
+    """Clear what is kept of shapes, so that each time counts all of the work."""
+    kept_curve.cache_clear()
     base._areas.cache_clear()
     short._of_one.cache_clear()
 
@@ -114,7 +114,7 @@ def accuracy(shocks: list[sw.Shock]) -> list[str]:
         bound = np.array([outcome.expected_error[1] for outcome in outcomes if outcome.expected_error])
         both = np.abs(many.amplification / true - 1)
         taken = Counter(outcome.method for outcome in outcomes)
-        counts = " | ".join(str(taken[name]) for name in ("moments", "section-4", "simulation"))
+        counts = " | ".join(str(taken[name]) for name in ("moments", "simulation"))
         met = " | ".join(f"{100 * np.mean(each <= rtol):.1f}" for each in (error, both))
         figures = f"{100 * np.mean(error <= bound + KNOWN):.1f} | {error.max():.1e}"
         costs = " | ".join(f"{timed(predictor, shocks, min(rtol, 1e-2), alone):.1f}" for alone in (True, False))

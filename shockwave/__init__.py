@@ -39,9 +39,9 @@ if TYPE_CHECKING:  # type checkers and editors do not run __getattr__
     from shockwave.scenario.scenario import Scenario as Scenario
     from shockwave.studies.comparison import Comparison as Comparison
     from shockwave.studies.comparison import compare as compare
-    from shockwave.studies.design import Design as Design
+    from shockwave.studies.design_result import Design as Design
     from shockwave.studies.design_search import design as design
-    from shockwave.studies.uncertainty import Uncertainty as Uncertainty
+    from shockwave.studies.uncertainty_result import Uncertainty as Uncertainty
     from shockwave.studies.uncertainty_sampling import uncertainty as uncertainty
     from shockwave.studies.universal_curve import UniversalCurve as UniversalCurve
     from shockwave.sweep.report import SweepReport as SweepReport
@@ -73,9 +73,9 @@ _PUBLIC = {
     "scenario.scenario": "Scenario",
     "studies.comparison": "Comparison compare",
     "studies.universal_curve": "UniversalCurve",
-    "studies.design": "Design",
+    "studies.design_result": "Design",
     "studies.design_search": "design",
-    "studies.uncertainty": "Uncertainty",
+    "studies.uncertainty_result": "Uncertainty",
     "studies.uncertainty_sampling": "uncertainty",
     "sweep.report": "SweepReport",
     "sweep.results": "SweepResults load_sweep",

@@ -60,6 +60,6 @@ ENTRIES = {
     "models": [
         Entry("section-4", "shockwave.prediction.section4:predict", _RELATIONS, takes="alpha"),
         Entry("moments", "shockwave.prediction.moments:MODEL", _LAW),
-        Entry("auto", "shockwave.studies.auto:MODEL", _CHEAPEST, takes="rtol"),
+        Entry("auto", "shockwave.studies.automatic_model:MODEL", _CHEAPEST, takes="rtol"),
     ],
 }

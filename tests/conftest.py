@@ -45,8 +45,8 @@ class Pulse(Triangular):
 # fmt: off
 #: Files whose numbers could depend on the processor: the tests that are marked ``numerical``.
 NUMERICAL = {
-    "auto", "backends", "chain", "conditions", "curve", "design", "docs", "extremes", "finite_chains", "free_path",
-    "integrators", "many", "march", "measurement", "moments", "numerics", "paper_tables", "predictor",
+    "automatic_model", "backends", "chain", "conditions", "curve", "design", "docs", "extremes", "finite_chains",
+    "free_path", "integrators", "many", "march", "measurement", "moments", "numerics", "paper_tables", "predictor",
     "primary", "profile_contract", "profiles", "profiles_digits", "quadratures", "recording", "records", "section4",
     "simulation", "solitary_wave", "stress", "tabulated", "testing", "testing_integrators",
     "testing_quadratures", "train", "trust", "uncertainty",

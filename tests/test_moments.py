@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import shockwave as sw
-from measure_trust import composed
 from pages import table as table_of
+from pulse_families import composed
 from scenes import CHAIN, FORCE, STEEL, TRUTH, UNITS, name_of, script, shock_of
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
 from shockwave.prediction.model_interface import ScaledShock

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import subprocess
-import sys
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -23,7 +21,8 @@ from shockwave import cli
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.variable import variable
-from shockwave.studies.scene_response import (
+from shockwave.studies.uncertainty_sampling import Distribution, slopes_at
+from shockwave.studies.varied_scenes import (
     curve_of,
     data_of,
     duration_of,
@@ -32,7 +31,6 @@ from shockwave.studies.scene_response import (
     scenario_of,
     value_of,
 )
-from shockwave.studies.uncertainty_sampling import Distribution, slopes_at
 from test_docs import flat
 
 FILE = ROOT / "profiles" / "examples" / "protector.yaml"
@@ -102,7 +100,7 @@ def test_draws_of_each_value_are_the_scenes_that_have_it(name: str) -> None:
     result = sw.uncertainty(CASE_A, CHAIN, {name: NARROW[name]}, draws=1024)
     family, curve = Family(SCENE), sw.UniversalCurve(POWER)
     scenes = [family.scenario({name: float(value)}) for value in result.values[name][:20]]
-    known = [curve.peak_force(scene.shock, scene.chain) for scene in scenes]
+    known = [curve.answer(scene.shock, scene.chain).peak_force for scene in scenes]
     # the same curve: what differs is rounding
     assert result.peak_forces[:20] == pytest.approx(known, rel=1e-10)
 
@@ -157,70 +155,45 @@ def test_intervals_of_quantiles_hold_the_truth() -> None:
     ends = CASE_A.peak_force * (1 + 0.05 * np.array([-1.6448536269514722, 1.6448536269514722]))
     amplification, force, _ = primaries(SCENE, {"shock.peak_force": ends}, 1e-4)
     truth = dict(zip((0.05, 0.95), (amplification * force).tolist(), strict=True))
-    told = [sw.uncertainty(CASE_A, CHAIN, spreads, draws=1024, seed=seed).peak_force.quantiles for seed in range(30)]
-    held = [abs(each[share].value - value) <= each[share].error for each in told for share, value in truth.items()]
+    all_ = [sw.uncertainty(CASE_A, CHAIN, spreads, draws=1024, seed=seed).peak_force.quantiles for seed in range(30)]
+    held = [abs(each[share].value - value) <= each[share].error for each in all_ for share, value in truth.items()]
     # 98 to 99 % of 300 seeds; by the deviation of the batches' own quantiles it was 75 %
     assert np.mean(held) > 0.93
     # and it is no wider than it need be
-    off = np.mean([abs(each[share].value - value) for each in told for share, value in truth.items()])
-    assert np.mean([each[share].error for each in told for share in truth]) < 6 * off
+    off = np.mean([abs(each[share].value - value) for each in all_ for share, value in truth.items()])
+    assert np.mean([each[share].error for each in all_ for share in truth]) < 6 * off
 
 
 # ---------------------------------------------------------------- to first order
-
-
-def exponent(low: sw.Shock, high: sw.Shock, chain: sw.Chain, step: float) -> tuple[float, float]:
-    """Those of peak force and amplification, by simulations whose value differs by the factor 1 + ``step``."""
-    first, second = (sw.simulate(shock, chain, rtol=1e-10, waves="primary") for shock in (low, high))
-    ratios = second.peak_force / first.peak_force, second.amplification / first.amplification
-    return math.log(ratios[0]) / math.log1p(step), math.log(ratios[1]) / math.log1p(step)
-
-
-def slopes(scenario: sw.Scenario, spreads: dict[str, Any], name: str) -> tuple[float, float]:
-    """Exponents of ``name`` as told, of peak force and amplification, where ``spreads`` are drawn."""
-    given = [Spread(variable(each, data_of(scenario)), "relative", (share,)) for each, share in spreads.items()]
-    nominal = {each: value_of(scenario, each) for each in spreads}
-    one = next(Distribution.of(each, nominal[name]) for each in given if each.name == name)
-    curve = curve_of(scenario.shock.profile, 1e-4, duration_of(scenario))
-    told = slopes_at(scenario, exponents_of(scenario, curve), one, nominal)
-    return told[0].value * nominal[name], told[1].value * nominal[name]
 
 
 @pytest.mark.usefixtures("sample_plugins")
 @pytest.mark.parametrize("force_too", [False, True], ids=["alone", "with the peak force"])
 def test_a_parameter_that_sets_the_peak_force_has_its_exponent(force_too: bool) -> None:
     scenario = sw.load_scenario(ROOT / "plugins" / "shockwave-blast" / "profiles" / "microcharge.yaml")
-    name, step = "shock.parameters.standoff", 2e-3
-    spreads = {name: 0.02} | ({"shock.peak_force": 0.02} if force_too else {})
-    family, here = Family(scenario), value_of(scenario, name)
-    low, high = (family.scenario({name: here * math.exp(k * math.log1p(step) / 2)}).shock for k in (-1, 1))
+    name, step = "shock.parameters.standoff", 1e-3
+    value = value_of(scenario, name)
+    shocks = [Family(scenario).scenario({name: value * math.exp(step * k)}).shock for k in (-1, 1)]
+    nominal = {name: np.array([value])}
     if force_too:  # then the draws keep it
-        low, high = (evolve(shock, peak_force=scenario.shock.peak_force) for shock in (low, high))
+        shocks = [evolve(shock, peak_force=scenario.shock.peak_force) for shock in shocks]
+        nominal["shock.peak_force"] = np.array([scenario.shock.peak_force])
+    low, high = (sw.simulate(shock, scenario.chain, rtol=1e-10, waves="primary") for shock in shocks)
+    one = Distribution.of(Spread(variable(name, data_of(scenario)), "relative", (0.02,)), scenario)
+    curve = curve_of(scenario.shock.profile, 1e-4, duration_of(scenario))
+    force, ratio = slopes_at(scenario, exponents_of(scenario, curve), one, nominal)
     # differences over 0.1 and 0.2 % err by the square of that
-    assert slopes(scenario, spreads, name) == pytest.approx(exponent(low, high, scenario.chain, step), abs=1e-3)
-
-
-# ---------------------------------------------------------------- seeds
-
-
-@pytest.mark.slow
-def test_the_same_seed_gives_the_same_digits_in_another_process() -> None:
-    program = (
-        "import json, shockwave as sw\n"
-        f"found = sw.uncertainty(sw.load_scenario({str(FILE)!r}), draws=1024, seed=5)\n"
-        "print(json.dumps(found.to_dict()))"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    own = sw.uncertainty(sw.load_scenario(FILE), draws=1024, seed=5)
-    assert json.loads(done.stdout) == json.loads(json.dumps(own.to_dict()))
+    assert force.value * value == pytest.approx(math.log(high.peak_force / low.peak_force) / (2 * step), abs=1e-3)
+    known = math.log(high.amplification / low.amplification) / (2 * step)
+    assert ratio.value * value == pytest.approx(known, abs=1e-3)
 
 
 # ---------------------------------------------------------------- distributions
 
 
 def distribution(name: str, value: float, kind: Any, *numbers: float) -> Distribution:
-    profile = {"shock": {"profile": "power-law"}}
-    return Distribution.of(Spread(variable(name, profile), kind, numbers), value)
+    scenario = Family(SCENE).scenario({name: value})
+    return Distribution.of(Spread(variable(name, data_of(scenario)), kind, numbers), scenario)
 
 
 def test_a_normal_distribution_stays_within_the_range_of_its_value() -> None:
@@ -242,7 +215,7 @@ def test_a_normal_distribution_stays_within_the_range_of_its_value() -> None:
     ],
     ids=["sd", "relative", "between", "factor"],
 )
-def test_distributions_have_the_mean_and_deviation_asked_for(
+def test_distributions_have_the_requested_mean_and_deviation(
     kind: str, numbers: tuple[float, ...], mean: float, sd: float
 ) -> None:
     one = distribution("shock.peak_force", 10.0, kind, *numbers)
@@ -252,16 +225,9 @@ def test_distributions_have_the_mean_and_deviation_asked_for(
     assert one.sd == pytest.approx(sd, rel=2e-4 if kind == "factor" else 1e-12)
 
 
-def test_what_is_cut_off_is_told() -> None:
+def test_a_cut_distribution_has_a_warning() -> None:
     result = sw.uncertainty(CASE_A, CHAIN, {"chain.material.poisson_ratio": {"sd": 0.2}}, draws=1024)
     assert any("0.16 of the distribution of chain.material.poisson_ratio" in warning for warning in result.warnings)
-
-
-def test_a_value_outside_what_is_drawn_is_told() -> None:
-    result = sw.uncertainty(CASE_A, CHAIN, {"shock.peak_force": {"between": [200, 300]}}, draws=1024)
-    assert any("shock.peak_force is 100 N in the scenario, outside 200 N to 300 N" in text for text in result.warnings)
-    result = sw.uncertainty(CASE_A, CHAIN, {"shock.peak_force": {"between": [100, 300]}}, draws=1024)
-    assert not any("outside" in text for text in result.warnings)
 
 
 # ---------------------------------------------------------------- the block
@@ -285,18 +251,13 @@ def test_the_block_is_read_in_any_units(tmp_path: Path) -> None:
 FAULTS = {
     "name": ("{chain.radios: 5 %}", "15:15", "did you mean 'chain.radius'"),
     "bare": ("{chain.radius: 5}", "15:29", "must be a percentage such as 5 %"),
-    "form": ("{chain.radius: {factr: 2}}", "15:29", "did you mean 'factor'"),
-    "two": ("{chain.radius: {sd: 1 mm, factor: 2}}", "15:29", "must be a percentage"),
+    "form": ("{chain.radius: {factr: 2}}", "15:30", "did you mean 'factor'"),
     "unit": ("{chain.radius: {sd: 1 N}}", "15:34", "must be a length"),
-    "negative": ("{chain.radius: {sd: -1 mm}}", "15:34", "must be > 0 m"),
-    "percent": ("{chain.radius: 200 %}", "15:29", "must be > 0 and <= 1"),
-    "nothing": ("{chain.radius: 0 %}", "15:29", "must be > 0 and <= 1"),
     "factor": ("{chain.radius: {factor: 0.5}}", "15:38", "must be > 1"),
     "order": ("{chain.radius: {between: [2 mm, 1 mm]}}", "15:39", "must ascend"),
     "range": ("{chain.material.poisson_ratio: {between: [0.1, 0.7]}}", "15:61", "must be > -1 and < 0.5"),
     "length": ("{chain.radius: {between: [1 mm]}}", "15:39", "must be a list of the least and the greatest"),
     "whole": ("{chain.granules: 5 %}", "15:15", "that can lie anywhere in a range"),
-    "text": ("{chain.material: 5 %}", "15:15", "that can lie anywhere in a range"),
     "setting": ("{predict.equal_tolerance: 5 %}", "15:15", "must be a value of the chain or the shock"),
     "twins": ("{chain.radius: 5 %, chain.diameter: 5 %}", "15:34", "must be left out where chain.radius is given"),
     "list": ("[chain.radius]", "15:14", "must be a mapping of dotted names"),
@@ -304,7 +265,7 @@ FAULTS = {
 
 
 @pytest.mark.parametrize(("block", "place", "message"), FAULTS.values(), ids=FAULTS)
-def test_faults_are_told_where_they_stand(block: str, place: str, message: str, tmp_path: Path) -> None:
+def test_faults_are_reported_with_their_place(block: str, place: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(sw.ScenarioError) as caught:
         load(tmp_path, block)
     (fault,) = caught.value.faults
@@ -313,26 +274,19 @@ def test_faults_are_told_where_they_stand(block: str, place: str, message: str, 
 
 
 CALLS: dict[str, tuple[dict[str, Any], str]] = {
-    "nothing": ({}, "uncertainty: must say which values are uncertain"),
+    "nothing": ({}, "uncertainty: must name the uncertain values"),
     "name": ({"spreads": {"chain.radios": "5 %"}}, "uncertainty.*did you mean 'chain.radius'"),
     "draws": ({"spreads": SPREADS, "draws": 5000}, "draws: must be a power of 2"),
-    "few": ({"spreads": SPREADS, "draws": 16}, "draws: must be a whole number >= 1024"),
-    "seed": ({"spreads": SPREADS, "seed": -1}, "seed: must be a whole number >= 0"),
     "rtol": ({"spreads": SPREADS, "rtol": 1.0}, "rtol: must be >= 1e-07"),
-    "rounding": ({"spreads": {"chain.radius": {"sd": 1e-13}}}, "uncertainty..chain.radius.: .*more than 1e-09 of it"),
     "too-long": (
         {"spreads": {"shock.rise_time": {"factor": 50}}},
-        "^uncertainty: must give shocks that last at most 1000 natural .* at shock.rise_time = .*: narrow the spreads",
-    ),
-    "too-slow": (
-        {"spreads": {"shock.duration_ratio": {"between": [1.5, 1000]}}},
-        "^uncertainty: must give shocks that last at most 300 natural times .* at shock.duration_ratio = ",
+        r"^uncertainty: must draw possible scenes \(shock: must last at most 1000 characteristic .*narrow the spreads",
     ),
 }
 
 
 @pytest.mark.parametrize(("given", "message"), CALLS.values(), ids=CALLS)
-def test_what_makes_no_sense_is_refused(given: dict[str, Any], message: str) -> None:
+def test_wrong_arguments_are_refused(given: dict[str, Any], message: str) -> None:
     with pytest.raises(sw.InvalidValueError, match=message):
         sw.uncertainty(CASE_A, CHAIN, **given)
 
@@ -347,32 +301,30 @@ def test_a_percentage_of_nothing_is_refused() -> None:
 # ---------------------------------------------------------------- the command
 
 
-def test_the_command_prints_json_as_the_page_tells(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_prints_the_json_of_the_page(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["uncertainty", str(FILE), "--draws", "1024", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
-    told = {key for row in table("docs/commands.md", "uncertainty --json") for key in code_in(row[0])}
-    assert told == flat(document)
+    listed = {key for row in table("docs/commands.md", "uncertainty --json") for key in code_in(row[0])}
+    assert listed == flat(document)
 
 
 @pytest.mark.parametrize("argument", ["--draws=100", "--seed=-1"])
-def test_a_wrong_argument_is_one_of_usage(argument: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_wrong_argument_is_refused(argument: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["uncertainty", str(FILE), argument]) == 2
     assert capsys.readouterr().err.startswith(f"{argument.partition('=')[0]}: must be a whole number")
 
 
-def test_a_fault_of_the_block_is_told_with_its_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_fault_of_the_block_is_reported_with_its_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "long.yaml"
     file.write_text(FILE.read_text().replace("between: [30 us, 50 us]", "factor: 50"))
     assert cli.main(["uncertainty", str(file)]) == 3
-    assert capsys.readouterr().err.startswith(f"{file}: uncertainty: must give shocks that last at most 1000 natural")
+    assert capsys.readouterr().err.startswith(f"{file}: uncertainty: must draw possible scenes")
 
 
-def test_numbers_are_told_with_what_each_force_may_be_off() -> None:
-    text = str(found())
-    mean = next(line.split() for line in text.splitlines() if line.lstrip().startswith("mean"))
-    assert found().model_error * found().peak_force.mean.value <= float(mean[3])
-    # an index has the digits that its error leaves
-    assert not re.search(r"\+- \de[-+]", text)
+def test_numbers_have_the_digits_that_their_errors_leave() -> None:
+    mean = next(line.split() for line in str(found()).splitlines() if line.lstrip().startswith("mean"))
+    assert float(mean[3]) == pytest.approx(found().peak_force.mean.error, rel=0.05)
+    assert not re.search(r"\+- \de[-+]", str(found()))
 
 
 def test_a_sweep_is_to_be_deleted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,4 +1,4 @@
-"""Commands on scenes that differ from a scenario: design, uncertainty."""
+"""The commands design and uncertainty."""
 
 from __future__ import annotations
 
@@ -11,25 +11,24 @@ from shockwave.cli.output import of_arguments, print_result
 from shockwave.cli.scenario_commands import loaded
 from shockwave.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
 
-# What to do with a scenario that stands for many.
+# Remedy for a scenario with many scenes.
 _SWEPT = "delete the block sweep"
 
 
 def design(options: argparse.Namespace) -> int:
-    """Values at which the primary has the target property."""
+    """Print the values at which the primary has the target property."""
+    from shockwave.studies.curve_and_design_files import PICTURES, check_output, write_design
     from shockwave.studies.design_search import design as run
 
-    given = options.target[-1]
-    name, sign, value = given.partition("=")
-    if not sign:
-        raise UsageError(f"--target must be QUANTITY=VALUE, such as peak_force='60 N' (got {given!r})")
-    if len(options.target) > 1:
-        raise UsageError(f"--target must be given once (got {' and '.join(options.target)}; run one design for each)")
+    name, sign, value = options.target[-1].partition("=")
+    if not sign or len(options.target) > 1:
+        given = " and ".join(options.target)
+        raise UsageError(f"--target must be one QUANTITY=VALUE, such as peak_force='60 N' (got {given!r})")
     if options.output:
-        from shockwave.studies.study_pictures import PICTURES, checked, write_design
-
         with of_arguments(options):
-            checked(options.output, PICTURES, options.vary)
+            check_output(options.output, PICTURES)
+        if options.vary == "chain.material":
+            raise UsageError("--output must be left out for chain.material (materials lie on no line)")
     (scenario,) = loaded([options.file], _SWEPT, options.output)
     among = options.among
     if among is not None:
@@ -48,13 +47,13 @@ def design(options: argparse.Namespace) -> int:
         print(f"{options.output}: written", file=sys.stderr)
     if found.why:
         print(f"{options.file}: {found.why}", file=sys.stderr)
-    # materials in whose range the target lies are ranked: that is the answer
+    # materials whose range spans the target are ranked: that is the answer
     ranked = found.between is None and found.spanned
     return 1 if found.why and not ranked else 0
 
 
 def uncertainty(options: argparse.Namespace) -> int:
-    """Distribution of the primary where values are uncertain."""
+    """Print the distribution of the primary where values are uncertain."""
     from shockwave.studies.uncertainty_sampling import uncertainty as run
 
     (scenario,) = loaded([options.file], _SWEPT)

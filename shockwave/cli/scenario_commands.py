@@ -164,12 +164,12 @@ def report(options: argparse.Namespace) -> int:
 def curve(options: argparse.Namespace) -> int:
     """The universal curve of a scenario's shape."""
     from shockwave.chain import Scales
-    from shockwave.studies.study_pictures import CURVE_FILES, checked, write_curve
+    from shockwave.studies.curve_and_design_files import CURVE_FILES, check_output, write_curve
     from shockwave.studies.universal_curve import UniversalCurve
 
-    with of_arguments(options):
-        if options.output:
-            checked(options.output, CURVE_FILES)
+    if options.output:
+        with of_arguments(options):
+            check_output(options.output, CURVE_FILES)
     (scenario,) = loaded([options.file], output=options.output)
     shock = scenario.shock
     ratio = Scales.of(scenario.chain, shock.peak_force).rise_time(shock.rise_time)

@@ -1,4 +1,4 @@
-"""Uncertainties: the block of a scenario that says how well its values are known."""
+"""Uncertainties: the block of a scenario with the distributions of its values."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import Any, Final, Literal
 
 from attrs import frozen
 
-from shockwave.errors import nearest
 from shockwave.fields import Quantity, text_of
 from shockwave.scenario.keys import Key
 from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, gathered, items
@@ -19,25 +18,25 @@ Kind = Literal["relative", "sd", "factor", "between"]
 
 _RELATIVE = Key("relative", spec=Quantity("", "standard deviation over the value", above=0, at_most=1))
 _FACTOR = Key("factor", spec=Quantity("", "factor within which two thirds of the values lie", above=1, at_most=100))
-#: Mappings that a value may be -> what they mean.
+#: Keys of the mapping for a value -> meaning.
 FORMS: Final = {
     "sd": "standard deviation of a normal distribution, in the unit of the value",
-    "between": "least and greatest, between which all values are as likely",
+    "between": "ends of a uniform distribution",
     "factor": "e to the standard deviation of the logarithm, of a lognormal distribution",
 }
 _RULE = "must be a percentage such as 5 %, or a mapping {sd: ...}, {between: [..., ...]} or {factor: ...}"
-#: Names of which one scene has one.
+#: Pairs of names for one value.
 TWINS: Final = (("chain.diameter", "chain.radius"), ("shock.duration", "shock.rise_time"))
 
 
 @frozen
 class Spread:
-    """How a value is distributed about that of the scenario.
+    """The distribution of a value about that of the scenario.
 
     Attributes
     ----------
     variable : Variable
-        Which.
+        The value.
     kind : "relative", "sd", "factor" or "between"
         Normal with a standard deviation over the value, or with one in SI units; lognormal; uniform.
     numbers : tuple of float
@@ -54,13 +53,18 @@ class Spread:
         return self.variable.name
 
     def __str__(self) -> str:
-        first, unit = self.numbers[0], self.variable.unit or ""
         if self.kind == "relative":
-            return f"sd {100 * first:g} %"
+            return f"sd {100 * self.numbers[0]:g} %"
         if self.kind == "factor":
-            return f"factor {first:g}"
-        shown = [si(number, unit).rstrip() if unit else f"{number:g}" for number in self.numbers]
-        return f"sd {shown[0]}" if self.kind == "sd" else f"{shown[0]} to {shown[1]}"
+            return f"factor {self.numbers[0]:g}"
+        unit = self.variable.unit
+        shown = [si(number, unit) if unit else f"{number:g}" for number in self.numbers]
+        return f"sd {shown[0]}" if self.kind == "sd" else " to ".join(shown)
+
+
+def is_continuous(of: Variable) -> bool:
+    """Whether a variable is a value of the chain or the shock that can lie anywhere in a range."""
+    return of.unit is not None and not of.whole and of.name.startswith(("chain.", "shock."))
 
 
 def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
@@ -69,9 +73,9 @@ def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
     Parameters
     ----------
     given : object
-        What the block holds.
+        Content of the block.
     data : mapping
-        What the document holds.
+        Content of the document.
 
     Raises
     ------
@@ -79,7 +83,7 @@ def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
         With everything that is wrong.
     """
     if not isinstance(given, Mapping) or not given:
-        problem = f"must be a mapping of dotted names to how well they are known (got {text_of(given)})"
+        problem = f"must be a mapping of dotted names to distributions (got {text_of(given)})"
         raise WrongsError([Wrong((), problem)])
     twins = [
         Wrong((one,), f"must be left out where {other} is given (got both; delete one)", at_key=True)
@@ -91,24 +95,30 @@ def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
 
 
 def _spread(of: Variable, given: Any) -> Spread:
-    if of.unit is None or of.whole or not of.name.startswith(("chain.", "shock.")):
+    if not is_continuous(of):
         problem = f"must be a value of the chain or the shock that can lie anywhere in a range (got {of.name})"
         raise WrongsError([Wrong((), problem, at_key=True)])
     if isinstance(given, str) and given.strip().endswith("%"):
         return Spread(of, "relative", (converted(_RELATIVE, given),))
     forms: dict[str, Callable[[Any], Any]] = {
-        "sd": partial(converted, Key("sd", spec=Quantity(of.unit, "standard deviation", above=0))),
+        "sd": partial(converted, Key("sd", spec=Quantity(of.unit or "", "standard deviation", above=0))),
         "factor": partial(converted, _FACTOR),
-        "between": partial(_ends, of),
+        "between": partial(ends_of, of),
     }
-    if not isinstance(given, Mapping) or len(given) != 1 or not given.keys() <= forms.keys():
-        hint = nearest(str(next(iter(given), "")), FORMS).strip() if isinstance(given, Mapping) else ""
-        raise ValueError(f"{_RULE} (got {text_of(given)}{'; ' if hint else ''}{hint})")
+    if not isinstance(given, Mapping) or len(given) != 1:
+        raise ValueError(f"{_RULE} (got {text_of(given)})")
     ((kind, numbers),) = gathered(given.items(), forms).items()
     return Spread(of, kind, numbers if kind == "between" else (numbers,))
 
 
-def _ends(of: Variable, given: Any) -> tuple[float, ...]:
+def ends_of(of: Variable, given: Any) -> tuple[float, ...]:
+    """The least and the greatest value of an interval.
+
+    Raises
+    ------
+    ValueError, WrongsError
+        When it is no pair of values in ascending order.
+    """
     if not isinstance(given, list | tuple) or len(given) != 2:
         raise ValueError(f"must be a list of the least and the greatest value (got {text_of(given)})")
     ends = items(given, of.converted)

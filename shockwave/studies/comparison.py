@@ -15,7 +15,7 @@ from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
 from shockwave.scenario.scenario import Published
-from shockwave.text import range_text, si
+from shockwave.text import range_text
 
 
 @frozen(kw_only=True)
@@ -27,7 +27,7 @@ class Comparison:
     predicted, simulated : Outcome, SimulationResult
         The two answers.
     error : float
-        Relative error of the predicted peak force; known as far as ``simulated.error_estimate`` allows.
+        Relative error of the predicted peak force, uncertain by ``simulated.error_estimate``.
     relation : str
         ``less``, ``equal`` or ``greater`` by simulation, with the predictor's tolerance of equality.
     published : Published or None
@@ -61,8 +61,6 @@ class Comparison:
             f"expected {range_text(self.predicted.expected_error)}",
             f"relation to the shock's peak force: predicted {self.predicted.relation}, simulated {self.relation}",
         ]
-        if self.published is not None:
-            lines.append(f"printed in {self.published.source}: {_printed(self.published)}")
         return "\n".join(lines)
 
 
@@ -100,12 +98,3 @@ def beside(predicted: Outcome, simulated: SimulationResult, equal_tolerance: flo
         error=predicted.peak_force / simulated.peak_force - 1,
         relation=relation,
     )
-
-
-def _printed(published: Published) -> str:
-    figures = (
-        ("relation", published.relation),
-        ("error", None if published.error is None else f"{published.error:.1%}"),
-        ("virtual rise time", None if published.virtual_rise_time is None else si(published.virtual_rise_time, "s")),
-    )
-    return ", ".join(f"{name} {figure}" for name, figure in figures if figure is not None)

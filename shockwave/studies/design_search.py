@@ -3,39 +3,45 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
-from attrs import asdict, evolve
+import numpy as np
+from attrs import asdict, evolve, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.solitary_wave import SolitaryWave
-from shockwave.errors import InvalidValueError, ShockwaveError
+from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity, text_of
 from shockwave.measurement.simulate import simulate
+from shockwave.numerics import crossings
 from shockwave.profiles.shock import Shock
 from shockwave.registry import entries, find
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_family import Family
+from shockwave.scenario.uncertainty import ends_of, is_continuous
+from shockwave.scenario.value_conversion import WrongsError, gathered
 from shockwave.scenario.variable import Variable, variable
-from shockwave.studies import scene_response
-from shockwave.studies.design import Design, Option, Simulated, Target
-from shockwave.studies.target_along_value import line_along, solutions, spaced
+from shockwave.studies import varied_scenes
+from shockwave.studies.chebyshev_fit import evaluated, fitted
+from shockwave.studies.design_result import Design, Option, Simulated, Target
+from shockwave.studies.universal_curve import UniversalCurve
 from shockwave.text import si
 
 _MATERIAL = "chain.material"
 _POINTS = Quantity("", "number of rows", at_least=2, at_most=1000, whole=True)
 _RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)
-# Names of a scenario that are no numbers with a range.
-_UNFIT = ("chain.granules", "shock.profile", "shock.data")
-# Points of the line in a picture.
-_FINE = 101
-# A target missed by no more is met but for rounding.
+# A target missed by less is met: rounding.
 _ROUNDING = 1e-9
 # Tolerance of the simulations of solutions.
 _VERIFIED = 1e-8
-# A simulation that differs from the curve by so many times its error is of another scene: of a chain too short for it.
+# A simulation that differs from the curve by more than this many errors is of a chain too short for the curve.
 _FAR = 5.0
+# Values that span more than this factor are spaced by equal ratios.
+_WIDE = 3.0
+# Step of a difference, over the whole interval.
+_STEP = 1e-5
 
 
 def design(
@@ -49,7 +55,7 @@ def design(
     points: int = 9,
     rtol: float = 1e-4,
 ) -> Design:
-    """Every value of a scene at which the primary is as wanted, the others kept.
+    """Every value of a scene that gives the primary the target property; all other values are kept.
 
     Parameters
     ----------
@@ -60,8 +66,8 @@ def design(
     vary : str
         Dotted name of the value: a number of the chain or the shock, such as ``chain.radius``, or ``chain.material``.
     target : mapping
-        One quantity of the primary and its value, a number in SI units or text: ``{"peak_force": "60 N"}``. Known are
-        peak_force, amplification, momentum, energy, speed, width, granule_velocity.
+        One property of the primary and its value, a number in SI units or text: ``{"peak_force": "60 N"}``. The
+        properties are peak_force, amplification, momentum, energy, speed, width, granule_velocity.
     between : pair, optional
         The interval of a number: its ends in SI units, or as text.
     among : sequence of str, optional
@@ -81,191 +87,230 @@ def design(
     InvalidValueError, UnknownNameError
         When a name is unknown or a value out of range.
     NumericalError
-        When a simulation that the curve needs fails.
+        When a simulation fails.
     """
     for name, spec, value in (("points", _POINTS, points), ("rtol", _RTOL, rtol)):
         if problem := spec.problem(value):
             raise InvalidValueError.of(name, problem)
-    scenario = scene_response.scenario_of(scene, chain)
+    scenario = varied_scenes.scenario_of(scene, chain)
     wanted = Target.of(target)
     try:
-        varied = variable(vary, scene_response.data_of(scenario), fits=_can_be_varied)
+        varied = variable(
+            vary, varied_scenes.data_of(scenario), fits=lambda name: name.startswith(("chain.", "shock."))
+        )
     except InvalidValueError as error:
         raise InvalidValueError.of("vary", error.faults[0].problem) from None
+    unused, given = ("between", between) if vary == _MATERIAL else ("among", among)
+    if given is not None:
+        raise InvalidValueError.of(unused, f"must be left out for {vary} (got {text_of(given)})")
+    search = _Search(Family(scenario), vary, wanted, rtol)
     if vary == _MATERIAL:
-        if between is not None:
-            raise InvalidValueError.of("between", f"must be left out for {_MATERIAL} (got {text_of(between)})")
-        return _among_materials(Family(scenario), wanted, among, rtol)
-    if among is not None:
-        raise InvalidValueError.of("among", f"must be left out: it is for {_MATERIAL} (got {text_of(among)})")
-    return _along(varied, Family(scenario), wanted, _interval(varied, between), int(points), rtol)
-
-
-def _can_be_varied(name: str) -> bool:
-    return name.startswith(("chain.", "shock.")) and name not in _UNFIT
+        return search.among(among)
+    return search.along(varied.unit or "", _interval(varied, between), int(points))
 
 
 def _interval(varied: Variable, given: Sequence[Any] | None) -> tuple[float, float]:
-    name, spec = varied.name, varied.key.spec
-    if not _can_be_varied(name) or spec is None or spec.samples or spec.whole:
-        remedy = f"or {_MATERIAL}; {name} is none"
-        raise InvalidValueError.of("vary", f"must be a value of the chain or shock with a range, {remedy}")
-    if not isinstance(given, list | tuple) or len(given) != 2:
-        got = "nothing" if given is None else text_of(given)
-        raise InvalidValueError.of("between", f"must be the least and the greatest {name} (got {got})")
+    if not is_continuous(varied):
+        rule = f"must be a value of the chain or shock with a range, or {_MATERIAL}"
+        raise InvalidValueError.of("vary", f"{rule} (got {varied.name})")
     try:
-        low, high = (varied.value(one) for one in given)
-    except InvalidValueError as error:
-        raise InvalidValueError.of("between", error.faults[0].problem) from None
-    if not low < high:
-        raise InvalidValueError.of("between", f"must ascend (got {low:g} and {high:g})")
+        ((low, high),) = gathered([("between", given)], {"between": partial(ends_of, varied)}).values()
+    except WrongsError as error:
+        raise InvalidValueError.of("between", str(error.wrongs[0].problem)) from None
     return low, high
 
 
-def _among_materials(family: Family, target: Target, among: Iterable[str] | None, rtol: float) -> Design:
-    if isinstance(among, str):
-        raise InvalidValueError.of("among", f"must be a list of names (got {among!r}; put it in brackets)")
-    names = [entry.name for entry in entries("materials")] if among is None else list(among)
-    for name in names:
-        find("materials", name)
-    if not names:
-        raise InvalidValueError.of("among", "must be one material or more (got none)")
-    options: list[Option] = []
-    left_out: list[str] = []
-    for name in dict.fromkeys(names):
-        try:
-            options.append(_option(name, family.scenario({_MATERIAL: name}), target, rtol))
-        except InvalidValueError as error:
-            left_out.append(f"{name} is left out: {error}")
-    if not options:
-        raise InvalidValueError.of("among", f"must have a material for which there is a curve ({left_out[0]})")
-    first, *others = sorted(options, key=target.distance)
-    (nearest,), failures = _simulated([first], family, _MATERIAL, target)
-    met = target.distance(first) <= max(rtol, first.reached_error) and not _misses(nearest, target, rtol)
-    return Design(
-        scenario=family.base.name,
-        vary=_MATERIAL,
-        unit="",
-        target=target,
-        between=None,
-        solutions=(nearest,) if met else (),
-        nearest=nearest,
-        least=min(options, key=lambda one: one.reached),
-        most=max(options, key=lambda one: one.reached),
-        table=(nearest, *others),
-        warnings=(*_notes(family), *left_out, *failures),
-        line=((), ()),
-    )
+@frozen
+class Line:
+    """The target property as a function of one value.
+
+    Attributes
+    ----------
+    height : callable
+        Logarithm of the property at a value.
+    error : float
+        Error of that logarithm.
+    landmarks : tuple of float
+        Ends of the interval and values at which the property turns, ascending; it is monotone between them.
+    curve : UniversalCurve or None
+        The curve for the whole line; None where the shape varies.
+    """
+
+    height: Callable[[float], float]
+    error: float
+    landmarks: tuple[float, ...]
+    curve: UniversalCurve | None
+
+    def slope(self, value: float) -> float:
+        """Absolute change of the height over the value."""
+        low, high = self.landmarks[0], self.landmarks[-1]
+        step = _STEP * (high - low)
+        begin = max(value - step, low)
+        end = min(value + step, high)
+        return abs(self.height(end) - self.height(begin)) / (end - begin)
 
 
-def _along(
-    varied: Variable, family: Family, target: Target, between: tuple[float, float], points: int, rtol: float
-) -> Design:
-    name = varied.name
-    unit = varied.unit or ""
+def line_along(scenario: Scenario, name: str, target: Target, between: tuple[float, float], rtol: float) -> Line:
+    """The line of the value called ``name``, for an endless chain.
 
-    def option(value: float) -> Option:
-        return _option(value, family.scenario({name: value}), target, rtol, line.reach)
+    Turning points are those of a piecewise polynomial that follows the line to ``rtol``.
 
-    try:
-        line = line_along(family.base, name, target, between, rtol)
-        least = option(min(line.landmarks, key=line.height))
-        most = option(max(line.landmarks, key=line.height))
-        met = solutions(line, target)
-        found = [option(value) for value in met]
-        table = tuple(option(value) for value in spaced(between, points))
-    except InvalidValueError as error:
-        problem = f"{scene_response.impossible(error, 'give')}: narrow the interval"
-        raise InvalidValueError.of("between", problem) from None
-    # along the shape each simulation may be off by the tolerance
-    least_error = 0.0 if line.reach else rtol
-    found = [_with_error(one, line.slope(float(one.value)), least_error) for one in found]
-    checked, failures = _simulated(found or [min(least, most, key=target.distance)], family, name, target)
-    hits = tuple(one for one in checked if found and not _misses(one, target, rtol))
-    values = spaced(between, _FINE)
-    return Design(
-        scenario=family.base.name,
-        vary=name,
-        unit=unit,
-        target=target,
-        between=between,
-        solutions=hits,
-        nearest=None if hits else min(checked, key=target.distance),
-        least=least,
-        most=most,
-        table=table,
-        warnings=(*_notes(family), *_doubts(met, least, most, target, rtol, unit), *failures),
-        line=(tuple(values), tuple(math.exp(line.height(value)) for value in values)),
-    )
+    Raises
+    ------
+    InvalidValueError
+        When a value makes no scene, or a shock longer than curves reach.
+    NumericalError
+        When a simulation fails.
+    """
+    endless = evolve(scenario, chain=evolve(scenario.chain, granules=None))
+    family = varied_scenes.family_of(endless, [name])
+    ends = [family.scenario({name: value}) for value in between]
+    # where a curve fails, along the shape too, this is found before the search
+    curves = [varied_scenes.curve_of(end.shock.profile, rtol, varied_scenes.duration_of(end)) for end in ends]
+    curve = max(curves, key=lambda one: one.longest) if varied_scenes.keep_shape([name]) else None
 
-
-def _notes(family: Family) -> tuple[str, ...]:
-    return scene_response.notes_of(family.base, besides="; simulations are of the chain as it is")
-
-
-def _with_error(option: Option, slope: float, least: float) -> Option:
-    """With the error of its value, at which the logarithm of the target changes by ``slope`` over the value."""
-    error = max(option.reached_error, least) / slope if slope else math.inf
-    return evolve(option, value_error=error if math.isfinite(error) else None)
-
-
-def _doubts(
-    met: Mapping[float, float], least: Option, most: Option, target: Target, rtol: float, unit: str
-) -> list[str]:
-    """Warnings of solutions that are none but for the error of the curve."""
-    range_ = (most.reached - least.reached) / target.value
-    if range_ <= max(least.reached_error, most.reached_error, rtol):
-        return [f"over the whole interval {target.name} varies by no more than {range_:.0e} of what is wanted"]
-    return [
-        f"{si(value, unit)} is an end of the interval or a turning point: it misses what is wanted by"
-        f" {miss:+.1e}, no more than the error allowed"
-        for value, miss in met.items()
-        if abs(miss) > _ROUNDING
-    ]
-
-
-def _option(value: float | str, scenario: Scenario, target: Target, rtol: float, reach: float = 0.0) -> Option:
-    """The option that ``scenario`` is, which has ``value``; by a curve that goes on to n t0/T0 = ``reach``."""
-    shock = scenario.shock
-    chain = scenario.chain
-    curve = scene_response.curve_of(shock.profile, rtol, max(scene_response.duration_of(scenario), reach))
-    answer = curve.answer(shock, chain)
-    return Option(
-        value=value,
-        reached=target.reached(answer.peak_force, scenario),
-        reached_error=abs(target.power(scenario)) * answer.error,
-        amplification=answer.amplification,
-        error=answer.error,
-        **asdict(SolitaryWave.of(answer.peak_force, chain)),
-        rise_time=answer.rise_time,
-        granule_mass=chain.granule_mass,
-        mass_per_length=chain.granule_mass / (2 * chain.radius),
-        chain_mass=None if chain.granules is None else chain.granules * chain.granule_mass,
-        exponents=scene_response.exponents_of(scenario, curve),
-    )
-
-
-def _simulated(options: Iterable[Option], family: Family, name: str, target: Target) -> tuple[list[Option], list[str]]:
-    """The options with the simulations of their scenes, and why some have none."""
-    checked: list[Option] = []
-    failures: list[str] = []
-    for option in options:
-        scene = family.scenario({name: option.value})
-        try:
-            result = simulate(scene.shock, scene.chain, rtol=_VERIFIED, waves="primary")
-        except ShockwaveError as error:
-            checked.append(option)
-            failures.append(f"no simulation at {option.value}: {error}")
+    def height(value: float) -> float:
+        scene = family.scenario({name: value})
+        if curve is not None:
+            amplification = float(curve.amplification(varied_scenes.rise_time_of(scene)))
         else:
-            reached = target.reached(result.peak_force, scene)
-            known = Simulated(reached=reached, peak_force=result.peak_force, error_estimate=result.error_estimate)
-            checked.append(evolve(option, simulated=known))
-    return checked, failures
+            amplification = simulate(scene.shock, scene.chain, rtol=rtol, waves="primary").amplification
+        return math.log(target.reached(amplification * scene.shock.peak_force, scene))
+
+    into, back = (np.log, np.exp) if _is_wide(between) else (float, float)
+
+    def value_at(x: float) -> float:
+        return float(np.clip(back(x), *between))
+
+    error = target.power(ends[0]) * rtol
+    pieces = fitted(lambda x: height(value_at(x)), float(into(between[0])), float(into(between[1])), error)
+    joints = [piece.end for piece in pieces[:-1]]
+    turns = [x for piece in pieces for x in piece.turns(0.0)]
+    landmarks = {*between, *(value_at(x) for x in (*joints, *turns))}
+    if between[0] < 0 < between[1]:
+        landmarks.add(0.0)  # Poisson's ratio enters by its square
+    if curve is None:
+        polynomial = partial(evaluated, pieces)
+        return Line(lambda value: float(polynomial(np.array(into(value)))), error, tuple(sorted(landmarks)), None)
+    return Line(height, error, tuple(sorted(landmarks)), curve)
 
 
-def _misses(option: Option, target: Target, rtol: float) -> bool:
-    """Whether its simulation misses the target by far more than the curve may err."""
-    if option.simulated is None:
-        return False
-    off = abs(option.simulated.reached / target.value - 1)
-    return off > _FAR * max(option.reached_error, rtol) + option.simulated.error_estimate
+def _spaced(between: tuple[float, float], count: int) -> list[float]:
+    """Values between two, both included; by equal ratios where they span a wide range."""
+    space = np.geomspace if _is_wide(between) else np.linspace
+    values: list[float] = space(*between, count).tolist()
+    return values
+
+
+def _is_wide(between: tuple[float, float]) -> bool:
+    return between[0] > 0 and between[1] > _WIDE * between[0]
+
+
+@frozen
+class _Search:
+    """The options of one value, each by the curve of its shape."""
+
+    family: Family
+    name: str
+    target: Target
+    rtol: float
+
+    def among(self, names: Iterable[str] | None) -> Design:
+        """Rank materials by their distance from the target; simulate the nearest."""
+        known = list(names or [entry.name for entry in entries("materials")])
+        for name in known:
+            find("materials", name)
+        options = [self.option(name) for name in dict.fromkeys(known)]
+        first, *others = sorted(options, key=self.target.distance)
+        nearest = self.simulated(first)
+        return Design(
+            scenario=self.family.base.name,
+            vary=self.name,
+            target=self.target,
+            solutions=(),
+            nearest=nearest,
+            least=min(options, key=lambda one: one.reached),
+            most=max(options, key=lambda one: one.reached),
+            table=(nearest, *others),
+            warnings=varied_scenes.notes_of(self.family.base),
+        )
+
+    def along(self, unit: str, between: tuple[float, float], points: int) -> Design:
+        """Find all values in the interval that meet the target."""
+        wanted = math.log(self.target.value)
+        try:
+            line = line_along(self.family.base, self.name, self.target, between, self.rtol)
+            least = self.option(min(line.landmarks, key=line.height), line.curve)
+            most = self.option(max(line.landmarks, key=line.height), line.curve)
+            met = crossings(lambda value: line.height(value) - wanted, line.landmarks, lambda _: line.error)
+            found = [self.solution(value, line) for value in met]
+            table = tuple(self.option(value, line.curve) for value in _spaced(between, points))
+        except InvalidValueError as error:
+            raise InvalidValueError.of("between", f"must give possible scenes ({error.faults[0]})") from None
+        checked = [self.simulated(one) for one in found or [min(least, most, key=self.target.distance)]]
+        solutions = tuple(one for one in checked if found and self.meets(one))
+        near_misses = [
+            f"{si(value, unit)} is an end or a turning point: it misses the target by {miss:+.1e}, within the error"
+            for value in met
+            if value in line.landmarks and abs(miss := math.expm1(line.height(value) - wanted)) > _ROUNDING
+        ]
+        return Design(
+            scenario=self.family.base.name,
+            vary=self.name,
+            unit=unit,
+            target=self.target,
+            between=between,
+            solutions=solutions,
+            nearest=None if solutions else min(checked, key=self.target.distance),
+            least=least,
+            most=most,
+            table=table,
+            warnings=(*varied_scenes.notes_of(self.family.base), *near_misses),
+        )
+
+    def solution(self, value: float, line: Line) -> Option:
+        """The option with this value, and the error of the value."""
+        option = self.option(value, line.curve)
+        slope = line.slope(value)
+        # where the shape varies each simulation has the error of the line
+        error = max(option.reached_error, 0.0 if line.curve else line.error)
+        return evolve(option, value_error=error / slope if slope else None)
+
+    def option(self, value: float | str, curve: UniversalCurve | None = None) -> Option:
+        """The option with this value, by ``curve`` or that of its own shape."""
+        scenario = self.family.scenario({self.name: value})
+        shock = scenario.shock
+        chain = scenario.chain
+        if curve is None:
+            curve = varied_scenes.curve_of(shock.profile, self.rtol, varied_scenes.duration_of(scenario))
+        ratio = varied_scenes.rise_time_of(scenario)
+        amplification = float(curve.amplification(ratio))
+        peak_force = amplification * shock.peak_force
+        error = float(curve.error(ratio))
+        return Option(
+            value=value,
+            reached=self.target.reached(peak_force, scenario),
+            reached_error=self.target.power(scenario) * error,
+            amplification=amplification,
+            error=error,
+            **asdict(SolitaryWave.of(peak_force, chain)),
+            rise_time=ratio,
+            granule_mass=chain.granule_mass,
+            mass_per_length=chain.granule_mass / (2 * chain.radius),
+            chain_mass=None if chain.granules is None else chain.granules * chain.granule_mass,
+            exponents=varied_scenes.exponents_of(scenario, curve),
+        )
+
+    def simulated(self, option: Option) -> Option:
+        """The option with the simulation of its scene."""
+        scene = self.family.scenario({self.name: option.value})
+        result = simulate(scene.shock, scene.chain, rtol=_VERIFIED, waves="primary")
+        reached = self.target.reached(result.peak_force, scene)
+        known = Simulated(reached=reached, peak_force=result.peak_force, error_estimate=result.error_estimate)
+        return evolve(option, simulated=known)
+
+    def meets(self, option: Option) -> bool:
+        """Whether the simulation meets the target but for the errors of curve and simulation."""
+        assert option.simulated is not None
+        off = abs(option.simulated.reached / self.target.value - 1)
+        return off <= _FAR * max(option.reached_error, self.rtol) + option.simulated.error_estimate

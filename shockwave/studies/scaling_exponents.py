@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 
-from attrs import frozen
+from attrs import astuple, frozen
+
+from shockwave.scenario.uncertainty import TWINS
 
 #: Values that leave the shape alone -> the power with which t0/T0 scales with them; none for Poisson's ratio.
 POWERS = {
@@ -17,17 +19,8 @@ POWERS = {
     "chain.material.density": -1 / 2,
     "chain.material.poisson_ratio": math.nan,
 }
-#: What makes a scene of one shape -> its sign in equations.
-SIGNS = {
-    "radius": "R",
-    "density": "rho",
-    "youngs_modulus": "E",
-    "poisson_ratio": "nu",
-    "peak_force": "F0",
-    "rise_time": "t0",
-}
-# Two names of one value.
-_TWINS = {"diameter": "radius", "duration": "rise_time"}
+# Signs of the fields of `Exponents` in equations.
+_SIGNS = ("R", "rho", "E", "nu", "F0", "t0")
 
 
 @frozen(kw_only=True)
@@ -70,8 +63,8 @@ class Exponents:
 
     def at(self, name: str) -> float:
         """That of the value called ``name``, which leaves the shape alone."""
-        last = name.rpartition(".")[2]
-        return float(getattr(self, _TWINS.get(last, last)))
+        return float(getattr(self, dict(TWINS).get(name, name).rpartition(".")[2]))
 
     def __str__(self) -> str:
-        return " ".join(f"{sign}^{getattr(self, name):.3f}" for name, sign in SIGNS.items())
+        powers = zip(_SIGNS, astuple(self), strict=False)  # the error is last
+        return " ".join(f"{sign}^{power:.3f}" for sign, power in powers)

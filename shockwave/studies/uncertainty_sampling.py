@@ -1,8 +1,8 @@
 """Uncertainty of the primary, by seeded quasi-Monte Carlo.
 
-Points are those of Sobol, scrambled anew in each of sixteen independent batches: how much the batches differ gives the
-error of sampling, which is reported with every number. Indices are those of Saltelli. Distributions are truncated to
-the range of their value.
+Points are scrambled Sobol points in sixteen independent batches: the scatter of the batches gives the error of
+sampling, which is reported with every number. The indices are computed by Saltelli's scheme. Distributions are
+truncated to the range of their value.
 """
 
 from __future__ import annotations
@@ -23,10 +23,9 @@ from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.uncertainty import Spread, read
 from shockwave.scenario.value_conversion import WrongsError
 from shockwave.scenario.yaml_document import dotted
-from shockwave.studies import scene_response
+from shockwave.studies import varied_scenes
 from shockwave.studies.scaling_exponents import POWERS, Exponents
-from shockwave.studies.uncertainty import Estimate, Sensitivity, Statistics, Uncertainty
-from shockwave.text import si
+from shockwave.studies.uncertainty_result import Estimate, Sensitivity, Statistics, Uncertainty
 
 _DRAWS = Quantity("", "number of draws", at_least=1024, at_most=2**18, whole=True)
 _SEED = Quantity("", "seed", at_least=0, at_most=2**63 - 1, whole=True)
@@ -34,19 +33,13 @@ _RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)
 _BATCHES = 16
 # Student's t for 95 % and fifteen degrees of freedom, of a mean over the batches.
 _CONFIDENCE = 2.1314 / math.sqrt(_BATCHES)
-_QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
-# The share below a quantile may be a whole number of draws in each batch: it is known to no better than one draw.
-_DRAW = 1.0
 # Least share cut off that is reported.
 _LEAST_CUT = 1e-6
-# A deviation over the value that is rounding.
-_NARROWEST = 1e-9
+_QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 # Step of a difference over the standard deviation, the tolerance of its simulations, and that of a curve for its slope.
 _STEP = 1e-2
 _TIGHT = 1e-10
 _SLOPE = 1e-6
-# Draws keep this relative distance from a bound that is excluded.
-_INSIDE = 1e-9
 
 
 def uncertainty(
@@ -67,8 +60,7 @@ def uncertainty(
     chain : Chain, optional
         Where ``scene`` is a shock.
     spreads : mapping, optional
-        Dotted names and how well the values are known, as in the block ``uncertainty``; it takes the place of that
-        of the scenario.
+        Dotted names and distributions, as in the block ``uncertainty``, in place of that of the scenario.
     draws : int
         Scenes to draw, a power of 2 from 1024 to 262144.
     seed : int
@@ -91,49 +83,45 @@ def uncertainty(
     for name, spec, value in (("draws", _DRAWS, draws), ("seed", _SEED, seed), ("rtol", _RTOL, rtol)):
         if problem := spec.problem(value):
             raise InvalidValueError.of(name, problem)
-    if int(draws).bit_count() > 1:
+    draws, seed = int(draws), int(seed)
+    if draws.bit_count() > 1:
         raise InvalidValueError.of("draws", f"must be a power of 2, such as 4096 (got {draws})")
-    scenario = scene_response.scenario_of(scene, chain)
-    drawn = [
-        _distribution(spread, scene_response.value_of(scenario, spread.name)) for spread in _spreads(scenario, spreads)
-    ]
-    nominal = {one.name: one.value for one in drawn}
+    scenario = varied_scenes.scenario_of(scene, chain)
+    drawn = [Distribution.of(spread, scenario) for spread in _spreads(scenario, spreads)]
+    nominal = {one.name: np.array([one.value]) for one in drawn}
     # for a shock without a curve this raises before anything is drawn
-    curve = scene_response.curve_of(scenario.shock.profile, min(rtol, _SLOPE), scene_response.duration_of(scenario))
-    exponents = scene_response.exponents_of(scenario, curve)
-    slopes = [slopes_at(scenario, exponents, one, nominal) for one in drawn]
-    here = {name: np.array([value]) for name, value in nominal.items()}
-    (amplification,), (force,), (error,) = scene_response.primaries(scenario, here, rtol)
+    curve = varied_scenes.curve_of(scenario.shock.profile, min(rtol, _SLOPE), varied_scenes.duration_of(scenario))
+    exponents = varied_scenes.exponents_of(scenario, curve)
+    (amplification,), (force,), (error,) = varied_scenes.primaries(scenario, nominal, rtol)
     try:
-        points, outputs, errors = _sampled(scenario, drawn, int(draws), int(seed), rtol)
+        points, outputs, errors = _sampled(scenario, drawn, draws, seed, rtol)
     except InvalidValueError as wrong:
-        problem = f"{scene_response.impossible(wrong, 'draw')}: narrow the spreads, or give a {{factor: ...}}"
+        problem = f"must draw possible scenes ({wrong.faults[0]}; narrow the spreads, or give a {{factor: ...}})"
         raise InvalidValueError.of("uncertainty", problem) from None
-    sds = np.array([one.sd for one in drawn])
-    of_force, of_ratio = (np.array([slope.value for slope in column]) for column in zip(*slopes, strict=True))
+    slopes = [slopes_at(scenario, exponents, one, nominal) for one in drawn]
     # shape (2 indices, values, 2 outputs, value and error)
     indices = _estimates(_indices, outputs)
+    forces, ratios = outputs[:, 0, 0], outputs[:, 1, 0]
+    moves = np.array([[slope.value * one.sd for slope in both] for one, both in zip(drawn, slopes, strict=True)])
+    cuts = [one for one in drawn if one.cut > _LEAST_CUT]
     return Uncertainty(
         scenario=scenario.name,
-        draws=int(draws),
-        seed=int(seed),
-        evaluations=int(draws) * (len(drawn) + 2),
-        method="curve" if scene_response.keep_shape(nominal) else "simulation",
-        peak_force=_statistics(outputs[:, 0, 0], float(amplification * force), of_force * sds),
-        amplification=_statistics(outputs[:, 1, 0], float(amplification), of_ratio * sds),
-        sensitivities=tuple(
-            _sensitivity(one, slope, indices[:, number])
-            for number, (one, (slope, _)) in enumerate(zip(drawn, slopes, strict=True))
-        ),
+        draws=draws,
+        seed=seed,
+        evaluations=draws * (len(drawn) + 2),
+        method="curve" if varied_scenes.keep_shape(nominal) else "simulation",
+        peak_force=_statistics(forces, float(amplification * force), moves[:, 0]),
+        amplification=_statistics(ratios, float(amplification), moves[:, 1]),
+        sensitivities=tuple(map(_sensitivity, drawn, slopes, indices.swapaxes(0, 1))),
         exponents=exponents,
         model_error=max(float(error), errors),
-        warnings=_warnings(scenario, drawn),
+        warnings=(
+            *varied_scenes.notes_of(scenario),
+            *(f"{one.cut:.2g} of the distribution of {one.name} is out of range and cut off" for one in cuts),
+        ),
         values={one.name: column for one, column in zip(drawn, points, strict=True)},
-        peak_forces=outputs[:, 0, 0].ravel(),
+        peak_forces=forces.ravel(),
     )
-
-
-# ---------------------------------------------------------------- what was asked
 
 
 def _spreads(scenario: Scenario, given: Mapping[str, Any] | None) -> tuple[Spread, ...]:
@@ -141,32 +129,12 @@ def _spreads(scenario: Scenario, given: Mapping[str, Any] | None) -> tuple[Sprea
         return scenario.uncertainty
     if given is None:
         remedy = "add a block such as uncertainty: {shock.peak_force: 5 %}"
-        raise InvalidValueError.of("uncertainty", f"must say which values are uncertain (got nothing; {remedy})")
+        raise InvalidValueError.of("uncertainty", f"must name the uncertain values (got nothing; {remedy})")
     try:
-        return read(given, scene_response.data_of(scenario))
+        return read(given, varied_scenes.data_of(scenario))
     except WrongsError as error:
         faults = [Fault(dotted(("uncertainty", *wrong.path)), str(wrong.problem)) for wrong in error.wrongs]
         raise InvalidValueError(faults) from None
-
-
-def _distribution(spread: Spread, value: float) -> Distribution:
-    found = Distribution.of(spread, value)
-    if not found.sd > _NARROWEST * abs(value):
-        problem = f"must leave the value uncertain by more than {_NARROWEST:g} of it (got {spread}; leave it out)"
-        raise InvalidValueError.of(dotted(("uncertainty", spread.name)), problem)
-    return found
-
-
-def _warnings(scenario: Scenario, drawn: Sequence[Distribution]) -> tuple[str, ...]:
-    cuts = []
-    outside = []
-    for one in drawn:
-        if one.cut > _LEAST_CUT:
-            cuts.append(f"{one.cut:.2g} of the distribution of {one.name} lay outside its range and was cut off")
-        if one.spread.kind == "between" and not one.begin <= one.value <= one.end:
-            here = si(one.value, one.spread.variable.unit or "").rstrip()
-            outside.append(f"{one.name} is {here} in the scenario, outside {one.spread}, between which it is drawn")
-    return (*scene_response.notes_of(scenario), *cuts, *outside)
 
 
 # ---------------------------------------------------------------- distributions
@@ -182,9 +150,9 @@ class Distribution:
         As it was given.
     value : float
         Of the scene.
-    begin, end : float
-        The range of the value, just inside a bound that is excluded; of a uniform one where it begins and ends.
-    of_value : object
+    bounds : (float, float)
+        The range of the value, or the ends of a uniform distribution.
+    law : object
         Frozen distribution of SciPy; for a ``factor`` that of the logarithm.
     cut : float
         Share of the distribution that lay outside the range.
@@ -192,14 +160,13 @@ class Distribution:
 
     spread: Spread
     value: float
-    begin: float
-    end: float
-    of_value: Any
-    cut: float
+    bounds: tuple[float, float]
+    law: Any
+    cut: float = 0.0
 
     @classmethod
-    def of(cls, spread: Spread, value: float) -> Distribution:
-        """The distribution about ``value``.
+    def of(cls, spread: Spread, scenario: Scenario) -> Distribution:
+        """The distribution about the value of ``scenario``.
 
         Raises
         ------
@@ -208,25 +175,24 @@ class Distribution:
         """
         from scipy.stats import norm, truncnorm, uniform
 
-        first = spread.numbers[0]
+        value = varied_scenes.value_of(scenario, spread.name)
+        first, last = spread.numbers[0], spread.numbers[-1]
         if spread.kind == "between":
-            end = spread.numbers[1]
-            return cls(spread, value, first, end, uniform(first, end - first), 0.0)
+            return cls(spread, value, (first, last), uniform(first, last - first))
         if (spread.kind == "factor" and not value > 0) or (spread.kind == "relative" and value == 0):
             problem = f"must be {{sd: ...}} or {{between: ...}}, as the value is {value:g} (got {spread})"
             raise InvalidValueError.of(dotted(("uncertainty", spread.name)), problem)
-        begin, end = _range(spread)
-        centre = value
-        scale = first * abs(value) if spread.kind == "relative" else first
-        bounds = np.array([begin, end])
-        if spread.kind == "factor":
-            centre = math.log(value)
-            scale = math.log(first)
+        bounds = _range(spread)
+        centre, scale = value, first
+        ends = np.array(bounds)
+        if spread.kind == "relative":
+            scale = first * abs(value)
+        elif spread.kind == "factor":
+            centre, scale = math.log(value), math.log(first)
             with np.errstate(divide="ignore"):
-                bounds = np.log(np.maximum(bounds, 0.0))
-        low, high = (bounds - centre) / scale
-        cut = float(norm.cdf(low) + norm.sf(high))
-        return cls(spread, value, begin, end, truncnorm(low, high, centre, scale), cut)
+                ends = np.log(np.maximum(ends, 0.0))
+        low, high = (ends - centre) / scale
+        return cls(spread, value, bounds, truncnorm(low, high, centre, scale), float(norm.cdf(low) + norm.sf(high)))
 
     @property
     def name(self) -> str:
@@ -235,16 +201,16 @@ class Distribution:
 
     def at(self, shares: FloatArray) -> FloatArray:
         """The values below which these shares of the distribution lie, each above 0 and below 1."""
-        values = self.of_value.ppf(shares)
+        values = self.law.ppf(shares)
         if self.spread.kind == "factor":
             values = np.exp(values)
-        return np.asarray(np.clip(values, self.begin, self.end))
+        return np.asarray(np.clip(values, *self.bounds))
 
     @property
     def sd(self) -> float:
         """Standard deviation of the truncated distribution."""
         if self.spread.kind != "factor":
-            return float(self.of_value.std())
+            return float(self.law.std())
         # by the midpoint rule in the share, which the tails of a normal distribution leave right to four digits
         count = 100_000
         return float(np.std(self.at((np.arange(count) + 0.5) / count)))
@@ -253,13 +219,9 @@ class Distribution:
 def _range(spread: Spread) -> tuple[float, float]:
     spec = spread.variable.key.spec
     assert spec is not None  # a spread is of a number
-    begin = spec.at_least if spec.at_least is not None else -math.inf
-    end = spec.at_most if spec.at_most is not None else math.inf
-    if spec.above is not None:
-        begin = spec.above + _INSIDE * max(abs(spec.above), 1e-3 * _INSIDE)
-    if spec.below is not None:
-        end = spec.below - _INSIDE * abs(spec.below)
-    return begin, end
+    low = spec.above if spec.at_least is None else spec.at_least
+    high = spec.below if spec.at_most is None else spec.at_most
+    return -math.inf if low is None else low, math.inf if high is None else high
 
 
 # ---------------------------------------------------------------- sampling
@@ -280,7 +242,7 @@ def _sampled(
         mixed = _mixed(drawn, np.random.default_rng(of_batch), draws // _BATCHES)
         columns = mixed.swapaxes(0, 1).reshape(len(drawn), -1)
         values = {one.name: column for one, column in zip(drawn, columns, strict=True)}
-        amplification, force, error = scene_response.primaries(scenario, values, rtol)
+        amplification, force, error = varied_scenes.primaries(scenario, values, rtol)
         both = np.array([amplification * force, amplification])
         points.append(mixed[0])
         outputs.append(both.reshape(2, len(mixed), -1))
@@ -324,30 +286,31 @@ def _statistics(batches: FloatArray, nominal: float, moves: FloatArray) -> Stati
 
 
 def _quantile(batches: FloatArray, share: float) -> Estimate:
-    """Estimated from the share below it in each batch (Woodruff, J. Am. Stat. Assoc. 47, 1952).
+    """A quantile, with its error from the share below it in each batch (Woodruff, J. Am. Stat. Assoc. 47, 1952).
 
-    Quantiles of the batches differ by less than the error: between two draws of so even points there is hardly a
-    choice.
+    Quantiles of the batches differ by less than the error, as their points are so even.
     """
     pooled = batches.ravel()
     value = float(np.quantile(pooled, share, method="hazen"))
     below = np.mean(batches <= value, axis=-1)
-    off = math.hypot(_CONFIDENCE * float(np.std(below, ddof=1)), _DRAW / len(pooled))
+    # at least one draw, as the share may be a whole number of draws in each batch
+    off = math.hypot(_CONFIDENCE * float(np.std(below, ddof=1)), 1 / len(pooled))
     low, high = np.quantile(pooled, [share - off, share + off], method="hazen").tolist()
     return Estimate(value, max(high - value, value - low))
 
 
-def _sensitivity(one: Distribution, slope: Estimate, indices: FloatArray) -> Sensitivity:
+def _sensitivity(one: Distribution, slopes: tuple[Estimate, Estimate], indices: FloatArray) -> Sensitivity:
     """The sensitivity to one value, of indices of shape (2 indices, 2 outputs, value and error)."""
     (force_first, first), (force_total, total) = indices.tolist()
+    exponent = slopes[0]
     return Sensitivity(
         name=one.name,
         unit=one.spread.variable.unit or "",
         spread=str(one.spread),
         value=one.value,
         sd=one.sd,
-        exponent=slope.value * one.value if one.value else None,
-        exponent_error=slope.error * abs(one.value) if one.value else None,
+        exponent=exponent.value * one.value if one.value else None,
+        exponent_error=exponent.error * abs(one.value) if one.value else None,
         peak_force_first=Estimate(*force_first),
         peak_force_total=Estimate(*force_total),
         amplification_first=Estimate(*first),
@@ -370,21 +333,19 @@ def _indices(outputs: FloatArray) -> FloatArray:
 
 
 def slopes_at(
-    scenario: Scenario, exponents: Exponents, one: Distribution, nominal: Mapping[str, float]
+    scenario: Scenario, exponents: Exponents, one: Distribution, nominal: Mapping[str, FloatArray]
 ) -> tuple[Estimate, Estimate]:
-    """d ln F and d ln (F/F0) over d of the value at the nominal scene, the other values that are drawn kept."""
+    """d ln F and d ln (F/F0) over d of the value at the nominal scene, the other drawn values kept."""
     if one.name in POWERS:
-        if not one.value:  # of Poisson's ratio it is 0 at 0
-            return Estimate(0.0, 0.0), Estimate(0.0, 0.0)
-        force = exponents.at(one.name) / one.value
-        error = exponents.error / abs(one.value)
-        own = 1 / one.value if one.name == "shock.peak_force" else 0.0
+        value = one.value or math.inf  # for Poisson's ratio 0 the slope is 0
+        force = exponents.at(one.name) / value
+        error = exponents.error / abs(value)
+        own = 1 / value if one.name == "shock.peak_force" else 0.0
         return Estimate(force, error), Estimate(force - own, error)
-    steps = _STEP * one.sd * np.array([-1, -0.5, 0.5, 1])
-    ends = np.clip(one.value + steps, one.begin, one.end)
-    values = {name: np.full(ends.shape, value) for name, value in nominal.items()}
-    ratios, forces, _ = scene_response.primaries(scenario, values | {one.name: ends}, _TIGHT)
-    # what sets the shape may set the peak force of the shock too
+    ends = np.clip(one.value + _STEP * one.sd * np.array([-1, -0.5, 0.5, 1]), *one.bounds)
+    values = {name: np.repeat(value, len(ends)) for name, value in nominal.items()}
+    ratios, forces, _ = varied_scenes.primaries(scenario, values | {one.name: ends}, _TIGHT)
+    # a parameter of the shape may set the peak force of the shock too
     return _difference(ends, np.log(ratios * forces)), _difference(ends, np.log(ratios))
 
 

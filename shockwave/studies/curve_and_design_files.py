@@ -1,0 +1,54 @@
+"""Files of universal curves and designs: pictures, and JSON of curves."""
+
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+
+from shockwave.errors import InvalidValueError
+from shockwave.files import write_file
+from shockwave.pictures import design as draw_design
+from shockwave.pictures import figure, save, universal_curves
+from shockwave.studies.design_result import Design
+from shockwave.studies.universal_curve import UniversalCurve
+
+PICTURES = (".svg", ".png", ".pdf")
+CURVE_FILES = (".json", *PICTURES)
+
+
+def check_output(output: str, endings: tuple[str, ...]) -> None:
+    """Refuse a file with another ending, before anything is computed.
+
+    Raises
+    ------
+    InvalidValueError
+        When it has none of these endings.
+    """
+    if pathlib.Path(output).suffix.lower() not in endings:
+        rule = f"must end in {', '.join(endings[:-1])} or {endings[-1]}"
+        raise InvalidValueError.of("output", f"{rule} (got {output})")
+
+
+def write_curve(curve: UniversalCurve, output: str | os.PathLike[str], mark: float | None = None) -> None:
+    """Write ``curve`` as JSON or a picture, by the ending of the file; ``mark`` is a t0/T0 to mark in the picture."""
+    path = pathlib.Path(output)
+    if path.suffix.lower() == ".json":
+        write_file(path, json.dumps(curve.to_dict(), indent=1, allow_nan=False) + "\n")
+        return
+    sheet, (ax,) = figure()
+    universal_curves(ax, {"universal curve": curve}, mark)
+    save(sheet, path)
+
+
+def write_design(found: Design, output: str) -> None:
+    """Draw the target property along the table of ``found``, with the solutions."""
+    sheet, (ax,) = figure()
+    value, target = (name.replace("_", " ") for name in (found.vary.rpartition(".")[2], found.target.name))
+    options = sorted((*found.table, *found.solutions), key=lambda option: float(option.value))
+    values = [float(option.value) for option in options]
+    solutions = [float(option.value) for option in found.solutions]
+    units = found.unit, found.target.unit
+    reached = [option.reached for option in options]
+    draw_design(ax, values, reached, found.target.value, solutions, labels=(value, target), units=units)
+    save(sheet, output)
