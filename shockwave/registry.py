@@ -65,7 +65,6 @@ _BASES = {
     "quadratures": "shockwave.quadrature.base:Quadrature",
 }
 
-
 Claims = tuple[tuple[str, Entry], ...]
 
 
@@ -391,7 +390,8 @@ def _rule_broken(kind: str, found: Any) -> str:
         return f"must write {' and '.join(missing)} too"
     if kind != "profiles":
         return ""
-    _at("shockwave.scenario.declared_fields:check_declared")(found)
+    if any(type(value).__name__ == "_CountingAttr" for value in vars(found).values()):
+        return "must be decorated with attrs.frozen, as it declares fields"
     # a class with a constructor of its own may set it there
     fields = {field.name for field in getattr(found, "__attrs_attrs__", ())}
     has_ratio = hasattr(found, "duration_ratio") or "duration_ratio" in fields

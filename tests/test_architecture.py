@@ -26,7 +26,7 @@ _FROM_BELOW: tuple[set[str], ...] = (
     {"built_ins", "fields", "files", "numerics"},
     {"quadrature", "registry"},
     {"plugin_check", "chain", "options", "profiles"},
-    {"scene", "simulation"},
+    {"scene_summary", "simulation"},
     {"prediction", "measurement"},
     {"pictures", "scenario"},
     {"studies"},

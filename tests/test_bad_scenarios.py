@@ -57,18 +57,11 @@ def _with(block: str) -> str:
 
 # text, line and column of the first fault, its path, a part of its problem
 BAD = {
-    # of the document; more of them in test_document.py
-    "merge": (_with("predict: {<<: {rtol: 1}}"), "3:11", "predict.'<<'", "unknown key"),
     # keys
     "unknown-block": (_with("predicts: {}"), "3:1", "predicts", "did you mean 'predict'?"),
     "unknown-key-of-chain": (
         "chain: {material: copper, radius: 1, diametr: 2}\n" + SHOCK, "1:38", "chain.diametr",
         "unknown key (got 'diametr'; did you mean 'diameter'? known: material, diameter, radius, granules)",
-    ),
-    "unknown-parameter": (
-        CHAIN + "shock: {profile: power-law, peak_force: 1, rise_time: 1, duration_ratio: 2, "
-        "parameters: {rise_exponent: 1, decay_exponent: 1, eta: 1}}",
-        "2:127", "shock.parameters.eta", "known: rise_exponent, decay_exponent",
     ),
     "parameter-of-none": (CHAIN + SHOCK.replace("}", ", parameters: {n: 1}}"), "2:96", "shock.parameters.n", "none"),
     "missing-size": ("chain: {material: copper}\n" + SHOCK, "1:1", "chain.diameter", "or give radius"),
@@ -76,16 +69,13 @@ BAD = {
         "chain: {radius: 1, material: {youngs_modulus: 1 GPa, poisson_ratio: 0}}\n" + SHOCK,
         "1:20", "chain.material.density", "density rho, > 0 kg/m**3",
     ),
-    "missing-rise-time": (CHAIN + SHOCK.replace("rise_time: 1 us, ", ""), "2:1", "shock.rise_time", "t0, > 0 s"),
     "both-sizes": (
         "chain: {material: copper, radius: 1, diameter: 2}\n" + SHOCK, "1:27", "chain.radius", "where diameter is",
     ),
     # kinds and units
-    "chain-is-a-number": ("chain: 5\n" + SHOCK, "1:8", "chain", "must be a mapping of material, diameter"),
     "predict-is-text": (_with("predict: section-4"), "3:10", "predict", "must be a mapping of model"),
-    "material-is-a-number": ("chain: {material: 5, radius: 1}\n" + SHOCK, "1:19", "chain.material", "a name of the"),
+    "material-is-a-number": ("chain: {material: 5, radius: 1}\n" + SHOCK, "1:19", "chain.material", "be a mapping"),
     "name-is-a-number": (_with("name: 12"), "3:7", "name", "must be text (got 12; put it in quotes if it is text)"),
-    "name-is-empty": (_with("name: ''"), "3:7", "name", "must be a line of text"),
     "wrong-dimension": (
         CHAIN + SHOCK.replace("1 us", "15 kg"), "2:58", "shock.rise_time",
         "must be a time, such as '15 us' (got '15 kg')",
@@ -93,7 +83,6 @@ BAD = {
     "nothing-for-a-number": (CHAIN + SHOCK.replace("1 N", ""), "2:41", "shock.peak_force", "(got nothing)"),
     # ranges
     "negative-force": (CHAIN + SHOCK.replace("1 N", "-1 kN"), "2:42", "shock.peak_force", "> 0 N (got '-1 kN')"),
-    "ratio-of-one": (CHAIN + SHOCK.replace(": 2", ": 1"), "2:80", "shock.duration_ratio", "<= 1e+12 (got 1)"),
     "incompressible": (
         "chain: {radius: 1, material: {youngs_modulus: 1, poisson_ratio: 50 %, density: 1}}\n" + SHOCK,
         "1:65", "chain.material.poisson_ratio", "must be > -1 and < 0.5 (got '50 %')",
@@ -101,13 +90,11 @@ BAD = {
     "diameter-beyond-mass": (
         "chain: {material: copper, diameter: 1e-200}\n" + SHOCK, "1:37", "chain.diameter", "a mass that",
     ),
-    "rtol-too-fine": (_with("simulate: {rtol: 1e-16}"), "3:18", "simulate.rtol", "must be >= 1e-13 and <= 0.01"),
     # names
     "unknown-material": (
         "chain: {material: coper, radius: 1}\n" + SHOCK, "1:19", "chain.material", "did you mean 'copper'?",
     ),
     "unknown-profile": (CHAIN + SHOCK.replace("triangular", "triangle"), "2:18", "shock.profile", "did you mean"),
-    "unknown-integrator": (_with("simulate: {integrator: euler}"), "3:24", "simulate.integrator", "known: rkn86,"),
     "unknown-alpha": (_with("predict: {alpha: liteal}"), "3:18", "predict.alpha", "must be 'constant' or 'literal'"),
     "unknown-coefficient": (
         _with("predict: {momentum_coefficient: roughly}"), "3:33", "predict.momentum_coefficient", "'exact', 'paper'",
@@ -116,12 +103,10 @@ BAD = {
     "not-installed": (
         _with("requires: [numpy, no-such-distribution-1]"), "3:19", "requires[1]", "must be installed",
     ),
-    "requires-no-name": (_with("requires: ['../x']"), "3:12", "requires[0]", "must be the name of a distribution"),
     "published-without-source": (_with("published: {error: 1 %}"), "3:1", "published.source", "must be given"),
     "sweep": (_with("sweep: {grid: {shock.duration_rati: [2, 4]}}"), "3:16", "sweep.grid.'shock.duration_rati'", "did"),
     # records
     "record-of-nothing": (TABULATED % "", "2:29", "shock.parameters.times", "or give file"),
-    "times-alone": (TABULATED % "times: [0, 1, 2]", "2:29", "shock.parameters.forces", "or give file"),
     "file-and-times": (TABULATED % "times: [0, 1], file: x.csv", "2:57", "shock.parameters.file", "must be left out"),
     "two-samples": (TABULATED % "times: [0, 1], forces: [0, 1]", "2:49", "shock.parameters.times", "at least three"),
     "times-backwards": (
@@ -130,13 +115,11 @@ BAD = {
     "times-in-newtons": (
         TABULATED % "times: [0, 2 N, 3], forces: [0, 1, x]", "2:53", "shock.parameters.times[1]", "must be a time",
     ),
-    "times-no-list": (TABULATED % "times: 5, forces: [0, 1, 0]", "2:49", "shock.parameters.times", "must be a list"),
     "peak-at-start": (
         TABULATED % "times: [0, 1, 2], forces: [5, 1, 0]", "2:69", "shock.parameters.forces[0]", "there is no rise",
     ),
     "file-above": (TABULATED % "file: ../../x.csv", "2:48", "shock.parameters.file", "in the scenario's folder"),
     "file-through-a-link": (TABULATED % "file: link/x.csv", "2:48", "shock.parameters.file", "scenario's folder"),
-    "file-of-endless-name": (TABULATED % f"file: {'x' * 5000}", "2:48", "shock.parameters.file", ""),
 }  # fmt: skip
 
 
@@ -209,21 +192,13 @@ def test_messages_call_the_file_by_the_name_that_was_given(tmp_path: Path, monke
         load_scenario("./bad.yaml")
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        pytest.param("".join(f"k{i}: 1\n" for i in range(3000)), id="unknown-keys"),
-        pytest.param(TABULATED % f"times: [{'x,' * 3000}], forces: [{'1 N,' * 3000}]", id="bad-samples"),
-        pytest.param(_with(f"requires: [{'no-such, ' * 2000}]"), id="requirements"),
-    ],
-)
-def test_a_flood_of_faults_ends_in_a_short_list(tmp_path: Path, text: str) -> None:
+def test_a_flood_of_faults_ends_in_a_short_list(tmp_path: Path) -> None:
     path = tmp_path / "bad.yaml"
-    path.write_text(text)
+    path.write_text(TABULATED % f"times: [{'x,' * 3000}], forces: [{'1 N,' * 3000}]")
     with pytest.raises(ScenarioError) as caught:
         load_scenario(path)
-    assert len(caught.value.faults) <= 101
-    assert len(str(caught.value)) < 50_000
+    assert len(caught.value.faults) == 101
+    assert str(caught.value.faults[-1]).endswith("more faults")
 
 
 # ---------------------------------------------------------------- whatever comes

@@ -49,8 +49,6 @@ PULSES = {
         "from shockwave import ShockProfile\nclass Pulse(ShockProfile):\n    def rise(self, s): return s",
         "must write decay too",
     ),
-    "has no unit": (f"{DECLARED}@frozen\n{WIDTH.format(unit='sekunden', default='')}", "unit 'sekunden'"),
-    "has a wrong default": (f"{DECLARED}@frozen\n{WIDTH.format(unit='s', default=', default=-1')}", "default of field"),
     "is undecorated": (DECLARED + WIDTH.format(unit="s", default=""), "decorated with attrs.frozen"),
     "has no ratio": (f"{DECLARED}@frozen\n{WIDTH.format(unit='s', default='')}", "must have duration_ratio"),
 }

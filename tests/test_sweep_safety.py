@@ -21,7 +21,7 @@ name: two sizes
 chain: {material: copper}
 shock: {profile: triangular, peak_force: 10 N, rise_time: 10 us, duration_ratio: 3}
 predict: {model: section-4}
-sweep: {points: [{chain.diameter: 1 mm}, {chain.diameter: 1 cm}]}
+sweep: {grid: {chain.diameter: [1 mm, 1 cm]}}
 """
 #: What processes of a sweep import, of the standard library and others.
 PLANTED = ("numpy", "yaml", "signal", "multiprocessing", "pickle", "threading", "attrs", "distributed", "shockwave")

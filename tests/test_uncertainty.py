@@ -22,7 +22,7 @@ from selection import thinned
 from shockwave import cli
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import Spread
-from shockwave.scenario.variable import variable
+from shockwave.scenario.dotted_names import variable
 from shockwave.studies.scene_response import (
     curve_of,
     data_of,

@@ -10,7 +10,7 @@ from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.prediction.model_interface import Inequality, Regime, Relation
 from shockwave.profiles.base import Areas
 from shockwave.profiles.conditions import Condition
-from shockwave.scene import Scene
+from shockwave.scene_summary import Scene
 from shockwave.text import printed
 
 

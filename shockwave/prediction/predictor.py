@@ -17,7 +17,7 @@ from shockwave.prediction.outcome import EjectionOutcome, Exponents, Outcome, Si
 from shockwave.profiles.conditions import conditions
 from shockwave.profiles.shock import Shock
 from shockwave.registry import blame, find, load
-from shockwave.scene import Scene
+from shockwave.scene_summary import Scene
 
 if TYPE_CHECKING:
     from shockwave.prediction.many_shocks import Predictions

@@ -12,8 +12,8 @@ from shockwave.fields import quantity
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
-from shockwave.scenario.keys import RECORD
-from shockwave.scenario.sweep import Sweep
+from shockwave.scenario.block_keys import RECORD
+from shockwave.scenario.sweep_block import Sweep
 from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.yaml_document import Document
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from shockwave.measurement.result import MeasuredWave, SimulationResult
 from shockwave.prediction.outcome import Outcome
-from shockwave.scenario.sweep import Run
+from shockwave.scenario.sweep_block import Run
 from shockwave.studies.comparison import Comparison
 from shockwave.sweep.header import NOTES, Column
 

@@ -28,7 +28,7 @@ from shockwave.registry import entries, find, load
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.scene_hash import normalised
-from shockwave.scenario.sweep import Sweep
+from shockwave.scenario.sweep_block import Sweep
 from shockwave.simulation.backend import lack
 from shockwave.studies.comparison import beside
 from shockwave.sweep.columns import Answer, Read, reads, row

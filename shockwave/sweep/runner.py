@@ -72,7 +72,7 @@ def points_of(scenario: Scenario | str | os.PathLike[str], apart: bool = False, 
     else:
         found = _loaded_apart(Path(scenario), timeout) if apart else load_scenario(scenario)
     if found.sweep is None:
-        problem = "must be given (got nothing; a mapping of grid, zip or points)"
+        problem = "must be given (got nothing; a mapping of grid or zip)"
         raise InvalidValueError.of(f"{found.path}: sweep" if found.path else "sweep", problem)
     if found.path is not None:  # workers have folders of their own
         found = evolve(found, path=found.path.absolute())
