@@ -122,10 +122,6 @@ def test_hostile_documents_end_in_a_fault(text: str, part: str) -> None:
     assert part in fault
 
 
-def test_faults_may_leave_the_rest_readable() -> None:
-    assert parse_document("a: 1\nb: 1\nb: 2\n", "f").data == {"a": 1, "b": 1}
-
-
 @pytest.mark.parametrize(
     ("data", "message"),
     [

@@ -16,7 +16,7 @@ from shockwave import registry
 from shockwave.chain.chain import Chain
 from shockwave.chain.library import PAPER_STEEL
 from shockwave.chain.material import Material
-from shockwave.errors import FileAccessError, ScenarioError, UnknownNameError
+from shockwave.errors import FileAccessError, ScenarioError
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.power_law import PowerLaw
@@ -161,11 +161,6 @@ def test_what_a_template_comments_out_is_valid_too(tmp_path: Path) -> None:
     assert scenario.sweep is not None
     assert scenario.sweep.shape == (10, 2, 2)
     assert [spread.kind for spread in scenario.uncertainty] == ["relative", "sd", "between", "factor"]
-
-
-def test_an_unknown_profile_has_no_template() -> None:
-    with pytest.raises(UnknownNameError, match="did you mean 'triangular'"):
-        template("triangle")
 
 
 # ---------------------------------------------------------------- cost

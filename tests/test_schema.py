@@ -6,18 +6,16 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft7Validator
 
-from pages import PAGES, ROOT, Block, blocks_of, prepare, workplace
+from pages import ROOT
 from shockwave import registry
 from shockwave.errors import ShockwaveError
 from shockwave.scenario import block_keys as keys
@@ -25,11 +23,12 @@ from shockwave.scenario.loader import load_scenario, scenario_of
 from shockwave.scenario.schema import schema
 from shockwave.scenario.template import template
 from shockwave.scenario.yaml_document import Document, parse_document
-from test_bad_scenarios import BAD, CHAIN, GOOD, RECORD, SHOCK
+from test_bad_scenarios import BAD, CHAIN, SHOCK
+from test_scenario import CHAIN_LINE, CONTRACT, RECORD
 
 #: Faults that a schema of single keys sees.
 SEEN = (
-    *("unknown-block", "unknown-key-of-chain", "parameter-of-none", "predict-is-text", "material-is-a-number"),
+    *("unknown-block", "unknown-key", "parameter-of-none", "predict-is-text", "material-is-a-number"),
     *("name-is-a-number", "nothing-for-a-number", "unknown-material", "unknown-profile", "unknown-alpha"),
     "times-in-newtons",
 )
@@ -40,10 +39,9 @@ def _validator() -> Draft7Validator:
     return Draft7Validator(schema())
 
 
-def _faults(text: str, validator: Draft7Validator | None = None) -> list[str]:
+def _faults(text: str) -> list[str]:
     """Where the schema finds a scenario wrong, read as the loader reads it."""
-    data = parse_document(text, "scenario.yaml").data
-    return [str(fault.json_path) for fault in (validator or _validator()).iter_errors(data)]
+    return [str(fault.json_path) for fault in _validator().iter_errors(parse_document(text, "scenario.yaml").data)]
 
 
 # ---------------------------------------------------------------- the schema itself
@@ -64,14 +62,6 @@ def test_every_key_is_there_and_says_what_it_is_for() -> None:
     assert [name for name, form in forms.items() if not form.get("description")] == []
 
 
-@pytest.mark.parametrize("name", ["profiles shock profile", "models predict model", "integrators simulate integrator"])
-def test_names_are_those_of_the_registry(name: str) -> None:
-    kind, block, key = name.split()
-    form = schema()["properties"][block]["properties"][key]
-    names = (form["anyOf"][0] if "anyOf" in form else form)["enum"]
-    assert names == [entry.name for entry in registry.entries(kind)]
-
-
 # ---------------------------------------------------------------- what is admitted
 
 
@@ -80,37 +70,8 @@ def test_scenarios_of_profiles_are_admitted(file: Path) -> None:
     assert _faults(file.read_text(encoding="utf-8")) == []
 
 
-@pytest.fixture
-def patch(tmp_path: Path) -> Iterator[pytest.MonkeyPatch]:
-    """A working folder, which is the current one, and where alone plugins are."""
-    with workplace(tmp_path) as patch:
-        yield patch
-
-
-SCENARIOS = [
-    block
-    for page in PAGES
-    for block in blocks_of(page)
-    if block.language == "yaml" and "faulty" not in block.directives
-]
-
-
-@pytest.mark.parametrize("block", SCENARIOS, ids=str)
-def test_scenarios_of_the_pages_are_admitted(block: Block, tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
-    prepare(tmp_path, block, patch)
-    text = block.text
-    if "fragment" in block.directives:
-        base = Path(block.directives["fragment"])
-        text = yaml.safe_dump({**yaml.safe_load(base.read_text(encoding="utf-8")), **yaml.safe_load(text)})
-    assert _faults(text, Draft7Validator(schema())) == []
-
-
-@pytest.mark.parametrize("profile", [entry.name for entry in registry.own_entries("profiles")])
-def test_templates_are_admitted(profile: str) -> None:
-    assert _faults(template(profile)) == []
-
-
 ADMITTED = {
+    **{f"template-{entry.name}": template(entry.name) for entry in registry.own_entries("profiles")},
     "empty-blocks": CHAIN + SHOCK + "predict:\nsimulate:\nrequires:\npublished:\n",
     "empty-settings": CHAIN + SHOCK + "predict: {}\nsimulate: {}\nrequires: []\n",
     "number-as-text": CHAIN.replace("1 mm", '"1e-3"') + SHOCK,
@@ -137,7 +98,7 @@ def test_what_the_loader_admits_is_admitted(tmp_path: Path, name: str) -> None:
 
 @pytest.mark.parametrize("name", SEEN)
 def test_bad_scenarios_are_rejected(name: str) -> None:
-    assert _faults(BAD[name][0]) != []
+    assert _faults(BAD[name]) != []
 
 
 REJECTED = {
@@ -178,7 +139,7 @@ _VALUES = st.sampled_from([
     derandomize=True, deadline=None, max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(
-    text=st.sampled_from([GOOD, RECORD, template("exponential")]),
+    text=st.sampled_from([CONTRACT, CHAIN_LINE + RECORD, template("exponential")]),
     changes=st.lists(st.tuples(st.floats(0, 1, exclude_max=True), _VALUES), min_size=1, max_size=2),
     left_out=st.sampled_from(["name", "shock", "rise_time", "duration_ratio", "parameters", "radius", "material"]),
 )

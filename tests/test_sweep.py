@@ -99,9 +99,7 @@ def test_a_comparison_has_both_answers(tmp_path: Path) -> None:
 
 
 def test_a_prediction_leaves_out_what_does_not_apply(tmp_path: Path) -> None:
-    file = written(
-        tmp_path, "predict: {model: section-4}\nsweep: {grid: {shock.rise_time: [4 us, 1 ms]}}\n"
-    )
+    file = written(tmp_path, "predict: {model: section-4}\nsweep: {grid: {shock.rise_time: [4 us, 1 ms]}}\n")
     swept(file, tmp_path / "out")
     ejection, train = (rows(tmp_path / "out")[index] for index in (0, 1))
     assert (ejection["regime"], train["regime"]) == ("ejection", "train")

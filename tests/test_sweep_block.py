@@ -8,12 +8,10 @@ from typing import Any
 import attrs
 import numpy as np
 import pytest
-import yaml
 from jsonschema import Draft7Validator
 
 import shockwave as sw
 from pages import table
-from shockwave import cli
 from shockwave.errors import InvalidValueError, ScenarioError
 from shockwave.registry import load
 from shockwave.scenario.dotted_names import variable
@@ -22,17 +20,6 @@ from shockwave.scenario.schema import schema
 from shockwave.scenario.sweep_block import SWEEP, Sweep
 from shockwave.scenario.yaml_document import parse_document
 
-SCENE: dict[str, Any] = {
-    "name": "a family",
-    "chain": {"material": "copper", "radius": "1 mm"},
-    "shock": {
-        "profile": "power-law",
-        "peak_force": "1 N",
-        "rise_time": "1 us",
-        "duration_ratio": 2,
-        "parameters": {"rise_exponent": 1, "decay_exponent": 1},
-    },
-}
 HEAD = """\
 chain: {material: copper, radius: 1 mm}
 shock: {profile: power-law, peak_force: 1 N, rise_time: 1 us, duration_ratio: 2, parameters: {rise_exponent: 1, decay_exponent: 1}}
@@ -132,7 +119,7 @@ def test_what_is_run_follows_from_the_blocks(tmp_path: Path, blocks: str) -> Non
 # ---------------------------------------------------------------- faults
 
 # block with a mark before the fault, its path below sweep, a part of its problem
-TIME = "grid.'shock.rise_time'"
+TIME, EQUAL = "grid.'shock.rise_time'", "grid.'predict.equal_tolerance'"
 _FIVE = ("peak_force", "rise_time", "duration_ratio", "parameters.rise_exponent", "parameters.decay_exponent")
 MANY = ", ".join(f"shock.{name}: {{linspace: [2, 3, 41]}}" for name in _FIVE)
 FAULTS = {
@@ -141,11 +128,7 @@ FAULTS = {
     "no-values": ("{grid: {shock.rise_time: |[]}}", TIME, "must be 1 to"),
     "too-many": ("{grid: {shock.rise_time: {linspace: [1, 2, |10000001]}}}", f"{TIME}.linspace[2]", "<= 1e+06"),
     "spacing": ("{grid: {shock.rise_time: |{geomspace: [1, 2, 3]}}}", TIME, "{linspace:"),
-    "through-zero": (
-        "{grid: {shock.parameters.rise_exponent: {logspace: |[0, 2, 3]}}}",
-        "grid.'shock.parameters.rise_exponent'.logspace",
-        "same sign",
-    ),
+    "through-zero": ("{grid: {predict.equal_tolerance: {logspace: |[0, 0.5, 3]}}}", f"{EQUAL}.logspace", "same sign"),
     "range-of-names": (
         "{grid: {chain.material: |{linspace: [lead, copper, 3]}}}",
         "grid.'chain.material'",
@@ -184,19 +167,6 @@ def test_the_schema_rejects_wrong_keys(block: str) -> None:
     assert not form.is_valid(parse_document(f"sweep: {block}\n", "x").data["sweep"])
 
 
-# ---------------------------------------------------------------- commands
-
-
-@pytest.mark.parametrize("command", ["predict", "simulate", "compare", "report", "curve"])
-def test_commands_on_one_scene_refuse_a_sweep_in_a_sentence(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
-) -> None:
-    file = written(tmp_path, "{grid: {shock.rise_time: [1 us, 2 us]}}")
-    assert cli.main([command, str(file)]) == 2
-    problem = f"must be a single scene (got a sweep of 2; run `shockwave sweep {file}`)"
-    assert capsys.readouterr().err == f"{file}: {problem}\n"
-
-
 # ---------------------------------------------------------------- families and variables
 
 CHANGES: dict[str, dict[str, Any]] = {
@@ -213,20 +183,12 @@ CHANGES: dict[str, dict[str, Any]] = {
 
 
 def by_file(folder: Path, changes: dict[str, Any]) -> sw.Scenario:
-    """The scene as a file of its own would have it."""
-    data: dict[str, Any] = yaml.safe_load(yaml.safe_dump(SCENE))
-    for name, value in changes.items():
-        *above, last = name.split(".")
-        block = data
-        for step in above:
-            block = block.setdefault(step, {})
-        block[last] = value
-        for one, other in (("duration", "rise_time"), ("diameter", "radius")):
-            if last == one:
-                del block[other]
-    file = folder / "alone.yaml"
-    file.write_text(yaml.safe_dump(data), encoding="utf-8")
-    return sw.load_scenario(file)
+    """The scene as the document of a sweep of one point has it."""
+    head = HEAD
+    for name, other in (("shock.duration", "rise_time: 1 us, "), ("chain.diameter", ", radius: 1 mm")):
+        head = head.replace(other, "") if name in changes else head
+    values = ", ".join(f"{name}: [{value}]" for name, value in changes.items())
+    return sw.load_scenario(written(folder, f"{{zip: {{{values}}}}}" if changes else "", head))
 
 
 def parts(scene: sw.Scenario) -> tuple[object, ...]:
@@ -264,14 +226,16 @@ def test_values_out_of_range_are_refused_by_their_names(tmp_path: Path, name: st
     assert [fault.path for fault in caught.value.faults] == [name]
 
 
-def test_a_variable_has_unit_and_range() -> None:
-    diameter = variable("chain.diameter", SCENE)
+def test_a_variable_has_unit_and_range(tmp_path: Path) -> None:
+    document = by_file(tmp_path, {}).document
+    assert document is not None
+    diameter = variable("chain.diameter", document.data)
     assert (diameter.unit, diameter.value("5 mm")) == ("m", 0.005)
-    assert variable("chain.material", SCENE).unit is None
+    assert variable("chain.material", document.data).unit is None
     with pytest.raises(InvalidValueError, match=r"chain.diameter: must be > 0 m"):
         diameter.value(0)
     with pytest.raises(InvalidValueError, match=r"must be the dotted name of a key .* did you mean"):
-        variable("chain.diametre", SCENE)
+        variable("chain.diametre", document.data)
 
 
 def test_the_page_has_every_key_of_the_block() -> None:
