@@ -15,9 +15,9 @@ from shockwave.fields import Quantity, text_of
 from shockwave.measurement.simulate import simulate
 from shockwave.profiles.shock import Shock
 from shockwave.registry import entries, find
+from shockwave.scenario.dotted_names import Variable, variable
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_family import Family
-from shockwave.scenario.dotted_names import Variable, variable
 from shockwave.studies import scene_response
 from shockwave.studies.design import Design, Option, Simulated, Target
 from shockwave.studies.target_along_value import line_along, solutions, spaced
