@@ -171,16 +171,6 @@ def test_a_misspelt_name_is_the_user_s_fault_even_beside_a_faulty_plugin(
     assert "did you mean 'triangular'?" in capsys.readouterr().err
 
 
-def test_a_scene_can_require_a_plugin_that_does_not_work(
-    install: Install, scene: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    install_faulty(install, "hooks module raises")
-    (scene / "requires.yaml").write_text("requires: [Test_Faulty]\n" + CHAIN + SHOCK.replace("PROFILE", "triangular"))
-    assert main(["predict", "requires.yaml"]) == 4
-    rule = "requires.yaml:1:12: requires[0]: must be a plugin that works (got RuntimeError"
-    assert rule in capsys.readouterr().err
-
-
 # ---------------------------------------------------------------- integrators
 
 METHOD = """
