@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -173,8 +174,6 @@ class _Loading:
         try:
             with blame("profiles", owner):
                 return make(**values)
-        except UnknownNameError:  # reported with the keys of its block
-            return None
         except PluginError as error:
             self.add(elsewhere.get("", path), error)
         except FileAccessError as error:
@@ -238,10 +237,9 @@ class _Loading:
         if not sound or material is None:
             return None
         values["material"] = material
-        elsewhere: dict[str, Steps] = {}
+        elsewhere = {"radius": ("chain", "diameter")} if "diameter" in values else {}
         if "diameter" in values:
             values["radius"] = values.pop("diameter") / 2
-            elsewhere["radius"] = ("chain", "diameter")
         return self.build(Chain, values, ("chain",), elsewhere)
 
     def _material(self, data: Any) -> Any:
@@ -250,7 +248,9 @@ class _Loading:
         return self.block("chain.material", data, Material)
 
     def _loaded(self, kind: str, name: Any, path: Steps) -> Any:
-        return self.build(load, {"kind": kind, "name": name}, path) if isinstance(name, str) else None
+        with suppress(UnknownNameError):  # reported with the keys of its block
+            return self.build(load, {"kind": kind, "name": name}, path) if isinstance(name, str) else None
+        return None
 
     # ---------------------------------------------------------------- shock
 
