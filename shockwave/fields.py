@@ -20,7 +20,7 @@ _KEY = "shockwave"
 
 @frozen
 class Quantity:
-    """What a number means: SI ``unit`` ("" when it has no dimension), ``meaning``, range.
+    """Declaration of a number: SI ``unit`` ("" when it has no dimension), ``meaning``, range.
 
     ``above`` and ``below`` exclude their bound, ``at_least`` and ``at_most`` include it. ``whole``
     asks for an integer, ``optional`` admits None. ``samples`` marks a sequence of numbers. ``example`` is what a
@@ -47,7 +47,7 @@ class Quantity:
         return " ".join(filter(None, (kind, " and ".join(parts), self.unit)))
 
     def problem(self, value: object) -> str | None:
-        """What is wrong with ``value``, or None when nothing is."""
+        """The error of ``value``, or None."""
         if value is None:
             return None if self.optional else f"must be {self.rule} (got nothing)"
         try:

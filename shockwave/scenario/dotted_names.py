@@ -24,7 +24,7 @@ class Variable:
     name : str
         Its dotted name.
     key : Key
-        What it may be.
+        Its type, unit and range.
     """
 
     name: str

@@ -47,7 +47,7 @@ class Scenario:
     Attributes
     ----------
     name : str
-        What it is called: the file's name without its suffix, unless it says otherwise.
+        Its name: the file's name without its suffix, unless it says otherwise.
     path : pathlib.Path or None
         The file.
     shock : Shock
@@ -65,7 +65,7 @@ class Scenario:
     uncertainty : tuple of Spread
         How well values are known; none where nothing is said of it.
     document : Document or None
-        What it was read from, without the blocks ``sweep`` and ``uncertainty``.
+        The document that it was read from, without the blocks ``sweep`` and ``uncertainty``.
     """
 
     name: str

@@ -61,7 +61,7 @@ def normalised(scenario: Scenario) -> str:
 
 
 def parameters(profile: ShockProfile) -> dict[str, Any]:
-    """What makes the profile of its class: what its constructor takes, or else its force at some points."""
+    """Arguments of the profile's constructor; its force at some points, if it does not keep them."""
     names = [key.name for key in keys_of(type(profile))]
     if all(hasattr(profile, name) for name in names):
         return {name: getattr(profile, name) for name in names}

@@ -1,4 +1,4 @@
-"""Schema: what each key of a scenario may hold, as JSON Schema (draft-07), for editors.
+"""Schema: the values of each key of a scenario, as JSON Schema (draft-07), for editors.
 
 It is derived from the keys that the loader reads, and admits whatever the loader does. Keys that are missing, rules
 over several values, units and files are left to the loader.
@@ -75,7 +75,7 @@ def _mapping(own: Sequence[Key]) -> Form:
 
 
 def _of_profile(name: str) -> Form:
-    """What the block ``shock`` may hold for a profile."""
+    """Rules of the block ``shock`` for a profile."""
     try:
         cls = profile_class(name)
         form = _or_null(_mapping(parameters_of(name, cls)))
@@ -98,7 +98,7 @@ def _dotted() -> Form:
 
 
 def _value(key: Key) -> Form:
-    """What ``key`` may be, what it is for, and its default."""
+    """Values of ``key``, its meaning and its default."""
     spec = key.spec
     if spec is not None:
         form: Form = {"type": "array", "items": _quantity(spec)} if spec.samples else _quantity(spec)
@@ -131,7 +131,7 @@ _KINDS: Final[dict[Any, Form]] = {
 
 
 def _of_kind(annotation: Any) -> Form:
-    """What the loader takes for an annotated type; anything for one that it leaves to the constructor."""
+    """Values that the loader takes for an annotated type; any for one that it leaves to the constructor."""
     origin = typing.get_origin(annotation) or annotation
     members = typing.get_args(annotation)
     if origin is Literal:

@@ -64,7 +64,7 @@ class Sweep:
     Attributes
     ----------
     run : "predict", "simulate" or "compare"
-        What is done at every point.
+        The command that is run at every point.
     axes : tuple of Axis
         In the order of the file.
     """
@@ -79,7 +79,7 @@ class Sweep:
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """Of all axes."""
+        """The variables of all axes."""
         return tuple(variable for axis in self.axes for variable in axis.variables)
 
     def __len__(self) -> int:
@@ -127,7 +127,7 @@ def read(data: Mapping[str, Any]) -> Sweep:
 
 
 def _run(data: Mapping[str, Any]) -> Run:
-    """What the scenario has a block for: one of the two, or else both side by side."""
+    """The command that the scenario has a block for, or else both side by side."""
     predict, simulate = (data.get(name) is not None for name in ("predict", "simulate"))
     if predict == simulate:
         return "compare"

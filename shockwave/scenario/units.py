@@ -89,7 +89,7 @@ def _from_text(text: str, unit: str) -> float:
 
 @lru_cache(maxsize=1024)
 def _factor(of_unit: str, unit: str) -> Decimal:
-    """How many ``unit`` one ``of_unit`` is."""
+    """One ``of_unit`` in ``unit``."""
     registry = _registry()
     spelling = "1" + of_unit if of_unit.startswith("/") else of_unit
     try:

@@ -44,7 +44,7 @@ def structure(data: Any, keys: Sequence[Key]) -> dict[str, Any]:
     data : object
         The content of the document. None stands for an empty block.
     keys : sequence of Key
-        What it may hold.
+        Its keys.
 
     Raises
     ------

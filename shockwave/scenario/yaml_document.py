@@ -56,7 +56,7 @@ class Document:
     Attributes
     ----------
     name : str
-        What the file is called in messages.
+        The name of the file in messages.
     data : dict
         Plain mappings, lists, text, numbers, truth values and None.
     faults : list of Fault
