@@ -70,7 +70,7 @@ ON_SCENE = {
         "design --vary chain.radius --target amplification=0.8 --between 1mm 5mm",
         "design --vary chain.material --target peak_force=60N",
     ),
-    1: ("bench", "report -o out.html"),
+    1: ("bench",),
 }
 
 
