@@ -7,6 +7,7 @@ file (where the loader finds all bad values at once) and the templates that ``sh
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import attrs
@@ -19,7 +20,7 @@ _KEY = "shockwave"
 
 @frozen
 class Quantity:
-    """What a number means: SI ``unit`` ("" when it has no dimension), ``meaning``, range.
+    """Declaration of a number: SI ``unit`` ("" when it has no dimension), ``meaning``, range.
 
     ``above`` and ``below`` exclude their bound, ``at_least`` and ``at_most`` include it. ``whole``
     asks for an integer, ``optional`` admits None. ``samples`` marks a sequence of numbers. ``example`` is what a
@@ -42,13 +43,11 @@ class Quantity:
         """The range in words, such as ``> 0 Pa`` or ``> -1 and < 0.5``."""
         limits = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
         parts = [f"{sign} {bound:g}" for sign, bound in limits if bound is not None]
-        text = " and ".join(parts) or ("a whole number" if self.whole else "a finite number")
-        if self.whole and parts:
-            text = f"a whole number {text}"
-        return f"{text} {self.unit}".rstrip()
+        kind = "a whole number" if self.whole else "" if parts else "a finite number"
+        return " ".join(filter(None, (kind, " and ".join(parts), self.unit)))
 
     def problem(self, value: object) -> str | None:
-        """What is wrong with ``value``, or None when nothing is."""
+        """The error of ``value``, or None."""
         if value is None:
             return None if self.optional else f"must be {self.rule} (got nothing)"
         try:
@@ -75,19 +74,7 @@ class Quantity:
         return int(value) if self.whole else float(value)
 
 
-def quantity(
-    unit: str,
-    meaning: str,
-    *,
-    default: Any = attrs.NOTHING,
-    above: float | None = None,
-    at_least: float | None = None,
-    below: float | None = None,
-    at_most: float | None = None,
-    whole: bool = False,
-    optional: bool = False,
-    example: str = "",
-) -> Any:
+def quantity(unit: str, meaning: str, *, default: Any = attrs.NOTHING, **declared: Any) -> Any:
     """An attrs field that holds a checked number.
 
     Parameters
@@ -97,21 +84,16 @@ def quantity(
     meaning : str
         One line for people, shown in templates and references.
     default : float, optional
-        Left out, the field must be given.
-    above, at_least, below, at_most : float, optional
-        The range, without and with the bound itself.
-    whole, optional : bool
-        Ask for an integer; admit None.
-    example : str
-        What ``shockwave new`` shows, such as ``"9.5 mm"``, where there is no default; left out, one by the unit.
+        Left out, the field must be given; None makes it optional.
+    **declared
+        As of `Quantity`: above, at_least, below, at_most, whole, optional, example.
 
     Raises
     ------
     InvalidValueError
         From the constructor of the class, when a value is out of range.
     """
-    spec = Quantity(unit, meaning, above, at_least, below, at_most, whole, optional, example=example)
-
+    spec = Quantity(unit, meaning, **{"optional": default is None, **declared})
     converter = attrs.Converter(spec.checked, takes_field=True)
     return attrs.field(default=default, converter=converter, metadata={_KEY: spec})
 
@@ -126,3 +108,9 @@ def text_of(value: object, limit: int = 60) -> str:
     """``value`` as a message shows it: its repr, cut to a length that fits a line."""
     shown = repr(value)
     return shown if len(shown) <= limit else shown[: limit - 3] + "..."
+
+
+def listed(names: Iterable[object]) -> str:
+    """``names`` in a sentence, such as ``a, b or c``."""
+    *most, last = map(str, names)
+    return f"{', '.join(most)} or {last}" if most else last

@@ -1,4 +1,4 @@
-"""How a simulation is asked for: one declaration for the call, the scenario and the command line."""
+"""Options of a simulation: one declaration for the call, the scenario and the command line."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import attrs
 from attrs import field, frozen
 
 from shockwave.errors import InvalidValueError
-from shockwave.fields import quantity, text_of
+from shockwave.fields import listed, quantity, text_of
 from shockwave.registry import find
 
 Waves = Literal["train", "primary"]
@@ -21,16 +21,11 @@ Recorded = Literal["forces", "field", "energies"]
 _MOST_CONTACT = 10**12
 
 
-def _known_integrator(_: object, attribute: object, name: str | None) -> None:
-    if name is not None:
-        find("integrators", name)
-
-
-def _one_of(*known: str) -> Any:
+def _one_of(kind: Any) -> Any:
     def check(_: object, attribute: attrs.Attribute[Any], value: object) -> None:
+        known = typing.get_args(kind)
         if value not in known:
-            *most, last = known
-            raise InvalidValueError.of(attribute.name, f"must be {', '.join(most)} or {last} (got {text_of(value)})")
+            raise InvalidValueError.of(attribute.name, f"must be {listed(known)} (got {text_of(value)})")
 
     return check
 
@@ -39,18 +34,17 @@ def _contacts(values: Any) -> tuple[int, ...]:
     """Ascending numbers of contacts."""
     try:
         numbers = sorted({operator.index(value) for value in values})
-        fits = not numbers or 0 <= numbers[0] <= numbers[-1] <= _MOST_CONTACT
     except TypeError:
-        fits = False
-    if not fits:
+        numbers = [-1]
+    if numbers and not 0 <= numbers[0] <= numbers[-1] <= _MOST_CONTACT:
         problem = f"must be whole numbers from 0 to {_MOST_CONTACT:g} (got {text_of(values)})"
         raise InvalidValueError.of("contacts", problem)
     return tuple(numbers)
 
 
-def _recorded(values: Any) -> tuple[Any, ...]:
+def _recorded(values: Iterable[Any]) -> tuple[Any, ...]:
     known = typing.get_args(Recorded)
-    names = tuple(values) if isinstance(values, Iterable) and not isinstance(values, str) else ("",)
+    names = tuple(values)
     if not set(names) <= set(known):
         raise InvalidValueError.of("record", f"must be a list of {', '.join(known)} (got {text_of(values)})")
     return names
@@ -58,7 +52,7 @@ def _recorded(values: Any) -> tuple[Any, ...]:
 
 @frozen(kw_only=True)
 class SimulateOptions:
-    """How a scene is to be simulated.
+    """Options of a simulation.
 
     Parameters
     ----------
@@ -88,33 +82,23 @@ class SimulateOptions:
         When a value is out of range or the name unknown.
     """
 
-    integrator: str | None = field(default=None, validator=_known_integrator)
+    integrator: str | None = None
     rtol: float | None = quantity(
-        "",
-        "relative error asked of the primary's peak force; 1e-6 unless given",
-        at_least=1e-13,
-        at_most=1e-2,
-        optional=True,
-        default=None,
+        "", "relative error of the primary's peak force; 1e-6 unless given", default=None, at_least=1e-13, at_most=1e-2
     )
     step: float | None = quantity(
-        "",
-        "step of a fixed-step method, over the wave's characteristic time",
-        above=0,
-        at_most=1,
-        optional=True,
-        default=None,
+        "", "step of a fixed-step method, over the wave's characteristic time", default=None, above=0, at_most=1
     )
     # Below a thousandth, peaks drown in what a chain at rest stirs by itself.
     wave_threshold: float = quantity(
         "", "weakest wave that counts, over the primary", at_least=1e-3, below=1, default=5e-3
     )
-    waves: Waves = field(default="train", validator=_one_of("train", "primary"))
-    backend: Backend = field(default="auto", validator=_one_of("auto", "compiled", "numpy"))
+    waves: Waves = field(default="train", validator=_one_of(Waves))
+    backend: Backend = field(default="auto", validator=_one_of(Backend))
     contacts: tuple[int, ...] = field(default=(), converter=_contacts)
     record: tuple[Recorded, ...] = field(default=(), converter=_recorded)
-    interval: float | None = quantity("s", "sampling interval of the histories", above=0, optional=True, default=None)
-    until: float | None = quantity("s", "end of the histories", above=0, optional=True, default=None)
+    interval: float | None = quantity("s", "sampling interval of the histories", above=0, default=None)
+    until: float | None = quantity("s", "end of the histories", above=0, default=None)
 
     def __attrs_post_init__(self) -> None:
         if "forces" in self.record and not self.contacts:

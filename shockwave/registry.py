@@ -252,8 +252,6 @@ def loaded_entry(kind: str, entry: Entry) -> Any:
         found = _at(entry.address)
     if rule := _broken_rule(kind, entry, found):
         raise TypeError(f"{rule} (got {found!r:.80})")
-    if kind == "profiles":
-        _at("shockwave.scenario.declared_fields:check_declared")(found)
     return found
 
 
@@ -271,6 +269,8 @@ def _broken_rule(kind: str, entry: Entry, found: Any) -> str:
         setting = "rtol" if getattr(found, "adaptive", False) else "step"
         if entry.takes != setting:
             return f"must be registered with takes={setting!r}"
+    if any(type(value).__name__ == "_CountingAttr" for value in vars(found).values()):
+        return "must be decorated with attrs.frozen, as it declares fields"
     return ""
 
 

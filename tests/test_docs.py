@@ -25,7 +25,7 @@ from shockwave import cli, registry
 from shockwave.cli.parser import KINDS, parser
 from shockwave.fields import quantity_of
 from shockwave.options import SimulateOptions
-from shockwave.scenario import keys
+from shockwave.scenario import block_keys as keys
 from shockwave.scenario.scenario import Published
 
 #: Pages of which commands and code take seconds.
@@ -121,7 +121,7 @@ def cells_of(key: keys.Key) -> list[str]:
     """The row of docs/scenarios.md on a key: name, type, unit, default, range."""
     kind, rule = kind_and_rule(key)
     unit = key.spec.unit if key.spec is not None and key.spec.unit else "-"
-    stated = key.default not in (None, "", keys.UNSTATED) and isinstance(key.default, str | float)
+    stated = key.default != "" and isinstance(key.default, str | float)
     default = "required" if key.required else "-"
     if stated:
         default = f"`{key.default:g}`" if isinstance(key.default, float) else f"`{key.default}`"

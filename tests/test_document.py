@@ -35,33 +35,23 @@ def _faults(text: str) -> list[str]:
     return [str(fault) for fault in faults]
 
 
-# ---------------------------------------------------------------- scalars
+# ---------------------------------------------------------------- documents
 
 
 SCALARS = [
-    ("1", 1), ("-12", -12), ("+3", 3), ("010", 10), ("0o17", 15), ("0x1F", 31), ("1e-5", 1e-5), ("1E3", 1000.0),
-    (".5", 0.5), ("2.", 2.0), ("null", None), ("~", None), ("", None), ("true", True), ("False", False), ("yes", "yes"),
-    ("off", "off"), ("2001-01-01", "2001-01-01"), ("1:30", "1:30"), ("1_000", "1_000"), ("0b11", "0b11"),
-    ("1 N", "1 N"), ('"1"', "1"), ("'true'", "true"), (r'"a\u00b5"', "aµ"), ("=", "="),
+    ("1", 1), ("-12", -12), ("+3", 3), ("010", 10), ("1e-5", 1e-5), ("1E3", 1000.0), (".5", 0.5), ("2.", 2.0),
+    ("null", None), ("~", None), ("", None), ("true", True), ("False", False), ("yes", "yes"), ("off", "off"),
+    ("2001-01-01", "2001-01-01"), ("1:30", "1:30"), ("1_000", "1_000"), ("0x1F", "0x1F"), (".inf", ".inf"),
+    ("1 N", "1 N"), ('"1"', "1"), ("'true'", "true"), (r'"a\u00b5"', "aµ"), ("=", "="), ("1e999", float("inf")),
+    ("9" * 5000, float("inf")),
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("text", "value"), SCALARS, ids=[text for text, _ in SCALARS])
-def test_scalars_follow_the_core_schema_of_yaml_1_2(text: str, value: object) -> None:
+@pytest.mark.parametrize(("text", "value"), SCALARS, ids=[text[:20] for text, _ in SCALARS])
+def test_scalars_are_text_decimal_numbers_truth_values_and_null(text: str, value: object) -> None:
     found = parse_document(f"key: {text}\n", "f").data["key"]
     assert found == value
     assert type(found) is type(value)
-
-
-@pytest.mark.parametrize(
-    "text", [".inf", "-.INF", "+.Inf", ".nan", ".NaN", "1e999", "9" * 330, "0x" + "f" * 300, "7" * 5000]
-)
-def test_numbers_that_no_float_holds_are_faults(text: str) -> None:
-    (fault,) = _faults(f"key: {text}")
-    assert fault.startswith("f:1:6: key: must be finite (got ")
-
-
-# ---------------------------------------------------------------- places
 
 
 @pytest.mark.parametrize(
@@ -77,7 +67,7 @@ def test_numbers_that_no_float_holds_are_faults(text: str) -> None:
         (("block", "missing", "deeper"), True, "f:3:1"),
     ],
 )
-def test_locate_gives_line_and_column_or_those_of_the_nearest_above(
+def test_faults_have_the_place_of_the_value_or_of_the_nearest_above(
     path: tuple[str | int, ...], key: bool, place: str
 ) -> None:
     assert parse_document(NESTED, "f").fault(path, "", key).location == place
@@ -86,70 +76,50 @@ def test_locate_gives_line_and_column_or_those_of_the_nearest_above(
 def test_carriage_returns_and_a_byte_order_mark_do_not_shift_places() -> None:
     document = parse_document("\ufeffa: 1\r\nb:\r\n  c: 2\r\n", "f")
     assert document.data == {"a": 1, "b": {"c": 2}}
-    assert document.place(("b", "c")) == (3, 6)
+    assert document.fault(("b", "c"), "").location == "f:3:6"
 
 
-def test_tabs_may_separate_but_not_indent() -> None:
-    assert parse_document("a:\t1\t# one\nb: [1,\t2]\n", "f").data == {"a": 1, "b": [1, 2]}
-    (fault,) = _faults("a:\n\tb: 1\n")
-    assert fault.startswith("f:2:1: must be YAML")
-    assert "indent with spaces" in fault
+REFUSED = {
+    "duplicate": ("a: 1\na: 2", ["f:2:1: a: must be given once"]),
+    "anchor": ("a: &x 1\nb: *x", ["f:1:4: must be YAML (got: an anchor, an alias or a tag"]),
+    "tag": ("a: !!python/name:os.system x", ["f:1:4: must be YAML (got: an anchor, an alias"]),
+    "billion-laughs": ("a: &a [x, x]\nb: &b [*a, *a]\nc: [*b, *b]", ["f:1:4: must be YAML (got: an anchor, an alias"]),
+    "several": ("a: 1\na: 2\n1: x\n~: z", ["f:2:1", "f:3:1: must have names as keys (got '1'", "f:4:1"]),
+    "collections-as-keys": ("? [a, b]\n: 1\n? {c: d}\n: 2", ["f:1:3: ", "f:3:3: "]),
+    "two-documents": (
+        "a: 1\n---\nb: 2",
+        ["f:2:1: must be YAML (got: but found another document; put each scenario"],
+    ),
+    "list": ("- 1", ["f:1:1: must be a mapping"]),
+    "nothing": ("# nothing\n", ["f:1:1: must be a mapping"]),
+    "colon": ("a: b: c", ["f:1:5: must be YAML (got: mapping values are not allowed here; indent"]),
+    "at-sign": ("a: @home", ["f:1:4: must be YAML (got: found character '@' that cannot start any"]),
+    "tab": (
+        "a:\n\tb: 1\n",
+        ["f:2:1: must be YAML (got: found character '\\t' that cannot start any token; use"],
+    ),
+    "open-quote": ("a: 1\nb: 'open", ["f:2:9: must be YAML"]),
+    "control": ("a: 1\nb: \x07", ["f:2:4: must be printable text (got the character U+0007"]),
+    "escaped-control": (r'a: "\u001b[31m"', ["f:1:4: a: must be printable text"]),
+    "surrogate": (r'a: "\ud800"', ["f:1:4: a: must be printable text"]),
+    "escape-beyond-unicode": (r'a: "\Uffffffff"', ["f:1:7: must be YAML"]),
+    "line-separator": ("a: 1\u2028b: 2", ["f:1:5: must be printable"]),
+}
 
 
-# ---------------------------------------------------------------- refusals
-
-
-@pytest.mark.parametrize(
-    ("text", "faults"),
-    [
-        pytest.param("a: 1\na: 2", ["f:2:1: a: must be given once"], id="duplicate"),
-        pytest.param("a: &x 1\nb: *x", ["f:1:4: must be YAML (got: an anchor, an alias or a tag"], id="anchor"),
-        pytest.param("a: !!python/name:os.system x", ["f:1:4: must be YAML (got: an anchor, an alias"], id="tag"),
-        pytest.param("a: .inf\na: 2\n1: x\n~: z", ["f:1:4", "f:2:1", "f:3:1: must have names", "f:4:1"], id="several"),
-        pytest.param("? [a, b]\n: 1\n? {c: d}\n: 2", ["f:1:3: ", "f:3:3: "], id="collections-as-keys"),
-        pytest.param(
-            "a: 1\n---\nb: 2",
-            ["f:2:1: must be YAML (got: but found another document; put each scenario in its own file"],
-            id="two-documents",
-        ),
-        pytest.param("- 1", ["f:1:1: must be a mapping"], id="list"),
-        pytest.param("# nothing\n", ["f:1:1: must be a mapping"], id="nothing"),
-        pytest.param("a: b: c", ["f:1:5: must be YAML (got: mapping values are not allowed here; indent"], id="colon"),
-        pytest.param("a: @home", ["f:1:4: must be YAML (got: found character '@' that cannot start any"], id="at-sign"),
-        pytest.param("a: 1\nb: 'open", ["f:2:9: must be YAML"], id="open-quote"),
-        pytest.param("a: 1\nb: \x07", ["f:2:4: must be printable text (got the character U+0007"], id="control"),
-        pytest.param(r'a: "\u001b[31m"', ["f:1:4: a: must be printable text"], id="escaped-control"),
-        pytest.param(r'a: "\ud800"', ["f:1:4: a: must be printable text"], id="surrogate"),
-        pytest.param(r'a: "\Uffffffff"', ["f:1:7: must be YAML"], id="escape-beyond-unicode"),
-        pytest.param("a: 1\u2028b: 2", ["f:1:5: must be printable"], id="line-separator"),
-        pytest.param("a: " + "[" * 32 + "]" * 32, ["f:1:35: a"], id="deep"),
-    ],
-)
-def test_what_a_scenario_has_no_use_for_is_a_fault_in_its_place(text: str, faults: list[str]) -> None:
-    found = _faults(text)
-    assert len(found) == len(faults)
-    for fault, beginning in zip(found, faults, strict=True):
+@pytest.mark.parametrize("name", REFUSED)
+def test_other_text_is_a_fault_in_its_place(name: str) -> None:
+    text, faults = REFUSED[name]
+    for fault, beginning in zip(_faults(text), faults, strict=True):
         assert fault.startswith(beginning)
 
 
-def test_faults_may_leave_the_rest_readable() -> None:
-    document = parse_document("a: .inf\nb: 1\nb: 2\n", "f")
-    assert (document.data, document.unreadable) == ({"a": None, "b": 1}, {("a",)})
-
-
 @pytest.mark.parametrize(
-    ("text", "fragment"),
-    [
-        pytest.param("[" * 10_000, "32 levels", id="brackets"),
-        pytest.param("a: [" + "1," * 100_001 + "]", "more than 100000 values", id="values"),
-        pytest.param("a: &a [x, x]\nb: &b [*a, *a]\nc: [*b, *b]", "an alias", id="billion-laughs"),
-    ],
+    ("text", "part"), [("[" * 10_000, "nest fewer levels"), ("a: [" + "1," * 100_001 + "]", "more than 100000 values")]
 )
-def test_hostile_documents_end_in_a_fault(text: str, fragment: str) -> None:
-    assert any(fragment in fault for fault in _faults(text))
-
-
-# ---------------------------------------------------------------- files
+def test_hostile_documents_end_in_a_fault(text: str, part: str) -> None:
+    (fault,) = _faults(text)
+    assert part in fault
 
 
 @pytest.mark.parametrize(
@@ -186,7 +156,7 @@ def test_quantities_become_the_nearest_si_float(value: float | str, unit: str, s
 
 WRONG = [
     ("15 kg", "s", r"must be a time, such as '15 us' \(got '15 kg'\)"), ("15 uss", "s", "there is no such unit"),
-    ("us", "s", "must be a time"), ("abc", "N", "must be a force"), ("10 degC", "K", "zero point"),
+    ("us", "s", "must be a time"), ("abc", "N", "must be a force"), ("10 degC", "K", "must be a quantity in K"),
     ("1e999", "s", "must be finite"), ("inf", "s", "must be a time"), (float("nan"), "s", "must be finite"),
     (10**400, "s", "must be finite"), (True, "s", "must be a time"), (None, "s", r"\(got nothing\)"),
     ([1], "s", "must be a time"), ("9**9**9**9 s", "s", "must be a time"),

@@ -1,17 +1,15 @@
-"""Random cases of the command line: mutated scenarios and records, and command lines of random options.
+"""Random cases of the command line: mutated scenarios and records.
 
     FUZZ_SEED=1 FUZZ_CASES=5000 python -m pytest -m slow tests/test_fuzz.py
 
-A case must end with a documented status, without a traceback or an internal error, within ten seconds of processor time
-and 500 MB more than the program itself takes, must print JSON where it is asked to, and must leave what it reads as it
-was. A case follows from its seed and number alone.
+A case must end with a documented status, without a traceback or an internal error, within ten seconds of processor
+time, must print JSON where it is asked to, and must leave what it reads as it was. A case follows from its seed and
+number alone.
 """
 
 from __future__ import annotations
 
-import argparse
 import contextlib
-import importlib
 import io
 import json
 import os
@@ -20,50 +18,37 @@ import re
 import tempfile
 import time
 from collections.abc import Iterator
-from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 import yaml
-from attrs import frozen
 from pebble import ProcessPool
 
-resource = pytest.importorskip("resource", reason="limits of POSIX")
-
 ROOT = Path(__file__).parent.parent
-#: Processor time that a case may take [s], and memory beyond that of the program with all its parts loaded [bytes].
+#: Processor time that a case may take [s].
 MOST_SECONDS = 10
-MOST_MEMORY = 500 * 10**6
 #: A case that waits for something for so long hangs [s]; a busy machine does not take so long.
 HANGS = 300.0
 STATUSES = (0, 1, 2, 3, 4, 5, 130)
 WRONG = re.compile(r"Traceback \(most recent|internal error|[A-Z]\w+Warning:")
-OUTPUTS = ("-o", "--output", "--out")
 
+SCENARIOS = [file.read_bytes() for file in sorted((ROOT / "profiles").rglob("*.yaml"))]
 HAMMER = (ROOT / "profiles" / "examples" / "hammer.csv").read_bytes()
-SMALL = b"""\
-name: small
+RECORD = b"""\
 chain: {material: copper, diameter: 9.5 mm}
-shock: {profile: triangular, peak_force: 100 N, rise_time: 10 us, duration_ratio: 3}
+shock: {profile: tabulated, parameters: {file: hammer.csv}}
 """
-FILES = {
-    "scene.yaml": SMALL,
-    "record.yaml": SMALL.partition(b"shock")[0] + b"shock: {profile: tabulated, parameters: {file: hammer.csv}}\n",
-    "swept.yaml": SMALL + b"sweep: {grid: {shock.duration_ratio: [2, 4]}}\n",
-    "uncertain.yaml": SMALL + b"uncertainty: {shock.peak_force: 3 %}\n",
-    "hammer.csv": HAMMER,
-}
 #: Values as they are typed.
-NUMBERS = "0 -0.0 -1 1 1e-5 0.5 1e12 1e-320 1e308 1e999 -1e999 .nan .inf nan 1e5000 0x1F 0o17 1_000 1,5 +7"
+NUMBERS = "0 -0.0 -1 1 1e-5 0.5 1e12 1e-320 1e308 1e999 -1e999 .nan .inf nan 1e5000 0x1F 1_000 1,5 +7"
 UNITS = ("s", "us", "N", "mm", "GPa", "kg/m**3", "", "%", "m/s", "furlong", "m**99", "/Hz", "degC")
 TEXTS = (
     *("", " ", "true", "null", "[]", "{}", "[1, 2]", "{a: 1}", "*x", "&x 1", "!!python/object:os.system x", "<<"),
-    *("'", '"', "%", "@", "- ", "? ", ": ", "#", "|", "2001-01-01", "12:30:45", "\u202e", "\u00e9", "\U0001f600"),
-    *("\ufeff", "\0", "\t", "\r", "\x1b[31m", "\ud800", "a" * 5000, "[" * 200, "{a: " * 60, "9" * 5000, "../x", "/"),
-    *("hammer.csv", "scene.yaml", "nowhere.csv", "copper", "triangular", "tabulated", "section-4", "moments", "verlet"),
-    *("chain.radius", "chain.material", "shock.rise_time", "peak_force=60 N", "a=b=c", "{linspace: [1, 2, 3]}", "5 %"),
+    *("'", '"', "%", "@", "- ", "? ", ": ", "#", "|", "2001-01-01", "\u202e", "\u00e9", "\U0001f600", "\ufeff"),
+    *("\0", "\t", "\r", "\x1b[31m", "\ud800", "a" * 5000, "[" * 200, "{a: " * 60, "9" * 5000, "../x", "/"),
+    *("hammer.csv", "scene.yaml", "copper", "triangular", "tabulated", "section-4", "moments", "verlet", "5 %"),
+    *("chain.radius", "chain.material", "shock.rise_time", "peak_force=60 N", "{linspace: [1, 2, 3]}"),
 )
 #: What keeps a command cheap; it comes last, and so counts.
 CHEAP = {
@@ -85,22 +70,15 @@ ON_SCENE = {
         "design --vary chain.radius --target amplification=0.8 --between 1mm 5mm",
         "design --vary chain.material --target peak_force=60N",
     ),
-    1: ("bench", "report -o out.html"),
+    1: ("bench",),
 }
 
 
-@frozen
-class Case:
+class Case(NamedTuple):
     """A command line, and the files that lie in its folder."""
 
     arguments: tuple[str, ...]
     files: dict[str, bytes]
-
-
-@cache
-def scenarios() -> list[bytes]:
-    """The scenarios that come along."""
-    return [file.read_bytes() for file in sorted((ROOT / "profiles").rglob("*.yaml"))]
 
 
 def typed(rng: random.Random) -> str:
@@ -127,7 +105,6 @@ def other_tree(rng: random.Random, text: bytes) -> bytes:
     for _ in range(rng.choice((1, 1, 2, 4))):
         holder, key = rng.choice(list(places(data)) or [({0: 0}, 0)])
         move, old = rng.random(), holder[key]
-        given = rng.choice((None, True, -1, 1e308, 10**30, [typed(rng)], {typed(rng): [[]]}, typed(rng), typed(rng)))
         if move < 0.2:
             del holder[key]
         elif move < 0.3 and isinstance(holder, dict):
@@ -135,7 +112,7 @@ def other_tree(rng: random.Random, text: bytes) -> bytes:
         elif move < 0.6 and type(old) in (int, float):
             holder[key] = old * rng.choice((-1, 0, 1e-3, 0.5, 2, 1e9))
         else:
-            holder[key] = given
+            holder[key] = rng.choice((None, True, -1, 1e308, 10**30, [typed(rng)], {typed(rng): [[]]}, typed(rng)))
     dumped = yaml.safe_dump(data, allow_unicode=True, default_flow_style=rng.choice((None, False)), sort_keys=False)
     # quotes come and go, so that text is read as numbers too
     return (dumped if rng.random() < 0.5 else dumped.replace("'", "")).encode("utf-8", "surrogatepass")
@@ -147,17 +124,15 @@ def other_text(rng: random.Random, text: bytes) -> bytes:
         at = rng.randrange(len(text) + 1)
         given = typed(rng).encode("utf-8", "surrogatepass")
         lines = text.splitlines(keepends=True)
-        values = list(re.finditer(rb"[\w.+-]+(?=[ ,}\n])", text)) or [re.match(b"", text)]
-        old: Any = rng.choice(values)
+        old: Any = rng.choice(list(re.finditer(rb"[\w.+-]+(?=[ ,}\n])", text)) or [re.match(b"", text)])
         moves = (
             text[:at],
-            text[:at] + given + text[at:],
-            text[:at] + rng.randbytes(rng.choice((1, 3, 200))) + text[at + 1 :],
+            text[:at] + rng.choice((given, rng.randbytes(3))) + text[at:],
             text[: old.start()] + given + text[old.end() :],
             b"".join(rng.sample(lines, len(lines))),
             b"".join(line for line in lines if rng.random() < 0.8),
             text.replace(rng.choice((b"\n", b",")), rng.choice((b"\r", b"\r\n", b"\0", b"\x85", b";", b"\t"))),
-            rng.choice((b"\xef\xbb\xbf", b"\xff\xfe", b"%YAML 9.9\n---\n", b"---\n", b"&a ", b"\x1f\x8b")) + text,
+            rng.choice((b"\xef\xbb\xbf", b"\xff\xfe", b"%YAML 9.9\n---\n", b"&a ")) + text,
             text * rng.choice((2, 50)),
         )
         text = rng.choice(moves)
@@ -171,68 +146,16 @@ def on_scene(rng: random.Random) -> tuple[str, ...]:
     return name, "scene.yaml", *options, *CHEAP.get(name, "").split()
 
 
-def scenario_case(rng: random.Random) -> Case:
-    """A command on a mutated scenario."""
-    text = rng.choice((other_tree, other_text))(rng, rng.choice(scenarios()))
+def case_of(seed: str, number: int) -> Case:
+    """The case of this number: a command on a mutated scenario, or on a mutated record."""
+    rng = random.Random(f"{seed}-{number}")
+    if rng.random() < 0.3:
+        return Case(on_scene(rng), {"scene.yaml": RECORD, "hammer.csv": other_text(rng, HAMMER)})
+    text = rng.choice((other_tree, other_text))(rng, rng.choice(SCENARIOS))
     return Case(on_scene(rng), {"scene.yaml": text, "hammer.csv": HAMMER, "pulse.csv": HAMMER})
 
 
-def record_case(rng: random.Random) -> Case:
-    """A command on a mutated record."""
-    return Case(on_scene(rng), {"scene.yaml": FILES["record.yaml"], "hammer.csv": other_text(rng, HAMMER)})
-
-
-@cache
-def commands() -> dict[str, list[argparse.Action]]:
-    """The arguments of each command."""
-    from shockwave.cli.parser import parser
-
-    (subparsers,) = (action for action in parser()._actions if isinstance(action, argparse._SubParsersAction))
-    return {name: command._actions for name, command in subparsers.choices.items()}
-
-
-def argument(rng: random.Random, action: argparse.Action) -> str:
-    """A value of an argument."""
-    if action.dest in ("output", "out"):
-        return rng.choice(("out.html", "out.svg", "out.json", "out.pdf", "scene.yaml", ".", "", "no/out.svg", "a\0"))
-    if action.dest in ("file", "files", "folder"):
-        return rng.choice((*FILES, "nowhere.yaml", ".", "*.yaml", "*.x"))
-    return str(rng.choice(list(action.choices))) if action.choices and rng.random() < 0.8 else typed(rng)
-
-
-def command_case(rng: random.Random) -> Case:
-    """A command line of random options."""
-    name = rng.choice(list(commands()))
-    arguments = []
-    for action in commands()[name]:
-        count = 1
-        if action.nargs is not None:
-            count = action.nargs if isinstance(action.nargs, int) else rng.choice((1, 2))
-        if action.required or rng.random() < 0.4:
-            arguments += [rng.choice(action.option_strings)] if action.option_strings else []
-            arguments += [argument(rng, action) for _ in range(count)]
-    if name == "stress":  # the catalogue takes minutes
-        arguments.insert(0, "nothing")
-    if rng.random() < 0.25:
-        arguments.insert(rng.randrange(len(arguments) + 1), rng.choice((typed(rng), "--no-plugins", "--help", "--")))
-    return Case((name, *arguments, *CHEAP.get(name, "").split()), FILES)
-
-
-def case_of(seed: str, number: int) -> Case:
-    """The case of this number."""
-    rng = random.Random(f"{seed}-{number}")
-    return rng.choices((scenario_case, record_case, command_case), (45, 20, 30))[0](rng)
-
-
 # ---------------------------------------------------------------- running
-
-
-def load_all() -> None:
-    """Load what commands load, so that it counts for no case, and limit what a case may take beyond."""
-    for module in ("matplotlib.figure", "scipy.optimize", "shockwave.cli"):
-        importlib.import_module(module)
-    now = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    resource.setrlimit(resource.RLIMIT_AS, (now + MOST_MEMORY, resource.RLIM_INFINITY))
 
 
 def answer(case: Case) -> str:
@@ -250,10 +173,7 @@ def answer(case: Case) -> str:
             except SystemExit as end:
                 status = end.code or 0
         seconds = time.process_time() - begun
-        written = {
-            given for option, given in zip(case.arguments, case.arguments[1:], strict=False) if option in OUTPUTS
-        }
-        changed = [name for name in case.files.keys() - written if Path(name).read_bytes() != case.files[name]]
+        changed = [name for name, content in case.files.items() if Path(name).read_bytes() != content]
     out.seek(0)
     printed, as_json = out.read(), "--json" in case.arguments
     if status not in STATUSES:
@@ -264,7 +184,7 @@ def answer(case: Case) -> str:
         return f"took {seconds:.1f} s"
     if changed:
         return f"changed {changed}"
-    if as_json and status == 0 and not {"--help", "-h", "--version"} & set(case.arguments):
+    if as_json and status == 0:
         try:
             json.loads(printed, parse_constant=lambda name: float(f"no number: {name}"))
         except ValueError as error:
@@ -277,7 +197,7 @@ def test_random_cases_end_as_documented() -> None:
     seed, count = os.environ.get("FUZZ_SEED", "0"), int(os.environ.get("FUZZ_CASES", "100"))
     cases = {number: case_of(seed, number) for number in range(count)}
     wrong = {}
-    with ProcessPool(os.cpu_count() or 1, context=get_context("spawn"), initializer=load_all) as pool:
+    with ProcessPool(os.cpu_count() or 1, context=get_context("spawn")) as pool:
         futures = {number: pool.schedule(answer, (case,), timeout=HANGS) for number, case in cases.items()}
         for number, future in futures.items():
             try:
@@ -287,13 +207,3 @@ def test_random_cases_end_as_documented() -> None:
             if found:
                 wrong[number] = (cases[number], found)
     assert wrong == {}
-
-
-def test_every_command_and_option_is_tried() -> None:
-    tried: dict[str, set[str]] = {}
-    for number in range(3000):
-        name, *arguments = command_case(random.Random(number)).arguments
-        tried.setdefault(name, set()).update(arguments)
-    for name, actions in commands().items():
-        longest = {max(action.option_strings, key=len) for action in actions if action.option_strings}
-        assert longest - tried[name] == set()

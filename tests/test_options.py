@@ -43,13 +43,6 @@ def test_setting_without_use_is_refused(name: str, tmp_path: Path, capsys: pytes
     assert part in capsys.readouterr().err
 
 
-def test_setting_without_use_is_refused_in_its_place(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "scene.yaml"
-    path.write_text(f"{SCENARIO}simulate:\n  integrator: verlet\n  rtol: 1e-5\n")
-    assert main(["simulate", str(path)]) == 3
-    assert capsys.readouterr().err.startswith(f"{path}:5:9: simulate.rtol: must be")
-
-
 def test_method_of_the_command_line_drops_the_scenario_s_setting_of_another(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -76,10 +69,6 @@ def test_setting_out_of_range_is_refused(name: str) -> None:
     setting, value, rule = WRONG[name]
     with pytest.raises(sw.InvalidValueError, match=f"{setting}: {rule}"):
         SimulateOptions(**{setting: value})  # type: ignore[arg-type]
-
-
-def test_contacts_are_put_in_order_once_each() -> None:
-    assert SimulateOptions(contacts=[7, 2, 7, 0]) == SimulateOptions(contacts=(0, 2, 7))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("rtol", "name"), [(None, "rkn86"), (1e-7, "rkn86"), (0.9e-7, "rkn1210")])

@@ -105,8 +105,6 @@ PULSES = {
         "from shockwave import ShockProfile\nclass Pulse(ShockProfile):\n    def rise(self, s): return s",
         "must write decay too",
     ),
-    "has no unit": (f"{DECLARED}@frozen\n{WIDTH.format(unit='sekunden', default='')}", "unit 'sekunden'"),
-    "has a wrong default": (f"{DECLARED}@frozen\n{WIDTH.format(unit='s', default=', default=-1')}", "default of field"),
     "is undecorated": (DECLARED + WIDTH.format(unit="s", default=""), "decorated with attrs.frozen"),
 }
 IN_HOOKS = {f"hooks module {name}": (code, "", cause) for name, (code, cause) in (ON_IMPORT | HOOKS).items()}

@@ -17,7 +17,7 @@ from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.schema import schema
 from shockwave.scenario.template import template
 from shockwave.scenario.yaml_document import parse_document
-from test_bad_scenarios import CHAIN, SHOCK
+from test_bad_scenarios import CHAIN
 
 HOOKS = """
 from shockwave.hooks import Entry, hookimpl
@@ -42,7 +42,7 @@ KNOTS = Quantity("s", "knots", above=0, samples=True, optional=True)
 class Declared(Triangular):
     delay: float = quantity("s", "a delay", above=1e-3, at_most=5e-3)
     # of the same name as an option, and nothing to do with it
-    step: float = quantity("m", "a step", below=float("inf"), optional=True, default=None)
+    step: float = quantity("m", "a step", default=None)
     knots: tuple = attrs.field(default=None, converter=attrs.converters.optional(tuple), metadata={"shockwave": KNOTS})
     duration_ratio: float = quantity("", "n", above=20, default=30)
 
@@ -54,10 +54,10 @@ class Declared(Triangular):
 class Undeclared(Triangular):
     count: int
     kind: Literal["odd", "even"] = "odd"
-    source: str = "me"
     weights: tuple[float, ...] = attrs.Factory(tuple)
     flag: bool | None = None
     limit: float = math.inf
+    source: str = "me"
     shape: object = attrs.Factory(object)
 
 class Plain(Triangular):
@@ -68,9 +68,9 @@ PROJECT = '[project]\nname = "{name}"\nversion = "1.0"\nentry-points.shockwave.h
 PROFILES = ("declared", "undeclared", "plain")
 
 
-def _plug(folder: Path, patch: pytest.MonkeyPatch, name: str = "fake-pulses", pulses: str = PULSES) -> Draft7Validator:
+def _plug(folder: Path, patch: pytest.MonkeyPatch, pulses: str = PULSES) -> Draft7Validator:
     """Put a distribution with profiles on the path; gives the validator that includes it."""
-    module = name.replace("-", "_")
+    name, module = "fake-pulses", "fake_pulses"
     package = folder / name / "src" / module
     package.mkdir(parents=True)
     (package / "__init__.py").touch()
@@ -140,28 +140,30 @@ class TestPlugin:
         assert _load(tmp_path, text).shock.peak_force == 1.0
 
     @pytest.mark.parametrize(
-        ("profile", "parameters", "more", "place"),
+        "case",
         [
-            ("declared", "", "", "parameters"),
-            ("declared", "delay: 0.001", "", "parameters.delay"),
-            ("declared", "delay: 2 ms, knots: [1, -2 s]", "", "parameters.knots[1]"),
-            ("declared", "delay: 2 ms, dealy: 2", "", "parameters"),
-            ("declared", "delay: 2 ms", ", duration_ratio: 20", "duration_ratio"),
-            ("undeclared", "count: 1.5", ", duration_ratio: 2", "parameters.count"),
-            ("undeclared", "count: 1, kind: none", ", duration_ratio: 2", "parameters.kind"),
-            ("undeclared", "count: 1, weights: [1, x]", ", duration_ratio: 2", "parameters.weights[1]"),
-            ("plain", "power: strong", "", "parameters.power"),
-            ("plain", "", ", duration_ratio: 3", "duration_ratio"),
+            ("declared", "", "", "parameters", False),
+            ("declared", "delay: 0.001", "", "parameters.delay", True),
+            ("declared", "delay: 2 ms, knots: [1, -2 s]", "", "parameters.knots[1]", False),
+            ("declared", "delay: 2 ms, dealy: 2", "", "parameters", True),
+            ("declared", "delay: 2 ms, step: 11", "", "parameters.step", False),
+            ("declared", "delay: 2 ms", ", duration_ratio: 20", "duration_ratio", True),
+            ("undeclared", "count: 1.5", ", duration_ratio: 2", "parameters.count", True),
+            ("undeclared", "count: 1, kind: none", ", duration_ratio: 2", "parameters.kind", True),
+            ("undeclared", "count: 1, weights: [1, x]", ", duration_ratio: 2", "parameters.weights[1]", True),
+            ("plain", "power: strong", "", "parameters.power", True),
+            ("plain", "", ", duration_ratio: 3", "duration_ratio", True),
         ],
     )
     def test_its_bad_parameters_are_rejected_in_their_place(
-        self, tmp_path: Path, validator: Draft7Validator, profile: str, parameters: str, more: str, place: str
+        self, tmp_path: Path, validator: Draft7Validator, case: tuple[str, str, str, str, bool]
     ) -> None:
+        profile, parameters, more, place, seen = case
         text = _pulse(profile, parameters, more)
-        assert _faults(text, validator) == [f"$.shock.{place}".rstrip(".")]
+        assert _faults(text, validator) == ([f"$.shock.{place}"] if seen else [])
         with pytest.raises(ScenarioError) as caught:
             _load(tmp_path, text)
-        assert caught.value.faults[0].path.startswith(f"shock.{place}".rstrip("."))
+        assert caught.value.faults[0].path.startswith(f"shock.{place}")
 
     def test_units_and_kinds_are_converted(self, tmp_path: Path) -> None:
         profile: Any = _load(tmp_path, _pulse("declared", "delay: 2 ms, knots: [1, 20 ms]")).shock.profile
@@ -170,55 +172,37 @@ class TestPlugin:
         profile = _load(tmp_path, _pulse("undeclared", text, ", duration_ratio: 2")).shock.profile
         assert (profile.count, profile.kind, profile.weights) == (3, "even", (1.0, 0.5))
 
-    def test_a_fault_that_the_constructor_finds_has_its_place(self, tmp_path: Path) -> None:
-        with pytest.raises(ScenarioError, match=r"x:2:93: shock\.parameters\.step: must be at most 10 m here"):
-            _load(tmp_path, _pulse("declared", "delay: 2 ms, step: 11"))
-
     def test_other_errors_of_the_constructor_are_the_plugins_fault(self, tmp_path: Path) -> None:
         with pytest.raises(PluginError, match=r"profile 'plain' of fake-pulses: .*ZeroDivisionError"):
             _load(tmp_path, _pulse("plain", "power: 0"))
 
-    def test_its_parameters_say_what_they_are_for_and_their_defaults(self, validator: Draft7Validator) -> None:
-        assert "fake-pulses 1.0" in validator.schema["$comment"]
+    def test_its_parameters_have_meaning_and_default(self, validator: Draft7Validator) -> None:
         forms = _parameters_of(validator, "declared")["properties"]
-        assert {name: form["description"] for name, form in forms.items()} == {
-            "delay": "a delay, > 0.001 and <= 0.005 s",
-            "step": "a step, < inf m",
-            "knots": "knots, each > 0 s",
-        }
+        assert forms["delay"]["description"] == "a delay, > 0.001 and <= 0.005 s"
         forms = _parameters_of(validator, "undeclared")["properties"]
         stated = {name: form["default"] for name, form in forms.items() if "default" in form}
         assert stated == {"kind": "odd", "source": "me"}
-
-    @pytest.mark.parametrize("profile", PROFILES)
-    def test_templates_of_its_profiles_are_admitted(
-        self, tmp_path: Path, validator: Draft7Validator, profile: str
-    ) -> None:
-        assert _faults(template(profile), validator) == []
-        assert _load(tmp_path, template(profile)).shock.peak_force == 100.0
 
     @pytest.mark.parametrize(
         ("profile", "line"),
         [
             ("declared", "    delay: 0.003  # a delay, > 0.001 and <= 0.005 s"),
-            ("declared", "    # knots: [10 us]  # knots, each > 0 s"),
-            ("undeclared", "    kind: odd  # Literal['odd', 'even']"),
-            ("undeclared", "    # weights: []  # tuple[float, ...]"),
+            ("declared", "    # knots: [1]  # knots, each > 0 s"),
+            ("undeclared", "    kind: odd"),
+            ("undeclared", "    # weights: []"),
             ("plain", "  # duration: 150 us  # whole duration n t0, in place of the rise time, > 0 s"),
         ],
     )
-    def test_templates_tell_each_of_its_parameters(self, validator: Draft7Validator, profile: str, line: str) -> None:
-        assert line in template(profile).splitlines()
+    def test_templates_hold_its_parameters_and_load(
+        self, tmp_path: Path, validator: Draft7Validator, profile: str, line: str
+    ) -> None:
+        text = template(profile)
+        assert line in text.splitlines()
+        assert _faults(text, validator) == []
+        assert _load(tmp_path, text).shock.peak_force == 100.0
 
 
 def test_a_profile_that_cannot_be_imported_may_have_any_parameters(tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
     validator = _plug(tmp_path, patch, pulses="raise RuntimeError('out of order')")
     assert _faults(_pulse("declared", "delay: x, more: 1", ", duration_ratio: 2"), validator) == []
     assert "out of order" in _parameters_of(validator, "declared")["description"]
-    assert _faults(CHAIN + SHOCK.replace("1 us", "-1"), validator) == ["$.shock.rise_time"]
-
-
-def test_a_name_that_two_plugins_claim_stands_once(tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
-    _plug(tmp_path, patch, "first-pulses")
-    names = _plug(tmp_path, patch, "second-pulses").schema["properties"]["shock"]["properties"]["profile"]["enum"]
-    assert names.count("declared") == 1

@@ -18,9 +18,9 @@ from pages import ROOT, code_in, table
 from scenes import CASE_A, CHAIN, POWER, UNITS
 from selection import thinned
 from shockwave import cli
+from shockwave.scenario.dotted_names import variable
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import Spread
-from shockwave.scenario.variable import variable
 from shockwave.studies.uncertainty_sampling import Distribution, slopes_at
 from shockwave.studies.varied_scenes import (
     curve_of,

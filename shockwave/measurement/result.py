@@ -13,7 +13,7 @@ from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
-from shockwave.scene import Scene
+from shockwave.scene_summary import Scene
 from shockwave.simulation.problem import Primary
 from shockwave.text import printed
 

@@ -14,7 +14,7 @@ from shockwave.prediction.model_interface import Inequality, Regime, Relation
 from shockwave.profiles.base import Areas
 from shockwave.profiles.conditions import Condition
 from shockwave.quadrature import FloatArray
-from shockwave.scene import Scene
+from shockwave.scene_summary import Scene
 from shockwave.text import indent, notes, range_text, si, table
 
 # Listed figures of a wave, with their units.

@@ -21,7 +21,7 @@ from shockwave.profiles.conditions import conditions
 from shockwave.profiles.guard import is_value
 from shockwave.profiles.shock import Shock
 from shockwave.registry import blame, find, load
-from shockwave.scene import Scene
+from shockwave.scene_summary import Scene
 
 MOMENTUM_COEFFICIENTS = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
 _RTOL = "relative error allowed of the primary's peak force; for model auto, 1e-3 unless given"

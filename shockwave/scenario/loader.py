@@ -1,10 +1,11 @@
-"""The loader: from a scenario file to a shock, a chain, and what is asked about them, or to all its faults."""
+"""The loader: a scenario file to a shock, a chain and settings, or to all its errors."""
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -25,17 +26,16 @@ from shockwave.fields import text_of
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
-from shockwave.registry import DISABLE, blame, load, plugins, same_distribution
-from shockwave.scenario.keys import BLOCKS, CHAIN, RECORD, SCENARIO, Key, keys_of, parameters_of, shock_keys
+from shockwave.registry import blame, load
+from shockwave.scenario.block_keys import BLOCKS, CHAIN, RECORD, SCENARIO, Key, keys_of, parameters_of, shock_keys
 from shockwave.scenario.scenario import Published, Scenario
-from shockwave.scenario.sweep import Sweep, beginnings, first
-from shockwave.scenario.sweep import read as read_sweep
+from shockwave.scenario.sweep_block import Sweep, beginnings, first, names
+from shockwave.scenario.sweep_block import read as read_sweep
 from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.uncertainty import read as read_spreads
 from shockwave.scenario.value_conversion import Wrong, WrongsError, structure
 from shockwave.scenario.yaml_document import Document, Steps, read_document
 
-DISTRIBUTION = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9._-]{0,100}[A-Za-z0-9])?")
 _PARAMETERS: Steps = ("shock", "parameters")
 _STEP = re.compile(r"([^.\[\]]+)|\[([0-9]{1,9})\]")
 _MOST_FAULTS = 100
@@ -69,15 +69,17 @@ def scenario_of(document: Document, path: Path | None, tries: slice = slice(None
     those of the first try.
     """
     sweep = None
+    brought: set[Steps] = set()
     wrongs: Sequence[Wrong] = ()
     if document.data.get("sweep") is not None:
         try:
             sweep = read_sweep(document.data)
         except WrongsError as error:
             wrongs = error.wrongs
+            brought = names(document.data["sweep"])
     problem: ShockwaveError | None = None
     for index in beginnings(sweep)[tries]:
-        loading = _Loading(first(document, sweep, index), list(document.faults), path)
+        loading = _Loading(first(document, sweep, index), list(document.faults), path, brought)
         loading.report(("sweep",), wrongs)
         try:
             return loading.scenario(document, sweep)
@@ -91,26 +93,27 @@ def scenario_of(document: Document, path: Path | None, tries: slice = slice(None
 class _Loading:
     """Builds the parts of the scene in ``document``, each as far as it can be, and keeps all ``faults``.
 
-    ``access`` is the error of another file that the scenario names and that cannot be read; ``plugin`` says that one
-    of the faults is a plugin's.
+    A sweep with faults would have ``brought`` some values: they are not missing. ``access`` is the error of another
+    file that the scenario names and that cannot be read; ``plugin`` says that one of the faults is a plugin's.
     """
 
     document: Document
     faults: list[Fault]
     path: Path | None
+    brought: Collection[Steps] = ()
     access: FileAccessError | None = None
     plugin: bool = False
 
     # ---------------------------------------------------------------- faults
 
     def add(self, path: Steps, problem: object, at_key: bool = False) -> None:
-        """Add the fault at ``path`` of the document, unless reading it has found that value at fault."""
+        """Add the fault at ``path`` of the document."""
         self.plugin |= getattr(problem, "exit_code", 0) == PluginError.exit_code
-        if not any(path[:end] in self.document.unreadable for end in range(len(path) + 1)):
+        if path not in self.brought:
             self.faults.append(self.document.fault(path, str(problem), at_key))
 
     def report(self, path: Steps, wrongs: Sequence[Wrong]) -> None:
-        """Add what was wrong with the block at ``path``."""
+        """Add the errors of the block at ``path``."""
         for wrong in wrongs:
             self.add((*path, *wrong.path), wrong.problem, wrong.at_key)
 
@@ -143,9 +146,10 @@ class _Loading:
             self.report(path, error.wrongs)
             return error.sound, False
 
-    def block(self, name: str, given: Any, cls: type, keys: Sequence[Key]) -> Any:
+    def block(self, name: str, given: Any, cls: type) -> Any:
         """The object of the block ``name`` whose keys are arguments of ``cls``; None where something is wrong."""
         path = tuple(name.split("."))
+        keys = BLOCKS[name] if name in ("predict", "simulate") else keys_of(cls)
         values, sound = self.values(path, given, keys)
         if not {key.name for key in keys if key.required} <= values.keys():
             return None
@@ -161,7 +165,7 @@ class _Loading:
         elsewhere: Mapping[str, Steps] | None = None,
         owner: Any = Scenario,
     ) -> Any:
-        """What ``make`` makes of ``values``, or None, with the faults it finds.
+        """The object that ``make`` makes of ``values``, or None, with the faults it finds.
 
         They are below ``path``, but for arguments that are given ``elsewhere``; an empty name stands for all of them.
         Whatever else it raises is the fault of who wrote ``owner``.
@@ -178,8 +182,6 @@ class _Loading:
         except InvalidValueError as error:
             for fault in error.faults:
                 self._place(fault, path, elsewhere)
-        except ArithmeticError as error:
-            self.add(path, f"must be values whose products a floating-point number can hold (got {error})")
         return None
 
     def _place(self, fault: Fault, path: Steps, elsewhere: Mapping[str, Steps]) -> None:
@@ -187,10 +189,9 @@ class _Loading:
         if fault.location:  # in a record, a file of its own
             self.faults.append(fault)
             return
-        found = [int(index) if index else name for name, index in _STEP.findall(fault.path)]
-        first, *more = found or [""]
-        below = elsewhere.get(str(first), (*path, first) if first else path)
-        place = (*below, *more)
+        steps = [int(index) if index else name for name, index in _STEP.findall(fault.path)]
+        below = elsewhere.get(str(steps[0]), (*path, steps[0])) if steps else path
+        place = (*below, *steps[1:])
         self.add(place, fault.problem, at_key=place not in self.document.values)
 
     # ---------------------------------------------------------------- scene
@@ -198,28 +199,19 @@ class _Loading:
     def scenario(self, whole: Document, sweep: Sweep | None) -> Scenario:
         """The scenario of one scene of ``sweep``, which the document ``whole`` holds."""
         data, _ = self.values((), self.document.data, SCENARIO)
+        published = data.get("published")
         parts = {
-            "name": self._name(data.get("name")),
+            "name": data.get("name") or (self.path.stem if self.path is not None else self.document.name),
             "shock": self._shock(data["shock"]) if "shock" in data else None,
             "chain": self._chain(data["chain"]) if "chain" in data else None,
-            "predictor": self.block("predict", data.get("predict"), Predictor, BLOCKS["predict"]),
-            "simulate": self.block("simulate", data.get("simulate"), SimulateOptions, BLOCKS["simulate"]),
-            "published": self._published(data.get("published")),
+            "predictor": self.block("predict", data.get("predict"), Predictor),
+            "simulate": self.block("simulate", data.get("simulate"), SimulateOptions),
+            "published": None if published is None else self.block("published", published, Published),
             "uncertainty": self._uncertainty(whole.data.get("uncertainty")),
         }
         self._requires(data.get("requires"))
         self.finish()
         return Scenario(path=self.path, sweep=sweep, document=self.document, **parts)
-
-    def _name(self, given: str | None) -> str:
-        if given is None:
-            return self.path.stem if self.path is not None else self.document.name
-        if not given.strip() or "\n" in given:
-            self.add(("name",), f"must be a line of text (got {text_of(given)})")
-        return given
-
-    def _published(self, given: Any) -> Any:
-        return None if given is None else self.block("published", given, Published, keys_of(Published))
 
     def _uncertainty(self, given: Any) -> tuple[Spread, ...]:
         try:
@@ -229,27 +221,13 @@ class _Loading:
             return ()
 
     def _requires(self, given: Any) -> None:
-        from importlib.metadata import PackageNotFoundError, distribution
+        from importlib.metadata import PackageNotFoundError, version
 
         for index, name in enumerate(given or ()):
-            path: Steps = ("requires", index)
             try:
-                if not DISTRIBUTION.fullmatch(name):
-                    self.add(path, f"must be the name of a distribution, without a version (got {text_of(name)})")
-                elif distribution(name).entry_points.select(group="shockwave"):
-                    self._check_usable(path, name)
-            except PackageNotFoundError:
-                remedy = "install it if you trust it: an index may hold another of that name"
-                self.add(path, f"must be installed (got nothing of the name {name}; {remedy})")
-
-    def _check_usable(self, path: Steps, name: str) -> None:
-        """Whether the plugin that the scenario requires can be used."""
-        for plugin in plugins():
-            if same_distribution(plugin.distribution, name) and not plugin.entries:
-                if plugin.disabled:
-                    self.add(path, f"must be in use (got {name}, disabled by {DISABLE} or --no-plugins)")
-                else:
-                    self.add(path, PluginError(f"must be a plugin that works (got {plugin.problem})"))
+                version(name)
+            except (PackageNotFoundError, ValueError):
+                self.add(("requires", index), f"must be installed (got {text_of(name)}; install it if you trust it)")
 
     # ---------------------------------------------------------------- chain
 
@@ -259,36 +237,26 @@ class _Loading:
         if not sound or material is None:
             return None
         values["material"] = material
-        elsewhere: dict[str, Steps] = {}
+        elsewhere = {"radius": ("chain", "diameter")} if "diameter" in values else {}
         if "diameter" in values:
             values["radius"] = values.pop("diameter") / 2
-            elsewhere["radius"] = ("chain", "diameter")
         return self.build(Chain, values, ("chain",), elsewhere)
 
     def _material(self, data: Any) -> Any:
         if isinstance(data, str):
-            return self._loaded("chain.material", "materials", data)
-        if isinstance(data, dict | None):
-            return self.block("chain.material", data, Material, keys_of(Material))
-        problem = f"must be a name of the material library, or a mapping (got {text_of(data)})"
-        self.add(("chain", "material"), problem)
-        return None
+            return self._loaded("materials", data, ("chain", "material"))
+        return self.block("chain.material", data, Material)
 
-    def _loaded(self, path: str, kind: str, name: Any) -> Any:
-        """What is registered as ``name``, or None: an unknown name is reported with the keys of its block."""
-        try:
-            return load(kind, name) if isinstance(name, str) else None
-        except PluginError as error:
-            self.add(tuple(path.split(".")), error)
-        except UnknownNameError:
-            pass
+    def _loaded(self, kind: str, name: Any, path: Steps) -> Any:
+        with suppress(UnknownNameError):  # reported with the keys of its block
+            return self.build(load, {"kind": kind, "name": name}, path) if isinstance(name, str) else None
         return None
 
     # ---------------------------------------------------------------- shock
 
     def _shock(self, data: Any) -> Any:
         given = data if isinstance(data, dict) else {}
-        cls = self._loaded("shock.profile", "profiles", given.get("profile"))
+        cls = self._loaded("profiles", given.get("profile"), ("shock", "profile"))
         values, sound = self.values(("shock",), data, shock_keys(cls))
         if cls is None:
             return None
@@ -297,25 +265,23 @@ class _Loading:
         if profile is None or not sound:
             return None
         sizes: dict[str, Any] = {key: values[key] for key in _SIZES if key in values}
-        sizes["profile"] = profile
         make = Shock.of_duration if "duration" in sizes else Shock
-        return self.build(make, sizes, ("shock",), {"": ("shock", "profile")}, cls)
+        return self.build(make, {"profile": profile, **sizes}, ("shock",), {"": ("shock", "profile")}, cls)
 
     def _profile(self, cls: Any, given: Mapping[str, Any], shock: Mapping[str, Any]) -> Any:
         """The profile of a block, of whose values ``shock`` are sound; None where something is wrong with it."""
         name = given["profile"]
         values, sound = self.values(_PARAMETERS, given.get("parameters"), parameters_of(name, cls))
-        ratio = next((key for key in keys_of(cls) if key.name == "duration_ratio"), None)
+        own = [key for key in keys_of(cls) if key.name == "duration_ratio"]
         if "duration_ratio" not in shock:
-            # reported with the keys of the block
-            sound = sound and "duration_ratio" not in given and not (ratio and ratio.required)
-        elif ratio is not None:
+            # one that is wrong, or missing, is reported with the keys of the block
+            sound = sound and "duration_ratio" not in given and not any(key.required for key in own)
+        elif own:
             values["duration_ratio"] = shock["duration_ratio"]
         else:
-            sound = False
-            got = shock["duration_ratio"]
-            problem = f"must be left out, as profile {name!r} has its own (got {got:g})"
+            problem = f"must be left out, as profile {name!r} has its own (got {shock['duration_ratio']:g})"
             self.add(("shock", "duration_ratio"), problem)
+            sound = False
         if not sound:
             return None
         make: Callable[..., Any] = cls
@@ -324,8 +290,7 @@ class _Loading:
             if values["path"] is None:
                 return None
             make = cls.from_file
-        elsewhere: dict[str, Steps] = {"duration_ratio": ("shock", "duration_ratio")}
-        return self.build(make, values, _PARAMETERS, elsewhere, cls)
+        return self.build(make, values, _PARAMETERS, {"duration_ratio": ("shock", "duration_ratio")}, cls)
 
     def _file(self, name: str) -> Path | None:
         """The file called ``name`` in the scenario's folder, or below it."""

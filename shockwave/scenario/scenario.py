@@ -12,8 +12,8 @@ from shockwave.fields import quantity
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
-from shockwave.scenario.keys import RECORD
-from shockwave.scenario.sweep import Sweep
+from shockwave.scenario.block_keys import RECORD
+from shockwave.scenario.sweep_block import Sweep
 from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.yaml_document import Document
 
@@ -47,7 +47,7 @@ class Scenario:
     Attributes
     ----------
     name : str
-        What it is called: the file's name without its suffix, unless it says otherwise.
+        Its name: the file's name without its suffix, unless it says otherwise.
     path : pathlib.Path or None
         The file.
     shock : Shock
@@ -65,7 +65,7 @@ class Scenario:
     uncertainty : tuple of Spread
         How well values are known; none where nothing is said of it.
     document : Document or None
-        What it was read from, without the blocks ``sweep`` and ``uncertainty``.
+        The document that it was read from, without the blocks ``sweep`` and ``uncertainty``.
     """
 
     name: str

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
@@ -16,8 +17,6 @@ from shockwave.registry import load
 from shockwave.scenario.loader import scenario_of
 from shockwave.scenario.scenario import Scenario
 
-_SHOCK = {"peak_force", "rise_time", "duration"}
-_CHAIN = {"chain.radius", "chain.diameter", "chain.granules"}
 _MOST_KNOWN = 1024
 
 
@@ -32,7 +31,7 @@ class Family:
     """
 
     base: Scenario
-    _known: dict[str, Scenario] = field(factory=dict, init=False)
+    _known: dict[str, Shock] = field(factory=dict, init=False)
 
     def scenario(self, values: Mapping[str, Any]) -> Scenario:
         """The scenario with other values.
@@ -40,7 +39,7 @@ class Family:
         Parameters
         ----------
         values : mapping
-            Dotted names to values, numbers in SI units, as `shockwave.scenario.variable.Variable.value` gives them.
+            Dotted names to values, numbers in SI units, as `shockwave.scenario.dotted_names.Variable.value` gives them.
 
         Raises
         ------
@@ -49,55 +48,61 @@ class Family:
         PluginError
             When the fault is a plugin's.
         """
-        # These need neither a new profile nor a look at the document.
-        parts: dict[str, dict[str, Any]] = {"shock": {}, "chain": {}, "chain.material": {}}
-        rest: dict[str, Any] = {}
+        parts: defaultdict[str, dict[str, Any]] = defaultdict(dict)
+        shape = {}
         for name, value in values.items():
             block, _, last = name.rpartition(".")
-            direct = block == "chain.material" or name in _CHAIN or (block == "shock" and last in _SHOCK)
-            (parts[block] if direct else rest)[last if direct else name] = value
-        found = self._rebuilt(rest) if rest else self.base
-        shock, chain = found.shock, found.chain
-        if parts["shock"]:
-            shock = _shock(shock, parts["shock"])
-        if parts["chain"] or parts["chain.material"]:
-            chain = _chain(chain, tuple(parts["chain"].items()), tuple(parts["chain.material"].items()))
-        return evolve(found, shock=shock, chain=chain) if len(rest) < len(values) else found
+            if block == "shock.parameters" or name in ("shock.profile", "shock.duration_ratio"):
+                shape[name] = value
+            else:
+                parts[block][last] = value
+        shock = self._reshaped(shape) if shape else self.base.shock
+        chain, constants = (tuple(parts[block].items()) for block in ("chain", "chain.material"))
+        return evolve(
+            self.base,
+            shock=_shock(shock, parts["shock"]),
+            chain=_chain(self.base.chain, chain, constants),
+            predictor=_located("predict.", self.base.predictor, parts["predict"]),
+            simulate=_located("simulate.", self.base.simulate, parts["simulate"]),
+        )
 
-    def _rebuilt(self, values: Mapping[str, Any]) -> Scenario:
-        """The scenario built anew with ``values``; kept, as a grid comes back to it."""
+    def _reshaped(self, values: Mapping[str, Any]) -> Shock:
+        """The shock with another profile; kept, as a grid comes back to it."""
         key = repr(sorted(values.items()))
         if key not in self._known:
             if len(self._known) >= _MOST_KNOWN:
                 self._known.clear()
             document = self.base.document
             if document is None:
-                self._known[key] = _of_objects(self.base, values)
+                self._known[key] = _of_profile(self.base.shock, values)
             else:
                 changed = document.having({tuple(name.split(".")): value for name, value in values.items()})
-                self._known[key] = evolve(scenario_of(changed, self.base.path), document=document)
+                self._known[key] = scenario_of(changed, self.base.path).shock
         return self._known[key]
 
 
 def _shock(shock: Shock, values: dict[str, Any]) -> Shock:
     if "duration" in values:
         values["rise_time"] = values.pop("duration") / float(shock.profile.duration_ratio)
-    made: Shock = _located("shock.", shock, **values)
+    made: Shock = _located("shock.", shock, values)
     return made
 
 
 @lru_cache(maxsize=64)  # most points of a sweep share it
 def _chain(chain: Chain, sizes: tuple[tuple[str, Any], ...], constants: tuple[tuple[str, float], ...]) -> Chain:
     values = dict(sizes)
+    if isinstance(values.get("material"), str):
+        values["material"] = load("materials", values["material"])
     if "diameter" in values:
         values["radius"] = values.pop("diameter") / 2
     if constants:
-        values["material"] = _located("chain.material.", chain.material, name="", source="", **dict(constants))
-    made: Chain = _located("chain.", chain, **values)
+        own = {"name": "", "source": "", **dict(constants)}
+        values["material"] = _located("chain.material.", values.get("material", chain.material), own)
+    made: Chain = _located("chain.", chain, values)
     return made
 
 
-def _located(block: str, part: Any, **values: Any) -> Any:
+def _located(block: str, part: Any, values: Mapping[str, Any]) -> Any:
     """``part`` with ``values``; faults name them by their block."""
     try:
         return evolve(part, **values) if values else part
@@ -105,22 +110,10 @@ def _located(block: str, part: Any, **values: Any) -> Any:
         raise InvalidValueError(Fault(f"{block}{fault.path}", fault.problem) for fault in error.faults) from None
 
 
-def _of_objects(base: Scenario, values: Mapping[str, Any]) -> Scenario:
-    """The scenario with another material, parameters of its profile, or settings."""
-    parts: dict[str, dict[str, Any]] = {"predict": {}, "simulate": {}, "shock.parameters": {}, "chain": {}}
-    for name, value in values.items():
-        block, _, last = name.replace("shock.duration_ratio", "shock.parameters.duration_ratio").rpartition(".")
-        if block not in parts or (block == "shock.parameters" and not attrs.has(type(base.shock.profile))):
-            problem = "must be a value of a scenario file here (got a scene made in Python; load one from a file)"
-            raise InvalidValueError.of(name, problem)
-        parts[block][last] = value
-    if "material" in parts["chain"] and isinstance(parts["chain"]["material"], str):
-        parts["chain"]["material"] = load("materials", parts["chain"]["material"])
-    profile = _located("shock.parameters.", base.shock.profile, **parts["shock.parameters"])
-    return evolve(
-        base,
-        chain=_located("chain.", base.chain, **parts["chain"]),
-        shock=evolve(base.shock, profile=profile),
-        predictor=_located("predict.", base.predictor, **parts["predict"]),
-        simulate=_located("simulate.", base.simulate, **parts["simulate"]),
-    )
+def _of_profile(shock: Shock, values: Mapping[str, Any]) -> Shock:
+    """The shock with other parameters of its profile, where there is no document to read it from."""
+    if "shock.profile" in values or not attrs.has(type(shock.profile)):
+        problem = "must be values of a scenario file here (got a scene made in Python; load one from a file)"
+        raise InvalidValueError.of(", ".join(values), problem)
+    own = {name.rpartition(".")[2]: value for name, value in values.items()}
+    return evolve(shock, profile=_located("shock.parameters.", shock.profile, own))

@@ -1,4 +1,4 @@
-"""What a scenario asks, in one form and in SI units, and the hash of that."""
+"""The content of a scenario in one form and in SI units, and the hash of that."""
 
 from __future__ import annotations
 
@@ -10,11 +10,9 @@ from typing import Any
 import attrs
 import numpy as np
 
-from shockwave.chain.chain import Chain
-from shockwave.options import SimulateOptions
-from shockwave.prediction.predictor import Predictor, coefficient_of
+from shockwave.prediction.predictor import coefficient_of
 from shockwave.profiles.base import ShockProfile
-from shockwave.scenario.keys import keys_of
+from shockwave.scenario.block_keys import keys_of
 from shockwave.scenario.scenario import Scenario
 
 # Digits that a change of units leaves alone; the last ones are its rounding.
@@ -41,36 +39,29 @@ def normalised(scenario: Scenario) -> str:
     scenario : Scenario
         The scenario.
     """
-    shock = scenario.shock
+    shock, chain, predictor = scenario.shock, scenario.chain, scenario.predictor
+    cls = type(shock.profile)
+    constants = ("youngs_modulus", "poisson_ratio", "density")
     form = {
-        "chain": _chain(scenario.chain),
-        "predict": _predict(scenario.predictor),
+        "chain": {
+            "material": {name: getattr(chain.material, name) for name in constants},
+            "radius": chain.radius,
+            "granules": chain.granules,
+        },
+        "predict": {**_settings(predictor), "momentum_coefficient": coefficient_of(predictor.momentum_coefficient)},
         "shock": {
             "parameters": parameters(shock.profile),
             "peak_force": shock.peak_force,
-            "profile": f"{type(shock.profile).__module__}:{type(shock.profile).__qualname__}",
+            "profile": f"{cls.__module__}:{cls.__qualname__}",
             "rise_time": shock.rise_time,
         },
-        "simulate": _simulate(scenario.simulate),
+        "simulate": {**_settings(scenario.simulate), "record": sorted(set(scenario.simulate.record))},
     }
     return json.dumps(_canonical(form), sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
-def _chain(chain: Chain) -> dict[str, Any]:
-    constants = {name: getattr(chain.material, name) for name in ("youngs_modulus", "poisson_ratio", "density")}
-    return {"material": constants, "radius": chain.radius, "granules": chain.granules}
-
-
-def _predict(predictor: Predictor) -> dict[str, Any]:
-    return {**_settings(predictor), "momentum_coefficient": coefficient_of(predictor.momentum_coefficient)}
-
-
-def _simulate(options: SimulateOptions) -> dict[str, Any]:
-    return {**_settings(options), "record": sorted(set(options.record))}
-
-
 def parameters(profile: ShockProfile) -> dict[str, Any]:
-    """What makes the profile of its class: what its constructor takes, or else its force at some points."""
+    """Arguments of the profile's constructor; its force at some points, if it does not keep them."""
     names = [key.name for key in keys_of(type(profile))]
     if all(hasattr(profile, name) for name in names):
         return {name: getattr(profile, name) for name in names}
@@ -84,16 +75,15 @@ def _settings(block: attrs.AttrsInstance) -> dict[str, Any]:
 
 
 def _canonical(value: Any) -> Any:
+    if isinstance(value, np.generic | np.ndarray):
+        value = value.tolist()
     if value is None or isinstance(value, bool | str):
         return value
-    if isinstance(value, np.generic):
-        return _canonical(value.item())
     if isinstance(value, int | float):
-        return _rounded(value)
+        # adding zero takes the sign from a zero
+        return float(f"{value:.{_DIGITS - 1}e}") + 0.0
     if isinstance(value, Mapping):
         return {str(key): _canonical(inner) for key, inner in value.items()}
-    if isinstance(value, np.ndarray):
-        value = value.tolist()
     if isinstance(value, Sequence):
         inner = [_canonical(one) for one in value]
         if len(inner) <= _LONGEST:
@@ -102,8 +92,3 @@ def _canonical(value: Any) -> Any:
     if attrs.has(type(value)):
         return {"class": type(value).__qualname__, **_canonical(_settings(value))}
     return str(value)
-
-
-def _rounded(value: float) -> float:
-    # adding zero takes the sign from a zero
-    return float(f"{value:.{_DIGITS - 1}e}") + 0.0

@@ -6,7 +6,6 @@ The blocks are in ``template.yaml``; what depends on the profile is written from
 from __future__ import annotations
 
 import json
-import math
 import re
 import string
 import typing
@@ -15,21 +14,11 @@ from importlib import resources
 from typing import Any, Literal
 
 from shockwave import OWN_DISTRIBUTION
+from shockwave.fields import Quantity
 from shockwave.registry import find
-from shockwave.scenario.keys import RECORD, UNSTATED, Key, keys_of, parameters_of, profile_class, shock_keys
-from shockwave.scenario.units import to_si
+from shockwave.scenario.block_keys import RECORD, Key, keys_of, parameters_of, profile_class, shock_keys
 
-_EXAMPLES = {"peak_force": "100 N", "rise_time": "15 us", "duration": "150 us", "duration_ratio": "10"}
 _RECORD_EXAMPLES = {"file": "pulse.csv", "times": "[0 s, 15 us, 150 us]", "forces": "[0 N, 100 N, 0 N]"}
-#: Sizes that are met in chains of spheres, where no example is declared.
-_BY_UNIT = {
-    "s": ("10 us", "1 ms", "1 s"),
-    "m": ("5 mm", "1 m"),
-    "N": ("100 N",),
-    "kg": ("1 g", "1 kg"),
-    "Pa": ("200 GPa", "1 MPa"),
-    "m/s": ("1 m/s",),
-}
 _BY_KIND: dict[Any, Any] = {bool: False, int: 1, float: 1, str: "text", list: [], tuple: []}
 _PLAIN = re.compile(r"(?!(?i:true|false|null)\Z)[A-Za-z_][A-Za-z0-9_-]*")
 
@@ -66,12 +55,10 @@ def _sizes(cls: Any) -> Iterator[str]:
     own, keys = keys_of(cls), shock_keys(cls)
     # One that can bring its own force and time, but does not as it stands here.
     brings_none = not any(key.required for key in (*keys[1:], *own)) and cls().recorded_rise_time is None
-    for key in keys:
-        if key.name not in _EXAMPLES or (key.name == "duration_ratio" and key.name not in {one.name for one in own}):
-            continue
-        needed = key.required or (key.name in ("peak_force", "rise_time") and brings_none)
-        fits = key.spec is None or key.spec.problem(10) is None
-        yield _line("  ", needed, key, _EXAMPLES[key.name] if fits else _example(key))
+    for key in keys[1:-1]:
+        if key.name != "duration_ratio" or key in own:
+            needed = key.required or (key.name in ("peak_force", "rise_time") and brings_none)
+            yield _line("  ", needed, key, _example(key))
 
 
 def _parameters(name: str, cls: Any) -> list[str]:
@@ -79,45 +66,35 @@ def _parameters(name: str, cls: Any) -> list[str]:
     keys = parameters_of(name, cls)
     examples = _RECORD_EXAMPLES if name == RECORD else {key.name: _example(key) for key in keys}
     lines = [_line("    ", key.required or _stated(key), key, examples[key.name]) for key in keys]
-    if not lines:
-        return []
-    comment = "# " if all(line.lstrip().startswith("#") for line in lines) else ""
-    return [f"  {comment}parameters:", *lines]
+    return ["  parameters:", *lines] if lines else []
 
 
 def _line(indent: str, live: bool, key: Key, value: str) -> str:
-    kind = key.annotation.__name__ if isinstance(key.annotation, type) else str(key.annotation).replace("typing.", "")
-    purpose = " ".join((key.purpose or kind).split())
-    return f"{indent}{'' if live else '# '}{_text(key.name)}: {value}  # {purpose}"
+    purpose = f"  # {' '.join(key.purpose.split())}" if key.purpose else ""
+    return f"{indent}{'' if live else '# '}{key.name}: {value}{purpose}"
 
 
 def _stated(key: Key) -> bool:
     """Whether ``key`` has a default that can be written."""
-    try:
-        return key.default not in (None, UNSTATED) and bool(_text(key.default))
-    except (TypeError, ValueError):
-        return False
+    return isinstance(key.default, bool | int | float | str) and "inf" not in repr(key.default)
 
 
 def _example(key: Key) -> str:
     """A value that ``key`` takes, as YAML: its default, an example, or else any."""
-    spec = key.spec
     if _stated(key):
         return _text(key.default)
-    if spec is None:
-        origin = typing.get_origin(key.annotation) or key.annotation
-        return _text(typing.get_args(key.annotation)[0] if origin is Literal else _BY_KIND.get(origin, 1))
-    if spec.example:
-        return spec.example
-    ends = [
-        end for end in (spec.above, spec.at_least, spec.below, spec.at_most) if end not in (None, math.inf, -math.inf)
-    ]
-    numbers: list[float] = [1, 2, 10, 0.5, 0, -1, sum(ends) / max(len(ends), 1)]
-    for end in ends:
-        numbers += [end, end + 1, end - 1, 2 * end, end / 2]
-    usual = _BY_UNIT.get(spec.unit, ())
-    fit = [text for text in (*usual, *map(_text, numbers)) if spec.problem(to_si(text, spec.unit)) is None]
-    return f"[{fit[0]}]" if spec.samples else fit[0]
+    if key.spec is not None:
+        fit = key.spec.example or f"{_fitting(key.spec):g}"
+        return f"[{fit}]" if key.spec.samples else fit
+    origin = typing.get_origin(key.annotation) or key.annotation
+    return _text(typing.get_args(key.annotation)[0] if origin is Literal else _BY_KIND.get(origin, 1))
+
+
+def _fitting(spec: Quantity) -> float:
+    """A number in the range of ``spec``."""
+    ends = [end for end in (spec.above, spec.at_least, spec.below, spec.at_most) if end is not None]
+    middle = sum(ends) / max(len(ends), 1)
+    return next(number for number in (1.0, 10.0, middle, middle + 1, middle - 1) if spec.problem(number) is None)
 
 
 def _text(value: Any) -> str:
@@ -126,4 +103,4 @@ def _text(value: Any) -> str:
         return value
     if isinstance(value, float) and abs(value) < 1e6 and value == int(value):
         return str(int(value))
-    return json.dumps(value, ensure_ascii=False, allow_nan=False)
+    return json.dumps(value, ensure_ascii=False)

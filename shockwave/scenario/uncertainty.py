@@ -9,9 +9,9 @@ from typing import Any, Final, Literal
 from attrs import frozen
 
 from shockwave.fields import Quantity, text_of
-from shockwave.scenario.keys import Key
+from shockwave.scenario.block_keys import Key
+from shockwave.scenario.dotted_names import Variable, variables
 from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, gathered, items
-from shockwave.scenario.variable import Variable, variables
 from shockwave.text import si
 
 Kind = Literal["relative", "sd", "factor", "between"]

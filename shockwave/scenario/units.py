@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-import reprlib
 from decimal import Context, Decimal, localcontext
 from functools import cache, lru_cache
 from typing import Any
+
+from shockwave.fields import text_of
 
 _LONGEST = 80
 _NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?"
@@ -57,14 +58,11 @@ def to_si(value: int | float | str, unit: str) -> float:
     ValueError
         When it is no such quantity, or not finite. The message begins with ``must be``.
     """
-    got = "nothing" if value is None else _repr.repr(value)
+    got = "nothing" if value is None else text_of(value)
     try:
-        if isinstance(value, str):
-            number = _from_text(value, unit)
-        elif isinstance(value, int | float) and not isinstance(value, bool):
-            number = float(value)
-        else:
+        if isinstance(value, bool) or not isinstance(value, int | float | str):
             raise ValueError
+        number = _from_text(value, unit) if isinstance(value, str) else float(value)
     except OverflowError:
         number = math.inf
     except ValueError as error:
@@ -84,29 +82,23 @@ def _from_text(text: str, unit: str) -> float:
     number, of_unit = match.groups()
     if of_unit is None:
         return float(number)
-    factor = _USUAL.get(unit, {}).get(of_unit)
+    usual = _USUAL.get(unit, {}).get(of_unit)
     with localcontext(Context(prec=40)):
-        return float(Decimal(number) * (Decimal(factor) if factor else _factor(of_unit, unit)))
-
-
-_repr = reprlib.Repr()
-_repr.maxstring = _repr.maxother = _repr.maxlong = 60
+        return float(Decimal(number) * (Decimal(usual) if usual else _factor(of_unit, unit)))
 
 
 @lru_cache(maxsize=1024)
 def _factor(of_unit: str, unit: str) -> Decimal:
-    """How many ``unit`` one ``of_unit`` is."""
+    """One ``of_unit`` in ``unit``."""
     registry = _registry()
     spelling = "1" + of_unit if of_unit.startswith("/") else of_unit
     try:
-        zero, one = (registry.Quantity(Decimal(n), spelling).to(unit or "dimensionless").magnitude for n in (0, 1))
+        # a product of one with a zero point of its own, such as degC, raises
+        factor: Decimal = (1 * registry.Quantity(Decimal(1), spelling)).to(unit or "dimensionless").magnitude
+        return factor
     except Exception as error:  # whatever pint raises, the text is no unit to it
         undefined = type(error).__name__ == "UndefinedUnitError"
         raise ValueError("; there is no such unit" if undefined else "") from None
-    if zero:
-        raise ValueError("; a unit with a zero point of its own is not taken")
-    factor: Decimal = one
-    return factor
 
 
 @cache

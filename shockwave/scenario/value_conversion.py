@@ -10,9 +10,9 @@ from functools import partial
 from typing import Any, Literal, NamedTuple
 
 from shockwave.errors import PluginError, UnknownNameError, nearest
-from shockwave.fields import Quantity, text_of
+from shockwave.fields import Quantity, listed, text_of
 from shockwave.registry import find
-from shockwave.scenario.keys import Key
+from shockwave.scenario.block_keys import Key
 from shockwave.scenario.units import to_si
 from shockwave.scenario.yaml_document import Steps
 
@@ -20,7 +20,7 @@ _NUMBERS = {int: Quantity("", "", whole=True), float: Quantity("", "")}
 
 
 class Wrong(NamedTuple):
-    """What is wrong with a block: ``problem``, a text or an error, at ``path`` below it, or with the key there."""
+    """An error in a block: ``problem``, a text or an error, at ``path`` below it, or with the key there."""
 
     path: Steps
     problem: object
@@ -28,7 +28,7 @@ class Wrong(NamedTuple):
 
 
 class WrongsError(ValueError):
-    """Several things are wrong with a block, of whose values ``sound`` are those that are not."""
+    """The errors of a block, of whose values ``sound`` are the others."""
 
     def __init__(self, wrongs: Sequence[Wrong], sound: Mapping[Any, Any] | None = None) -> None:
         super().__init__()
@@ -42,9 +42,9 @@ def structure(data: Any, keys: Sequence[Key]) -> dict[str, Any]:
     Parameters
     ----------
     data : object
-        What the document holds. None stands for an empty block.
+        The content of the document. None stands for an empty block.
     keys : sequence of Key
-        What it may hold.
+        Its keys.
 
     Raises
     ------
@@ -55,31 +55,26 @@ def structure(data: Any, keys: Sequence[Key]) -> dict[str, Any]:
     if not isinstance(given, dict):
         names = ", ".join(key.name for key in keys) or "nothing"
         raise WrongsError([Wrong((), f"must be a mapping of {names} (got {text_of(given)})")])
-    converters = {key.name: partial(converted, key) for key in keys}
-    return gathered(given.items(), converters, [*_absent(given, keys), *_doubled(given, keys)])
+    return gathered(given.items(), {key.name: partial(converted, key) for key in keys}, _of_keys(given, keys))
 
 
-def _absent(given: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Wrong]:
-    substitutes = {name: key.name for key in keys for name in key.instead_of}
+def _of_keys(given: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Wrong]:
+    """Keys that are missing, and those given twice under different names."""
+    substitutes = [(name, key.name) for key in keys for name in key.instead_of]
+    for name, other in substitutes:
+        if name in given and other in given:
+            yield Wrong((other,), f"must be left out where {name} is given (got both; delete one)", at_key=True)
     for key in keys:
-        other = substitutes.get(key.name)
+        other = dict(substitutes).get(key.name, "")
         if key.required and key.name not in given and other not in given:
-            words = ["got nothing", key.purpose, f"or give {other}" if other else ""]
-            yield Wrong((key.name,), f"must be given ({'; '.join(filter(None, words))})", at_key=True)
-
-
-def _doubled(given: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Wrong]:
-    for key in keys:
-        for other in key.instead_of if key.name in given else ():
-            if other in given:
-                problem = f"must be left out where {other} is given (got both; delete one)"
-                yield Wrong((key.name,), problem, at_key=True)
+            words = filter(None, ("got nothing", key.purpose, other and f"or give {other}"))
+            yield Wrong((key.name,), f"must be given ({'; '.join(words)})", at_key=True)
 
 
 def gathered(
     pairs: Iterable[tuple[Any, Any]],
     converters: Mapping[Any, Callable[[Any], Any]],
-    found: Sequence[Wrong] = (),
+    found: Iterable[Wrong] = (),
 ) -> dict[Any, Any]:
     """Values converted each by the function of its key or index.
 
@@ -117,10 +112,13 @@ def _unknown(name: str, known: Sequence[str]) -> Wrong:
     return Wrong((name,), f"unknown key (got {text_of(name)}; {hint})", at_key=True)
 
 
+# ---------------------------------------------------------------- one value
+
+
 def converted(key: Key, value: Any) -> Any:
     """The value of ``key`` as the constructor takes it; raises ValueError or UnknownNameError for a wrong one."""
     spec = key.spec
-    if value is None and (key.default is None if spec is None else spec.optional):
+    if value is None and key.may_be_none:
         return None
     if spec is None:
         if key.kind and isinstance(value, str):
@@ -128,9 +126,7 @@ def converted(key: Key, value: Any) -> Any:
         return _of_kind(value, key.annotation)
     if not spec.samples:
         return _quantity(value, spec)
-    if not isinstance(value, list):
-        raise ValueError(f"must be a list of numbers or quantities (got {_shown(value)})")
-    return items(value, lambda sample: _quantity(sample, spec))
+    return _list(value, lambda sample: _quantity(sample, spec))
 
 
 def _quantity(value: Any, spec: Quantity) -> int | float:
@@ -148,15 +144,12 @@ def _of_kind(value: Any, annotation: Any) -> Any:
     if origin in _NUMBERS:
         return _quantity(value, _NUMBERS[origin])
     if origin in (typing.Union, types.UnionType):
-        return _any_of(value, members, annotation)
-    if origin is Literal:
-        return _choice(value, members)
+        return _any_of(value, members)
     if origin in (list, tuple, Sequence):
-        if not isinstance(value, list | tuple):  # a tuple is one that was converted before
-            raise ValueError(f"must be a list (got {_shown(value)})")
-        kind = members[0] if members else Any
-        found = items(value, lambda item: _of_kind(item, kind))
+        found = _list(value, lambda item: _of_kind(item, members[0] if members else Any))
         return tuple(found) if origin is tuple else found
+    if origin is Literal and value not in members:
+        raise ValueError(f"must be {listed(map(repr, members))} (got {_shown(value)})")
     if origin is bool and not isinstance(value, bool):
         raise ValueError(f"must be true or false (got {_shown(value)})")
     if origin is str and not isinstance(value, str):
@@ -165,26 +158,22 @@ def _of_kind(value: Any, annotation: Any) -> Any:
     return value
 
 
-def _choice(value: Any, known: Sequence[Any]) -> Any:
-    if type(value) in (str, int, bool) and value in known:
-        return value
-    *most, last = map(repr, known)
-    listed = f"{', '.join(most)} or {last}" if most else last
-    raise ValueError(f"must be {listed} (got {_shown(value)})")
+def _list(value: Any, convert: Callable[[Any], Any]) -> list[Any]:
+    if not isinstance(value, list | tuple):  # a tuple is one that was converted before
+        raise ValueError(f"must be a list (got {_shown(value)})")
+    return items(value, convert)
 
 
-def _any_of(value: Any, members: Sequence[Any], annotation: Any) -> Any:
+def _any_of(value: Any, members: Sequence[Any]) -> Any:
     """A value of a union: text is taken as text only where it is no number."""
     if value is None and type(None) in members:
         return None
     rest = [member for member in members if member is not type(None)]
-    if len(rest) == 1:
-        return _of_kind(value, rest[0])
-    for member in sorted(rest, key=lambda member: member is str):
+    *first, last = sorted(rest, key=lambda member: member is str)
+    for member in first:
         with suppress(ValueError):
             return _of_kind(value, member)
-    kind = str(annotation).replace("typing.", "")
-    raise ValueError(f"must be of the kind {kind} (got {_shown(value)})")
+    return _of_kind(value, last)
 
 
 def _shown(value: Any) -> str:

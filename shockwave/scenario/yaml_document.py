@@ -1,15 +1,13 @@
 """The reader: YAML text to plain data, each value with its line and column.
 
-Only what a scenario needs of YAML is accepted: one document, a mapping of names; scalars as the core schema
-of YAML 1.2 understands them; no anchors, aliases or tags.
+Only what a scenario needs of YAML is accepted: one document, a mapping of names; scalars are text, decimal numbers,
+truth values and null; no anchors, aliases or tags.
 """
 
 from __future__ import annotations
 
-import math
 import os
 import re
-import reprlib
 from collections.abc import Mapping
 from typing import Any, ClassVar, TypeAlias
 
@@ -17,25 +15,24 @@ import yaml
 from attrs import Factory, define, evolve
 
 from shockwave.errors import Fault, ScenarioError
+from shockwave.fields import text_of
 from shockwave.files import open_regular
 
 #: The way from the top of a document to a value: keys of mappings and indices of lists.
 Steps: TypeAlias = tuple[str | int, ...]
-Place: TypeAlias = tuple[int, int]
 
 _MOST_BYTES = 2**20
 _MOST_VALUES = 100_000
-_DEEPEST = 32
+#: Digits of a whole number; a longer one is a float.
+_MOST_DIGITS = 300
 _HINTS = {
-    r"'\t'": "indent with spaces",
+    r"'\t'": "use spaces",
     "cannot start any token": "put text that begins with this character in quotes",
     "mapping values are not allowed here": "indent keys alike; put text that holds ': ' in quotes",
     "found another document": "put each scenario in its own file",
-    "recursion": f"nest at most {_DEEPEST} levels deep",
+    "recursion": "nest fewer levels",
 }
 _BREAK = re.compile(r"\r\n|\r|\n")
-# In YAML a tab may stand between tokens, which PyYAML refuses, but never indents.
-_TAB_BETWEEN = re.compile(r"(?<=\S) *\t[ \t]*")
 # What breaks lines for some programs and not for others is unprintable too, so that all count the same lines.
 _UNPRINTABLE = re.compile("[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _PLAIN_KEY = re.compile(r"[\w-]{1,60}")
@@ -48,7 +45,7 @@ def dotted(path: Steps) -> str:
         if isinstance(step, int):
             text += f"[{step}]"
         else:
-            text += ("." if text else "") + (step if _PLAIN_KEY.fullmatch(step) else reprlib.repr(step))
+            text += ("." if text else "") + (step if _PLAIN_KEY.fullmatch(step) else text_of(step))
     return text
 
 
@@ -59,40 +56,30 @@ class Document:
     Attributes
     ----------
     name : str
-        What the file is called in messages.
+        The name of the file in messages.
     data : dict
         Plain mappings, lists, text, numbers, truth values and None.
     faults : list of Fault
         Those that leave the rest readable, in their order in the text.
-    unreadable : set
-        Where a value could not be read, a fault was reported, and None stands in its place.
     values, keys : dict
-        Line and column of each value and of each key, counted from 1.
+        Where each value and each key begins.
     """
 
     name: str
     data: dict[str, Any]
     faults: list[Fault] = Factory(list)
-    unreadable: set[Steps] = Factory(set)
-    values: dict[Steps, Place] = Factory(dict)
-    keys: dict[Steps, Place] = Factory(dict)
+    values: dict[Steps, yaml.Mark] = Factory(dict)
+    keys: dict[Steps, yaml.Mark] = Factory(dict)
 
     def fault(self, path: Steps, problem: str, at_key: bool = False) -> Fault:
-        """What is wrong with the value at ``path``, or with its key."""
-        line, column = self.place(path, at_key)
-        return Fault(dotted(path), problem, f"{self.name}:{line}:{column}")
-
-    def place(self, path: Steps, at_key: bool = False) -> Place:
-        """Line and column of the value at ``path``, or of its key; else of the nearest above it."""
+        """The fault of the value at ``path``, or of its key; it is located there, or at the nearest above it."""
         for end in range(len(path), -1, -1):
-            above = path[:end]
-            if at_key and above in self.keys:
-                return self.keys[above]
-            if above in self.values:
-                return self.values[above]
-        return (1, 1)
+            mark = (self.keys.get(path[:end]) if at_key else None) or self.values.get(path[:end])
+            if mark is not None:
+                return Fault(dotted(path), problem, _location(self.name, mark))
+        return Fault(dotted(path), problem, f"{self.name}:1:1")
 
-    def having(self, values: Mapping[Steps, Any], place: Place | None = None) -> Document:
+    def having(self, values: Mapping[Steps, Any], place: yaml.Mark | None = None) -> Document:
         """The document with other ``values`` at their paths; mappings on the way are made where there is nothing.
 
         A value below something else than a mapping is left out: what is wrong there is found without it. ``place`` is
@@ -155,13 +142,18 @@ def parse_document(text: str, name: str) -> Document:
         problem = f"must be printable text (got the character U+{ord(bad[0]):04X}; delete it)"
         raise _error(name, text[: bad.start()], problem)
     document = Document(name, {})
-    data = _value(document, _composed(text, name), ())
+    node = _composed(text, name)
+    data = None if node is None else _value(document, node, ())
     if not isinstance(data, dict):
-        got = "nothing" if data is None else reprlib.repr(data)
+        got = "nothing" if data is None else text_of(data)
         problem = f"must be a mapping, 'key: value' on each line (got {got})"
         raise ScenarioError([*document.faults, document.fault((), problem)])
     document.data = data
     return document
+
+
+def _location(name: str, mark: yaml.Mark) -> str:
+    return f"{name}:{mark.line + 1}:{mark.column + 1}"
 
 
 def _error(name: str, before: str, problem: str) -> ScenarioError:
@@ -186,92 +178,70 @@ class _Loader(yaml.SafeLoader):
 
 
 _TEXT = _Loader.DEFAULT_SCALAR_TAG
-_NUMBER = r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|0o[0-7]+|0x[0-9a-fA-F]+"
-_NOT_FINITE = r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)"
 for _tag, _pattern, _first in (
-    ("number", f"{_NUMBER}|{_NOT_FINITE}", "-+.0123456789"),
+    ("number", r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?", "-+.0123456789"),
     ("truth", "true|True|TRUE|false|False|FALSE", "tTfF"),
     ("nothing", "|~|null|Null|NULL", ["", *"~nN"]),
 ):
     _Loader.add_implicit_resolver(_tag, re.compile(rf"({_pattern})\Z"), list(_first))
 
 
-def _composed(text: str, name: str) -> yaml.Node:
-    """The node at the top; an empty scalar where there is none."""
-    loader = _Loader(_TAB_BETWEEN.sub(lambda found: " " * len(found[0]), text))
-    start = loader.get_mark()
+def _composed(text: str, name: str) -> yaml.Node | None:
+    """The node at the top, if there is one."""
+    loader = _Loader(text)
     try:
         if text.count(",") + text.count("\n") > _MOST_VALUES:  # one of these stands behind nearly every value
             raise ValueError(f"more than {_MOST_VALUES} values; put a long record in a CSV file")
         found: yaml.Node | None = loader.get_single_node()
+        return found
     # PyYAML recurses without a limit, and makes characters of escapes without asking whether there are such.
     except (yaml.MarkedYAMLError, RecursionError, ValueError, OverflowError) as error:
         got = str(getattr(error, "problem", None) or error)
         hint = next((f"; {hint}" for part, hint in _HINTS.items() if part in got), "")
         mark = getattr(error, "problem_mark", None) or loader.get_mark()
-        location = f"{name}:{mark.line + 1}:{mark.column + 1}"
-        raise ScenarioError([Fault("", f"must be YAML (got: {got}{hint})", location)]) from None
-    return found or yaml.ScalarNode("nothing", "", start)
+        raise ScenarioError([Fault("", f"must be YAML (got: {got}{hint})", _location(name, mark))]) from None
 
 
 # ---------------------------------------------------------------- nodes to data
 
 
 def _value(document: Document, node: yaml.Node, path: Steps) -> Any:
-    """The data of a node, whose places ``document`` gets; None where it could not be read."""
-    document.values[path] = node.start_mark.line + 1, node.start_mark.column + 1
-    if len(path) >= _DEEPEST or isinstance(node, yaml.ScalarNode):
-        try:
-            return _scalar(node)
-        except ValueError as error:
-            document.unreadable.add(path)
-            document.faults.append(document.fault(path, str(error)))
-            return None
+    """The data of a node, whose places ``document`` gets."""
+    document.values[path] = node.start_mark
     if isinstance(node, yaml.SequenceNode):
         return [_value(document, inner, (*path, index)) for index, inner in enumerate(node.value)]
+    if isinstance(node, yaml.MappingNode):
+        return _mapping(document, node, path)
+    if node.tag == _TEXT and _UNPRINTABLE.search(node.value):
+        problem = "must be printable text (got an escape of a character that is not)"
+        document.faults.append(document.fault(path, problem))
+        return ""
+    return _scalar(node.tag, node.value)
+
+
+def _mapping(document: Document, node: yaml.Node, path: Steps) -> dict[str, Any]:
     data: dict[str, Any] = {}
     for key, inner in node.value:
         below = (*path, key.value)
-        line, column = key.start_mark.line + 1, key.start_mark.column + 1
         if key.tag == _TEXT and key.value not in data:
-            document.keys[below] = line, column
+            document.keys[below] = key.start_mark
             data[key.value] = _value(document, inner, below)
             continue
         if key.tag == _TEXT:
-            problem = f"must be given once (got it again; first in line {document.keys[below][0]}; delete one)"
+            problem = f"must be given once (got it again; first in line {document.keys[below].line + 1}; delete one)"
         else:
-            below = path
-            got = f"{reprlib.repr(key.value)[1:-1]}; put it in quotes if it is one" if key.value else "nothing"
-            problem = f"must have names as keys (got {got})"
-        document.faults.append(Fault(dotted(below), problem, f"{document.name}:{line}:{column}"))
+            problem = f"must have names as keys (got {text_of(key.value)}; put it in quotes if it is one)"
+        where = dotted(below if key.tag == _TEXT else path)
+        document.faults.append(Fault(where, problem, _location(document.name, key.start_mark)))
     return data
 
 
-def _scalar(node: yaml.Node) -> Any:
-    """The value of a scalar; raises ValueError for what has none."""
-    text = node.value
-    if not isinstance(node, yaml.ScalarNode):
-        raise ValueError(f"must be nested at most {_DEEPEST} levels deep (got more)")
-    if node.tag == "nothing":
+def _scalar(tag: str, text: str) -> Any:
+    if tag == "nothing":
         return None
-    if node.tag == "truth":
+    if tag == "truth":
         return text.lower() == "true"
-    if node.tag == "number":
-        return _number(text)
-    if _UNPRINTABLE.search(text):
-        raise ValueError("must be printable text (got an escape of a character that is not)")
+    if tag == "number":
+        whole = text.lstrip("+-").isdigit() and len(text) < _MOST_DIGITS
+        return int(text) if whole else float(text)
     return text
-
-
-def _number(text: str) -> int | float:
-    """A finite number; raises ValueError for one that no float holds."""
-    try:
-        if text.startswith(("0o", "0x")):
-            number: int | float = int(text, 0)
-        else:
-            number = int(text) if text.lstrip("+-").isdigit() else float(text)
-        if math.isfinite(number):
-            return number
-    except (ValueError, OverflowError):
-        pass
-    raise ValueError(f"must be finite (got {reprlib.repr(text)[1:-1]})")

@@ -11,7 +11,7 @@ from attrs import asdict, frozen
 from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.errors import InvalidValueError, nearest
 from shockwave.fields import Quantity, text_of
-from shockwave.scenario.keys import Key
+from shockwave.scenario.block_keys import Key
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.value_conversion import converted
 from shockwave.studies.scaling_exponents import Exponents

@@ -18,11 +18,11 @@ from shockwave.measurement.simulate import simulate
 from shockwave.numerics import crossings
 from shockwave.profiles.shock import Shock
 from shockwave.registry import entries, find
+from shockwave.scenario.dotted_names import Variable, variable
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import ends_of, is_continuous
 from shockwave.scenario.value_conversion import WrongsError, gathered
-from shockwave.scenario.variable import Variable, variable
 from shockwave.studies import varied_scenes
 from shockwave.studies.chebyshev_fit import evaluated, fitted
 from shockwave.studies.design_result import Design, Option, Simulated, Target

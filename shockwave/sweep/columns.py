@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from shockwave.measurement.result import SimulationResult
 from shockwave.prediction.outcome import Outcome
-from shockwave.scenario.sweep import Run
+from shockwave.scenario.sweep_block import Run
 from shockwave.studies.comparison import Comparison
 from shockwave.sweep.definition import NOTES, Column
 

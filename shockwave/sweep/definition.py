@@ -26,7 +26,7 @@ _FORMAT = 2
 _REMEDY = "give a folder that `shockwave sweep FILE --out FOLDER` has written"
 # Largest file [bytes], enough for some hundred thousand values: parsing takes up to 25 times as much memory.
 _MOST_BYTES = 2**24
-# Most points of a sweep, as in `shockwave.scenario.sweep`.
+# Most points of a sweep, as in `shockwave.scenario.sweep_block`.
 _MOST_POINTS = 10**7
 # Differences that a message lists.
 _MOST_LISTED = 4

@@ -26,7 +26,7 @@ from shockwave.registry import load, plugins
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.scene_hash import normalised
-from shockwave.scenario.sweep import Sweep
+from shockwave.scenario.sweep_block import Sweep
 from shockwave.simulation.backend import lack
 from shockwave.studies.comparison import beside
 from shockwave.sweep.columns import Answer, Read, reads, row

@@ -1,4 +1,4 @@
-"""The scene as it was understood: what a result was computed for, in SI units."""
+"""Summary of a scene: the numbers that a result was computed for, in SI units, and their two lines of text."""
 
 from __future__ import annotations
 

@@ -1,22 +1,19 @@
-"""Sweeps: the block of a scenario that stands for many scenes."""
+"""The block ``sweep`` of a scenario, which stands for many scenes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Literal
 
 import numpy as np
 from attrs import evolve, frozen
 
-from shockwave.chain.material import Material
-from shockwave.errors import PluginError, UnknownNameError
 from shockwave.fields import Quantity, text_of
-from shockwave.registry import load
-from shockwave.scenario.keys import BLOCKS, Key, keys_of
+from shockwave.scenario.block_keys import Key
+from shockwave.scenario.dotted_names import Variable, variables
 from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, gathered, items, structure
-from shockwave.scenario.variable import Variable, variables
 from shockwave.scenario.yaml_document import Document, Steps
 
 Run = Literal["predict", "simulate", "compare"]
@@ -26,14 +23,13 @@ _MOST_VALUES = 10**6
 _MOST_TRIES = 100
 _LENGTH = Key("number", spec=Quantity("", "number of values", at_least=1, at_most=_MOST_VALUES, whole=True))
 _SPACINGS: dict[str, Callable[[float, float, int], np.ndarray]] = {"linspace": np.linspace, "logspace": np.geomspace}
-_VALUES = "must be a list of values, or a mapping {linspace: [first, last, number]} or {logspace: ...}"
+_VALUES = "must be a list of values, or for numbers {linspace: [first, last, number]} or {logspace: ...}"
 
 #: Keys of the block.
 SWEEP = (
     Key("run", annotation=Run, meaning="what is done at every point; left out, what the scenario has a block for"),
     Key("grid", meaning="dotted names and their values: every value with every other"),
     Key("zip", meaning="dotted names and as many values each: the first with the first, and so on"),
-    Key("points", meaning="a list of mappings of dotted names to one value each"),
 )
 
 
@@ -44,7 +40,7 @@ class Axis:
     Attributes
     ----------
     variables : tuple of Variable
-        One, unless it comes from ``zip`` or ``points``.
+        One, unless it comes from ``zip``.
     values : tuple of tuple
         For each position the values of the variables, numbers in SI units.
     """
@@ -68,7 +64,7 @@ class Sweep:
     Attributes
     ----------
     run : "predict", "simulate" or "compare"
-        What is done at every point.
+        The command that is run at every point.
     axes : tuple of Axis
         In the order of the file.
     """
@@ -83,7 +79,7 @@ class Sweep:
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """Of all axes."""
+        """The variables of all axes."""
         return tuple(variable for axis in self.axes for variable in axis.variables)
 
     def __len__(self) -> int:
@@ -102,8 +98,6 @@ class Sweep:
 
 # ---------------------------------------------------------------- the block
 
-Known = Mapping[str, Variable]
-
 
 def read(data: Mapping[str, Any]) -> Sweep:
     """The block ``sweep`` of the document ``data``.
@@ -116,50 +110,41 @@ def read(data: Mapping[str, Any]) -> Sweep:
     given = data["sweep"]
     if not isinstance(given, dict):
         structure(given, SWEEP)  # raises
-    varied = list(_varied(given))
-    known = variables(data, [value for _, name, values in varied if name == "shock.profile" for value in values])
-    converters = {
-        "run": partial(converted, SWEEP[0]),
-        "grid": partial(_grid, known),
-        "zip": partial(_zip, known),
-        "points": partial(_points, known),
-    }
-    found = gathered(given.items(), converters, _repeated(varied))
+    grid, zipped = _parts(given)
+    profiles = (grid | zipped).get("shock.profile")
+    known = variables(data, profiles if isinstance(profiles, list) else ())
+    twice = "must be varied once (got it in grid and zip; delete one)"
+    repeated = [Wrong(("zip", name), twice, at_key=True) for name in zipped if name in grid]
+    converters = {"run": partial(converted, SWEEP[0]), "grid": partial(_grid, known), "zip": partial(_zip, known)}
+    found = gathered(given.items(), converters, repeated)
     run = found.pop("run", None) or _run(data)
     sweep = Sweep(run, tuple(axis for axes in found.values() for axis in axes))
     if not 0 < len(sweep) <= _MOST_POINTS or not sweep.axes:
         got = len(sweep) if sweep.axes else "nothing"
-        problem = f"must have a grid, a zip or points, of 1 to {_MOST_POINTS:g} scenes in all (got {got})"
+        problem = f"must have a grid or a zip, of 1 to {_MOST_POINTS:g} scenes in all (got {got})"
         raise WrongsError([Wrong((), problem)])
     return sweep
 
 
 def _run(data: Mapping[str, Any]) -> Run:
-    """What the scenario has a block for: one of the two, or else both side by side."""
+    """The command that the scenario has a block for, or else both side by side."""
     predict, simulate = (data.get(name) is not None for name in ("predict", "simulate"))
     if predict == simulate:
         return "compare"
     return "predict" if predict else "simulate"
 
 
-def _varied(block: Any) -> Iterator[tuple[str, str, list[Any]]]:
-    """Part, name and values of what the block says is varied, whether there is such a thing or not."""
-    for part, content in block.items() if isinstance(block, dict) else ():
-        for names in content if isinstance(content, list) else [content]:
-            for name, values in names.items() if isinstance(names, dict) else ():
-                yield part, name, values if isinstance(values, list) else [values]
+def _parts(block: Any) -> list[dict[str, Any]]:
+    parts = [block.get(name) if isinstance(block, dict) else None for name in ("grid", "zip")]
+    return [part if isinstance(part, dict) else {} for part in parts]
 
 
-def _repeated(varied: list[tuple[str, str, list[Any]]]) -> list[Wrong]:
-    parts: dict[str, str] = {}
-    return [
-        Wrong((part, name), "must be varied once (got it again; delete one)", at_key=True)
-        for part, name, _ in varied
-        if parts.setdefault(name, part) != part
-    ]
+def names(block: Any) -> set[Steps]:
+    """The paths of the values that a block varies, whether it is sound or not."""
+    return {tuple(name.split(".")) for part in _parts(block) for name in part}
 
 
-def _columns(known: Known, given: Any) -> list[tuple[Variable, list[Any]]]:
+def _columns(known: Mapping[str, Variable], given: Any) -> list[tuple[Variable, list[Any]]]:
     """Variables and their values."""
     if not isinstance(given, dict) or not given:
         raise ValueError(f"must be a mapping of dotted names to values (got {text_of(given)})")
@@ -167,35 +152,18 @@ def _columns(known: Known, given: Any) -> list[tuple[Variable, list[Any]]]:
     return [(known[name], values) for name, values in found.items()]
 
 
-def _grid(known: Known, given: Any) -> list[Axis]:
+def _grid(known: Mapping[str, Variable], given: Any) -> list[Axis]:
     """An axis for each name."""
     return [Axis((of,), tuple(zip(values))) for of, values in _columns(known, given)]
 
 
-def _zip(known: Known, given: Any) -> list[Axis]:
+def _zip(known: Mapping[str, Variable], given: Any) -> list[Axis]:
     """One axis for all names."""
     variables, columns = zip(*_columns(known, given), strict=True)
     if len({len(values) for values in columns}) > 1:
-        listed = ", ".join(f"{len(values)} of {of.name}" for of, values in zip(variables, columns, strict=True))
-        raise ValueError(f"must have as many values of each (got {listed})")
+        counts = ", ".join(f"{len(values)} of {of.name}" for of, values in zip(variables, columns, strict=True))
+        raise ValueError(f"must have as many values of each (got {counts})")
     return [Axis(variables, tuple(zip(*columns, strict=True)))]
-
-
-def _points(known: Known, given: Any) -> list[Axis]:
-    """One axis of points."""
-    if not isinstance(given, list) or not given or not all(isinstance(point, dict) and point for point in given):
-        raise ValueError(f"must be a list of mappings of dotted names to values (got {text_of(given)})")
-    names = list(given[0])
-    converters = {name: partial(_value, of) for name, of in known.items()}
-
-    def point(one: dict[str, Any]) -> tuple[Any, ...]:
-        if one.keys() != given[0].keys():
-            raise ValueError(f"must give {', '.join(names)}, as the first point does (got {', '.join(one)})")
-        found = gathered(one.items(), converters)
-        return tuple(found[name] for name in names)
-
-    values = items(given, point)
-    return [Axis(tuple(known[name] for name in names), tuple(values))]
 
 
 def _values(of: Variable, given: Any) -> list[Any]:
@@ -203,28 +171,18 @@ def _values(of: Variable, given: Any) -> list[Any]:
     if isinstance(given, list):
         if not given or len(given) > _MOST_VALUES:
             raise ValueError(f"must be 1 to {_MOST_VALUES} values (got {len(given)})")
-        return items(given, partial(_value, of))
+        return items(given, of.converted)
     kind, parts = next(iter(given.items())) if isinstance(given, dict) and len(given) == 1 else (None, None)
-    if kind not in _SPACINGS or not isinstance(parts, list) or len(parts) != 3:
+    listed = isinstance(parts, list) and len(parts) == 3 and None not in parts
+    if kind not in _SPACINGS or not listed or of.unit is None:
         raise ValueError(f"{_VALUES} (got {text_of(given)})")
-    if of.unit is None:
-        raise ValueError(f"must be a list, as not every value of it is a number (got {text_of(given)})")
     found: list[Any] = gathered(given.items(), {kind: partial(_spaced, of, kind)})[kind]
     return found
 
 
-def _value(of: Variable, given: Any) -> Any:
-    if of.name != "chain.material" or isinstance(given, str):
-        return of.converted(given)
-    structure(given, keys_of(Material))  # the loader converts it
-    return given
-
-
 def _spaced(of: Variable, kind: str, parts: list[Any]) -> list[Any]:
-    if None in parts:
-        raise WrongsError([Wrong((parts.index(None),), "must be a number (got nothing)")])
-    converters: dict[int, Callable[[Any], Any]] = {0: of.converted, 1: of.converted, 2: partial(converted, _LENGTH)}
-    first, last, number = gathered(enumerate(parts), converters).values()
+    converters = (of.converted, of.converted, partial(converted, _LENGTH))
+    first, last, number = gathered(enumerate(parts), dict(enumerate(converters))).values()
     if kind == "logspace" and not first * last > 0:
         raise ValueError(f"must have ends of the same sign, other than 0 (got {text_of(parts)}; use linspace)")
     # where both ends are in its range, so is what is between
@@ -248,27 +206,10 @@ def beginnings(sweep: Sweep | None) -> range:
 def first(document: Document, sweep: Sweep | None, index: int = 0) -> Document:
     """One of the scenes that the document stands for, as one that stands for itself."""
     rest = {name: value for name, value in document.data.items() if name not in ("sweep", "uncertainty")}
-    if sweep is None:
-        # what a sweep with faults would have brought is not missing
-        brought = {tuple(name.split(".")) for _, name, _ in _varied(document.data.get("sweep"))}
-        return evolve(document, data=rest, unreadable=document.unreadable | brought)
     document = evolve(document, data=rest)
-    # a material first, for what is swept of it
+    if sweep is None:
+        return document
+    # a material first: what is swept of one with a name of its own is left to the points
     pairs = sorted(sweep.point(index).items(), key=lambda pair: pair[0].count("."))
     values: dict[Steps, Any] = {tuple(name.split(".")): value for name, value in pairs}
-    made = _material(document, values)
-    return document.having(made | values | made, document.place(("sweep",), at_key=True))
-
-
-def _material(document: Document, values: Mapping[Steps, Any]) -> dict[Steps, Any]:
-    """The material as a mapping with a place for ``values``, if it is called by its name and some are of it."""
-    path: Steps = ("chain", "material")
-    chain = document.data.get("chain")
-    given = values.get(path, chain.get("material") if isinstance(chain, dict) else None)
-    if not isinstance(given, str) or not any(path == steps[:2] and len(steps) > 2 for steps in values):
-        return {}
-    try:
-        material = load("materials", given)
-    except (PluginError, UnknownNameError):  # reported where the material is built
-        return {}
-    return {path: {key.name: getattr(material, key.name) for key in BLOCKS["chain.material"]}}
+    return document.having(values, document.keys.get(("sweep",)))

@@ -1,0 +1,107 @@
+"""Values of a scenario by their dotted names, such as ``shock.parameters.decay_exponent``."""
+
+from __future__ import annotations
+
+import typing
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from typing import Any
+
+from attrs import frozen
+
+from shockwave.errors import Fault, InvalidValueError, ShockwaveError, nearest
+from shockwave.fields import text_of
+from shockwave.scenario.block_keys import BLOCKS, SHOCK, Key, parameters_of, profile_class, shock_keys
+from shockwave.scenario.value_conversion import WrongsError, converted, gathered
+
+
+@frozen
+class Variable:
+    """A value of a scenario that may be another in another scene.
+
+    Attributes
+    ----------
+    name : str
+        Its dotted name.
+    key : Key
+        Its type, unit and range.
+    """
+
+    name: str
+    key: Key
+
+    @property
+    def unit(self) -> str | None:
+        """SI unit, empty for a number without one; None for what is no number."""
+        if self.key.spec is not None:
+            return None if self.key.spec.samples else self.key.spec.unit
+        kinds = set(typing.get_args(self.key.annotation)) - {type(None)} or {self.key.annotation}
+        return "" if kinds <= {float, int} else None
+
+    @property
+    def whole(self) -> bool:
+        """Whether it is a whole number."""
+        return self.key.annotation is int if self.key.spec is None else self.key.spec.whole
+
+    def converted(self, given: Any) -> Any:
+        """``given``, as a scenario would write it, converted; raises ValueError for a wrong one."""
+        return converted(self.key, given)
+
+    def value(self, given: Any) -> Any:
+        """``given``, as a scenario would write it, converted: a float in SI units where there is a unit.
+
+        Raises
+        ------
+        InvalidValueError
+            When it is of another dimension or kind, or out of range.
+        """
+        try:
+            return gathered([(self.name, given)], {self.name: self.converted})[self.name]
+        except WrongsError as error:
+            raise InvalidValueError(Fault(self.name, str(wrong.problem)) for wrong in error.wrongs) from None
+
+
+def variable(name: str, data: Mapping[str, Any], fits: Callable[[str], bool] = bool) -> Variable:
+    """The variable called ``name``.
+
+    Parameters
+    ----------
+    name : str
+        Its dotted name.
+    data : mapping
+        The content of the document: the parameters of a shock depend on its profile.
+    fits : callable
+        Which names the caller can use: a message lists these.
+
+    Raises
+    ------
+    InvalidValueError
+        When a scenario has no such key.
+    """
+    known = variables(data)
+    if name not in known:
+        names = [other for other in known if fits(other)]
+        hint = f"{nearest(str(name)[:60], names)}known: {', '.join(names)}"
+        raise InvalidValueError.of("", f"must be the dotted name of a key (got {text_of(name)}; {hint})")
+    return known[name]
+
+
+def variables(data: Mapping[str, Any], profiles: Sequence[Any] = ()) -> dict[str, Variable]:
+    """All variables by their names; with the parameters of other ``profiles`` too."""
+    shock = data.get("shock")
+    own = shock.get("profile") if isinstance(shock, Mapping) else None
+    of_shock: list[Key] = []
+    parameters: list[Key] = []
+    for name in (own, *profiles):
+        with suppress(ShockwaveError):  # reported where the name stands
+            if isinstance(name, str):
+                cls = profile_class(name)
+                of_shock += shock_keys(cls)
+                parameters += parameters_of(name, cls)
+    found: dict[str, Variable] = {}
+    for block, keys in (BLOCKS | {"shock": (*of_shock, *SHOCK), "shock.parameters": tuple(parameters)}).items():
+        for key in keys:
+            name = f"{block}.{key.name}"
+            found.setdefault(name, Variable(name, key))
+    del found["shock.parameters"]
+    return found
