@@ -178,26 +178,13 @@ def test_a_name_of_two_plugins_stops_only_scenes_that_use_it(
     assert main(["predict", "own.yaml"]) == 0
 
 
-#: Key of a scenario, status and message beside a plugin that cannot be read.
-BESIDE = {
-    "typing-error": (CHAIN + SHOCK.replace("PROFILE", "trianguler"), 3, "did you mean 'triangular'?"),
-    "required": (
-        "requires: [Test_Faulty]\n" + CHAIN + SHOCK.replace("PROFILE", "triangular"),
-        4,
-        "x.yaml:1:12: requires[0]: must be a plugin that works (got RuntimeError",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", BESIDE)
-def test_a_scene_beside_a_faulty_plugin(
-    install: Install, scene: Path, capsys: pytest.CaptureFixture[str], name: str
+def test_a_typing_error_is_reported_beside_a_faulty_plugin(
+    install: Install, scene: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     install_faulty(install, "hooks module raises")
-    text, status, message = BESIDE[name]
-    (scene / "x.yaml").write_text(text)
-    assert main(["predict", "x.yaml"]) == status
-    assert message in capsys.readouterr().err
+    (scene / "x.yaml").write_text(CHAIN + SHOCK.replace("PROFILE", "trianguler"))
+    assert main(["predict", "x.yaml"]) == 3
+    assert "did you mean 'triangular'?" in capsys.readouterr().err
 
 
 METHOD = """

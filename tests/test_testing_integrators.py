@@ -14,7 +14,7 @@ from selection import thinned
 from shockwave.errors import NumericalError
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.fixed_step import Verlet
-from shockwave.simulation.integrator import Integrator, Step
+from shockwave.simulation.integrator import Counted, Integrator, Step
 from shockwave.simulation.nystroem import Rkn64
 from shockwave.simulation.one_step import Attempt
 from shockwave.testing import IntegratorContract
@@ -45,7 +45,7 @@ class Plain(Integrator):
             raise NumericalError("plain cannot step")
 
     def steps(self, acceleration, begin, until, x, v, first_size) -> Iterator[Step]:  # type: ignore[no-untyped-def]
-        counted = self._counted(acceleration, until)
+        counted = Counted(self, acceleration, until)
         old = x.copy(), v.copy(), counted(begin, self.positions(x)).ravel()
         for time, end in pairwise(self.times(begin, until)):
             size = end - time

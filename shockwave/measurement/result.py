@@ -256,6 +256,11 @@ class SimulationResult:
         return self.warnings
 
     @property
+    def wave_threshold(self) -> float:
+        """Weakest wave that counts, over the primary."""
+        return self.options.wave_threshold
+
+    @property
     def scene(self) -> Scene:
         """Shock and chain as they were understood."""
         return Scene.of(self.shock, self.chain)

@@ -12,7 +12,7 @@ from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import InvalidValueError, ShockwaveError
 from shockwave.measurement.result import SimulationResult, Train
 from shockwave.measurement.simulation_setup import MEASURABLE, Setup, scaled, setup_of
-from shockwave.options import SimulateOptions
+from shockwave.options import Backend, Recorded, SimulateOptions, Waves
 from shockwave.profiles.shock import Shock
 from shockwave.simulation.primary_search import find_primaries
 from shockwave.simulation.problem import ChainProblem, Primary, Request, Status
@@ -41,7 +41,19 @@ _Outcome = SimulationResult | ShockwaveError
 
 
 def simulate(
-    shock: Shock, chain: Chain, rtol: float | None = None, integrator: str | None = None, **settings: Any
+    shock: Shock,
+    chain: Chain,
+    rtol: float | None = None,
+    integrator: str | None = None,
+    wave_threshold: float = 5e-3,
+    *,
+    step: float | None = None,
+    waves: Waves = "train",
+    backend: Backend = "auto",
+    contacts: Iterable[int] = (),
+    record: Iterable[Recorded] = (),
+    interval: float | None = None,
+    until: float | None = None,
 ) -> SimulationResult:
     """Integrate eq. (1) and measure the waves that come out.
 
@@ -54,11 +66,8 @@ def simulate(
         Profile, peak force, rise time.
     chain : Chain
         Material, radius, and the number of granules or None.
-    rtol, integrator
+    rtol, integrator, wave_threshold, step, waves, backend, contacts, record, interval, until
         As of `SimulateOptions`.
-    **settings
-        ``wave_threshold``, ``step``, ``waves``, ``backend``, ``contacts``, ``record``, ``interval`` and ``until``, as
-        of `SimulateOptions`.
 
     Returns
     -------
@@ -72,7 +81,19 @@ def simulate(
     NumericalError
         When the integrator fails, no wave leaves the loaded end, or the shock is too long.
     """
-    return simulate_with(SimulateOptions(rtol=rtol, integrator=integrator, **settings), shock, chain)
+    options = SimulateOptions(
+        integrator=integrator,
+        rtol=rtol,
+        step=step,
+        wave_threshold=wave_threshold,
+        waves=waves,
+        backend=backend,
+        contacts=contacts,
+        record=record,
+        interval=interval,
+        until=until,
+    )
+    return simulate_with(options, shock, chain)
 
 
 def simulate_with(options: SimulateOptions, shock: Shock, chain: Chain) -> SimulationResult:
@@ -89,8 +110,11 @@ def simulate_many(
     rtol: float | None = None,
     integrator: str | None = None,
     wave_threshold: float = 5e-3,
+    *,
+    step: float | None = None,
+    waves: Waves = "train",
+    backend: Backend = "auto",
     threads: int | None = None,
-    **settings: Any,
 ) -> list[_Outcome]:
     """As `simulate` for many shocks, side by side: eight at a time in a core, on every core.
 
@@ -100,7 +124,7 @@ def simulate_many(
         The shocks.
     chain : Chain or sequence of Chain
         One for all of them, or one each.
-    rtol, integrator, wave_threshold, **settings
+    rtol, integrator, wave_threshold, step, waves, backend
         As of `simulate`.
     threads : int, optional
         How many share the work of the compiled code; left out, one for each core.
@@ -110,7 +134,10 @@ def simulate_many(
     list
         In the order of the shocks. In place of a result that could not be computed stands the error.
     """
-    setup = setup_of(SimulateOptions(rtol=rtol, integrator=integrator, wave_threshold=wave_threshold, **settings))
+    options = SimulateOptions(
+        integrator=integrator, rtol=rtol, step=step, wave_threshold=wave_threshold, waves=waves, backend=backend
+    )
+    setup = setup_of(options)
     shocks = list(shocks)
     chains = [chain] * len(shocks) if isinstance(chain, Chain) else list(chain)
     if len(chains) != len(shocks):

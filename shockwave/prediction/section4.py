@@ -96,14 +96,22 @@ def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Inequality, .
     total = ratio + added / shock.momentum_parameter
     # d/d ln A: the ratio falls as 1/A, and the window grows with it by F at its beginning.
     slope = -ratio * (1 - 2 * as_virtual.force_at(begin) / shock.areas.total)
+    warnings: tuple[str, ...] = ()
+    amplitude = total**1.2  # (5h)
+    if amplitude > 1 and relation == "less":
+        warnings = (
+            "(5h) puts the primary above the shock's peak force while (5e) puts it below: "
+            "the added momentum of the virtual pulse is out of proportion here",
+        )
     return ScaledAnswer(
         "ejection",
         relation,
-        (total**1.2,),  # (5h)
+        (amplitude,),
         trace,
         sensitivity=1.2 * slope / total,
         trust=window / n,
         ejection=ScaledEjection(virtual, added, window / n),
+        warnings=warnings,
     )
 
 
@@ -126,10 +134,14 @@ def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tu
         end = _wave_end(shock, 0.0, alpha)
         primary = (alpha * shock.momentum_parameter / end) ** 6
         roots, warnings, reach = (primary,), [], -1 / 6
+    if end >= shock.duration:
+        warnings.append("the primary takes the whole impulse: the time it needs ends after the shock")
     later = _later_waves(shock, settings.wave_threshold * primary, end)
     highest = max(later, default=0.0)
     if highest > primary:
         warnings.append("(5i) puts a later wave above the primary: the rise is too slow for section 4")
+    if len(later) == _MOST_WAVES:
+        warnings.append(f"only the first {_MOST_WAVES} later waves were counted")
     # Implicit derivative of A F^(5/6) = I(t), t = alpha(F) A F^(-1/6); ``reach`` is d ln t / d ln F at fixed A.
     weight = 0.0 if end >= shock.duration else end * shock.force_at(end) / shock.impulse_until(end)
     slope = 5 / 6 - weight * reach
@@ -212,7 +224,9 @@ def _literal_primary(shock: ScaledShock) -> tuple[float, float, tuple[float, ...
         whole = (shock.impulse / unit) ** 1.2
         sentence = "(5c) as printed has no root within the shock: the primary is given the whole impulse"
         return whole, shock.duration, roots, [sentence]
-    return inside[-1], time(inside[-1]), roots, []
+    listed = ", ".join(f"{root:.6g}" for root in roots)
+    sentence = f"(5c) as printed has the roots {listed} (times the peak force); the last within the shock is used"
+    return inside[-1], time(inside[-1]), roots, [sentence]
 
 
 def _scan_times(shock: ScaledShock) -> list[float]:

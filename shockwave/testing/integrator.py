@@ -117,7 +117,7 @@ class IntegratorContract(Contract):
             for step in motion.taken(method, watched, until):
                 step.interpolate((step.begin + step.end) / 2)
         count = len(watched.times)
-        message = f"evaluations is {method.evaluations}, the acceleration was called {count} times (use self._counted)"
+        message = f"evaluations is {method.evaluations}, the acceleration was called {count} times (wrap it in Counted)"
         assert method.evaluations == count, message
 
     def test_clause_6_arrays_stay_as_they_were(self, integrator: type[Integrator]) -> None:
