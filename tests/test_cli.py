@@ -51,6 +51,12 @@ def test_compare_shows_the_eight_rows_of_the_paper_with_printed_figures(capsys: 
     assert all(figure in text for figure in ("+3.16%", "3.0%", "14.414 us", "14.4 us", "+1.49%", "2.9%"))
 
 
+def test_compare_of_one_scene_shows_the_printed_figures(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", "--rtol", "1e-4", SCENE]) == 0
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last == "printed in Hasan & Nemat-Nasser, table 2 row 1: error 3.0%, virtual rise time 14.4 us"
+
+
 @pytest.mark.parametrize("scene", ALL_SCENES, ids=lambda scene: scene.stem)
 def test_every_shipped_scene_is_compared(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found = document(capsys, "compare", "--json", "--rtol", "1e-4", str(scene))

@@ -142,7 +142,7 @@ def test_one_curve_serves_every_chain_and_force(force: float, radius: float) -> 
     chain = sw.Chain(material=sw.Material(youngs_modulus=1.5e9, poisson_ratio=0.46, density=2178.0), radius=radius)
     shock = sw.Shock(profile=TRIANGLE, peak_force=force, rise_time=1.3 * Scales.of(chain, force).time)
     known = sw.simulate(shock, chain, rtol=1e-8, waves="primary").peak_force
-    assert curve("triangle").answer(shock, chain).peak_force == pytest.approx(known, rel=1e-4)
+    assert curve("triangle").peak_force(shock, chain) == pytest.approx(known, rel=1e-4)
 
 
 def test_another_shape_is_refused() -> None:
@@ -162,6 +162,25 @@ def test_wrong_arguments_are_refused(name: str, value: Any) -> None:
     given: dict[str, Any] = {"profile": TRIANGLE, name: value}
     with pytest.raises(sw.InvalidValueError, match=f"{name}: must be"):
         UniversalCurve(**given)
+
+
+# ---------------------------------------------------------------- the inverse
+
+
+@pytest.mark.parametrize("name", thinned(SHAPES, 3))
+@pytest.mark.parametrize("target", [1e-4, 0.05, 0.6, 1.4])
+def test_solutions_have_the_requested_amplification(name: str, target: float) -> None:
+    (ratio,) = curve(name).solve(target)
+    # the root is found to the last digits
+    assert float(curve(name).amplification(ratio)) == pytest.approx(target, rel=1e-13)
+
+
+def test_the_greatest_amplification_is_the_last_with_a_solution() -> None:
+    ratio, most = curve("triangle").highest
+    assert curve("triangle").solve(most * (1 - 1e-12))[-1] == pytest.approx(ratio, rel=1e-9)
+    assert curve("triangle").solve(most * (1 + 1e-9)) == ()
+    with pytest.raises(sw.InvalidValueError, match="amplification: must be > 0"):
+        curve("triangle").solve(math.nan)
 
 
 # ---------------------------------------------------------------- the fit
@@ -236,12 +255,53 @@ def test_the_picture_draws_the_curve_over_its_range() -> None:
     assert ax.get_legend_handles_labels()[1] == ["universal curve", "this shock"]
 
 
+# ---------------------------------------------------------------- files
+
+
+@pytest.mark.parametrize("name", ["triangle", "two humps", "another's blast"])
+def test_a_saved_curve_is_equal_to_the_last_bit(name: str, tmp_path: Path) -> None:
+    curve(name).save(tmp_path / "curve.json")
+    again = UniversalCurve.load(tmp_path / "curve.json")
+    ratios = np.geomspace(1e-3, 1, 300) * again.longest_rise_time
+    assert again == curve(name) != curve("rectangle")
+    assert again.made_with["shockwave"] == sw.__version__
+    assert np.array_equal(again.amplification(ratios), curve(name).amplification(ratios))
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"format": "a poem"}, "format: must be 'shockwave universal curve'"),
+        ({"version": 99}, "version: must be 1"),
+        ({"area": -1.5}, "document: must be that of a curve .*area: must be > 0"),
+        ({"rtol": "small"}, "document: .*expected float @ document.rtol"),
+        ({"short": {"end": 1, "error": 0.1}}, "document: .*missing @ document.short.second_correction"),
+        ({"pieces": [{"coefficients": [1, "x"]}]}, r"document: .*pieces\[0\].coefficients\[1\]"),
+    ],
+    ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
+)
+def test_a_file_without_a_curve_is_refused(changed: dict[str, Any], message: str, tmp_path: Path) -> None:
+    file = tmp_path / "curve.json"
+    file.write_text(json.dumps({**curve("triangle").to_dict(), **changed}))
+    with pytest.raises(sw.InvalidValueError, match=rf"curve\.json: {message}"):
+        UniversalCurve.load(file)
+
+
+@pytest.mark.parametrize("text", ["", "[1, 2]", None], ids=["empty", "list", "missing"])
+def test_a_file_without_a_document_is_refused(text: str | None, tmp_path: Path) -> None:
+    file = tmp_path / "curve.json"
+    if text is not None:
+        file.write_text(text)
+    with pytest.raises(sw.FileAccessError if text is None else sw.InvalidValueError, match=r"curve\.json: "):
+        UniversalCurve.load(file)
+
+
 # ---------------------------------------------------------------- written by the command
 
 
 def test_a_curve_is_written_as_json_or_as_a_picture(tmp_path: Path) -> None:
     write_curve(curve("triangle"), tmp_path / "curve.json")
-    assert json.loads((tmp_path / "curve.json").read_text()) == json.loads(json.dumps(curve("triangle").to_dict()))
+    assert UniversalCurve.load(tmp_path / "curve.json") == curve("triangle")
     write_curve(curve("triangle"), tmp_path / "curve.svg")
     write_curve(curve("triangle"), tmp_path / "marked.svg", mark=1.0)
     plain, marked = ((tmp_path / name).read_text(encoding="utf-8") for name in ("curve.svg", "marked.svg"))

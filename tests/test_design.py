@@ -222,6 +222,18 @@ def test_a_target_met_only_within_the_error_has_a_warning() -> None:
 # ---------------------------------------------------------------- materials
 
 
+def test_materials_within_the_error_are_solutions() -> None:
+    given: dict[str, Any] = {"vary": "chain.material", "among": ["ptfe", "brass-260"]}
+    low, high = sorted(option.reached for option in sw.design(CASE_A, CHAIN, target={"peak_force": 60}, **given).table)
+    met = sw.design(CASE_A, CHAIN, target={"peak_force": high * (1 + 3e-5)}, **given)
+    assert [option.value for option in met.solutions] == [met.table[0].value]
+    assert met.solutions[0].simulated is not None
+    assert met.reachable
+    missed = sw.design(CASE_A, CHAIN, target={"peak_force": (low + high) / 2}, **given)
+    assert missed.solutions == ()
+    assert "no material meets" in missed.why
+
+
 # ---------------------------------------------------------------- what is refused
 
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {

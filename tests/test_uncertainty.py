@@ -282,6 +282,10 @@ CALLS: dict[str, tuple[dict[str, Any], str]] = {
         {"spreads": {"shock.rise_time": {"factor": 50}}},
         r"^uncertainty: must draw possible scenes \(shock: must last at most 1000 characteristic .*narrow the spreads",
     ),
+    "too-slow": (
+        {"spreads": {"shock.duration_ratio": {"between": [1.5, 1000]}}},
+        r"^uncertainty: must draw possible scenes \(shock: must last at most 300 characteristic times where .*narrow",
+    ),
 }
 
 

@@ -15,7 +15,7 @@ from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
 from shockwave.scenario.scenario import Published
-from shockwave.text import range_text
+from shockwave.text import range_text, si
 
 
 @frozen(kw_only=True)
@@ -61,6 +61,8 @@ class Comparison:
             f"expected {range_text(self.predicted.expected_error)}",
             f"relation to the shock's peak force: predicted {self.predicted.relation}, simulated {self.relation}",
         ]
+        if self.published is not None:
+            lines.append(f"printed in {self.published.source}: {_figures(self.published)}")
         return "\n".join(lines)
 
 
@@ -98,3 +100,13 @@ def beside(predicted: Outcome, simulated: SimulationResult, equal_tolerance: flo
         error=predicted.peak_force / simulated.peak_force - 1,
         relation=relation,
     )
+
+
+def _figures(published: Published) -> str:
+    error, rise_time = published.error, published.virtual_rise_time
+    figures = {
+        "relation": published.relation,
+        "error": None if error is None else f"{error:.1%}",
+        "virtual rise time": None if rise_time is None else si(rise_time, "s"),
+    }
+    return ", ".join(f"{name} {figure}" for name, figure in figures.items() if figure is not None)

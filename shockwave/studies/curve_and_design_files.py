@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import os
 import pathlib
 
 from shockwave.errors import InvalidValueError
-from shockwave.files import write_file
 from shockwave.pictures import design as draw_design
 from shockwave.pictures import figure, save, universal_curves
 from shockwave.studies.design_result import Design
@@ -34,7 +32,7 @@ def write_curve(curve: UniversalCurve, output: str | os.PathLike[str], mark: flo
     """Write ``curve`` as JSON or a picture, by the ending of the file; ``mark`` is a t0/T0 to mark in the picture."""
     path = pathlib.Path(output)
     if path.suffix.lower() == ".json":
-        write_file(path, json.dumps(curve.to_dict(), indent=1, allow_nan=False) + "\n")
+        curve.save(path)
         return
     sheet, (ax,) = figure()
     universal_curves(ax, {"universal curve": curve}, mark)

@@ -172,7 +172,8 @@ class Design:
         The interval of the value; None for materials.
     solutions : tuple of Option
         All values in the interval that meet the target, ascending; each was simulated. Ends and turning points that
-        miss it by no more than the allowed error are included, with a warning. Materials count within that error too.
+        miss it by no more than the allowed error are included, with a warning. Materials count within that error too,
+        the nearest first.
     nearest : Option or None
         The option nearest to the target where there is no solution; for materials always.
     least, most : Option

@@ -216,22 +216,22 @@ class _Search:
     rtol: float
 
     def among(self, names: Iterable[str] | None) -> Design:
-        """Rank materials by their distance from the target; simulate the nearest."""
+        """Rank materials by their distance from the target; simulate the nearest and all that meet it."""
         known = list(names or [entry.name for entry in entries("materials")])
         for name in known:
             find("materials", name)
         options = [self.option(name) for name in dict.fromkeys(known)]
         first, *others = sorted(options, key=self.target.distance)
-        nearest = self.simulated(first)
+        ranked = [self.simulated(first), *(self.simulated(one) if self.near(one) else one for one in others)]
         return Design(
             scenario=self.family.base.name,
             vary=self.name,
             target=self.target,
-            solutions=(),
-            nearest=nearest,
+            solutions=tuple(one for one in ranked if self.near(one) and self.meets(one)),
+            nearest=ranked[0],
             least=min(options, key=lambda one: one.reached),
             most=max(options, key=lambda one: one.reached),
-            table=(nearest, *others),
+            table=tuple(ranked),
             warnings=varied_scenes.notes_of(self.family.base),
         )
 
@@ -308,6 +308,10 @@ class _Search:
         reached = self.target.reached(result.peak_force, scene)
         known = Simulated(reached=reached, peak_force=result.peak_force, error_estimate=result.error_estimate)
         return evolve(option, simulated=known)
+
+    def near(self, option: Option) -> bool:
+        """Whether the option meets the target but for the error of its curve."""
+        return self.target.distance(option) <= max(option.reached_error, self.rtol)
 
     def meets(self, option: Option) -> bool:
         """Whether the simulation meets the target but for the errors of curve and simulation."""

@@ -2,30 +2,35 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from attrs import asdict, frozen
+from attrs import asdict, evolve, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.fields import Quantity, text_of
+from shockwave.files import parse_json, read_bytes, write_file
+from shockwave.numerics import crossings
 from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.guard import kept
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.studies.chebyshev_fit import Piece
-from shockwave.studies.universal_curve_fit import Shape, ShortLaw, fitted_laws
+from shockwave.studies.universal_curve_fit import CurveData, fitted_curve
 from shockwave.text import si
 
 _RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)
 _LONGEST = Quantity("", "longest duration n t0/T0", at_least=1e-3, at_most=1e3)
+_TARGET = Quantity("", "amplification", above=0)
 # Below its end the law of short shocks errs by the error of its first term at most, which scales as the cube.
 _NEXT_POWER = 3
 # The third term scales as the ninth power: so many times its error is that of the slope.
@@ -34,6 +39,11 @@ _SHORT_SLOPE = 9.0
 _DIGITS = 3e-9
 # A rise time may exceed the longest by rounding.
 _ROUNDING = 1e-12
+# The search for a solution begins below that of an impulse by this share.
+_MARGIN = 1e-9
+_HEADER = {"format": "shockwave universal curve", "version": 1}
+# Largest file [bytes]; a curve takes some thousands.
+_MOST_BYTES = 2**24
 
 
 @frozen(kw_only=True)
@@ -63,7 +73,7 @@ class CurveAnswer:
 
 
 @frozen(init=False, slots=False)
-class UniversalCurve:
+class UniversalCurve(CurveData):
     """Amplification of the primary as a function of t0/T0, for every chain and peak force.
 
     With S = (t0/T0) (a1 + a2)/1.652067 the amplification is 1.168181738 S^(6/5) e^g. For short shocks g is
@@ -91,6 +101,8 @@ class UniversalCurve:
         g of longer ones; empty where the law of short shocks covers all.
     simulations : int
         Number of simulations made.
+    made_with : mapping
+        Versions of the programs that made it.
 
     Raises
     ------
@@ -100,19 +112,11 @@ class UniversalCurve:
         When a simulation fails.
     """
 
-    shape: Shape
-    rtol: float
-    longest: float
-    simulations: int
-    short: ShortLaw
-    pieces: tuple[Piece, ...]
-
     def __init__(self, profile: ShockProfile, rtol: float = 1e-4, longest: float = 50.0) -> None:
         for name, spec, value in (("rtol", _RTOL, rtol), ("longest", _LONGEST, longest)):
             if problem := spec.problem(value):
                 raise InvalidValueError.of(name, problem)
-        shape, short, pieces, simulations = fitted_laws(profile, float(rtol), float(longest))
-        self.__attrs_init__(shape, float(rtol), float(longest), simulations, short, pieces)
+        self.__attrs_init__(**asdict(fitted_curve(profile, float(rtol), float(longest)), recurse=False))
 
     @property
     def longest_rise_time(self) -> float:
@@ -120,13 +124,17 @@ class UniversalCurve:
         return self.longest / self.shape.duration_ratio
 
     @cached_property
+    def _landmarks(self) -> FloatArray:
+        """All t0/T0 at which the amplification turns or two of its laws join, and the longest, ascending."""
+        turns = [x for piece in self.pieces for x in (*piece.turns(1.2), piece.end)]
+        return np.asarray(np.exp([self.short.end, *turns]) / self.shape.duration_ratio)
+
+    @cached_property
     def highest(self) -> tuple[float, float]:
         """t0/T0 of the greatest amplification, and that amplification."""
-        turns = [x for piece in self.pieces for x in (*piece.turns(1.2), piece.end)]
-        ratios = np.exp(turns) / self.shape.duration_ratio if turns else np.array([self.longest_rise_time])
-        heights = self.amplification(ratios)
+        heights = self.amplification(self._landmarks)
         most = int(heights.argmax())
-        return float(ratios[most]), float(heights[most])
+        return float(self._landmarks[most]), float(heights[most])
 
     def amplification(self, rise_time: npt.ArrayLike) -> FloatArray:
         """Peak force of the primary over that of the shock.
@@ -186,10 +194,76 @@ class UniversalCurve:
             rise_time=ratio,
         )
 
+    def peak_force(self, shock: Shock, chain: Chain) -> float:
+        """Peak force of the primary [N]; see `answer`."""
+        return self.answer(shock, chain).peak_force
+
+    def solve(self, amplification: float) -> tuple[float, ...]:
+        """All t0/T0 with this amplification, ascending; none if it is out of reach.
+
+        Raises
+        ------
+        InvalidValueError
+            When it is not a finite number above 0.
+        """
+        if problem := _TARGET.problem(amplification):
+            raise InvalidValueError.of("amplification", problem)
+        target = math.log(amplification)
+        # an impulse amplifies no less than any shock, so that no solution is shorter
+        impulse = (amplification / IMPULSE_LIMIT) ** (1 / 1.2) * MOMENTUM / self.shape.area
+        first, *others = self._landmarks.tolist()
+        least = min(impulse, first) * (1 - _MARGIN)
+        return tuple(crossings(lambda ratio: math.log(self.amplification(ratio)) - target, [least, first, *others]))
+
     def to_dict(self) -> dict[str, Any]:
-        """The document that ``curve -o FILE.json`` writes: the shape stands beside the rest."""
+        """The curve as JSON holds it, with all digits: the shape stands beside the rest."""
         document = asdict(self)
-        return {"format": "shockwave universal curve", "version": 1, **document.pop("shape"), **document}
+        return {**_HEADER, **document.pop("shape"), **document}
+
+    @classmethod
+    def from_dict(cls, document: Mapping[str, Any]) -> UniversalCurve:
+        """The curve of which this is `to_dict`, equal to the last bit.
+
+        Raises
+        ------
+        InvalidValueError
+            When it is not that of a curve.
+        """
+        from cattrs import BaseValidationError, structure, transform_error
+
+        known = document if isinstance(document, Mapping) else {}
+        for key, value in _HEADER.items():
+            if known.get(key) != value:
+                raise InvalidValueError.of(key, f"must be {value!r} (got {text_of(known.get(key))})")
+        try:
+            data = structure({**known, "shape": known}, CurveData)
+        except BaseValidationError as error:
+            problems = "; ".join(transform_error(error, "document", _problem))
+            raise InvalidValueError.of("document", f"must be that of a curve (got {problems})") from None
+        curve = cls.__new__(cls)
+        curve.__attrs_init__(**asdict(data, recurse=False))
+        return curve
+
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """Write the curve to ``file`` as JSON; raises FileAccessError when that is not possible."""
+        write_file(file, json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n")
+
+    @classmethod
+    def load(cls, file: str | os.PathLike[str]) -> UniversalCurve:
+        """The curve in ``file``, equal to the one saved.
+
+        Raises
+        ------
+        FileAccessError
+            When the file cannot be read.
+        InvalidValueError
+            When it holds no curve.
+        """
+        document = parse_json(read_bytes(file, _MOST_BYTES), os.fspath(file))
+        try:
+            return cls.from_dict(document)
+        except InvalidValueError as error:
+            raise InvalidValueError(evolve(fault, location=os.fspath(file)) for fault in error.faults) from None
 
     def __str__(self) -> str:
         ratio, most = self.highest
@@ -236,6 +310,13 @@ class UniversalCurve:
             rule = f"must be t0/T0 > 0 and <= {most:g}"
             raise InvalidValueError.of("rise_time", f"{rule} (got {wrong.flat[0]:g}; a longer curve goes further)")
         return np.asarray(np.minimum(ratios, most))
+
+
+def _problem(error: BaseException, kind: Any) -> str:
+    """The words of shockwave for its own errors, those of cattrs for others."""
+    from cattrs.v import format_exception
+
+    return str(error) if isinstance(error, InvalidValueError) else format_exception(error, kind)
 
 
 @kept

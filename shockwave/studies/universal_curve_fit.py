@@ -6,13 +6,17 @@ One law holds for short shocks, polynomials for longer ones.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
+import numpy as np
 from attrs import define, evolve, field, frozen
 
+from shockwave import __version__
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.material import Material
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.errors import NumericalError
+from shockwave.fields import quantity
 from shockwave.measurement.simulate import simulate
 from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT, correction
 from shockwave.profiles.base import ShockProfile
@@ -65,10 +69,10 @@ class Shape:
     """
 
     profile: str
-    duration_ratio: float
-    area: float
-    centroid: float
-    correction: float
+    duration_ratio: float = quantity("", "n", above=1)
+    area: float = quantity("", "impulse over F0 t0", above=0)
+    centroid: float = quantity("", "centroid of the force over t0", above=0)
+    correction: float = quantity("", "leading correction of short shocks", above=0)
 
     @classmethod
     def of(cls, profile: ShockProfile) -> Shape:
@@ -107,7 +111,20 @@ class ShortLaw:
 
     second_correction: float
     end: float
-    error: float
+    error: float = quantity("", "bound on the relative error", at_least=0)
+
+
+@frozen(kw_only=True)
+class CurveData:
+    """A universal curve as plain data; see `shockwave.UniversalCurve`."""
+
+    shape: Shape
+    rtol: float = quantity("", "relative error allowed", above=0)
+    longest: float = quantity("", "longest duration n t0/T0", above=0)
+    simulations: int = quantity("", "number of simulations made", at_least=0, whole=True)
+    made_with: Mapping[str, str] = field(hash=False)
+    short: ShortLaw
+    pieces: tuple[Piece, ...]
 
 
 def scaled_scene(profile: ShockProfile, rise_time: float) -> tuple[Shock, Chain]:
@@ -145,8 +162,8 @@ class _Simulated:
         return max((estimate for x, estimate in self.estimates.items() if begin <= x <= end), default=0.0)
 
 
-def fitted_laws(profile: ShockProfile, rtol: float, longest: float) -> tuple[Shape, ShortLaw, tuple[Piece, ...], int]:
-    """The shape, its law of short shocks, the polynomials up to n t0/T0 = ``longest``, and the simulations made."""
+def fitted_curve(profile: ShockProfile, rtol: float, longest: float) -> CurveData:
+    """The curve of a shape: its law of short shocks, and the polynomials up to n t0/T0 = ``longest``."""
     shape = Shape.of(profile)
     simulated = _Simulated(profile, shape, max(_SHARE * rtol, _TIGHTEST))
     end = math.log(longest)
@@ -160,7 +177,15 @@ def fitted_laws(profile: ShockProfile, rtol: float, longest: float) -> tuple[Sha
         evolve(piece, error=_CAUTION * piece.error + simulated.greatest_estimate(piece.begin, piece.end))
         for piece in pieces
     )
-    return shape, short, tuple(checked), len(simulated.estimates)
+    return CurveData(
+        shape=shape,
+        rtol=rtol,
+        longest=longest,
+        simulations=len(simulated.estimates),
+        made_with={"shockwave": __version__, "numpy": np.__version__},
+        short=short,
+        pieces=tuple(checked),
+    )
 
 
 def _short(simulated: _Simulated, rtol: float, longest: float) -> ShortLaw:

@@ -37,6 +37,8 @@ from shockwave.studies.universal_curve import UniversalCurve, kept_curve
 # Curves reach so far, or longer by powers of 2, up to the limit [characteristic times].
 _LONGEST = 50.0
 _LIMIT = 1000.0
+# Where each scene is simulated none may last longer: thousands of such simulations take minutes to hours.
+_LONGEST_SIMULATED = 300.0
 
 
 def scenario_of(scene: Scenario | Shock, chain: Chain | None) -> Scenario:
@@ -162,7 +164,8 @@ def primaries(
     Raises
     ------
     InvalidValueError
-        When there is no such scene, or its shock is longer than curves reach.
+        When there is no such scene, or its shock is longer than curves reach or, where each scene is simulated, than
+        300 characteristic times.
     NumericalError
         When a simulation fails.
     """
@@ -192,6 +195,10 @@ def _by_simulation(
     family = family_of(scenario, values)
     rows = zip(*(given.tolist() for given in values.values()), strict=True)
     scenes = [family.scenario(dict(zip(values, row, strict=True))) for row in rows]
+    longest = max(map(duration_of, scenes))
+    if longest > _LONGEST_SIMULATED:
+        problem = f"must last at most {_LONGEST_SIMULATED:g} characteristic times where its shape is uncertain"
+        raise InvalidValueError.of("shock", f"{problem} (got {longest:.4g})")
     chains = [scene.chain for scene in scenes]
     found = simulate_many([scene.shock for scene in scenes], chains, rtol=rtol, waves="primary")
     failed = [result for result in found if isinstance(result, ShockwaveError)]
