@@ -59,14 +59,17 @@ def test_a_grid_is_gone_through_with_its_last_axis_first(tmp_path: Path) -> None
 def test_parts_make_a_product_in_the_order_of_the_file(tmp_path: Path) -> None:
     block = """
   zip: {shock.rise_time: [1 us, 2 us], shock.peak_force: [1, 2]}
-  grid: {chain.material: [copper, lead], shock.duration_ratio: [2, 3, 4]}"""
+  grid: {chain.material: [copper, lead], shock.duration_ratio: [2, 3, 4]}
+  points: [{predict.alpha: literal, chain.granules: 50}, {chain.granules: 60, predict.alpha: constant}]"""
     found = swept(tmp_path, block)
-    assert found.shape == (2, 2, 3)
-    assert found.point(11) == {
+    assert found.shape == (2, 2, 3, 2)
+    assert found.point(23) == {
         "shock.rise_time": 2e-6,
         "shock.peak_force": 2.0,
         "chain.material": "lead",
         "shock.duration_ratio": 4.0,
+        "predict.alpha": "constant",
+        "chain.granules": 60,
     }
 
 
@@ -138,7 +141,14 @@ FAULTS = {
     "twice": ("{grid: {shock.rise_time: [1]}, zip: {|shock.rise_time: [2]}}", "zip.'shock.rise_time'", "varied once"),
     "lengths": ("{zip: |{shock.rise_time: [1, 2], shock.peak_force: [1]}}", "zip", "2 of shock.rise_time, 1 of"),
     "run": ("{run: |guess, grid: {shock.rise_time: [1]}}", "run", "'predict', 'simulate' or 'compare'"),
-    "list": ("|[1]", "", "must be a mapping of run, grid, zip"),
+    "list": ("|[1]", "", "must be a mapping of run, grid, zip, points"),
+    "other-point": ("{points: [{shock.rise_time: 1}, |{shock.peak_force: 1}]}", "points[1]", "as the first point"),
+    "value-of-a-point": (
+        "{points: [{shock.rise_time: 1}, {shock.rise_time: |-1}]}",
+        "points[1].'shock.rise_time'",
+        "must be > 0 s",
+    ),
+    "no-points": ("{points: |[]}", "points", "must be a list of mappings"),
     "1e7-points": (f"|{{grid: {{{MANY}}}}}", "", "got 115856201"),
 }
 

@@ -53,6 +53,7 @@ def schema() -> Form:
     forms["sweep"] |= _or_null(_mapping(SWEEP))
     for part in ("grid", "zip"):
         forms["sweep"]["properties"][part] |= _dotted()
+    forms["sweep"]["properties"]["points"] |= {"type": "array", "minItems": 1, "items": _dotted()}
     forms["uncertainty"] |= _or_null(_dotted())
     return {
         "$schema": _DRAFT,
