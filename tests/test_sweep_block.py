@@ -94,6 +94,15 @@ def test_values_are_lists_or_ranges_with_units_and_both_ends(
     assert [type(value) for value in found] == [type(value) for value in expected]
 
 
+@pytest.mark.parametrize("part", ["{grid: {chain.material: [lead, %s]}}", "{points: [{chain.material: %s}]}"])
+def test_materials_are_swept_by_name_or_as_mappings(tmp_path: Path, part: str) -> None:
+    own = "{youngs_modulus: 1 GPa, poisson_ratio: 0.3, density: 1 g/cm**3, name: foam}"
+    scene = scenes(tmp_path, part % own)[-1]
+    assert scene.chain.material == sw.Material(youngs_modulus=1e9, poisson_ratio=0.3, density=1000.0, name="foam")
+    with pytest.raises(ScenarioError, match=r"sweep\..*'chain\.material'.*\.density: must be > 0"):
+        scenes(tmp_path, part % own.replace("1 g", "-1 g"))
+
+
 def test_profiles_are_swept_with_the_parameters_of_all(tmp_path: Path) -> None:
     head = HEAD.replace("power-law", "triangular").replace(", parameters: {rise_exponent: 1, decay_exponent: 1}", "")
     block = "{zip: {shock.profile: [exponential], shock.parameters.rise_rate: [1], shock.parameters.decay_rate: [2]}}"

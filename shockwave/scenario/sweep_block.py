@@ -10,8 +10,9 @@ from typing import Any, Literal
 import numpy as np
 from attrs import evolve, frozen
 
+from shockwave.chain.material import Material
 from shockwave.fields import Quantity, text_of
-from shockwave.scenario.block_keys import Key
+from shockwave.scenario.block_keys import Key, keys_of
 from shockwave.scenario.dotted_names import Variable, variables
 from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, gathered, items, structure
 from shockwave.scenario.yaml_document import Document, Steps
@@ -186,7 +187,7 @@ def _points(known: Mapping[str, Variable], given: Any) -> list[Axis]:
     if not isinstance(given, list) or not given or not all(isinstance(point, dict) and point for point in given):
         raise ValueError(f"must be a list of mappings of dotted names to values (got {text_of(given)})")
     names = list(given[0])
-    converters = {name: of.converted for name, of in known.items()}
+    converters = {name: partial(_value, of) for name, of in known.items()}
 
     def point(one: dict[str, Any]) -> tuple[Any, ...]:
         if one.keys() != given[0].keys():
@@ -203,13 +204,20 @@ def _values(of: Variable, given: Any) -> list[Any]:
     if isinstance(given, list):
         if not given or len(given) > _MOST_VALUES:
             raise ValueError(f"must be 1 to {_MOST_VALUES} values (got {len(given)})")
-        return items(given, of.converted)
+        return items(given, partial(_value, of))
     kind, parts = next(iter(given.items())) if isinstance(given, dict) and len(given) == 1 else (None, None)
     listed = isinstance(parts, list) and len(parts) == 3 and None not in parts
     if kind not in _SPACINGS or not listed or of.unit is None:
         raise ValueError(f"{_VALUES} (got {text_of(given)})")
     found: list[Any] = gathered(given.items(), {kind: partial(_spaced, of, kind)})[kind]
     return found
+
+
+def _value(of: Variable, given: Any) -> Any:
+    """A value of ``of`` in SI units; a material without a name is a mapping."""
+    if of.name == "chain.material" and isinstance(given, dict):
+        return structure(given, keys_of(Material))
+    return of.converted(given)
 
 
 def _spaced(of: Variable, kind: str, parts: list[Any]) -> list[Any]:
