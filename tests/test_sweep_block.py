@@ -265,6 +265,7 @@ def test_the_page_has_every_key_of_the_block() -> None:
 def test_what_is_swept_of_a_material_may_stand_before_or_behind_it(tmp_path: Path, order: int) -> None:
     names = ["chain.material: [lead, copper]", "chain.material.density: [5000, 6000]"][::order]
     head, block = HEAD.replace("material: copper, ", ""), f"{{grid: {{{', '.join(names)}}}}}"
+    assert sw.load_scenario(written(tmp_path, block, head)).chain.material.density == 5000
     materials = [scene.chain.material for scene in scenes(tmp_path, block, head)]
     found = {(material.density, material.youngs_modulus) for material in materials}
     moduli = [load("materials", name).youngs_modulus for name in ("lead", "copper")]

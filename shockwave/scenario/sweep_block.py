@@ -11,13 +11,16 @@ import numpy as np
 from attrs import evolve, frozen
 
 from shockwave.chain.material import Material
+from shockwave.errors import PluginError, UnknownNameError
 from shockwave.fields import Quantity, text_of
-from shockwave.scenario.block_keys import Key, keys_of
+from shockwave.registry import load
+from shockwave.scenario.block_keys import BLOCKS, Key, keys_of
 from shockwave.scenario.dotted_names import Variable, variables
 from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, gathered, items, structure
 from shockwave.scenario.yaml_document import Document, Steps
 
 Run = Literal["predict", "simulate", "compare"]
+_MATERIAL: Steps = ("chain", "material")
 _MOST_POINTS = 10**7
 _MOST_VALUES = 10**6
 # So many points, out of all, are tried until one has a scene.
@@ -249,7 +252,24 @@ def first(document: Document, sweep: Sweep | None, index: int = 0) -> Document:
     document = evolve(document, data=rest)
     if sweep is None:
         return document
-    # a material first: what is swept of one with a name of its own is left to the points
-    pairs = sorted(sweep.point(index).items(), key=lambda pair: pair[0].count("."))
-    values: dict[Steps, Any] = {tuple(name.split(".")): value for name, value in pairs}
-    return document.having(values, document.keys.get(("sweep",)))
+    values: dict[Steps, Any] = {tuple(name.split(".")): value for name, value in sweep.point(index).items()}
+    place = document.keys.get(("sweep",))
+    # the material first, for constants that are swept of it
+    if _MATERIAL in values:
+        document = document.having({_MATERIAL: values.pop(_MATERIAL)}, place)
+    if any(steps[:-1] == _MATERIAL for steps in values):
+        document = document.having(_constants(document))
+    return document.having(values, place)
+
+
+def _constants(document: Document) -> dict[Steps, Any]:
+    """The material of a document as a mapping, if it is given by its name."""
+    chain = document.data.get("chain")
+    name = chain.get("material") if isinstance(chain, dict) else None
+    if not isinstance(name, str):
+        return {}
+    try:
+        material = load("materials", name)
+    except (PluginError, UnknownNameError):  # reported where the material is built
+        return {}
+    return {_MATERIAL: {key.name: getattr(material, key.name) for key in BLOCKS["chain.material"]}}
