@@ -159,7 +159,7 @@ def test_what_a_template_comments_out_is_valid_too(tmp_path: Path) -> None:
     assert (scenario.chain.granules, scenario.predictor.quadrature) == (200, "tanh-sinh")
     assert scenario.published is not None
     assert scenario.sweep is not None
-    assert scenario.sweep.shape == (10, 2, 2)
+    assert scenario.sweep.shape == (10, 2, 2, 2)
     assert [spread.kind for spread in scenario.uncertainty] == ["relative", "sd", "between", "factor"]
 
 

@@ -1,4 +1,4 @@
-"""The schema: it admits what the loader admits, and rejects keys and values that are wrong by themselves."""
+"""The schema: it admits what the loader admits, and rejects missing, doubled and wrong keys and wrong values."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft7Validator
 
-from pages import ROOT
+from pages import PAGES, ROOT, Block, blocks_of, prepare, workplace
 from shockwave import registry
 from shockwave.errors import ShockwaveError
 from shockwave.scenario import block_keys as keys
@@ -26,11 +26,12 @@ from shockwave.scenario.yaml_document import Document, parse_document
 from test_bad_scenarios import BAD, CHAIN, SHOCK
 from test_scenario import CHAIN_LINE, CONTRACT, RECORD
 
-#: Faults that a schema of single keys sees.
+#: Faults that a schema sees.
 SEEN = (
     *("unknown-block", "unknown-key", "parameter-of-none", "predict-is-text", "material-is-a-number"),
     *("name-is-a-number", "nothing-for-a-number", "unknown-material", "unknown-profile", "unknown-alpha"),
-    "times-in-newtons",
+    *("times-in-newtons", "missing-size", "missing-density", "both-sizes", "published-without-source"),
+    *("record-of-nothing", "file-and-times"),
 )
 
 
@@ -70,7 +71,30 @@ def test_scenarios_of_profiles_are_admitted(file: Path) -> None:
     assert _faults(file.read_text(encoding="utf-8")) == []
 
 
+SCENARIOS = [
+    block
+    for page in PAGES
+    for block in blocks_of(page)
+    if block.language == "yaml" and "faulty" not in block.directives
+]
+
+
+@pytest.mark.parametrize("block", SCENARIOS, ids=str)
+def test_scenarios_of_the_pages_are_admitted(block: Block, tmp_path: Path) -> None:
+    with workplace(tmp_path) as patch:
+        prepare(tmp_path, block, patch)  # plugins of the page
+        validator = Draft7Validator(schema())
+    data = parse_document(block.text, "scenario.yaml").data
+    if "fragment" in block.directives:
+        data = parse_document((ROOT / block.directives["fragment"]).read_text(encoding="utf-8"), "base").data | data
+    assert [str(fault.json_path) for fault in validator.iter_errors(data)] == []
+
+
 ADMITTED = {
+    "swept-chain": SHOCK + "sweep: {zip: {chain.material: [copper], chain.radius: [1 mm]}}",
+    "swept-parameters": CHAIN
+    + SHOCK.replace("triangular", "exponential")
+    + "sweep: {points: [{shock.parameters.rise_rate: 1, shock.parameters.decay_rate: 2}]}",
     **{f"template-{entry.name}": template(entry.name) for entry in registry.own_entries("profiles")},
     "empty-blocks": CHAIN + SHOCK + "predict:\nsimulate:\nrequires:\npublished:\n",
     "empty-settings": CHAIN + SHOCK + "predict: {}\nsimulate: {}\nrequires: []\n",
@@ -109,6 +133,24 @@ REJECTED = {
     "key-of-a-material": (
         "chain: {radius: 1, material: {youngs_modulus: 1, poisson_ratio: 0, density: 1, x: 1}}\n" + SHOCK,
         "$.chain.material",
+    ),
+    "no-chain": (SHOCK, "$"),
+    "no-values-of-a-sweep": (CHAIN + SHOCK + "sweep: {run: predict}", "$.sweep"),
+    "both-spreads": (CHAIN + SHOCK + "uncertainty: {chain.radius: 5 %, chain.diameter: 5 %}", "$.uncertainty"),
+    "no-shock": (CHAIN + "sweep:\n", "$"),
+    "no-material": ("chain: {radius: 1}\n" + SHOCK, "$.chain"),
+    "no-force": (CHAIN + SHOCK.replace("peak_force: 1 N, ", ""), "$.shock"),
+    "neither-time": (CHAIN + SHOCK.replace("rise_time: 1 us, ", ""), "$.shock"),
+    "both-times": (CHAIN + SHOCK.replace("rise_time", "duration: 1 s, rise_time"), "$.shock"),
+    "no-ratio": (CHAIN + SHOCK.replace(", duration_ratio: 2", ""), "$.shock"),
+    "no-parameters": (CHAIN + SHOCK.replace("triangular", "exponential"), "$.shock"),
+    "half-of-the-parameters": (
+        CHAIN + SHOCK.replace("triangular", "exponential").replace("}", ", parameters: {rise_rate: 1}}"),
+        "$.shock.parameters",
+    ),
+    "both-sizes-of-a-sweep": (
+        "chain: {material: copper, radius: 1, diameter: 2}\n" + SHOCK + "sweep: {grid: {shock.rise_time: [1]}}",
+        "$.chain",
     ),
     "parameters-of-another-profile": (
         CHAIN + SHOCK.replace("}", ", parameters: {rise_rate: 1, decay_rate: 1}}"), "$.shock.parameters",

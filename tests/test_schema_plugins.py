@@ -142,7 +142,7 @@ class TestPlugin:
     @pytest.mark.parametrize(
         "case",
         [
-            ("declared", "", "", "parameters", False),
+            ("declared", "", "", "parameters", True),
             ("declared", "delay: 0.001", "", "parameters.delay", True),
             ("declared", "delay: 2 ms, knots: [1, -2 s]", "", "parameters.knots[1]", False),
             ("declared", "delay: 2 ms, dealy: 2", "", "parameters", True),

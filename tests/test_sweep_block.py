@@ -59,14 +59,17 @@ def test_a_grid_is_gone_through_with_its_last_axis_first(tmp_path: Path) -> None
 def test_parts_make_a_product_in_the_order_of_the_file(tmp_path: Path) -> None:
     block = """
   zip: {shock.rise_time: [1 us, 2 us], shock.peak_force: [1, 2]}
-  grid: {chain.material: [copper, lead], shock.duration_ratio: [2, 3, 4]}"""
+  grid: {chain.material: [copper, lead], shock.duration_ratio: [2, 3, 4]}
+  points: [{predict.alpha: literal, chain.granules: 50}, {chain.granules: 60, predict.alpha: constant}]"""
     found = swept(tmp_path, block)
-    assert found.shape == (2, 2, 3)
-    assert found.point(11) == {
+    assert found.shape == (2, 2, 3, 2)
+    assert found.point(23) == {
         "shock.rise_time": 2e-6,
         "shock.peak_force": 2.0,
         "chain.material": "lead",
         "shock.duration_ratio": 4.0,
+        "predict.alpha": "constant",
+        "chain.granules": 60,
     }
 
 
@@ -89,6 +92,15 @@ def test_values_are_lists_or_ranges_with_units_and_both_ends(
     found = [value for (value,) in swept(tmp_path, f"{{grid: {{{name}: {values}}}}}").axes[0].values]
     assert found == expected
     assert [type(value) for value in found] == [type(value) for value in expected]
+
+
+@pytest.mark.parametrize("part", ["{grid: {chain.material: [lead, %s]}}", "{points: [{chain.material: %s}]}"])
+def test_materials_are_swept_by_name_or_as_mappings(tmp_path: Path, part: str) -> None:
+    own = "{youngs_modulus: 1 GPa, poisson_ratio: 0.3, density: 1 g/cm**3, name: foam}"
+    scene = scenes(tmp_path, part % own)[-1]
+    assert scene.chain.material == sw.Material(youngs_modulus=1e9, poisson_ratio=0.3, density=1000.0, name="foam")
+    with pytest.raises(ScenarioError, match=r"sweep\..*'chain\.material'.*\.density: must be > 0"):
+        scenes(tmp_path, part % own.replace("1 g", "-1 g"))
 
 
 def test_profiles_are_swept_with_the_parameters_of_all(tmp_path: Path) -> None:
@@ -138,7 +150,14 @@ FAULTS = {
     "twice": ("{grid: {shock.rise_time: [1]}, zip: {|shock.rise_time: [2]}}", "zip.'shock.rise_time'", "varied once"),
     "lengths": ("{zip: |{shock.rise_time: [1, 2], shock.peak_force: [1]}}", "zip", "2 of shock.rise_time, 1 of"),
     "run": ("{run: |guess, grid: {shock.rise_time: [1]}}", "run", "'predict', 'simulate' or 'compare'"),
-    "list": ("|[1]", "", "must be a mapping of run, grid, zip"),
+    "list": ("|[1]", "", "must be a mapping of run, grid, zip, points"),
+    "other-point": ("{points: [{shock.rise_time: 1}, |{shock.peak_force: 1}]}", "points[1]", "as the first point"),
+    "value-of-a-point": (
+        "{points: [{shock.rise_time: 1}, {shock.rise_time: |-1}]}",
+        "points[1].'shock.rise_time'",
+        "must be > 0 s",
+    ),
+    "no-points": ("{points: |[]}", "points", "must be a list of mappings"),
     "1e7-points": (f"|{{grid: {{{MANY}}}}}", "", "got 115856201"),
 }
 
@@ -246,6 +265,7 @@ def test_the_page_has_every_key_of_the_block() -> None:
 def test_what_is_swept_of_a_material_may_stand_before_or_behind_it(tmp_path: Path, order: int) -> None:
     names = ["chain.material: [lead, copper]", "chain.material.density: [5000, 6000]"][::order]
     head, block = HEAD.replace("material: copper, ", ""), f"{{grid: {{{', '.join(names)}}}}}"
+    assert sw.load_scenario(written(tmp_path, block, head)).chain.material.density == 5000
     materials = [scene.chain.material for scene in scenes(tmp_path, block, head)]
     found = {(material.density, material.youngs_modulus) for material in materials}
     moduli = [load("materials", name).youngs_modulus for name in ("lead", "copper")]

@@ -112,7 +112,7 @@ SCENARIO = (
     Key("simulate", default=None, meaning="how the scene is to be simulated"),
     Key("requires", annotation=list[str], default=None, meaning="distributions that must be installed"),
     Key("published", default=None, meaning="figures printed in a source, shown beside ours"),
-    Key("sweep", default=None, meaning="a mapping of grid or zip: the scenario stands for many"),
+    Key("sweep", default=None, meaning="a mapping of grid, zip or points: the scenario stands for many"),
     Key("uncertainty", default=None, meaning="a mapping of dotted names to how well these values are known"),
 )
 _, _RADIUS, _GRANULES = keys_of(Chain)

@@ -11,6 +11,7 @@ import attrs
 from attrs import define, evolve, field
 
 from shockwave.chain.chain import Chain
+from shockwave.chain.material import Material
 from shockwave.errors import Fault, InvalidValueError
 from shockwave.profiles.shock import Shock
 from shockwave.registry import load
@@ -56,6 +57,9 @@ class Family:
                 shape[name] = value
             else:
                 parts[block][last] = value
+        material = parts["chain"].get("material")
+        if isinstance(material, Mapping):
+            parts["chain"]["material"] = Material(**material)
         shock = self._reshaped(shape) if shape else self.base.shock
         chain, constants = (tuple(parts[block].items()) for block in ("chain", "chain.material"))
         return evolve(

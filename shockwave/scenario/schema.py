@@ -1,7 +1,7 @@
-"""Schema: the values of each key of a scenario, as JSON Schema (draft-07), for editors.
+"""Schema: the keys of a scenario and the values of each, as JSON Schema (draft-07), for editors.
 
-It is derived from the keys that the loader reads, and admits whatever the loader does. Keys that are missing, rules
-over several values, units and files are left to the loader.
+It is derived from the keys that the loader reads, and admits whatever the loader does. Rules over several values, units
+and files are left to the loader.
 """
 
 from __future__ import annotations
@@ -16,9 +16,20 @@ from typing import Any, Final, Literal
 from shockwave import __version__, registry
 from shockwave.chain.material import Material
 from shockwave.fields import Quantity
-from shockwave.scenario.block_keys import BLOCKS, CHAIN, SCENARIO, SHOCK, Key, keys_of, parameters_of, profile_class
+from shockwave.scenario.block_keys import (
+    BLOCKS,
+    CHAIN,
+    SCENARIO,
+    SHOCK,
+    Key,
+    keys_of,
+    parameters_of,
+    profile_class,
+    shock_keys,
+)
 from shockwave.scenario.scenario import Published
 from shockwave.scenario.sweep_block import SWEEP
+from shockwave.scenario.uncertainty import TWINS
 
 _DRAFT = "http://json-schema.org/draft-07/schema#"
 _ABOUT = (
@@ -46,14 +57,17 @@ def schema() -> Form:
     material = forms["chain"]["properties"]["material"]
     material["anyOf"] = [{"enum": material.pop("enum")}, _mapping(keys_of(Material))]
     forms["shock"] |= _mapping(SHOCK)
-    forms["shock"]["allOf"] = [_of_profile(name) for name in _names("profiles")]
+    profiles = {name: _of_profile(name) for name in _names("profiles")}
+    forms["shock"]["allOf"] = [_where_profile(name, admitted) for name, (admitted, _) in profiles.items()]
     forms["predict"] |= _or_null(_mapping(BLOCKS["predict"]))
     forms["simulate"] |= _or_null(_mapping(BLOCKS["simulate"]))
-    forms["published"] |= _or_null(_mapping(keys_of(Published)))
+    forms["published"] |= _or_null(_mapping(keys_of(Published)) | _required(keys_of(Published)))
     forms["sweep"] |= _or_null(_mapping(SWEEP))
     for part in ("grid", "zip"):
         forms["sweep"]["properties"][part] |= _dotted()
-    forms["uncertainty"] |= _or_null(_dotted())
+    forms["sweep"]["properties"]["points"] |= {"type": "array", "minItems": 1, "items": _dotted()}
+    forms["sweep"]["anyOf"] = [{"required": [part]} for part in ("grid", "zip", "points")]
+    forms["uncertainty"] |= _or_null(_dotted()) | _never(TWINS)
     return {
         "$schema": _DRAFT,
         "$comment": f"Of shockwave {__version__}. To be written anew when another plugin is installed.",
@@ -62,30 +76,68 @@ def schema() -> Form:
         "type": "object",
         "properties": forms,
         "additionalProperties": False,
+        # the points of a sweep may fill in what is missing here
+        "if": {"properties": {"sweep": {"type": "object"}}, "required": ["sweep"]},
+        "else": _complete([_where_profile(name, needed) for name, (_, needed) in profiles.items()]),
     }
+
+
+def _complete(of_profiles: list[Form]) -> Form:
+    """Keys that a scenario of a single scene must have."""
+    material = {"if": {"type": "object"}, "then": _required(keys_of(Material))}
+    chain = _required(CHAIN) | {"properties": {"material": material}}
+    shock = _required(SHOCK) | {"allOf": of_profiles}
+    return _required(SCENARIO) | {"properties": {"chain": chain, "shock": shock}}
 
 
 # ---------------------------------------------------------------- blocks
 
 
 def _mapping(own: Sequence[Key]) -> Form:
-    """A mapping of these keys and nothing else."""
+    """A mapping of these keys and nothing else, without two keys for one value."""
     properties = {key.name: _value(key) for key in own}
-    return {"type": "object", "properties": properties, "additionalProperties": False}
+    form: Form = {"type": "object", "properties": properties, "additionalProperties": False}
+    return form | _never([(key.name, other) for key in own for other in key.instead_of])
 
 
-def _of_profile(name: str) -> Form:
-    """Rules of the block ``shock`` for a profile."""
+def _never(pairs: Sequence[tuple[str, str]]) -> Form:
+    """Keys of which a mapping must not have both."""
+    doubled = [{"required": list(pair)} for pair in pairs]
+    # `required` alone accepts everything that is no mapping
+    return {"not": {"type": "object", "anyOf": doubled}} if doubled else {}
+
+
+def _required(own: Sequence[Key]) -> Form:
+    """Keys that a mapping of these must have; one key may stand in place of another."""
+    substitutes = {name: key.name for key in own for name in key.instead_of}
+    names = [key.name for key in own if key.required]
+    either = [(name, substitutes[name]) for name in names if name in substitutes]
+    form: Form = {"required": [name for name in names if name not in substitutes]}
+    if either:
+        form["allOf"] = [{"anyOf": [{"required": [name]} for name in pair]} for pair in either]
+    return form
+
+
+def _where_profile(name: str, form: Form) -> Form:
+    condition = {"properties": {"profile": {"const": name}}, "required": ["profile"]}
+    return {"if": condition, "then": form}
+
+
+def _of_profile(name: str) -> tuple[Form, Form]:
+    """Values that the block ``shock`` admits for a profile, and keys that it must have."""
     try:
         cls = profile_class(name)
-        form = _or_null(_mapping(parameters_of(name, cls)))
+        parameters = parameters_of(name, cls)
         ratios = [key for key in keys_of(cls) if key.name == "duration_ratio"]
+        form, needed, of_shock = _or_null(_mapping(parameters)), _required(parameters), _required(shock_keys(cls))
         rules: Form = {"duration_ratio": _value(ratios[0]) if ratios else {"not": {}}, "parameters": form}
     except Exception as error:  # a plugin's class may be anything
         unknown = f"parameters of {name}, which are not known ({' '.join(str(error).split())})"
-        rules = {"parameters": {"type": ["object", "null"], "description": unknown}}
-    condition = {"properties": {"profile": {"const": name}}, "required": ["profile"]}
-    return {"if": condition, "then": {"properties": rules}}
+        return {"properties": {"parameters": {"type": ["object", "null"], "description": unknown}}}, {}
+    if any(key.required for key in parameters):
+        of_shock["required"].append("parameters")
+        of_shock["properties"] = {"parameters": {"type": "object"} | needed}
+    return {"properties": rules}, of_shock
 
 
 def _dotted() -> Form:

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any, Literal
 
 import numpy as np
 from attrs import evolve, frozen
 
+from shockwave.chain.material import Material
+from shockwave.errors import PluginError, UnknownNameError
 from shockwave.fields import Quantity, text_of
-from shockwave.scenario.block_keys import Key
+from shockwave.registry import load
+from shockwave.scenario.block_keys import BLOCKS, Key, keys_of
 from shockwave.scenario.dotted_names import Variable, variables
 from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, gathered, items, structure
 from shockwave.scenario.yaml_document import Document, Steps
 
 Run = Literal["predict", "simulate", "compare"]
+_MATERIAL: Steps = ("chain", "material")
 _MOST_POINTS = 10**7
 _MOST_VALUES = 10**6
 # So many points, out of all, are tried until one has a scene.
@@ -30,6 +34,7 @@ SWEEP = (
     Key("run", annotation=Run, meaning="what is done at every point; left out, what the scenario has a block for"),
     Key("grid", meaning="dotted names and their values: every value with every other"),
     Key("zip", meaning="dotted names and as many values each: the first with the first, and so on"),
+    Key("points", meaning="a list of mappings of dotted names to one value each"),
 )
 
 
@@ -40,7 +45,7 @@ class Axis:
     Attributes
     ----------
     variables : tuple of Variable
-        One, unless it comes from ``zip``.
+        One, unless it comes from ``zip`` or ``points``.
     values : tuple of tuple
         For each position the values of the variables, numbers in SI units.
     """
@@ -110,18 +115,20 @@ def read(data: Mapping[str, Any]) -> Sweep:
     given = data["sweep"]
     if not isinstance(given, dict):
         structure(given, SWEEP)  # raises
-    grid, zipped = _parts(given)
-    profiles = (grid | zipped).get("shock.profile")
-    known = variables(data, profiles if isinstance(profiles, list) else ())
-    twice = "must be varied once (got it in grid and zip; delete one)"
-    repeated = [Wrong(("zip", name), twice, at_key=True) for name in zipped if name in grid]
-    converters = {"run": partial(converted, SWEEP[0]), "grid": partial(_grid, known), "zip": partial(_zip, known)}
-    found = gathered(given.items(), converters, repeated)
+    varied = list(_varied(given))
+    known = variables(data, [value for _, name, values in varied if name == "shock.profile" for value in values])
+    converters = {
+        "run": partial(converted, SWEEP[0]),
+        "grid": partial(_grid, known),
+        "zip": partial(_zip, known),
+        "points": partial(_points, known),
+    }
+    found = gathered(given.items(), converters, _repeated(varied))
     run = found.pop("run", None) or _run(data)
     sweep = Sweep(run, tuple(axis for axes in found.values() for axis in axes))
     if not 0 < len(sweep) <= _MOST_POINTS or not sweep.axes:
         got = len(sweep) if sweep.axes else "nothing"
-        problem = f"must have a grid or a zip, of 1 to {_MOST_POINTS:g} scenes in all (got {got})"
+        problem = f"must have a grid, a zip or points, of 1 to {_MOST_POINTS:g} scenes in all (got {got})"
         raise WrongsError([Wrong((), problem)])
     return sweep
 
@@ -134,14 +141,26 @@ def _run(data: Mapping[str, Any]) -> Run:
     return "predict" if predict else "simulate"
 
 
-def _parts(block: Any) -> list[dict[str, Any]]:
-    parts = [block.get(name) if isinstance(block, dict) else None for name in ("grid", "zip")]
-    return [part if isinstance(part, dict) else {} for part in parts]
+def _varied(block: Any) -> Iterator[tuple[str, str, list[Any]]]:
+    """Part, dotted name and values of everything that a block varies, whether it is sound or not."""
+    for part, content in block.items() if isinstance(block, dict) else ():
+        for mapping in content if isinstance(content, list) else [content]:
+            for name, values in mapping.items() if isinstance(mapping, dict) else ():
+                yield part, name, values if isinstance(values, list) else [values]
+
+
+def _repeated(varied: list[tuple[str, str, list[Any]]]) -> Iterator[Wrong]:
+    """Names that stand in several parts of the block."""
+    parts: dict[str, str] = {}
+    for part, name, _ in varied:
+        first = parts.setdefault(name, part)
+        if first != part:
+            yield Wrong((part, name), f"must be varied once (got it in {first} and {part}; delete one)", at_key=True)
 
 
 def names(block: Any) -> set[Steps]:
     """The paths of the values that a block varies, whether it is sound or not."""
-    return {tuple(name.split(".")) for part in _parts(block) for name in part}
+    return {tuple(name.split(".")) for _, name, _ in _varied(block)}
 
 
 def _columns(known: Mapping[str, Variable], given: Any) -> list[tuple[Variable, list[Any]]]:
@@ -166,18 +185,42 @@ def _zip(known: Mapping[str, Variable], given: Any) -> list[Axis]:
     return [Axis(variables, tuple(zip(*columns, strict=True)))]
 
 
+def _points(known: Mapping[str, Variable], given: Any) -> list[Axis]:
+    """One axis, on which each point gives a value of every name."""
+    if not isinstance(given, list) or not given or not all(isinstance(point, dict) and point for point in given):
+        raise ValueError(f"must be a list of mappings of dotted names to values (got {text_of(given)})")
+    names = list(given[0])
+    converters = {name: partial(_value, of) for name, of in known.items()}
+
+    def point(one: dict[str, Any]) -> tuple[Any, ...]:
+        if one.keys() != given[0].keys():
+            raise ValueError(f"must give {', '.join(names)}, as the first point does (got {', '.join(one)})")
+        found = gathered(one.items(), converters)
+        return tuple(found[name] for name in names)
+
+    values = items(given, point)
+    return [Axis(tuple(known[name] for name in names), tuple(values))]
+
+
 def _values(of: Variable, given: Any) -> list[Any]:
     """The values that ``given`` stands for."""
     if isinstance(given, list):
         if not given or len(given) > _MOST_VALUES:
             raise ValueError(f"must be 1 to {_MOST_VALUES} values (got {len(given)})")
-        return items(given, of.converted)
+        return items(given, partial(_value, of))
     kind, parts = next(iter(given.items())) if isinstance(given, dict) and len(given) == 1 else (None, None)
     listed = isinstance(parts, list) and len(parts) == 3 and None not in parts
     if kind not in _SPACINGS or not listed or of.unit is None:
         raise ValueError(f"{_VALUES} (got {text_of(given)})")
     found: list[Any] = gathered(given.items(), {kind: partial(_spaced, of, kind)})[kind]
     return found
+
+
+def _value(of: Variable, given: Any) -> Any:
+    """A value of ``of`` in SI units; a material without a name is a mapping."""
+    if of.name == "chain.material" and isinstance(given, dict):
+        return structure(given, keys_of(Material))
+    return of.converted(given)
 
 
 def _spaced(of: Variable, kind: str, parts: list[Any]) -> list[Any]:
@@ -209,7 +252,24 @@ def first(document: Document, sweep: Sweep | None, index: int = 0) -> Document:
     document = evolve(document, data=rest)
     if sweep is None:
         return document
-    # a material first: what is swept of one with a name of its own is left to the points
-    pairs = sorted(sweep.point(index).items(), key=lambda pair: pair[0].count("."))
-    values: dict[Steps, Any] = {tuple(name.split(".")): value for name, value in pairs}
-    return document.having(values, document.keys.get(("sweep",)))
+    values: dict[Steps, Any] = {tuple(name.split(".")): value for name, value in sweep.point(index).items()}
+    place = document.keys.get(("sweep",))
+    # the material first, for constants that are swept of it
+    if _MATERIAL in values:
+        document = document.having({_MATERIAL: values.pop(_MATERIAL)}, place)
+    if any(steps[:-1] == _MATERIAL for steps in values):
+        document = document.having(_constants(document))
+    return document.having(values, place)
+
+
+def _constants(document: Document) -> dict[Steps, Any]:
+    """The material of a document as a mapping, if it is given by its name."""
+    chain = document.data.get("chain")
+    name = chain.get("material") if isinstance(chain, dict) else None
+    if not isinstance(name, str):
+        return {}
+    try:
+        material = load("materials", name)
+    except (PluginError, UnknownNameError):  # reported where the material is built
+        return {}
+    return {_MATERIAL: {key.name: getattr(material, key.name) for key in BLOCKS["chain.material"]}}
