@@ -29,20 +29,19 @@ def swept(folder: Path, axes: Any, columns: dict[str, Any], failed: tuple[int, .
         {"names": [name for name, _ in variables], "units": [unit for _, unit in variables], "values": values}
         for variables, values in axes
     ]
-    shape = [len(values) for _, values in axes]
     described = []
     for name in columns:
         unit = UNITS.get(name, "")
         described.append({"name": name, "unit": unit, "kind": "number" if unit is not None else "text", "meaning": "a"})
-    header = {"format": 1, "name": "a test", "run": "predict", "axes": parts, "shape": shape}
-    header |= {"points": int(np.prod(shape)), "columns": described, "scenario": {}, "key": "f" * 64}
-    (folder / "sweep.json").write_text(json.dumps(header | {"versions": {}}), encoding="utf-8")
+    header = {"format": 2, "name": "a test", "run": "predict", "axes": parts, "columns": described}
+    header |= {"scenario": {}, "named": {}, "versions": {}}
+    (folder / "sweep.json").write_text(json.dumps(header), encoding="utf-8")
     lines = []
     for index, values in enumerate(zip(*columns.values(), strict=True)):
         state = {"status": "done", "values": list(values)}
         if index in failed:
             state = {"status": "failed", "error": "no"}
-        lines.append(json.dumps({"index": index, "key": f"{index:064x}", **state}) + "\n")
+        lines.append(json.dumps({"index": index, **state}) + "\n")
     (folder / "journal.jsonl").write_text("".join(lines), encoding="utf-8")
     return load_sweep(folder)
 
