@@ -15,6 +15,7 @@ import pytest
 from attrs import evolve
 
 import shockwave as sw
+from conftest import HOOKS, Install
 from shockwave.benchmark import bench, bench_output
 from shockwave.benchmark.chain_problems import CASES, at_setting, case_of, read_front, reference
 from shockwave.benchmark.work_precision import Answer, Clock, Limits, Method, Problem, Row, WorkPrecision, measured
@@ -205,10 +206,22 @@ def test_simulation_errs_by_less_than_its_tolerance() -> None:
     assert all(row.error is not None and row.value is not None and row.error <= row.value for row in found)
 
 
-def test_a_scene_that_cannot_be_simulated_is_refused() -> None:
-    slow = evolve(scenario(), shock=evolve(scenario().shock, rise_time=10.0))
-    with pytest.raises(NumericalError, match="a matter of statics"):
-        bench.run([slow], ["predictors"], quick=True)
+def test_a_scene_that_cannot_be_simulated_says_why_and_stops_no_other() -> None:
+    slow = evolve(scenario(), name="slow", shock=evolve(scenario().shock, rise_time=10.0))
+    found = bench.run([slow, scenario()], ["predictors"], quick=True, longest=LITTLE)
+    (row,) = found.of(found.problems[0])
+    assert (row.method, "a matter of statics" in row.problem) == ("reference", True)
+    assert any(row.error is not None for row in found.of(found.problems[1]))
+    assert "a matter of statics" in bench_output.page(found)
+
+
+def test_a_plugin_at_fault_has_one_row_and_stops_no_other(install: Install) -> None:
+    hooks = HOOKS.replace("profiles", "integrators").replace('"a pulse"', '"a method", takes="step"')
+    install("broken", hooks=hooks, pulse="1 / 0")
+    _, methods = bench.integrators(CASES["A"])
+    (broken,) = [method for method in methods if method.name == "broken"]
+    (row,) = measured(PROBLEM, broken, ONCE)
+    assert "plugin broken is at fault" in row.problem
 
 
 def test_scenes_of_one_name_are_distinguished() -> None:

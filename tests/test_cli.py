@@ -146,6 +146,30 @@ def test_a_run_that_fails_ends_with_1_and_keeps_the_others(
 
 
 @pytest.mark.parametrize("form", [["--json"], []], ids=["json", "text"])
+def test_an_interrupt_keeps_the_results_before_it(
+    form: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import shockwave.measurement.simulate as module
+
+    real, calls = module.simulate_with, []
+
+    def interrupted(*arguments: object) -> object:
+        calls.append(arguments)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return real(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(module, "simulate_with", interrupted)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    assert main(["simulate", *form, "--rtol", "1e-2", SCENE, SCENE, SCENE]) == 130
+    out, err = capsys.readouterr()
+    assert out.count("table 2 row 1") == 1
+    assert ("ejected" in out, len(calls)) == (True, 2)
+    assert err.splitlines()[0] == "1 of 3: table 2 row 1"
+    assert f"{SCENE}: interrupted" in err
+
+
+@pytest.mark.parametrize("form", [["--json"], []], ids=["json", "text"])
 def test_a_result_that_fails_when_it_is_printed_fails_alone(
     form: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

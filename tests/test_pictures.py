@@ -126,6 +126,20 @@ def test_files_have_the_format_of_their_ending_and_are_the_same_twice(tmp_path: 
     assert b"dc:date" not in first
 
 
+def test_a_long_record_is_drawn_by_few_points_and_keeps_its_peaks(ax: Axes) -> None:
+    forces = np.full(100_001, 0.5)
+    forces[[0, -1]] = 0
+    forces[30_000] = 1
+    forces[70_001] = 0.9
+    record = sw.Tabulated(times=np.linspace(0, 2, len(forces)), forces=forces)
+    pictures.pulse(ax, sw.Shock(profile=record, peak_force=FORCE, rise_time=1e-5))
+    drawn = ax.lines[0].get_ydata()
+    assert len(drawn) < 1000
+    assert {FORCE, 0.9 * FORCE} <= set(drawn)
+    areas = [float(area.get_paths()[0].vertices[:, 1].max()) for area in ax.collections]
+    assert areas == pytest.approx([FORCE, FORCE])
+
+
 def test_a_pulse_has_the_force_and_the_areas_of_the_shock(ax: Axes) -> None:
     shock = SHOCKS["ejection"]
     pictures.pulse(ax, shock)

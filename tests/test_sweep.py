@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 import shockwave as sw
+from conftest import Install
 from shockwave.cli import main
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scene_family import Family
@@ -204,6 +205,30 @@ def test_another_version_is_refused_unless_accepted(
     assert any("other versions" in note for note in report.notes)
     # and from then on without being asked
     assert swept(scenario, tmp_path / "out").before == 40
+
+
+def test_a_point_whose_line_is_damaged_is_run_again(scenario: Path, tmp_path: Path) -> None:
+    swept(scenario, tmp_path / "out")
+    whole = (tmp_path / "out" / "results.csv").read_bytes()
+    file = tmp_path / "out" / "journal.jsonl"
+    file.write_text(file.read_text().replace(", ", " ", 60))
+    report = swept(scenario, tmp_path / "out")
+    assert (report.done, 0 < report.before < 40) == (40, True)
+    assert any("are damaged" in note for note in report.notes)
+    assert (tmp_path / "out" / "results.csv").read_bytes() == whole
+
+
+def test_a_sweep_depends_on_the_plugins_of_its_points_alone(tmp_path: Path, install: Install) -> None:
+    file = tmp_path / "scene.yaml"
+    triangle = CHAIN + "shock: {profile: triangular, peak_force: 100 N, rise_time: 5 us, duration_ratio: 3}\n" + GRID
+    for name in ("mine", "other"):
+        install(name)
+    found = []
+    swept_profile = triangle.replace("grid: {", "grid: {shock.profile: [other, triangular], ")
+    for text in (triangle, triangle.replace("triangular", "mine"), swept_profile):
+        file.write_text(text)
+        found.append(points_of(file).definition.versions.keys() & {"mine", "other"})
+    assert found == [set(), {"mine"}, {"other"}]
 
 
 def test_the_lock_of_a_killed_client_holds_nobody_up(scenario: Path, tmp_path: Path) -> None:

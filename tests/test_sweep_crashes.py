@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -303,6 +304,17 @@ def test_a_scheduler_that_does_not_answer_is_reported(
     monkeypatch.setattr(workers, "_PATIENCE", 0.2)
     with pytest.raises(LostError, match=r"dask: tcp://127\.0\.0\.1:9 must answer"):
         run_sweep(scenario, tmp_path / "out", "dask=tcp://127.0.0.1:9")
+
+
+def test_a_cluster_without_workers_ends_the_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
+    client = SimpleNamespace(get_executor=lambda pure: None, nthreads=lambda: {"tcp://127.0.0.1:1": 2})
+    crew = workers.DaskWorkers(client, None, OSError)
+    assert crew.count == 2
+    client.nthreads = dict
+    assert crew.count == 1
+    monkeypatch.setattr(workers, "_LONELY", -1)
+    with pytest.raises(LostError, match="a worker must be there"):
+        _ = crew.count
 
 
 @pytest.fixture(scope="module")

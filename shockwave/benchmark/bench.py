@@ -28,6 +28,7 @@ from shockwave.benchmark.work_precision import (
     WorkPrecision,
     measured,
 )
+from shockwave.errors import ShockwaveError
 from shockwave.measurement.simulate import scaled, simulate
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
@@ -39,7 +40,6 @@ from shockwave.quadrature import FloatArray, Integrand
 from shockwave.registry import entries, load, plugins
 from shockwave.scenario.scenario import Scenario
 from shockwave.simulation.backend import compiled
-from shockwave.simulation.integrator import Integrator
 
 FAMILIES = ("quadratures", "predictors", "integrators")
 _QUICK = Limits(run=0.5, repetitions=0.08, repeats=5, every=2)
@@ -110,24 +110,29 @@ def named(family: str, quick: bool) -> Iterator[Experiment]:
 
 
 def of_scenarios(family: str, scenarios: Sequence[Scenario]) -> Iterator[Experiment]:
-    """The problems of a family that scenarios make.
-
-    Raises
-    ------
-    ShockwaveError
-        When there is no reference.
-    """
+    """The problems of a family that scenarios make; one without a reference has a single row, which says why."""
     count = Counter[str]()
     for scenario in scenarios:
         count[scenario.name] += 1
         if count[scenario.name] > 1:  # rows are distinguished by the name
             scenario = evolve(scenario, name=f"{scenario.name} ({count[scenario.name]})")
-        profile = scenario.shock.profile
-        if family == "quadratures":
-            yield quadratures(scenario.name, type(profile).__name__, areas_of(profile))
-        else:
-            experiment = predictors if family == "predictors" else integrators
-            yield experiment(case_of(scenario))
+        try:
+            experiment = _of_scenario(family, scenario)
+        except ShockwaveError as error:
+            problem = Problem(family, scenario.name, "there is no reference", ("peak force",), "none", 1.0)
+            experiment = problem, [Method("reference", partial(_raise, error))]
+        yield experiment
+
+
+def _of_scenario(family: str, scenario: Scenario) -> Experiment:
+    profile = scenario.shock.profile
+    if family == "quadratures":
+        return quadratures(scenario.name, type(profile).__name__, areas_of(profile))
+    return (predictors if family == "predictors" else integrators)(case_of(scenario))
+
+
+def _raise(error: ShockwaveError, *_: object) -> Answer:
+    raise error
 
 
 def _provenance(quick: bool, limits: Limits) -> dict[str, str]:
@@ -275,8 +280,8 @@ def integrators(case: Case) -> Experiment:
         errors["energy"] = result.energy_defect
         return Answer(errors, result.cost.force_evaluations, result.cost.steps)
 
-    def integrated(cls: type[Integrator], setting: float, clock: Clock) -> Answer:
-        integrator = at_setting(cls, setting)
+    def integrated(name: str, setting: float, clock: Clock) -> Answer:
+        integrator = at_setting(load("integrators", name), setting)
         reading = read_front(case, integrator, clock)
         errors = best.errors(reading.force, reading.time) | {"energy": reading.drift}
         return Answer(errors, integrator.evaluations, reading.steps)
@@ -286,7 +291,6 @@ def integrators(case: Case) -> Experiment:
     problem = Problem("integrators", case.name, description, quantities, best.source, best.error)
     methods = [Method("simulate", simulated, "rtol", _TOLERANCES)]
     for entry in entries("integrators"):
-        cls: type[Integrator] = load("integrators", entry.name)
-        setting, values = ("tolerance", _TOLERANCES) if cls.adaptive else ("step", _STEPS)
-        methods.append(Method(entry.name, partial(integrated, cls), setting, values))
+        setting, values = ("step", _STEPS) if entry.takes == "step" else ("tolerance", _TOLERANCES)
+        methods.append(Method(entry.name, partial(integrated, entry.name), setting, values))
     return problem, methods

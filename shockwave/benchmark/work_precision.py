@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from attrs import asdict, evolve, field, frozen
 
-from shockwave.errors import NumericalError, ShockwaveError
+from shockwave.errors import NumericalError, PluginError, ShockwaveError
 from shockwave.text import printed
 
 # A finer setting takes about twice as long as the one before.
@@ -173,7 +173,10 @@ Experiment: TypeAlias = tuple[Problem, Iterable[Method]]
 
 
 def measured(problem: Problem, method: Method, limits: Limits) -> Iterator[Row]:
-    """A row for each value of the setting; a run that fails, or would take too long, has a row with the reason."""
+    """A row for each value of the setting; a run that fails, or would take too long, has a row with the reason.
+
+    A plugin at fault is not run at further settings.
+    """
     last = 0.0
     for value in method.values[:: limits.every]:
         row = Row(problem.family, problem.name, method.name, method.text(value), value)
@@ -184,6 +187,9 @@ def measured(problem: Problem, method: Method, limits: Limits) -> Iterator[Row]:
         begin = time.perf_counter()
         try:
             row = _timed(row, method, limits)
+        except PluginError as error:
+            yield evolve(row, problem=str(error))
+            return
         except ShockwaveError as error:
             row = evolve(row, problem=str(error))
         except Exception as error:  # of a plugin

@@ -116,7 +116,7 @@ _BENCH = [
     _option("--family FAMILY", "only these", choices=_FAMILIES, **_MANY),
     _option("--quick", "fewer problems and settings; ends within a minute"),
     _option("--longest SECONDS", "longest time of one run", type=_number(1e-6, 3600)),
-    _option("-o --output FILE", "write a page (.html), or its figures alone (.svg)"),
+    _option("-o --output FILE", "write a page (.html)"),
 ]
 _STRESS = [
     _option("names", "cases or themes; left out, all", nargs="*", metavar="NAME"),

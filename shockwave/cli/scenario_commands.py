@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from attrs import asdict, evolve
 
-from shockwave.cli.output import failure, of_arguments, print_json, written
+from shockwave.cli.output import failure, of_arguments, print_json, show_progress, written
 from shockwave.errors import Fault, ShockwaveError, UsageError
 from shockwave.files import refuse_inputs
 from shockwave.text import notes, range_text, si, table
@@ -61,12 +61,16 @@ def _run(
 ) -> int:
     """Do ``one`` for every scenario and print the results; a failure is reported and does not stop the others.
 
-    A single result is printed in full, several in a table with a ``row`` each.
+    A single result is printed in full, several in a table with a ``row`` each; after an interrupt, those so far.
     """
     status = 0
     done = []
     documents = []
-    for scenario in loaded(options.files):
+    scenarios = loaded(options.files)
+    single = len(scenarios) == 1
+    for number, scenario in enumerate(scenarios, start=1):
+        if not single:
+            show_progress(f"{number} of {len(scenarios)}: {scenario.name}")
         try:
             result = one(scenario)
             # parts of a result that are computed when they are used may fail, too
@@ -77,8 +81,11 @@ def _run(
             print(f"{scenario.path}: {text}", file=sys.stderr)
             documents.append({"scenario": scenario.name, "error": text})
             status = max(status, code)
-    single = len(documents) == 1
-    if options.json:
+        except KeyboardInterrupt:
+            print(f"{scenario.path}: interrupted", file=sys.stderr)
+            status = 130
+            break
+    if options.json and documents:
         print_json(documents[0] if single else documents)
     elif done:
         print(done[0] if single else _table([row(result) for result in done], documents, legend))
@@ -225,6 +232,7 @@ def _simulation_row(result: SimulationResult) -> _Row:
         "rel. error": f"{result.error_estimate:.0e}",
         "amplification": f"{result.amplification:.8g}",
         "waves": _wave_count(result),
+        "ejected": str(result.ejected_granules) if result.options.waves == "train" else "-",
     }
 
 

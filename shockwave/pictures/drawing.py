@@ -47,6 +47,7 @@ _KEY: dict[str, Any] = {
     "fontsize": SMALL,
     "frameon": False,
 }
+# Points with which a line or an area is drawn at most.
 _MOST_CORNERS = 800
 _SHADES = {"ejection": "#FFFFFF", "single": "#D0D0D0", "train": "#F1F1F1"}
 # A regime narrower than this share of an axis has no name on it.
@@ -126,10 +127,18 @@ def halo() -> list[Any]:
     return [withStroke(linewidth=2.0, foreground="white")]
 
 
+def thinned(y: FloatArray) -> npt.NDArray[np.intp]:
+    """Where to draw a line or an area of many points: both ends, and the least and greatest value of each stretch."""
+    if len(y) <= _MOST_CORNERS:
+        return np.arange(len(y))
+    stretches = np.array_split(np.arange(len(y)), _MOST_CORNERS // 2)
+    extremes = [part[pick(y[part])] for part in stretches for pick in (np.argmin, np.argmax)]
+    return np.unique([0, *extremes, len(y) - 1])
+
+
 def area(ax: Axes, x: FloatArray, low: Any, high: FloatArray, colour: str, hatch: str, label: str) -> None:
     """A shaded area; hatches distinguish areas without colours."""
-    # unlike a line, an area of many corners is written with all of them
-    kept = np.linspace(0, len(x) - 1, min(len(x), _MOST_CORNERS)).astype(int)
+    kept = thinned(high)
     look: dict[str, Any] = {"facecolor": colour, "alpha": 0.6, "hatch": hatch, "edgecolor": "white", "linewidth": 0}
     bottom = np.broadcast_to(low, x.shape)[kept]
     ax.fill_between(x[kept], bottom, high[kept], label=label, **look)

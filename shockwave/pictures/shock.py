@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shockwave.errors import InvalidValueError
-from shockwave.pictures.drawing import BLACK, BLUE, MINUS, ORANGE, SKY, VERMILION, area, finish, si_label
+from shockwave.pictures.drawing import BLACK, BLUE, MINUS, ORANGE, SKY, VERMILION, area, finish, si_label, thinned
 from shockwave.prediction.outcome import EjectionOutcome, Outcome
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import conditions as conditions_of
@@ -42,7 +42,8 @@ def pulse(ax: Axes, shock: Shock) -> Axes:
     ):
         label = f"{name} = {value:.4g} $F_0 t_0$"
         area(ax, x[inside], 0.0, y[inside], colour, hatch, label)
-    ax.plot(x, y, color=BLACK, linewidth=1.2)
+    kept = thinned(y)
+    ax.plot(x[kept], y[kept], color=BLACK, linewidth=1.2)
     return _force_against_time(ax, shock.duration, shock.peak_force)
 
 
@@ -112,7 +113,9 @@ def correction_area(ax: Axes, shock: Shock, outcome: Outcome) -> Axes:
         (virtual, r"virtual shock, $\hat{t}_0$", VERMILION, "--"),
     ):
         label = f"{name} = {si_label(time, 's')}"
-        ax.plot(time * s, force * profile.force(s), color=colour, linewidth=1.4, linestyle=line, label=label)
+        y = force * profile.force(s)
+        kept = thinned(y)
+        ax.plot(time * s[kept], y[kept], color=colour, linewidth=1.4, linestyle=line, label=label)
     ax.axvline(begin, color=BLACK, linewidth=0.7, linestyle=":", label=r"$n \hat{t}_0 - \Delta t_0$")
     return _force_against_time(ax, n * virtual, force)
 

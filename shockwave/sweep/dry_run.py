@@ -103,7 +103,7 @@ def plan_sweep(
     journal = Journal(Path(folder or ""), count)
     if folder is not None and (journal.folder / DEFINITION).exists():
         points.definition.resumed(SweepDefinition.read(journal.folder), journal.folder, accept_versions)
-        journal.read()
+        journal.read(points.definition.columns)
     if retry_failed:
         journal.reopen()
     left = journal.count(NOT_RUN)

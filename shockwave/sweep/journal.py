@@ -16,7 +16,7 @@ import numpy.typing as npt
 from attrs import define, field
 from filelock import FileLock, Timeout
 
-from shockwave.errors import FileAccessError, InvalidValueError
+from shockwave.errors import FileAccessError
 from shockwave.files import lines_of, not_writable, open_regular
 from shockwave.sweep.definition import DEFINITION, Column, SweepDefinition
 
@@ -83,8 +83,8 @@ class Journal:
 
     # ---------------------------------------------------------------- reading
 
-    def read(self) -> list[str]:
-        """Take note of the finished points; warnings about lines that are left out.
+    def read(self, columns: Sequence[Column]) -> list[str]:
+        """Take note of the finished points; warnings about lines that are left out. A damaged line counts for nothing.
 
         Raises
         ------
@@ -96,21 +96,26 @@ class Journal:
         with self._opened() as file:
             for line in lines_of(file, self.path, _LONGEST_LINE):
                 if line.endswith(b"\n"):
-                    strange += not self._note(line)
+                    strange += not self._note(line, columns)
                 else:
                     warnings.append(f"the last line of {JOURNAL} was torn and is left out: its point is run again")
         if strange:
-            warnings.append(f"lines of {JOURNAL} that are of no point and are left out: {strange}")
+            warnings.append(f"lines of {JOURNAL} that are damaged or of no point, and are left out: {strange}")
         return warnings
 
     def _opened(self) -> BinaryIO:
         # a sweep that was killed before its first point has no journal
         return open_regular(self.path) if self.path.exists() else BytesIO()
 
-    def _note(self, line: bytes) -> bool:
-        """Take note of a line at the end of those before; whether it is of a point."""
+    def _note(self, line: bytes, columns: Sequence[Column] | None = None) -> bool:
+        """Take note of a line at the end of those before; whether it is of a point, and fits ``columns``."""
         match = _LINE.fullmatch(line)
         known = match is not None and int(match[1]) < self.points
+        if known and columns is not None:
+            try:
+                _content(line, columns)
+            except (ValueError, KeyError, TypeError, RecursionError):
+                known = False
         if match and known:
             self._states[int(match[1])] = _STATUSES.index(match[2].decode())
             self._offsets[int(match[1])] = self._size
@@ -124,8 +129,6 @@ class Journal:
         ------
         FileAccessError
             When the journal cannot be read.
-        InvalidValueError
-            When one of its lines is not of this sweep.
         """
         places = product(*(axis.values for axis in definition.axes))
         nothing = [None] * len(definition.columns)
@@ -133,19 +136,11 @@ class Journal:
             for index, positions in enumerate(places):
                 point = tuple(chain(*positions))
                 status = _STATUSES[self._states[index]]
-                if status == NOT_RUN:
-                    yield Row(index, point, status, nothing, None)
-                    continue
-                file.seek(self._offsets[index])
-                line = file.readline(_LONGEST_LINE)
-                try:
-                    entry = json.loads(line)
-                    values = _values(entry, definition.columns) if status == "done" else nothing
-                    problem = None if status == "done" else str(entry["error"])
-                except (ValueError, KeyError, TypeError, RecursionError):
-                    got = f"got {line[:80]!r}; delete this line, and run the sweep again"
-                    raise InvalidValueError.of(str(self.path), f"must have lines of this sweep ({got})") from None
-                yield Row(index, point, status, values, problem)
+                values = problem = None
+                if status != NOT_RUN:
+                    file.seek(self._offsets[index])
+                    values, problem = _content(file.readline(_LONGEST_LINE), definition.columns)
+                yield Row(index, point, status, values or nothing, problem)
 
     # ---------------------------------------------------------------- writing
 
@@ -198,13 +193,16 @@ class Journal:
             self._note(line)
 
 
-def _values(entry: dict[str, Any], columns: Sequence[Column]) -> list[Any]:
-    """The values of a line; raises a TypeError or a ValueError where they do not fit the columns."""
+def _content(line: bytes, columns: Sequence[Column]) -> tuple[list[Any] | None, str | None]:
+    """Values or the error of a line; raises a KeyError, TypeError or ValueError where they do not fit the columns."""
+    entry = json.loads(line)
+    if entry["status"] != "done":
+        return None, str(entry["error"])
     values: list[Any] = entry["values"]
     for value, column in zip(values, columns, strict=True):
         if not isinstance(value, _TYPES[column.kind]):
             raise TypeError
-    return values
+    return values, None
 
 
 def _refuse_others(folder: Path) -> None:

@@ -11,6 +11,7 @@ import time
 from collections.abc import Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from attrs import define, field
@@ -86,7 +87,7 @@ class Points:
             columns=tuple(read.column for read in self._columns),
             scenario=json.loads(normalised(self.scenario)),
             named=_named_here(self.scenario, self.sweep),
-            versions=_versions_here(),
+            versions=_versions_here(self.scenario, self.sweep),
         )
 
     def lines(self, indices: Sequence[int]) -> str:
@@ -157,8 +158,18 @@ def _answer(run: str, scene: Scenario, simulated: SimulationResult | None) -> An
 # ---------------------------------------------------------------- what results depend on
 
 
-def _versions_here() -> dict[str, str]:
-    """Versions, here, of what results depend on: packages, plugins, and the code in use."""
+# The variables that name something registered, and its kind.
+_KINDS = {
+    "shock.profile": "profiles",
+    "chain.material": "materials",
+    "simulate.integrator": "integrators",
+    "predict.model": "models",
+    "predict.quadrature": "quadratures",
+}
+
+
+def _versions_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
+    """Versions, here, of what results depend on: packages, plugins in use, and the code that steps chains."""
     found = {
         "shockwave": shockwave.__version__,
         "python": platform.python_version(),
@@ -166,7 +177,29 @@ def _versions_here() -> dict[str, str]:
         "scipy": metadata.version("scipy"),
         "backend": "numpy" if lack() else "compiled",
     }
-    return found | {plugin.distribution: plugin.version for plugin in plugins() if plugin.entries}
+    used = _used(scenario, sweep)
+    for plugin in plugins():
+        if any(used & {(kind, entry.name), (kind, entry.address)} for kind, entry in plugin.entries):
+            found[plugin.distribution] = plugin.version
+    return found
+
+
+def _used(scenario: Scenario, sweep: Sweep) -> set[tuple[str, Any]]:
+    """Kinds and names of what points use; the address of a profile's class, which may have no name."""
+    cls = type(scenario.shock.profile)
+    used = {
+        ("profiles", f"{cls.__module__}:{cls.__qualname__}"),
+        ("materials", scenario.chain.material.name),
+        ("integrators", scenario.simulate.integrator),
+        ("models", scenario.predictor.model),
+        ("quadratures", scenario.predictor.quadrature),
+    }
+    if scenario.document is not None:
+        used.add(("profiles", scenario.document.data["shock"]["profile"]))
+    for axis in sweep.axes:
+        for name, values in zip(axis.names, zip(*axis.values, strict=True), strict=True):
+            used |= {(_KINDS[name], value) for value in values if name in _KINDS and isinstance(value, str)}
+    return used
 
 
 def _named_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:

@@ -231,7 +231,7 @@ def load_sweep(folder: str | os.PathLike[str]) -> SweepResults:
     place = Path(folder)
     definition = SweepDefinition.read(place)
     journal = Journal(place, definition.points)
-    warnings = [*journal.read(), *definition.version_notes]
+    warnings = [*journal.read(definition.columns), *definition.version_notes]
     left = journal.count(NOT_RUN)
     if left:
         warnings.append(f"{left} of {journal.points} points are not done: run the sweep again to resume it")

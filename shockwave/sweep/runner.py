@@ -28,6 +28,8 @@ from shockwave.sweep.workers import LostError, Workers, workers_of
 _MOST = 512
 # Batches under way for each worker, so that none waits for the client.
 _AHEAD = 2
+# Longest time between two looks at the number of workers [s].
+_LOOK = 5
 # Seconds that batches under way have to end when the sweep is stopped.
 _LAST = 1.5
 # Most bytes of a scenario that are copied; the reader of scenarios has its own limit.
@@ -111,7 +113,7 @@ def run_sweep(
     journal = Journal(Path(folder), len(points.sweep))
     with journal.locked():
         definition = _definition(journal, points, accept_versions)
-        notes = [*journal.read(), *definition.version_notes]
+        notes = [*journal.read(definition.columns), *definition.version_notes]
         if retry_failed:
             journal.reopen()
         before = journal.points - journal.count(NOT_RUN)
@@ -172,7 +174,7 @@ class _Dispatch:
         failed = self.journal.count("failed", "crashed")
         try:
             while self._send():
-                for future in wait(self.flying, return_when=FIRST_COMPLETED).done:
+                for future in wait(self.flying, _LOOK, FIRST_COMPLETED).done:
                     self._take(future)
                 if self.fail_fast and self.journal.count("failed", "crashed") > failed:
                     break

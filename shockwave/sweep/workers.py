@@ -23,6 +23,8 @@ from shockwave.sweep.point_evaluation import SLICE, run_batch
 
 # Seconds for a scheduler, and its first worker, to answer.
 _PATIENCE = 30
+# Seconds that a cluster may be without workers.
+_LONELY = 60
 
 
 class LostError(ShockwaveError):
@@ -198,11 +200,18 @@ class DaskWorkers(Workers):
         self.client = client
         self.asked = asked
         self.deaths = (killed,)
+        self.seen = time.monotonic()
 
     @property
     def count(self) -> int:  # type: ignore[override]
-        """The number of workers to keep busy."""
-        return self.asked or max(sum(self.client.nthreads().values()), 1)
+        """The number of workers to keep busy; raises a LostError when there has been none for a minute."""
+        there = sum(self.client.nthreads().values())
+        if there:
+            self.seen = time.monotonic()
+        elif time.monotonic() - self.seen > _LONELY:
+            remedy = "run the sweep again: what is finished is kept"
+            raise LostError(f"dask: a worker must be there (got none for {_LONELY} s; {remedy})")
+        return self.asked or max(there, 1)
 
 
 @contextmanager
