@@ -56,7 +56,7 @@ def approach(ax: Axes, result: SimulationResult) -> Axes:
     last = result.primary.contact
     floor = result.error_estimate
     distances = {}
-    for contact in range(0, last, math.ceil(last / _CONTACTS)):
+    for contact in range(0, last, math.ceil((last + 1) / _CONTACTS)):
         with contextlib.suppress(NumericalError):
             passage = result.passage(contact)
             if not passage.exact:
