@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import secrets
 import stat
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -14,6 +15,9 @@ from typing import Any, BinaryIO
 from shockwave.errors import FileAccessError, InvalidValueError, UsageError
 
 _Path = str | os.PathLike[str]
+
+# A new file in place of an open stream would not reach whoever reads the stream.
+_STREAMS = ("/dev/", "/proc/")
 
 
 # ---------------------------------------------------------------- reading
@@ -147,15 +151,16 @@ def write_file(path: _Path, content: str | bytes, anew: bool = False) -> None:
         raise FileAccessError(f"{os.fspath(path)}: cannot be written (it exists already; choose another name)")
     target = Path(path)
     try:
+        if os.fspath(path).startswith(_STREAMS) or (target.exists() and not target.is_file()):
+            with target.open("ab") as file:  # a stream may be a file that others append to
+                file.write(data)
+            return
         if target.exists() and not os.access(target, os.W_OK):
             raise ValueError("it is read-only")
         if target.is_symlink():
             target = target.resolve()
-        if target.exists() and not target.is_file():
-            target.write_bytes(data)
-        else:
-            with replacing(target) as file:
-                file.buffer.write(data)
+        with replacing(target) as new:
+            new.buffer.write(data)
     except (OSError, ValueError) as error:
         raise not_writable(path, error) from error
 
@@ -164,7 +169,7 @@ def write_file(path: _Path, content: str | bytes, anew: bool = False) -> None:
 def replacing(path: Path) -> Iterator[TextIOWrapper]:
     """A new text file, which takes the place of ``path`` when it is complete, and is deleted when it is not.
 
-    A link of this name, or of the temporary file, is replaced, not followed. The new file has the permissions of the
+    A link of this name is replaced, not followed. The new file has the permissions of the
     old one.
 
     Raises
@@ -172,9 +177,8 @@ def replacing(path: Path) -> Iterator[TextIOWrapper]:
     FileAccessError
         When it cannot be written.
     """
-    part = path.with_name(f"{path.name}.part")
+    part = path.with_name(f".shockwave-{secrets.token_hex(8)}.part")
     try:
-        part.unlink(missing_ok=True)
         with part.open("x", encoding="utf-8", errors="backslashreplace", newline="") as file:
             yield file
             file.flush()

@@ -216,8 +216,8 @@ def _registered(plugin: Plugin) -> list[tuple[str, Entry]]:
     for kind in KINDS:
         hook = f"shockwave_{kind}"
         for entry in chain.from_iterable(getattr(manager.hook, hook)()):
-            if not isinstance(entry, Entry):
-                raise TypeError(f"{hook} must return a list of entries (got {entry!r:.80})")
+            if not (isinstance(entry, Entry) and all(isinstance(text, str) for text in entry)):
+                raise TypeError(f"{hook} must return a list of entries, made of texts (got {entry!r:.80})")
             if entry.name in _built_in(kind):
                 raise ValueError(f"{KINDS[kind]} {entry.name!r} is a name of shockwave itself: choose another")
             claims.append((kind, entry._replace(distribution=plugin.distribution)))

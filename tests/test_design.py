@@ -243,7 +243,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "target-unknown": ({"target": {"peak_fource": 1}}, "target: .* did you mean 'peak_force'"),
     "target-unit": ({"target": {"peak_force": "3 mm"}}, "target.peak_force: must be a force"),
     "target-zero": ({"target": {"peak_force": 0}}, "target.peak_force: must be > 0 N"),
-    "between-lacking": ({"between": None}, "between: must be a list of the least and the greatest"),
+    "between-lacking": ({"between": None}, "between: must be the least and the greatest value"),
     "materials-between": ({"vary": "chain.material"}, "between: must be left out for chain.material"),
     "between-order": ({"between": (2e-2, 1e-3)}, "between: must ascend"),
     "between-range": ({"between": (-1.0, 1.0)}, "between: must be > 0 m"),

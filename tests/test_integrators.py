@@ -24,7 +24,6 @@ from shockwave.testing.known_motions import coupled, path, taken
 ENTRIES = {entry.name: entry for entry in entries("integrators") if entry.distribution == "granular-shockwave"}
 METHODS = {name: load("integrators", name) for name in ENTRIES}
 PAIRS = [Rkn64, Rkn86, Rkn1210]
-FIXED = [Verlet, Pefrl, Rk4]
 every = pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
 each_pair = pytest.mark.parametrize("method", PAIRS, ids=lambda method: method.name)
 EXACT = json.loads(Path(nystroem.__file__).with_name("tableaux.json").read_text(encoding="utf-8"))

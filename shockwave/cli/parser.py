@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -26,11 +27,14 @@ def _option(usage: str, meaning: str, **settings: Any) -> _Option:
     return flags or [value.lower()], {"metavar": metavar, "help": meaning, **settings}
 
 
-def _number(low: float, high: float) -> Callable[[str], float]:
+def _number(low: float, high: float, kind: Callable[[str], float] = float) -> Callable[[str], float]:
     """Parser of a number within limits."""
 
     def number(text: str) -> float:
-        value = float(text)
+        try:
+            value = kind(text)
+        except ValueError:
+            value = math.nan
         if not low <= value <= high:
             raise argparse.ArgumentTypeError(f"must be >= {low:g} and <= {high:g} (got {text})")
         return value
@@ -39,7 +43,10 @@ def _number(low: float, high: float) -> Callable[[str], float]:
 
 
 def _contacts(text: str) -> tuple[int, ...]:
-    contacts = tuple(int(part) for part in text.split(","))
+    try:
+        contacts = tuple(int(part) for part in text.split(","))
+    except ValueError:
+        contacts = (-1,)
     if min(contacts) < 0:
         raise argparse.ArgumentTypeError(f"must be whole numbers from 0 on, such as 10,20 (got {text!r})")
     return contacts
@@ -77,7 +84,7 @@ _SWEEP = [
     _option("-o --out FOLDER", "journal and results; left out, NAME-sweep for NAME.yaml"),
     _option("--dry-run", "report how many points, what is left out, and how long"),
     _option("--executor NAME", "processes (default), dask, or dask=ADDRESS"),
-    _option("--workers N", "how many; left out, one for each core", type=int),
+    _option("--workers N", "how many; left out, one for each core", type=_number(1, 10_000, int)),
     _option("--timeout SECONDS", "longest time of one point; left out, none", type=_number(1e-3, 1e9)),
     _option("--fail-fast", "stop at the first point that fails"),
     _option("--retry-failed", "run points again that failed or crashed before"),

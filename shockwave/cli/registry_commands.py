@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING, Any
 from shockwave import OWN_DISTRIBUTION
 from shockwave.cli.output import print_json, written
 from shockwave.cli.parser import KINDS
-from shockwave.errors import PluginError
+from shockwave.errors import PluginError, UsageError
 
 if TYPE_CHECKING:
     from shockwave.registry import Plugin
 
 
 def list_registered(options: argparse.Namespace) -> int:
+    if options.check and options.kind not in (None, "plugins"):
+        raise UsageError("--check is for plugins: shockwave list plugins --check")
     kinds = [options.kind] if options.kind else KINDS
     document = {kind: _rows(kind, options.check) for kind in kinds}
     if options.json:

@@ -32,10 +32,10 @@ def sweep(options: argparse.Namespace) -> int:
         raise KeyboardInterrupt
 
     # from a batch system at the end of a job, or from a closed terminal
-    for name in ("SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) is signal.SIG_DFL:
-            signal.signal(number, interrupt)
+    known = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    ours = [number for number in known if signal.getsignal(number) is signal.SIG_DFL]
+    for number in ours:
+        signal.signal(number, interrupt)
     # worker processes begin with the current folder on their path
     os.environ.setdefault("PYTHONSAFEPATH", "1")
     try:
@@ -45,6 +45,9 @@ def sweep(options: argparse.Namespace) -> int:
         with suppress(OSError):  # the terminal may be closed
             print(f"interrupted{progress}", file=sys.stderr)
         return 128 + came[0]
+    finally:
+        for number in ours:
+            signal.signal(number, signal.SIG_DFL)
 
 
 def _sweep(options: argparse.Namespace) -> int:
@@ -52,7 +55,9 @@ def _sweep(options: argparse.Namespace) -> int:
     asked = {name: getattr(options, name) for name in ("workers", "retry_failed", "accept_versions")}
     if options.dry_run:
         from shockwave.sweep.dry_run import plan_sweep
+        from shockwave.sweep.workers import check_executor
 
+        check_executor(options.executor or "processes")
         print_result(plan_sweep(options.file, folder, **asked), options.json)
         return 0
     from shockwave.sweep.definition import DEFINITION

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from shockwave.quadrature import FloatArray
 
 
+# Ticks of a logarithmic axis may lie decades beyond its values, and must be finite.
+_MOST_DRAWN = 1e150
 # Values over a greater ratio have a logarithmic scale.
 _WIDE = 300.0
 # More names than this along an axis would cover each other.
@@ -64,7 +66,7 @@ class DrawnAxis:
     def log(self) -> bool:
         """Whether the values lie more evenly on a logarithmic axis."""
         low, middle, high = self.places[[0, len(self.places) // 2, -1]].tolist()
-        if self.texts or not 0 < 3 * low < high:
+        if self.texts or not 0 < 3 * low < high < _MOST_DRAWN:
             return False
         return bool(abs(middle - (low * high) ** 0.5) < abs(middle - (low + high) / 2))
 

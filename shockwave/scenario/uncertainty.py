@@ -18,12 +18,6 @@ Kind = Literal["relative", "sd", "factor", "between"]
 
 _RELATIVE = Key("relative", spec=Quantity("", "standard deviation over the value", above=0, at_most=1))
 _FACTOR = Key("factor", spec=Quantity("", "factor within which two thirds of the values lie", above=1, at_most=100))
-#: Keys of the mapping for a value -> meaning.
-FORMS: Final = {
-    "sd": "standard deviation of a normal distribution, in the unit of the value",
-    "between": "ends of a uniform distribution",
-    "factor": "e to the standard deviation of the logarithm, of a lognormal distribution",
-}
 _RULE = "must be a percentage such as 5 %, or a mapping {sd: ...}, {between: [..., ...]} or {factor: ...}"
 #: Pairs of names for one value.
 TWINS: Final = (("chain.diameter", "chain.radius"), ("shock.duration", "shock.rise_time"))

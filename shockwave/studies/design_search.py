@@ -113,6 +113,8 @@ def _interval(varied: Variable, given: Sequence[Any] | None) -> tuple[float, flo
     if not is_continuous(varied):
         rule = f"must be a value of the chain or shock with a range, or {_MATERIAL}"
         raise InvalidValueError.of("vary", f"{rule} (got {varied.name})")
+    if given is None:
+        raise InvalidValueError.of("between", "must be the least and the greatest value (got nothing)")
     try:
         ((low, high),) = gathered([("between", given)], {"between": partial(ends_of, varied)}).values()
     except WrongsError as error:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import random
+import statistics
 import time
+from collections.abc import Sequence
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
@@ -46,8 +49,8 @@ class SweepPlan:
         The error of the first of these.
     workers : int
         How many the estimate is for.
-    seconds : float
-        Estimate of the wall time.
+    seconds : (float, float)
+        Estimate of the wall time: two standard errors of the mean below and above.
     """
 
     run: str
@@ -58,7 +61,7 @@ class SweepPlan:
     failed: int
     problem: str | None
     workers: int
-    seconds: float
+    seconds: tuple[float, float]
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``sweep --dry-run --json`` prints."""
@@ -66,11 +69,12 @@ class SweepPlan:
 
     def __str__(self) -> str:
         shape = ", ".join(f"{length} of {names}" for names, length in self.axes.items())
-        spent = timedelta(seconds=round(self.seconds))
+        low, high = (timedelta(seconds=math.ceil(seconds)) for seconds in self.seconds)
+        estimate = f"{low} to {high} on {self.workers} workers, measured on {self.measured} points"
         lines = [
             f"{self.points} points, {self.run}: {shape}",
             f"  finished     {self.finished}",
-            f"  time         about {spent} on {self.workers} workers, from {self.measured} points",
+            f"  time         {estimate if self.measured else 'nothing to do'}",
         ]
         remark = f"{self.failed} of these {self.measured} points failed: {self.problem}"
         return "\n".join(lines + notes([remark] if self.failed else []))
@@ -108,16 +112,20 @@ def plan_sweep(
         journal.reopen()
     left = journal.count(NOT_RUN)
     # spread over the sweep, the same each time
-    sample = random.Random(0).sample(range(count), min(count, _MOST))
+    sample = random.Random(0).sample(range(count), min(count, _MOST)) if left else []
     points.lines(sample[:1])  # loads the code
-    begin = time.perf_counter()
+    begin = now = time.perf_counter()
     lines = ""
     measured = 0
-    while measured < len(sample) and time.perf_counter() - begin < _LIMIT:
-        group = sample[measured : measured + _GROUP]
+    times = []
+    size = 1  # until it is known how long a point takes
+    while measured < len(sample) and now - begin < _LIMIT:
+        group = sample[measured : measured + size]
         lines += points.lines(group)
         measured += len(group)
-    each = (time.perf_counter() - begin) / measured
+        before, now = now, time.perf_counter()
+        times.append((now - before) / len(group))
+        size = _GROUP if times[-1] < _LIMIT / _GROUP else 1
     entries = [json.loads(line) for line in lines.splitlines()]
     errors = [entry["error"] for entry in entries if "error" in entry]
     workers = workers or cores()
@@ -130,5 +138,14 @@ def plan_sweep(
         failed=len(errors),
         problem=errors[0] if errors else None,
         workers=workers,
-        seconds=_START + each * left / workers,
+        seconds=_span(times, left / workers),
     )
+
+
+def _span(times: Sequence[float], rounds: float) -> tuple[float, float]:
+    """The wall times between which so many points, one after the other, will take."""
+    if not times:
+        return 0.0, 0.0
+    mean = statistics.fmean(times)
+    error = statistics.stdev(times) / len(times) ** 0.5 if len(times) > 1 else mean / 2
+    return _START + max(mean - 2 * error, 0.0) * rounds, _START + (mean + 2 * error) * rounds

@@ -208,7 +208,7 @@ def _content(line: bytes, columns: Sequence[Column]) -> tuple[list[Any] | None, 
 def _refuse_others(folder: Path) -> None:
     """Refuse a folder that holds something else."""
     names = {file.name for file in folder.iterdir()}
-    strange = sorted(names - {_LOCK, f"{DEFINITION}.part"})
+    strange = sorted(name for name in names - {_LOCK} if not name.endswith(".part"))
     if strange and DEFINITION not in names:
         got = f"got a folder with {strange[0]} in it; choose another"
         raise FileAccessError(f"{folder}: must be new, or hold a sweep ({got})")

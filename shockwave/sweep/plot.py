@@ -128,6 +128,9 @@ def _bounds(chosen: PlottedAxes, name: str, values: npt.NDArray[np.float64]) -> 
     results = chosen.results
     columns = {column.name: column for column in results.columns}
     column = _ERRORS.get(name)
+    if not np.isfinite(values).any():
+        nothing = np.full(values.shape, np.nan)
+        return _Bounds(nothing, nothing, "", f"{name}: no point drawn has a value")
     if column in columns:
         error = chosen.pick(column)
         unit = results.units[column]

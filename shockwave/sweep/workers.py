@@ -66,6 +66,12 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def check_executor(name: str) -> None:
+    """Refuse the name of an executor that there is not, with a `UsageError`."""
+    if name != "processes" and name.partition("=")[0] != "dask":
+        raise UsageError(f"executor must be processes, dask or dask=ADDRESS (got {name!r})")
+
+
 @contextmanager
 def workers_of(executor: Executor | str | None, count: int | None, timeout: float | None = None) -> Iterator[Workers]:
     """The workers that ``executor`` stands for; those started here are ended, even if they are at work.
@@ -86,6 +92,8 @@ def workers_of(executor: Executor | str | None, count: int | None, timeout: floa
     LostError
         When no worker starts.
     """
+    if count is not None and count < 1:
+        raise UsageError(f"workers must be a whole number >= 1 (got {count!r})")
     if timeout is not None and not timeout > 0:
         raise UsageError(f"timeout must be a number of seconds > 0 (got {timeout!r})")
     if executor is None or executor == "processes":
@@ -99,10 +107,8 @@ def workers_of(executor: Executor | str | None, count: int | None, timeout: floa
         problem = "only processes of this machine can be ended; leave it, or the executor, out"
         raise UsageError(f"timeout must be left out with an executor (got {executor!r}; {problem})")
     elif isinstance(executor, str):
-        name, _, address = executor.partition("=")
-        if name != "dask":
-            raise UsageError(f"executor must be processes, dask or dask=ADDRESS (got {executor!r})")
-        with _dask(address, count) as remote:
+        check_executor(executor)
+        with _dask(executor.partition("=")[2], count) as remote:
             yield remote
     else:
         yield Workers(executor, count or getattr(executor, "_max_workers", None) or cores())
