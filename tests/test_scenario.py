@@ -166,7 +166,7 @@ def test_what_a_template_comments_out_is_valid_too(tmp_path: Path) -> None:
 # ---------------------------------------------------------------- cost
 
 
-@pytest.mark.parametrize("file", ["paper/table1-row1.yaml", "examples/tabulated.yaml", "maps/amplification.yaml"])
+@pytest.mark.parametrize("file", ["paper/table1-row1.yaml", "examples/hammer.yaml", "maps/amplification.yaml"])
 def test_loading_makes_few_calls(file: str) -> None:
     # a bound on the machinery between a file and its scene that does not depend on the machine, as times do
     path = ROOT / "profiles" / file

@@ -260,6 +260,12 @@ def _factor(unit: str, base: str) -> float:
 
 def _numbers(text: _Text, rows: Sequence[int], count: int, picks: Sequence[int]) -> FloatArray:
     """The time and the force column of the lines ``rows``, shape (k, 2), finite."""
+    # plain numbers, at once; anything else is read line by line, to say where it stands
+    with suppress(ValueError):
+        lines = [text.lines[index] for index in rows]
+        plain = np.loadtxt(lines, comments=None, delimiter=text.separator or None, ndmin=2)
+        if plain.shape[1] == count and np.isfinite(plain[:, picks]).all():
+            return plain[:, picks]
     comma = text.separator in (";", "\t") and any("," in text.lines[index] for index in rows)
     decimal = "," if comma else "."
     remedy = "use the decimal comma as in other rows" if comma else "mend or delete the row"
