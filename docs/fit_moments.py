@@ -74,7 +74,7 @@ TERMS = (
 )
 # What an error weighs as one, at spreads: well below what is asked for there.
 ASKED = ((0, 3e-4), (0.1, 3e-4), (0.2, 1.2e-3), (0.3, 4e-3), (0.45, 8e-3), (2, 1e-2), (10, 2e-2))
-# The error told at these spreads: the quantile of those around, widened.
+# The stated error at these spreads: the widened quantile of the errors around.
 SPREADS = (0.05, 0.1, 0.2, 0.3, 0.45, 0.7, 3.0, 10.0)
 QUANTILE, WIDENED = 0.995, 1.5
 # 99 % of the errors must stay below, up to these spreads.
@@ -267,7 +267,7 @@ def fitted(sample: Sample) -> Law:
 
 
 def judged(law: Law, sample: Sample) -> Iterator[dict[str, Any]]:
-    """The pulses with their errors, and with what the law told of them."""
+    """The pulses with their errors and the errors that the law states."""
     error = law.corrected(*evaluated(law, sample.pulses)) / sample.simulated - 1
     told = law.error(sample.spread)
     names = ("spread", "skewness", "strength", "simulated")
