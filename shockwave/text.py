@@ -1,35 +1,189 @@
-"""Numbers and tables as text for people, and text that documents admit."""
+"""Numbers, tables and paragraphs for people, laid out for a screen, and text that documents admit."""
 
 from __future__ import annotations
 
 import importlib
 import math
+import os
 import re
-from collections.abc import Iterable, Sequence
+import shutil
+import sys
+import textwrap
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+from attrs import frozen
 
 # Characters that HTML does not admit, and those that turn the direction of the text behind them.
 _UNFIT = re.compile(
     "[^\t\n\x20-\x7e\xa0-\u2029\u202f-\u2065\u206a-\ud7ff\ue000-\ufdcf\ufdf0-\ufffd\U00010000-\U0010fffd]"
 )
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
+# Columns of a label and of the text's indent in `facts`.
+_LABEL = 18
+# Least width of a column of wrapped text.
+_NARROW = 12
+_STYLE = re.compile("\x1b\\[[0-9;]*m")
+_STRONG = "1"
+_ALARM = "1;31"
 
 
-def si(value: float, unit: str, digits: int = 5) -> str:
-    """``value`` with an SI prefix, if ``unit`` takes one: ``si(1.5e-5, "s")`` is ``15 us``."""
+@frozen
+class Screen:
+    """Where text is shown: ``columns`` wide, in ``colour`` or not; with ``wide``, tables keep all columns."""
+
+    columns: int = 80
+    colour: bool = False
+    wide: bool = False
+
+
+#: The screen of text that is made elsewhere than in a command: the same everywhere.
+_PLAIN = Screen()
+_screen: ContextVar[Screen] = ContextVar("screen", default=_PLAIN)
+
+
+@contextmanager
+def on_stdout(wide: bool = False) -> Iterator[None]:
+    """Lay text out for stdout meanwhile: as wide as the terminal; 80 columns and no colour where there is none.
+
+    NO_COLOR, or a terminal that is dumb, turns colour off.
+    """
+    shown = Screen(wide=wide)
+    if sys.stdout.isatty():
+        colour = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+        shown = Screen(max(40, shutil.get_terminal_size().columns), colour, wide)
+    token = _screen.set(shown)
+    try:
+        yield
+    finally:
+        _screen.reset(token)
+
+
+def strong(text: str) -> str:
+    """``text``, bold where the screen has colour: the answer."""
+    return _styled(text, _STRONG)
+
+
+def alarm(text: str) -> str:
+    """``text``, red where the screen has colour: a failed condition, an error."""
+    return _styled(text, _ALARM)
+
+
+def _styled(text: str, style: str) -> str:
+    return f"\x1b[{style}m{text}\x1b[0m" if _screen.get().colour else text
+
+
+def si(value: float, unit: str, digits: int = 5, error: float | None = None) -> str:
+    """``value`` with an SI prefix, if ``unit`` takes one: ``si(1.5e-5, "s")`` is ``15 us``.
+
+    With the relative ``error`` of the value, down to the first digit of the error and with at most 15 digits.
+    """
+    if error is not None:
+        digits = significant_digits(value, error)
     if value == 0 or not math.isfinite(value):
         return f"{value:g} {unit}"
     exponent = 3 * math.floor(math.log10(abs(value) * (1 + 1e-12)) / 3)
     if exponent not in _PREFIXES or unit.startswith("kg") or "**" in unit:
         return f"{value:.{digits}g} {unit}"
-    return f"{value / 10**exponent:.{digits}g} {_PREFIXES[exponent]}{unit}"
+    scaled = float(f"{value / 10**exponent:.{digits}g}")
+    return f"{scaled:.{max(digits, 3)}g} {_PREFIXES[exponent]}{unit}"
 
 
-def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Columns under a ruled header, as wide as they need to be."""
+def significant_digits(value: float, error: float) -> int:
+    """Digits of ``value`` down to the first one of its relative ``error``, 1 to 15."""
+    if not 0 < abs(value) < math.inf or not error < 1:
+        return 1
+    if error <= 0:
+        return 15
+    return min(max(_place(value) - _place(value * error) + 1, 1), 15)
+
+
+def _place(value: float) -> int:
+    return math.floor(math.log10(abs(value)) + 1e-12)
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]], spare: Sequence[str] = (), margin: int = 2) -> str:
+    """Columns under a ruled header, ``margin`` blanks from the left.
+
+    Where the screen is too narrow, the columns ``spare`` are left out, the last named first, and a line under the
+    table names them; then the widest column is wrapped.
+    """
     lines = [list(header), *(list(row) for row in rows)]
-    widths = [max(len(line[column]) for line in lines) for column in range(len(header))]
-    text = ["  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in lines]
-    return "\n".join([text[0], "  ".join("-" * width for width in widths), *text[1:]])
+    screen = _screen.get()
+    room = sys.maxsize if screen.wide else screen.columns - margin
+    out: list[str] = []
+    left = list(spare)
+    widths = _widths(lines)
+    while left and sum(widths) + 2 * (len(widths) - 1) > room:
+        out.append(left.pop())
+        column = lines[0].index(out[-1])
+        lines = [line[:column] + line[column + 1 :] for line in lines]
+        widths = _widths(lines)
+    over = sum(widths) + 2 * (len(widths) - 1) - room
+    if over > 0:
+        widest = widths.index(max(widths))
+        widths[widest] = max(widths[widest] - over, _NARROW)
+    shown = [*_cells(lines[0], widths), "  ".join("-" * width for width in widths)]
+    for line in lines[1:]:
+        shown += _cells(line, widths)
+    if out:
+        names = [name for name in header if name in out]
+        shown += wrapped(f"(not shown: {', '.join(names)}; --wide shows all columns)", room)
+    return "\n".join(" " * margin + line for line in shown)
+
+
+def _widths(lines: Sequence[Sequence[str]]) -> list[int]:
+    return [max(len(_STYLE.sub("", line[column])) for line in lines) for column in range(len(lines[0]))]
+
+
+def _cells(line: Sequence[str], widths: Sequence[int]) -> list[str]:
+    """The lines of a row: cells that are too wide are wrapped."""
+    parts = []
+    for cell, width in zip(line, widths, strict=True):
+        fits = len(_STYLE.sub("", cell)) <= width
+        parts.append([cell] if fits else wrapped(cell, width))
+    shown = []
+    for number in range(max(map(len, parts))):
+        text = ""
+        for part, width in zip(parts, widths, strict=True):
+            cell = part[number] if number < len(part) else ""
+            text += cell + " " * (width - len(_STYLE.sub("", cell)) + 2)
+        shown.append(text.rstrip())
+    return shown
+
+
+def wrapped(text: str, width: int, rest: str = "") -> list[str]:
+    """Lines of ``text`` of at most ``width`` columns, if its words are no longer; ``rest`` begins all but the first."""
+    return textwrap.wrap(text, width, subsequent_indent=rest, break_on_hyphens=False) or [""]
+
+
+def facts(pairs: Iterable[tuple[str, str]]) -> list[str]:
+    """Lines of labels and texts, the texts below one another."""
+    lines = []
+    for label, text in pairs:
+        lines += paragraph(f"  {label:<{_LABEL - 2}}", text, _LABEL)
+    return lines
+
+
+def paragraph(label: str, text: str, indent: int = 0) -> list[str]:
+    """Lines of ``text`` behind ``label``, all but the first moved in by ``indent``; as wide as the screen."""
+    blank = " " * indent
+    lines = wrapped(text, max(_screen.get().columns - len(label), _NARROW))
+    if len(lines) > 1 and len(label) > indent:
+        lines = [lines[0], *wrapped(" ".join(lines[1:]), _screen.get().columns - indent)]
+    return [label + lines[0], *(blank + line for line in lines[1:])]
+
+
+def notes(warnings: Iterable[str]) -> list[str]:
+    """Lines for ``warnings``, after a blank one; none for none."""
+    lines = [line for warning in warnings for line in paragraph("  note: ", warning, 4)]
+    return ["", *lines] if lines else []
+
+
+def limits(warnings: Iterable[str]) -> list[str]:
+    """Lines for ``warnings`` that limit an answer; they stand under it."""
+    return [alarm(line) for warning in warnings for line in paragraph("  ! ", warning, 4)]
 
 
 def range_text(bounds: tuple[float, float] | None) -> str:
@@ -39,17 +193,6 @@ def range_text(bounds: tuple[float, float] | None) -> str:
     # more digits where these would show nothing
     form = "+.1%" if max(map(abs, bounds)) >= 5e-4 else "+.1e"
     return f"{bounds[0]:{form}} to {bounds[1]:{form}}"
-
-
-def indent(text: str) -> str:
-    """``text`` moved in by two blanks."""
-    return "\n".join(f"  {line}" for line in text.splitlines())
-
-
-def notes(warnings: Iterable[str]) -> list[str]:
-    """Lines for ``warnings``, after a blank one; none for none."""
-    lines = [f"  note: {warning}" for warning in warnings]
-    return ["", *lines] if lines else []
 
 
 def printed(result: object, writer: str) -> str:

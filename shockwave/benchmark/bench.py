@@ -6,7 +6,7 @@ import os
 import platform
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import product
 from typing import Any, NamedTuple, TypeAlias
@@ -36,6 +36,7 @@ from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
+from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray, Integrand
 from shockwave.registry import entries, load, plugins
 from shockwave.scenario.scenario import Scenario
@@ -54,7 +55,6 @@ def run(
     families: Sequence[str] = (),
     quick: bool = False,
     longest: float | None = None,
-    progress: Callable[[str], None] = lambda _: None,
 ) -> WorkPrecision:
     """Run the families on the named problems, or on the scenes of scenarios.
 
@@ -68,8 +68,6 @@ def run(
         Fewer problems, settings and repetitions; ends within a minute.
     longest : float, optional
         The longest that one run may take [s]; what would take longer is left out with a row that says so.
-    progress : callable, optional
-        Called with the name of the next problem.
     """
     limits = _QUICK if quick else _FULL
     if longest is not None:
@@ -81,7 +79,7 @@ def run(
             continue
         experiments = of_scenarios(family, scenarios) if scenarios else named(family, quick)
         for problem, methods in experiments:
-            progress(f"{family}: {problem.name}")
+            progressed(f"{family}: {problem.name}", 0)
             problems.append(problem)
             for method in methods:
                 rows.extend(measured(problem, method, limits))

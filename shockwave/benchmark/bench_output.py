@@ -9,7 +9,7 @@ from attrs import evolve
 from shockwave.benchmark.work_precision import Problem, Row, WorkPrecision
 from shockwave.errors import UsageError
 from shockwave.pictures import figure, svg, work_precision
-from shockwave.text import admitted, indent, si, table
+from shockwave.text import admitted, si, table
 
 # Width and height of a diagram [in]: its letters are readable on a phone too.
 _SIZE = (4.6, 4.8)
@@ -21,7 +21,7 @@ def text(result: WorkPrecision) -> str:
     for problem in result.problems:
         reference = f"{problem.reference}, off by at most {problem.reference_error:.0e}"
         head = f"{problem.family}: {problem.name}\n  {problem.description}\n  reference: {reference}"
-        parts += [head, indent(table(_columns(problem), _cells(result, problem)))]
+        parts += [head, table(_columns(problem), _cells(result, problem))]
     return "\n\n".join(parts)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 import traceback
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from concurrent.futures import Future
 from multiprocessing import get_context
 from typing import Any
@@ -14,6 +14,7 @@ from attrs import asdict, frozen
 from pebble import ProcessExpired, ProcessPool
 
 from shockwave.benchmark.extreme_cases import CHECKS, Case, Finding, find
+from shockwave.progress import progressed
 from shockwave.simulation.backend import Backend, chosen, lack
 from shockwave.text import table
 
@@ -85,7 +86,7 @@ class Stress:
     def __str__(self) -> str:
         """A line for each row, the faults, and the count."""
         header = ("case", "backend", "asked", "outcome", "error", "at most", "momentum", "time", "")
-        lines = [table(header, [row.cells() for row in self.rows]), ""]
+        lines = [table(header, [row.cells() for row in self.rows], margin=0), ""]
         for row in self.rows:
             name = f"{row.case.name} ({row.backend})"
             lines += [f"  {name}: {fault}" for fault in row.finding.faults]
@@ -94,9 +95,7 @@ class Stress:
         return "\n".join(lines)
 
 
-def stress(
-    names: Iterable[str] = (), backend: str | None = None, progress: Callable[[str], None] = lambda _: None
-) -> Stress:
+def stress(names: Iterable[str] = (), backend: str | None = None) -> Stress:
     """Run cases of the catalogue.
 
     Parameters
@@ -105,8 +104,6 @@ def stress(
         Of cases or themes; none for all.
     backend : "compiled", "numpy" or "auto", optional
         Left out, both, or NumPy alone where the other was not built.
-    progress : callable, optional
-        Called with a line for each case that has ended.
 
     Raises
     ------
@@ -127,8 +124,8 @@ def stress(
         try:
             for (case, each), future in zip(jobs, futures, strict=True):
                 row = _row(case, each, future)
-                progress(f"{case.name} ({each}): {'passed' if row.passed else 'FAILED'}")
                 rows.append(row)
+                progressed("stress", len(rows), len(jobs))
         except KeyboardInterrupt:
             pool.stop()  # type: ignore[no-untyped-call]
             raise

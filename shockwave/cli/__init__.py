@@ -9,9 +9,10 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 
-from shockwave.cli.output import failure
+from shockwave.cli.output import failure, progress_on_stderr
 from shockwave.cli.parser import parser
 from shockwave.errors import FileAccessError
+from shockwave.text import on_stdout
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -21,7 +22,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="backslashreplace")
     options = parser().parse_args(arguments)
     try:
-        with _without_plugins() if options.no_plugins else nullcontext():
+        registry = _without_plugins() if options.no_plugins else nullcontext()
+        with on_stdout(options.wide), progress_on_stderr(), registry:
             module, _, name = options.command.partition(":")
             status: int = getattr(importlib.import_module(f"shockwave.cli.{module}"), name)(options)
             sys.stdout.flush()

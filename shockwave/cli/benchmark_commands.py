@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from shockwave.cli.output import print_result, show_progress, written
+from shockwave.cli.output import print_result, written
 from shockwave.cli.scenario_commands import loaded
 
 
@@ -16,7 +16,7 @@ def bench(options: argparse.Namespace) -> int:
     scenarios = loaded(options.files, output=options.output)
     if options.output:
         check_output(options.output)
-    found = run(scenarios, options.family, options.quick, options.longest, show_progress)
+    found = run(scenarios, options.family, options.quick, options.longest)
     print_result(found, options.json)
     if options.output:  # last, so that a page that cannot be written costs no result
         return written(page(found), options.output)
@@ -27,6 +27,6 @@ def stress(options: argparse.Namespace) -> int:
     """The catalogue of extremes."""
     from shockwave.benchmark.stress import stress as run
 
-    found = run(options.names, options.backend, show_progress)
+    found = run(options.names, options.backend)
     print_result(found, options.json)
     return found.exit_code

@@ -12,6 +12,7 @@ from typing import Any
 
 from shockwave.errors import InvalidValueError, ShockwaveError, UsageError
 from shockwave.files import write_file
+from shockwave.progress import progress_shown
 
 #: The variable that shows where an internal error comes from.
 _DEBUG = "SHOCKWAVE_DEBUG"
@@ -48,10 +49,41 @@ def print_result(found: Any, as_json: bool) -> None:
         print(found)
 
 
-def show_progress(text: str) -> None:
-    """Print progress for people; a log does not want it."""
-    if sys.stderr.isatty():
-        print(text, file=sys.stderr)
+class ProgressBar:
+    """A bar on stderr for work that takes longer than a second; parts of the work that it shows are ignored."""
+
+    def __init__(self) -> None:
+        self._work = ""
+        self._bar: Any = None
+
+    def __call__(self, work: str, done: int, total: int | None) -> None:
+        if self._bar is None:
+            from tqdm import tqdm
+
+            self._work = work
+            self._bar = tqdm(total=total, desc=work, file=sys.stderr, delay=1, leave=False, dynamic_ncols=True)
+        if work != self._work:
+            return
+        self._bar.update(done - self._bar.n)
+        if done == total:
+            self.close()
+
+    def close(self) -> None:
+        if self._bar is not None:
+            self._bar.close()
+            self._bar = None
+
+
+@contextmanager
+def progress_on_stderr() -> Iterator[None]:
+    """Show progress meanwhile, if stderr is a terminal: a log does not want it."""
+    bar = ProgressBar() if sys.stderr.isatty() else None
+    with progress_shown(bar):
+        try:
+            yield
+        finally:
+            if bar is not None:
+                bar.close()
 
 
 def written(text: str, output: str | None, anew: bool = False) -> int:

@@ -60,6 +60,7 @@ _MANY = {"action": "append", "default": []}
 
 _NO_PLUGINS = _option("--no-plugins", "use nothing but what is built in", default=argparse.SUPPRESS)
 _JSON = _option("--json", "one JSON document on stdout")
+_WIDE = _option("--wide", "all columns of tables, however wide the screen")
 _FILE = _option("FILE", "scenario file (YAML)")
 _FILES = (["files"], {"nargs": "+", **_FILE[1]})
 _FORCE_RTOL = _option(
@@ -172,6 +173,6 @@ def parser() -> argparse.ArgumentParser:
     for name, address, summary, options in _COMMANDS:
         command = commands.add_parser(name, help=summary, description=summary, epilog=_EXITS)
         command.set_defaults(command=address)
-        for flags, settings in [_NO_PLUGINS, *options]:
+        for flags, settings in [_NO_PLUGINS, _WIDE, *options]:
             command.add_argument(*flags, **settings)
     return made

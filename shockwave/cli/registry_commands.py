@@ -33,7 +33,7 @@ def _print(kind: str, rows: list[dict[str, Any]]) -> None:
     from shockwave.text import table
 
     cells = [(row["name"], row["summary"], row["distribution"]) for row in rows]
-    print(table((kind, "", "from"), cells) if rows else f"{kind}: none installed", end="\n\n")
+    print(table((kind, "", "from"), cells, margin=0) if rows else f"{kind}: none installed", end="\n\n")
     for row in rows if kind == "plugins" else ():
         if row["problem"]:
             print(f"{row['distribution']} is at fault: {row['problem']}", end="\n\n")

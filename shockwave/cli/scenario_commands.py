@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from attrs import asdict, evolve
 
-from shockwave.cli.output import failure, of_arguments, print_json, show_progress, written
+from shockwave.cli.output import failure, of_arguments, print_json, written
 from shockwave.errors import Fault, ShockwaveError, UsageError
 from shockwave.files import refuse_inputs
+from shockwave.progress import progressed
 from shockwave.text import notes, range_text, si, table
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def _run(
     single = len(scenarios) == 1
     for number, scenario in enumerate(scenarios, start=1):
         if not single:
-            show_progress(f"{number} of {len(scenarios)}: {scenario.name}")
+            progressed(options.command.partition(":")[2], number - 1, len(scenarios))
         try:
             result = one(scenario)
             # parts of a result that are computed when they are used may fail, too
@@ -210,7 +211,7 @@ def _table(rows: Sequence[_Row], documents: Sequence[dict[str, Any]], legend: st
     for document in documents:
         for answer in (document, document.get("predicted", {}), document.get("simulated", {})):
             warnings += [f"{document['scenario']}: {warning}" for warning in answer.get("warnings", ())]
-    return "\n".join([table(header, cells) + legend, *notes(dict.fromkeys(warnings))])
+    return "\n".join([table(header, cells, margin=0) + legend, *notes(dict.fromkeys(warnings))])
 
 
 def _outcome_row(outcome: Outcome) -> _Row:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from shockwave.measurement.result import MeasuredWave, Passage, SimulationResult
-from shockwave.text import indent, notes, si, table
+from shockwave.text import notes, si, table
 
 _WAVES = ("peak force", "rel. error", "momentum", "energy", "speed", "width", "foot", "contact", "arrival")
 _PASSAGES = ("contact", "arrival", "peak force", "rel. error", "from")
@@ -49,7 +49,7 @@ def _waves(result: SimulationResult) -> Iterator[str]:
     cost = result.cost
     yield f"  cost              {cost.steps} steps, {cost.force_evaluations} force evaluations, {cost.seconds:.2g} s"
     yield ""
-    yield indent(table(_WAVES, map(_wave_row, waves)))
+    yield table(_WAVES, map(_wave_row, waves))
     if unsettled:
         yield f"  and {unsettled} more that had not settled, in the JSON output alone"
     yield f"  (waves above {result.options.wave_threshold:g} of the primary; contacts are counted from 0;"
@@ -57,7 +57,7 @@ def _waves(result: SimulationResult) -> Iterator[str]:
     yield "  an error of the other figures)"
     if result.passages:
         yield ""
-        yield indent(table(_PASSAGES, map(_passage_row, result.passages)))
+        yield table(_PASSAGES, map(_passage_row, result.passages))
     if result.recording is not None:
         times = result.recording.times
         yield ""

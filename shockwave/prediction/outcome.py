@@ -15,7 +15,7 @@ from shockwave.profiles.base import Areas
 from shockwave.profiles.conditions import Condition
 from shockwave.quadrature import FloatArray
 from shockwave.scene_summary import Scene
-from shockwave.text import indent, notes, range_text, si, table
+from shockwave.text import notes, range_text, si, table
 
 # Listed figures of a wave, with their units.
 _WAVE = {"peak_force": "N", "momentum": "N s", "energy": "J", "speed": "m/s", "width": "s"}
@@ -192,7 +192,7 @@ def outcome_text(outcome: Outcome) -> str:
         table(("decided by", "left", "right", "hence", "equation"), steps),
     )
     for each in tables:
-        lines += ["", indent(each)]
+        lines += ["", each]
     return "\n".join(lines + notes(outcome.warnings))
 
 

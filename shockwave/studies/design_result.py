@@ -15,7 +15,7 @@ from shockwave.scenario.block_keys import Key
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.value_conversion import converted
 from shockwave.studies.scaling_exponents import Exponents
-from shockwave.text import indent, notes, si, table
+from shockwave.text import notes, si, table
 
 #: Properties of the primary that a design can ask for -> SI unit.
 TARGETS = {
@@ -243,7 +243,7 @@ class Design:
             lines.append(f"  nearest           {self._at(self.nearest)}")
         lines += [
             "",
-            indent(table(list(rows[0]), [list(row.values()) for row in rows])),
+            table(list(rows[0]), [list(row.values()) for row in rows]),
             "  (within: error of the value; error: relative bound of the curve; simulated: relative difference)",
         ]
         return "\n".join(lines + notes(self.warnings))

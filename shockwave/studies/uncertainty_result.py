@@ -10,7 +10,7 @@ from attrs import asdict, field, frozen
 
 from shockwave.quadrature import FloatArray
 from shockwave.studies.scaling_exponents import Exponents
-from shockwave.text import indent, notes, table
+from shockwave.text import notes, table
 
 
 @frozen
@@ -148,12 +148,10 @@ class Uncertainty:
             f"  each peak force   within {self.model_error:.0e} relative, by {sources[self.method]}",
             f"  scales as         {self.exponents} at the nominal scene, each within {self.exponents.error:.0e}",
             "",
-            indent(
-                table(("", "peak force, N", "amplification"), [(name, forces[name], ratios[name]) for name in forces])
-            ),
+            table(("", "peak force, N", "amplification"), [(name, forces[name], ratios[name]) for name in forces]),
             "  (+-: half the 95 % confidence interval of sampling; linear sd: from the exponents)",
             "",
-            indent(table(header, rows)),
+            table(header, rows),
             "  (first, total: shares of the variance that a value causes alone, and together with the others)",
         ]
         return "\n".join(lines + notes(self.warnings))

@@ -181,7 +181,7 @@ class SweepResults(SweepDefinition):
         ]
         for kind, names in (("axis", self.variables), ("column", columns)):
             rows = [(name, *self._range(name)) for name in names]
-            text = table((kind, "least", "greatest", "values"), rows)
+            text = table((kind, "least", "greatest", "values"), rows, margin=0)
             lines += ["", *(f"  {line}" for line in text.splitlines())]
         remarks = [f"{_point(failure.point)}: {failure.problem}" for failure in self.failed[:_SHOWN]]
         return "\n".join(lines + notes([*remarks, *self.warnings]))
