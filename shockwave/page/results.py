@@ -11,6 +11,7 @@ from shockwave.errors import ShockwaveError
 from shockwave.measurement.result import Passage, SimulationResult
 from shockwave.measurement.simulate import MEASURABLE, scaled, simulate_with
 from shockwave.prediction.outcome import Outcome
+from shockwave.progress import progressed
 from shockwave.scenario.scenario import Scenario
 from shockwave.studies.comparison import Comparison, beside
 
@@ -22,6 +23,10 @@ _BEYOND = 1.15
 _RATE = 0.9
 # Most contacts in the space-time diagram.
 _CONTACTS = 120
+#: Parts of a report that are computed before the pictures: prediction, simulation, waves.
+COMPUTED = 3
+#: Usual number of pictures.
+_PICTURES = 9
 
 _T = TypeVar("_T")
 
@@ -76,10 +81,14 @@ class Findings:
 
 def findings(scenario: Scenario) -> Findings:
     """Predict and simulate ``scenario``; if one fails, the other is still computed."""
+    parts = COMPUTED + _PICTURES
+    progressed("report", 0, parts)
     failures: list[str] = []
     predictor = scenario.predictor
     predicted = _attempt(failures, "The prediction failed", predictor.predict, scenario.shock, scenario.chain)
+    progressed("report", 1, parts)
     simulated = _attempt(failures, "The simulation failed", _simulate, scenario)
+    progressed("report", 2, parts)
     passages = []
     if simulated is not None:
         failure = "The waves behind the leading wave could not be measured"

@@ -54,9 +54,9 @@ _SHADES = {"ejection": "#FFFFFF", "single": "#D0D0D0", "train": "#F1F1F1"}
 _NARROW = 0.12
 
 
-def si_label(value: float, unit: str, digits: int = 3) -> str:
-    """``value`` with an SI prefix, as `si`, with the sign for a millionth."""
-    number, _, prefixed = si(value, unit, digits).partition(" ")
+def si_label(value: float, unit: str, digits: int = 3, error: float | None = None) -> str:
+    """Return ``value`` with an SI prefix like `si`, but with the micro sign."""
+    number, _, prefixed = si(value, unit, digits, error).partition(" ")
     return f"{number} \N{MICRO SIGN}{unit}" if prefixed == f"u{unit}" else f"{number} {prefixed}"
 
 
