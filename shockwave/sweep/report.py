@@ -69,9 +69,9 @@ class SweepReport:
         counts = [f", {count} {state}" for state, count in others.items() if count]
         ran = self.points - self.left - self.before
         spent = timedelta(seconds=math.ceil(self.seconds))
-        details = [("this run", f"{ran} points in {spent}" if ran else "nothing to do")]
+        details = [("this run", f"{_points(ran)} in {spent}" if ran else "nothing to do")]
         if self.before:
-            details.append(("earlier runs", f"{self.before} points"))
+            details.append(("earlier runs", _points(self.before)))
         if self.files:
             details.append(("tables", ", ".join(file.name for file in self.files)))
         restrictions = []
@@ -81,6 +81,10 @@ class SweepReport:
             restrictions.append("the same command runs the missing points")
         answer = f"{self.done} of {self.points} points done{''.join(counts)}; results in {self.folder}"
         return "\n".join([strong(answer), *limits(restrictions), *facts(details), *notes(self.notes)])
+
+
+def _points(count: int) -> str:
+    return "1 point" if count == 1 else f"{count} points"
 
 
 class SweepInterrupt(KeyboardInterrupt):
