@@ -212,6 +212,7 @@ def test_results_are_frozen_and_equal_by_value(folder: Path) -> None:
 def test_results_print_ranges_counts_and_failures(folder: Path) -> None:
     text = str(load_sweep(folder))
     assert text.startswith("4 of 6 points done; amplification 0 to 0.7\n")
+    assert max(map(len, text.splitlines())) <= 80
     assert re.search(r"shock.rise_time +1 us +300 ms +3", text)
     assert re.search(r"regime +2 train, 1 single", text)
     assert "! shock.duration_ratio 2, shock.rise_time 3e-05: no" in text

@@ -68,16 +68,6 @@ class Findings:
         simulated = () if self.simulated is None else self.simulated.all_warnings
         return tuple(dict.fromkeys((*predicted, *simulated)))
 
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Warnings about the processing of a record."""
-        return tuple(warning for warning in self.warnings if warning in self.scenario.shock.profile.notes)
-
-    @property
-    def limits(self) -> tuple[str, ...]:
-        """Warnings that limit the accuracy of the results."""
-        return tuple(warning for warning in self.warnings if warning not in self.scenario.shock.profile.notes)
-
 
 def findings(scenario: Scenario) -> Findings:
     """Predict and simulate ``scenario``; if one fails, the other is still computed."""

@@ -22,12 +22,9 @@ from shockwave.sweep.definition import NOTES, SweepDefinition, as_text
 from shockwave.sweep.journal import NOT_RUN, Journal
 from shockwave.text import facts, limits, si, significant_digits, strong, table
 
-# Significant digits of values without a known error, of errors, and of values without an error.
+# Significant digits of variables, and of quantities without a known error.
+_VARIABLE_DIGITS = 5
 _USUAL_DIGITS = 3
-_ERROR_DIGITS = 2
-_EXACT_DIGITS = 5
-_ERRORS = ("error_estimate", "second_error_estimate", "recoil_error", "momentum_defect")
-_EXACT = ("waves", "ejected_granules", "applied_momentum", "scaled_rise_time", "scaled_duration")
 # Failed points, and different texts of a column, that are listed.
 _MOST_LISTED = 5
 
@@ -212,14 +209,11 @@ class SweepResults(SweepDefinition):
 
     def _text(self, name: str, value: float, index: int) -> str:
         """A value of a variable, or of a column at a point, with the digits that its error allows."""
-        digits = _ERROR_DIGITS if name in _ERRORS else _USUAL_DIGITS
-        if name in self.variables or name in _EXACT:
-            digits = _EXACT_DIGITS
-        else:
-            bounds = accuracy_of(name, self.units, self.values)
-            error = max(bounds.high.flat[index] - value, value - bounds.low.flat[index])
-            if math.isfinite(error):
-                digits = significant_digits(value, error / (abs(value) or 1.0))
+        digits = _VARIABLE_DIGITS
+        if name not in self.variables:
+            low, high, _, _ = accuracy_of(name, self.units, self.values)
+            error = max(abs(bound.flat[index] - value) for bound in (low, high)) / (abs(value) or 1.0)
+            digits = significant_digits(value, error) if math.isfinite(error) else _USUAL_DIGITS
         unit = self.units[name]
         return si(value, unit, digits) if unit else f"{value:.{digits}g}"
 
