@@ -32,7 +32,7 @@ def drawn(found: Findings) -> tuple[dict[str, Figure], dict[str, str]]:
     figures, not_drawn = {}, {}
     chosen = drawings(found)
     for number, (name, draw) in enumerate(chosen.items()):
-        progressed("report", COMPUTED + number, COMPUTED + len(chosen))
+        progressed("report", COMPUTED + number, COMPUTED + 2 * len(chosen))
         figure, (ax,) = pictures.figure(size=_SIZE)
         try:
             draw(ax)
@@ -40,7 +40,6 @@ def drawn(found: Findings) -> tuple[dict[str, Figure], dict[str, str]]:
             not_drawn[name] = str(error)
         else:
             figures[name] = figure
-    progressed("report", COMPUTED + len(chosen), COMPUTED + len(chosen))
     return figures, not_drawn
 
 

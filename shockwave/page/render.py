@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
@@ -18,13 +19,17 @@ from shockwave.fields import quantity_of
 from shockwave.hooks import Entry
 from shockwave.page.drawings import drawn
 from shockwave.page.number_text import formula, percent, quantity, small
-from shockwave.page.results import Findings, findings
+from shockwave.page.results import COMPUTED, Findings, findings
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import conditions
+from shockwave.progress import progressed
 from shockwave.registry import entries, find
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_hash import parameters, scene_hash
 from shockwave.text import admitted
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def page(scenario: Scenario) -> str:
@@ -79,7 +84,7 @@ def written(found: Findings) -> str:
         areas=areas,
         characteristic_time=Scales.of(chain, shock.peak_force).time,
         conditions=conditions(areas, float(shock.profile.duration_ratio)),
-        figures=figures,
+        figures=_reported(figures),
         not_drawn=not_drawn,
         svg=pictures.svg,
         versions=_versions(found),
@@ -87,6 +92,13 @@ def written(found: Findings) -> str:
         parts=parts_in_use(found),
     )
     return text.lstrip()
+
+
+def _reported(figures: dict[str, Figure]) -> Iterator[tuple[str, Figure]]:
+    """Yield the pictures by name; progress is reported after each has been rendered."""
+    for number, item in enumerate(figures.items(), start=1):
+        yield item
+        progressed("report", COMPUTED + len(figures) + number, COMPUTED + 2 * len(figures))
 
 
 def _admitted(value: object) -> object:

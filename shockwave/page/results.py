@@ -25,7 +25,7 @@ _RATE = 0.9
 _CONTACTS = 120
 #: Parts of a report that are computed before the pictures: prediction, simulation, waves.
 COMPUTED = 3
-#: Usual number of pictures.
+# Usual number of pictures; each one is drawn and then rendered.
 _PICTURES = 9
 
 _T = TypeVar("_T")
@@ -71,7 +71,7 @@ class Findings:
 
 def findings(scenario: Scenario) -> Findings:
     """Predict and simulate ``scenario``; if one fails, the other is still computed."""
-    parts = COMPUTED + _PICTURES
+    parts = COMPUTED + 2 * _PICTURES
     progressed("report", 0, parts)
     failures: list[str] = []
     predictor = scenario.predictor
