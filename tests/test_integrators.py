@@ -19,7 +19,7 @@ from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Nystroem, Rkn64, Rkn86, Rkn1210
 from shockwave.simulation.one_step import OneStep
 from shockwave.testing import IntegratorContract
-from shockwave.testing.known_motions import coupled, path, taken
+from shockwave.testing.known_motions import all_steps, coupled, smooth_motion
 
 ENTRIES = {entry.name: entry for entry in entries("integrators") if entry.distribution == "granular-shockwave"}
 METHODS = {name: load("integrators", name) for name in ENTRIES}
@@ -49,23 +49,23 @@ def test_summary_states_order_and_traits(method: type[Integrator]) -> None:
 
 def test_adaptive_steps_leave_no_sliver_and_grow_to_the_unit_of_time() -> None:
     for until in np.linspace(2.0, 3.0, 11):
-        sizes = [step.end - step.begin for step in taken(Rkn86(), until=float(until))]
+        sizes = [step.end - step.begin for step in all_steps(Rkn86(), until=float(until))]
         # two halves at the worst, and what step-size control takes from the second
         assert sizes[-1] > 0.2 * sizes[-2]
-    at_rest = taken(Rkn86(), lambda _, x: np.zeros_like(x), 40.0)
+    at_rest = all_steps(Rkn86(), lambda _, x: np.zeros_like(x), 40.0)
     assert max(step.end - step.begin for step in at_rest) == pytest.approx(1.0, rel=1e-12)
 
 
 @each_pair
 def test_a_tolerance_that_rounding_denies_is_an_error(method: type[OneStep]) -> None:
     with pytest.raises(NumericalError, match="the error remains above the tolerance"):
-        taken(method(tolerance=1e-40))
+        all_steps(method(tolerance=1e-40))
 
 
 @pytest.mark.parametrize(("method", "cost"), [(Rkn64, 5), (Rkn86, 8), (Rkn1210, 17), (Verlet, 1), (Pefrl, 5), (Rk4, 4)])
 def test_a_step_costs_what_its_method_states(method: type[OneStep], cost: int) -> None:
     integrator = method(tolerance=1.0)
-    assert len(list(integrator.steps(coupled, 0.0, 0.04, *path(0.0), 0.04))) == 1
+    assert len(list(integrator.steps(coupled, 0.0, 0.04, *smooth_motion(0.0), 0.04))) == 1
     # and one for the acceleration at the beginning
     assert integrator.evaluations == 1 + cost
 

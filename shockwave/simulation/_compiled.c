@@ -142,8 +142,9 @@ static int window_of(Window *w, long lanes, long rows)
     return 1;
 }
 
-/* Accelerations k[terms] at the positions x + c h v + h^2 sum of a_j k_j, j < terms, with h of shape (BLOCK,). Positions
-   and contact forces are kept in registers, one block ahead and one behind. `shift` is added to the first row. */
+/* Accelerations k[terms] at the positions x + c h v + h^2 sum of a_j k_j, j < terms, with h of shape (BLOCK,).
+   Positions and contact forces are kept in registers, one block ahead and one behind. `shift` is added to the first
+   row. */
 WIDE static void stage(long n, long lanes, int terms, double c, const double *a, const double *h, const double *shift,
                        const double *x, const double *v, double *const *k)
 {
@@ -411,7 +412,8 @@ static double crossing(double v0, double v1, double slope0, double slope1, doubl
     double share = v0 / (v0 - v1), low = 0, high = 1;
     int i;
     for (i = 0; i < 2; i++) {
-        const double v = v0 + share * (slope0 + share * (c + share * d)), slope = slope0 + share * (2 * c + share * 3 * d);
+        const double v = v0 + share * (slope0 + share * (c + share * d));
+        const double slope = slope0 + share * (2 * c + share * 3 * d);
         if (v > 0) low = share; else high = share;
         share -= v / slope;
         if (!(share > low && share < high)) share = (low + high) / 2;
@@ -431,9 +433,9 @@ static double applied(Lane *lane, double t, double h)
     return to > from ? (after - before) / (to - from) : 0;
 }
 
-/* Computes the peak at local contact j of lane l by repeated steps from the state before a step of size h to the time at
-   which the contact stops closing. The domain of dependence of a step is one granule per stage, so a part of the window
-   is sufficient. */
+/* Computes the peak at local contact j of lane l by repeated steps, from the state before a step of size h to the time
+   at which the contact stops closing. The domain of dependence of a step is one granule per stage, so a part of the
+   window is sufficient. */
 static int read_peak(const Method *m, Window *w, Window *part, Lane *lane, int l, long j, double h, double share,
                      double *time, double *force)
 {
@@ -739,7 +741,8 @@ static int find_peaks(const Method *m, const Batch *batch, Window *w, Window *pa
     long e, j;
     int l, b;
     for (l = 0; l < width; l++)
-        if (trial->accepted[l] && !observe(m, batch, w, part, lanes + l, l, 0, trial->h[l], path[l], path[l] + 2)) return 0;
+        if (trial->accepted[l]
+            && !observe(m, batch, w, part, lanes + l, l, 0, trial->h[l], path[l], path[l] + 2)) return 0;
     passed(trial->n, width, w->v, w->v1, w->x1, w->f);
     for (e = 0; e < trial->n; e += BLOCK) {
         double any = 0;

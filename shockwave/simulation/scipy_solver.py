@@ -78,9 +78,8 @@ class ScipySolver(Integrator):
 
     def _check(self, solver: Any, time: float, message: str | None) -> None:
         if message is not None or not np.all(np.isfinite((solver.y, solver.f))):
-            raise NumericalError(
-                f"{self.name} cannot step beyond t = {time:g} T0 ({message or 'values are not finite'})"
-            )
+            reason = message or "values are not finite"
+            raise NumericalError(f"{self.name} cannot step beyond t = {time:g} T0 ({reason})")
 
 
 @define
