@@ -280,7 +280,7 @@ def test_error_below_that_of_the_reference_is_shown_as_a_bound() -> None:
 
 def test_text_begins_with_the_fastest_run_that_meets_the_target() -> None:
     result = made(name="P")
-    exact = evolve(result.rows[0], errors={"peak force": 1e-7}, seconds=0.5)
+    exact = evolve(result.rows[0], errors={"peak force": 1e-7}, seconds=0.5, least=0.5, most=0.5)
     slower = evolve(exact, setting="rtol 1e-08", seconds=1.0)
     first, *lines = str(evolve(result, rows=(*result.rows, slower, exact))).splitlines()
     assert first == "Fastest runs with relative errors of at most 1e-06"

@@ -78,7 +78,7 @@ def run(
     problems: list[Problem] = []
     rows: list[Row] = []
     experiments: list[Callable[[], Experiment]] = []
-    for family in (each for each in FAMILIES if each in (families or FAMILIES)):
+    for family in sorted(families or FAMILIES, key=FAMILIES.index):
         experiments += of_scenarios(family, scenarios) if scenarios else named(family, quick)
     for count, experiment in enumerate(experiments):
         progressed("bench", count, len(experiments))
@@ -95,11 +95,11 @@ def run(
 
 
 def named(family: str, quick: bool) -> Iterator[Callable[[], Experiment]]:
-    """The named problems of a family; their references are computed when they are called."""
+    """The named problems of a family; each is set up, with its reference, when it is called."""
     if family == "quadratures":
         for text, profile in PROFILES.items():
             name, _, description = text.partition(": ")
-            yield partial(_profile_quadratures, name, description, profile)
+            yield partial(quadratures, name, description, areas_of(profile))
         triangle = Triangular(duration_ratio=3)
         areas = Areas([(triangle.force, (0.0, 3.0))], np.array([1.5]), "closed form", _ROUNDING)
         yield partial(quadratures, "kink not given", "triangle, n = 3, integrated across its kink", areas)
@@ -125,7 +125,7 @@ def _of_scenario(family: str, scenario: Scenario) -> Experiment:
     profile = scenario.shock.profile
     try:
         if family == "quadratures":
-            return _profile_quadratures(scenario.name, type(profile).__name__, profile)
+            return quadratures(scenario.name, type(profile).__name__, areas_of(profile))
         return (predictors if family == "predictors" else integrators)(case_of(scenario))
     except ShockwaveError as error:
         problem = Problem(family, scenario.name, "no reference could be computed", ("peak force",), "none", 1.0)
@@ -216,10 +216,6 @@ def _integrated(pieces: _Pieces, quadrature: str, tolerance: float) -> tuple[Flo
 def _greatest(found: FloatArray, values: FloatArray) -> float:
     """Largest relative error; NaN if any error is NaN."""
     return float(np.max(np.abs(found / values - 1)))
-
-
-def _profile_quadratures(name: str, description: str, profile: ShockProfile) -> Experiment:
-    return quadratures(name, description, areas_of(profile))
 
 
 def quadratures(name: str, description: str, areas: Areas) -> Experiment:

@@ -10,7 +10,7 @@ from attrs import evolve
 from shockwave.benchmark.work_precision import Problem, Row, WorkPrecision
 from shockwave.errors import UsageError
 from shockwave.pictures import figure, svg, work_precision
-from shockwave.text import admitted, facts, limits, notes, si, significant_digits, strong, table
+from shockwave.text import admitted, facts, limits, notes, si, strong, table
 
 # Width and height of a diagram [in]: its text is readable on a phone too.
 _SIZE = (4.6, 4.8)
@@ -70,26 +70,21 @@ def _columns(problem: Problem) -> list[str]:
 
 def _cells(row: Row, problem: Problem) -> list[str]:
     """The row of a run as text, a cell for each column."""
-    errors = [_error(row.errors.get(name), row.reference_error) for name in problem.quantities]
-    evaluations = "-" if row.evaluations is None else str(row.evaluations)
-    return [row.method, row.setting, *errors, *_times(row), evaluations]
-
-
-def _error(error: float | None, reference_error: float) -> str:
-    if error is None:
-        return "-"
-    return f"{error:.1e}" if error > reference_error else f"<{reference_error:.0e}"
+    bound = f"<{row.reference_error:.0e}"
+    errors = [row.errors.get(name) for name in problem.quantities]
+    shown = ["-" if each is None else f"{each:.1e}" if each > row.reference_error else bound for each in errors]
+    return [row.method, row.setting, *shown, *_times(row), str(row.evaluations or "-")]
 
 
 def _times(row: Row) -> tuple[str, str]:
     """Median time and its range, with the digits that the range allows."""
-    if row.seconds is None:
+    if row.seconds is None or row.least is None or row.most is None:
         return "-", "-"
-    if row.least is None or row.most is None or row.runs < 2:
-        return si(row.seconds, "s", error=_SINGLE), "-"
-    spread = max((row.most - row.least) / (2 * row.seconds), _REPRODUCIBLE)
-    digits = significant_digits(row.seconds, spread)
-    return si(row.seconds, "s", digits), f"{si(row.least, 's', digits)} .. {si(row.most, 's', digits)}"
+    spread = (row.most - row.least) / (2 * row.seconds) if row.runs > 1 else _SINGLE
+    median, least, most = (
+        si(time, "s", error=max(spread, _REPRODUCIBLE)) for time in (row.seconds, row.least, row.most)
+    )
+    return median, f"{least} .. {most}"
 
 
 def check_output(output: str) -> None:

@@ -57,10 +57,11 @@ class Row:
             self.case.name,
             self.backend,
             "passed" if self.passed else alarm("FAILED"),
-            *("-" if value is None else f"{value:.0e}" for value in (found.error, found.bound)),
+            _shown(found.error),
+            _shown(found.bound),
             "-" if self.seconds is None else si(self.seconds, "s", error=_SINGLE),
             self.case.description,
-            "-" if found.momentum_defect is None else f"{found.momentum_defect:.0e}",
+            _shown(found.momentum_defect),
             found.outcome.partition("\n")[0],
         ]
 
@@ -72,6 +73,10 @@ class Row:
             f"required: {self.case.must})"
             for fault in found.faults
         ]
+
+
+def _shown(value: float | None) -> str:
+    return "-" if value is None else f"{value:.0e}" if value else "0"
 
 
 @frozen

@@ -163,7 +163,7 @@ class _Course:
         frame = self.frame
         x, v = frame.true(self.time, self.y, self.w)
         acceleration = ChainAcceleration(self.problem, frame.problem is not None)
-        # what goes wrong with the steps of a plugin is its own fault
+        # errors in the steps of a plugin are reported as errors of the plugin
         with blame("integrators", type(self.integrator)):
             steps = self.integrator.steps(acceleration, self.time, until, self.y, self.w, self.size)
             for count, step in enumerate(steps, start=1):
