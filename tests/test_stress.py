@@ -123,7 +123,7 @@ FAILED = Stress((attrs.evolve(WRONG, finding=Finding("2 F0")), WRONG), 1.0)
 def test_failed_cases_come_first_with_the_reason_and_the_exit_status_is_1() -> None:
     assert FAILED.exit_code == 1
     lines = str(FAILED).splitlines()
-    assert lines[0] == "1 of 2 cases passed (1 s)"
+    assert lines[0] == "1 of 2 cases passed (1.0 s)"
     reason = "trial (numpy), a shock: it is wrong (result: 1 F0; required: law)"
     assert lines[1].strip() == f"! {reason}"
     assert [line.split()[2] for line in lines[5:7]] == ["FAILED", "passed"]

@@ -18,7 +18,7 @@ _SIZE = (4.6, 4.8)
 _TARGET = 1e-6
 # Least relative uncertainty of a time, and that of a single run.
 _REPRODUCIBLE = 0.01
-_SINGLE = 0.1
+_SINGLE = 0.3
 
 
 def text(result: WorkPrecision) -> str:
@@ -80,7 +80,7 @@ def _times(row: Row) -> tuple[str, str]:
     """Median time and its range, with the digits that the range allows."""
     if row.seconds is None or row.least is None or row.most is None:
         return "-", "-"
-    spread = (row.most - row.least) / (2 * row.seconds) if row.runs > 1 else _SINGLE
+    spread = (row.most - row.least) / row.seconds if row.runs > 1 else _SINGLE
     median, least, most = (
         si(time, "s", error=max(spread, _REPRODUCIBLE)) for time in (row.seconds, row.least, row.most)
     )

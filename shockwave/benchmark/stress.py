@@ -19,7 +19,7 @@ from shockwave.simulation.backend import Backend, chosen, lack
 from shockwave.text import alarm, limits, si, strong, table
 
 # Relative uncertainty of the time of a single run.
-_SINGLE = 0.1
+_SINGLE = 0.3
 
 
 @frozen
