@@ -122,7 +122,7 @@ def test_backend_is_chosen_and_printed(
     path.write_text(SCENARIO % (name if in_scenario else "auto"))
     options = [] if in_scenario else ["--backend", name]
     assert main(["simulate", *options, str(path)]) == 0
-    assert f"simulation by rkn86 ({name})" in capsys.readouterr().out
+    assert f"rkn86 ({name})" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
