@@ -21,7 +21,7 @@ from shockwave import cli
 from shockwave.prediction.short_shock_law import short_law
 from shockwave.quadrature import FloatArray
 from shockwave.studies import automatic_model as auto
-from shockwave.studies.universal_curve import kept_curve
+from shockwave.studies.universal_curve import cached_curve
 
 DOCS = Path(__file__).parent.parent / "docs"
 HUMPS = sw.Tabulated(times=[0, 1, 2, 3, 4, 5], forces=[0, 1, 0.1, 0.7, 0.3, 0])
@@ -251,10 +251,10 @@ def test_for_many_of_one_shape_a_curve_is_made(series: list[sw.Shock]) -> None:
     assert many.amplification[::60] == pytest.approx(known, rel=1e-3)
 
 
-def test_a_kept_curve_makes_no_difference(series: list[sw.Shock]) -> None:
+def test_a_cached_curve_makes_no_difference(series: list[sw.Shock]) -> None:
     predictor = sw.Predictor(model="auto", rtol=1e-3)
     shorter = series[:320]
-    kept_curve.cache_clear()
+    cached_curve.cache_clear()
     first = predictor.predict_many(shorter, CHAIN)
     assert predictor.predict_many(series, CHAIN).method.tolist() == ["curve"] * 350
     assert predictor.predict_many(shorter, CHAIN) == first
