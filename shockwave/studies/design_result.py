@@ -279,7 +279,7 @@ class Design:
         if isinstance(option.value, str):
             return option.value
         if option.value_error is None:
-            return _si(option.value, self.unit, option.reached_error)
+            return _si(option.value, self.unit)
         relative = option.value_error / abs(option.value) if option.value else 1.0
         return f"{_si(option.value, self.unit, relative)} +- {_si(option.value_error, self.unit, 1.0)}"
 
@@ -317,7 +317,8 @@ class Design:
         }
 
 
-def _si(value: float, unit: str, error: float = 1e-5) -> str:
-    """``value`` with the digits that its relative ``error`` leaves, and an SI prefix if there is a unit."""
-    digits = significant_digits(value, error)
-    return si(value, unit, digits) if unit else f"{value:.{digits}g}"
+def _si(value: float, unit: str, error: float | None = None) -> str:
+    """``value`` with the digits that its relative ``error`` supports, and an SI prefix if there is a unit."""
+    if unit:
+        return si(value, unit, 6, error)
+    return f"{value:.{6 if error is None else significant_digits(value, error)}g}"

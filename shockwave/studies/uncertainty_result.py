@@ -29,7 +29,7 @@ class Estimate:
     error: float
 
     def __str__(self) -> str:
-        decimals = -math.floor(math.log10(self.error)) if self.error > 0 else 6
+        decimals = -math.floor(math.log10(self.error / 3)) if self.error > 0 else 6
         shown = (f"{round(number, decimals):.{max(decimals, 0)}f}" for number in (self.value, self.error))
         return " +- ".join(shown)
 
