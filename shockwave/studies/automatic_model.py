@@ -57,7 +57,7 @@ def _one(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
         raise NumericalError(peaks.failures[0])
     bound = float(peaks.high[0])
     warnings = [_LEADING_ONLY]
-    reason = f"the cheapest method whose error bound ({bound:.1e}) meets the tolerance ({rtol:g})"
+    reason = f"the cheapest method accurate to {rtol:g} (error bound {bound:.1e})"
     if bound > rtol:
         reason = f"the smallest error bound is {bound:.1e} (requested: {rtol:g})"
         warnings.insert(0, f"the tolerance was not met: {reason}")

@@ -67,6 +67,6 @@ class Exponents:
         return float(getattr(self, dict(TWINS).get(name, name).rpartition(".")[2]))
 
     def __str__(self) -> str:
-        decimals = significant_digits(1.0, max(self.error, 1e-3)) - 1
+        decimals = min(significant_digits(1.0, self.error) - 1, 3)
         powers = zip(_SYMBOLS, astuple(self), strict=False)  # without the error, which is the last field
         return " ".join(f"{symbol}^{power:.{decimals}f}" for symbol, power in powers)
