@@ -17,6 +17,7 @@ from scenes import CASE_A, CHAIN, FORCE, POWER, UNITS
 from selection import keeping, thinned
 from shockwave import cli
 from shockwave.numerics import crossings
+from shockwave.progress import progress_shown
 from shockwave.scenario.scene_family import Family
 from shockwave.studies.design_result import TARGETS, Target
 from shockwave.studies.design_search import line_along
@@ -152,7 +153,7 @@ def test_an_unreachable_target_is_reported_with_the_range() -> None:
     assert not found.reachable
     assert found.nearest is not None
     assert found.nearest.value == 2e-3
-    assert re.fullmatch(r"1 kN is out of reach: the greatest value is 1\d\d\.\d+ N at 2 mm", found.why)
+    assert re.fullmatch(r"1 kN is out of reach: the greatest is 1\d\d\.\d+ N at 2 mm", found.why)
     assert re.match(r"no radius gives a peak force of 1 kN; nearest 2 mm \(simulated 1\d\d\.\d+ N\)\n", str(found))
     inside = design("chain.material.poisson_ratio", peak_force=1.0)
     assert inside.least.value == 0.0
@@ -167,6 +168,7 @@ def of_granules(granules: int) -> sw.Design:
 def test_a_finite_chain_is_treated_as_endless_and_simulated_with_its_granules() -> None:
     found = of_granules(60)
     (option,) = found.solutions
+    assert max(map(len, str(found).splitlines())) <= 80
     assert option.chain_mass == pytest.approx(60 * option.granule_mass)
     assert any("60 granules" in warning for warning in found.warnings)
     assert option.simulated is not None
@@ -234,6 +236,13 @@ def test_materials_within_the_error_are_solutions() -> None:
     missed = sw.design(CASE_A, CHAIN, target={"peak_force": (low + high) / 2}, **given)
     assert missed.solutions == ()
     assert "no material meets" in missed.why
+
+
+def test_progress_is_reported_for_each_material() -> None:
+    reports: list[tuple[str, int, int | None]] = []
+    with progress_shown(lambda *report: reports.append(report)):
+        sw.design(CASE_A, CHAIN, vary="chain.material", among=["ptfe", "brass-260"], target={"peak_force": 60})
+    assert [report for report in reports if report[0] == "materials"] == [("materials", k, 2) for k in range(3)]
 
 
 # ---------------------------------------------------------------- arguments

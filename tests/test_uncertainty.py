@@ -18,6 +18,7 @@ from pages import ROOT, code_in, table
 from scenes import CASE_A, CHAIN, POWER, UNITS
 from selection import thinned
 from shockwave import cli
+from shockwave.progress import progress_shown
 from shockwave.scenario.dotted_names import variable
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import Spread
@@ -115,6 +116,14 @@ def test_an_uncertain_shape_is_simulated() -> None:
         profile = sw.PowerLaw(rise_exponent=0.5, decay_exponent=decay, duration_ratio=ratio)
         known = sw.simulate(evolve(CASE_A, profile=profile), CHAIN, rtol=1e-8, waves="primary").peak_force
         assert result.peak_forces[index] == pytest.approx(known, rel=result.model_error + 1e-8)
+
+
+def test_progress_ends_with_all_scenes() -> None:
+    reports: list[tuple[str, int, int | None]] = []
+    with progress_shown(lambda *report: reports.append(report)):
+        result = sw.uncertainty(CASE_A, CHAIN, {"chain.radius": "3 %"}, draws=1024)
+    assert reports[0] == ("scenes", 0, result.evaluations)
+    assert reports[-1] == ("scenes", result.evaluations, result.evaluations)
 
 
 # ---------------------------------------------------------------- closed forms
@@ -328,6 +337,7 @@ def test_a_fault_of_the_block_is_reported_with_its_file(tmp_path: Path, capsys: 
 
 def test_numbers_have_the_digits_that_their_errors_leave() -> None:
     text = str(found())
+    assert max(map(len, text.splitlines())) <= 80
     mean = next(line.split() for line in text.splitlines() if line.lstrip().startswith("mean"))
     # one digit, or two digits if the first is 1 or 2
     assert float(mean[3]) == pytest.approx(found().peak_force.mean.error, rel=0.2)

@@ -44,10 +44,10 @@ _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 _STEP = 1e-2
 # Tolerance of the simulations of a finite difference.
 _DIFFERENCE_RTOL = 1e-10
-# Name of the work whose progress is reported.
-_WORK = "scenes"
 # Tolerance of a curve whose slope is used.
 _SLOPE_RTOL = 1e-6
+# Name of the work whose progress is reported.
+_WORK = "scenes"
 
 
 def uncertainty(

@@ -42,7 +42,7 @@ _LIMIT = 1000.0
 _LONGEST_SIMULATED = 300.0
 
 #: Amplification, peak force of the shock [N] and bound on the relative error, each of shape (n,).
-Peaks = tuple[FloatArray, FloatArray, FloatArray]
+LeadingWaves = tuple[FloatArray, FloatArray, FloatArray]
 
 
 def scenario_of(scene: Scenario | Shock, chain: Chain | None) -> Scenario:
@@ -146,7 +146,7 @@ def family_of(scenario: Scenario, names: Iterable[str]) -> Family:
     return Family(evolve(scenario, document=None) if explicit and parameters <= fields else scenario)
 
 
-def primaries(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float) -> Peaks:
+def primaries(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float) -> LeadingWaves:
     """Leading waves in scenes that differ from ``scenario`` in ``values``; chains are treated as endless.
 
     Parameters
@@ -175,7 +175,7 @@ def primaries(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float)
     return (_by_curve if keep_shape(values) else _by_simulation)(endless, values, rtol)
 
 
-def _by_curve(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float) -> Peaks:
+def _by_curve(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float) -> LeadingWaves:
     n = float(scenario.shock.profile.duration_ratio)
     ratios: Any = rise_time_of(scenario)
     for name, given in values.items():
@@ -189,7 +189,7 @@ def _by_curve(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float)
     return curve.amplification(ratios), forces, curve.error(ratios)
 
 
-def _by_simulation(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float) -> Peaks:
+def _by_simulation(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float) -> LeadingWaves:
     family = family_of(scenario, values)
     rows = zip(*(given.tolist() for given in values.values()), strict=True)
     scenes = [family.scenario(dict(zip(values, row, strict=True))) for row in rows]
