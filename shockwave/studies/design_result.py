@@ -239,15 +239,12 @@ class Design:
         options = first | {option.value: option for option in self.table} | first
         rows = [self._row(option) for option in options.values()]
         target = self.target.name.replace("_", " ")
-        decided = {
-            "reason": self.why,
-            "reachable": f"{self._at(self.least)} to {self._at(self.most)}",
-            "scenario": self.scenario,
-        }
+        reachable = f"{self._at(self.least)} to {self._at(self.most)}"
+        decided = (("reason", self.why), ("reachable", reachable), ("scenario", self.scenario))
         lines = [
             *map(strong, paragraph("", self._answer, 2)),
             *limits(self.warnings),
-            *facts((label, text) for label, text in decided.items() if text),
+            *facts(pair for pair in decided if pair[1]),
             "",
             table(list(rows[0]), [list(row.values()) for row in rows], [name for name in _SPARE if name != target]),
             *paragraph("  ", _LEGEND, 2),
@@ -285,8 +282,7 @@ class Design:
 
     def _simulated(self, option: Option) -> str:
         """The simulated target property and peak force of an option, as accurate as its curve."""
-        if option.simulated is None:
-            return "-"
+        assert option.simulated is not None  # a solution, or the nearest option
         reached = _si(option.simulated.reached, self.target.unit, option.reached_error)
         if self.target.name == "peak_force":
             return reached

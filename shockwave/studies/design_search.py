@@ -332,6 +332,5 @@ class _Search:
         """Whether the simulation meets the target within the errors of curve and simulation."""
         assert option.simulated is not None
         difference = abs(option.simulated.reached / self.target.value - 1)
-        return (
-            difference <= _LARGEST_DIFFERENCE * max(option.reached_error, self.rtol) + option.simulated.error_estimate
-        )
+        curve_error = max(option.reached_error, self.rtol)
+        return difference <= _LARGEST_DIFFERENCE * curve_error + option.simulated.error_estimate

@@ -171,13 +171,8 @@ class Uncertainty:
         """Printed statistics of one quantity."""
         nominal = f"{one.nominal:.{significant_digits(one.nominal, self.model_error)}g}"
         quantiles = {f"{100 * share:g} % below": str(estimate) for share, estimate in one.quantiles.items()}
-        return {
-            "nominal": nominal,
-            "mean": str(one.mean),
-            "sd": str(one.sd),
-            "linear sd": f"{one.linear_sd:.4g}",
-            **quantiles,
-        }
+        moments = {"nominal": nominal, "mean": str(one.mean), "sd": str(one.sd), "linear sd": f"{one.linear_sd:.4g}"}
+        return moments | quantiles
 
 
 def _row(one: Sensitivity) -> dict[str, str]:
