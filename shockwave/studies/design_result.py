@@ -278,7 +278,8 @@ class Design:
         if option.value_error is None:
             return _si(option.value, self.unit)
         relative = option.value_error / abs(option.value) if option.value else 1.0
-        return f"{_si(option.value, self.unit, relative)} +- {_si(option.value_error, self.unit, 1.0)}"
+        # the error has as many decimals as the value
+        return f"{_si(option.value, self.unit, relative)} +- {_si(option.value_error, self.unit, 0.99)}"
 
     def _simulated(self, option: Option) -> str:
         """The simulated target property and peak force of an option, as accurate as its curve."""

@@ -26,7 +26,7 @@ from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.studies.chebyshev_fit import Piece
 from shockwave.studies.universal_curve_fit import CurveData, fitted_curve
-from shockwave.text import facts, si, significant_digits, strong
+from shockwave.text import facts, paragraph, si, significant_digits, strong
 
 _RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)
 _LONGEST = Quantity("", "longest duration n t0/T0", at_least=1e-3, at_most=1e3)
@@ -70,8 +70,9 @@ class CurveAnswer:
     def __str__(self) -> str:
         amplification = f"{self.amplification:.{significant_digits(self.amplification, self.error)}g}"
         force = si(self.peak_force, "N", error=self.error)
-        answer = f"amplification {amplification}, peak force {force}, accurate to {self.error:.0e}"
-        return f"{strong(answer)} (t0/T0 = {self.rise_time:.6g})"
+        accuracy = f"accurate to {self.error:.0e} (t0/T0 = {self.rise_time:.6g})"
+        lines = paragraph("", f"amplification {amplification}, peak force {force}, {accuracy}", 2)
+        return "\n".join(map(strong, lines))
 
 
 @frozen(init=False, slots=False)
