@@ -25,7 +25,7 @@ import shockwave as sw
 from shockwave.prediction import short_shock_law as short
 from shockwave.profiles import base
 from shockwave.registry import load
-from shockwave.studies.universal_curve import kept_curve
+from shockwave.studies.universal_curve import cached_curve
 
 PAGE = Path(__file__).parent / "auto.md"
 SEED, COUNT, SHORTEST, LONGEST = 6301, 1000, 1e-2, 20.0
@@ -68,7 +68,7 @@ def drawn(seed: int, count: int) -> list[sw.Shock]:
 
 def fresh() -> None:
     """Clear what is kept of shapes, so that each time counts all of the work."""
-    kept_curve.cache_clear()
+    cached_curve.cache_clear()
     base._areas.cache_clear()
     short._of_one.cache_clear()
 
