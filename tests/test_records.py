@@ -118,7 +118,7 @@ def test_assumptions_are_noted(read, text, notes):
     assert list(record.notes) == notes
 
 
-NUMBER = "must be a finite number of"
+NUMBER = "must be a finite number in"
 #: The text, and how each error begins after the name of the file.
 REFUSED: dict[str, tuple[str, list[str]]] = {
     "dimensions": (f"#\ntime [N],force [s]\n{COMMA}", [":2: unit of time: ", ":2: unit of force: "]),

@@ -65,7 +65,7 @@ def test_a_given_duration_ratio_stretches_the_decay_alone():
 
 NO_PULSES = {
     "two": ([0, 1], [0, 1], r"times: must have at least three samples"),
-    "nan": ([0, 1, float("nan")], [0, 1, 0], r"times\[2\]: must be a finite number s \(got nan\)"),
+    "nan": ([0, 1, float("nan")], [0, 1, 0], r"times\[2\]: must be a finite number in s \(got nan\)"),
     "words": ([0, 1, 2], [0, "x", 0], r"forces: must be a sequence of numbers \(got \[0, 'x', 0\]\)"),
     "no-list": ([0, 1, 2], 3, r"forces: must be a sequence of numbers \(got 3\)"),
     "unsorted": ([0, 2, 1, 1], [0, 1, 1, 0], r"times\[2\]: must be greater.*\ntimes\[3\]: must be greater"),

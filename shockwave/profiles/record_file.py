@@ -284,7 +284,7 @@ def _numbers(text: _Text, rows: Sequence[int], count: int, picks: Sequence[int])
         for value, pick, (unit, name, _) in zip(values, picks, _SI_UNITS, strict=True):
             if not math.isfinite(value):
                 got = f"got {text_of(cells[pick])}; {remedy}"
-                faults.append(text.fault(index, name, f"must be a finite number of {unit} ({got})"))
+                faults.append(text.fault(index, name, f"must be a finite number in {unit} ({got})"))
     if faults:
         raise InvalidValueError(faults[:_MOST_FAULTS])
     return np.array(table)

@@ -268,7 +268,7 @@ def _check_samples(times: FloatArray, forces: FloatArray) -> None:
 def _number_faults(name: str, unit: str, values: FloatArray) -> list[Fault]:
     """Faults of the ``values`` that are no finite numbers."""
     wrong = np.flatnonzero(~np.isfinite(values))[:_MOST_FAULTS]
-    return [Fault(f"{name}[{at}]", f"must be a finite number {unit} (got {values[at]:g})") for at in wrong.tolist()]
+    return [Fault(f"{name}[{at}]", f"must be a finite number in {unit} (got {values[at]:g})") for at in wrong.tolist()]
 
 
 def _cleaned(times: FloatArray, forces: FloatArray) -> tuple[FloatArray, float, int, list[str]]:
