@@ -34,12 +34,12 @@ MARKED = {
         _chain("material: copper, radius: 1, |diametr: 2"), "chain.diametr",
         "unknown key (got 'diametr'; did you mean 'diameter'? known: material, diameter, radius, granules)",
     ),
-    "parameter-of-none": (_shock("}", ", parameters: {|n: 1}}"), "shock.parameters.n", "none"),
+    "parameter-of-none": (_shock("}", ", parameters: {|n: 1}}"), "shock.parameters.n", "no keys are allowed here"),
     "missing-size": ("|" + _chain("material: copper"), "chain.diameter", "or give radius"),
     "missing-density": (
         _chain("radius: 1, |material: {youngs_modulus: 1, poisson_ratio: 0}"), "chain.material.density", "> 0 kg/m**3",
     ),
-    "both-sizes": (_chain("material: copper, |radius: 1, diameter: 2"), "chain.radius", "where diameter is"),
+    "both-sizes": (_chain("material: copper, |radius: 1, diameter: 2"), "chain.radius", "if diameter is"),
     # kinds and units
     "predict-is-text": (_with("predict: |section-4"), "predict", "must be a mapping of model"),
     "material-is-a-number": (_chain("material: |5, radius: 1"), "chain.material", "must be a mapping"),
@@ -61,7 +61,7 @@ MARKED = {
         _with("predict: {momentum_coefficient: |roughly}"), "predict.momentum_coefficient", "'exact', 'paper'",
     ),
     "rtol-without-use": (_with("predict: {rtol: |1e-6}"), "predict.rtol", "must be left out for model"),
-    "not-installed": (_with("requires: [numpy, |no-such-distribution-1]"), "requires[1]", "must be installed"),
+    "not-installed": (_with("requires: [numpy, |no-such-distribution-1]"), "requires[1]", "must be an installed distribution"),
     "published-without-source": (_with("|published: {error: 1 %}"), "published.source", "must be given"),
     "sweep": (_with("sweep: {grid: {|shock.duration_rati: [2, 4]}}"), "sweep.grid.'shock.duration_rati'", "did you"),
     # records
@@ -75,7 +75,7 @@ MARKED = {
         TABULATED % "times: [0, |2 N, 3], forces: [0, 1, x]", "shock.parameters.times[1]", "must be a time",
     ),
     "peak-at-start": (
-        TABULATED % "times: [0, 1, 2], forces: [|5, 1, 0]", "shock.parameters.forces[0]", "there is no rise",
+        TABULATED % "times: [0, 1, 2], forces: [|5, 1, 0]", "shock.parameters.forces[0]", "would have no rise",
     ),
     "file-above": (TABULATED % "file: |../../x.csv", "shock.parameters.file", "in the scenario's folder"),
     "file-through-a-link": (TABULATED % "file: |link/x.csv", "shock.parameters.file", "scenario's folder"),
@@ -160,4 +160,4 @@ def test_a_flood_of_faults_ends_in_a_short_list(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError) as caught:
         load_scenario(path)
     assert len(caught.value.faults) == 101
-    assert str(caught.value.faults[-1]).endswith("more faults")
+    assert str(caught.value.faults[-1]).endswith("more errors")

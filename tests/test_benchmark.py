@@ -221,7 +221,7 @@ def test_a_plugin_at_fault_has_one_row_and_stops_no_other(install: Install) -> N
     _, methods = bench.integrators(CASES["A"])
     (broken,) = [method for method in methods if method.name == "broken"]
     (row,) = measured(PROBLEM, broken, ONCE)
-    assert "plugin broken is at fault" in row.problem
+    assert "plugin broken is faulty" in row.problem
 
 
 def test_scenes_of_one_name_are_distinguished() -> None:
@@ -297,5 +297,5 @@ def test_any_name_is_drawn_without_characters_that_reverse_text() -> None:
 
 
 def test_an_output_that_is_no_page_is_refused() -> None:
-    with pytest.raises(UsageError, match=r"output must end in .html \(got 'page.pdf'\)"):
+    with pytest.raises(UsageError, match=r"output: must end in .html \(got 'page.pdf'\)"):
         bench_output.check_output("page.pdf")

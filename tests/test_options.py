@@ -21,11 +21,11 @@ shock: {profile: triangular, peak_force: 10 N, rise_time: 10 us, duration_ratio:
 """
 # setting and method that has no use for it, a part of the message
 USELESS = {
-    "rtol-of-fixed-step": ({"integrator": "verlet", "rtol": 1e-5}, "rtol", "verlet is of fixed step (got 1e-05; give"),
+    "rtol-of-fixed-step": ({"integrator": "verlet", "rtol": 1e-5}, "rtol", "verlet has a fixed step size (got 1e-05"),
     "step-of-adaptive": ({"integrator": "rkn86", "step": 0.01}, "step", "rkn86 chooses its own steps (got 0.01; give"),
     "step-of-none": ({"step": 0.01}, "step", "chooses its own steps (got 0.01; give rtol)"),
     "compiled-of-another": (
-        {"integrator": "dop853", "backend": "compiled"}, "backend", "dop853 is not in the compiled code",
+        {"integrator": "dop853", "backend": "compiled"}, "backend", "dop853 is not part of the compiled code",
     ),
 }  # fmt: skip
 

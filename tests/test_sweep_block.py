@@ -137,7 +137,7 @@ MANY = ", ".join(f"shock.{name}: {{linspace: [2, 3, 41]}}" for name in _FIVE)
 FAULTS = {
     "unknown-name": ("{grid: {|shock.duration_rati: [2, 4]}}", "grid.'shock.duration_rati'", "did you mean"),
     "range": ("{grid: {shock.rise_time: [1 us, |-2 us]}}", f"{TIME}[1]", "must be > 0 s"),
-    "no-values": ("{grid: {shock.rise_time: |[]}}", TIME, "must be 1 to"),
+    "no-values": ("{grid: {shock.rise_time: |[]}}", TIME, "must be a list of 1 to"),
     "too-many": ("{grid: {shock.rise_time: {linspace: [1, 2, |10000001]}}}", f"{TIME}.linspace[2]", "<= 1e+06"),
     "spacing": ("{grid: {shock.rise_time: |{geomspace: [1, 2, 3]}}}", TIME, "{linspace:"),
     "through-zero": ("{grid: {predict.equal_tolerance: {logspace: |[0, 0.5, 3]}}}", f"{EQUAL}.logspace", "same sign"),
@@ -234,7 +234,7 @@ def test_a_scene_made_in_python_has_a_family(tmp_path: Path, name: str) -> None:
     made = attrs.evolve(read, path=None, document=None)
     changes = {key: value for key, value in CHANGES[name].items() if key != "predict.momentum_coefficient"}
     assert parts(Family(made).scenario(changes)) == parts(Family(read).scenario(changes))
-    with pytest.raises(InvalidValueError, match="load one from a file"):
+    with pytest.raises(InvalidValueError, match="load a scenario from a file"):
         Family(made).scenario({"shock.profile": "triangular"})
 
 

@@ -254,12 +254,12 @@ FAULTS = {
     "form": ("{chain.radius: {factr: 2}}", "15:30", "did you mean 'factor'"),
     "unit": ("{chain.radius: {sd: 1 N}}", "15:34", "must be a length"),
     "factor": ("{chain.radius: {factor: 0.5}}", "15:38", "must be > 1"),
-    "order": ("{chain.radius: {between: [2 mm, 1 mm]}}", "15:39", "must ascend"),
+    "order": ("{chain.radius: {between: [2 mm, 1 mm]}}", "15:39", "must be in ascending order"),
     "range": ("{chain.material.poisson_ratio: {between: [0.1, 0.7]}}", "15:61", "must be > -1 and < 0.5"),
-    "length": ("{chain.radius: {between: [1 mm]}}", "15:39", "must be a list of the least and the greatest"),
-    "whole": ("{chain.granules: 5 %}", "15:15", "that can lie anywhere in a range"),
-    "setting": ("{predict.equal_tolerance: 5 %}", "15:15", "must be a value of the chain or the shock"),
-    "twins": ("{chain.radius: 5 %, chain.diameter: 5 %}", "15:34", "must be left out where chain.radius is given"),
+    "length": ("{chain.radius: {between: [1 mm]}}", "15:39", "must be a list of two values"),
+    "whole": ("{chain.granules: 5 %}", "15:15", "must be a continuous value"),
+    "setting": ("{predict.equal_tolerance: 5 %}", "15:15", "must be a continuous value of the chain or the shock"),
+    "twins": ("{chain.radius: 5 %, chain.diameter: 5 %}", "15:34", "must be left out if chain.radius is given"),
     "list": ("[chain.radius]", "15:14", "must be a mapping of dotted names"),
 }
 
@@ -280,11 +280,11 @@ CALLS: dict[str, tuple[dict[str, Any], str]] = {
     "rtol": ({"spreads": SPREADS, "rtol": 1.0}, "rtol: must be >= 1e-07"),
     "too-long": (
         {"spreads": {"shock.rise_time": {"factor": 50}}},
-        r"^uncertainty: must draw possible scenes \(shock: must last at most 1000 characteristic .*narrow the spreads",
+        r"^uncertainty: must give valid scenes \(got shock: must last at most 1000 characteristic .*narrow the dist",
     ),
     "too-slow": (
         {"spreads": {"shock.duration_ratio": {"between": [1.5, 1000]}}},
-        r"^uncertainty: must draw possible scenes \(shock: must last at most 300 characteristic times where .*narrow",
+        r"^uncertainty: must give valid scenes \(got shock: must last at most 300 characteristic times where .*narrow",
     ),
 }
 
@@ -322,7 +322,7 @@ def test_a_fault_of_the_block_is_reported_with_its_file(tmp_path: Path, capsys: 
     file = tmp_path / "long.yaml"
     file.write_text(FILE.read_text().replace("between: [30 us, 50 us]", "factor: 50"))
     assert cli.main(["uncertainty", str(file)]) == 3
-    assert capsys.readouterr().err.startswith(f"{file}: uncertainty: must draw possible scenes")
+    assert capsys.readouterr().err.startswith(f"{file}: uncertainty: must give valid scenes")
 
 
 def test_numbers_have_the_digits_that_their_errors_leave() -> None:

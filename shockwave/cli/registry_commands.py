@@ -35,10 +35,10 @@ def _text(kind: str, rows: list[dict[str, Any]]) -> str:
     if not rows:
         return f"{kind}: none installed"
     if kind != "plugins":
-        cells = [(row["name"], row["summary"], row["distribution"].replace(OWN_DISTRIBUTION, "")) for row in rows]
-        # the origin is of interest only beside plugins
-        shown = 3 if any(row[2] for row in cells) else 2
-        return table((strong(kind), "", "plugin")[:shown], [row[:shown] for row in cells], margin=0)
+        parts = [(row["name"], row["summary"], row["distribution"].replace(OWN_DISTRIBUTION, "")) for row in rows]
+        # the origin matters only if there are plugins
+        shown = 3 if any(part[2] for part in parts) else 2
+        return table((strong(kind), "", "plugin")[:shown], [part[:shown] for part in parts], margin=0)
     cells = [(row["name"], _names(row["entries"]), _state(row), row["version"]) for row in rows]
     lines = [table((strong(kind), "registers", "state", "version"), cells, margin=0)]
     for row in rows:

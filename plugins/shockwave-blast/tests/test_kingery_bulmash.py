@@ -103,7 +103,7 @@ def test_conditions_hold_over_the_whole_range_with_the_longest_rise(burst: Burst
         ),
         (
             {"standoff": 34.0, "burst": "free-air", "loading": "incident"},
-            r"standoff: must be where the wave has no more impulse than .*\(got 34 m.*go nearer",
+            r"standoff: must be in the range where the impulse is at most .*\(got 34 m.*go nearer",
         ),
         ({"burst": "air"}, r"burst: must be 'surface' or 'free-air' \(got 'air'\)"),
         ({"loading": None}, r"loading: must be 'reflected' or 'incident' \(got None\)"),

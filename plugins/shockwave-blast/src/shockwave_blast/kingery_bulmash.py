@@ -161,7 +161,7 @@ class KingeryBulmash(BlastWaveform):
         area = (wave.impulse / (wave.pressure * wave.duration) - rise / 2) / (1 - rise)
         if area > 0.5:
             problem = (
-                "must be where the wave has no more impulse than a straight decay of its peak and duration"
+                "must be in the range where the impulse is at most that of a straight decay"
                 f" (got {self.standoff:g} m, scaled {self.scaled_distance:.4g} m/kg^(1/3), where it has"
                 f" {2 * area:.4g} times that; go nearer, or take the reflected pressure)"
             )

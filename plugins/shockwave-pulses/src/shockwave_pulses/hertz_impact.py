@@ -136,10 +136,8 @@ class HertzImpact(ShockProfile):
         given = [name for name in (*_NEEDED, "struck_radius") if getattr(self, name) is not None]
         if not given:
             return
-        remedy = f"got nothing, but {given[0]}; give all of the impact, or none of it"
-        faults = [
-            Fault(name, f"must be given with the others ({remedy})") for name in _NEEDED if name not in given
-        ]
+        problem = f"must be given with {given[0]} (got nothing; give all values of the impact or none)"
+        faults = [Fault(name, problem) for name in _NEEDED if name not in given]
         if faults:
             raise InvalidValueError(faults)
         object.__setattr__(self, "_impact", _impact_of(self))

@@ -66,7 +66,7 @@ class Trapezoid(StraightLines):
     def __attrs_post_init__(self) -> None:
         most = 1 - self.rise_fraction
         if self.fall_fraction > most + _ROUNDING:
-            problem = f"must be <= {most:g}, what the rise leaves (got {self.fall_fraction:g})"
+            problem = f"must be <= {most:g}, the rest after the rise (got {self.fall_fraction:g})"
             raise InvalidValueError.of("fall_fraction", problem)
         StraightLines.__attrs_post_init__(self)
 
