@@ -61,7 +61,7 @@ MARKED = {
         _with("predict: {momentum_coefficient: |roughly}"), "predict.momentum_coefficient", "'exact', 'paper'",
     ),
     "rtol-without-use": (_with("predict: {rtol: |1e-6}"), "predict.rtol", "must be left out for model"),
-    "not-installed": (_with("requires: [numpy, |no-such-distribution-1]"), "requires[1]", "must be an installed distribution"),
+    "not-installed": (_with("requires: [numpy, |no-such-distribution-1]"), "requires[1]", "must be an installed"),
     "published-without-source": (_with("|published: {error: 1 %}"), "published.source", "must be given"),
     "sweep": (_with("sweep: {grid: {|shock.duration_rati: [2, 4]}}"), "sweep.grid.'shock.duration_rati'", "did you"),
     # records
