@@ -42,7 +42,7 @@ class Quantity:
         """The range in words, such as ``> 0 Pa`` or ``> -1 and < 0.5``."""
         limits = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
         parts = [f"{sign} {bound:g}" for sign, bound in limits if bound is not None]
-        finite = "a finite number in" if self.unit else "a finite number"
+        finite = "a finite number of" if self.unit else "a finite number"
         kind = "a whole number" if self.whole else "" if parts else finite
         return " ".join(filter(None, (kind, " and ".join(parts), self.unit)))
 

@@ -297,5 +297,5 @@ def test_any_name_is_drawn_without_characters_that_reverse_text() -> None:
 
 
 def test_an_output_that_is_no_page_is_refused() -> None:
-    with pytest.raises(UsageError, match=r"output: must end in .html \(got 'page.pdf'\)"):
+    with pytest.raises(UsageError, match=r"output must end in .html \(got 'page.pdf'\)"):
         bench_output.check_output("page.pdf")

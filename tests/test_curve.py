@@ -273,7 +273,7 @@ def test_a_saved_curve_is_equal_to_the_last_bit(name: str, tmp_path: Path) -> No
     [
         ({"format": "a poem"}, "format: must be 'shockwave universal curve'"),
         ({"version": 99}, "version: must be 1"),
-        ({"area": -1.5}, "document: must be the document of a curve .*area: must be > 0"),
+        ({"area": -1.5}, "document: must be that of a curve .*area: must be > 0"),
         ({"rtol": "small"}, "document: .*expected float @ document.rtol"),
         ({"short": {"end": 1, "error": 0.1}}, "document: .*missing @ document.short.second_correction"),
         ({"pieces": [{"coefficients": [1, "x"]}]}, r"document: .*pieces\[0\].coefficients\[1\]"),

@@ -188,7 +188,7 @@ def test_a_chain_too_short_for_the_search_misses() -> None:
     [("shock.rise_time", (1e-5, 1.0)), ("shock.duration_ratio", (2, 1e4)), ("chain.radius", (1e-7, 1e-2))],
 )
 def test_an_interval_with_shocks_too_long_for_curves_is_refused(name: str, between: tuple[float, float]) -> None:
-    match = r"^between: must give valid scenes \(shock: must last at most 1000 characteristic times"
+    match = r"^between: must give possible scenes \(shock: must last at most 1000 characteristic times"
     with pytest.raises(sw.InvalidValueError, match=match):
         design(name, between, peak_force=60.0)
 
@@ -243,7 +243,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "target-unknown": ({"target": {"peak_fource": 1}}, "target: .* did you mean 'peak_force'"),
     "target-unit": ({"target": {"peak_force": "3 mm"}}, "target.peak_force: must be a force"),
     "target-zero": ({"target": {"peak_force": 0}}, "target.peak_force: must be > 0 N"),
-    "between-lacking": ({"between": None}, "between: must be the lower and the upper end"),
+    "between-lacking": ({"between": None}, "between: must be the least and the greatest value"),
     "materials-between": ({"vary": "chain.material"}, "between: must be left out for chain.material"),
     "between-order": ({"between": (2e-2, 1e-3)}, "between: must be in ascending order"),
     "between-range": ({"between": (-1.0, 1.0)}, "between: must be > 0 m"),

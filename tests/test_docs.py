@@ -125,7 +125,7 @@ def cells_of(key: keys.Key) -> list[str]:
     default = "required" if key.required else "-"
     if stated:
         default = f"`{key.default:g}`" if isinstance(key.default, float) else f"`{key.default}`"
-    return [f"`{key.name}`", kind, unit, default, re.sub("a finite number( in)?", "-", rule)]
+    return [f"`{key.name}`", kind, unit, default, re.sub("a finite number( of)?", "-", rule)]
 
 
 def kind_and_rule(key: keys.Key) -> tuple[str, str]:

@@ -118,7 +118,7 @@ def test_assumptions_are_noted(read, text, notes):
     assert list(record.notes) == notes
 
 
-NUMBER = "must be a finite number in"
+NUMBER = "must be a finite number of"
 #: The text, and how each error begins after the name of the file.
 REFUSED: dict[str, tuple[str, list[str]]] = {
     "dimensions": (f"#\ntime [N],force [s]\n{COMMA}", [":2: unit of time: ", ":2: unit of force: "]),
@@ -135,7 +135,7 @@ REFUSED: dict[str, tuple[str, list[str]]] = {
     "decimal-comma": ("0,5 1,5\n", [":1: columns: must be one column of time and one of force (got 3: no header"]),
     "two-decimal-signs": ("0;0\n0,5;1\n1;1.0\n", [f":3: force: {NUMBER} N (got '1.0'; use the decimal comma"]),
     "long-line": ("0,0\n" + "1," * 20_000, [":2: row: must have at most 10000 characters (got 40000)"]),
-    "empty": ("", [": rows: must be numbers: a time and a force"]),
+    "empty": ("", [": rows: must be numbers, a time and a force"]),
     "word": ("# c\n\n0,0\n1,x\n", [f":4: force: {NUMBER} N (got 'x'; mend or delete the row)"]),
     "short": ("0,0\n1\n", [":2: row: must have 2 columns (got 1: '1'"]),
     "long": ("0,0\n0,001,5\n", [":2: row: must have 2 columns (got 3: '0,001,5'; if the comma is the decimal sign"]),

@@ -258,7 +258,7 @@ def test_a_folder_with_something_else_is_refused(scenario: Path, tmp_path: Path)
 USAGE = {
     "no sweep": (SIMULATE, [], 3, "sweep: must be given"),
     "unknown executor": (GRID, ["--executor", "abacus"], 2, "processes, dask or dask=ADDRESS"),
-    "nothing to resume": (GRID, ["--resume"], 2, "must contain a sweep to resume"),
+    "nothing to resume": (GRID, ["--resume"], 2, "must be given a sweep that was begun"),
     "folder is a file": (GRID, ["--out", "scene.yaml"], 5, "scene.yaml: cannot be"),
 }
 

@@ -261,15 +261,12 @@ def test_a_sweep_that_stops_at_a_failure_waits_for_no_other_batch(tmp_path: Path
 
 @pytest.mark.parametrize("timeout", [0, -1.0, float("nan")])
 def test_a_time_limit_is_positive(scenario: Path, tmp_path: Path, timeout: float) -> None:
-    with pytest.raises(sw.UsageError, match=r"timeout: must be a number of seconds > 0 \(got"):
+    with pytest.raises(sw.UsageError, match=r"timeout must be a number of seconds > 0 \(got"):
         run_sweep(scenario, tmp_path / "out", timeout=timeout)
 
 
 def test_a_time_limit_needs_processes_that_can_be_ended(scenario: Path, tmp_path: Path) -> None:
-    with (
-        ThreadPoolExecutor(1) as executor,
-        pytest.raises(sw.UsageError, match="timeout: must be left out with an exec"),
-    ):
+    with ThreadPoolExecutor(1) as executor, pytest.raises(sw.UsageError, match="timeout must be left out with an exec"):
         run_sweep(scenario, tmp_path / "out", executor, timeout=1.0)
 
 

@@ -65,12 +65,12 @@ def test_a_given_duration_ratio_stretches_the_decay_alone():
 
 NO_PULSES = {
     "two": ([0, 1], [0, 1], r"times: must have at least three samples"),
-    "nan": ([0, 1, float("nan")], [0, 1, 0], r"times\[2\]: must be a finite number in s \(got nan\)"),
+    "nan": ([0, 1, float("nan")], [0, 1, 0], r"times\[2\]: must be a finite number s \(got nan\)"),
     "words": ([0, 1, 2], [0, "x", 0], r"forces: must be a sequence of numbers \(got \[0, 'x', 0\]\)"),
     "no-list": ([0, 1, 2], 3, r"forces: must be a sequence of numbers \(got 3\)"),
     "unsorted": ([0, 2, 1, 1], [0, 1, 1, 0], r"times\[2\]: must be greater.*\ntimes\[3\]: must be greater"),
     "lengths": ([0, 1, 2], [0, 1], r"forces: must have one force for each.*got 2 forces and 3 times\)"),
-    "no-force": ([0, 1, 2], [0, -1, 0], r"forces: must be > 0 N at some time \(got at most 0 N; change the sign"),
+    "no-force": ([0, 1, 2], [0, -1, 0], r"forces: must be > 0 N somewhere \(got at most 0 N; turn the sign"),
     "no-rise": ([0, 1, 2], [1, 0.5, 0], r"forces\[0\]: must not be the peak.*a sample of zero force before it"),
     "merged": ([-1, 1e-20, 2e-20, 1], [0, 0.5, 1, 0], r"times: must differ by more than rounding"),
     "overflow": ([-1e308, 0, 1e308], [0, 1, 0], r"times: .* last less than 1e\+150 rise times"),

@@ -280,11 +280,11 @@ CALLS: dict[str, tuple[dict[str, Any], str]] = {
     "rtol": ({"spreads": SPREADS, "rtol": 1.0}, "rtol: must be >= 1e-07"),
     "too-long": (
         {"spreads": {"shock.rise_time": {"factor": 50}}},
-        r"^uncertainty: must give valid scenes \(got shock: must last at most 1000 characteristic .*narrow the dist",
+        r"^uncertainty: must draw possible scenes \(shock: must last at most 1000 characteristic .*narrow the spreads",
     ),
     "too-slow": (
         {"spreads": {"shock.duration_ratio": {"between": [1.5, 1000]}}},
-        r"^uncertainty: must give valid scenes \(got shock: must last at most 300 characteristic times where .*narrow",
+        r"^uncertainty: must draw possible scenes \(shock: must last at most 300 characteristic times where .*narrow",
     ),
 }
 
@@ -322,7 +322,7 @@ def test_a_fault_of_the_block_is_reported_with_its_file(tmp_path: Path, capsys: 
     file = tmp_path / "long.yaml"
     file.write_text(FILE.read_text().replace("between: [30 us, 50 us]", "factor: 50"))
     assert cli.main(["uncertainty", str(file)]) == 3
-    assert capsys.readouterr().err.startswith(f"{file}: uncertainty: must give valid scenes")
+    assert capsys.readouterr().err.startswith(f"{file}: uncertainty: must draw possible scenes")
 
 
 def test_numbers_have_the_digits_that_their_errors_leave() -> None:

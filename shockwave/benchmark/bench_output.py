@@ -53,7 +53,7 @@ def check_output(output: str) -> None:
     """
     path = Path(output)
     if path.suffix.lower() not in (".html", ".htm"):
-        raise UsageError(f"output: must end in .html (got {path.name!r})")
+        raise UsageError(f"output must end in .html (got {path.name!r})")
     figure()
 
 

@@ -23,12 +23,12 @@ def design(options: argparse.Namespace) -> int:
     name, sign, value = options.target[-1].partition("=")
     if not sign or len(options.target) > 1:
         given = " and ".join(options.target)
-        raise UsageError(f"--target: must be one QUANTITY=VALUE, such as peak_force='60 N' (got {given!r})")
+        raise UsageError(f"--target must be one QUANTITY=VALUE, such as peak_force='60 N' (got {given!r})")
     if options.output:
         with of_arguments(options):
             check_output(options.output, PICTURES)
         if options.vary == "chain.material":
-            raise UsageError("--output: must be left out for chain.material (a picture needs a number to vary)")
+            raise UsageError("--output must be left out for chain.material (materials lie on no line)")
     (scenario,) = loaded([options.file], _SWEPT, options.output)
     among = options.among
     if among is not None:

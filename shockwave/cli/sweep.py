@@ -64,7 +64,7 @@ def _sweep(options: argparse.Namespace) -> int:
     from shockwave.sweep.runner import run_sweep
 
     if options.resume and not (Path(folder) / DEFINITION).exists():
-        raise UsageError(f"{folder}: must contain a sweep to resume (got none; leave --resume out)")
+        raise UsageError(f"{folder}: --resume must be given a sweep that was begun (got none; leave --resume out)")
     with _progress() as progress:
         report = run_sweep(
             options.file,

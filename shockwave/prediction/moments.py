@@ -157,7 +157,7 @@ def kernel_force(law: Law, pulse: Pulse) -> tuple[float, FloatArray]:
         log_force += step
         if abs(step) < _SETTLED:
             return log_force, vector**2
-    raise NumericalError("the kernel of the law of moments has no converged eigenvalue for this pulse (simulate it)")
+    raise NumericalError("the kernel of the law of moments has no settled eigenvalue for this pulse: simulate it")
 
 
 def columns(law: Law, pulse: Pulse, log_force: float, weights: FloatArray) -> FloatArray:

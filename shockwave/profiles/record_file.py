@@ -127,7 +127,7 @@ def _text(path: pathlib.Path) -> _Text:
     lines = read_text(path, _MOST_BYTES).replace("\r\n", "\n").replace("\r", "\n").split("\n")
     first = next((index for index, line in enumerate(lines) if _ROW_OF_NUMBERS.match(line)), None)
     if first is None:
-        problem = "must be numbers: a time and a force in each (got no row of numbers)"
+        problem = "must be numbers, a time and a force in each (got no row of numbers)"
         raise InvalidValueError([Fault("rows", problem, str(path))])
     separator = next((mark for mark in (";", "\t", ",") if mark in lines[first].strip()), "")
     text = _Text(path, lines, separator, first)
@@ -161,7 +161,7 @@ def _header(text: _Text, notes: list[str]) -> tuple[int, list[str], list[str]]:
     headers = text.kept(0, text.first)
     count = len(_cells(text.lines[text.first], text.separator))
     if len(headers) > 1:
-        got = f"got {text_of(text.lines[headers[1]])}; put # before a comment"
+        got = f"got {text_of(text.lines[headers[1]])}; put # before text"
         text.refuse(headers[1], "row", f"must be numbers, after at most one header line ({got})")
     if not headers:
         headers = _header_in_comment(text, count)
@@ -217,7 +217,7 @@ def _picks(text: _Text, names: Sequence[str], notes: list[str]) -> list[int]:
         forces = [1 - times[0]]
     if not len(times) == len(forces) == 1 or times == forces:
         shown = ", ".join(map(text_of, names[:12])) if any(names) else "no header"
-        hint = f"write a header such as 'time [s]' and 'force [N]' over these columns{text.comma_hint}"
+        hint = f"write a header such as 'time [s]' and 'force [N]' over those two{text.comma_hint}"
         problem = f"must be one column of time and one of force (got {len(names)}: {shown}; {hint})"
         text.refuse(text.first, "columns", problem)
     if any(names) and not plain:
@@ -284,7 +284,7 @@ def _numbers(text: _Text, rows: Sequence[int], count: int, picks: Sequence[int])
         for value, pick, (unit, name, _) in zip(values, picks, _SI_UNITS, strict=True):
             if not math.isfinite(value):
                 got = f"got {text_of(cells[pick])}; {remedy}"
-                faults.append(text.fault(index, name, f"must be a finite number in {unit} ({got})"))
+                faults.append(text.fault(index, name, f"must be a finite number of {unit} ({got})"))
     if faults:
         raise InvalidValueError(faults[:_MOST_FAULTS])
     return np.array(table)

@@ -44,7 +44,7 @@ class Shock:
             if getattr(self, name) is None:
                 recorded = getattr(self.profile, f"recorded_{name}")
                 if recorded is None:
-                    raise InvalidValueError.of(name, "must be given: this profile does not define one")
+                    raise InvalidValueError.of(name, "must be given: this profile is not a record that brings one")
                 object.__setattr__(self, name, recorded)
 
     @classmethod

@@ -229,7 +229,7 @@ def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None) -> Puls
     peak = int(np.argmax(values))
     if peak in (0, values.size - 1):
         part, where = ("rise", "before") if peak == 0 else ("decay", "after")
-        problem = f"must not be the peak: the record would have no {part} (got {peak_force:g} N; "
+        problem = f"must not be the peak, for then there is no {part} (got {peak_force:g} N; "
         remedy = f"put a sample of zero force {where} it)"
         raise InvalidValueError.of(f"forces[{start + peak}]", problem + remedy)
     # Times of absurd size overflow.
@@ -256,11 +256,11 @@ def _check_samples(times: FloatArray, forces: FloatArray) -> None:
     elif times.size < 3:
         faults.append(Fault("times", f"must have at least three samples, start, peak and end (got {times.size})"))
     for index in (np.flatnonzero(times[1:] <= times[:-1])[:_MOST_FAULTS] + 1).tolist():
-        got = f"got {times[index]:g} s after {times[index - 1]:g} s; sort the samples and delete repeated ones"
+        got = f"got {times[index]:g} s after {times[index - 1]:g} s; sort the samples, and drop repeated ones"
         faults.append(Fault(f"times[{index}]", f"must be greater than times[{index - 1}] ({got})"))
     if forces.size and forces.max() <= 0:
-        got = f"got at most {forces.max():g} N; change the sign if compression is negative"
-        faults.append(Fault("forces", f"must be > 0 N at some time ({got})"))
+        got = f"got at most {forces.max():g} N; turn the sign, if pressure is negative"
+        faults.append(Fault("forces", f"must be > 0 N somewhere ({got})"))
     if faults:
         raise InvalidValueError(faults)
 
@@ -268,7 +268,7 @@ def _check_samples(times: FloatArray, forces: FloatArray) -> None:
 def _number_faults(name: str, unit: str, values: FloatArray) -> list[Fault]:
     """Faults of the ``values`` that are no finite numbers."""
     wrong = np.flatnonzero(~np.isfinite(values))[:_MOST_FAULTS]
-    return [Fault(f"{name}[{at}]", f"must be a finite number in {unit} (got {values[at]:g})") for at in wrong.tolist()]
+    return [Fault(f"{name}[{at}]", f"must be a finite number {unit} (got {values[at]:g})") for at in wrong.tolist()]
 
 
 def _cleaned(times: FloatArray, forces: FloatArray) -> tuple[FloatArray, float, int, list[str]]:

@@ -59,7 +59,7 @@ class Target:
         ((name, value),) = given.items()
         if name not in TARGETS:
             hint = nearest(str(name), TARGETS)
-            rule = "must be a quantity of the leading wave"
+            rule = "must be a quantity of the primary"
             raise InvalidValueError.of("target", f"{rule} (got {text_of(name)}; {hint}known: {', '.join(TARGETS)})")
         key = Key(name, spec=Quantity(TARGETS[name], "", above=0))
         try:

@@ -111,10 +111,10 @@ def design(
 
 def _interval(varied: Variable, given: Sequence[Any] | None) -> tuple[float, float]:
     if not is_continuous(varied):
-        rule = f"must be a number of the chain or the shock, or {_MATERIAL}"
+        rule = f"must be a value of the chain or shock with a range, or {_MATERIAL}"
         raise InvalidValueError.of("vary", f"{rule} (got {varied.name})")
     if given is None:
-        raise InvalidValueError.of("between", "must be the lower and the upper end of the interval (got nothing)")
+        raise InvalidValueError.of("between", "must be the least and the greatest value (got nothing)")
     try:
         ((low, high),) = gathered([("between", given)], {"between": partial(ends_of, varied)}).values()
     except WrongsError as error:
@@ -248,7 +248,7 @@ class _Search:
             found = [self.solution(value, line) for value in met]
             table = tuple(self.option(value, line.curve) for value in _spaced(between, points))
         except InvalidValueError as error:
-            raise InvalidValueError.of("between", f"must give valid scenes ({error.faults[0]})") from None
+            raise InvalidValueError.of("between", f"must give possible scenes ({error.faults[0]})") from None
         checked = [self.simulated(one) for one in found or [min(least, most, key=self.target.distance)]]
         solutions = tuple(one for one in checked if found and self.meets(one))
         near_misses = [

@@ -96,7 +96,7 @@ def uncertainty(
     try:
         points, outputs, errors = _sampled(scenario, drawn, draws, seed, rtol)
     except InvalidValueError as wrong:
-        problem = f"must give valid scenes (got {wrong.faults[0]}; narrow the distributions, or give a {{factor: ...}})"
+        problem = f"must draw possible scenes ({wrong.faults[0]}; narrow the spreads, or give a {{factor: ...}})"
         raise InvalidValueError.of("uncertainty", problem) from None
     slopes = [slopes_at(scenario, exponents, one, nominal) for one in drawn]
     # shape (2 indices, values, 2 outputs, value and error)

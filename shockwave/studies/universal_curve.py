@@ -239,7 +239,7 @@ class UniversalCurve(CurveData):
             data = structure({**known, "shape": known}, CurveData)
         except BaseValidationError as error:
             problems = "; ".join(transform_error(error, "document", _problem))
-            raise InvalidValueError.of("document", f"must be the document of a curve (got {problems})") from None
+            raise InvalidValueError.of("document", f"must be that of a curve (got {problems})") from None
         curve = cls.__new__(cls)
         curve.__attrs_init__(**asdict(data, recurse=False))
         return curve
@@ -308,7 +308,7 @@ class UniversalCurve(CurveData):
         wrong = ratios[~((ratios > 0) & (ratios <= most * (1 + _ROUNDING)))]
         if wrong.size:
             rule = f"must be t0/T0 > 0 and <= {most:g}"
-            raise InvalidValueError.of("rise_time", f"{rule} (got {wrong.flat[0]:g}; compute a longer curve)")
+            raise InvalidValueError.of("rise_time", f"{rule} (got {wrong.flat[0]:g}; a longer curve goes further)")
         return np.asarray(np.minimum(ratios, most))
 
 

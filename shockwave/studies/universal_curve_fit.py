@@ -204,4 +204,4 @@ def _short(simulated: _Simulated, rtol: float, longest: float) -> ShortLaw:
         if error <= rtol / 2:
             return ShortLaw(second_correction=second, end=end, error=error)
         end += math.log(_SHORTER)
-    raise NumericalError("the law of short shocks is not reached, however short the shock: its force is too irregular")
+    raise NumericalError("the law of short shocks does not show, however short the shock: its force is too uneven")

@@ -112,7 +112,7 @@ def _check_places(chosen: PlottedAxes) -> None:
         if (np.diff(axis.drawn.places) <= 0).any():
             remedy = "hold a variable of the same axis by --at NAME=VALUE, or choose one by --x"
             got = f"got {axis.name}, which repeats a value; {remedy}"
-            raise UsageError(f"a map must have one point at each place ({got})")
+            raise UsageError(f"points of a map must have a place each ({got})")
 
 
 class _Bounds(NamedTuple):

@@ -69,7 +69,7 @@ def cores() -> int:
 def check_executor(name: str) -> None:
     """Refuse the name of an executor that there is not, with a `UsageError`."""
     if name != "processes" and name.partition("=")[0] != "dask":
-        raise UsageError(f"executor: must be processes, dask or dask=ADDRESS (got {name!r})")
+        raise UsageError(f"executor must be processes, dask or dask=ADDRESS (got {name!r})")
 
 
 @contextmanager
@@ -93,9 +93,9 @@ def workers_of(executor: Executor | str | None, count: int | None, timeout: floa
         When no worker starts.
     """
     if count is not None and count < 1:
-        raise UsageError(f"workers: must be a whole number >= 1 (got {count!r})")
+        raise UsageError(f"workers must be a whole number >= 1 (got {count!r})")
     if timeout is not None and not timeout > 0:
-        raise UsageError(f"timeout: must be a number of seconds > 0 (got {timeout!r})")
+        raise UsageError(f"timeout must be a number of seconds > 0 (got {timeout!r})")
     if executor is None or executor == "processes":
         _check_start()
         own = Processes(count or cores(), timeout)
@@ -104,8 +104,8 @@ def workers_of(executor: Executor | str | None, count: int | None, timeout: floa
         finally:
             own.close()
     elif timeout is not None:
-        problem = "only processes of this machine can be stopped; leave out the timeout or the executor"
-        raise UsageError(f"timeout: must be left out with an executor (got {executor!r}; {problem})")
+        problem = "only processes of this machine can be ended; leave it, or the executor, out"
+        raise UsageError(f"timeout must be left out with an executor (got {executor!r}; {problem})")
     elif isinstance(executor, str):
         check_executor(executor)
         with _dask(executor.partition("=")[2], count) as remote:
