@@ -76,7 +76,7 @@ def test_method_is_chosen_for_the_tolerance(rtol: float | None, name: str) -> No
     assert sw.simulate(CASE_A, CHAIN, rtol=rtol).integrator == name
 
 
-def test_result_tells_the_settings_that_were_left_out() -> None:
+def test_result_states_the_settings_that_were_omitted() -> None:
     adaptive = sw.simulate(power(0.5), CHAIN)
     fixed = sw.simulate(power(0.5), CHAIN, integrator="verlet", waves="primary")
     assert (adaptive.rtol, adaptive.options.step) == (1e-6, None)

@@ -58,7 +58,7 @@ def test_a_pulse_needs_peak_and_duration_alone(
     assert answer["applied_momentum"] > 0
 
 
-def test_a_ball_given_in_part_is_told_at_its_place(
+def test_missing_values_of_a_ball_are_reported_at_their_place(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "scene.yaml"
