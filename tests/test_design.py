@@ -245,7 +245,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "target-zero": ({"target": {"peak_force": 0}}, "target.peak_force: must be > 0 N"),
     "between-lacking": ({"between": None}, "between: must be the least and the greatest value"),
     "materials-between": ({"vary": "chain.material"}, "between: must be left out for chain.material"),
-    "between-order": ({"between": (2e-2, 1e-3)}, "between: must be in ascending order"),
+    "between-order": ({"between": (2e-2, 1e-3)}, "between: must ascend"),
     "between-range": ({"between": (-1.0, 1.0)}, "between: must be > 0 m"),
     "among": ({"among": ["ptfe"]}, "among: must be left out"),
     "points": ({"points": 1}, "points: must be a whole number >= 2"),

@@ -126,7 +126,7 @@ def test_far_passages_lie_on_the_path_of_the_exact_wave_at_no_cost() -> None:
 @pytest.mark.parametrize("contact", [-1, 2.5, 99], ids=repr)
 def test_a_contact_that_the_chain_has_not_is_refused(contact: object) -> None:
     result = sw.simulate(power(0.5), attrs.evolve(CHAIN, granules=100))
-    rule = "contact: must be a whole number >= 0 and <= 98, the last contact of this chain"
+    rule = "contact: must be a whole number of at least 0 and at most 98, the last of this chain"
     with pytest.raises(sw.InvalidValueError, match=rule):
         result.passage(contact)  # type: ignore[arg-type]
 

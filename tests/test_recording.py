@@ -100,9 +100,9 @@ def test_only_what_is_asked_for_is_kept(kept: str, shapes: dict[str, tuple[int, 
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"record": ["forces"]}, "contacts: must be given if record contains forces"),
-        ({"record": ["forces"], "contacts": [50]}, "<= 8, the last contact of this chain"),
-        ({"record": ["energies"], "interval": 1e-15}, "interval: must be longer: the histories would have"),
+        ({"record": ["forces"]}, "contacts: must be given where record has forces"),
+        ({"record": ["forces"], "contacts": [50]}, "at most 8, the last of this chain"),
+        ({"record": ["energies"], "interval": 1e-15}, "interval: must be longer, for the histories would have"),
     ],
     ids=["no-contact", "beyond-the-end", "samples"],
 )

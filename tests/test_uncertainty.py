@@ -254,7 +254,7 @@ FAULTS = {
     "form": ("{chain.radius: {factr: 2}}", "15:30", "did you mean 'factor'"),
     "unit": ("{chain.radius: {sd: 1 N}}", "15:34", "must be a length"),
     "factor": ("{chain.radius: {factor: 0.5}}", "15:38", "must be > 1"),
-    "order": ("{chain.radius: {between: [2 mm, 1 mm]}}", "15:39", "must be in ascending order"),
+    "order": ("{chain.radius: {between: [2 mm, 1 mm]}}", "15:39", "must ascend"),
     "range": ("{chain.material.poisson_ratio: {between: [0.1, 0.7]}}", "15:61", "must be > -1 and < 0.5"),
     "length": ("{chain.radius: {between: [1 mm]}}", "15:39", "must be a list of two values"),
     "whole": ("{chain.granules: 5 %}", "15:15", "must be a continuous value"),

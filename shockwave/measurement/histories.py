@@ -59,8 +59,8 @@ def _checked(result: SimulationResult, contact: int) -> int:
     granules = result.chain.granules
     whole = isinstance(contact, int | np.integer) and not isinstance(contact, bool)
     if not whole or contact < 0 or (granules is not None and contact > granules - 2):
-        most = "" if granules is None else f" and <= {granules - 2}, the last contact of this chain"
-        raise InvalidValueError.of("contact", f"must be a whole number >= 0{most} (got {contact!r})")
+        most = "" if granules is None else f" and at most {granules - 2}, the last of this chain"
+        raise InvalidValueError.of("contact", f"must be a whole number of at least 0{most} (got {contact!r})")
     return int(contact)
 
 
@@ -105,7 +105,7 @@ def record(result: SimulationResult) -> Recording:
     granules = result.primary.contact + until
     if count * (len(options.contacts) + 2 * granules) > _MOST_NUMBERS:
         got = f"got {interval * scales.time:g} s for {until * scales.time:g} s; or give an earlier until"
-        problem = f"must be longer: the histories would have {count} samples ({got})"
+        problem = f"must be longer, for the histories would have {count} samples ({got})"
         raise InvalidValueError.of("interval", problem)
     times = interval * np.arange(count)
     spans = march(scaled(result.shock, result.chain)[0], setup_of(options).integrator())

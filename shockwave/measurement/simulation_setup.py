@@ -143,7 +143,7 @@ def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
     problem = ChainProblem(shock.profile, ratio * force ** (1 / 6), 1 / force, chain.granules)
     if problem.duration > _LONGEST:
         raise NumericalError(
-            f"the shock lasts {problem.duration:.3g} characteristic times of its wave; the most is {_LONGEST:g}:"
-            " so slow a force is a static problem (shorten the shock or soften the granules)"
+            f"the shock lasts {problem.duration:.3g} characteristic times of its wave, {_LONGEST:g} is the most:"
+            " so slow a force is a matter of statics (shorten it, or soften the granules)"
         )
     return problem, scales

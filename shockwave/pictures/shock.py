@@ -98,7 +98,7 @@ def correction_area(ax: Axes, shock: Shock, outcome: Outcome) -> Axes:
     """
     if not isinstance(outcome, EjectionOutcome):
         got = getattr(outcome, "regime", type(outcome).__name__)
-        raise InvalidValueError.of("outcome", f"must be an ejection: (5g,h) apply to no other regime (got {got})")
+        raise InvalidValueError.of("outcome", f"must be an ejection, to which (5g,h) belong (got {got})")
     profile = shock.profile
     force = shock.peak_force
     virtual = outcome.virtual_rise_time

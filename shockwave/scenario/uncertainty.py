@@ -117,5 +117,5 @@ def ends_of(of: Variable, given: Any) -> tuple[float, ...]:
         raise ValueError(f"must be a list of two values, the least and the greatest (got {text_of(given)})")
     ends = items(given, of.converted)
     if not ends[0] < ends[1]:
-        raise ValueError(f"must be in ascending order (got {text_of(given)})")
+        raise ValueError(f"must ascend (got {text_of(given)})")
     return tuple(ends)
