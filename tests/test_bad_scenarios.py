@@ -147,14 +147,14 @@ def test_faults_of_a_record_file_keep_its_lines_and_those_of_the_scenario_theirs
     assert [fault.location for fault in caught.value.faults] == [f"{path}:1:30", f"{tmp_path / 'pulse.csv'}:4"]
 
 
-def test_messages_call_the_file_by_the_name_that_was_given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_messages_use_the_given_name_of_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("bad.yaml").write_text("x: 1\n")
     with pytest.raises(ScenarioError, match=r"^\./bad\.yaml:1:1: "):
         load_scenario("./bad.yaml")
 
 
-def test_a_flood_of_faults_ends_in_a_short_list(tmp_path: Path) -> None:
+def test_a_long_list_of_errors_is_shortened(tmp_path: Path) -> None:
     path = tmp_path / "bad.yaml"
     path.write_text(TABULATED % f"times: [{'x,' * 3000}], forces: [{'1 N,' * 3000}]")
     with pytest.raises(ScenarioError) as caught:

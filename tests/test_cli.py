@@ -109,7 +109,7 @@ def test_a_wrong_call_is_a_usage_error(name: str, capsys: pytest.CaptureFixture[
     assert problem in capsys.readouterr().err
 
 
-def test_validate_goes_on_after_a_missing_file(capsys: pytest.CaptureFixture[str]) -> None:
+def test_validate_continues_after_a_missing_file(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["validate", "--json", "nowhere.yaml", SCENE]) == 5
     first, second = json.loads(capsys.readouterr().out)
     assert (first["valid"], second["valid"]) == (False, True)

@@ -130,7 +130,7 @@ def test_hostile_documents_end_in_a_fault(text: str, part: str) -> None:
     ],
     ids=["latin", "two-mebibytes"],
 )
-def test_files_that_hold_no_scenario_are_refused(tmp_path: Path, data: bytes, message: str) -> None:
+def test_files_without_a_scenario_are_refused(tmp_path: Path, data: bytes, message: str) -> None:
     (tmp_path / "any.yaml").write_bytes(data)
     with pytest.raises(ScenarioError, match=message):
         read_document(tmp_path / "any.yaml")

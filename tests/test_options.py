@@ -43,7 +43,7 @@ def test_setting_without_use_is_refused(name: str, tmp_path: Path, capsys: pytes
     assert part in capsys.readouterr().err
 
 
-def test_method_of_the_command_line_drops_the_scenario_s_setting_of_another(
+def test_a_method_of_the_command_line_replaces_the_settings_of_another(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "scene.yaml"

@@ -40,7 +40,7 @@ def test_every_built_in_has_a_summary_and_can_be_loaded(kind: str) -> None:
 
 
 @EVERY_KIND
-def test_an_unknown_name_is_answered_with_the_known_and_the_nearest(kind: str) -> None:
+def test_the_error_for_an_unknown_name_states_known_names_and_the_nearest(kind: str) -> None:
     near = BUILT_IN[kind] + "x"
     with pytest.raises(UnknownNameError) as caught:
         registry.find(kind, near)
@@ -62,7 +62,7 @@ def test_a_plugin_is_found_as_installed(install: Install) -> None:
 
 
 @pytest.mark.parametrize("content", [b"[shockwave]\nno equals sign\n", b"[shockwave]\n\xff = a\n"])
-def test_metadata_that_cannot_be_read_are_one_plugin_error(install: Install, site: Path, content: bytes) -> None:
+def test_unreadable_metadata_are_a_plugin_error(install: Install, site: Path, content: bytes) -> None:
     install("a-pulses")
     (site / "a_pulses-1.2.dist-info" / "entry_points.txt").write_bytes(content)
     registry.forget()
@@ -211,14 +211,14 @@ METHOD_HOOK = (
 
 
 @pytest.mark.parametrize("takes", ["", "rtol"])
-def test_an_integrator_must_say_what_it_takes(install: Install, takes: str) -> None:
+def test_an_integrator_must_state_its_setting(install: Install, takes: str) -> None:
     install("test-methods", hooks=METHOD_HOOK.format(takes=takes), pulse=METHOD.format(body="pass"))
     with pytest.raises(PluginError, match="must be registered with takes='step'"):
         registry.load("integrators", "test-methods")
 
 
 @pytest.mark.parametrize("body", ["raise KeyError('oops')", "return x, v, a, 0.0", "raise SystemExit(0)"])
-def test_an_integrator_that_fails_is_the_plugin_s_fault(
+def test_an_integrator_that_fails_is_an_error_of_its_plugin(
     install: Install, scene: Path, capsys: pytest.CaptureFixture[str], body: str
 ) -> None:
     # what was once settled for a name is kept as long as the process
@@ -247,7 +247,7 @@ def test_no_plugins_leaves_all_of_them_out(install: Install, capsys: pytest.Capt
 
 
 @pytest.mark.parametrize("names", ["test-pulses", "other, Test.Pulses", "*"])
-def test_what_is_disabled_is_not_imported(
+def test_disabled_plugins_are_not_imported(
     install: Install, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], names: str
 ) -> None:
     install("test-pulses", hooks="1 / 0")

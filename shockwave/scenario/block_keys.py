@@ -157,8 +157,8 @@ def shock_keys(cls: type[ShockProfile] | None) -> tuple[Key, ...]:
         return SHOCK
     own = {key.name: key for key in keys_of(cls) if key.name == "duration_ratio"}
     for key in SHOCK:
-        brought = f"recorded_{key.name}"
-        if hasattr(ShockProfile, brought) and getattr(cls, brought) is getattr(ShockProfile, brought):
+        recorded = f"recorded_{key.name}"
+        if hasattr(ShockProfile, recorded) and getattr(cls, recorded) is getattr(ShockProfile, recorded):
             own[key.name] = evolve(key, required=True)
     return tuple(own.get(key.name, key) for key in SHOCK)
 

@@ -38,6 +38,7 @@ from shockwave.scenario.yaml_document import Document, Steps, read_document
 
 _PARAMETERS: Steps = ("shock", "parameters")
 _STEP = re.compile(r"([^.\[\]]+)|\[([0-9]{1,9})\]")
+# Errors that are listed; the number of the others is stated.
 _MOST_FAULTS = 100
 _SIZES = ("peak_force", "rise_time", "duration")
 
@@ -69,17 +70,17 @@ def scenario_of(document: Document, path: Path | None, tries: slice = slice(None
     those of the first of them.
     """
     sweep = None
-    brought: set[Steps] = set()
+    varied: set[Steps] = set()
     wrongs: Sequence[Wrong] = ()
     if document.data.get("sweep") is not None:
         try:
             sweep = read_sweep(document.data)
         except WrongsError as error:
             wrongs = error.wrongs
-            brought = names(document.data["sweep"])
+            varied = names(document.data["sweep"])
     problem: ShockwaveError | None = None
     for index in beginnings(sweep)[tries]:
-        loading = _Loading(first(document, sweep, index), list(document.faults), path, brought)
+        loading = _Loading(first(document, sweep, index), list(document.faults), path, varied)
         loading.report(("sweep",), wrongs)
         try:
             return loading.scenario(document, sweep)
@@ -93,14 +94,14 @@ def scenario_of(document: Document, path: Path | None, tries: slice = slice(None
 class _Loading:
     """Builds the parts of the scene in ``document``, each as far as possible, and collects all ``faults``.
 
-    Values at the paths ``brought`` are varied by a sweep with errors, and are not reported as missing. ``access`` is
+    Values at the paths ``varied`` come from a sweep with errors, and are not reported as missing. ``access`` is
     the error of a file that cannot be read; ``plugin`` is true if a fault is that of a plugin.
     """
 
     document: Document
     faults: list[Fault]
     path: Path | None
-    brought: Collection[Steps] = ()
+    varied: Collection[Steps] = ()
     access: FileAccessError | None = None
     plugin: bool = False
 
@@ -109,7 +110,7 @@ class _Loading:
     def add(self, path: Steps, problem: object, at_key: bool = False) -> None:
         """Add the fault at ``path`` of the document."""
         self.plugin |= getattr(problem, "exit_code", 0) == PluginError.exit_code
-        if path not in self.brought:
+        if path not in self.varied:
             self.faults.append(self.document.fault(path, str(problem), at_key))
 
     def report(self, path: Steps, wrongs: Sequence[Wrong]) -> None:
@@ -144,18 +145,18 @@ class _Loading:
             return structure(given, keys), True
         except WrongsError as error:
             self.report(path, error.wrongs)
-            return error.sound, False
+            return error.valid, False
 
     def block(self, name: str, given: Any, cls: type) -> Any:
         """Instance of ``cls`` from the block ``name``, whose keys are its arguments; None if the block has errors."""
         path = tuple(name.split("."))
         keys = BLOCKS[name] if name in ("predict", "simulate") else keys_of(cls)
-        values, sound = self.values(path, given, keys)
+        values, valid = self.values(path, given, keys)
         if not {key.name for key in keys if key.required} <= values.keys():
             return None
         # Errors that the constructor finds in the other values are reported as well.
         made = self.build(cls, values, path)
-        return made if sound else None
+        return made if valid else None
 
     def build(
         self,
@@ -233,9 +234,9 @@ class _Loading:
     # ---------------------------------------------------------------- chain
 
     def _chain(self, data: Any) -> Any:
-        values, sound = self.values(("chain",), data, CHAIN)
+        values, valid = self.values(("chain",), data, CHAIN)
         material = self._material(values["material"]) if "material" in values else None
-        if not sound or material is None:
+        if not valid or material is None:
             return None
         values["material"] = material
         elsewhere = {"radius": ("chain", "diameter")} if "diameter" in values else {}
@@ -258,12 +259,12 @@ class _Loading:
     def _shock(self, data: Any) -> Any:
         given = data if isinstance(data, dict) else {}
         cls = self._loaded("profiles", given.get("profile"), ("shock", "profile"))
-        values, sound = self.values(("shock",), data, shock_keys(cls))
+        values, valid = self.values(("shock",), data, shock_keys(cls))
         if cls is None:
             return None
         # The profile is built even if another key has an error, so that errors of its constructor are reported too.
         profile = self._profile(cls, given, values)
-        if profile is None or not sound:
+        if profile is None or not valid:
             return None
         sizes: dict[str, Any] = {key: values[key] for key in _SIZES if key in values}
         make = Shock.of_duration if "duration" in sizes else Shock
@@ -272,18 +273,18 @@ class _Loading:
     def _profile(self, cls: Any, given: Mapping[str, Any], shock: Mapping[str, Any]) -> Any:
         """Profile of the block ``given`` with the valid values ``shock``; None if the profile has errors."""
         name = given["profile"]
-        values, sound = self.values(_PARAMETERS, given.get("parameters"), parameters_of(name, cls))
+        values, valid = self.values(_PARAMETERS, given.get("parameters"), parameters_of(name, cls))
         own = [key for key in keys_of(cls) if key.name == "duration_ratio"]
         if "duration_ratio" not in shock:
             # a wrong or missing one is reported with the keys of the block
-            sound = sound and "duration_ratio" not in given and not any(key.required for key in own)
+            valid = valid and "duration_ratio" not in given and not any(key.required for key in own)
         elif own:
             values["duration_ratio"] = shock["duration_ratio"]
         else:
             problem = f"must be left out, because profile {name!r} has its own (got {shock['duration_ratio']:g})"
             self.add(("shock", "duration_ratio"), problem)
-            sound = False
-        if not sound:
+            valid = False
+        if not valid:
             return None
         make: Callable[..., Any] = cls
         if name == RECORD and "file" in values:

@@ -18,6 +18,7 @@ from shockwave.registry import load
 from shockwave.scenario.loader import scenario_of
 from shockwave.scenario.scenario import Scenario
 
+# Shocks that are kept: a bound on the memory of a long sweep.
 _MOST_KNOWN = 1024
 
 

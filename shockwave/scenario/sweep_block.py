@@ -21,6 +21,7 @@ from shockwave.scenario.yaml_document import Document, Steps
 
 Run = Literal["predict", "simulate", "compare"]
 _MATERIAL: Steps = ("chain", "material")
+# Scenes of a sweep, and values on an axis: bounds on its memory.
 _MOST_POINTS = 10**7
 _MOST_VALUES = 10**6
 # Number of points that are tried until one gives a valid scene.

@@ -10,6 +10,7 @@ from typing import Any
 
 from shockwave.fields import text_of
 
+# Characters of a quantity.
 _LONGEST = 80
 _NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?"
 # Exponents are short numbers and apply to units only: a parser can spend forever on 9**9**9.

@@ -28,12 +28,12 @@ class Wrong(NamedTuple):
 
 
 class WrongsError(ValueError):
-    """All errors of a block; ``sound`` are its valid values."""
+    """All errors of a block; ``valid`` are its valid values."""
 
-    def __init__(self, wrongs: Sequence[Wrong], sound: Mapping[Any, Any] | None = None) -> None:
+    def __init__(self, wrongs: Sequence[Wrong], valid: Mapping[Any, Any] | None = None) -> None:
         super().__init__()
         self.wrongs = wrongs
-        self.sound = dict(sound or {})
+        self.valid = dict(valid or {})
 
 
 def structure(data: Any, keys: Sequence[Key]) -> dict[str, Any]:

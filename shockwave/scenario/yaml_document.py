@@ -21,9 +21,11 @@ from shockwave.files import open_regular
 #: Path from the top of a document to a value: keys of mappings and indices of lists.
 Steps: TypeAlias = tuple[str | int, ...]
 
+# Size of a file [bytes]; longer records belong in a CSV file.
 _MOST_BYTES = 2**20
+# Values in a document: a bound on the time of the parser.
 _MOST_VALUES = 100_000
-#: Digits of a whole number; a longer one is a float.
+# Digits of a whole number; a longer one is a float.
 _MOST_DIGITS = 300
 _HINTS = {
     r"'\t'": "use spaces",
