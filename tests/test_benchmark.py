@@ -224,7 +224,7 @@ def test_broken_plugin_has_a_single_row(install: Install) -> None:
     _, methods = bench.integrators(CASES["A"])
     (broken,) = [method for method in methods if method.name == "broken"]
     (row,) = measured(PROBLEM, broken, ONCE)
-    assert "plugin broken is at fault" in row.problem
+    assert "plugin broken is faulty" in row.problem
 
 
 def test_scenarios_with_equal_names_are_numbered() -> None:

@@ -380,7 +380,7 @@ def test_a_full_disk_is_reported_with_the_file_and_loses_nothing(scenario: Path,
     )
     command = [sys.executable, "-c", program, str(scenario), str(tmp_path / "out")]
     printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    assert "journal.jsonl: cannot be written (got File too large)" in printed
+    assert "journal.jsonl: cannot be written (File too large)" in printed
     kept = journal(tmp_path / "out")
     assert 0 < len(kept) < 40
     assert swept(scenario, tmp_path / "out").before == len(kept)

@@ -266,10 +266,10 @@ FAULTS = {
     "factor": ("{chain.radius: {factor: 0.5}}", "15:38", "must be > 1"),
     "order": ("{chain.radius: {between: [2 mm, 1 mm]}}", "15:39", "must ascend"),
     "range": ("{chain.material.poisson_ratio: {between: [0.1, 0.7]}}", "15:61", "must be > -1 and < 0.5"),
-    "length": ("{chain.radius: {between: [1 mm]}}", "15:39", "must be a list of the least and the greatest"),
-    "whole": ("{chain.granules: 5 %}", "15:15", "that can lie anywhere in a range"),
-    "setting": ("{predict.equal_tolerance: 5 %}", "15:15", "must be a value of the chain or the shock"),
-    "twins": ("{chain.radius: 5 %, chain.diameter: 5 %}", "15:34", "must be left out where chain.radius is given"),
+    "length": ("{chain.radius: {between: [1 mm]}}", "15:39", "must be a list of two values"),
+    "whole": ("{chain.granules: 5 %}", "15:15", "must be a continuous value"),
+    "setting": ("{predict.equal_tolerance: 5 %}", "15:15", "must be a continuous value of the chain or the shock"),
+    "twins": ("{chain.radius: 5 %, chain.diameter: 5 %}", "15:34", "must be left out if chain.radius is given"),
     "list": ("[chain.radius]", "15:14", "must be a mapping of dotted names"),
 }
 

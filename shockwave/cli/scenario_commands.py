@@ -27,12 +27,12 @@ _Row = dict[str, str]
 
 
 def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) -> list[Scenario]:
-    """All scenarios; one that stands for many is an error here, and ``remedy`` or to run the sweep its hint.
+    """Load scenarios of single scenes; ``remedy`` is the hint of the error for a sweep.
 
     Raises
     ------
     ShockwaveError
-        All errors of all files, with the greatest exit status of them; or ``output`` is one of the input files.
+        With all errors of all files and the greatest of their exit statuses; or when ``output`` is an input file.
     """
     from shockwave.scenario.loader import load_scenario
 
