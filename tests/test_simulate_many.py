@@ -9,6 +9,7 @@ import pytest
 
 import shockwave as sw
 from scenes import CHAIN, power, random_pulses
+from shockwave.progress import progress_shown
 
 # More than share a vector, and enough for two threads.
 PULSES = random_pulses(seed=5, count=40)
@@ -72,3 +73,23 @@ def test_each_shock_may_have_a_chain_of_its_own() -> None:
 def test_a_wrong_number_of_chains_is_refused() -> None:
     with pytest.raises(sw.InvalidValueError, match=r"chain: must be one, or one for each shock \(got 2\)"):
         sw.simulate_many(FEW, [CHAIN, CHAIN])
+
+
+@pytest.mark.parametrize("backend", ["auto", "numpy"])
+def test_progress_of_many_is_reported_with_the_total(backend: str) -> None:
+    reports = []
+    with progress_shown(lambda *report: reports.append(report)):
+        sw.simulate_many(PULSES, CHAIN, rtol=1e-3, backend=backend, waves="primary")  # type: ignore[arg-type]
+    counts = [done for work, done, total in reports if work == "simulations" and total == len(PULSES)]
+    assert counts == sorted(counts)
+    assert (counts[0], counts[-1]) == (0, len(PULSES))
+
+
+def test_progress_of_a_wave_train_is_reported_with_the_total_in_the_second_run() -> None:
+    reports = []
+    with progress_shown(lambda *report: reports.append(report)):
+        _ = sw.simulate(FEW[0], CHAIN).train
+    works, done, totals = zip(*reports, strict=True)
+    assert list(dict.fromkeys(works)) == ["wave train, run 1 of 2", "wave train, run 2 of 2"]
+    assert totals[0] is None
+    assert totals[-2] == done[works.index("wave train, run 2 of 2") - 1]

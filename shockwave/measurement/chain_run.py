@@ -11,6 +11,7 @@ from attrs import define, field
 from shockwave.measurement.peak_log import Peak, PeakLog, characteristic_time
 from shockwave.measurement.result import MeasuredWave
 from shockwave.measurement.waves import Probe, settling
+from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.march import Span, Stretch, free_granules, march
@@ -72,6 +73,10 @@ class ChainRun:
         Bounds asked of the distance of peaks from their limits, relative to each; weak later waves may have more.
     most_contacts : int
         Length of the longest chain.
+    label : str
+        Name of the run in reports of progress.
+    expected_end : float or None
+        Time at which the run is expected to end, for the estimate of the time left.
     waves : tuple of MeasuredWave
         In the order in which they pass; their ``error_estimate`` bounds how far the peak is from its limit along the
         chain (where the chain ends its answer is the peak itself, with the error allowed in a step).
@@ -97,6 +102,8 @@ class ChainRun:
     primary_doubt: float
     later_doubt: float
     most_contacts: int
+    label: str = "wave train"
+    expected_end: float | None = None
     log: PeakLog = field(init=False)
     waves: tuple[MeasuredWave, ...] = ()
     recoils: tuple[float, ...] = ()
@@ -107,6 +114,7 @@ class ChainRun:
     work: float = 0.0
     settled: bool = True
     steps: int = 0
+    end: float = 0.0
     _free_end: Probe | None = None
     _readings: list[_Reading] = field(factory=list)
     _judged: float = 0.0
@@ -126,7 +134,7 @@ class ChainRun:
         NumericalError
             When the integrator fails.
         """
-        stretches = _stretches(march(self.problem, self.integrator), self.problem.duration)
+        stretches = self._stretches()
         for stretch in stretches:
             self._observe(stretch)
             if self._has_seen_all(stretch):
@@ -146,6 +154,8 @@ class ChainRun:
             x, v = stretch.x[-1], stretch.v[-1]
             flown = v[::-1][: _flown(x, v)]
             self.spalls = tuple(flown[flown > ejected].tolist())
+        self.end = stretch.end
+        progressed(self.label, math.ceil(self.end), math.ceil(self.end))
         return self
 
     @property
@@ -157,6 +167,18 @@ class ChainRun:
     @property
     def _front(self) -> int:
         return max(self.log.peaks, default=0)
+
+    def _stretches(self) -> Iterator[Stretch]:
+        """Yield steps that are analysed together; none extends across the end of the force."""
+        total = None if self.expected_end is None else math.ceil(self.expected_end)
+        together: list[Span] = []
+        for span in march(self.problem, self.integrator):
+            together.append(span)
+            long = span.end - together[0].begin >= _INTERVAL
+            if long or span.end == self.problem.duration or len(together) == _MOST_SPANS:
+                progressed(self.label, int(span.end), total)
+                yield Stretch.of(*together)
+                together = []
 
     def _observe(self, stretch: Stretch) -> None:
         self.steps += len(stretch.spans)
@@ -224,17 +246,6 @@ class ChainRun:
         # show by how much they err.
         doubt = self.integrator.tolerance
         return tuple(end.wave(peak, self.log, doubt) for peak in peaks if peak.force >= least)
-
-
-def _stretches(spans: Iterator[Span], duration: float) -> Iterator[Stretch]:
-    """Spans that are looked at together; none goes on across the end of the force."""
-    together: list[Span] = []
-    for span in spans:
-        together.append(span)
-        long = span.end - together[0].begin >= _INTERVAL
-        if long or span.end == duration or len(together) == _MOST_SPANS:
-            yield Stretch.of(*together)
-            together = []
 
 
 def _recoils(x: FloatArray, v: FloatArray, ejected: float) -> tuple[tuple[float, ...], float]:

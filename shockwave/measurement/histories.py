@@ -12,6 +12,7 @@ from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.measurement.peak_log import PeakLog
 from shockwave.measurement.result import Passage, Recording, SimulationResult
 from shockwave.measurement.simulation_setup import scaled, setup_of
+from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import Span, Stretch, march
 from shockwave.simulation.primary_search import find_primaries
@@ -77,8 +78,11 @@ def _integrated(result: SimulationResult, contact: int, feels_end: bool) -> tupl
         log = PeakLog()
         for span in march(problem, setup.integrator()):
             log.observe(Stretch.of(span))
-            if contact in log.peaks or max(log.peaks, default=0) > contact + 8:
+            front = max(log.peaks, default=0)
+            progressed("passage", min(front, contact), contact + 1)
+            if contact in log.peaks or front > contact + 8:
                 break
+        progressed("passage", contact + 1, contact + 1)
         found = [(peak.time, peak.force) for peak in log.peaks.get(contact, ())]
     if not found:
         raise NumericalError(f"the front has no peak of its own at contact {contact}: the force still rises there")
@@ -141,7 +145,9 @@ def _states(spans: Iterator[Span], times: list[float]) -> tuple[FloatArray, Floa
     for time in times[1:]:
         while time > span.end:
             span = next(spans)
+            progressed("histories", len(states), len(times))
         states.append((span.x1, span.v1) if time == span.end else span.at(time))
+    progressed("histories", len(times), len(times))
     # the window grows: granules that it did not hold yet are at rest
     x, v = np.zeros((2, max(2, len(span.x1)), len(times)))
     for index, (positions, velocities) in enumerate(states):

@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from typing import Any, NamedTuple
 
 from shockwave.chain.chain import Chain, Scales
@@ -14,6 +15,7 @@ from shockwave.measurement.result import SimulationResult, Train
 from shockwave.measurement.simulation_setup import MEASURABLE, Setup, scaled, setup_of
 from shockwave.options import Backend, Recorded, SimulateOptions, Waves
 from shockwave.profiles.shock import Shock
+from shockwave.progress import progressed
 from shockwave.simulation.primary_search import find_primaries
 from shockwave.simulation.problem import ChainProblem, Primary, Request, Status
 
@@ -145,13 +147,19 @@ def simulate_many(
     if threads is None:
         threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     scenes = list(zip(shocks, chains, strict=True))
-    if setup.compiled is None or threads < 2 or len(scenes) < 2 * _FEWEST:
-        return _simulate(scenes, setup)
-    # Each thread does all of its share: while one is in the compiled code, which needs no lock, another prepares.
+    threads = 1 if len(scenes) < 2 * _FEWEST else max(threads, 1)
     size = max(_FEWEST, min(_SHARE, -(-len(scenes) // threads)))
+    if setup.compiled is None:
+        threads = size = 1
     shares = [scenes[begin : begin + size] for begin in range(0, len(scenes), size)]
-    with ThreadPoolExecutor(threads) as pool:
-        return [result for results in pool.map(lambda share: _simulate(share, setup), shares) for result in results]
+    results: list[_Outcome] = []
+    progressed("simulations", 0, len(scenes))
+    # Each thread does all of its share: while one is in the compiled code, which needs no lock, another prepares.
+    with ThreadPoolExecutor(threads) if threads > 1 else nullcontext() as pool:
+        for share in (pool.map if pool else map)(lambda share: _simulate(share, setup), shares):
+            results += share
+            progressed("simulations", len(results), len(scenes))
+    return results
 
 
 def _simulate(scenes: Sequence[tuple[Shock, Chain]], setup: Setup) -> list[_Outcome]:

@@ -100,10 +100,9 @@ def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, 
     begin = time.perf_counter()
     most = int(_MOST_CONTACTS + _MOST_RATE * problem.duration)
     first, later = (max(min(share * setup.rtol, _MOST_DOUBT), _LEAST_DOUBT) for share in (_PRIMARY_DOUBT, _LATER_DOUBT))
-    fine, coarse = (
-        ChainRun(problem, setup.integrator(factor), setup.options.wave_threshold, first, later, most).finished()
-        for factor in (1.0, _COARSE)
-    )
+    arguments = (setup.options.wave_threshold, first, later, most)
+    fine = ChainRun(problem, setup.integrator(), *arguments, "wave train, run 1 of 2").finished()
+    coarse = ChainRun(problem, setup.integrator(_COARSE), *arguments, "wave train, run 2 of 2", fine.end).finished()
     if not fine.waves or not coarse.waves:
         raise NumericalError(
             f"no wave was found within {most} contacts: the shock is too slow for its peak force"

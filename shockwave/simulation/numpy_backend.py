@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from attrs import define, field
 
+from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.one_step import Attempt
@@ -40,6 +41,8 @@ _SLACK = 0.1
 _TALLER = 0.999
 # A granule in free flight at velocity v makes a wave of less than this times v^1.2.
 _FREE_FLIGHT = 2.4
+# Steps between two reports of progress.
+_REPORTED = 64
 # A granule out of reach stands in for the free end.
 _WALL = 1e30
 
@@ -50,6 +53,9 @@ def search(request: Request, method: Nystroem) -> Primary:
     with np.errstate(over="ignore", invalid="ignore"):
         while window.status is Status.RUNNING:
             window.step()
+            if not window.steps % _REPORTED:
+                progressed("leading wave", window.steps)
+    progressed("leading wave", window.steps, window.steps)
     return window.primary()
 
 
