@@ -1,8 +1,10 @@
-"""Summary of a scene: the numbers that a result was computed for, in SI units, and their two lines of text."""
+"""Summary of a scene: the numbers that a result was computed for, in SI units, and their text."""
 
 from __future__ import annotations
 
-from attrs import frozen
+from typing import Any
+
+from attrs import asdict, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.profiles.shock import Shock
@@ -23,6 +25,8 @@ class Scene:
         R [m], E [Pa], nu, rho [kg/m^3].
     granules : int or None
         None for a chain as long as the answer needs.
+    notes : tuple of str
+        Changes that were made to the given record.
     """
 
     profile: str
@@ -34,6 +38,7 @@ class Scene:
     poisson_ratio: float
     density: float
     granules: int | None
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, shock: Shock, chain: Chain) -> Scene:
@@ -48,14 +53,22 @@ class Scene:
             poisson_ratio=chain.material.poisson_ratio,
             density=chain.material.density,
             granules=chain.granules,
+            notes=tuple(shock.profile.notes),
         )
 
-    def lines(self) -> list[str]:
-        """Two lines for people."""
+    def to_dict(self) -> dict[str, Any]:
+        """The numbers; the notes stand among the warnings of the result."""
+        return asdict(self, filter=lambda attribute, _: attribute.name != "notes")
+
+    def facts(self) -> list[tuple[str, str]]:
+        """Label and text of the shock and of the chain."""
         length = "as long as the answer needs" if self.granules is None else f"{self.granules} granules"
+        peak = si(self.peak_force, "N")
+        rise = si(self.rise_time, "s")
+        duration = si(self.rise_time * self.duration_ratio, "s")
+        radius = si(self.radius, "m")
+        stiffness = f"E {si(self.youngs_modulus, 'Pa')}, nu {self.poisson_ratio:.4g}"
         return [
-            f"  shock             {self.profile}, peak {si(self.peak_force, 'N')}, rise {si(self.rise_time, 's')}, "
-            f"duration {self.duration_ratio:.5g} times that",
-            f"  chain             R {si(self.radius, 'm')}, E {si(self.youngs_modulus, 'Pa')}, "
-            f"nu {self.poisson_ratio:.4g}, rho {self.density:.5g} kg/m^3, {length}",
+            ("shock", f"{self.profile}, peak {peak}, rise {rise}, duration {duration} (n = {self.duration_ratio:.5g})"),
+            ("chain", f"R {radius}, {stiffness}, rho {self.density:.5g} kg/m^3, {length}"),
         ]

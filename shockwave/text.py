@@ -21,7 +21,7 @@ _UNFIT = re.compile(
 )
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
 # Columns of a label and of the text's indent in `facts`.
-_LABEL = 18
+_LABEL = 20
 # Least width of a column of wrapped text.
 _NARROW = 12
 _STYLE = re.compile("\x1b\\[[0-9;]*m")

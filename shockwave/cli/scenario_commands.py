@@ -13,7 +13,7 @@ from shockwave.cli.output import failure, of_arguments, print_json, written
 from shockwave.errors import Fault, ShockwaveError, UsageError
 from shockwave.files import refuse_inputs
 from shockwave.progress import progressed
-from shockwave.text import notes, range_text, si, table
+from shockwave.text import alarm, notes, paragraph, range_text, si, significant_digits, table
 
 if TYPE_CHECKING:
     from shockwave.measurement.result import SimulationResult
@@ -195,43 +195,58 @@ def curve(options: argparse.Namespace) -> int:
 
 # ---------------------------------------------------------------- tables of several results, then their warnings
 
-_LEGEND = """
-
-relation: predicted / simulated / printed; waves: predicted / simulated;
-rel. error: of the simulated peak force, estimated;
-error: of the predicted peak force against the simulated; expected error: range measured for such shocks"""
+# Columns that a narrow screen leaves out, the last named first.
+_SPARE = (
+    "(3)",
+    "relation",
+    "regime",
+    "ejected",
+    "waves",
+    "published error",
+    "virtual t0",
+    "published t0",
+    "amplification",
+    "simulation error",
+)
+_LEGEND = """\
+error: of the predicted peak force against the simulated; expected error: range measured for such shocks; \
+(3): whether the conditions (3) of section 4 hold; relation: predicted / simulated / published; \
+waves: predicted / simulated; simulation error: relative, estimated"""
 
 
 def _table(rows: Sequence[_Row], documents: Sequence[dict[str, Any]], legend: str) -> str:
     header = max(map(list, rows), key=len)
-    cells = []
-    for row in rows:
-        cells.append([row.get(name, "-") for name in header])
+    cells = [[row.get(name, "-") for name in header] for row in rows]
+    spare = [name for name in _SPARE if name in header]
     warnings = []
     for document in documents:
         for answer in (document, document.get("predicted", {}), document.get("simulated", {})):
             warnings += [f"{document['scenario']}: {warning}" for warning in answer.get("warnings", ())]
-    return "\n".join([table(header, cells, margin=0) + legend, *notes(dict.fromkeys(warnings))])
+    lines = [table(header, cells, spare, margin=0)]
+    if legend:
+        lines += ["", *paragraph("", legend)]
+    return "\n".join([*lines, *notes(dict.fromkeys(warnings))])
 
 
 def _outcome_row(outcome: Outcome) -> _Row:
     return {
         "scenario": outcome.scenario or "-",
-        "regime": outcome.regime,
-        "relation": outcome.relation,
-        "peak force": si(outcome.peak_force, "N"),
+        "peak force": si(outcome.peak_force, "N", error=outcome.shown_error),
         "expected error": range_text(outcome.expected_error),
+        "(3)": _conditions(outcome),
+        "regime": outcome.regime,
         "waves": str(len(outcome.waves)),
-        "conditions (3)": _conditions(outcome),
+        "relation": outcome.relation,
     }
 
 
 def _simulation_row(result: SimulationResult) -> _Row:
+    error = result.error_estimate
     return {
         "scenario": result.scenario or "-",
-        "peak force": si(result.peak_force, "N", 8),
-        "rel. error": f"{result.error_estimate:.0e}",
-        "amplification": f"{result.amplification:.8g}",
+        "peak force": si(result.peak_force, "N", error=error),
+        "error": f"{error:.0e}",
+        "amplification": f"{result.amplification:.{significant_digits(result.amplification, error)}g}",
         "waves": _wave_count(result),
         "ejected": str(result.ejected_granules) if result.options.waves == "train" else "-",
     }
@@ -243,21 +258,21 @@ def _comparison_row(both: Comparison) -> _Row:
     published = both.published
     row = {
         "scenario": predicted.scenario or "-",
-        "regime": predicted.regime,
-        "relation": f"{predicted.relation} / {both.relation}",
-        "predicted": si(predicted.peak_force, "N"),
-        "simulated": si(simulated.peak_force, "N", 8),
-        "rel. error": f"{simulated.error_estimate:.0e}",
+        "predicted": si(predicted.peak_force, "N", error=predicted.shown_error),
+        "simulated": si(simulated.peak_force, "N", error=simulated.error_estimate),
         "error": f"{both.error:+.2%}",
         "expected error": range_text(predicted.expected_error),
-        "virtual t0": _virtual_rise_time(predicted),
+        "(3)": _conditions(predicted),
+        "regime": predicted.regime,
+        "relation": f"{predicted.relation} / {both.relation}",
         "waves": f"{len(predicted.waves)} / {_wave_count(simulated)}",
-        "conditions (3)": _conditions(predicted),
+        "simulation error": f"{simulated.error_estimate:.0e}",
+        "virtual t0": _virtual_rise_time(predicted, predicted.shown_error),
     }
     if published:
         row["relation"] += f" / {published.relation or '-'}"
-        row["printed error"] = "-" if published.error is None else f"{published.error:.1%}"
-        row["printed t0"] = _virtual_rise_time(published)
+        row["published error"] = "-" if published.error is None else f"{published.error:.1%}"
+        row["published t0"] = _virtual_rise_time(published, 1e-3)
     return row
 
 
@@ -268,10 +283,10 @@ def _wave_count(result: SimulationResult) -> str:
 
 
 def _conditions(outcome: Outcome) -> str:
-    broken = [f"{c.statement} fails by {-c.margin:.3g}" for c in outcome.conditions if not c.holds]
-    return "; ".join(broken) or "hold"
+    broken = ", ".join(condition.statement for condition in outcome.conditions if not condition.holds)
+    return alarm(f"{broken} FAILS") if broken else "hold"
 
 
-def _virtual_rise_time(owner: object) -> str:
+def _virtual_rise_time(owner: object, error: float) -> str:
     time = getattr(owner, "virtual_rise_time", None)
-    return "-" if time is None else si(time, "s")
+    return "-" if time is None else si(time, "s", error=error)

@@ -379,7 +379,7 @@ class SimulationResult:
             "step": self.options.step,
             "cost": asdict(self.cost),
             "warnings": list(self.all_warnings),
-            "scene": asdict(self.scene),
+            "scene": self.scene.to_dict(),
         }
 
     def __str__(self) -> str:

@@ -1,88 +1,108 @@
-"""A simulation's result as text for people."""
+"""Text of a simulation's result."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 from shockwave.measurement.result import MeasuredWave, Passage, SimulationResult
-from shockwave.text import notes, si, table
+from shockwave.text import facts, limits, notes, si, significant_digits, strong, table
 
-_WAVES = ("peak force", "rel. error", "momentum", "energy", "speed", "width", "foot", "contact", "arrival")
-_PASSAGES = ("contact", "arrival", "peak force", "rel. error", "from")
+_WAVES = ("peak force", "error", "momentum", "energy", "speed", "width", "arrival", "contact", "residual")
+_SPARE_WAVES = ("width", "energy", "contact", "residual")
+_PASSAGES = ("contact", "arrival", "peak force", "error", "from")
+# Digits of figures other than forces.
+_DIGITS = 5
 
 
 def result_text(result: SimulationResult) -> str:
-    """The text that ``print`` shows."""
-    lines = [*_primary(result), *_ends(result), *_waves(result)]
-    return "\n".join(lines + notes(result.all_warnings))
-
-
-def _primary(result: SimulationResult) -> Iterator[str]:
-    of = f" of {result.scenario}" if result.scenario else ""
-    yield f"simulation by {result.integrator} ({result.backend}){of}"
-    yield from result.scene.lines()
+    """The peak force with its error estimate, the waves, then the balances, the cost and the scene."""
+    name = f"{result.scenario}: " if result.scenario else ""
     error = result.error_estimate
-    digits = min(max(8, 2 - math.floor(math.log10(error))), 15)
-    within = f"within {error:.0e} relative" if error < 1 else "(error unknown)"
-    times = f"{result.amplification:.{digits}g} times the shock's"
-    yield f"  peak force        {si(result.peak_force, 'N', digits)} {within}, {times}"
-    defects = f"momentum defect {result.momentum_defect:.0e}, energy defect {result.energy_defect:.0e}"
-    yield f"  applied momentum  {si(result.applied_momentum, 'N s')}, {defects}"
+    peak = si(result.peak_force, "N", error=error)
+    accuracy = f"relative error about {error:.0e}" if error < 1 else "error not known"
+    waves = [_waves(result)]  # integrates the train, whose warnings and cost belong to the lines before
+    lines = [
+        strong(f"{name}peak force {peak}, {accuracy}"),
+        *limits(warning for warning in result.all_warnings if warning not in result.scene.notes),
+        *facts(_answer(result)),
+        "",
+        *waves,
+        "",
+        *facts(_details(result)),
+        *notes(result.scene.notes),
+    ]
+    return "\n".join(lines)
 
 
-def _ends(result: SimulationResult) -> Iterator[str]:
+def _answer(result: SimulationResult) -> Iterator[tuple[str, str]]:
+    digits = significant_digits(result.amplification, result.error_estimate)
+    yield "amplification", f"{result.amplification:.{digits}g} times the shock's peak force"
     if result.options.waves != "train":
         return
-    within = f"within {si(result.recoil_error, 'N s', 1)}, ejected granules: {result.ejected_granules}"
-    yield f"  recoil            {si(result.recoil_momentum, 'N s')} {within}"
+    count = len(result.waves)
+    threshold = f"above {result.options.wave_threshold:g} of the leading wave"
+    yield "waves", f"{count} {'wave' if count == 1 else 'waves'} {threshold}"
+    ejected = result.ejected_granules
+    rebound = f"{si(result.recoil_momentum, 'N s')} within {si(result.recoil_error, 'N s', 1)}"
+    granules = f"{ejected} granule" if ejected == 1 else f"{ejected} granules"
+    yield "rebounding", f"{granules} ejected, momentum {rebound}"
     spalls = result.spall_velocities
     if spalls is not None:
-        fastest = f", the last one at {si(spalls[0], 'm/s')}" if spalls else ""
-        yield f"  free end          granules that fly off: {len(spalls)}{fastest}"
+        fastest = f", the last granule at {si(spalls[0], 'm/s')}" if spalls else ""
+        yield "free end", f"granules that fly off: {len(spalls)}{fastest}"
 
 
-def _waves(result: SimulationResult) -> Iterator[str]:
-    # integrates the train, whose cost belongs to the line before
+def _waves(result: SimulationResult) -> str:
     waves = [wave for wave in result.waves if wave.error_estimate is not None] or list(result.waves[:1])
     unsettled = len(result.waves) - len(waves)
-    cost = result.cost
-    yield f"  cost              {cost.steps} steps, {cost.force_evaluations} force evaluations, {cost.seconds:.2g} s"
-    yield ""
-    yield table(_WAVES, map(_wave_row, waves))
+    parts = [table(_WAVES, map(_wave_row, waves), _SPARE_WAVES)]
     if unsettled:
-        yield f"  and {unsettled} more that had not settled, in the JSON output alone"
-    yield f"  (waves above {result.options.wave_threshold:g} of the primary; contacts are counted from 0;"
-    yield "  rel. error: of the peak force; foot: force left between a wave and its neighbours over its peak,"
-    yield "  an error of the other figures)"
+        parts.append(f"  and {unsettled} waves that have not separated; --json lists them")
     if result.passages:
-        yield ""
-        yield table(_PASSAGES, map(_passage_row, result.passages))
+        parts += ["", table(_PASSAGES, map(_passage_row, result.passages))]
+    return "\n".join(parts)
+
+
+def _details(result: SimulationResult) -> Iterator[tuple[str, str]]:
+    balance = f"momentum {result.momentum_defect:.0e}, energy {result.energy_defect:.0e} (relative defects)"
+    yield "applied momentum", si(result.applied_momentum, "N s")
+    yield "balance", balance
     if result.recording is not None:
         times = result.recording.times
-        yield ""
-        yield f"  recorded          {', '.join(result.options.record)}: {len(times)} samples to {si(times[-1], 's')}"
+        yield "recorded", f"{', '.join(result.options.record)}: {len(times)} samples to {si(times[-1], 's')}"
+    cost = result.cost
+    work = f"{cost.steps} steps, {cost.force_evaluations} force evaluations, {cost.seconds:.2g} s"
+    yield "method", f"{result.integrator} ({result.backend}): {work}"
+    yield from result.scene.facts()
 
 
 def _wave_row(wave: MeasuredWave) -> tuple[str, ...]:
+    error = wave.error_estimate
+    # what neighbours leave at a wave's ends is an error of its other figures
+    others = 1.0 if error is None else max(error, wave.foot)
     return (
-        si(wave.peak_force, "N", 8),
-        "not settled" if wave.error_estimate is None else f"{wave.error_estimate:.0e}",
-        si(wave.momentum, "N s"),
-        si(wave.energy, "J"),
-        "-" if wave.speed is None else si(wave.speed, "m/s"),
-        si(wave.width, "s"),
-        f"{wave.foot:.0e}",
+        si(wave.peak_force, "N", error=0.09 if error is None else error),
+        "not settled" if error is None else f"{error:.0e}",
+        _figure(wave.momentum, "N s", others),
+        _figure(wave.energy, "J", others),
+        "-" if wave.speed is None else _figure(wave.speed, "m/s", others),
+        _figure(wave.width, "s", others),
+        _figure(wave.arrival_time, "s", 0),
         str(wave.contact),
-        si(wave.arrival_time, "s"),
+        f"{wave.foot:.0e}",
     )
 
 
+def _figure(value: float, unit: str, error: float) -> str:
+    return si(value, unit, min(significant_digits(value, error), _DIGITS))
+
+
 def _passage_row(passage: Passage) -> tuple[str, ...]:
+    error = passage.error_estimate
     return (
         str(passage.contact),
-        si(passage.arrival_time, "s", 8),
-        si(passage.peak_force, "N", 8),
-        f"{passage.error_estimate:.0e}",
+        si(passage.arrival_time, "s", error=error),
+        si(passage.peak_force, "N", error=error),
+        f"{error:.0e}",
         "exact wave" if passage.exact else "integrated",
     )

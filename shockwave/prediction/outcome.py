@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,10 +16,15 @@ from shockwave.profiles.base import Areas
 from shockwave.profiles.conditions import Condition
 from shockwave.quadrature import FloatArray
 from shockwave.scene_summary import Scene
-from shockwave.text import notes, range_text, si, table
+from shockwave.text import alarm, facts, limits, notes, range_text, si, significant_digits, strong, table
 
 # Listed figures of a wave, with their units.
 _WAVE = {"peak_force": "N", "momentum": "N s", "energy": "J", "speed": "m/s", "width": "s"}
+_REGIMES = {
+    "ejection": "one wave, and the first granule rebounds",
+    "single": "one wave with the whole impulse",
+    "train": "{count} waves",
+}
 _RELATIONS = {"less": "less than", "equal": "about equal to", "greater": "greater than"}
 
 
@@ -102,10 +108,16 @@ class Outcome:
     momentum_coefficient: float
     scene: Scene
 
+    @property
+    def shown_error(self) -> float:
+        """Relative error that limits the printed digits; where it is not known, two digits are printed."""
+        return 0.09 if self.expected_error is None else max(map(abs, self.expected_error))
+
     def to_dict(self) -> dict[str, Any]:
         """The document that ``predict --json`` prints: SI floats, no NaN."""
         values = asdict(self, value_serializer=_plain)
-        return {**values, "regime": self.regime, "reason": self.reason or None, "ejection": None}
+        own = {"regime": self.regime, "reason": self.reason or None, "ejection": None, "scene": self.scene.to_dict()}
+        return {**values, **own}
 
     def __str__(self) -> str:
         return outcome_text(self)
@@ -161,39 +173,59 @@ class TrainOutcome(Outcome):
 
 
 def outcome_text(outcome: Outcome) -> str:
-    """The figures, the waves, and the inequalities that decided."""
-    name = f" of {outcome.scenario}" if outcome.scenario else ""
-    lines = [f"prediction by {outcome.model}{name}", *outcome.scene.lines()]
-    if outcome.reason:
-        lines.append(f"  method            {outcome.method}: {outcome.reason}")
-    lines += [
-        f"  regime            {outcome.regime}",
-        f"  relation          primary {_RELATIONS[outcome.relation]} the shock's peak force",
-        f"  peak force        {si(outcome.peak_force, 'N')}, {outcome.amplification:.5g} times the shock's",
-        f"  expected error    {range_text(outcome.expected_error)}",
-        f"  applied momentum  {si(outcome.applied_momentum, 'N s')}",
-    ]
-    if isinstance(outcome, EjectionOutcome):
-        rise = si(outcome.virtual_rise_time, "s")
-        added = si(outcome.added_momentum, "N s")
-        lines.append(f"  ejection          virtual rise time {rise}, added momentum {added}")
-    if powers := outcome.exponents:
-        scaling = f"R^{powers.radius:.3f} rho^{powers.density:.3f} E^{powers.youngs_modulus:.3f}"
-        lines.append(f"  scales as         {scaling}")
+    """The peak force with its expected error, the inequalities that decided, then the waves and the scene."""
+    name = f"{outcome.scenario}: " if outcome.scenario else ""
+    error = outcome.shown_error
+    peak = si(outcome.peak_force, "N", error=error)
     waves = []
     for number, wave in enumerate(outcome.waves, start=1):
-        figures = [si(getattr(wave, name), unit) for name, unit in _WAVE.items()]
+        figures = [si(getattr(wave, name), unit, error=error) for name, unit in _WAVE.items()]
         waves.append([str(number), *figures])
-    conditions = [(c.statement, f"{c.margin:+.4g} t0", "holds" if c.holds else "FAILS") for c in outcome.conditions]
-    steps = [(t.statement, si(t.left, "s"), si(t.right, "s"), t.outcome, t.equation) for t in outcome.trace]
-    tables = (
+    lines = [
+        strong(f"{name}peak force {peak}, expected error {range_text(outcome.expected_error)}"),
+        *limits(warning for warning in outcome.warnings if warning not in outcome.scene.notes),
+        *facts(_decision(outcome, error)),
+        "",
+        table(("condition (3)", "margin", ""), [_condition_row(condition) for condition in outcome.conditions]),
+        "",
+        table(("decided by", "left", "right", "hence", "equation"), [_step_row(step) for step in outcome.trace]),
+        "",
         table(("wave", *(name.replace("_", " ") for name in _WAVE)), waves),
-        table(("condition (3)", "margin", ""), conditions),
-        table(("decided by", "left", "right", "hence", "equation"), steps),
-    )
-    for each in tables:
-        lines += ["", each]
-    return "\n".join(lines + notes(outcome.warnings))
+        "",
+        *facts(_details(outcome)),
+        *notes(outcome.scene.notes),
+    ]
+    return "\n".join(lines)
+
+
+def _decision(outcome: Outcome, error: float) -> Iterator[tuple[str, str]]:
+    count = len(outcome.waves)
+    ratio = f"{outcome.amplification:.{significant_digits(outcome.amplification, error)}g}"
+    yield "regime", f"{outcome.regime}: {_REGIMES[outcome.regime].format(count=count)}"
+    yield "leading wave", f"{_RELATIONS[outcome.relation]} the shock's peak force ({ratio} times it)"
+    if isinstance(outcome, EjectionOutcome):
+        rise = si(outcome.virtual_rise_time, "s", error=error)
+        added = si(outcome.added_momentum, "N s", error=error)
+        yield "ejection", f"virtual rise time {rise}, added momentum {added}"
+    if outcome.reason:
+        yield "method", f"{outcome.method}: {outcome.reason}"
+
+
+def _condition_row(condition: Condition) -> tuple[str, ...]:
+    verdict = "holds" if condition.holds else alarm("FAILS")
+    return condition.statement, f"{condition.margin:+.4g} t0", verdict
+
+
+def _step_row(step: Inequality) -> tuple[str, ...]:
+    return step.statement, si(step.left, "s"), si(step.right, "s"), step.outcome, step.equation
+
+
+def _details(outcome: Outcome) -> Iterator[tuple[str, str]]:
+    if powers := outcome.exponents:
+        yield "scales as", f"R^{powers.radius:.3f} rho^{powers.density:.3f} E^{powers.youngs_modulus:.3f}"
+    yield "applied momentum", si(outcome.applied_momentum, "N s")
+    yield "model", outcome.model
+    yield from outcome.scene.facts()
 
 
 @frozen(kw_only=True, eq=False)
@@ -241,14 +273,12 @@ class Predictions:
 
     def __str__(self) -> str:
         """Counts by method, and the first failure."""
-        lines = [f"{len(self.method)} predictions by {self.model}"]
-        for name, count in Counter(self.method.tolist()).most_common():
-            if name:
-                lines.append(f"  by {name:<15}{count}")
+        head = f"{len(self.method)} predictions by {self.model}"
+        pairs = [(f"by {name}", str(count)) for name, count in Counter(self.method.tolist()).most_common() if name]
         if self.failures:
             index, reason = self.failures[0]
-            lines.append(f"  no answer         {len(self.failures)}; the first, shock {index}: {reason}")
-        return "\n".join(lines + notes(self.warnings))
+            pairs.append(("no answer", f"{len(self.failures)}; the first, shock {index}: {reason}"))
+        return "\n".join([strong(head), *limits(self.warnings), *facts(pairs)])
 
 
 def _numbers(values: FloatArray) -> list[float | None]:

@@ -15,7 +15,7 @@ from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
 from shockwave.scenario.scenario import Published
-from shockwave.text import range_text, si
+from shockwave.text import facts, range_text, si, strong
 
 
 @frozen(kw_only=True)
@@ -52,17 +52,27 @@ class Comparison:
         }
 
     def __str__(self) -> str:
-        lines = [
-            str(self.predicted),
-            "",
-            str(self.simulated),
-            "",
-            f"error of the predicted peak force: {self.error:+.2%}, "
-            f"expected {range_text(self.predicted.expected_error)}",
-            f"relation to the shock's peak force: predicted {self.predicted.relation}, simulated {self.relation}",
+        predicted, simulated = self.predicted, self.simulated
+        name = f"{predicted.scenario}: " if predicted.scenario else ""
+        expected = range_text(predicted.expected_error)
+        relations = f"predicted {predicted.relation}, simulated {self.relation}"
+        pairs = [
+            ("simulated", f"{si(simulated.peak_force, 'N', error=simulated.error_estimate)}"),
+            ("predicted", f"{si(predicted.peak_force, 'N', error=abs(self.error))} by {predicted.model}"),
+            ("relation", f"{relations} (leading wave against the shock's peak force)"),
         ]
         if self.published is not None:
-            lines.append(f"printed in {self.published.source}: {_figures(self.published)}")
+            pairs.append(("published", f"{_figures(self.published)} ({self.published.source})"))
+        lines = [
+            strong(f"{name}error of the predicted peak force {self.error:+.2%}, expected {expected}"),
+            *facts(pairs),
+            "",
+            "Prediction",
+            str(predicted),
+            "",
+            "Simulation",
+            str(simulated),
+        ]
         return "\n".join(lines)
 
 
