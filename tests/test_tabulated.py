@@ -57,7 +57,7 @@ def test_a_given_duration_ratio_stretches_the_decay_alone():
     assert profile.breakpoints == (0.0, 1.0, 4.0, 7.0)
     assert profile.closed_areas() == (0.5, 3.0)
     assert profile.recorded_rise_time == 1
-    assert profile.notes == ("the decay was stretched in time: n is 7, that of the record 3",)
+    assert profile.notes == ("The decay was stretched in time: n is 7, that of the record 3.",)
 
 
 # ---------------------------------------------------------------- what is refused
@@ -65,15 +65,19 @@ def test_a_given_duration_ratio_stretches_the_decay_alone():
 
 NO_PULSES = {
     "two": ([0, 1], [0, 1], r"times: must have at least three samples"),
-    "nan": ([0, 1, float("nan")], [0, 1, 0], r"times\[2\]: must be a finite number s \(got nan\)"),
+    "nan": ([0, 1, float("nan")], [0, 1, 0], r"times\[2\]: must be a finite number of s \(got nan\)"),
     "words": ([0, 1, 2], [0, "x", 0], r"forces: must be a sequence of numbers \(got \[0, 'x', 0\]\)"),
     "no-list": ([0, 1, 2], 3, r"forces: must be a sequence of numbers \(got 3\)"),
     "unsorted": ([0, 2, 1, 1], [0, 1, 1, 0], r"times\[2\]: must be greater.*\ntimes\[3\]: must be greater"),
     "lengths": ([0, 1, 2], [0, 1], r"forces: must have one force for each.*got 2 forces and 3 times\)"),
-    "no-force": ([0, 1, 2], [0, -1, 0], r"forces: must be > 0 N somewhere \(got at most 0 N; turn the sign"),
+    "no-force": (
+        [0, 1, 2],
+        [0, -1, 0],
+        r"forces: must be > 0 N somewhere \(got at most 0 N; if compression is negative",
+    ),
     "no-rise": ([0, 1, 2], [1, 0.5, 0], r"forces\[0\]: must not be the peak.*a sample of zero force before it"),
-    "merged": ([-1, 1e-20, 2e-20, 1], [0, 0.5, 1, 0], r"times: must differ by more than rounding"),
-    "overflow": ([-1e308, 0, 1e308], [0, 1, 0], r"times: .* last less than 1e\+150 rise times"),
+    "merged": ([-1, 1e-20, 2e-20, 1], [0, 0.5, 1, 0], r"times: must differ by more than rounding errors"),
+    "overflow": ([-1e308, 0, 1e308], [0, 1, 0], r"times: .* span less than 1e\+150 rise times"),
 }
 
 
@@ -103,24 +107,29 @@ def test_a_constant_baseline_is_subtracted():
     assert profile.recorded_peak_force == 8
     assert profile.breakpoints == (0.0, 0.5, 1.0, 1.5, 2.0, 2.5)
     # One newton over the five seconds of a pulse of 20 N s.
-    share = "a baseline of 1 N, the mean of the 6 samples before the pulse, was subtracted (25 % of the impulse)"
+    share = "A baseline of 1 N, the mean of the 6 samples before the pulse, was subtracted (25 % of the impulse)."
     assert profile.notes[0] == share
 
 
 #: Times, forces, the shape left at whole times, what is noted.
 CLEANED = {
-    "start-time": (range(5, 9), [0, 1, 0.5, 0], [0, 1, 0.5, 0], "the times start at 5 s, and were shifted"),
+    "start-time": (range(5, 9), [0, 1, 0.5, 0], [0, 1, 0.5, 0], "The times begin at 5 s and were shifted"),
     # Half of one newton times two seconds, in 8 N s.
     "below": (
         range(6),
         [0, 4, 2, -1, 2, 0],
         [0, 1, 0.5, 0, 0.5, 0],
-        "samples below zero, set to zero: 1 of 6 (12 % of",
+        "Negative samples were set to zero: 1 of 6 (12 % of",
     ),
-    "lead": (range(6), [0, 0, 0, 1, 0.5, 0], [0, 1, 0.5, 0], "quiet samples before the pulse, cut off: 2 (0 %"),
-    "tail": (range(6), [0, 1, 0.5, 0, 0.009, 0], [0, 1, 0.5, 0], "quiet samples after the pulse, cut off: 2 (0.6 %"),
-    "start": (range(4), [0.25, 1, 0.5, 0], [0.25, 1, 0.5, 0], "the record starts at 0.25 N, 25 % of its peak"),
-    "end": (range(4), [0, 1, 0.5, 0.125], [0, 1, 0.5, 0.125], "the record ends at 0.125 N, 12 % of its peak"),
+    "lead": (range(6), [0, 0, 0, 1, 0.5, 0], [0, 1, 0.5, 0], "Quiet samples before the pulse were removed: 2 (0 %"),
+    "tail": (
+        range(6),
+        [0, 1, 0.5, 0, 0.009, 0],
+        [0, 1, 0.5, 0],
+        "Quiet samples after the pulse were removed: 2 (0.6 %",
+    ),
+    "start": (range(4), [0.25, 1, 0.5, 0], [0.25, 1, 0.5, 0], "The record begins at 0.25 N, 25 % of its peak"),
+    "end": (range(4), [0, 1, 0.5, 0.125], [0, 1, 0.5, 0.125], "The record ends at 0.125 N, 12 % of its peak"),
 }
 
 
