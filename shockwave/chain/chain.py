@@ -47,7 +47,7 @@ class Chain:
             raise InvalidValueError.of("material", f"must be a Material (got {text_of(self.material)}; {_LOOK_UP})")
         for name, value in (("mass", self.granule_mass), ("stiffness", self.contact_stiffness)):
             if not (math.isfinite(value) and value > 0):
-                problem = f"must give granules a {name} within the range of floating-point numbers (got {value:g})"
+                problem = f"must give granules a {name} that a floating-point number can hold (got {value:g})"
                 raise InvalidValueError.of("radius", problem)
 
     @property
@@ -103,7 +103,7 @@ class Scales:
         time = math.sqrt(chain.granule_mass) / math.cbrt(chain.contact_stiffness) / force ** (1 / 6)
         scales = cls(force, time, chain.granule_mass, 2 * chain.radius)
         if not _ENERGIES[0] < scales.energy < _ENERGIES[1]:
-            problem = f"must give waves an energy within the range of floating-point numbers (got {force:g} N)"
+            problem = f"must give waves an energy that a floating-point number can hold (got {force:g} N)"
             raise InvalidValueError.of("peak_force", problem)
         return scales
 

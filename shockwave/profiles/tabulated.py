@@ -232,7 +232,7 @@ def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None) -> Puls
     peak = int(np.argmax(values))
     if peak in (0, values.size - 1):
         part, where = ("rise", "before") if peak == 0 else ("decay", "after")
-        problem = f"must not be the peak, because a {part} is required (got {peak_force:g} N; "
+        problem = f"must not be the peak, because then there is no {part} (got {peak_force:g} N; "
         remedy = f"add a sample of zero force {where} it)"
         raise InvalidValueError.of(f"forces[{start + peak}]", problem + remedy)
     # Extremely large times overflow.
