@@ -105,7 +105,7 @@ def test_the_best_answer_is_kept_where_none_meets_the_tolerance(monkeypatch: pyt
     assert outcome.warnings[0] == "the tolerance was not met: nothing comes nearer to 1e-07 than 2.0e-06"
     many = sw.Predictor(model="auto", rtol=1e-7).predict_many([triangle(8.0)], CHAIN)
     assert many.warnings == ("the tolerance was not met: 1 have bounds above 1e-07, up to 2.0e-06",)
-    assert f"note: {many.warnings[0]}" in str(many)
+    assert f"! {many.warnings[0]}" in str(many)
 
 
 def test_where_simulation_has_no_answer_the_law_has_one(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -119,10 +119,10 @@ def test_where_simulation_has_no_answer_the_law_has_one(monkeypatch: pytest.Monk
 @pytest.mark.parametrize(
     ("model", "granules", "sentence"),
     [
-        ("auto", 100, "of a chain of 100 granules the error is not known"),
-        ("moments", 100, "of a chain of 100 granules the error is not known"),
-        ("auto", 10, "a chain of 10 granules is too short"),
-        ("section-4", 10, "a chain of 10 granules is too short"),
+        ("auto", 100, "The chain of 100 granules is treated as endless"),
+        ("moments", 100, "The chain of 100 granules is treated as endless"),
+        ("auto", 10, "The chain of 10 granules is too short"),
+        ("section-4", 10, "The chain of 10 granules is too short"),
     ],
 )
 def test_a_finite_chain_has_no_bound(model: str, granules: int, sentence: str) -> None:

@@ -148,13 +148,13 @@ TWO_PEAKS = sw.Tabulated(times=[0, 1, 3, 5, 9], forces=[0, 100, 20, 60, 0])
         (sw.PowerLaw(rise_exponent=3, decay_exponent=2, duration_ratio=3), 2.0, {}, "a1 >= 1/2 fails by 0.25"),
         (sw.Triangular(duration_ratio=1.1), 1.0, {}, "a2 >= a1 fails by"),
         (sw.PowerLaw(rise_exponent=1, decay_exponent=0.5, duration_ratio=30), 30.0, {}, "a2 <= (n-1)/2 fails by"),
-        (TWO_PEAKS, 6.0, {}, "several peaks (it turns by 40% of its peak)"),
+        (TWO_PEAKS, 6.0, {}, "several peaks (its force reverses by 40% of the peak force)"),
         # a triangle with n = 2 and rise time T has a window (1 - T/1.652)/2, with 1.652 = A F0^(-1/6) over T0
-        (sw.Triangular(duration_ratio=2), 2 * 1.652 * (1 - 2 * 0.17), {}, "beyond 0.165 its error has no useful bound"),
-        (TRIANGLE, 6.0, {"momentum_coefficient": 8.0}, "this reading"),
-        (TRIANGLE, 6.0, {"alpha": "literal"}, "this reading"),
+        (sw.Triangular(duration_ratio=2), 2 * 1.652 * (1 - 2 * 0.17), {}, "errors have no useful bound above 0.165"),
+        (TRIANGLE, 6.0, {"momentum_coefficient": 8.0}, "This interpretation"),
+        (TRIANGLE, 6.0, {"alpha": "literal"}, "This interpretation"),
         (sw.PowerLaw(rise_exponent=0.1, decay_exponent=1, duration_ratio=50), 61.0, {}, "longer"),
-        (SPIKE, 50.0, {}, "of another shape"),
+        (SPIKE, 50.0, {}, "or its shape differs"),
     ],
     ids=["outside-3", "sawtooth", "slow-decay", "two-peaks", "window", "coefficient", "literal", "long", "shape"],
 )
