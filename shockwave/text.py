@@ -77,26 +77,33 @@ def _styled(text: str, style: str) -> str:
 def si(value: float, unit: str, digits: int = 5, error: float | None = None) -> str:
     """``value`` with an SI prefix, if ``unit`` takes one: ``si(1.5e-5, "s")`` is ``15 us``.
 
-    With the relative ``error`` of the value, down to the first digit of the error and with at most 15 digits.
+    With the relative ``error`` of the value, in `significant_digits`.
     """
-    if error is not None:
-        digits = significant_digits(value, error)
     if value == 0 or not math.isfinite(value):
         return f"{value:g} {unit}"
+    if error is not None:
+        digits = significant_digits(value, error)
     exponent = 3 * math.floor(math.log10(abs(value) * (1 + 1e-12)) / 3)
     if exponent not in _PREFIXES or unit.startswith("kg") or "**" in unit:
         return f"{value:.{digits}g} {unit}"
     scaled = float(f"{value / 10**exponent:.{digits}g}")
-    return f"{scaled:.{max(digits, 3)}g} {_PREFIXES[exponent]}{unit}"
+    if error is None:
+        return f"{scaled:.{max(digits, 3)}g} {_PREFIXES[exponent]}{unit}"
+    decimals = max(digits - 1 - _place(scaled), 0)  # known digits are shown, zeros too
+    return f"{scaled:.{decimals}f} {_PREFIXES[exponent]}{unit}"
 
 
 def significant_digits(value: float, error: float) -> int:
-    """Digits of ``value`` down to the first one of its relative ``error``, 1 to 15."""
+    """Digits of ``value`` that its relative ``error`` supports, 1 to 15.
+
+    Down to the first digit of the error, or to its second where the first is 1 or 2.
+    """
     if not 0 < abs(value) < math.inf or not error < 1:
         return 1
     if error <= 0:
         return 15
-    return min(max(_place(value) - _place(value * error) + 1, 1), 15)
+    # the last digit stands for 0.1 with an error of 2.9, for 1 with one of 3.1
+    return min(max(_place(value) - _place(value * error / 3) + 1, 1), 15)
 
 
 def _place(value: float) -> int:

@@ -209,9 +209,8 @@ _SPARE = (
     "simulation error",
 )
 _LEGEND = """\
-error: of the predicted peak force against the simulated; expected error: range measured for such shocks; \
-(3): whether the conditions (3) of section 4 hold; relation: predicted / simulated / published; \
-waves: predicted / simulated; simulation error: relative, estimated"""
+error: of the predicted peak force against the simulated one; expected error: range measured for such shocks; \
+relation, waves: predicted / simulated (/ published)"""
 
 
 def _table(rows: Sequence[_Row], documents: Sequence[dict[str, Any]], legend: str) -> str:

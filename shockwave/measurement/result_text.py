@@ -17,21 +17,30 @@ _DIGITS = 5
 def result_text(result: SimulationResult) -> str:
     """The peak force with its error estimate, the waves, then the balances, the cost and the scene."""
     name = f"{result.scenario}: " if result.scenario else ""
-    error = result.error_estimate
-    peak = si(result.peak_force, "N", error=error)
-    accuracy = f"relative error about {error:.0e}" if error < 1 else "error not known"
-    waves = [_waves(result)]  # integrates the train, whose warnings and cost belong to the lines before
+    waves = wave_tables(result)  # integrates the train, whose warnings and cost belong to the lines around
     lines = [
-        strong(f"{name}peak force {peak}, {accuracy}"),
-        *limits(warning for warning in result.all_warnings if warning not in result.scene.notes),
+        strong(f"{name}peak force {peak_text(result)}"),
+        *limits(result_limits(result)),
         *facts(_answer(result)),
         "",
-        *waves,
+        waves,
         "",
-        *facts(_details(result)),
+        *facts([*result_details(result), *result.scene.facts()]),
         *notes(result.scene.notes),
     ]
     return "\n".join(lines)
+
+
+def peak_text(result: SimulationResult) -> str:
+    """The peak force of the leading wave with its error estimate."""
+    error = result.error_estimate
+    accuracy = f"relative error about {error:.0e}" if error < 1 else "error not known"
+    return f"{si(result.peak_force, 'N', error=error)}, {accuracy}"
+
+
+def result_limits(result: SimulationResult) -> list[str]:
+    """Warnings that limit the answer; notes on a record do not."""
+    return [warning for warning in result.all_warnings if warning not in result.scene.notes]
 
 
 def _answer(result: SimulationResult) -> Iterator[tuple[str, str]]:
@@ -52,7 +61,8 @@ def _answer(result: SimulationResult) -> Iterator[tuple[str, str]]:
         yield "free end", f"granules that fly off: {len(spalls)}{fastest}"
 
 
-def _waves(result: SimulationResult) -> str:
+def wave_tables(result: SimulationResult) -> str:
+    """A row for each wave that has separated; below, the leading wave at the requested contacts."""
     waves = [wave for wave in result.waves if wave.error_estimate is not None] or list(result.waves[:1])
     unsettled = len(result.waves) - len(waves)
     parts = [table(_WAVES, map(_wave_row, waves), _SPARE_WAVES)]
@@ -63,7 +73,8 @@ def _waves(result: SimulationResult) -> str:
     return "\n".join(parts)
 
 
-def _details(result: SimulationResult) -> Iterator[tuple[str, str]]:
+def result_details(result: SimulationResult) -> Iterator[tuple[str, str]]:
+    """Labels and texts of the balances, the histories and the cost."""
     balance = f"momentum {result.momentum_defect:.0e}, energy {result.energy_defect:.0e} (relative defects)"
     yield "applied momentum", si(result.applied_momentum, "N s")
     yield "balance", balance
@@ -71,9 +82,8 @@ def _details(result: SimulationResult) -> Iterator[tuple[str, str]]:
         times = result.recording.times
         yield "recorded", f"{', '.join(result.options.record)}: {len(times)} samples to {si(times[-1], 's')}"
     cost = result.cost
-    work = f"{cost.steps} steps, {cost.force_evaluations} force evaluations, {cost.seconds:.2g} s"
-    yield "method", f"{result.integrator} ({result.backend}): {work}"
-    yield from result.scene.facts()
+    yield "method", f"{result.integrator} ({result.backend})"
+    yield "cost", f"{cost.steps} steps, {cost.force_evaluations} force evaluations, {cost.seconds:.2g} s"
 
 
 def _wave_row(wave: MeasuredWave) -> tuple[str, ...]:
@@ -81,7 +91,7 @@ def _wave_row(wave: MeasuredWave) -> tuple[str, ...]:
     # what neighbours leave at a wave's ends is an error of its other figures
     others = 1.0 if error is None else max(error, wave.foot)
     return (
-        si(wave.peak_force, "N", error=0.09 if error is None else error),
+        si(wave.peak_force, "N", error=0.3 if error is None else error),
         "not settled" if error is None else f"{error:.0e}",
         _figure(wave.momentum, "N s", others),
         _figure(wave.energy, "J", others),

@@ -111,7 +111,7 @@ class Outcome:
     @property
     def shown_error(self) -> float:
         """Relative error that limits the printed digits; where it is not known, two digits are printed."""
-        return 0.09 if self.expected_error is None else max(map(abs, self.expected_error))
+        return 0.3 if self.expected_error is None else max(map(abs, self.expected_error))
 
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``predict --json``: SI floats, no NaN."""
@@ -175,30 +175,49 @@ class TrainOutcome(Outcome):
 def outcome_text(outcome: Outcome) -> str:
     """The peak force with its expected error, the inequalities that decided, then the waves and the scene."""
     name = f"{outcome.scenario}: " if outcome.scenario else ""
-    error = outcome.shown_error
-    peak = si(outcome.peak_force, "N", error=error)
-    waves = []
-    for number, wave in enumerate(outcome.waves, start=1):
-        figures = [si(getattr(wave, name), unit, error=error) for name, unit in _WAVE.items()]
-        waves.append([str(number), *figures])
+    peak = si(outcome.peak_force, "N", error=outcome.shown_error)
     lines = [
         strong(f"{name}peak force {peak}, expected error {range_text(outcome.expected_error)}"),
-        *limits(warning for warning in outcome.warnings if warning not in outcome.scene.notes),
-        *facts(_decision(outcome, error)),
+        *limits(outcome_limits(outcome)),
+        *decision_lines(outcome),
         "",
-        table(("condition (3)", "margin", ""), [_condition_row(condition) for condition in outcome.conditions]),
+        wave_table(outcome),
         "",
-        table(("decided by", "left", "right", "hence", "equation"), [_step_row(step) for step in outcome.trace]),
-        "",
-        table(("wave", *(name.replace("_", " ") for name in _WAVE)), waves),
-        "",
-        *facts(_details(outcome)),
+        *facts([*outcome_details(outcome), *outcome.scene.facts()]),
         *notes(outcome.scene.notes),
     ]
     return "\n".join(lines)
 
 
-def _decision(outcome: Outcome, error: float) -> Iterator[tuple[str, str]]:
+def outcome_limits(outcome: Outcome) -> list[str]:
+    """Warnings that limit the answer; notes on a record do not."""
+    return [warning for warning in outcome.warnings if warning not in outcome.scene.notes]
+
+
+def decision_lines(outcome: Outcome) -> list[str]:
+    """The decision, the conditions on the shape, and the inequalities that decided."""
+    conditions = [_condition_row(condition) for condition in outcome.conditions]
+    steps = [_step_row(step) for step in outcome.trace]
+    return [
+        *facts(_decision(outcome)),
+        "",
+        table(("condition (3)", "margin", ""), conditions),
+        "",
+        table(("decided by", "left", "right", "hence", "equation"), steps),
+    ]
+
+
+def wave_table(outcome: Outcome) -> str:
+    """A row for each predicted wave."""
+    waves = []
+    for number, wave in enumerate(outcome.waves, start=1):
+        figures = [si(getattr(wave, name), unit, error=outcome.shown_error) for name, unit in _WAVE.items()]
+        waves.append([str(number), *figures])
+    return table(("wave", *(name.replace("_", " ") for name in _WAVE)), waves)
+
+
+def _decision(outcome: Outcome) -> Iterator[tuple[str, str]]:
+    error = outcome.shown_error
     count = len(outcome.waves)
     ratio = f"{outcome.amplification:.{significant_digits(outcome.amplification, error)}g}"
     yield "regime", f"{outcome.regime}: {_REGIMES[outcome.regime].format(count=count)}"
@@ -220,12 +239,12 @@ def _step_row(step: Inequality) -> tuple[str, ...]:
     return step.statement, si(step.left, "s"), si(step.right, "s"), step.outcome, step.equation
 
 
-def _details(outcome: Outcome) -> Iterator[tuple[str, str]]:
+def outcome_details(outcome: Outcome) -> Iterator[tuple[str, str]]:
+    """Labels and texts of what else was predicted."""
     if powers := outcome.exponents:
         yield "scales as", f"R^{powers.radius:.3f} rho^{powers.density:.3f} E^{powers.youngs_modulus:.3f}"
     yield "applied momentum", si(outcome.applied_momentum, "N s")
     yield "model", outcome.model
-    yield from outcome.scene.facts()
 
 
 @frozen(kw_only=True, eq=False)

@@ -8,14 +8,15 @@ from attrs import asdict, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.measurement.result import SimulationResult
+from shockwave.measurement.result_text import peak_text, result_details, result_limits, wave_tables
 from shockwave.measurement.simulate import simulate, simulate_with
 from shockwave.options import SimulateOptions
 from shockwave.prediction.model_interface import Relation
-from shockwave.prediction.outcome import Outcome
+from shockwave.prediction.outcome import Outcome, decision_lines, outcome_details, outcome_limits, wave_table
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
 from shockwave.scenario.scenario import Published
-from shockwave.text import facts, range_text, si, strong
+from shockwave.text import facts, limits, notes, range_text, si, strong
 
 
 @frozen(kw_only=True)
@@ -52,28 +53,7 @@ class Comparison:
         }
 
     def __str__(self) -> str:
-        predicted, simulated = self.predicted, self.simulated
-        name = f"{predicted.scenario}: " if predicted.scenario else ""
-        expected = range_text(predicted.expected_error)
-        relations = f"predicted {predicted.relation}, simulated {self.relation}"
-        pairs = [
-            ("simulated", f"{si(simulated.peak_force, 'N', error=simulated.error_estimate)}"),
-            ("predicted", f"{si(predicted.peak_force, 'N', error=abs(self.error))} by {predicted.model}"),
-            ("relation", f"{relations} (leading wave against the shock's peak force)"),
-        ]
-        if self.published is not None:
-            pairs.append(("published", f"{_figures(self.published)} ({self.published.source})"))
-        lines = [
-            strong(f"{name}error of the predicted peak force {self.error:+.2%}, expected {expected}"),
-            *facts(pairs),
-            "",
-            "Prediction",
-            str(predicted),
-            "",
-            "Simulation",
-            str(simulated),
-        ]
-        return "\n".join(lines)
+        return comparison_text(self)
 
 
 def compare(
@@ -120,3 +100,36 @@ def _figures(published: Published) -> str:
         "virtual rise time": None if rise_time is None else si(rise_time, "s"),
     }
     return ", ".join(f"{name} {figure}" for name, figure in figures.items() if figure is not None)
+
+
+def comparison_text(both: Comparison) -> str:
+    """The error of the prediction, both answers, what decided the prediction, and the waves of both."""
+    predicted, simulated = both.predicted, both.simulated
+    name = f"{predicted.scenario}: " if predicted.scenario else ""
+    waves = wave_tables(simulated)  # integrates the train, whose warnings and cost belong to the lines around
+    head = f"{name}error of the predicted peak force {both.error:+.2%}, expected "
+    warnings = dict.fromkeys([*outcome_limits(predicted), *result_limits(simulated)])
+    answers = [
+        ("simulated", peak_text(simulated)),
+        ("predicted", f"{si(predicted.peak_force, 'N', error=predicted.shown_error)} by {predicted.model}"),
+        ("relation", f"predicted {predicted.relation}, simulated {both.relation} (leading wave to shock)"),
+    ]
+    if both.published is not None:
+        answers.append(("published", f"{_figures(both.published)} ({both.published.source})"))
+    lines = [
+        strong(head + range_text(predicted.expected_error)),
+        *limits(warnings),
+        *facts(answers),
+        *decision_lines(predicted),
+        "",
+        "  predicted",
+        wave_table(predicted),
+        "",
+        "  simulated",
+        waves,
+        "",
+        *facts({**dict(outcome_details(predicted)), **dict(result_details(simulated))}.items()),
+        *facts(predicted.scene.facts()),
+        *notes(predicted.scene.notes),
+    ]
+    return "\n".join(lines)
