@@ -43,7 +43,7 @@ def test_short_chain_warns_and_states_its_greatest_force() -> None:
     shock = sw.Shock(profile=profile, peak_force=FORCE, rise_time=3 * UNITS.time)
     (warning,) = sw.simulate(shock, attrs.evolve(CHAIN, granules=5)).warnings
     assert "reach the free end" in warning
-    assert "greatest contact force is 126.41 N, at contact 3" in warning
+    assert "largest contact force is 126.41 N, at contact 3" in warning
 
 
 def test_two_granules_collide_as_their_relative_motion_says() -> None:

@@ -102,7 +102,7 @@ def test_only_what_is_asked_for_is_kept(kept: str, shapes: dict[str, tuple[int, 
     [
         ({"record": ["forces"]}, "contacts: must be given where record has forces"),
         ({"record": ["forces"], "contacts": [50]}, "at most 8, the last of this chain"),
-        ({"record": ["energies"], "interval": 1e-15}, "interval: must be longer, for the histories would have"),
+        ({"record": ["energies"], "interval": 1e-15}, "interval: must be longer, because the histories would have"),
     ],
     ids=["no-contact", "beyond-the-end", "samples"],
 )
