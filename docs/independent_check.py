@@ -327,7 +327,7 @@ def show(case: Case, answers: list[Answer], missing: list[str]) -> bool:
     for row, (contact, references) in enumerate(case.references.items()):
         for column, (name, reference) in enumerate(zip(("peak force", "time of peak"), references, strict=True)):
             print(f"\ncontact {contact}\n{'code':<24}  {name:<18} {'error':>9} {'estimate':>9}")
-            print(f"{'reference':<24}  {reference:<18.15g}")
+            print(f"{'reference':<24}  {reference:.15g}")
             for answer in answers:
                 value, estimate = answer.peaks[row, column], answer.accuracy[row, column]
                 within = bool(abs(value - reference) <= estimate)
