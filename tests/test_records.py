@@ -58,7 +58,7 @@ def test_every_separator_is_found(read, separator, decimal):
 
 
 @pytest.mark.parametrize("mark", ["#", "%", "//", "  # "], ids=["hash", "percent", "slashes", "inset"])
-def test_comments_and_blank_lines_stand_anywhere(read, mark):
+def test_comments_and_blank_lines_are_allowed_anywhere(read, mark):
     lines = rows().splitlines()
     text = f"{mark} made in 1.5 h\n\ntime [s], force [N]\n{lines[0]}\n{mark} x\n \t\n" + "\n".join(lines[1:]) + "\n\n"
     record = read(text)

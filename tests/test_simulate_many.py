@@ -1,4 +1,4 @@
-"""Many shocks at once: as one by one, in order, each failing alone."""
+"""Many shocks at once: order, failures, progress, and agreement with single simulations."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_many_by_another_pair_are_equal_to_single_runs(integrator: str) -> None:
 
 
 @pytest.mark.parametrize("threads", [1, 4])
-def test_number_of_threads_changes_nothing(threads: int | None) -> None:
+def test_the_number_of_threads_does_not_change_results(threads: int | None) -> None:
     assert sw.simulate_many(PULSES, CHAIN, threads=threads) == singles()
 
 
@@ -51,7 +51,7 @@ BAD = {
 
 @pytest.mark.parametrize("name", BAD)
 @pytest.mark.parametrize("integrator", [None, "verlet"], ids=["search", "march"])
-def test_a_shock_that_fails_stands_as_an_error_in_its_place(name: str, integrator: str | None) -> None:
+def test_a_failed_shock_has_its_error_in_its_place(name: str, integrator: str | None) -> None:
     shock, kind, message = BAD[name]
     before, error, after = sw.simulate_many([PULSES[0], shock, PULSES[4]], CHAIN, integrator=integrator)
     assert isinstance(error, kind)
@@ -64,7 +64,7 @@ def test_no_shock_gives_no_result(backend: str) -> None:
     assert sw.simulate_many([], CHAIN, backend=backend) == []  # type: ignore[arg-type]
 
 
-def test_each_shock_may_have_a_chain_of_its_own() -> None:
+def test_each_shock_can_have_its_own_chain() -> None:
     chains = [attrs.evolve(CHAIN, granules=granules) for granules in (None, 5, 20, 100, 300)]
     many = sw.simulate_many(FEW, chains)
     assert many == [sw.simulate(pulse, chain) for pulse, chain in zip(FEW, chains, strict=True)]

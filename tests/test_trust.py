@@ -1,4 +1,4 @@
-"""Ranges of error of predictions, on shocks that were not used to make them; and the data behind the ranges."""
+"""Expected errors of predictions for shocks that were not used to determine them, and the data of the laws."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Verdict:
 
 @cache
 def verdicts(family: str, part: int) -> list[Verdict]:
-    """Of random shocks of a family that meet (3) and have a range."""
+    """Random shocks of a family that satisfy (3) and have a range."""
     draw = np.random.default_rng(2026)
     shocks: list[sw.Shock] = []
     outcomes: list[sw.Outcome] = []
@@ -105,7 +105,7 @@ def measured(profile: sw.ShockProfile, duration: float) -> Measures:
 
 @PARTS
 @pytest.mark.parametrize("regime", ["ejection", "single", "train"])
-def test_errors_of_a_regime_lie_in_their_ranges(regime: str, part: int) -> None:
+def test_errors_of_a_regime_are_in_their_ranges(regime: str, part: int) -> None:
     own = [verdict.holds for family in COUNTS for verdict in verdicts(family, part) if verdict.regime == regime]
     assert len(own) >= 150 // part
     assert np.mean(own) >= CLAIMED
@@ -126,7 +126,7 @@ def test_a_vanishing_shock_has_the_error_of_5f_in_the_impulse_limit() -> None:
     assert high - low < 0.002
 
 
-def test_the_range_is_that_of_the_simulated_force_whatever_the_coefficient() -> None:
+def test_the_range_refers_to_the_simulated_force_for_any_coefficient() -> None:
     exact, paper = (predicted(sw.Triangular(duration_ratio=5), 3.0, momentum_coefficient=c) for c in ("exact", "paper"))
     assert exact.expected_error is not None
     assert paper.expected_error is not None
@@ -184,7 +184,7 @@ def test_measures_of_a_symmetric_triangle() -> None:
 # ---------------------------------------------------------------- the data behind it
 
 
-def test_laws_are_those_that_the_shipped_shocks_give() -> None:
+def test_laws_are_those_fitted_to_the_shipped_shocks() -> None:
     again = study().fitted(table("pulses.csv"))
     assert {key: again[key] for key in ("about", "provenance")} == {
         key: resource()[key] for key in ("about", "provenance")
