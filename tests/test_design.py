@@ -234,7 +234,7 @@ def test_materials_within_the_error_are_solutions() -> None:
     assert "no material meets" in missed.why
 
 
-# ---------------------------------------------------------------- refused records
+# ---------------------------------------------------------------- what is refused
 
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "vary-unknown": ({"vary": "chain.radios"}, "vary: must be the dotted name of a key .* did you mean"),

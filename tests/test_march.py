@@ -12,7 +12,7 @@ from shockwave.simulation.march import Span, Stretch, march
 from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.problem import ChainProblem, chain_energy
 
-# Case A of the references, and a short shock, from which many granules rebound.
+# Case A of the engine's references, and a short shock, from which many granules rebound.
 CASE = ChainProblem(sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3), 2.0, 1.0)
 SHORT = ChainProblem(sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3), 0.1, 10.0)
 # The peak at contact 9 of case A, integrated in quadruple precision by two methods.

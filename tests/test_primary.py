@@ -45,9 +45,7 @@ def off_reference(result: sw.SimulationResult, case: str, contact: int) -> float
 
 
 @each_reference
-def test_passages_at_a_tight_tolerance_have_twelve_digits_and_a_missed_tolerance_is_reported(
-    case: str, contact: int
-) -> None:
+def test_tight_passages_have_twelve_digits_and_the_missed_tolerance_is_reported(case: str, contact: int) -> None:
     result = reference_run(case, 1e-13)
     # rounding of some hundred steps; the limit itself is uncertain by 5e-14 at most
     assert off_reference(result, case, contact) < 1e-12
@@ -112,7 +110,7 @@ def test_passages_are_the_peaks_of_the_recorded_forces(
         assert passage == result.passage(contact)
 
 
-def test_distant_passages_follow_from_the_exact_wave_at_no_cost() -> None:
+def test_far_passages_lie_on_the_path_of_the_exact_wave_at_no_cost() -> None:
     result = sw.simulate(power(0.5), CHAIN, rtol=1e-8)
     cost = result.cost
     speed = SPEED * (result.peak_force / FORCE) ** (1 / 6) * UNITS.wave_speed
@@ -126,7 +124,7 @@ def test_distant_passages_follow_from_the_exact_wave_at_no_cost() -> None:
 
 
 @pytest.mark.parametrize("contact", [-1, 2.5, 99], ids=repr)
-def test_a_contact_outside_the_chain_is_refused(contact: object) -> None:
+def test_a_contact_that_the_chain_has_not_is_refused(contact: object) -> None:
     result = sw.simulate(power(0.5), attrs.evolve(CHAIN, granules=100))
     rule = "contact: must be a whole number of at least 0 and at most 98, the last of this chain"
     with pytest.raises(sw.InvalidValueError, match=rule):
@@ -144,7 +142,7 @@ def test_shocks_of_any_duration_meet_the_tolerance(duration: float) -> None:
     assert result.momentum_defect < 1e-11
 
 
-def test_a_shock_that_is_too_long_is_refused() -> None:
+def test_too_long_a_shock_is_refused() -> None:
     with pytest.raises(sw.NumericalError, match=r"the shock lasts 3e\+04 characteristic times of its wave"):
         sw.simulate(triangle(3e4), CHAIN)
 
@@ -174,7 +172,7 @@ SHOCKS = {
 
 @pytest.mark.parametrize("rtol", keeping([1e-3, 1e-6, 1e-9], 1e-3))
 @pytest.mark.parametrize("name", SHOCKS)
-def test_the_leading_wave_is_not_accepted_too_early(name: str, rtol: float) -> None:
+def test_primary_is_not_taken_as_known_too_early(name: str, rtol: float) -> None:
     times, forces, amplification = SHOCKS[name]
     # the knots were drawn with 14.58 us for the characteristic time
     record = sw.Tabulated(times=np.array(times) * 14.58e-6, forces=np.array(forces))

@@ -41,8 +41,6 @@ _SLACK = 0.1
 _TALLER = 0.999
 # A granule in free flight at velocity v makes a wave of less than this times v^1.2.
 _FREE_FLIGHT = 2.4
-# Steps between two reports of progress.
-_REPORTED = 64
 # A granule out of reach stands in for the free end.
 _WALL = 1e30
 
@@ -53,7 +51,7 @@ def search(request: Request, method: Nystroem) -> Primary:
     with np.errstate(over="ignore", invalid="ignore"):
         while window.status is Status.RUNNING:
             window.step()
-            if not window.steps % _REPORTED:
+            if not window.steps % 64:  # rarely enough to cost nothing
                 progressed("leading wave", window.steps)
     progressed("leading wave", window.steps, window.steps)
     return window.primary()
