@@ -73,7 +73,7 @@ def test_wrong_result_is_a_fault(one: Case, count: int) -> None:
     [
         ({"chain_momentum": 1 + 1e-11}, 1e-6, "the momentum balance is violated by 1.0e-11"),
         ({"energy": math.nan}, 1e-6, "a value of the result is not finite"),
-        ({}, 1e-13, "the tolerance was not met"),
+        ({}, 1e-13, "The tolerance was not met"),
     ],
     ids=["momentum", "not-finite", "tolerance"],
 )

@@ -112,7 +112,7 @@ def test_what_a_single_run_notes_is_noted_at_the_point(tmp_path: Path) -> None:
     file = written(tmp_path, "sweep: {run: compare, grid: {chain.granules: [3, 100]}}\n")
     swept(file, tmp_path / "out")
     notes = [json.loads(line)["notes"] for line in (tmp_path / "out" / "results.jsonl").read_text().splitlines()]
-    assert "a chain of 3 granules is too short for the steady wave that is predicted" in notes[0]
+    assert "The chain of 3 granules is too short for the predicted steady wave" in notes[0]
     assert "the waves reach the free end" in notes[0]
     assert notes[1] is None or "too short" not in notes[1]
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from attrs import define, field
 
+from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.one_step import Attempt
@@ -53,6 +54,9 @@ def search(request: Request, method: Nystroem) -> Primary:
     with np.errstate(over="ignore", invalid="ignore"):
         while window.status is Status.RUNNING:
             window.step()
+            if not window.steps % 64:  # rarely enough to cost nothing
+                progressed("leading wave", window.steps)
+    progressed("leading wave", window.steps, window.steps)
     return window.primary()
 
 
