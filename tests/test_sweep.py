@@ -112,7 +112,7 @@ def test_warnings_of_a_point_are_in_its_notes(tmp_path: Path) -> None:
     file = written(tmp_path, "sweep: {run: compare, grid: {chain.granules: [3, 100]}}\n")
     swept(file, tmp_path / "out")
     notes = [json.loads(line)["notes"] for line in (tmp_path / "out" / "results.jsonl").read_text().splitlines()]
-    assert "a chain of 3 granules is too short for the steady wave that is predicted" in notes[0]
+    assert "The chain of 3 granules is too short for the predicted steady wave" in notes[0]
     assert "the waves reach the free end" in notes[0]
     assert notes[1] is None or "too short" not in notes[1]
 
@@ -382,7 +382,7 @@ def test_a_full_disk_is_reported_and_finished_points_are_kept(scenario: Path, tm
     )
     command = [sys.executable, "-c", program, str(scenario), str(tmp_path / "out")]
     printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    assert "journal.jsonl: cannot be written (got File too large)" in printed
+    assert "journal.jsonl: cannot be written (File too large)" in printed
     kept = journal(tmp_path / "out")
     assert 0 < len(kept) < 40
     assert swept(scenario, tmp_path / "out").before == len(kept)
