@@ -121,10 +121,10 @@ def test_the_law_is_used_if_the_simulation_fails(monkeypatch: pytest.MonkeyPatch
 @pytest.mark.parametrize(
     ("model", "granules", "sentence"),
     [
-        ("auto", 100, "of a chain of 100 granules the error is not known"),
-        ("moments", 100, "of a chain of 100 granules the error is not known"),
-        ("auto", 10, "a chain of 10 granules is too short"),
-        ("section-4", 10, "a chain of 10 granules is too short"),
+        ("auto", 100, "The chain of 100 granules is treated as endless"),
+        ("moments", 100, "The chain of 100 granules is treated as endless"),
+        ("auto", 10, "The chain of 10 granules is too short"),
+        ("section-4", 10, "The chain of 10 granules is too short"),
     ],
 )
 def test_a_finite_chain_has_no_bound(model: str, granules: int, sentence: str) -> None:
