@@ -54,6 +54,8 @@ COLUMNS = ("apart", "before", "after", "before_up", "after_up", "lean", "tilt", 
 _G0 = IMPULSE_LIMIT ** (5 / 6)
 # Exponent in the kernel, from the deviation of a short pulse from the impulse limit.
 _POWER = 2.5
+# Largest spread for which the law was compared with simulations.
+_FARTHEST = 200.0
 # Iterations of Newton's method for ln F; a few suffice in general.
 _MOST_STEPS = 60
 # Step of ln F at which the iteration has converged.
@@ -76,9 +78,9 @@ class Law:
         Products of columns in the correction.
     coefficients : numpy.ndarray, shape (terms,)
         Coefficients of these products.
-    spreads, errors : numpy.ndarray, shape (knots,)
-        Expected relative error at spreads tau, interpolated by powers; below the first spread it scales as the power
-        5/2.
+    spreads, errors, turning_errors : numpy.ndarray, shape (knots,)
+        Expected relative errors of shocks with one peak and with several, at spreads tau, interpolated by powers; below
+        the first spread they scale as the power 5/2.
     """
 
     step_limit: float
@@ -87,6 +89,7 @@ class Law:
     coefficients: FloatArray = field(converter=np.array)
     spreads: FloatArray = field(converter=np.array)
     errors: FloatArray = field(converter=np.array)
+    turning_errors: FloatArray = field(converter=np.array)
 
     @property
     def width(self) -> float:
@@ -102,18 +105,19 @@ class Law:
         """Amplification F/F0 of pulses, shape (...), from the kernel's ln F and columns of shape (..., columns)."""
         return np.asarray(np.exp(log_force + (self.products(found) * self.coefficients).sum(axis=-1)))
 
-    def error(self, spread: FloatArray | float) -> FloatArray:
-        """Expected relative error at a spread tau, same shape; it was measured up to the last of ``spreads``."""
+    def error(self, spread: FloatArray | float, turns: bool) -> FloatArray:
+        """Expected relative error at a spread tau, same shape; constant beyond the last of ``spreads``."""
+        errors = self.turning_errors if turns else self.errors
         logarithm = np.log(np.maximum(spread, 1e-300))
-        known = np.interp(logarithm, np.log(self.spreads), np.log(self.errors))
+        known = np.interp(logarithm, np.log(self.spreads), np.log(errors))
         short = _POWER * np.minimum(logarithm - math.log(self.spreads[0]), 0)
         # In addition, the rounding error of 1.1681817, at most the smallest error that could be measured.
         return np.asarray(np.exp(known + short) + min(5e-8, float(self.errors[0])))
 
     def bound(self, pulse: Pulse) -> float:
         """Expected relative error for a pulse; infinite if none was measured."""
-        measured = pulse.known and pulse.spread <= self.spreads[-1]
-        return float(self.error(pulse.spread)) if measured else math.inf
+        measured = pulse.known and pulse.spread <= _FARTHEST
+        return float(self.error(pulse.spread, pulse.turns)) if measured else math.inf
 
     def amplification(self, pulses: Sequence[Pulse]) -> FloatArray:
         """Amplification F/F0 of pulses, shape (pulses,)."""

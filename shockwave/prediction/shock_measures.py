@@ -11,6 +11,7 @@ from attrs import frozen
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
 from shockwave.prediction.model_interface import ScaledShock
 from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.conditions import reversal
 from shockwave.profiles.guard import kept
 from shockwave.quadrature import FloatArray
 
@@ -18,6 +19,8 @@ from shockwave.quadrature import FloatArray
 _HALVINGS = 36
 # Most parts of a smooth profile; a profile with more parts is a record, whose pieces need no halving.
 _SMOOTH_PARTS = 16
+# Least number of pieces of a record: its wide parts are divided, as high moments need many instants.
+_LEAST_PIECES = 256
 # Most parts of a record of which every sample is used.
 _MOST_PARTS = 2048
 # Pieces wider than this fraction of a part lie in its middle.
@@ -26,10 +29,15 @@ _MIDDLE = 0.05
 _MOST_MISSED = 1e-3
 # (longest duration, number of impulses) that represent a pulse; durations are in times of its wave.
 _INSTANTS = ((0.5, 8), (1.5, 12), (3.0, 16), (10.0, 32), (35.0, 64), (math.inf, 128))
-# Longest pulse, in times of its wave, that is represented as a whole; a longer one by its strongest section.
+# Longest pulse, in times of its wave, that is represented as a whole; a longer one by the section around its strongest
+# blow, the impulse within so many of these times.
 _LONGEST = 50.0
-# Number of cells in which that section is sought.
-_CELLS = 400
+_BLOW = 6.0
+# Cells per blow, and most cells at once.
+_FINE = 12
+_MOST_CELLS = 100_000
+# Smallest fall and rise of the force, over its peak, that counts as a second peak; less is noise.
+_TURNS = 0.05
 # Amplification of a step force, accurate to one per cent.
 _HIGHEST = 2.36
 # Norm of a Lanczos vector below which the recurrence has terminated.
@@ -114,10 +122,22 @@ def points(
     if parts > _MOST_PARTS:
         breakpoints = (*breakpoints[: -1 : -(-parts // _MOST_PARTS)], breakpoints[-1])
     edges = np.array(breakpoints, dtype=float)
-    # Between the samples of a record the force is linear, so three nodes are exact for its fourth power.
-    nodes, weights = gauss_legendre(halvings, middle, outer) if parts <= _SMOOTH_PARTS else gauss_legendre(0, 3, 3)
+    if parts <= _SMOOTH_PARTS:
+        nodes, weights = gauss_legendre(halvings, middle, outer)
+    else:
+        # Between the samples of a record the force is linear, so three nodes are exact for its fourth power.
+        edges = _divided(edges, (edges[-1] - edges[0]) / _LEAST_PIECES)
+        nodes, weights = gauss_legendre(0, 3, 3)
     widths = np.diff(edges)[:, None]
     return (edges[:-1, None] + widths * nodes).ravel(), (widths * weights).ravel()
+
+
+def _divided(edges: FloatArray, width: float) -> FloatArray:
+    """``edges`` and equally spaced ones between those that are farther apart than ``width``."""
+    counts = np.ceil(np.diff(edges) / width).astype(int)
+    first = np.repeat(edges[:-1], counts)
+    share = np.arange(len(first)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return np.append(first + share * np.repeat(np.diff(edges) / counts, counts), edges[-1])
 
 
 @cache
@@ -148,17 +168,18 @@ class Pulse:
     """A pulse as a few impulses.
 
     ``times``, over A F0^(-1/6), and ``impulses``, over that of a wave of peak force F0, have shape (k,). ``spread`` is
-    tau of `Measures`. ``known`` is True if they represent the whole pulse accurately.
+    tau of `Measures`. ``known`` is True if they represent the pulse accurately, ``turns`` if it has several peaks.
     """
 
     times: FloatArray
     impulses: FloatArray
     spread: float
     known: bool
+    turns: bool
 
     def stretched(self, factor: float) -> Pulse:
         """Pulse with ``factor`` times the duration and the same peak force."""
-        return Pulse(self.times * factor, self.impulses * factor, self.spread * factor**1.2, self.known)
+        return Pulse(self.times * factor, self.impulses * factor, self.spread * factor**1.2, self.known, self.turns)
 
 
 def gauss(times: FloatArray, impulses: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
@@ -195,41 +216,62 @@ def gauss(times: FloatArray, impulses: FloatArray, count: int) -> tuple[FloatArr
 
 
 def pulse_of(shock: ScaledShock) -> Pulse:
-    """Represent a scaled shock by a few impulses, with the exact A irrespective of its ``momentum_parameter``."""
+    """Pulse of a scaled shock, in units with the exact A, independent of ``momentum_parameter``."""
     unit, strength = shock.rise_time / MOMENTUM, shock.impulse / MOMENTUM
     force = min(IMPULSE_LIMIT * strength**1.2, _HIGHEST)
     length = shock.duration / MOMENTUM * force ** (1 / 6)
     count = next(count for limit, count in _INSTANTS if length <= limit)
-    s, parts, mean, deviation, known = _discrete(shock.profile, shock.areas.total, count)
+    s, parts, mean, deviation, known, turns = _discrete(shock.profile, shock.areas.total, count)
     parts = parts * (strength / parts.sum())
     if length > _LONGEST:
-        s, parts = _strongest(shock, _LONGEST * shock.duration / length / shock.rise_time)
-        known = known and float(parts.sum()) >= (1 - _MOST_MISSED) * shock.areas.total
-        s, parts = gauss(s, parts * unit, count)
-    return Pulse((s - mean) * unit, parts, deviation * unit * strength**0.2, known)
+        s, parts = gauss(*_strongest(shock.profile, length), count)
+        parts = parts * unit
+    return Pulse((s - mean) * unit, parts, deviation * unit * strength**0.2, known, turns)
 
 
-def _strongest(shock: ScaledShock, length: float) -> tuple[FloatArray, FloatArray]:
-    """Instants s and impulses of the section of about this length, in s, that contains the largest impulse."""
-    begin, end = 0.0, float(shock.profile.duration_ratio)
+def _strongest(profile: ShockProfile, length: float) -> tuple[FloatArray, FloatArray]:
+    """Instants s and impulses of the section around the strongest blow; the whole takes ``length`` times of its wave.
+
+    The leading wave of a long shock forms within a few of its own times, where the force is strongest.
+    """
+    n = float(profile.duration_ratio)
+    time = n / length
+    begin, end = 0.0, n
     while True:
-        edges = np.linspace(begin, end, _CELLS + 1)
-        impulses = np.diff(shock.profile.running_impulse(edges))
-        if end - begin <= 1.2 * length:
-            return (edges[:-1] + edges[1:]) / 2, impulses
-        held = max(1, math.ceil(length / (end - begin) * _CELLS))
-        sums = np.convolve(impulses, np.ones(held), mode="valid")
-        first = int(np.argmax(sums))
-        begin, end = edges[max(first - 1, 0)], edges[min(first + held + 1, _CELLS)]
+        cells = math.ceil((end - begin) / (_BLOW * time) * _FINE)
+        resolved = cells <= _MOST_CELLS
+        edges = np.linspace(begin, end, min(cells, _MOST_CELLS) + 1)
+        impulses = np.diff(profile.running_impulse(edges))
+        centres = (edges[:-1] + edges[1:]) / 2
+        if resolved and end - begin <= 1.01 * _LONGEST * time:
+            return centres, impulses
+        held = min(_FINE if resolved else 1, len(impulses))
+        middle = centres[np.argmax(np.convolve(impulses, np.ones(held), mode="same"))]
+        half = max(_LONGEST * time / 2, 0.0 if resolved else 2 * (edges[1] - edges[0]))
+        begin, end = max(middle - half, 0.0), min(middle + half, n)
 
 
 @kept
-def _discrete(profile: ShockProfile, area: float, count: int) -> tuple[FloatArray, FloatArray, float, float, bool]:
-    """Instants s, impulses, mean and standard deviation in s, and whether the points capture the whole impulse."""
+def _discrete(
+    profile: ShockProfile, area: float, count: int
+) -> tuple[FloatArray, FloatArray, float, float, bool, bool]:
+    """Instants s, impulses, mean and standard deviation in s, whether no impulse is missed, and whether peaks follow.
+
+    Only the number of impulses depends on the duration of the shock, so the result is cached.
+    """
+    s, impulses = _fine_impulses(profile)
+    total = float(impulses.sum())
+    mean = float((impulses * s).sum()) / total
+    deviation = math.sqrt(max(float((impulses * (s - mean) ** 2).sum()) / total, 0.0))
+    known = abs(total / area - 1) <= _MOST_MISSED
+    return *gauss(s, impulses, count), mean, deviation, known, reversal(profile) > _TURNS
+
+
+def _fine_impulses(profile: ShockProfile) -> tuple[FloatArray, FloatArray]:
+    """Many instants s and impulses of a profile; of one with very many parts, exact impulses of equal intervals."""
+    if len(profile.breakpoints) - 1 > _MOST_PARTS:
+        edges = np.linspace(0.0, float(profile.duration_ratio), _MOST_PARTS + 1)
+        return (edges[:-1] + edges[1:]) / 2, np.diff(profile.running_impulse(edges))
     few = len(profile.breakpoints) <= 5
-    s, weights = points(profile, halvings=12, middle=24 if few else 12, outer=6 if few else 4)
-    density = weights * profile.force(s)
-    total = float(density.sum())
-    mean = float((density * s).sum()) / total
-    deviation = math.sqrt(max(float((density * (s - mean) ** 2).sum()) / total, 0.0))
-    return *gauss(s, density, count), mean, deviation, abs(total / area - 1) <= _MOST_MISSED
+    s, weights = points(profile, halvings=12, middle=24, outer=6 if few else 4)
+    return s, weights * profile.force(s)
