@@ -103,8 +103,6 @@ class ScaledAnswer:
         Inequalities that decided.
     sensitivity : float or None
         d ln F / d ln A of the leading wave; None where the relation has no derivative.
-    trust : float or None
-        Number by which the measured errors are ordered; None if none were measured.
     ejection : ScaledEjection or None
         Results of (5g) and (5h), for the regime ``ejection``.
     roots : tuple of float
@@ -122,7 +120,6 @@ class ScaledAnswer:
     amplitudes: tuple[float, ...]
     trace: tuple[Inequality, ...]
     sensitivity: float | None
-    trust: float | None = None
     ejection: ScaledEjection | None = None
     roots: tuple[float, ...] = ()
     warnings: tuple[str, ...] = ()

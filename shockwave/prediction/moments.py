@@ -55,7 +55,7 @@ _G0 = IMPULSE_LIMIT ** (5 / 6)
 # Exponent in the kernel, from the deviation of a short pulse from the impulse limit.
 _POWER = 2.5
 # Largest spread for which the law was compared with simulations.
-_FARTHEST = 200.0
+_FARTHEST = 1000.0
 # Iterations of Newton's method for ln F; a few suffice in general.
 _MOST_STEPS = 60
 # Step of ln F at which the iteration has converged.

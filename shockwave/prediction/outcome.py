@@ -20,6 +20,8 @@ from shockwave.text import alarm, facts, limits, notes, range_text, si, signific
 
 # Printed quantities of a wave, with their units.
 _WAVE = {"peak_force": "N", "momentum": "N s", "energy": "J", "speed": "m/s", "width": "s"}
+# Most waves in the printed table.
+_MOST_ROWS = 20
 _REGIMES = {
     "ejection": "one wave, and the first granule rebounds",
     "single": "one wave with the whole impulse",
@@ -43,6 +45,24 @@ class Exponents:
     def of(cls, sensitivity: float) -> Exponents:
         """Make the exponents from d ln F / d ln A; A scales as R^(4/3) rho^(1/2) E^(-1/3), eq. (4c)."""
         return cls(4 / 3 * sensitivity, sensitivity / 2, -sensitivity / 3)
+
+
+@frozen
+class Estimate:
+    """Best a-priori estimate of the peak force of the leading wave.
+
+    Attributes
+    ----------
+    peak_force, low, high : float
+        Estimate and the ends of its range [N], in which the peak force lies for at least 98 % of shocks of any kind.
+    method : str
+        Method of the estimate.
+    """
+
+    peak_force: float
+    low: float
+    high: float
+    method: str
 
 
 def _plain(_: object, __: object, value: Any) -> Any:
@@ -100,6 +120,7 @@ class Outcome:
     waves: tuple[SolitaryWave, ...]
     applied_momentum: float
     conditions: tuple[Condition, ...]
+    estimate: Estimate | None
     expected_error: tuple[float, float] | None
     warnings: tuple[str, ...]
     trace: tuple[Inequality, ...]
@@ -175,9 +196,8 @@ class TrainOutcome(Outcome):
 def outcome_text(outcome: Outcome) -> str:
     """The peak force with its expected error, the inequalities that decided, then the waves and the scene."""
     name = f"{outcome.scenario}: " if outcome.scenario else ""
-    peak = si(outcome.peak_force, "N", error=outcome.shown_error)
     lines = [
-        strong(f"{name}peak force {peak}, expected error {range_text(outcome.expected_error)}"),
+        strong(name + estimate_text(outcome)),
         *limits(outcome_limits(outcome)),
         *decision_lines(outcome),
         "",
@@ -187,6 +207,16 @@ def outcome_text(outcome: Outcome) -> str:
         *notes(outcome.scene.notes),
     ]
     return "\n".join(lines)
+
+
+def estimate_text(outcome: Outcome) -> str:
+    """The estimated peak force with its range, or that there is none."""
+    found = outcome.estimate
+    if found is None:
+        return "peak force not known a priori; simulate"
+    spread = max(found.high / found.peak_force - 1, 1 - found.low / found.peak_force)
+    peak, low, high = (si(value, "N", error=spread) for value in (found.peak_force, found.low, found.high))
+    return f"peak force {peak}, range {low} to {high} (method: {found.method})"
 
 
 def outcome_limits(outcome: Outcome) -> list[str]:
@@ -208,12 +238,14 @@ def decision_lines(outcome: Outcome) -> list[str]:
 
 
 def wave_table(outcome: Outcome) -> str:
-    """A row for each predicted wave."""
+    """A row for each of the first predicted waves."""
     waves = []
-    for number, wave in enumerate(outcome.waves, start=1):
+    for number, wave in enumerate(outcome.waves[:_MOST_ROWS], start=1):
         figures = [si(getattr(wave, name), unit, error=outcome.shown_error) for name, unit in _WAVE.items()]
         waves.append([str(number), *figures])
-    return table(("wave", *(name.replace("_", " ") for name in _WAVE)), waves)
+    rows = table(("wave", *(name.replace("_", " ") for name in _WAVE)), waves)
+    more = len(outcome.waves) - len(waves)
+    return f"{rows}\n  ({more} more waves; --json lists all)" if more else rows
 
 
 def _decision(outcome: Outcome) -> Iterator[tuple[str, str]]:
@@ -228,6 +260,9 @@ def _decision(outcome: Outcome) -> Iterator[tuple[str, str]]:
         yield "ejection", f"virtual rise time {rise}, added momentum {added}"
     if outcome.reason:
         yield "method", f"{outcome.method}: {outcome.reason}"
+    elif outcome.estimate is None or outcome.estimate.method != outcome.method:
+        peak = si(outcome.peak_force, "N", error=error)
+        yield outcome.model, f"peak force {peak}, expected error {range_text(outcome.expected_error)}"
 
 
 def _condition_row(condition: Condition) -> tuple[str, ...]:

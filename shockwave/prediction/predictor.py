@@ -13,9 +13,17 @@ from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, MOMENTUM, PAPER_COEFFICIENT, SolitaryWave
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.fields import Quantity, quantity
-from shockwave.prediction.expected_error import chain_warnings, expected_error
+from shockwave.prediction.expected_error import chain_warnings, estimated, expected_error
 from shockwave.prediction.model_interface import Model, Peaks, ScaledAnswer, ScaledShock, Settings, Shocks
-from shockwave.prediction.outcome import EjectionOutcome, Exponents, Outcome, Predictions, SingleOutcome, TrainOutcome
+from shockwave.prediction.outcome import (
+    EjectionOutcome,
+    Estimate,
+    Exponents,
+    Outcome,
+    Predictions,
+    SingleOutcome,
+    TrainOutcome,
+)
 from shockwave.profiles.base import Areas, ShockProfile
 from shockwave.profiles.conditions import conditions
 from shockwave.profiles.guard import is_value
@@ -128,8 +136,13 @@ class Predictor:
         scales = Scales.of(chain, shock.peak_force)
         coefficient = coefficient_of(self.momentum_coefficient)
         checked = conditions(scaled.areas, shock.profile.duration_ratio)
-        error, why_unknown = expected_error(answer, scaled, checked)
-        of_chain = chain_warnings(chain, answer.states_error)
+        found = estimated(answer, scaled, self.model)
+        error, why_unknown = expected_error(answer, found, checked)
+        of_chain = chain_warnings(chain, scaled.duration, shock.profile)
+        estimate = None
+        if found is not None and not of_chain:
+            peak, low, high = (value * shock.peak_force for value in (found.amplification, found.low, found.high))
+            estimate = Estimate(peak, low, high, found.method)
         peaks = [amplitude * shock.peak_force for amplitude in answer.amplitudes]
         steps = [evolve(step, left=step.left * scales.time, right=step.right * scales.time) for step in answer.trace]
         endless = ", on an endless chain" if answer.reason and chain.granules is not None else ""
@@ -144,6 +157,7 @@ class Predictor:
             "applied_momentum": scaled.impulse * scales.momentum,
             "conditions": checked,
             "trace": tuple(steps),
+            "estimate": estimate,
             "expected_error": None if of_chain else error,
             "exponents": None if answer.sensitivity is None else Exponents.of(answer.sensitivity),
             "areas": scaled.areas,
@@ -193,7 +207,8 @@ class Predictor:
         found = self._together(model, shocks, chains) if at_once else self._one_by_one(shocks, chains)
         notes: dict[str, None] = {}
         for index, (shock, each) in enumerate(zip(shocks, chains, strict=True)):
-            if of_chain := chain_warnings(each, at_once):
+            time = Scales.of(each, shock.peak_force).time
+            if of_chain := chain_warnings(each, shock.duration / time, shock.profile):
                 found.low[index], found.high[index] = -np.inf, np.inf
             notes.update(dict.fromkeys((*of_chain, *shock.profile.notes)))
         return Predictions(

@@ -77,12 +77,7 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     if kind == "ejection":
         return _ejection(shock, relation, trace)
     amplitude = (shock.impulse / unit) ** 1.2  # (5f)
-    return ScaledAnswer("single", relation, (amplitude,), trace, sensitivity=-1.2, trust=_length(shock))
-
-
-def _length(shock: ScaledShock) -> float:
-    """Duration over the time in which a wave of the shock's peak force collects its impulse."""
-    return shock.duration / (constant_alpha(shock) * shock.momentum_parameter)
+    return ScaledAnswer("single", relation, (amplitude,), trace, sensitivity=-1.2)
 
 
 def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Inequality, ...]) -> ScaledAnswer:
@@ -111,7 +106,6 @@ def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Inequality, .
         (amplitude,),
         trace,
         sensitivity=1.2 * slope / total,
-        trust=window / n,
         ejection=ScaledEjection(virtual, added, window / n),
         warnings=warnings,
     )
@@ -159,8 +153,6 @@ def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tu
         (primary, *later),
         trace,
         sensitivity=(weight - 1) / slope if abs(slope) > 1e-6 else None,
-        # No errors were measured for the literal alpha, which has no reliable root.
-        trust=None if literal or highest > primary else _length(shock),
         roots=roots,
         warnings=tuple(warnings),
     )

@@ -221,12 +221,12 @@ def pulse_of(shock: ScaledShock) -> Pulse:
     force = min(IMPULSE_LIMIT * strength**1.2, _HIGHEST)
     length = shock.duration / MOMENTUM * force ** (1 / 6)
     count = next(count for limit, count in _INSTANTS if length <= limit)
-    s, parts, mean, deviation, known, turns = _discrete(shock.profile, shock.areas.total, count)
+    s, parts, mean, deviation, known, several = _discrete(shock.profile, shock.areas.total, count)
     parts = parts * (strength / parts.sum())
     if length > _LONGEST:
         s, parts = gauss(*_strongest(shock.profile, length), count)
         parts = parts * unit
-    return Pulse((s - mean) * unit, parts, deviation * unit * strength**0.2, known, turns)
+    return Pulse((s - mean) * unit, parts, deviation * unit * strength**0.2, known, several)
 
 
 def _strongest(profile: ShockProfile, length: float) -> tuple[FloatArray, FloatArray]:
@@ -264,7 +264,13 @@ def _discrete(
     mean = float((impulses * s).sum()) / total
     deviation = math.sqrt(max(float((impulses * (s - mean) ** 2).sum()) / total, 0.0))
     known = abs(total / area - 1) <= _MOST_MISSED
-    return *gauss(s, impulses, count), mean, deviation, known, reversal(profile) > _TURNS
+    return *gauss(s, impulses, count), mean, deviation, known, turns(profile)
+
+
+@kept
+def turns(profile: ShockProfile) -> bool:
+    """Whether a profile has several peaks."""
+    return reversal(profile) > _TURNS
 
 
 def _fine_impulses(profile: ShockProfile) -> tuple[FloatArray, FloatArray]:
