@@ -192,7 +192,7 @@ def test_a_chain_too_short_for_the_search_has_no_solution() -> None:
     [("shock.rise_time", (1e-5, 1.0)), ("shock.duration_ratio", (2, 1e4)), ("chain.radius", (1e-7, 1e-2))],
 )
 def test_an_interval_with_shocks_too_long_for_curves_is_refused(name: str, between: tuple[float, float]) -> None:
-    match = r"^between: must contain only possible scenes \(shock: must last at most 1000 characteristic times"
+    match = r"^between: must contain only valid cases \(shock: must last at most 1000 characteristic times"
     with pytest.raises(sw.InvalidValueError, match=match):
         design(name, between, peak_force=60.0)
 
@@ -235,7 +235,7 @@ def test_materials_within_the_error_are_solutions() -> None:
     assert met.reachable
     missed = sw.design(CASE_A, CHAIN, target={"peak_force": (low + high) / 2}, **given)
     assert missed.solutions == ()
-    assert "no material meets" in missed.why
+    assert "no material gives" in missed.why
 
 
 def test_progress_is_reported_for_each_material() -> None:
@@ -290,7 +290,7 @@ def test_the_command_prints_the_json_of_the_page(capsys: pytest.CaptureFixture[s
 
 
 def test_the_command_ranks_materials_whose_range_has_the_target(capsys: pytest.CaptureFixture[str]) -> None:
-    for force, status, sentence in (("110 N", 0, "no material meets"), ("9 kN", 1, "is out of reach")):
+    for force, status, sentence in (("110 N", 0, "no material gives"), ("9 kN", 1, "is out of reach")):
         arguments = ["--vary", "chain.material", "--among", "ptfe,brass-260", "--target", f"peak_force={force}"]
         assert cli.main(["design", FILE, *arguments]) == status
         printed = capsys.readouterr()

@@ -34,7 +34,7 @@ def result_text(result: SimulationResult) -> str:
 def peak_text(result: SimulationResult) -> str:
     """The peak force of the leading wave with its error estimate."""
     error = result.error_estimate
-    accuracy = f"relative error about {error:.0e}" if error < 1 else "error not known"
+    accuracy = f"estimated relative error {error:.0e}" if error < 1 else "error not known"
     return f"{si(result.peak_force, 'N', error=error)}, {accuracy}"
 
 
@@ -52,7 +52,9 @@ def _answer(result: SimulationResult) -> Iterator[tuple[str, str]]:
     threshold = f"above {result.options.wave_threshold:g} of the leading wave"
     yield "waves", f"{count} {'wave' if count == 1 else 'waves'} {threshold}"
     ejected = result.ejected_granules
-    rebound = f"{si(result.recoil_momentum, 'N s')} within {si(result.recoil_error, 'N s', 1)}"
+    rebound = si(result.recoil_momentum, "N s")
+    if result.recoil_error:
+        rebound += f" +- {si(result.recoil_error, 'N s', 1)}"
     granules = f"{ejected} granule" if ejected == 1 else f"{ejected} granules"
     yield "rebounding", f"{granules} ejected, momentum {rebound}"
     spalls = result.spall_velocities

@@ -132,11 +132,11 @@ class Predictor:
         of_chain = chain_warnings(chain, answer.states_error)
         peaks = [amplitude * shock.peak_force for amplitude in answer.amplitudes]
         steps = [evolve(step, left=step.left * scales.time, right=step.right * scales.time) for step in answer.trace]
-        endless = ", on an endless chain" if answer.reason and chain.granules is not None else ""
+        chain_assumed = ", on a semi-infinite chain" if answer.reason and chain.granules is not None else ""
         common: dict[str, Any] = {
             "model": self.model,
             "method": answer.method or self.model,
-            "reason": answer.reason + endless,
+            "reason": answer.reason + chain_assumed,
             "peak_force": peaks[0],
             "amplification": answer.amplitudes[0],
             "relation": answer.relation,

@@ -124,7 +124,7 @@ def _where_profile(name: str, form: Form) -> Form:
 
 
 def _of_profile(name: str) -> tuple[Form, Form]:
-    """Values that the block ``shock`` admits for a profile, and keys that it must have."""
+    """Values that the ``shock`` block admits for a profile, and keys that it must have."""
     try:
         cls = profile_class(name)
         parameters = parameters_of(name, cls)

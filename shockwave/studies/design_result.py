@@ -219,10 +219,10 @@ class Design:
             return ""
         wanted = _si(self.target.value, self.target.unit)
         if self.spanned and self.between is None:
-            return f"no material meets {wanted}, although it is within the reachable range"
+            return f"no material gives {wanted}, although it is within the reachable range"
         if self.spanned and self.nearest:
             simulated = f"its simulation gives {self._simulated(self.nearest)} at {self._value(self.nearest)}"
-            return f"{wanted} is met only by an endless chain; this chain is too short for the search: {simulated}"
+            return f"{wanted} is reached only in a semi-infinite chain; this chain is too short for the search: {simulated}"
         if self.target.value < self.least.reached:
             return f"{wanted} is out of reach: the least is {self._at(self.least)}"
         return f"{wanted} is out of reach: the greatest is {self._at(self.most)}"

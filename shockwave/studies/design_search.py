@@ -157,7 +157,7 @@ class Line:
 
 
 def line_along(scenario: Scenario, name: str, target: Target, between: tuple[float, float], rtol: float) -> Line:
-    """The target property as a function of the parameter ``name``, for an endless chain.
+    """The target property as a function of the parameter ``name``, for a semi-infinite chain.
 
     Extrema are those of a piecewise polynomial fitted to ``rtol``.
 
@@ -168,8 +168,8 @@ def line_along(scenario: Scenario, name: str, target: Target, between: tuple[flo
     NumericalError
         If a simulation fails.
     """
-    endless = evolve(scenario, chain=evolve(scenario.chain, granules=None))
-    family = varied_scenes.family_of(endless, [name])
+    semi_infinite = evolve(scenario, chain=evolve(scenario.chain, granules=None))
+    family = varied_scenes.family_of(semi_infinite, [name])
     ends = [family.scenario({name: value}) for value in between]
     # if there is no curve, the error is raised before the search; this includes parameters of the shape
     curves = [varied_scenes.curve_of(end.shock.profile, rtol, varied_scenes.duration_of(end)) for end in ends]
@@ -260,7 +260,7 @@ class _Search:
             found = [self.solution(value, line) for value in met]
             table = tuple(self.option(value, line.curve) for value in _counted("rows", _spaced(between, points)))
         except InvalidValueError as error:
-            raise InvalidValueError.of("between", f"must contain only possible scenes ({error.faults[0]})") from None
+            raise InvalidValueError.of("between", f"must contain only valid cases ({error.faults[0]})") from None
         to_simulate = found or [min(least, most, key=self.target.distance)]
         checked = [self.simulated(one) for one in _counted("simulations", to_simulate)]
         solutions = tuple(one for one in checked if found and self.meets(one))
