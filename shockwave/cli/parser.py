@@ -158,7 +158,7 @@ _COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
     ("uncertainty", "design:uncertainty", "distribution of the leading wave for uncertain values", _UNCERTAINTY),
     ("bench", "benchmark_commands:bench", "measure error against run time of the methods", [*_BENCH, _JSON]),
     ("stress", "benchmark_commands:stress", "run the catalogue of extreme cases", [*_STRESS, _JSON]),
-    ("list", "registry_commands:list_registered", "list the available profiles, integrators, models, ...", [*_LIST, _JSON]),
+    ("list", "registry_commands:list_registered", "list the available profiles, integrators, ...", [*_LIST, _JSON]),
     ("new", "registry_commands:new", "write a scenario with every key and its meaning", _NEW),
     ("schema", "registry_commands:schema", "write a JSON Schema of scenarios for editors", [_OUTPUT]),
 ]

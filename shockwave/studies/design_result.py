@@ -222,7 +222,7 @@ class Design:
             return f"no material gives {wanted}, although it is within the reachable range"
         if self.spanned and self.nearest:
             simulated = f"its simulation gives {self._simulated(self.nearest)} at {self._value(self.nearest)}"
-            return f"{wanted} is reached only in a semi-infinite chain; this chain is too short for the search: {simulated}"
+            return f"{wanted} needs a semi-infinite chain; this chain is too short for the search: {simulated}"
         if self.target.value < self.least.reached:
             return f"{wanted} is out of reach: the least is {self._at(self.least)}"
         return f"{wanted} is out of reach: the greatest is {self._at(self.most)}"

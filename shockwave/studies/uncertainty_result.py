@@ -151,8 +151,8 @@ class Uncertainty:
             ("peak forces", f"from {sources[self.method]}, each accurate to {self.model_error:.0e}"),
             ("scales as", f"{self.exponents} at the nominal values, each accurate to {self.exponents.error:.0e}"),
             (
-                "draws",
-                f"{self.draws}, seed {self.seed}; {self.evaluations} samples including those for the sensitivity indices",
+                "samples",
+                f"{self.draws}, seed {self.seed}; {self.evaluations} including those for the sensitivity indices",
             ),
             ("scenario", self.scenario or "-"),
         ]
