@@ -98,9 +98,9 @@ _SWEEP = [
     _option("--accept-versions", "resume even if versions of the software have changed"),
 ]
 _PLOT = [
-    _option("FOLDER", "folder written by the command sweep"),
+    _option("FOLDER", "folder written by `shockwave sweep`"),
     _option("--column NAME", "quantity to plot (default: the amplification)"),
-    _option("--x NAME", "horizontal axis (default: variable of most values)"),
+    _option("--x NAME", "horizontal axis (default: variable with the most values)"),
     _option("--at NAME=VALUE", "hold a variable at one of its values; may be repeated", **_MANY),
     _option("-o --output FILE", "picture (.svg, .png, .pdf; default: in FOLDER)"),
 ]
@@ -120,7 +120,7 @@ _UNCERTAINTY = [
     _JSON,
     _option("FILE", "scenario file (YAML) with an `uncertainty` block"),
     _option("--draws N", "number of samples, a power of 2 (default: 4096)", type=int, default=4096),
-    _option("--seed N", "seed of the draws (default: 0)", type=int, default=0),
+    _option("--seed N", "seed of the samples (default: 0)", type=int, default=0),
 ]
 _BENCH = [
     _option("files", "scenario files to run instead of the named problems", nargs="*", metavar="FILE"),
@@ -131,7 +131,7 @@ _BENCH = [
 ]
 _STRESS = [
     _option("names", "cases or themes to run (default: all)", nargs="*", metavar="NAME"),
-    _option("--backend BACKEND", "run with this code only (default: both)", choices=_BACKENDS),
+    _option("--backend BACKEND", "run with this backend only (default: both)", choices=_BACKENDS),
 ]
 _LIST = [
     _option("KIND", f"{', '.join(KINDS)} (default: all)", nargs="?", choices=KINDS, metavar="KIND"),

@@ -232,13 +232,13 @@ def _literal_primary(shock: ScaledShock) -> tuple[float, float, tuple[float, ...
         whole = (shock.impulse / unit) ** 1.2
         sentence = (
             "(5c) as printed has no root within the shock, so the leading wave is assumed to carry the entire impulse."
-            " alpha: constant, or a simulation, gives a reliable peak force."
+            " Set alpha: constant, or simulate, to obtain a reliable peak force."
         )
         return whole, shock.duration, roots, [sentence]
     listed = ", ".join(f"{root:.6g}" for root in roots)
     sentence = (
         f"(5c) as printed has the roots {listed} (times the peak force of the shock), of which the last one within the"
-        " shock is used. alpha: constant, or a simulation, gives a reliable peak force."
+        " shock is used. Set alpha: constant, or simulate, to obtain a reliable peak force."
     )
     return inside[-1], time(inside[-1]), roots, [sentence]
 

@@ -117,7 +117,7 @@ def ends_of(of: Variable, given: Any) -> tuple[float, ...]:
         When it is not a pair of values in ascending order.
     """
     if not isinstance(given, list | tuple) or len(given) != 2:
-        raise ValueError(f"must be a list of two values, the least and the greatest (got {text_of(given)})")
+        raise ValueError(f"must be a list of two values, the lower and the upper limit (got {text_of(given)})")
     ends = items(given, of.converted)
     if not ends[0] < ends[1]:
         raise ValueError(f"must ascend (got {text_of(given)})")

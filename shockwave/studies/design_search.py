@@ -118,7 +118,7 @@ def _interval(varied: Variable, given: Sequence[Any] | None) -> tuple[float, flo
         rule = f"must be a number of the chain or the shock that varies continuously, or {_MATERIAL}"
         raise InvalidValueError.of("vary", f"{rule} (got {varied.name})")
     if given is None:
-        raise InvalidValueError.of("between", "must be the least and the greatest value of the interval (got nothing)")
+        raise InvalidValueError.of("between", "must be the lower and the upper end of the interval (got nothing)")
     try:
         ((low, high),) = gathered([("between", given)], {"between": partial(ends_of, varied)}).values()
     except WrongsError as error:
