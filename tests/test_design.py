@@ -153,7 +153,7 @@ def test_an_unreachable_target_is_reported_with_the_range() -> None:
     assert not found.reachable
     assert found.nearest is not None
     assert found.nearest.value == 2e-3
-    assert re.fullmatch(r"1 kN is out of reach: the greatest is 1\d\d\.\d+ N at 2 mm", found.why)
+    assert re.fullmatch(r"1 kN is out of reach: the maximum is 1\d\d\.\d+ N at 2 mm", found.why)
     assert re.match(r"no radius gives a peak force of 1 kN; nearest 2 mm \(simulated 1\d\d\.\d+ N\)\n", str(found))
     inside = design("chain.material.poisson_ratio", peak_force=1.0)
     assert inside.least.value == 0.0
@@ -257,7 +257,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "target-unknown": ({"target": {"peak_fource": 1}}, "target: .* did you mean 'peak_force'"),
     "target-unit": ({"target": {"peak_force": "3 mm"}}, "target.peak_force: must be a force"),
     "target-zero": ({"target": {"peak_force": 0}}, "target.peak_force: must be > 0 N"),
-    "between-lacking": ({"between": None}, "between: must be the least and the greatest value"),
+    "between-lacking": ({"between": None}, "between: must be the lower and the upper end"),
     "materials-between": ({"vary": "chain.material"}, "between: must be omitted for chain.material"),
     "between-order": ({"between": (2e-2, 1e-3)}, "between: must ascend"),
     "between-range": ({"between": (-1.0, 1.0)}, "between: must be > 0 m"),

@@ -194,7 +194,7 @@ def line_along(scenario: Scenario, name: str, target: Target, between: tuple[flo
     turns = [x for piece in pieces for x in piece.turns(0.0)]
     landmarks = {*between, *(value_at(x) for x in (*joints, *turns))}
     if between[0] < 0 < between[1]:
-        landmarks.add(0.0)  # Poisson's ratio enters by its square
+        landmarks.add(0.0)  # Poisson's ratio enters only through its square
     if curve is None:
         polynomial = partial(evaluated, pieces)
         return Line(lambda value: float(polynomial(np.array(into(value)))), error, tuple(sorted(landmarks)), None)

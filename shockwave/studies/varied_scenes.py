@@ -1,6 +1,6 @@
 """The leading wave in scenes that differ from a scenario in some parameters, for arrays of values.
 
-For one shape of shock, the amplification depends on all other parameters through one number,
+For a given shape of the shock, the amplification depends on all other parameters through one number,
 
     t0/T0 = t0 F0^(1/6) R^(-4/3) rho^(-1/2) (E / (1 - nu^2))^(1/3) times a constant,
 

@@ -1,4 +1,4 @@
-"""The final-peak or terminal-peak sawtooth of shock testing."""
+"""The final-peak or terminal-peak sawtooth used in shock testing."""
 
 from __future__ import annotations
 

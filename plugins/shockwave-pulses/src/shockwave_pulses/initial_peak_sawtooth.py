@@ -1,4 +1,4 @@
-"""The initial-peak sawtooth of shock testing."""
+"""The initial-peak sawtooth used in shock testing."""
 
 from __future__ import annotations
 

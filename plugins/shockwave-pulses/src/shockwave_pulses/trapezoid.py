@@ -1,4 +1,4 @@
-"""The trapezoidal pulse of shock testing."""
+"""The trapezoidal pulse used in shock testing."""
 
 from __future__ import annotations
 
