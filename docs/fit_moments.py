@@ -90,6 +90,8 @@ TERMS = (
 )
 # (spread, error) that has the weight one in the fit: well below the target there.
 ASKED = ((0, 3e-4), (0.1, 3e-4), (0.2, 1.2e-3), (0.3, 4e-3), (0.45, 8e-3), (2, 1e-2), (10, 2e-2))
+# Weight of pulses with several peaks, whose errors are larger, relative to those with one.
+TURNING_WEIGHT = 0.5
 # Spreads at which the expected error is tabulated.
 SPREADS = (0.05, 0.1, 0.2, 0.3, 0.45, 0.7, 3.0, 10.0)
 # The expected error is this quantile of the errors at similar spreads, ...
@@ -309,7 +311,7 @@ def fitted(sample: Sample) -> Law:
     law = Law(STEP_LIMIT, REACH, TERMS, np.zeros(len(TERMS)), np.array(SPREADS), none, none)
     log_force, found = evaluated(law, sample.pulses)
     products, missing = law.products(found), np.log(sample.simulated) - log_force
-    weight = 1 / np.interp(sample.spread, *np.transpose(ASKED))
+    weight = np.where(sample.turns, TURNING_WEIGHT, 1) / np.interp(sample.spread, *np.transpose(ASKED))
     solved = np.linalg.lstsq(products * weight[:, None], missing * weight, rcond=None)[0]
     coefficients = np.array([float(f"{value:.6g}") for value in solved])
     residual = np.abs(np.expm1(products @ coefficients - missing))
