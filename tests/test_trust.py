@@ -2,45 +2,25 @@
 
 from __future__ import annotations
 
-import json
 import math
 from functools import cache
-from pathlib import Path
-from types import ModuleType
 from typing import Any
 
+import attrs
 import numpy as np
 import pytest
 from attrs import frozen
 
 import shockwave as sw
-from pages import table as table_of
 from pulse_families import FAMILIES
 from scenes import CHAIN, FORCE, UNITS, script
 from shockwave.chain.solitary_wave import MOMENTUM
-from shockwave.prediction import expected_error
 from shockwave.prediction.model_interface import ScaledShock
 from shockwave.prediction.shock_measures import Measures, measures
 
 # A thousand shocks with a range, drawn with a seed of their own; singles are drawn on purpose.
 COUNTS = {"built-in": 440, "recorded": 350, "composed": 60, "single": 150}
 CLAIMED = 0.95
-
-
-def study() -> ModuleType:
-    return script("map_section4")
-
-
-@cache
-def table(name: str) -> dict[str, Any]:
-    return dict(study().read(name))
-
-
-@cache
-def resource() -> dict[str, Any]:
-    return dict(
-        json.loads((Path(expected_error.__file__).parent / expected_error.RESOURCE).read_text(encoding="utf-8"))
-    )
 
 
 #: Which part of them is drawn.
@@ -122,8 +102,8 @@ def test_ranges_are_narrow(regime: str, width: float) -> None:
 
 def test_a_vanishing_shock_has_the_error_of_5f_in_the_impulse_limit() -> None:
     low, high = predicted(sw.Triangular(duration_ratio=1e6), 1e-4).expected_error or (math.nan, math.nan)
-    assert low < 1 / 1.1681817 - 1 < high
-    assert high - low < 0.002
+    # 1.1681817 has eight digits
+    assert (low, high) == pytest.approx((1 / 1.1681817 - 1,) * 2, rel=1e-6)
 
 
 def test_the_range_refers_to_the_simulated_force_for_any_coefficient() -> None:
@@ -137,35 +117,100 @@ def test_the_range_refers_to_the_simulated_force_for_any_coefficient() -> None:
 
 # ---------------------------------------------------------------- where there is none
 
-TRIANGLE = sw.Triangular(duration_ratio=4)
-SPIKE = sw.Tabulated(times=[0, 1, 2, 99, 100], forces=[0, 100, 3, 3, 0])
-TWO_PEAKS = sw.Tabulated(times=[0, 1, 3, 5, 9], forces=[0, 100, 20, 60, 0])
-
 
 @pytest.mark.parametrize(
-    ("profile", "duration", "settings", "sentence"),
+    ("profile", "duration", "sentence"),
     [
-        (sw.PowerLaw(rise_exponent=3, decay_exponent=2, duration_ratio=3), 2.0, {}, "a1 >= 1/2 fails by 0.25"),
-        (sw.Triangular(duration_ratio=1.1), 1.0, {}, "a2 >= a1 fails by"),
-        (sw.PowerLaw(rise_exponent=1, decay_exponent=0.5, duration_ratio=30), 30.0, {}, "a2 <= (n-1)/2 fails by"),
-        (TWO_PEAKS, 6.0, {}, "several peaks (its force reverses by 40% of the peak force)"),
-        # a triangle with n = 2 and rise time T has a window (1 - T/1.652)/2, with 1.652 = A F0^(-1/6) over T0
-        (sw.Triangular(duration_ratio=2), 2 * 1.652 * (1 - 2 * 0.17), {}, "errors have no useful bound above 0.165"),
-        (TRIANGLE, 6.0, {"momentum_coefficient": 8.0}, "This interpretation"),
-        (TRIANGLE, 6.0, {"alpha": "literal"}, "This interpretation"),
-        (sw.PowerLaw(rise_exponent=0.1, decay_exponent=1, duration_ratio=50), 61.0, {}, "longer"),
-        (SPIKE, 50.0, {}, "or its shape differs"),
+        (sw.PowerLaw(rise_exponent=3, decay_exponent=2, duration_ratio=3), 2.0, "a1 >= 1/2 fails by 0.25"),
+        (sw.Triangular(duration_ratio=1.1), 1.0, "a2 >= a1 fails by"),
+        (sw.PowerLaw(rise_exponent=1, decay_exponent=0.5, duration_ratio=30), 30.0, "a2 <= (n-1)/2 fails by"),
+        (sw.Triangular(duration_ratio=4), 5000.0, "longer"),
     ],
-    ids=["outside-3", "sawtooth", "slow-decay", "two-peaks", "window", "coefficient", "literal", "long", "shape"],
+    ids=["outside-3", "sawtooth", "slow-decay", "long"],
 )
-def test_there_is_no_range(profile: sw.ShockProfile, duration: float, settings: dict[str, Any], sentence: str) -> None:
-    outcome = predicted(profile, duration, **settings)
+def test_there_is_no_range(profile: sw.ShockProfile, duration: float, sentence: str) -> None:
+    outcome = predicted(profile, duration)
     assert outcome.expected_error is None
     assert any(sentence in warning for warning in outcome.warnings)
 
 
-def test_a_window_of_less_than_0_165_has_a_range() -> None:
-    assert predicted(sw.Triangular(duration_ratio=2), 2 * 1.652 * (1 - 2 * 0.16)).expected_error is not None
+TWO_PEAKS = sw.Tabulated(times=[0, 1, 3, 5, 9], forces=[0, 100, 20, 60, 0])
+
+
+@pytest.mark.parametrize(
+    ("profile", "duration", "settings"),
+    [
+        (TWO_PEAKS, 6.0, {}),
+        (sw.Triangular(duration_ratio=2), 2.2, {}),
+        (sw.Triangular(duration_ratio=4), 6.0, {"momentum_coefficient": 8.0}),
+        (sw.Triangular(duration_ratio=4), 6.0, {"alpha": "literal"}),
+    ],
+    ids=["two-peaks", "wide-window", "coefficient", "literal"],
+)
+def test_the_range_holds_for_any_reading_of_section_4(
+    profile: sw.ShockProfile, duration: float, settings: dict[str, Any]
+) -> None:
+    outcome = predicted(profile, duration, **settings)
+    simulated = sw.simulate(lasting(profile, duration), CHAIN, rtol=1e-6, waves="primary").peak_force
+    low, high = outcome.expected_error or (math.nan, math.nan)
+    assert low <= outcome.peak_force / simulated - 1 <= high
+
+
+# ---------------------------------------------------------------- the estimate
+
+CHECK = script("check_accuracy")
+
+
+def sampled_triangle(rise: int, decay: int, duration: float) -> sw.Shock:
+    times = np.concatenate((np.linspace(0, 1, rise), np.linspace(1, 4, decay)[1:]))
+    profile = sw.Tabulated(times=times, forces=np.interp(times, [0, 1, 4], [0, 1, 0]))
+    return lasting(profile, duration)
+
+
+@pytest.mark.parametrize("duration", [0.5, 3.0, 30.0, 120.0])
+@pytest.mark.parametrize("samples", [(21, 2), (2, 21), (16, 2), (101, 2), (500, 700), (3000, 3000)], ids=str)
+def test_the_estimate_does_not_depend_on_the_sampling(samples: tuple[int, int], duration: float) -> None:
+    exact = predicted(sw.Triangular(duration_ratio=4), duration).estimate
+    found = sw.Predictor().predict(sampled_triangle(*samples, duration), CHAIN).estimate
+    assert exact is not None
+    assert found is not None
+    assert found.peak_force == pytest.approx(exact.peak_force, rel=1e-6)
+
+
+@pytest.mark.parametrize("kind", CHECK.KINDS, ids=lambda kind: kind.__name__)
+def test_the_estimate_and_the_error_of_section_4_hold_for_every_kind(
+    kind: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # durations of which a simulation is quick
+    monkeypatch.setattr(CHECK, "DURATIONS", (1e-2, 30.0))
+    monkeypatch.setattr(CHECK, "DURATIONS_TURNING", (1e-2, 8.0))
+    monkeypatch.setattr(CHECK, "RTOL", 1e-5)
+    shots = CHECK.shots(kind, 20)
+    assert len(shots) >= 19
+    misses = [shot.miss for shot in shots]
+    # 98 % hold, so that two of twenty are unlikely to miss
+    assert sum(miss > 1 for miss in misses) <= 1
+    assert max(misses) < 3
+    assert sum(not shot.held for shot in shots) <= 1
+
+
+def test_a_half_sine_of_11_ms_leads_with_an_estimate_that_holds() -> None:
+    # section 4 gives 3 N, for the rise is slow; the simulated force was 340.2 N at a tolerance of 1e-6
+    share = np.linspace(0, 1, 101)
+    profile = sw.Tabulated(times=11e-3 * share, forces=148 * np.sin(np.pi * share) * (share < 1))
+    outcome = sw.Predictor().predict(sw.Shock(profile=profile), CHAIN)
+    assert outcome.estimate is not None
+    assert outcome.estimate.low < 340.2 < outcome.estimate.high
+    assert str(outcome).startswith("peak force 34")
+    assert outcome.peak_force < 10
+
+
+@pytest.mark.parametrize(("granules", "known"), [(None, True), (200, True), (60, False)])
+def test_a_finite_chain_has_an_estimate_where_the_wave_forms(granules: int | None, known: bool) -> None:
+    chain = attrs.evolve(CHAIN, granules=granules)
+    outcome = sw.Predictor().predict(lasting(sw.Triangular(duration_ratio=4), 30.0), chain)
+    assert (outcome.estimate is not None) == known
+    assert known or str(outcome).startswith("peak force not known a priori")
 
 
 # ---------------------------------------------------------------- measures
@@ -179,38 +224,3 @@ def test_measures_of_a_symmetric_triangle() -> None:
     assert found.skewness == pytest.approx(0, abs=1e-12)
     assert found.mean_force == pytest.approx(2 / 3, rel=1e-12)
     assert found.cubic_mean_force == pytest.approx((2 / 5) ** (1 / 3), rel=1e-12)
-
-
-# ---------------------------------------------------------------- the data behind it
-
-
-def test_laws_are_those_fitted_to_the_shipped_shocks() -> None:
-    again = study().fitted(table("pulses.csv"))
-    assert {key: again[key] for key in ("about", "provenance")} == {
-        key: resource()[key] for key in ("about", "provenance")
-    }
-    for name, entries in resource()["laws"].items():
-        for key in ("centre", "scale", "farthest", "bounds", "low", "high", "longest", "coefficients"):
-            if key in entries:
-                # sums of a few thousand terms differ in their last digits from machine to machine
-                assert np.allclose(again["laws"][name][key], entries[key], rtol=1e-5, atol=1e-8), f"{name}.{key}"
-
-
-@pytest.mark.parametrize("name", ["short", "long"])
-def test_the_page_shows_the_bands_of_the_laws(name: str) -> None:
-    entries = resource()["laws"][name]
-    bounds = np.exp(entries["bounds"]) if name == "long" else entries["bounds"]
-    own = zip(bounds, entries["low"], entries["high"], entries["shocks"], strict=True)
-    shown = [[float(cell) for cell in row] for row in table_of("docs/trust.md", f"{name} law")]
-    # two decimals of a percent, two digits of a bound
-    assert shown == [[float(f"{b:.2g}"), round(100 * low, 2), round(100 * high, 2), n] for b, low, high, n in own]
-
-
-def test_shipped_shocks_are_those_of_the_seed() -> None:
-    module = study()
-    shocks = [shock for _, shock in module.random_shocks(module.SEED, 40)]
-    for i, (shock, peak) in enumerate(zip(shocks, module.simulated(shocks), strict=True)):
-        found = measures(module.scaled(shock))
-        assert found is not None
-        assert table("pulses.csv")["spread"][i] == pytest.approx(found.spread, rel=1e-5)
-        assert table("pulses.csv")["simulated"][i] == pytest.approx(peak, rel=2 * module.RTOL)
