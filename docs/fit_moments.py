@@ -104,7 +104,17 @@ SHORT_TAILS = 3.2
 # Least expected error of shocks with several peaks at the last spread; for long ones simulations showed up to 4.5 %.
 LONG_TURNING = 0.06
 # (spread, error): bands of spreads, with the target for the 99th percentile of the error.
-ACCEPTED = ((0.1, 1e-3), (0.2, 1e-3), (0.3, 5e-3), (0.45, 1.5e-2), (0.7, 3e-2), (2.0, 3e-2), (4.0, 5e-2), (10.0, 5e-2))
+ACCEPTED = (
+    (0.1, 1e-3),
+    (0.2, 1e-3),
+    (0.3, 5e-3),
+    (0.45, 1.5e-2),
+    (0.7, 3e-2),
+    (2.0, 3e-2),
+    (4.0, 5e-2),
+    (10.0, 5e-2),
+    (200.0, 5e-2),
+)
 
 
 # ---------------------------------------------------------------- kinds of the fit

@@ -216,6 +216,7 @@ def curve(options: argparse.Namespace) -> int:
 # Columns that a narrow screen leaves out, the last named first.
 _SPARE = (
     "(3)",
+    "expected error",
     "relation",
     "regime",
     "ejected",
@@ -257,13 +258,23 @@ def _table(rows: Sequence[_Row], results: Sequence[Any], legend: str) -> str:
 def _outcome_row(outcome: Outcome) -> _Row:
     return {
         "scenario": outcome.scenario or "-",
-        "peak force": si(outcome.peak_force, "N", error=outcome.shown_error),
+        **_estimate_cells(outcome),
+        outcome.model: si(outcome.peak_force, "N", error=outcome.shown_error),
         "expected error": range_text(outcome.expected_error),
         "(3)": _conditions(outcome),
         "regime": outcome.regime,
         "waves": str(len(outcome.waves)),
         "relation": outcome.relation,
     }
+
+
+def _estimate_cells(outcome: Outcome) -> _Row:
+    from shockwave.prediction.outcome import estimate_figures
+
+    if outcome.estimate is None:
+        return {"estimate": "not known", "range": "-"}
+    peak, ends = estimate_figures(outcome.estimate)
+    return {"estimate": peak, "range": ends}
 
 
 def _simulation_row(result: SimulationResult) -> _Row:
@@ -284,8 +295,9 @@ def _comparison_row(both: Comparison) -> _Row:
     published = both.published
     row = {
         "scenario": predicted.scenario or "-",
-        "predicted": si(predicted.peak_force, "N", error=predicted.shown_error),
         "simulated": si(simulated.peak_force, "N", error=simulated.error_estimate),
+        **_estimate_cells(predicted),
+        predicted.model: si(predicted.peak_force, "N", error=predicted.shown_error),
         "error": error_text(both.error),
         "expected error": range_text(predicted.expected_error),
         "(3)": _conditions(predicted),

@@ -215,10 +215,17 @@ def estimate_text(outcome: Outcome) -> str:
     """The estimated peak force with its range, or that there is none."""
     found = outcome.estimate
     if found is None:
-        return "peak force not known a priori; simulate"
+        return "peak force not known a priori: simulate"
+    peak, ends = estimate_figures(found)
+    return f"peak force {peak}, range {ends} (method: {found.method})"
+
+
+def estimate_figures(found: Estimate) -> tuple[str, str]:
+    """The estimate and its range, with the digits that the range supports."""
     spread = max(found.high / found.peak_force - 1, 1 - found.low / found.peak_force)
     peak, low, high = (si(value, "N", error=spread) for value in (found.peak_force, found.low, found.high))
-    return f"peak force {peak}, range {low} to {high} (method: {found.method})"
+    number, unit = low.split()
+    return peak, f"{number if high.endswith(f' {unit}') else low} to {high}"
 
 
 def outcome_limits(outcome: Outcome) -> list[str]:

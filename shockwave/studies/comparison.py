@@ -12,11 +12,18 @@ from shockwave.measurement.result_text import peak_text, result_answer, result_d
 from shockwave.measurement.simulate import simulate, simulate_with
 from shockwave.options import SimulateOptions
 from shockwave.prediction.model_interface import Relation
-from shockwave.prediction.outcome import Outcome, decision_lines, outcome_details, outcome_limits, wave_table
+from shockwave.prediction.outcome import (
+    Outcome,
+    decision_lines,
+    estimate_text,
+    outcome_details,
+    outcome_limits,
+    wave_table,
+)
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
 from shockwave.scenario.scenario import Published
-from shockwave.text import error_text, facts, limits, notes, range_text, si, strong
+from shockwave.text import error_text, facts, limits, notes, si, strong
 
 
 @frozen(kw_only=True)
@@ -107,17 +114,16 @@ def comparison_text(both: Comparison) -> str:
     predicted, simulated = both.predicted, both.simulated
     name = f"{predicted.scenario}: " if predicted.scenario else ""
     waves = wave_tables(simulated)  # integrates the train, whose warnings and cost belong to the lines around
-    head = f"{name}error of the predicted peak force {error_text(both.error)}, expected "
     warnings = dict.fromkeys([*outcome_limits(predicted), *result_limits(simulated)])
     answers = [
-        ("simulated", peak_text(simulated)),
-        ("predicted", f"{si(predicted.peak_force, 'N', error=predicted.shown_error)} by {predicted.model}"),
-        ("relation", f"predicted {predicted.relation}, simulated {both.relation} (leading wave relative to the shock)"),
+        ("estimate", estimate_text(predicted)),
+        ("error", f"{error_text(both.error)} of {predicted.model}"),
+        ("relation", f"predicted {predicted.relation}, simulated {both.relation} (relative to the shock)"),
     ]
     if both.published is not None:
         answers.append(("published", f"{_figures(both.published)} ({both.published.source})"))
     lines = [
-        strong(head + range_text(predicted.expected_error)),
+        strong(f"{name}simulated peak force {peak_text(simulated)}"),
         *limits(warnings),
         *facts(answers),
         *decision_lines(predicted),
