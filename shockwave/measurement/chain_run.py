@@ -33,6 +33,9 @@ _BUDGET_RATE = 6.0
 _NOISE = 30.0
 # Free ends are felt this many granules away.
 _REACH = 8
+# Steps after the shock, and for each granule, that the granules of a finite chain are given to fly apart.
+_PARTING = 500
+_PARTING_RATE = 20
 # Waves are followed to a free end as far away as this from where they were read.
 _FARTHEST = 2000
 
@@ -89,6 +92,8 @@ class ChainRun:
         Its energy when the force ended: what is lost since then, the integration has lost.
     settled : bool
         False when the chain's limit came first.
+    unfollowed_force : float
+        Bound on the contact forces of collisions in a finite chain after the end of the run.
     """
 
     problem: ChainProblem
@@ -106,7 +111,9 @@ class ChainRun:
     energy: float = 0.0
     work: float = 0.0
     settled: bool = True
+    unfollowed_force: float = 0.0
     steps: int = 0
+    _driven_steps: int = 0
     _free_end: Probe | None = None
     _readings: list[_Reading] = field(factory=list)
     _judged: float = 0.0
@@ -143,6 +150,7 @@ class ChainRun:
             while not self._is_spent(stretch):
                 stretch = next(stretches)
                 self.steps += len(stretch.spans)
+                self.log.observe(stretch)
             x, v = stretch.x[-1], stretch.v[-1]
             flown = v[::-1][: _flown(x, v)]
             self.spalls = tuple(flown[flown > ejected].tolist())
@@ -167,6 +175,7 @@ class ChainRun:
             self._free_end.observe(stretch)
         if stretch.end == self.problem.duration:
             self.work = chain_energy(stretch.x[-1], stretch.v[-1])
+            self._driven_steps = self.steps
 
     def _has_seen_all(self, stretch: Stretch) -> bool:
         """Whether the waves are known, now that ``stretch`` has been taken in."""
@@ -205,13 +214,18 @@ class ChainRun:
         return complete or not self.settled
 
     def _is_spent(self, stretch: Stretch) -> bool:
-        """Whether nothing more can leave a finite chain: its granules fly apart, or they had time to."""
+        """Whether nothing more can leave a finite chain: its granules fly apart, or they had steps enough to."""
         x, v = stretch.x[-1], stretch.v[-1]
         first, last = free_granules(x, v), len(x) - _flown(x, v)
-        slow = EJECTED * float(np.abs(v).max())
-        if first >= last or chain_energy(x[first:last], v[first:last]) < 0.5 * slow**2:
+        self.unfollowed_force = 0.0
+        if first >= last:
             return True
-        return stretch.end > self.problem.duration + 4.0 * (self.problem.granules or 0) + 50.0
+        # what is left of their motion against one another
+        energy = chain_energy(x[first:last], v[first:last] - v[first:last].mean())
+        if energy < 0.5 * (EJECTED * float(np.abs(v).max())) ** 2:
+            return True
+        self.unfollowed_force = (2.5 * energy) ** 0.6  # were all of it in one contact
+        return self.steps - self._driven_steps > _PARTING + _PARTING_RATE * (self.problem.granules or 0)
 
     def _waves(self) -> tuple[MeasuredWave, ...]:
         """The waves that have been read."""

@@ -93,6 +93,16 @@ class Passage:
 
 
 @frozen(kw_only=True)
+class ContactPeak:
+    """The greatest force at a contact, counted from 0, [N]; its time [s] and the relative error of the force."""
+
+    contact: int
+    peak_force: float
+    time: float
+    error_estimate: float
+
+
+@frozen(kw_only=True)
 class Cost:
     """Work that a result took; ``seconds`` vary from run to run and are left out of comparisons."""
 
@@ -123,6 +133,8 @@ class Train:
     spall_velocities : tuple of float or None
         Of the granules that fly off the free end [m/s], last granule first; None in a chain without end, or one whose
         end the waves had not reached.
+    greatest_force : ContactPeak or None
+        The greatest contact force in a finite chain; None in a chain without end.
     cost : Cost
         Of the two runs.
     warnings : tuple of str
@@ -134,6 +146,7 @@ class Train:
     recoil_error: float
     recoil_velocities: tuple[float, ...] = ()
     spall_velocities: tuple[float, ...] | None = None
+    greatest_force: ContactPeak | None = None
     cost: Cost = Cost(steps=0, force_evaluations=0, seconds=0.0)
     warnings: tuple[str, ...] = ()
 
@@ -341,6 +354,11 @@ class SimulationResult:
         """Of the granules that fly off the free end [m/s], last granule first."""
         return self.train.spall_velocities
 
+    @property
+    def greatest_force(self) -> ContactPeak | None:
+        """The greatest contact force in a finite chain; None in a chain without end."""
+        return self.train.greatest_force
+
     @cached_property
     def recording(self) -> Recording | None:
         """The histories that were asked for."""
@@ -359,7 +377,8 @@ class SimulationResult:
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``simulate --json`` prints: SI floats, no NaN."""
-        ends = {name: _plain(getattr(self, name)) if self.options.waves == "train" else None for name in _ENDS}
+        train = self.options.waves == "train"
+        ends = {name: _plain(getattr(self, name)) if train else None for name in _ENDS}
         return {
             "scenario": self.scenario,
             "peak_force": self.peak_force,
@@ -370,6 +389,7 @@ class SimulationResult:
             "passages": [asdict(passage) for passage in self.passages],
             "applied_momentum": self.applied_momentum,
             **ends,
+            "greatest_force": asdict(self.greatest_force) if train and self.greatest_force else None,
             "momentum_defect": self.momentum_defect,
             "energy_defect": self.energy_defect,
             "recording": self.recording and self.recording.to_dict(),

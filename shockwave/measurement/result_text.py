@@ -19,7 +19,7 @@ def result_text(result: SimulationResult) -> str:
     name = f"{result.scenario}: " if result.scenario else ""
     waves = wave_tables(result)  # integrates the train, whose warnings and cost belong to the lines around
     lines = [
-        strong(f"{name}peak force {peak_text(result)}"),
+        strong(f"{name}{_lead(result)}"),
         *limits(result_limits(result)),
         *facts(_answer(result)),
         "",
@@ -29,6 +29,21 @@ def result_text(result: SimulationResult) -> str:
         *notes(result.scene.notes),
     ]
     return "\n".join(lines)
+
+
+def _lead(result: SimulationResult) -> str:
+    """The leading wave's peak force, or the greatest contact force of a finite chain that exceeds it."""
+    return f"greatest contact force {_greatest(result)}" if _greatest(result) else f"peak force {peak_text(result)}"
+
+
+def _greatest(result: SimulationResult) -> str:
+    """The greatest contact force of a finite chain if it exceeds the leading wave, with contact and time."""
+    top = result.greatest_force if result.options.waves == "train" else None
+    error = 0.0 if top is None else top.error_estimate
+    if top is None or top.peak_force <= result.peak_force * (1 + error + result.error_estimate):
+        return ""
+    force, time = si(top.peak_force, "N", error=error), si(top.time, "s", error=error)
+    return f"{force} at contact {top.contact} after {time}, relative error about {error:.0e}"
 
 
 def peak_text(result: SimulationResult) -> str:
@@ -45,6 +60,8 @@ def result_limits(result: SimulationResult) -> list[str]:
 
 def _answer(result: SimulationResult) -> Iterator[tuple[str, str]]:
     digits = significant_digits(result.amplification, result.error_estimate)
+    if _greatest(result):
+        yield "leading wave", peak_text(result)
     yield "amplification", f"{result.amplification:.{digits}g} times the shock's peak force"
     if result.options.waves != "train":
         return

@@ -9,7 +9,7 @@ from attrs import evolve
 from shockwave.chain.chain import Scales
 from shockwave.errors import NumericalError
 from shockwave.measurement.chain_run import EJECTED, ChainRun
-from shockwave.measurement.result import Cost, MeasuredWave, SimulationResult, Train
+from shockwave.measurement.result import ContactPeak, Cost, MeasuredWave, SimulationResult, Train
 from shockwave.measurement.simulation_setup import MEASURABLE, Setup, scaled, setup_of
 from shockwave.simulation.problem import ChainProblem, Primary, Status
 from shockwave.text import si
@@ -85,11 +85,9 @@ def measure_primary(
     )
     warnings: tuple[str, ...] = ()
     if fine.reached_end:
-        top = fine.log.top()
         warnings = (
             "the waves reach the free end before they are known to be steady: they are read at contact"
-            f" {strongest.contact} of this chain; its greatest contact force is"
-            f" {si(top.force * scales.force, 'N')}, at contact {top.contact}",
+            f" {strongest.contact} of this chain",
         )
     error = train.waves[0].error_estimate
     return primary, 1.0 if error is None else error, train, warnings
@@ -121,12 +119,16 @@ def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, 
             "the tail had not come to rest when the last wave was read: waves near the threshold may lack or change"
             " (a higher wave_threshold leaves them out)",
         )
+    if fine.unfollowed_force > setup.options.wave_threshold * fine.log.top().force:
+        bound = si(fine.unfollowed_force * scales.force, "N")
+        warnings = (*warnings, f"granules may still collide after the end of the run, with contact forces below {bound}")
     train = Train(
         waves=waves,
         recoil_momentum=recoil * scales.momentum,
         recoil_error=error * scales.momentum,
         recoil_velocities=tuple(velocity for velocity in velocities if -velocity > ejected),
         spall_velocities=None if fine.spalls is None else tuple(u * scales.velocity for u in fine.spalls),
+        greatest_force=None if problem.granules is None else _greatest(fine, coarse, scales),
         cost=Cost(
             steps=fine.steps + coarse.steps,
             force_evaluations=fine.integrator.evaluations + coarse.integrator.evaluations,
@@ -137,13 +139,25 @@ def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, 
     return train, fine
 
 
+def _greatest(fine: ChainRun, coarse: ChainRun, scales: Scales) -> ContactPeak:
+    """The greatest contact force of all; its error as that of a wave."""
+    top = fine.log.top()
+    error = abs(coarse.log.top().force / top.force - 1) + _astray(fine) + fine.integrator.tolerance
+    return ContactPeak(
+        contact=top.contact, peak_force=top.force * scales.force, time=top.time * scales.time, error_estimate=error
+    )
+
+
+def _astray(fine: ChainRun) -> float:
+    """Error of a peak force by the energy gone astray: it sees what both runs may miss, a contact that opens."""
+    return 0.6 * abs(fine.energy / fine.work - 1) if fine.work else 0.0  # peak force scales as energy to the 3/5
+
+
 def _waves(fine: ChainRun, coarse: ChainRun, scales: Scales) -> tuple[MeasuredWave, ...]:
     """Strongest first; the error of each: difference of the two runs, its own bound, and the energy gone astray."""
-    # Peak force scales as the 3/5 power of energy. The defect sees what both runs may miss: a contact that opens.
-    astray = 0.6 * abs(fine.energy / fine.work - 1) if fine.work else 0.0
     waves = []
     for wave in fine.waves:
         difference = min(abs(other.peak_force / wave.peak_force - 1) for other in coarse.waves)
-        error = difference + (wave.error_estimate or 0.0) + astray + _ROUNDING
+        error = difference + (wave.error_estimate or 0.0) + _astray(fine) + _ROUNDING
         waves.append(wave.in_si(scales, error if error < _UNSETTLED else None))
     return tuple(sorted(waves, key=lambda wave: -wave.peak_force))

@@ -11,7 +11,7 @@ from attrs import define, field, frozen
 
 from shockwave.quadrature import FloatArray
 from shockwave.registry import blame
-from shockwave.simulation.integrator import Integrator, Step
+from shockwave.simulation.integrator import LONGEST_STEP, Integrator, Step
 from shockwave.simulation.problem import ChainAcceleration, ChainProblem, overlaps
 
 _FIRST_WINDOW = 12
@@ -91,6 +91,7 @@ def march(problem: ChainProblem, integrator: Integrator, until: float | None = N
         yield from course.spans(min(stop, last))
     course.release()
     while course.time < last:
+        yield from course.coast(last)
         yield from course.spans(min(course.time + _STRETCH, last))
 
 
@@ -155,6 +156,20 @@ class _Course:
             yield from self._some(until)
             if room := self._room():
                 self.y, self.w = np.append(self.y, np.zeros(room)), np.append(self.w, np.zeros(room))
+
+    def coast(self, until: float) -> Iterator[Span]:
+        """Free flight of a whole finite chain, exact and in one span: to the next contact, or to ``until``."""
+        x, v = self.frame.true(self.time, self.y, self.w)
+        gaps, closing = -overlaps(x), v[:-1] - v[1:]
+        meets = closing > 0
+        if len(x) != self.problem.granules or gaps.min() < 0 or not meets.any():
+            return
+        end = min(self.time + float((gaps[meets] / closing[meets]).min()), until)
+        if end - self.time <= LONGEST_STEP:  # not worth it; nor is a gap that rounding leaves
+            return
+        self.release()
+        self.y, self.w, begin, self.time = x + (end - self.time) * v, v, self.time, end
+        yield Span(begin, end, x, v, self.y, v, lambda time: (x + (time - begin) * v, v))
 
     def _some(self, until: float) -> Iterator[Span]:
         """Steps until the granules to be integrated are others."""
