@@ -10,7 +10,7 @@ from attrs import define, field
 
 from shockwave.measurement.peak_log import Peak, PeakLog, characteristic_time
 from shockwave.measurement.result import MeasuredWave
-from shockwave.measurement.waves import Probe, settling
+from shockwave.measurement.waves import Probe, distance_from_limit, settling
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.march import Span, Stretch, free_granules, march
@@ -36,6 +36,13 @@ _REACH = 8
 # Steps after the shock, and for each granule, that the granules of a finite chain are given to fly apart.
 _PARTING = 500
 _PARTING_RATE = 20
+# What may yet become of the momentum of rebounding granules (measured, docs/check_waves.py): this often what it changed
+# over the last share of the time after the shock, this often what other granules carry backwards, and this share of
+# what is left of motion behind the waves, for a granule may rebound late from the next.
+_GOING_ON = 2.0
+_LATE = 1 / 3
+_JOINING = 4.0
+_TURNING = 3e-3
 # Waves are followed to a free end as far away as this from where they were read.
 _FARTHEST = 2000
 
@@ -60,7 +67,9 @@ class _Reading:
             self.passed = stretch.end - self.head.time > 10 * _AHEAD * characteristic_time(self.head.force)
         elif stretch.end - peak.time > _PASSED * characteristic_time(peak.force):
             self.passed = True
-            self.wave = self.probe.wave(peak, log, self.doubt)
+            # it may be on a course to meet others
+            known = math.isfinite(self.doubt)
+            self.wave = self.probe.wave(peak, log, distance_from_limit(peak, log.tolerance) if known else math.inf)
 
 
 @define(eq=False)
@@ -81,7 +90,7 @@ class ChainRun:
     recoils : tuple of float
         Velocities of the rebounding granules, first granule first.
     unfinished_recoil : float
-        Momentum of those that may still meet others.
+        Momentum that others may still add to theirs, or take from it.
     spalls : tuple of float or None
         Velocities of the granules that fly off the free end faster than `EJECTED` times the granules in the waves, last
         granule first, as far as they have come free by the end of the run; None where the waves were not followed
@@ -117,6 +126,7 @@ class ChainRun:
     _free_end: Probe | None = None
     _readings: list[_Reading] = field(factory=list)
     _judged: float = 0.0
+    _recoiled: list[tuple[float, float]] = field(factory=list)
     _all_known: bool = False
 
     def __attrs_post_init__(self) -> None:
@@ -133,7 +143,8 @@ class ChainRun:
         NumericalError
             When the integrator fails.
         """
-        stretches = _stretches(march(self.problem, self.integrator), self.problem.duration)
+        duration = self.problem.duration
+        stretches = _stretches(march(self.problem, self.integrator), duration)
         for stretch in stretches:
             self._observe(stretch)
             if self._has_seen_all(stretch):
@@ -144,7 +155,12 @@ class ChainRun:
         self.momentum = float(np.sum(v))
         self.energy = chain_energy(x, v)
         ejected = EJECTED * max((wave.granule_velocity for wave in self.waves), default=0.0)
-        self.recoils, self.unfinished_recoil = _recoils(x, v, ejected)
+        self.recoils, loose = _recoils(v, ejected)
+        late = [sum(self.recoils)]
+        late += [recoil for time, recoil in self._recoiled if time > stretch.end - _LATE * (stretch.end - duration)]
+        rear = min((reading.head.contact for reading in self._readings), default=0)
+        stirred = float(np.abs(v[free_granules(x, v) : rear]).sum())
+        self.unfinished_recoil = _GOING_ON * float(np.ptp(late)) + _JOINING * loose + _TURNING * stirred
         granules = self.problem.granules
         if granules is not None and granules - self._front <= _FARTHEST:
             while not self._is_spent(stretch):
@@ -173,6 +189,9 @@ class ChainRun:
             reading.observe(stretch, self.log)
         if self._free_end is not None:
             self._free_end.observe(stretch)
+        if stretch.end >= self.problem.duration:
+            ejected = EJECTED * self.log.strongest ** (5 / 6)  # about the velocity of granules in the strongest wave
+            self._recoiled.append((stretch.end, sum(_recoils(stretch.v[-1], ejected)[0])))
         if stretch.end == self.problem.duration:
             self.work = chain_energy(stretch.x[-1], stretch.v[-1])
             self._driven_steps = self.steps
@@ -251,17 +270,18 @@ def _stretches(spans: Iterator[Span], duration: float) -> Iterator[Stretch]:
             together = []
 
 
-def _recoils(x: FloatArray, v: FloatArray, ejected: float) -> tuple[tuple[float, ...], float]:
-    """Velocities of the rebounding granules, and the momentum of those that may still meet others.
+def _recoils(v: FloatArray, ejected: float) -> tuple[tuple[float, ...], float]:
+    """Velocities of the rebounding granules, and the momentum that others may add to theirs or take from it.
 
     They reach from the loaded end to the last granule that was ejected, and those that follow it backwards: further on,
     granules that drift backwards are stirred by waves that pass.
     """
     last = max(np.flatnonzero(v < -ejected), default=0)
     forward = np.flatnonzero(v[last:] >= 0)
-    region = v[: last + int(forward[0]) if len(forward) else len(v)]
-    still = region[free_granules(x, v) :]
-    return tuple(region[region < 0].tolist()), float(-still[still < 0].sum())
+    end = last + int(forward[0]) if len(forward) else len(v)
+    region, beyond = v[:end], v[end:]
+    loose = float(region[region > 0].sum() - beyond[beyond < 0].sum())
+    return tuple(region[region < 0].tolist()), loose
 
 
 def _flown(x: FloatArray, v: FloatArray) -> int:

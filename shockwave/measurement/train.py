@@ -110,7 +110,7 @@ def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, 
     waves = _waves(fine, coarse, scales)
     ejected = EJECTED * waves[0].granule_velocity
     recoil = sum(fine.recoils)
-    error = abs(recoil - sum(coarse.recoils)) + fine.unfinished_recoil
+    error = abs(recoil - sum(coarse.recoils)) + fine.unfinished_recoil + fine.integrator.tolerance * fine.momentum
     velocities = [velocity * scales.velocity for velocity in fine.recoils]
     warnings: tuple[str, ...] = ()
     settled = fine.settled and all(wave.error_estimate is not None for wave in waves)
@@ -121,7 +121,7 @@ def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, 
         )
     if fine.unfollowed_force > setup.options.wave_threshold * fine.log.top().force:
         bound = si(fine.unfollowed_force * scales.force, "N")
-        warnings = (*warnings, f"granules may still collide after the end of the run, with contact forces below {bound}")
+        warnings = (*warnings, f"granules may still collide after the end of the run, with forces below {bound}")
     train = Train(
         waves=waves,
         recoil_momentum=recoil * scales.momentum,

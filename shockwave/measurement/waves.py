@@ -24,6 +24,10 @@ _BACK = 3
 _FOLLOWED = 0.3
 # A wave this much taller than one before it will overtake it.
 _TALLER = 1.001
+# Contacts over which the approach of a wave that has been read must look the same, and the margin of its extrapolation
+# (measured, docs/check_waves.py).
+_FAR = 40
+_MARGIN = 1.5
 # Slower approaches than this, per stride, cannot be distinguished from noise.
 _SLOWEST = 0.97
 # Gauss nodes of a step and their weights, as shares of it; the powers 0 to 7 and their slopes there.
@@ -102,6 +106,29 @@ def _doubt(trail: list[Peak], noise: float) -> float:
         return last / trail[0].force
     ratio = min(max(_ratio(last, previous), _ratio(recent, older) ** 2), _SLOWEST)
     return last * max(ratio / (1 - ratio), 0.1) / trail[0].force
+
+
+def distance_from_limit(peak: Peak, noise: float) -> float:
+    """Estimate of the relative distance of a wave that is read at ``peak`` from its limit.
+
+    `_doubt` decides when to read a wave. Here the approach counts as a power of the contact's number, for it is slower
+    than geometric where waves part slowly: the differences over the last two strides give its exponent. Where the peaks
+    further back do not fall into line, others have met the wave, and all of their change stands for what may follow.
+    """
+    forces = np.array([passed.force for passed in history(peak, _FAR)])
+    near = float(np.ptp(forces[: _STRIDE + 1]))
+    whole = float(np.ptp(forces)) / peak.force
+    if len(forces) <= 2 * _STRIDE:
+        return whole
+    if near <= noise:
+        return 3 * near / peak.force
+    last, before = -np.diff(forces[: 2 * _STRIDE + 1 : _STRIDE])
+    further = forces[2 * _STRIDE] - forces[-1]
+    if not (last * before > 0 and abs(last) < abs(before) and further * last >= 0):
+        return whole
+    ways = peak.contact - _STRIDE * np.array([0.5, 1.5])
+    exponent = math.log(before / last) / math.log(ways[0] / ways[1]) - 1
+    return _MARGIN * abs(last) * peak.contact / (_STRIDE * max(exponent, 1.0)) / peak.force
 
 
 def _ratio(later: float, earlier: float) -> float:
