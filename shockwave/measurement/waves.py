@@ -127,8 +127,8 @@ def distance_from_limit(peak: Peak, noise: float) -> float:
     if not (last * before > 0 and abs(last) < abs(before) and further * last >= 0):
         return whole
     ways = peak.contact - _STRIDE * np.array([0.5, 1.5])
-    exponent = math.log(before / last) / math.log(ways[0] / ways[1]) - 1
-    return _MARGIN * abs(last) * peak.contact / (_STRIDE * max(exponent, 1.0)) / peak.force
+    exponent = math.log(before / last) / math.log(float(ways[0] / ways[1])) - 1
+    return _MARGIN * abs(float(last)) * peak.contact / (_STRIDE * max(exponent, 1.0)) / peak.force
 
 
 def _ratio(later: float, earlier: float) -> float:
