@@ -245,6 +245,15 @@ def blow_on_two(case: Case, backend: Backend) -> Finding:
     return _with_fault(finding, wrong, f"the second granule should leave with {expected:g} m/s, as the first had")
 
 
+def late_meeting(case: Case, backend: Backend) -> Finding:
+    """A collision of two granules swaps their velocities: half the square of their difference goes into the contact."""
+    result = _simulated(case, backend)
+    fast, slow = (velocity / UNITS.velocity for velocity in result.spall_velocities or (0.0, 0.0))
+    met = result.waves[-1]
+    outcome = f"meet after {met.arrival_time / UNITS.time:.4g} T0, {_summary(result)}"
+    return _judged(case, result, outcome, met.peak_force / FORCE, (5 / 8 * (fast - slow) ** 2) ** 0.6)
+
+
 def far_passage(case: Case, backend: Backend) -> Finding:
     """At contact 1e5 the arrival time depends on the error of the peak force through the speed, to a sixth of it."""
     passage = _simulated(case, backend).passages[0]
@@ -292,6 +301,6 @@ def flying_apart(case: Case, backend: Backend) -> Finding:
 
 
 _GENERIC = (law, method, like, like_simulated, number, refused)
-_SINGLE = (blow_on_two, far_passage, quickly, rebound, flying_apart)
+_SINGLE = (blow_on_two, late_meeting, far_passage, quickly, rebound, flying_apart)
 #: Each check by the name that a case gives.
 CHECKS = {check.__name__: check for check in (*_GENERIC, *_SINGLE)} | {"scaled_beads": like}
