@@ -28,6 +28,10 @@ _TALLER = 1.001
 # (measured, docs/check_waves.py).
 _FAR = 40
 _MARGIN = 1.5
+# Where the ratio of successive changes falls by more than to this share, they are about to change their sign; how often
+# its change over a stride may follow then at most.
+_TURNING = 0.3
+_COURSE = 30.0
 # Slower approaches than this, per stride, cannot be distinguished from noise.
 _SLOWEST = 0.97
 # Gauss nodes of a step and their weights, as shares of it; the powers 0 to 7 and their slopes there.
@@ -113,19 +117,21 @@ def distance_from_limit(peak: Peak, noise: float) -> float:
 
     `_doubt` decides when to read a wave. Here the approach counts as a power of the contact's number, for it is slower
     than geometric where waves part slowly: the differences over the last two strides give its exponent. Where the peaks
-    further back do not fall into line, others have met the wave, and all of their change stands for what may follow.
+    do not fall into line, the wave has met others or is about to turn, and its change on a long way is what may follow.
     """
     forces = np.array([passed.force for passed in history(peak, _FAR)])
-    near = float(np.ptp(forces[: _STRIDE + 1]))
     whole = float(np.ptp(forces)) / peak.force
     if len(forces) <= 2 * _STRIDE:
         return whole
-    if near <= noise:
-        return 3 * near / peak.force
+    near = float(np.ptp(forces[: _STRIDE + 1])) / peak.force
+    if near * peak.force <= noise:
+        return 3 * near
     last, before = -np.diff(forces[: 2 * _STRIDE + 1 : _STRIDE])
-    further = forces[2 * _STRIDE] - forces[-1]
-    if not (last * before > 0 and abs(last) < abs(before) and further * last >= 0):
-        return whole
+    halves = -np.diff(forces[: 2 * _STRIDE : _STRIDE // 2])
+    onwards = np.append(halves, (before, forces[0] - forces[2], forces[2 * _STRIDE] - forces[-1])) * last >= 0
+    turning = halves[0] * halves[2] < _TURNING * halves[1] ** 2
+    if not onwards.all() or turning or abs(last) >= abs(before):
+        return min(whole, _COURSE * near)
     ways = peak.contact - _STRIDE * np.array([0.5, 1.5])
     exponent = math.log(before / last) / math.log(float(ways[0] / ways[1])) - 1
     return _MARGIN * abs(float(last)) * peak.contact / (_STRIDE * max(exponent, 1.0)) / peak.force
