@@ -30,8 +30,11 @@ _FAR = 40
 _MARGIN = 1.5
 # Where the ratio of successive changes falls by more than to this share, they are about to change their sign; how often
 # its change over a stride may follow then at most.
-_TURNING = 0.3
+_TURNING = 0.5
 _COURSE = 30.0
+# What may follow a change over a stride that noise hides, for each contact passed: of the slowest approach seen, whose
+# exponent is 7.5.
+_HIDDEN = _MARGIN / (7.5 * _STRIDE)
 # Slower approaches than this, per stride, cannot be distinguished from noise.
 _SLOWEST = 0.97
 # Gauss nodes of a step and their weights, as shares of it; the powers 0 to 7 and their slopes there.
@@ -117,18 +120,19 @@ def distance_from_limit(peak: Peak, noise: float) -> float:
 
     `_doubt` decides when to read a wave. Here the approach counts as a power of the contact's number, for it is slower
     than geometric where waves part slowly: the differences over the last two strides give its exponent. Where the peaks
-    do not fall into line, the wave has met others or is about to turn, and its change on a long way is what may follow.
+    do not fall into line, the wave has met others or is about to turn: what it changed on the last third of its way may
+    follow.
     """
-    forces = np.array([passed.force for passed in history(peak, _FAR)])
+    forces = np.array([passed.force for passed in history(peak, max(_FAR, peak.contact // 3))])
     whole = float(np.ptp(forces)) / peak.force
     if len(forces) <= 2 * _STRIDE:
         return whole
     near = float(np.ptp(forces[: _STRIDE + 1])) / peak.force
     if near * peak.force <= noise:
-        return 3 * near
+        return near * max(3.0, _HIDDEN * peak.contact)
     last, before = -np.diff(forces[: 2 * _STRIDE + 1 : _STRIDE])
     halves = -np.diff(forces[: 2 * _STRIDE : _STRIDE // 2])
-    onwards = np.append(halves, (before, forces[0] - forces[2], forces[2 * _STRIDE] - forces[-1])) * last >= 0
+    onwards = np.append(halves, (before, forces[0] - forces[2], forces[2 * _STRIDE] - forces[:_FAR][-1])) * last >= 0
     turning = halves[0] * halves[2] < _TURNING * halves[1] ** 2
     if not onwards.all() or turning or abs(last) >= abs(before):
         return min(whole, _COURSE * near)
