@@ -1,4 +1,4 @@
-"""Chains with two free ends: what they keep, and what flies off."""
+"""Chains with two free ends: conservation, and granules that leave the ends."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def finite(granules: int) -> sw.SimulationResult:
 
 
 @pytest.mark.parametrize("granules", [2, 3, 5, 9, 20, 50, 100, 200, 300])
-def test_finite_chain_keeps_momentum_and_energy(granules: int) -> None:
+def test_a_finite_chain_conserves_momentum_and_energy(granules: int) -> None:
     # rounding, and rtol
     assert finite(granules).momentum_defect < 1e-13
     assert finite(granules).energy_defect < 1e-6
@@ -38,7 +38,7 @@ def test_waves_of_a_long_finite_chain_are_those_of_an_endless_one() -> None:
     assert endless.spall_velocities is None
 
 
-def test_short_chain_leads_with_its_greatest_force() -> None:
+def test_a_short_chain_states_its_greatest_force_first() -> None:
     profile = sw.PowerLaw(rise_exponent=1, decay_exponent=0.5, duration_ratio=4)
     shock = sw.Shock(profile=profile, peak_force=FORCE, rise_time=3 * UNITS.time)
     result = sw.simulate(shock, attrs.evolve(CHAIN, granules=5))
@@ -50,11 +50,11 @@ def test_short_chain_leads_with_its_greatest_force() -> None:
     finer = sw.simulate(shock, attrs.evolve(CHAIN, granules=5), rtol=1e-10).greatest_force
     assert finer is not None
     assert greatest["peak_force"] == pytest.approx(finer.peak_force, rel=greatest["error_estimate"])
-    # the default tolerance asks for no less
+    # the default rtol
     assert greatest["error_estimate"] < 1e-6
 
 
-def test_greatest_force_of_a_short_shock_is_at_the_loaded_contact_however_long_the_chain() -> None:
+def test_the_greatest_force_of_a_short_shock_is_at_the_loaded_contact() -> None:
     greatest = finite(300).greatest_force
     assert greatest is not None
     assert greatest.contact == 0
@@ -62,30 +62,30 @@ def test_greatest_force_of_a_short_shock_is_at_the_loaded_contact_however_long_t
     assert sw.simulate(power(0.5), CHAIN).to_dict()["greatest_force"] is None
 
 
-def test_granules_that_meet_after_a_long_flight_collide() -> None:
+def test_granules_collide_after_a_long_free_flight() -> None:
     times, forces = [0, 0.5, 1, 11, 11.5, 12], [0, 1, 0, 0, 1.05, 0]
     record = sw.Tabulated(times=[t * UNITS.time for t in times], forces=[f * FORCE for f in forces])
     result = sw.simulate(sw.Shock(profile=record), attrs.evolve(CHAIN, granules=2))
-    # both fly off with these velocities, and the collision of equals swaps them
+    # velocities after the blows, which a collision of equal masses exchanges
     last, first = (velocity / UNITS.velocity for velocity in result.spall_velocities or ())
     assert (first, last) == pytest.approx((0.497, 0.528), abs=5e-4)
     _, late = result.waves
     assert late.arrival_time / UNITS.time == pytest.approx(148, abs=0.5)
-    # two equal masses that close in at this speed: 2/5 d^(5/2) = v^2/4; the error estimate is a part of rtol
+    # two equal masses that approach at this speed: 2/5 d^(5/2) = v^2/4; the tolerance is ten times the error estimate
     assert late.peak_force / FORCE == pytest.approx((5 / 8 * (last - first) ** 2) ** 0.6, rel=1e-5)
     assert not any("collide" in warning for warning in result.all_warnings)
 
 
-def test_collisions_beyond_the_run_are_bounded() -> None:
+def test_forces_of_collisions_after_the_run_are_bounded() -> None:
     profile = sw.PowerLaw(rise_exponent=1, decay_exponent=0.5, duration_ratio=4)
     shock = sw.Shock(profile=profile, peak_force=FORCE, rise_time=3 * UNITS.time)
     result = sw.simulate(shock, attrs.evolve(CHAIN, granules=200))
-    assert any("may still collide" in warning for warning in result.all_warnings)
-    # of this train no contact bears more than those that the settled leading wave passes
+    assert any("may collide after" in warning for warning in result.all_warnings)
+    # no contact force of this train exceeds that of the settled leading wave
     assert str(result).startswith("peak force")
 
 
-def test_two_granules_collide_as_their_relative_motion_says() -> None:
+def test_two_granules_collide_according_to_their_relative_motion() -> None:
     result = sw.simulate(triangle(1e-4), attrs.evolve(CHAIN, granules=2), rtol=1e-8)
     # Two equal masses under an impulse: the relative coordinate has mass 1/2, so the greatest overlap stores half
     # the kinetic energy, 2/5 d^(5/2) = v^2/4.
