@@ -93,7 +93,7 @@ def check(kind: int, number: int) -> Check:
 
 def rows(checks: dict[str, list[Check]]) -> Iterator[str]:
     """The table, a row for each kind and one for all."""
-    yield "| kind | later waves | held, % | worst | without | not judged | rebound held, % | worst |"
+    yield "| kind | waves | held, % | worst | without | not judged | rebound, % | worst |"
     yield "|---|---|---|---|---|---|---|---|"
     for name, found in checks.items():
         waves = np.array([ratio for each in found for ratio in each.waves])

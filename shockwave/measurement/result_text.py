@@ -12,6 +12,7 @@ _SPARE_WAVES = ("width", "energy", "contact", "residual")
 _PASSAGES = ("contact", "arrival", "peak force", "error", "from")
 # Digits of figures other than forces.
 _DIGITS = 5
+_TIME_DIGITS = 4
 
 
 def result_text(result: SimulationResult) -> str:
@@ -32,18 +33,18 @@ def result_text(result: SimulationResult) -> str:
 
 
 def _lead(result: SimulationResult) -> str:
-    """The leading wave's peak force, or the greatest contact force of a finite chain that exceeds it."""
-    return f"greatest contact force {_greatest(result)}" if _greatest(result) else f"peak force {peak_text(result)}"
+    """Peak force of the leading wave, or the greatest contact force of a finite chain if that is larger."""
+    return f"greatest force {_greatest(result)}" if _greatest(result) else f"peak force {peak_text(result)}"
 
 
 def _greatest(result: SimulationResult) -> str:
-    """The greatest contact force of a finite chain if it exceeds the leading wave, with contact and time."""
+    """Greatest contact force of a finite chain with contact and time, if it exceeds the leading wave; else empty."""
     top = result.greatest_force if result.options.waves == "train" else None
     error = 0.0 if top is None else top.error_estimate
     if top is None or top.peak_force <= result.peak_force * (1 + error + result.error_estimate):
         return ""
-    force, time = si(top.peak_force, "N", error=error), si(top.time, "s", error=error)
-    return f"{force} at contact {top.contact} after {time}, relative error about {error:.0e}"
+    force, time = si(top.peak_force, "N", error=error), si(top.time, "s", _TIME_DIGITS)
+    return f"{force} at contact {top.contact}, {time}, relative error about {error:.0e}"
 
 
 def peak_text(result: SimulationResult) -> str:

@@ -160,14 +160,14 @@ class _Course:
                 self.y, self.w = np.append(self.y, np.zeros(room)), np.append(self.w, np.zeros(room))
 
     def coast(self, until: float) -> Iterator[Span]:
-        """Free flight of a whole finite chain, exact and in one span: to the next contact, or to ``until``."""
+        """One span of exact free flight, to the next contact or to ``until``, if no contact of the chain is closed."""
         x, v = self.frame.true(self.time, self.y, self.w)
         gaps, closing = -overlaps(x), v[:-1] - v[1:]
         meets = closing > 0
         if len(x) != self.problem.granules or gaps.min() < 0 or not meets.any():
             return
         end = min(self.time + float((gaps[meets] / closing[meets]).min()), until)
-        if end - self.time <= LONGEST_STEP:  # not worth it; nor is a gap that rounding leaves
+        if end - self.time <= LONGEST_STEP:  # as for a gap due to rounding
             return
         self.release()
         self.y, self.w, begin, self.time = x + (end - self.time) * v, v, self.time, end
