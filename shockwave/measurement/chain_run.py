@@ -39,6 +39,10 @@ _REACH = 8
 # for each granule.
 _PARTING = 500
 _PARTING_RATE = 20
+# Number of granules of a short chain, and the smallest relative velocity in it that is followed to a collision, over
+# the largest velocity: slower granules would travel so far that rounding affects their overlaps.
+_SHORT = 50
+_SLOWEST = 1e-6
 # Contributions to the error of the rebound momentum, measured by docs/check_waves.py: its change over the last third of
 # the time after the shock, the momentum that other granules carry backwards, and the momentum of the granules behind
 # the waves, some of which rebound late.
@@ -183,7 +187,8 @@ class ChainRun:
                 self.steps += len(stretch.spans)
                 self.log.observe(stretch)
             x, v = stretch.x[-1], stretch.v[-1]
-            departed = v[::-1][: _departed(x, v)]
+            # granules that hardly move relative to one another depart, though some will exchange their velocities
+            departed = v[::-1] if self.unfollowed_force == 0 else v[::-1][: _departed(x, v)]
             self.spalls = tuple(departed[departed > ejected].tolist())
         self.end = stretch.end
         progressed(self.label, math.ceil(self.end), math.ceil(self.end))
@@ -270,7 +275,8 @@ class ChainRun:
             return True
         # energy of their relative motion, which bounds the forces of later collisions
         energy = chain_energy(x[first:last], v[first:last] - v[first:last].mean())
-        if energy < 0.5 * (EJECTED * float(np.abs(v).max())) ** 2:
+        slow = EJECTED if len(x) > _SHORT else _SLOWEST
+        if energy < 0.5 * (slow * float(np.abs(v).max())) ** 2:
             return True
         self.unfollowed_force = (2.5 * energy) ** 0.6
         return self.steps - self._driven_steps > _PARTING + _PARTING_RATE * (self.problem.granules or 0)
