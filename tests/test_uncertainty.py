@@ -339,8 +339,9 @@ def test_numbers_have_the_digits_that_their_errors_leave() -> None:
     text = str(found())
     assert max(map(len, text.splitlines())) <= 80
     mean = next(line.split() for line in text.splitlines() if line.lstrip().startswith("mean"))
-    # one digit, or two digits if the first is 1 or 2
-    assert float(mean[3]) == pytest.approx(found().peak_force.mean.error, rel=0.2)
+    # sampling and the peak forces; one digit, or two digits if the first is 1 or 2
+    whole = math.hypot(found().peak_force.mean.error, found().model_error * found().peak_force.mean.value)
+    assert float(mean[3]) == pytest.approx(whole, rel=0.2)
     assert text.startswith(f"peak force: mean {mean[1]} +- {mean[3]} N, 90 % between ")
     assert not re.search(r"\+- \de[-+]", text)
     assert [str(Estimate(12345.6, error)) for error in (0.04, 1.3, 40.0)] == [

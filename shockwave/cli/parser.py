@@ -143,6 +143,9 @@ _NEW = [
 ]
 _OUTPUT = _option("-o --output FILE", "write to FILE (default: stdout)")
 
+#: Commands that print no tables.
+_WITHOUT_TABLES = ("validate", "report", "plot", "new", "schema")
+
 # fmt: off
 #: Name, address of the function below `shockwave.cli`, summary, options.
 _COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
@@ -176,6 +179,7 @@ def parser() -> argparse.ArgumentParser:
     for name, address, summary, options in _COMMANDS:
         command = commands.add_parser(name, help=summary, description=summary, epilog=_EXITS)
         command.set_defaults(command=address)
-        for flags, settings in [_NO_PLUGINS, _WIDE, *options]:
+        common = [_NO_PLUGINS] if name in _WITHOUT_TABLES else [_NO_PLUGINS, _WIDE]
+        for flags, settings in [*common, *options]:
             command.add_argument(*flags, **settings)
     return made

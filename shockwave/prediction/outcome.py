@@ -23,7 +23,7 @@ _WAVE = {"peak_force": "N", "momentum": "N s", "energy": "J", "speed": "m/s", "w
 _REGIMES = {
     "ejection": "one wave, and the first granule rebounds",
     "single": "one wave with the whole impulse",
-    "train": "{count} waves",
+    "train": "{count} wave{plural}",
 }
 _RELATIONS = {"less": "less than", "equal": "about equal to", "greater": "greater than"}
 
@@ -220,7 +220,10 @@ def _decision(outcome: Outcome) -> Iterator[tuple[str, str]]:
     error = outcome.shown_error
     count = len(outcome.waves)
     ratio = f"{outcome.amplification:.{significant_digits(outcome.amplification, error)}g}"
-    yield "regime", f"{outcome.regime}: {_REGIMES[outcome.regime].format(count=count)}"
+    yield (
+        "regime",
+        f"{outcome.regime}: {_REGIMES[outcome.regime].format(count=count, plural='' if count == 1 else 's')}",
+    )
     yield "leading wave", f"{_RELATIONS[outcome.relation]} the shock's peak force ({ratio} times it)"
     if isinstance(outcome, EjectionOutcome):
         rise = si(outcome.virtual_rise_time, "s", error=error)
