@@ -44,7 +44,7 @@ def test_a_short_chain_states_its_greatest_force_first() -> None:
     result = sw.simulate(shock, attrs.evolve(CHAIN, granules=5))
     (warning,) = result.warnings
     assert "reach the free end" in warning
-    assert str(result).startswith("greatest force 126.406621 N at contact 3, 96.48 us, relative error")
+    assert str(result).startswith("greatest force 126.406621 N at contact 3, 96.48 us, estimated error")
     greatest = result.to_dict()["greatest_force"]
     assert greatest["contact"] == 3
     finer = sw.simulate(shock, attrs.evolve(CHAIN, granules=5), rtol=1e-10).greatest_force

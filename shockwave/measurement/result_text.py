@@ -45,7 +45,7 @@ def _greatest(result: SimulationResult) -> str:
     if top is None or top.peak_force <= result.peak_force * (1 + error + result.error_estimate):
         return ""
     force, time = si(top.peak_force, "N", error=error), si(top.time, "s", _TIME_DIGITS)
-    return f"{force} at contact {top.contact}, {time}, relative error about {error:.0e}"
+    return f"{force} at contact {top.contact}, {time}, estimated error {error:.0e}"
 
 
 def peak_text(result: SimulationResult) -> str:
