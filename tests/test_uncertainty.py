@@ -290,11 +290,11 @@ CALLS: dict[str, tuple[dict[str, Any], str]] = {
     "rtol": ({"spreads": SPREADS, "rtol": 1.0}, "rtol: must be >= 1e-07"),
     "too-long": (
         {"spreads": {"shock.rise_time": {"factor": 50}}},
-        r"^uncertainty: must give only possible scenes \(shock: must last at most 1000 .*narrow the distributions",
+        r"^uncertainty: must give only valid samples \(shock: must last at most 1000 .*narrow the distributions",
     ),
     "too-slow": (
         {"spreads": {"shock.duration_ratio": {"between": [1.5, 1000]}}},
-        r"^uncertainty: must give only possible scenes \(shock: must last at most 300 characteristic times if .*narrow",
+        r"^uncertainty: must give only valid samples \(shock: must last at most 300 characteristic times if .*narrow",
     ),
 }
 
@@ -332,7 +332,7 @@ def test_a_fault_of_the_block_is_reported_with_its_file(tmp_path: Path, capsys: 
     file = tmp_path / "long.yaml"
     file.write_text(FILE.read_text().replace("between: [30 us, 50 us]", "factor: 50"))
     assert cli.main(["uncertainty", str(file)]) == 3
-    assert capsys.readouterr().err.startswith(f"{file}: uncertainty: must give only possible scenes")
+    assert capsys.readouterr().err.startswith(f"{file}: uncertainty: must give only valid samples")
 
 
 def test_numbers_have_the_digits_that_their_errors_leave() -> None:
@@ -357,4 +357,4 @@ def test_a_scenario_with_a_sweep_is_refused(tmp_path: Path, capsys: pytest.Captu
     design = ["design", str(file), "--vary", "chain.radius", "--target", "speed=9", "--between", "1 mm", "2 mm"]
     for arguments in (["uncertainty", str(file)], design):
         assert cli.main(arguments) == 2
-        assert "delete the block sweep" in capsys.readouterr().err
+        assert "delete the `sweep` block" in capsys.readouterr().err

@@ -12,7 +12,7 @@ from shockwave.cli.scenario_commands import loaded
 from shockwave.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
 
 # Hint in the error for a scenario with a sweep.
-_SWEPT = "delete the block sweep"
+_SWEPT = "delete the `sweep` block"
 
 
 def design(options: argparse.Namespace) -> int:

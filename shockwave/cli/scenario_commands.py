@@ -58,7 +58,7 @@ def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) ->
         scenarios.append(scenario)
         if scenario.sweep is not None:
             got = f"got a sweep of {len(scenario.sweep)}; {remedy or f'run `shockwave sweep {file}`'}"
-            errors.append(UsageError(f"{file}: must be a single scene ({got})"))
+            errors.append(UsageError(f"{file}: must describe a single case ({got})"))
     if errors:
         together = ShockwaveError("\n".join(map(str, errors)))
         together.exit_code = max(error.exit_code for error in errors)
@@ -140,7 +140,7 @@ def compare(options: argparse.Namespace) -> int:
 
 
 def _settings(options: argparse.Namespace, scenario: Scenario) -> SimulateOptions:
-    """The scenario's block ``simulate``, with the options of the command line in its place."""
+    """The scenario's ``simulate`` block, with the options of the command line in its place."""
     names = ("rtol", "step", "integrator", "backend", "contacts")
     given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     if options.primary:
@@ -228,7 +228,8 @@ _SPARE = (
 )
 _FAILS = "FAIL"
 _LEGEND = """\
-error: of the predicted peak force against the simulated one; expected error: range measured for such shocks; \
+error: relative error of the predicted peak force with respect to the simulation; expected error: range found for \
+similar shocks; \
 relation, waves: predicted / simulated (/ published)"""
 
 

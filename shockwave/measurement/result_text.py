@@ -10,8 +10,8 @@ from shockwave.text import facts, limits, notes, si, significant_digits, strong,
 _WAVES = ("peak force", "error", "momentum", "energy", "speed", "width", "arrival", "contact", "residual")
 _SPARE_WAVES = ("contact", "energy", "width", "residual")
 _PASSAGES = ("contact", "arrival", "peak force", "error", "from")
-# Least relative error for the digits of figures other than forces: five digits.
-_FINEST = 1e-5
+# Least relative error that the digits of figures other than forces show: five digits.
+_FINEST = 1e-4
 _TIME_DIGITS = 4
 
 

@@ -151,6 +151,6 @@ def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
     if problem.duration > _LONGEST:
         raise NumericalError(
             f"the shock lasts {problem.duration:.3g} characteristic times of its wave, and the maximum is {_LONGEST:g}:"
-            " such a slow force is a matter of statics (shorten the shock, or use softer granules)"
+            " the response to such a slow force is quasi-static (shorten the shock, or use softer granules)"
         )
     return problem, scales

@@ -112,7 +112,7 @@ def comparison_text(both: Comparison) -> str:
     answers = [
         ("simulated", peak_text(simulated)),
         ("predicted", f"{si(predicted.peak_force, 'N', error=predicted.shown_error)} by {predicted.model}"),
-        ("relation", f"predicted {predicted.relation}, simulated {both.relation} (leading wave to shock)"),
+        ("relation", f"predicted {predicted.relation}, simulated {both.relation} (leading wave relative to the shock)"),
     ]
     if both.published is not None:
         answers.append(("published", f"{_figures(both.published)} ({both.published.source})"))
