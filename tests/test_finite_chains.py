@@ -38,12 +38,51 @@ def test_waves_of_a_long_finite_chain_are_those_of_an_endless_one() -> None:
     assert endless.spall_velocities is None
 
 
-def test_a_short_chain_warns_and_states_its_largest_force() -> None:
+def test_a_short_chain_states_its_greatest_force_first() -> None:
     profile = sw.PowerLaw(rise_exponent=1, decay_exponent=0.5, duration_ratio=4)
     shock = sw.Shock(profile=profile, peak_force=FORCE, rise_time=3 * UNITS.time)
-    (warning,) = sw.simulate(shock, attrs.evolve(CHAIN, granules=5)).warnings
+    result = sw.simulate(shock, attrs.evolve(CHAIN, granules=5))
+    (warning,) = result.warnings
     assert "reach the free end" in warning
-    assert "largest contact force is 126.41 N, at contact 3" in warning
+    assert str(result).startswith("greatest force 126.406621 N at contact 3, 96.48 us, estimated error")
+    greatest = result.to_dict()["greatest_force"]
+    assert greatest["contact"] == 3
+    finer = sw.simulate(shock, attrs.evolve(CHAIN, granules=5), rtol=1e-10).greatest_force
+    assert finer is not None
+    assert greatest["peak_force"] == pytest.approx(finer.peak_force, rel=greatest["error_estimate"])
+    # the default rtol
+    assert greatest["error_estimate"] < 1e-6
+
+
+def test_the_greatest_force_of_a_short_shock_is_at_the_loaded_contact() -> None:
+    greatest = finite(300).greatest_force
+    assert greatest is not None
+    assert greatest.contact == 0
+    assert greatest.peak_force == pytest.approx(sw.simulate(power(0.5), CHAIN).passage(0).peak_force, rel=1e-6)  # rtol
+    assert sw.simulate(power(0.5), CHAIN).to_dict()["greatest_force"] is None
+
+
+def test_granules_collide_after_a_long_free_flight() -> None:
+    times, forces = [0, 0.5, 1, 11, 11.5, 12], [0, 1, 0, 0, 1.05, 0]
+    record = sw.Tabulated(times=[t * UNITS.time for t in times], forces=[f * FORCE for f in forces])
+    result = sw.simulate(sw.Shock(profile=record), attrs.evolve(CHAIN, granules=2))
+    # velocities after the blows, which a collision of equal masses exchanges
+    last, first = (velocity / UNITS.velocity for velocity in result.spall_velocities or ())
+    assert (first, last) == pytest.approx((0.497, 0.528), abs=5e-4)
+    _, late = result.waves
+    assert late.arrival_time / UNITS.time == pytest.approx(148, abs=0.5)
+    # two equal masses that approach at this speed: 2/5 d^(5/2) = v^2/4; the tolerance is ten times the error estimate
+    assert late.peak_force / FORCE == pytest.approx((5 / 8 * (last - first) ** 2) ** 0.6, rel=1e-5)
+    assert not any("collide" in warning for warning in result.all_warnings)
+
+
+def test_forces_of_collisions_after_the_run_are_bounded() -> None:
+    profile = sw.PowerLaw(rise_exponent=1, decay_exponent=0.5, duration_ratio=4)
+    shock = sw.Shock(profile=profile, peak_force=FORCE, rise_time=3 * UNITS.time)
+    result = sw.simulate(shock, attrs.evolve(CHAIN, granules=200))
+    assert any("may collide after" in warning for warning in result.all_warnings)
+    # no contact force of this train exceeds that of the settled leading wave
+    assert str(result).startswith("peak force")
 
 
 def test_two_granules_collide_according_to_their_relative_motion() -> None:

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import shockwave as sw
+from scenes import CHAIN, FORCE, UNITS
 from shockwave.measurement.chain_run import ChainRun
-from shockwave.measurement.peak_log import PeakLog
-from shockwave.measurement.waves import settling
+from shockwave.measurement.peak_log import PeakLog, history
+from shockwave.measurement.waves import distance_from_limit, settling
 from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.problem import ChainProblem
 
@@ -60,3 +61,48 @@ def test_waves_are_not_followed_to_a_far_end() -> None:
     )
     assert found.spalls is None
     assert (found.waves, found.recoils, found.steps) == (endless.waves, endless.recoils, endless.steps)
+
+
+FAR = np.arange(30.0, 121.0)
+
+
+@pytest.mark.parametrize(
+    ("forces", "distance", "most"),
+    [
+        # an extrapolation is 1.5 times too large, and more by what differences over ten contacts make of the approach
+        # or where it is faster; otherwise all that a wave has changed stands for what may follow
+        pytest.param(1 - (30 / FAR) ** 7.5, 4.0**-7.5, 2.5, id="power-of-the-contact"),
+        pytest.param(1 - 0.7 ** (FAR - 30), 0.7**90, 1e12, id="geometric-to-rounding"),
+        pytest.param(1 - 0.9 ** (FAR - 30), 0.9**90, 10.0, id="geometric-and-slow"),
+        pytest.param(1 + 1e-5 * (FAR - 119) ** 2, 1e-2, 2.0, id="about-to-turn"),
+        pytest.param(1 + 0.02 * (FAR < 113), 0.02, 1.01, id="met-by-another"),
+    ],
+)
+def test_distance_from_the_limit_covers_the_approach(forces: np.ndarray, distance: float, most: float) -> None:
+    log = log_of(*((contact, 1.1 * contact, force) for contact, force in enumerate(forces.tolist(), start=30)))
+    (peak,) = log.peaks[120]
+    assert len(history(peak, 40)) == 41
+    assert distance <= distance_from_limit(peak, 1e-9) <= most * distance
+
+
+def record(times: list[float], forces: list[float]) -> sw.SimulationResult:
+    profile = sw.Tabulated(times=[t * UNITS.time for t in times], forces=[f * FORCE for f in forces])
+    return sw.simulate(sw.Shock(profile=profile), CHAIN)
+
+
+def test_waves_that_part_slowly_are_within_their_estimates() -> None:
+    result = record([0, 4.590006910791778, 20.400925386521997, 24.28582478782259], [0, 1, 1, 0])
+    # at rtol 1e-10, followed to contacts 474 to 560; errors there are 2e-8
+    limits = [2.297001892, 2.210791252, 2.047605237, 1.799268275, 1.472137368, 1.100852956, 0.742140859, 0.434110532]
+    for wave, limit in zip(result.waves, limits, strict=False):
+        assert wave.error_estimate is not None
+        assert wave.peak_force / FORCE == pytest.approx(limit, rel=wave.error_estimate)
+    # not by stating that nothing is known: 5e-6 is what the first four are read to
+    assert max(wave.error_estimate or 1.0 for wave in result.waves[:4]) < 5e-6
+
+
+def test_rebound_that_goes_on_when_it_is_read_is_within_its_estimate() -> None:
+    times = [0, 0.1551343574566138, 0.6232994432518131, 1.5301546368944823, 1.8812663576287603, 2.3038047632388188]
+    result = record(times, [0, 1, 0, 0, 0.3768129680584399, 0])
+    # read more than twice as late, at rtol 1e-10: another granule has turned back
+    assert abs(result.recoil_momentum / UNITS.momentum + 1.5557228e-3) < result.recoil_error / UNITS.momentum

@@ -245,6 +245,15 @@ def blow_on_two(case: Case, backend: Backend) -> Finding:
     return _with_fault(finding, wrong, f"the velocity of the second granule should be {expected:g} m/s")
 
 
+def late_meeting(case: Case, backend: Backend) -> Finding:
+    """A collision of two granules swaps their velocities: half the square of their difference goes into the contact."""
+    result = _simulated(case, backend)
+    fast, slow = (velocity / UNITS.velocity for velocity in result.spall_velocities or (0.0, 0.0))
+    met = result.waves[-1]
+    outcome = f"meet after {met.arrival_time / UNITS.time:.4g} T0, {_summary(result)}"
+    return _judged(case, result, outcome, met.peak_force / FORCE, (5 / 8 * (fast - slow) ** 2) ** 0.6)
+
+
 def far_passage(case: Case, backend: Backend) -> Finding:
     """Arrival time at contact 1e5, whose relative error is a sixth of that of the peak force."""
     passage = _simulated(case, backend).passages[0]
@@ -292,6 +301,6 @@ def flying_apart(case: Case, backend: Backend) -> Finding:
 
 
 _GENERIC = (law, method, like, like_simulated, number, refused)
-_SINGLE = (blow_on_two, far_passage, quickly, rebound, flying_apart)
+_SINGLE = (blow_on_two, late_meeting, far_passage, quickly, rebound, flying_apart)
 #: Checks by name.
 CHECKS = {check.__name__: check for check in (*_GENERIC, *_SINGLE)} | {"scaled_beads": like}

@@ -48,9 +48,10 @@ def _shock(profile: ShockProfile, rise_time: float) -> Shock:
     return Shock(profile=profile, peak_force=FORCE, rise_time=rise_time * UNITS.time)
 
 
-def record(times: ArrayLike, shares: ArrayLike) -> Scene:
+def record(times: ArrayLike, shares: ArrayLike, granules: int | None = None) -> Scene:
     """Record with samples ``shares``, in units of 100 N, at ``times``, in characteristic times."""
-    return Shock(profile=Tabulated(times=UNITS.time * np.asarray(times), forces=FORCE * np.asarray(shares))), BEADS
+    profile = Tabulated(times=UNITS.time * np.asarray(times), forces=FORCE * np.asarray(shares))
+    return Shock(profile=profile), evolve(BEADS, granules=granules)
 
 
 def resampled(count: int, times: Sequence[float], shares: Sequence[float]) -> Scene:

@@ -10,7 +10,7 @@ from attrs import define, field
 
 from shockwave.measurement.peak_log import Peak, PeakLog, characteristic_time
 from shockwave.measurement.result import MeasuredWave
-from shockwave.measurement.waves import Probe, settling
+from shockwave.measurement.waves import Probe, distance_from_limit, settling
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Integrator
@@ -35,6 +35,21 @@ _BUDGET_RATE = 6.0
 _NOISE = 30.0
 # Distance in granules at which a free end affects a wave.
 _REACH = 8
+# Largest number of steps after the shock in which the granules of a finite chain can separate: a constant, and a number
+# for each granule.
+_PARTING = 500
+_PARTING_RATE = 20
+# Number of granules of a short chain, and the smallest relative velocity in it that is followed to a collision, over
+# the largest velocity: slower granules would travel so far that rounding affects their overlaps.
+_SHORT = 50
+_SLOWEST = 1e-6
+# Contributions to the error of the rebound momentum, measured by docs/check_waves.py: its change over the last third of
+# the time after the shock, the momentum that other granules carry backwards, and the momentum of the granules behind
+# the waves, some of which rebound late.
+_LATE = 1 / 3
+_CHANGE_SHARE = 2.0
+_BACKWARD_SHARE = 4.0
+_REMAINING_SHARE = 3e-3
 # Largest distance in granules to a free end up to which waves are followed after they have been measured.
 _FARTHEST = 2000
 
@@ -59,7 +74,9 @@ class _Reading:
             self.passed = stretch.end - self.head.time > 10 * _AHEAD * characteristic_time(self.head.force)
         elif stretch.end - peak.time > _PASSED * characteristic_time(peak.force):
             self.passed = True
-            self.wave = self.probe.wave(peak, log, self.doubt)
+            # without a bound the wave may still collide with others
+            known = math.isfinite(self.doubt)
+            self.wave = self.probe.wave(peak, log, distance_from_limit(peak, log.tolerance) if known else math.inf)
 
 
 @define(eq=False)
@@ -86,7 +103,7 @@ class ChainRun:
     recoils : tuple of float
         Velocities of the rebounding granules, first granule first.
     unfinished_recoil : float
-        Momentum of the rebounding granules that may still collide with others.
+        Bound on the momentum that the rebounding granules may still gain or lose.
     spalls : tuple of float or None
         Velocities of the granules that leave the free end faster than `EJECTED` times the granules in the waves, last
         granule first; None if the waves were not followed to the free end.
@@ -96,6 +113,8 @@ class ChainRun:
         Energy of the chain at the end of the force; later changes are errors of the integration.
     settled : bool
         False if the allowed number of contacts was passed before all waves had settled.
+    unfollowed_force : float
+        Bound on the contact forces of collisions in a finite chain after the end of the run.
     steps, end : int, float
         Number of steps, and the time at which the run ended.
     """
@@ -117,11 +136,14 @@ class ChainRun:
     energy: float = 0.0
     work: float = 0.0
     settled: bool = True
+    unfollowed_force: float = 0.0
     steps: int = 0
+    _driven_steps: int = 0
     end: float = 0.0
     _free_end: Probe | None = None
     _readings: list[_Reading] = field(factory=list)
     _judged: float = 0.0
+    _recoiled: list[tuple[float, float]] = field(factory=list)
     _all_known: bool = False
 
     def __attrs_post_init__(self) -> None:
@@ -149,14 +171,24 @@ class ChainRun:
         self.momentum = float(np.sum(v))
         self.energy = chain_energy(x, v)
         ejected = EJECTED * max((wave.granule_velocity for wave in self.waves), default=0.0)
-        self.recoils, self.unfinished_recoil = _recoils(x, v, ejected)
+        self.recoils, loose = _recoils(v, ejected)
+        late = [sum(self.recoils)]
+        since = stretch.end - _LATE * (stretch.end - self.problem.duration)
+        late += [recoil for time, recoil in self._recoiled if time > since]
+        rear = min((reading.head.contact for reading in self._readings), default=0)
+        remaining = float(np.abs(v[free_granules(x, v) : rear]).sum())
+        self.unfinished_recoil = (
+            _CHANGE_SHARE * float(np.ptp(late)) + _BACKWARD_SHARE * loose + _REMAINING_SHARE * remaining
+        )
         granules = self.problem.granules
         if granules is not None and granules - self._front <= _FARTHEST:
             while not self._is_spent(stretch):
                 stretch = next(stretches)
                 self.steps += len(stretch.spans)
+                self.log.observe(stretch)
             x, v = stretch.x[-1], stretch.v[-1]
-            departed = v[::-1][: _departed(x, v)]
+            # granules that hardly move relative to one another depart, though some will exchange their velocities
+            departed = v[::-1] if self.unfollowed_force == 0 else v[::-1][: _departed(x, v)]
             self.spalls = tuple(departed[departed > ejected].tolist())
         self.end = stretch.end
         progressed(self.label, math.ceil(self.end), math.ceil(self.end))
@@ -191,8 +223,12 @@ class ChainRun:
             reading.observe(stretch, self.log)
         if self._free_end is not None:
             self._free_end.observe(stretch)
+        if stretch.end >= self.problem.duration:
+            ejected = EJECTED * self.log.strongest ** (5 / 6)  # approximate granule velocity
+            self._recoiled.append((stretch.end, sum(_recoils(stretch.v[-1], ejected)[0])))
         if stretch.end == self.problem.duration:
             self.work = chain_energy(stretch.x[-1], stretch.v[-1])
+            self._driven_steps = self.steps
 
     def _has_seen_all(self, stretch: Stretch) -> bool:
         """Whether the waves are known after ``stretch``."""
@@ -231,13 +267,19 @@ class ChainRun:
         return complete or not self.settled
 
     def _is_spent(self, stretch: Stretch) -> bool:
-        """Whether nothing more can leave a finite chain: its granules move apart, or have had enough time to."""
+        """Whether nothing more can leave a finite chain: its granules move apart, or have had enough steps to."""
         x, v = stretch.x[-1], stretch.v[-1]
         first, last = free_granules(x, v), len(x) - _departed(x, v)
-        slow = EJECTED * float(np.abs(v).max())
-        if first >= last or chain_energy(x[first:last], v[first:last]) < 0.5 * slow**2:
+        self.unfollowed_force = 0.0
+        if first >= last:
             return True
-        return stretch.end > self.problem.duration + 4.0 * (self.problem.granules or 0) + 50.0
+        # energy of their relative motion, which bounds the forces of later collisions
+        energy = chain_energy(x[first:last], v[first:last] - v[first:last].mean())
+        slow = EJECTED if len(x) > _SHORT else _SLOWEST
+        if energy < 0.5 * (slow * float(np.abs(v).max())) ** 2:
+            return True
+        self.unfollowed_force = (2.5 * energy) ** 0.6
+        return self.steps - self._driven_steps > _PARTING + _PARTING_RATE * (self.problem.granules or 0)
 
     def _waves(self) -> tuple[MeasuredWave, ...]:
         """Waves that have been measured."""
@@ -252,17 +294,18 @@ class ChainRun:
         return tuple(end.wave(peak, self.log, doubt) for peak in peaks if peak.force >= least)
 
 
-def _recoils(x: FloatArray, v: FloatArray, ejected: float) -> tuple[tuple[float, ...], float]:
-    """Velocities of the rebounding granules, and the momentum of those that may still collide with others.
+def _recoils(v: FloatArray, ejected: float) -> tuple[tuple[float, ...], float]:
+    """Velocities of the rebounding granules, and the momentum that they may still exchange with others.
 
     They extend from the loaded end to the last ejected granule and the granules that follow it backwards. Further on,
     a backward drift is caused by passing waves.
     """
     last = max(np.flatnonzero(v < -ejected), default=0)
     forward = np.flatnonzero(v[last:] >= 0)
-    region = v[: last + int(forward[0]) if len(forward) else len(v)]
-    still = region[free_granules(x, v) :]
-    return tuple(region[region < 0].tolist()), float(-still[still < 0].sum())
+    end = last + int(forward[0]) if len(forward) else len(v)
+    region, beyond = v[:end], v[end:]
+    loose = float(region[region > 0].sum() - beyond[beyond < 0].sum())
+    return tuple(region[region < 0].tolist()), loose
 
 
 def _departed(x: FloatArray, v: FloatArray) -> int:

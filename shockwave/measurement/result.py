@@ -10,9 +10,9 @@ from attrs import asdict, evolve, field, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import SolitaryWave
+from shockwave.measurement.recording import Recording, plain
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
-from shockwave.quadrature import FloatArray
 from shockwave.scene_summary import Scene
 from shockwave.simulation.problem import Primary
 from shockwave.text import printed
@@ -29,11 +29,6 @@ _UNITS = {
 }
 # JSON keys for the granules that leave the ends of the chain.
 _ENDS = ("recoil_momentum", "recoil_error", "recoil_velocities", "ejected_granules", "spall_velocities")
-
-
-def _plain(value: Any) -> Any:
-    """``value``, with tuples and arrays converted to lists."""
-    return value.tolist() if hasattr(value, "tolist") else list(value) if isinstance(value, tuple) else value
 
 
 @frozen(kw_only=True)
@@ -103,6 +98,16 @@ class Passage:
 
 
 @frozen(kw_only=True)
+class ContactPeak:
+    """Peak force at a contact, counted from 0 [N], its time [s], and the estimated relative error of the force."""
+
+    contact: int
+    peak_force: float
+    time: float
+    error_estimate: float
+
+
+@frozen(kw_only=True)
 class Cost:
     """Cost of a result; ``seconds`` [s] vary from run to run and are ignored in comparisons."""
 
@@ -133,6 +138,8 @@ class Train:
     spall_velocities : tuple of float or None
         Velocities of the granules that leave the free end [m/s], last granule first; None if the chain is semi-infinite
         or the waves were not followed to its end.
+    greatest_force : ContactPeak or None
+        Greatest contact force; None if the chain is semi-infinite.
     cost : Cost
         Cost of the two runs.
     warnings : tuple of str
@@ -144,39 +151,9 @@ class Train:
     recoil_error: float
     recoil_velocities: tuple[float, ...] = ()
     spall_velocities: tuple[float, ...] | None = None
+    greatest_force: ContactPeak | None = None
     cost: Cost = Cost(steps=0, force_evaluations=0, seconds=0.0)
     warnings: tuple[str, ...] = ()
-
-
-@frozen(kw_only=True, eq=False)
-class Recording:
-    """Histories at equal time intervals, in SI units; histories that were not requested are None.
-
-    Attributes
-    ----------
-    times : array, shape (k,)
-        Times [s].
-    contacts : tuple of int
-        Contacts of the columns of ``forces``.
-    forces : array, shape (k, contacts), or None
-        Contact forces [N].
-    displacements, velocities : array, shape (k, granules), or None
-        Displacements [m] and velocities [m/s] of all granules that have moved by the end.
-    kinetic_energy, contact_energy : array, shape (k,), or None
-        Kinetic energy and contact energy of the chain [J].
-    """
-
-    times: FloatArray
-    contacts: tuple[int, ...]
-    forces: FloatArray | None = None
-    displacements: FloatArray | None = None
-    velocities: FloatArray | None = None
-    kinetic_energy: FloatArray | None = None
-    contact_energy: FloatArray | None = None
-
-    def to_dict(self) -> dict[str, Any]:
-        """Attributes by name, with arrays as lists of SI floats."""
-        return {name: _plain(value) for name, value in asdict(self).items()}
 
 
 @frozen(kw_only=True, slots=False)
@@ -353,6 +330,11 @@ class SimulationResult:
         """Velocities of the granules that leave the free end [m/s], last granule first."""
         return self.train.spall_velocities
 
+    @property
+    def greatest_force(self) -> ContactPeak | None:
+        """Greatest contact force; None if the chain is semi-infinite."""
+        return self.train.greatest_force
+
     @cached_property
     def recording(self) -> Recording | None:
         """Requested histories, integrated at the first access."""
@@ -371,7 +353,8 @@ class SimulationResult:
 
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``simulate --json``: SI floats, no NaN."""
-        ends = {name: _plain(getattr(self, name)) if self.options.waves == "train" else None for name in _ENDS}
+        train = self.options.waves == "train"
+        ends = {name: plain(getattr(self, name)) if train else None for name in _ENDS}
         return {
             "scenario": self.scenario,
             "peak_force": self.peak_force,
@@ -382,6 +365,7 @@ class SimulationResult:
             "passages": [asdict(passage) for passage in self.passages],
             "applied_momentum": self.applied_momentum,
             **ends,
+            "greatest_force": asdict(self.greatest_force) if train and self.greatest_force else None,
             "momentum_defect": self.momentum_defect,
             "energy_defect": self.energy_defect,
             "recording": self.recording and self.recording.to_dict(),

@@ -12,16 +12,18 @@ _SPARE_WAVES = ("contact", "energy", "width", "residual")
 _PASSAGES = ("contact", "arrival", "peak force", "error", "from")
 # Least relative error that the digits of figures other than forces show: five digits.
 _FINEST = 1e-4
+_TIME_DIGITS = 4
 
 
 def result_text(result: SimulationResult) -> str:
     """The peak force with its error estimate, the waves, then the balances, the cost and the scene."""
     name = f"{result.scenario}: " if result.scenario else ""
     waves = wave_tables(result)  # integrates the train, whose warnings and cost belong to the lines around
+    leading = [("leading wave", peak_text(result))] if _greatest(result) else []
     lines = [
-        strong(f"{name}peak force {peak_text(result)}"),
+        strong(f"{name}{_lead(result)}"),
         *limits(result_limits(result)),
-        *facts(result_answer(result)),
+        *facts([*leading, *result_answer(result)]),
         "",
         waves,
         "",
@@ -29,6 +31,21 @@ def result_text(result: SimulationResult) -> str:
         *notes(result.scene.notes),
     ]
     return "\n".join(lines)
+
+
+def _lead(result: SimulationResult) -> str:
+    """Peak force of the leading wave, or the greatest contact force of a finite chain if that is larger."""
+    return f"greatest force {_greatest(result)}" if _greatest(result) else f"peak force {peak_text(result)}"
+
+
+def _greatest(result: SimulationResult) -> str:
+    """Greatest contact force of a finite chain with contact and time, if it exceeds the leading wave; else empty."""
+    top = result.greatest_force if result.options.waves == "train" else None
+    error = 0.0 if top is None else top.error_estimate
+    if top is None or top.peak_force <= result.peak_force * (1 + error + result.error_estimate):
+        return ""
+    force, time = si(top.peak_force, "N", error=error), si(top.time, "s", _TIME_DIGITS)
+    return f"{force} at contact {top.contact}, {time}, estimated error {error:.0e}"
 
 
 def peak_text(result: SimulationResult) -> str:

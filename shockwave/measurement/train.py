@@ -9,7 +9,7 @@ from attrs import evolve
 from shockwave.chain.chain import Scales
 from shockwave.errors import NumericalError
 from shockwave.measurement.chain_run import EJECTED, ChainRun
-from shockwave.measurement.result import Cost, MeasuredWave, SimulationResult, Train
+from shockwave.measurement.result import ContactPeak, Cost, MeasuredWave, SimulationResult, Train
 from shockwave.measurement.simulation_setup import MEASURABLE, Setup, scaled, setup_of
 from shockwave.simulation.problem import ChainProblem, Primary, Status
 from shockwave.text import si
@@ -92,11 +92,9 @@ def measure_primary(
     )
     warnings: tuple[str, ...] = ()
     if fine.reached_end:
-        top = fine.log.top()
         warnings = (
             "The waves reach the free end before they have settled, so they were measured at contact"
-            f" {strongest.contact} of this chain. The largest contact force is {si(top.force * scales.force, 'N')}, at"
-            f" contact {top.contact}. A longer chain shows the settled waves.",
+            f" {strongest.contact} of this chain. A longer chain shows the settled waves.",
         )
     error = train.waves[0].error_estimate
     return primary, 1.0 if error is None else error, train, warnings
@@ -118,7 +116,7 @@ def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, 
     waves = _waves(fine, coarse, scales)
     ejected = EJECTED * waves[0].granule_velocity
     recoil = sum(fine.recoils)
-    error = abs(recoil - sum(coarse.recoils)) + fine.unfinished_recoil
+    error = abs(recoil - sum(coarse.recoils)) + fine.unfinished_recoil + fine.integrator.tolerance * fine.momentum
     velocities = [velocity * scales.velocity for velocity in fine.recoils]
     warnings: tuple[str, ...] = ()
     settled = fine.settled and all(wave.error_estimate is not None for wave in waves)
@@ -127,12 +125,16 @@ def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, 
             "The granules behind the last wave were still moving when it was measured, so waves near the threshold may"
             " be missing or inaccurate. A higher wave_threshold excludes them.",
         )
+    if fine.unfollowed_force > setup.options.wave_threshold * fine.log.top().force:
+        bound = si(fine.unfollowed_force * scales.force, "N")
+        warnings = (*warnings, f"Granules may collide after the end of the run, with forces below {bound}.")
     train = Train(
         waves=waves,
         recoil_momentum=recoil * scales.momentum,
         recoil_error=error * scales.momentum,
         recoil_velocities=tuple(velocity for velocity in velocities if -velocity > ejected),
         spall_velocities=None if fine.spalls is None else tuple(u * scales.velocity for u in fine.spalls),
+        greatest_force=None if problem.granules is None else _greatest(fine, coarse, scales),
         cost=Cost(
             steps=fine.steps + coarse.steps,
             force_evaluations=fine.integrator.evaluations + coarse.integrator.evaluations,
@@ -143,16 +145,29 @@ def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, 
     return train, fine
 
 
+def _greatest(fine: ChainRun, coarse: ChainRun, scales: Scales) -> ContactPeak:
+    """Greatest contact force of the fine run, in SI units, with an error estimate like that of a wave."""
+    top = fine.log.top()
+    error = abs(coarse.log.top().force / top.force - 1) + _energy_error(fine) + fine.integrator.tolerance
+    return ContactPeak(
+        contact=top.contact, peak_force=top.force * scales.force, time=top.time * scales.time, error_estimate=error
+    )
+
+
+def _energy_error(fine: ChainRun) -> float:
+    """Relative error of a peak force, which scales as the 3/5 power of energy, from the energy defect."""
+    # the defect shows errors of both runs, as at a contact that opens
+    return 0.6 * abs(fine.energy / fine.work - 1) if fine.work else 0.0
+
+
 def _waves(fine: ChainRun, coarse: ChainRun, scales: Scales) -> tuple[MeasuredWave, ...]:
     """Waves of the fine run, strongest first, in SI units.
 
     The error estimate of each is the sum of the difference of the two runs, its own bound, and the energy defect.
     """
-    # Peak force scales as the 3/5 power of energy. The defect shows errors of both runs, as at a contact that opens.
-    defect = 0.6 * abs(fine.energy / fine.work - 1) if fine.work else 0.0
     waves = []
     for wave in fine.waves:
         difference = min(abs(other.peak_force / wave.peak_force - 1) for other in coarse.waves)
-        error = difference + (wave.error_estimate or 0.0) + defect + _ROUNDING
+        error = difference + (wave.error_estimate or 0.0) + _energy_error(fine) + _ROUNDING
         waves.append(wave.in_si(scales, error if error < _UNSETTLED else None))
     return tuple(sorted(waves, key=lambda wave: -wave.peak_force))

@@ -24,6 +24,17 @@ _BACK = 3
 _FOLLOWED = 0.3
 # A wave whose peak force exceeds that of a wave ahead by this factor will overtake it.
 _TALLER = 1.001
+# Number of contacts over which the approach to the limit must be uniform to be extrapolated, and the factor by which
+# the extrapolation is enlarged; measured by docs/check_waves.py, as are the three numbers that follow.
+_FAR = 40
+_MARGIN = 1.5
+# If the ratio of successive changes falls by more than this factor, the changes are about to reverse their sign.
+_TURNING = 0.5
+# Largest expected change of such a wave, over its change in the last stride.
+_MOST_CHANGE = 30.0
+# Distance from the limit over a change per stride that is hidden by noise, for each contact passed: of the slowest
+# approach, as the power -7.5 of the number of contacts.
+_HIDDEN = _MARGIN / (7.5 * _STRIDE)
 # Slowest decrease of the deviation from the limit, per stride, that can be distinguished from noise.
 _SLOWEST = 0.97
 # Gauss nodes and weights of a step, as fractions of it; powers 0 to 7 and their derivatives at the nodes.
@@ -105,6 +116,32 @@ def _doubt(trail: list[Peak], noise: float) -> float:
         return last / trail[0].force
     ratio = min(max(_ratio(last, previous), _ratio(recent, older) ** 2), _SLOWEST)
     return last * max(ratio / (1 - ratio), 0.1) / trail[0].force
+
+
+def distance_from_limit(peak: Peak, noise: float) -> float:
+    """Estimate of the relative distance from its limit of a wave that is measured at ``peak``.
+
+    `_doubt` decides when a wave is measured. Here the deviation from the limit is a power of the number of contacts,
+    since the approach is slower than geometric where waves separate slowly; the differences over the last two strides
+    give the exponent. If the peaks do not change uniformly, the wave has collided with others or its change reverses:
+    it may change again as much as on the last third of its way.
+    """
+    forces = np.array([passed.force for passed in history(peak, max(_FAR, peak.contact // 3))])
+    whole = float(np.ptp(forces)) / peak.force
+    if len(forces) <= 2 * _STRIDE:
+        return whole
+    near = float(np.ptp(forces[: _STRIDE + 1])) / peak.force
+    if near * peak.force <= noise:
+        return near * max(3.0, _HIDDEN * peak.contact)
+    last, before = -np.diff(forces[: 2 * _STRIDE + 1 : _STRIDE])
+    halves = -np.diff(forces[: 2 * _STRIDE : _STRIDE // 2])
+    onwards = np.append(halves, (before, forces[0] - forces[2], forces[2 * _STRIDE] - forces[:_FAR][-1])) * last >= 0
+    turning = halves[0] * halves[2] < _TURNING * halves[1] ** 2
+    if not onwards.all() or turning or abs(last) >= abs(before):
+        return min(whole, _MOST_CHANGE * near)
+    ways = peak.contact - _STRIDE * np.array([0.5, 1.5])
+    exponent = math.log(before / last) / math.log(float(ways[0] / ways[1])) - 1
+    return _MARGIN * abs(float(last)) * peak.contact / (_STRIDE * max(exponent, 1.0)) / peak.force
 
 
 def _ratio(later: float, earlier: float) -> float:

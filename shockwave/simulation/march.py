@@ -11,7 +11,7 @@ from attrs import define, field, frozen
 
 from shockwave.quadrature import FloatArray
 from shockwave.registry import blame
-from shockwave.simulation.integrator import Integrator, Step
+from shockwave.simulation.integrator import LONGEST_STEP, Integrator, Step
 from shockwave.simulation.problem import ChainAcceleration, ChainProblem, overlaps
 
 # First number of granules in the window, and by how many it grows.
@@ -93,6 +93,7 @@ def march(problem: ChainProblem, integrator: Integrator, until: float | None = N
         yield from course.spans(min(stop, last))
     course.release()
     while course.time < last:
+        yield from course.coast(last)
         yield from course.spans(min(course.time + _STRETCH, last))
 
 
@@ -157,6 +158,20 @@ class _Course:
             yield from self._some(until)
             if room := self._room():
                 self.y, self.w = np.append(self.y, np.zeros(room)), np.append(self.w, np.zeros(room))
+
+    def coast(self, until: float) -> Iterator[Span]:
+        """One span of exact free flight, to the next contact or to ``until``, if no contact of the chain is closed."""
+        x, v = self.frame.true(self.time, self.y, self.w)
+        gaps, closing = -overlaps(x), v[:-1] - v[1:]
+        meets = closing > 0
+        if len(x) != self.problem.granules or gaps.min() < 0 or not meets.any():
+            return
+        end = min(self.time + float((gaps[meets] / closing[meets]).min()), until)
+        if end - self.time <= LONGEST_STEP:  # as for a gap due to rounding
+            return
+        self.release()
+        self.y, self.w, begin, self.time = x + (end - self.time) * v, v, self.time, end
+        yield Span(begin, end, x, v, self.y, v, lambda time: (x + (time - begin) * v, v))
 
     def _some(self, until: float) -> Iterator[Span]:
         """Steps until the set of integrated granules changes."""
