@@ -16,8 +16,7 @@ from pathlib import Path
 
 import numpy as np
 from attrs import frozen
-from numpy.typing import NDArray
-from scipy.special import erfc, erfcx
+from shock_kinds import KINDS, Draw, Record, draw
 
 import shockwave as sw
 from shockwave.chain import Scales
@@ -25,145 +24,20 @@ from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.prediction.model_interface import ScaledShock
 from shockwave.prediction.shock_measures import pulse_of, turns
 
-Array = NDArray[np.float64]
-Draw = np.random.Generator
-Samples = tuple[Array, Array]
-
 PAGE = Path(__file__).parent / "trust.md"
 CHAIN = sw.Chain(material=sw.Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0), radius=4.75e-3)
 FORCE = 100.0
 TIME = Scales.of(CHAIN, FORCE).time
 SEED = 71
 COUNT = 500
-# Range of the durations in T0, of shocks with one peak and with several, whose waves separate slowly.
+# Range of the durations in T0, and its end for shocks with several peaks, whose waves separate slowly.
 DURATIONS = (1e-3, 300.0)
-DURATIONS_TURNING = (1e-3, 20.0)
+LONGEST_TURNING = 20.0
 # Requested relative error of the simulations, and the largest error estimate of one that is used.
 RTOL = 1e-7
 MOST_DOUBT = 1e-3
-# Samples of a smooth record.
-SAMPLES = 400
 # Bands of the spread, with the target for the median width of the range.
 BANDS = ((0.0, 0.45, 0.02), (0.45, 2.5, 0.08), (2.5, np.inf, 0.2))
-
-
-# ---------------------------------------------------------------- kinds of shocks: samples of time and force
-
-
-def twin_haversines(draw: Draw) -> Samples:
-    """Two humps sin^2 with a gap of up to a third of the duration, in either order."""
-    gap, low, (first, second) = draw.uniform(0, 0.6), draw.uniform(0.3, 1), draw.uniform(0.5, 1.5, 2)
-    t = np.linspace(0, first + gap + second, SAMPLES)
-    f = np.where(t < first, np.sin(np.pi * t / first) ** 2, 0)
-    f += np.where(t > first + gap, low * np.sin(np.pi * (t - first - gap) / second) ** 2, 0)
-    return t, f[::-1] if draw.random() < 0.5 else f
-
-
-def humps_with_gaps(draw: Draw) -> Samples:
-    """Two to four humps of different heights and shapes with gaps between them."""
-    times, forces, share = [0.0], [0.0], np.linspace(0, 1, 60)[1:]
-    for _ in range(draw.integers(2, 5)):
-        width, height = draw.uniform(0.3, 1.5), draw.uniform(0.2, 1)
-        hump = height * np.sin(np.pi * share) ** draw.uniform(0.7, 3)
-        times += (times[-1] + width * share).tolist()
-        forces += [*hump[:-1].tolist(), 0.0]
-        times.append(times[-1] + draw.uniform(0.1, 2))
-        forces.append(0.0)
-    return np.array(times[:-1]), np.array(forces[:-1])
-
-
-def modified_gaussian(draw: Draw) -> Samples:
-    """A Gaussian convolved with an exponential."""
-    rate = 10 ** draw.uniform(-1, 0.7)
-    t = np.linspace(-4, 4 + 7 / rate, SAMPLES)
-    z = np.maximum((rate - t) / np.sqrt(2), -25)
-    f = np.where(z > -5, np.exp(-(t**2) / 2) * erfcx(np.maximum(z, -5)), np.exp(rate**2 / 2 - rate * t) * erfc(z))
-    f = np.maximum(f - np.linspace(f[0], f[-1], SAMPLES), 0)
-    return t - t[0], f[::-1] if draw.random() < 0.3 else f
-
-
-def convex_decay(draw: Draw) -> Samples:
-    """A power-law rise and a steep, convex decay."""
-    n, power = 10 ** draw.uniform(0.2, 1.3), draw.uniform(1, 8)
-    rise = np.linspace(0, 1, 60)
-    decay = 1 + (n - 1) * np.linspace(0, 1, SAMPLES - 60)[1:] ** 1.7
-    forces = rise ** draw.uniform(0.3, 2), ((n - decay) / (n - 1)) ** power
-    return np.concatenate([rise, decay]), np.concatenate(forces)
-
-
-def needle_with_tail(draw: Draw) -> Samples:
-    """A narrow triangle on a long, low tail, or the reverse in time."""
-    width, height = draw.uniform(0.02, 0.3), draw.uniform(0.1, 0.6)
-    t = np.concatenate([np.linspace(0, width, 80), width + (1 - width) * np.linspace(0, 1, SAMPLES - 80)[1:]])
-    tail = height * np.maximum(1 - t, 0) ** draw.uniform(0.5, 3) * np.minimum(2 * t / width, 1)
-    f = tail + (1 - height) * np.maximum(1 - np.abs(2 * t / width - 1), 0)
-    return ((1 - t)[::-1], f[::-1]) if draw.random() < 0.5 else (t, f)
-
-
-def twin_triangles(draw: Draw) -> Samples:
-    """Two triangles with a gap between them, in either order."""
-    gap, lean, (first, second) = draw.uniform(0.02, 1.5), draw.uniform(0.05, 0.95, 2), draw.uniform(0.3, 1.5, 2)
-    t = np.array([0, lean[0] * first, first, first + gap, first + gap + lean[1] * second, first + gap + second])
-    f = np.array([0, 1, 0, 0, draw.uniform(0.3, 1), 0])
-    return (t[-1] - t[::-1], f[::-1]) if draw.random() < 0.5 else (t, f)
-
-
-def staircase(draw: Draw) -> Samples:
-    """Three to eight plateaus of any heights, with short ramps between them."""
-    count = draw.integers(3, 9)
-    widths = np.stack([np.full(count, 0.03), draw.uniform(0.1, 1, count)]).T.ravel()
-    heights = np.repeat(draw.uniform(0.1, 1, count), 2)
-    return np.concatenate([[0], np.cumsum([*widths, 0.03])]), np.concatenate([[0], heights, [0]])
-
-
-def half_sine(draw: Draw) -> Samples:
-    """A power of a half sine."""
-    t = np.linspace(0, 1, SAMPLES)
-    return t, np.sin(np.pi * t) ** draw.uniform(0.7, 2.5)
-
-
-def trapezoid(draw: Draw) -> Samples:
-    """A plateau between two ramps."""
-    rise, fall = draw.uniform(0.02, 0.45, 2)
-    return np.array([0, rise, 1 - fall, 1]), np.array([0.0, 1, 1, 0])
-
-
-def random_table(draw: Draw) -> Samples:
-    """Three to eleven random samples."""
-    count = draw.integers(3, 12)
-    t = np.concatenate([[0], np.sort(draw.uniform(0, 1, count)), [1]]) + 1e-3 * np.arange(count + 2)
-    return t, np.concatenate([[0], draw.uniform(0, 1, count), [0]])
-
-
-def noisy_record(draw: Draw) -> Samples:
-    """A half sine with noise, as measured."""
-    t, f = half_sine(draw)
-    noise = np.convolve(draw.normal(size=SAMPLES), np.ones(9) / 9, "same")
-    return t, f + 0.15 * noise * np.sqrt(np.maximum(f, 0))
-
-
-def few_and_many_samples(draw: Draw) -> Samples:
-    """A triangle sampled densely in one part and by two samples in the other."""
-    n, count = 1 + 10 ** draw.uniform(-1, 1), int(draw.integers(10, 200))
-    counts = (count, 2) if draw.random() < 0.5 else (2, count)
-    t = np.concatenate([np.linspace(0, 1, counts[0]), np.linspace(1, n, counts[1])[1:]])
-    return t, np.interp(t, [0, 1, n], [0, 1, 0])
-
-
-KINDS: tuple[Callable[[Draw], Samples], ...] = (
-    twin_haversines,
-    humps_with_gaps,
-    twin_triangles,
-    staircase,
-    random_table,
-    modified_gaussian,
-    convex_decay,
-    needle_with_tail,
-    half_sine,
-    trapezoid,
-    noisy_record,
-    few_and_many_samples,
-)
 
 
 # ---------------------------------------------------------------- shocks, predictions and simulations
@@ -196,17 +70,16 @@ class Shot:
         return low - doubt <= error <= high + doubt
 
 
-def shots(kind: Callable[[Draw], Samples], count: int) -> list[Shot]:
+def shots(kind: Callable[[Draw], Record], count: int) -> list[Shot]:
     """Draw, predict and simulate shocks of a kind; those that simulation does not resolve are left out."""
-    draw = np.random.default_rng([SEED, KINDS.index(kind)])
     shocks = []
-    for _ in range(count):
-        t, f = kind(draw)
-        f = np.clip(f, 0, None)
-        f[[0, -1]] = 0
-        profile = sw.Tabulated(times=t, forces=f)
-        low, high = np.log(DURATIONS_TURNING if turns(profile) else DURATIONS)
-        duration = float(np.exp(draw.uniform(low, high))) * TIME
+    for number in range(count):
+        times, forces = draw(kind, number, SEED, *DURATIONS)
+        profile = sw.Tabulated(times=times, forces=forces)
+        low, high = DURATIONS
+        # where there are several peaks, the range of durations is shorter
+        power = np.log(LONGEST_TURNING / low) / np.log(high / low) if turns(profile) else 1.0
+        duration = low * (times[-1] / low) ** power * TIME
         shocks.append(sw.Shock.of_duration(profile=profile, peak_force=FORCE, duration=duration))
     found = []
     for shock, result in zip(shocks, sw.simulate_many(shocks, CHAIN, rtol=RTOL, waves="primary"), strict=True):

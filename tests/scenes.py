@@ -10,6 +10,7 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+import pytest
 
 import shockwave as sw
 from shockwave.chain import Scales
@@ -98,10 +99,13 @@ def simulated(index: int, rtol: float) -> sw.SimulationResult:
 
 @cache
 def script(name: str) -> ModuleType:
-    """A script of the documentation as a module."""
-    spec = importlib.util.spec_from_file_location(name, Path(__file__).parent.parent / "docs" / f"{name}.py")
+    """A script of the documentation as a module; it may import scripts beside it."""
+    folder = Path(__file__).parent.parent / "docs"
+    spec = importlib.util.spec_from_file_location(name, folder / f"{name}.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(folder)
+        spec.loader.exec_module(module)
     return module

@@ -183,7 +183,7 @@ def test_the_estimate_and_the_error_of_section_4_hold_for_every_kind(
 ) -> None:
     # durations of which a simulation is quick
     monkeypatch.setattr(CHECK, "DURATIONS", (1e-2, 30.0))
-    monkeypatch.setattr(CHECK, "DURATIONS_TURNING", (1e-2, 8.0))
+    monkeypatch.setattr(CHECK, "LONGEST_TURNING", 8.0)
     monkeypatch.setattr(CHECK, "RTOL", 1e-5)
     shots = CHECK.shots(kind, 20)
     assert len(shots) >= 19
