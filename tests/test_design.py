@@ -290,7 +290,7 @@ def test_the_command_prints_the_json_of_the_page(capsys: pytest.CaptureFixture[s
 
 
 def test_the_command_ranks_materials_whose_range_has_the_target(capsys: pytest.CaptureFixture[str]) -> None:
-    for force, status, sentence in (("110 N", 0, "no material gives"), ("9 kN", 1, "is out of reach")):
+    for force, status, sentence in (("110 N", 0, ""), ("9 kN", 1, "is out of reach")):
         arguments = ["--vary", "chain.material", "--among", "ptfe,brass-260", "--target", f"peak_force={force}"]
         assert cli.main(["design", FILE, *arguments]) == status
         printed = capsys.readouterr()
