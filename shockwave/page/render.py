@@ -20,6 +20,7 @@ from shockwave.hooks import Entry
 from shockwave.page.drawings import drawn
 from shockwave.page.number_text import formula, percent, quantity, small
 from shockwave.page.results import COMPUTED, Findings, findings
+from shockwave.prediction.outcome import estimate_figures
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import conditions
 from shockwave.progress import progressed
@@ -71,7 +72,7 @@ def written(found: Findings) -> str:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    for function in (formula, percent, quantity, small):
+    for function in (estimate_figures, formula, percent, quantity, small):
         environment.filters[function.__name__] = function
     shock, chain = found.scenario.shock, found.scenario.chain
     areas = shock.profile.areas()

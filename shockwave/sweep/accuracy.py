@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,8 +10,9 @@ import numpy.typing as npt
 
 from shockwave.text import si
 
-#: Main quantity of a sweep: the first of these columns that it has.
-MAIN = ("amplification", "predicted_amplification")
+# Main quantity of a sweep: the first of these columns that it has; a simulated one, where there is one.
+_MAIN = ("amplification", "predicted_amplification")
+_ESTIMATE = "estimate_amplification"
 # Columns of simulated quantities, by the column of their error estimate: relative, but absolute for a momentum.
 _ESTIMATES = {
     "peak_force": "error_estimate",
@@ -23,6 +24,13 @@ _ESTIMATES = {
 _EXPECTED = ("peak_force", "amplification")
 # Least ratio of prediction and simulation: an expected error of -100 % has no upper bound.
 _LEAST_RATIO = 1e-3
+
+
+def main_quantity(columns: Sequence[str]) -> str:
+    """Name of the main quantity of a sweep with these ``columns`` of numbers."""
+    simulated = "error_estimate" in columns
+    names = _MAIN if simulated else (_ESTIMATE, *_MAIN)
+    return next((name for name in names if name in columns), columns[0])
 
 
 class Accuracy(NamedTuple):
@@ -47,6 +55,11 @@ def accuracy_of(name: str, columns: Collection[str], values_of: Callable[[str], 
             return Accuracy(values - error, values + error, "error estimate", f"error at most {si(most, 'N s', 2)}")
         band = error * np.abs(values)
         return Accuracy(values - band, values + band, "error estimate", f"relative error at most {most:.1e}")
+    if name in ("estimate", _ESTIMATE) and "estimate_low" in columns:
+        ratios = [values_of(f"estimate_{side}") / values_of("estimate") for side in ("low", "high")]
+        widest = max(1 - np.nanmin(ratios[0]), np.nanmax(ratios[1]) - 1)
+        sentence = f"estimated, range of at most +-{widest:.1%}"
+        return Accuracy(values * ratios[0], values * ratios[1], "range of the estimate", sentence)
     prefix = "predicted_" if name.startswith("predicted_") else ""
     sides = [f"{prefix}expected_error_{side}" for side in ("low", "high")]
     if name.removeprefix(prefix) not in _EXPECTED or sides[0] not in columns:

@@ -75,6 +75,17 @@ def _predicted(prefix: str) -> tuple[Read, ...]:
     )
 
 
+_ESTIMATE = (
+    _number(
+        "estimate", "N", "best a-priori estimate of the peak force of the leading wave", "predicted.estimate.peak_force"
+    ),
+    _number("estimate_low", "N", "lower end of the range of the estimate", "predicted.estimate.low"),
+    _number("estimate_high", "N", "upper end of the range of the estimate", "predicted.estimate.high"),
+    Read(
+        Column("estimate_amplification", "", "number", "estimate divided by the peak force of the shock"),
+        lambda answer: _ratio(answer.predicted),
+    ),
+)
 _PREDICTED = (
     _count("waves", "number of predicted waves", lambda answer: len(answer.predicted.waves)),
     _number("applied_momentum", "N s", "impulse of the shock", "predicted.applied_momentum"),
@@ -111,6 +122,11 @@ _COMPARED = (
 )
 
 
+def _ratio(predicted: Any) -> float | None:
+    found = predicted.estimate
+    return None if found is None else found.peak_force / predicted.scene.peak_force
+
+
 def _notes(answer: Answer) -> str | None:
     warnings = answer.predicted.warnings if answer.predicted is not None else ()
     warnings += answer.simulated.all_warnings if answer.simulated is not None else ()
@@ -128,10 +144,10 @@ def reads(run: Run, train: bool) -> tuple[Read, ...]:
     """Return the columns of a sweep that does ``run`` and measures the whole ``train`` or the leading wave only."""
     more = _TRAIN if train else ()
     if run == "predict":
-        return (*_predicted(""), *_PREDICTED, *_LAST)
+        return (*_predicted(""), *_ESTIMATE, *_PREDICTED, *_LAST)
     if run == "simulate":
         return (*_SIMULATED, *_PRIMARY, *more, *_LAST)
-    return (*_predicted("predicted_"), *_SIMULATED, *_COMPARED, *more, *_LAST)
+    return (*_predicted("predicted_"), *_ESTIMATE, *_SIMULATED, *_COMPARED, *more, *_LAST)
 
 
 def row(columns: tuple[Read, ...], answer: Answer) -> list[Any]:

@@ -12,7 +12,7 @@ from shockwave.errors import UnknownNameError, UsageError
 from shockwave.pictures.drawing import COLOURS
 from shockwave.pictures.figures import SMALL, figure
 from shockwave.pictures.sweep import Line, sweep_lines, sweep_map
-from shockwave.sweep.accuracy import MAIN, accuracy_of
+from shockwave.sweep.accuracy import accuracy_of, main_quantity
 from shockwave.sweep.journal import NOT_RUN
 from shockwave.sweep.plotted_axes import PlottedAxes, label_of
 from shockwave.sweep.results import SweepResults
@@ -70,7 +70,7 @@ def plot(
         matplotlib is not installed.
     """
     numbers = [one.name for one in results.columns if one.kind != "text"]
-    name = column or next((one for one in MAIN if one in numbers), numbers[0])
+    name = column or main_quantity(numbers)
     if name not in numbers:
         raise UnknownNameError("numeric column", name, numbers)
     chosen = PlottedAxes(results, at or {}, x)

@@ -17,7 +17,7 @@ from attrs import frozen
 
 from shockwave.errors import UnknownNameError, UsageError
 from shockwave.progress import progressed
-from shockwave.sweep.accuracy import MAIN, accuracy_of
+from shockwave.sweep.accuracy import accuracy_of, main_quantity
 from shockwave.sweep.definition import NOTES, SweepDefinition, as_text
 from shockwave.sweep.journal import NOT_RUN, Journal
 from shockwave.text import facts, limits, si, significant_digits, strong, table
@@ -179,7 +179,7 @@ class SweepResults(SweepDefinition):
         done = int(np.count_nonzero(self.values("status") == "done"))
         numbers = [column.name for column in self.columns if column.kind != "text"]
         texts = [column.name for column in self.columns if column.kind == "text" and column.name != NOTES]
-        main = next((name for name in MAIN if name in numbers), numbers[0])
+        main = main_quantity(numbers)
         least, greatest, _ = self._range(main)
         answer = f"{done} of {self.points} points done" + (f"; {main} {least} to {greatest}" if least else "")
         failures = [f"{_point(failure.point)}: {failure.problem}" for failure in self.failed[:_MOST_LISTED]]
