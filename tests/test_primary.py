@@ -12,6 +12,7 @@ import shockwave as sw
 from scenes import CASE_A, CASE_B, CHAIN, FORCE, UNITS, power, random_pulses, triangle
 from selection import keeping
 from shockwave.chain.solitary_wave import SPEED
+from shockwave.options import Backend
 
 # Peak force and its time at contacts counted from 0, in scaled units, integrated in quadruple precision by two
 # methods that agree to 20 digits.
@@ -179,3 +180,23 @@ def test_primary_is_not_taken_as_known_too_early(name: str, rtol: float) -> None
     result = sw.simulate(sw.Shock(profile=record), CHAIN, rtol=rtol, waves="primary")
     # the references have nine digits, and the characteristic time of the chain is not 14.58 us to more than five
     assert abs(result.amplification / amplification - 1) <= min(rtol, result.error_estimate) + 5e-8
+
+
+#: Times of two triangular humps with a gap, over T0, and the peak force of the second over that of the first.
+GAPS = {
+    "thrice": ([0, 1, 2, 22, 24, 26], 3.0),
+    "twice": ([0, 1.319, 2.638, 24.798, 26.125, 27.452], 2.152),
+    "late": ([0, 1.465, 2.929, 23.125, 24.344, 25.562], 3.157),
+}
+
+
+@pytest.mark.parametrize("backend", ["compiled", "numpy"])
+@pytest.mark.parametrize("rtol", [1e-6, 1e-8])
+@pytest.mark.parametrize("name", GAPS)
+def test_errors_of_contacts_that_open_and_close_are_estimated(name: str, rtol: float, backend: Backend) -> None:
+    times, height = GAPS[name]
+    profile = sw.Tabulated(times=np.array(times) * UNITS.time, forces=np.array([0, 1, 0, 0, height, 0]) * FORCE)
+    reference = sw.simulate(sw.Shock(profile=profile), CHAIN, rtol=1e-12, waves="primary").peak_force
+    found = sw.simulate(sw.Shock(profile=profile), CHAIN, rtol=rtol, waves="primary", backend=backend)
+    assert found.error_estimate <= rtol
+    assert abs(found.peak_force / reference - 1) <= found.error_estimate

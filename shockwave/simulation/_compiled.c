@@ -242,6 +242,9 @@ enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 #define SLACK 0.1     /* force of a contact that may be cut, over the primary */
 #define TREND 4        /* contacts over which its change is taken: a single one tells little more than noise */
 #define RECENT 6.0    /* a wave passes from one contact to the next in less */
+/* Error of a step in which a contact opens or closes, over its length and the 3/2 power of the change of the overlap:
+   the force is only once differentiable there, which the difference from the embedded method may not show. */
+#define KINK 0.03
 #define TALLER 0.999  /* a wave of this share of the primary may be as tall as it */
 
 typedef struct {
@@ -666,13 +669,19 @@ static void drive(const Method *m, const Window *w, Lane *lanes, const double *h
     }
 }
 
-/* The size of the next step in a lane, after one of size h with this error; whether that one holds. */
-static int control(const Method *m, const double *job, Lane *lane, double h, double worst, int at_stop)
+/* The size of the next step in a lane, after one of size h with this error, and this error where contacts open or
+   close; whether that one holds. */
+static int control(const Method *m, const double *job, Lane *lane, double h, double worst, double kink, int at_stop)
 {
-    const double error = worst / lane->tolerance;
+    const double error = worst / lane->tolerance, jolt = kink / lane->tolerance;
     double factor = SAFETY * pow(error > 1e-12 ? error : 1e-12, -1.0 / (m->error_order + 1));
     lane->effort += (double)lane->count * m->stages;
     lane->evaluations += m->stages - m->last_is_next;
+    if (error <= 1 && jolt > 1) {
+        lane->h = h * (jolt < 300 ? pow(jolt, -0.4) : 0.1); /* both velocity and length of the step make the change */
+        lane->rejected = 1;
+        return 0;
+    }
     if (!(error <= 1)) {
         lane->h = h * (factor > 0.2 && factor < 1 ? factor : 0.2);
         lane->rejected = 1;
@@ -696,10 +705,29 @@ static void swap(double **one, double **other)
 
 /* A step that is being tried in all lanes: sizes, whether it ends at a stop, whether it holds, and the free granules. */
 typedef struct {
-    double h[BLOCK], worst[BLOCK], shift[MOST_STAGES * BLOCK], impulses[MOST_STAGES * BLOCK];
+    double h[BLOCK], worst[BLOCK], kink[BLOCK], shift[MOST_STAGES * BLOCK], impulses[MOST_STAGES * BLOCK];
     int stop[BLOCK], holds[BLOCK];
     long n;
 } Trial;
+
+/* The error that contacts make which open or close within the step, by lanes. Only while the force acts: behind the wave
+   of a single hump they do so as well, but nothing catches up with it from there. */
+static void find_kinks(const Window *w, const Lane *lanes, double (*path)[4], Trial *trial)
+{
+    const long width = w->lanes;
+    long e;
+    int l;
+    memset(trial->kink, 0, sizeof trial->kink);
+    for (l = 0; l < width; l++) {
+        if (lanes[l].job < 0 || !lanes[l].driven) continue;
+        for (e = l; e < (lanes[l].count - 1) * width; e += width) {
+            const double before = w->x[e] - w->x[e + width] + (e < width ? path[l][0] : 0);
+            const double after = w->x1[e] - w->x1[e + width] + (e < width ? path[l][2] : 0);
+            const double change = fabs(after - before), kink = KINK * change * sqrt(change) * trial->h[l];
+            if (before * after < 0 && kink > trial->kink[l]) trial->kink[l] = kink;
+        }
+    }
+}
 
 /* Chooses the steps, and tries them. Returns 0 when memory is short. */
 static int try_steps(const Method *m, Window *w, Lane *lanes, double (*path)[4], Trial *trial)
@@ -727,6 +755,7 @@ static int try_steps(const Method *m, Window *w, Lane *lanes, double (*path)[4],
     if (!m->last_is_next) stage(trial->n, width, 0, 0, m->a, trial->h, trial->shift, w->x, w->v, w->k);
     attempt(m, w, trial->n, trial->h, trial->shift, trial->worst);
     for (l = width; l < BLOCK; l++) if (!(trial->worst[l] <= trial->worst[0])) trial->worst[0] = trial->worst[l];
+    find_kinks(w, lanes, path, trial);
     return 1;
 }
 
@@ -793,7 +822,7 @@ static int turn(const Method *m, Batch *batch, Window *w, Window *part, Lane *la
     for (l = 0; l < w->lanes; l++) {
         Lane *lane = lanes + l;
         trial.holds[l] = lane->job >= 0
-            && control(m, batch->jobs + JOB * lane->job, lane, trial.h[l], trial.worst[l], trial.stop[l]);
+            && control(m, batch->jobs + JOB * lane->job, lane, trial.h[l], trial.worst[l], trial.kink[l], trial.stop[l]);
         if (trial.holds[l] && lane->driven) book_work(m, w, lane, l, &trial, path[l]);
     }
     if (!watch(m, batch, w, part, lanes, path, &trial)) return 0;
