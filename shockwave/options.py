@@ -75,6 +75,9 @@ class SimulateOptions:
     interval, until : float, optional
         Sampling interval of the histories and their end [s]. Left out: a tenth of the characteristic time of the wave,
         and when the primary has passed the last of ``contacts``, or was read.
+    timeout : float, optional
+        Longest computing time [s]. What is not known by then is left out with a warning; without the primary it is an
+        error. Left out: none.
 
     Raises
     ------
@@ -99,6 +102,7 @@ class SimulateOptions:
     record: tuple[Recorded, ...] = field(default=(), converter=_recorded)
     interval: float | None = quantity("s", "sampling interval of the histories", above=0, default=None)
     until: float | None = quantity("s", "end of the histories", above=0, default=None)
+    timeout: float | None = quantity("s", "longest computing time", above=0, default=None)
 
     def __attrs_post_init__(self) -> None:
         if "forces" in self.record and not self.contacts:

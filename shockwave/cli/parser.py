@@ -74,6 +74,7 @@ _SIMULATE = [
     _option("--backend BACKEND", "which code steps the chain", choices=_BACKENDS),
     _option("--contacts N,N", "contacts whose passage is reported", type=_contacts),
     _option("--primary", "the primary alone, not the whole train"),
+    _option("--timeout SECONDS", "longest computing time; left out, none", type=_number(1e-3, 1e9)),
 ]
 _CURVE = [
     _FORCE_RTOL,

@@ -10,6 +10,7 @@ from attrs import asdict, evolve, field, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import SolitaryWave
+from shockwave.errors import NumericalError
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
@@ -301,10 +302,10 @@ class SimulationResult:
         passage: Passage = self.on_demand("passage", self, contact)
         return passage
 
-    @cached_property
+    @property
     def passages(self) -> tuple[Passage, ...]:
-        """The primary at the contacts that were asked for."""
-        return tuple(self.passage(contact) for contact in self.options.contacts)
+        """The primary at the contacts that were asked for, where it has a peak of its own."""
+        return self._passages[0]
 
     @cached_property
     def train(self) -> Train:
@@ -341,10 +342,29 @@ class SimulationResult:
         """Of the granules that fly off the free end [m/s], last granule first."""
         return self.train.spall_velocities
 
-    @cached_property
+    @property
     def recording(self) -> Recording | None:
-        """The histories that were asked for."""
-        return self.on_demand("recording", self) if self.options.record else None
+        """The histories that were asked for, if they could be computed."""
+        return self._recording[0]
+
+    @cached_property
+    def _passages(self) -> tuple[tuple[Passage, ...], tuple[str, ...]]:
+        """The passages, and a warning for each that could not be computed."""
+        passages, warnings = [], []
+        for contact in self.options.contacts:
+            try:
+                passages.append(self.passage(contact))
+            except NumericalError as error:
+                warnings.append(f"no passage at contact {contact}: {error}")
+        return tuple(passages), tuple(warnings)
+
+    @cached_property
+    def _recording(self) -> tuple[Recording | None, tuple[str, ...]]:
+        """The histories, and a warning if they could not be computed."""
+        try:
+            return (self.on_demand("recording", self) if self.options.record else None), ()
+        except NumericalError as error:
+            return None, (f"no histories: {error}",)
 
     @property
     def cost(self) -> Cost:
@@ -353,9 +373,14 @@ class SimulationResult:
         return own + self.train.cost if "train" in self.__dict__ and self.measured is None else own
 
     @property
-    def all_warnings(self) -> tuple[str, ...]:
+    def wave_warnings(self) -> tuple[str, ...]:
         """Those of the primary, and of the train if it was asked for."""
         return self.warnings if self.options.waves == "primary" else (*self.warnings, *self.train.warnings)
+
+    @property
+    def all_warnings(self) -> tuple[str, ...]:
+        """Those of the waves, of the passages, and of the histories."""
+        return (*self.wave_warnings, *self._passages[1], *self._recording[1])
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``simulate --json`` prints: SI floats, no NaN."""

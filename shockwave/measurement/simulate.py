@@ -6,18 +6,20 @@ import os
 import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from threading import Event
 from typing import Any, NamedTuple
 
 from shockwave.chain.chain import Chain, Scales
-from shockwave.errors import InvalidValueError, ShockwaveError
+from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
 from shockwave.measurement.result import SimulationResult, Train
-from shockwave.measurement.simulation_setup import MEASURABLE, Setup, scaled, setup_of
+from shockwave.measurement.simulation_setup import Setup, immeasurable, scaled, setup_of
 from shockwave.options import Backend, Recorded, SimulateOptions, Waves
 from shockwave.profiles.shock import Shock
 from shockwave.simulation.primary_search import find_primaries
 from shockwave.simulation.problem import ChainProblem, Primary, Request, Status
+from shockwave.simulation.time_limit import expired, time_limit
 
-__all__ = ["MEASURABLE", "scaled", "setup_of", "simulate", "simulate_many", "simulate_with"]
+__all__ = ["immeasurable", "scaled", "setup_of", "simulate", "simulate_many", "simulate_with"]
 
 # Shocks in a share of the work of a thread, and the fewest worth one.
 _SHARE = 128
@@ -31,8 +33,12 @@ _TOLERANCE_SHARE = 0.3
 # Rounding, and the relative rounding of a double.
 _ROUNDING = 2e-13
 _EPSILON = 2e-16
-# A search that misses its tolerance is repeated at most so often.
+# A search that misses its tolerance is repeated with one that is tighter by a decade, at most so often. One that comes to
+# no end is repeated with more work, then also with looser tolerances, up to this one. It has come to none where another
+# wave may still outgrow the primary by more than this share.
 _REPEATS = 2
+_LOOSEST = 1e-4
+_OUTGROWN = 1e-3
 # Longer shocks, in characteristic times, are not measured on the whole chain where the search has failed: its waves
 # are nearly alike, and could not be separated there either.
 _WORTHWHILE = 60.0
@@ -54,6 +60,7 @@ def simulate(
     record: Iterable[Recorded] = (),
     interval: float | None = None,
     until: float | None = None,
+    timeout: float | None = None,
 ) -> SimulationResult:
     """Integrate eq. (1) and measure the waves that come out.
 
@@ -66,7 +73,7 @@ def simulate(
         Profile, peak force, rise time.
     chain : Chain
         Material, radius, and the number of granules or None.
-    rtol, integrator, wave_threshold, step, waves, backend, contacts, record, interval, until
+    rtol, integrator, wave_threshold, step, waves, backend, contacts, record, interval, until, timeout
         As of `SimulateOptions`.
 
     Returns
@@ -79,7 +86,7 @@ def simulate(
     InvalidValueError, UnknownNameError
         When a setting is out of range, or of no use to the method, or a name unknown.
     NumericalError
-        When the integrator fails, no wave leaves the loaded end, or the shock is too long.
+        When the integrator fails, no wave leaves the loaded end, the shock is too long, or the time is up.
     """
     options = SimulateOptions(
         integrator=integrator,
@@ -92,6 +99,7 @@ def simulate(
         record=record,
         interval=interval,
         until=until,
+        timeout=timeout,
     )
     return simulate_with(options, shock, chain)
 
@@ -150,11 +158,24 @@ def simulate_many(
     # Each thread does all of its share: while one is in the compiled code, which needs no lock, another prepares.
     size = max(_FEWEST, min(_SHARE, -(-len(scenes) // threads)))
     shares = [scenes[begin : begin + size] for begin in range(0, len(scenes), size)]
+    interrupted = Event()
     with ThreadPoolExecutor(threads) as pool:
-        return [result for results in pool.map(lambda share: _simulate(share, setup), shares) for result in results]
+        futures = [pool.submit(_simulate, share, setup, interrupted) for share in shares]
+        try:
+            return [result for future in futures for result in future.result()]
+        finally:  # nothing is left to do, but after Ctrl-C
+            interrupted.set()
+            pool.shutdown(cancel_futures=True)
 
 
-def _simulate(scenes: Sequence[tuple[Shock, Chain]], setup: Setup) -> list[_Outcome]:
+def _simulate(
+    scenes: Sequence[tuple[Shock, Chain]], setup: Setup, interrupted: Event | None = None
+) -> list[_Outcome]:
+    with time_limit(setup.options.timeout, interrupted):
+        return _simulate_all(scenes, setup)
+
+
+def _simulate_all(scenes: Sequence[tuple[Shock, Chain]], setup: Setup) -> list[_Outcome]:
     begin = time.perf_counter()
     results: dict[int, _Outcome] = {}
     known: dict[int, tuple[ChainProblem, Scales]] = {}
@@ -169,7 +190,7 @@ def _simulate(scenes: Sequence[tuple[Shock, Chain]], setup: Setup) -> list[_Outc
         begin = time.perf_counter()
         shock, chain = scenes[index]
         try:
-            answer = answers.get(index) or _Answer(*_on_demand("primary", problem, scales, setup))
+            answer = answers.get(index) or _measured(problem, scales, setup)
         except ShockwaveError as error:
             results[index] = error
             continue
@@ -208,27 +229,48 @@ class _Answer(NamedTuple):
 
 
 def _search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, _Answer]:
-    """The primaries that the search finds, under the keys of their problems."""
+    """The primaries that the search finds, under the keys of their problems; of several, those of the least error."""
     found: dict[int, _Answer] = {}
     if setup.search is None:
         return found
-    left = list(problems)
-    for repeats in range(1 + _REPEATS):
-        requests = [setup.request(problems[key], repeats) for key in left]
+    left = dict.fromkeys(problems, 0)
+    unknown: dict[int, Primary] = {}
+    repeats = 0
+    while left and not expired():
+        requests = [setup.request(problems[key], decades, patient=repeats > 0) for key, decades in left.items()]
         primaries = find_primaries(requests, setup.search, setup.compiled)
-        asked, left = left, []
-        for key, request, primary in zip(asked, requests, primaries, strict=True):
-            if primary.status == Status.KNOWN:
+        asked, left = left, {}
+        for (key, decades), request, primary in zip(asked.items(), requests, primaries, strict=True):
+            if primary.status in (Status.KNOWN, Status.TOO_LONG) and primary.doubt < 1:
                 error = _error(primary, request)
                 if key not in found or error < found[key].error_estimate:
                     found[key] = _Answer(primary, error)
-                if found[key].error_estimate > setup.rtol:
-                    left.append(key)
-            elif primary.status == Status.TOO_LONG and repeats == 0:
-                left.append(key)
-            elif primary.status == Status.TOO_LONG and request.problem.duration > _WORTHWHILE:
-                found.setdefault(key, _Answer(primary, 1.0))
+                if primary.doubt < _OUTGROWN:
+                    if found[key].error_estimate > setup.rtol and 0 <= decades < _REPEATS:
+                        left[key] = decades + 1
+                    continue
+            elif primary.status not in (Status.TOO_LONG, Status.FAILED):
+                continue
+            unknown[key] = primary
+            if setup.rtol * 10.0 ** (repeats - decades) <= _LOOSEST or not repeats:
+                left[key] = decades - repeats
+        repeats += 1
+    for key, primary in unknown.items():
+        if problems[key].duration > _WORTHWHILE and primary.impulse and primary.peak:
+            found.setdefault(key, _Answer(primary, 1.0))
     return found
+
+
+def _measured(problem: ChainProblem, scales: Scales, setup: Setup) -> _Answer:
+    """A primary that the search has not found, measured on the whole chain."""
+    from shockwave.measurement.train import measure_primary
+
+    if expired():
+        raise NumericalError("the time limit was reached before the primary was known (allow more, or loosen rtol)")
+    if setup.search is not None and problem.granules is None and problem.duration > _WORTHWHILE:
+        lasts = f"the shock lasts {problem.duration:.3g} characteristic times of its wave"
+        raise NumericalError(f"the primary was not known within the work allowed: {lasts} (shorten it)")
+    return _Answer(*measure_primary(problem, scales, setup))
 
 
 def _error(primary: Primary, request: Request) -> float:
@@ -239,15 +281,12 @@ def _error(primary: Primary, request: Request) -> float:
     return primary.doubt + control + request.problem.path.error + rounding
 
 
-def _on_demand(part: str, *arguments: Any) -> Any:
+def _on_demand(part: str, result: SimulationResult, *arguments: Any) -> Any:
     """Integrate what few results need, by modules that are imported when it is looked at."""
     from shockwave.measurement.histories import passage_at, record
-    from shockwave.measurement.train import measure_primary, train_of
+    from shockwave.measurement.train import train_of
 
-    functions: dict[str, Callable[..., Any]] = {
-        "primary": measure_primary,
-        "train": train_of,
-        "passage": passage_at,
-        "recording": record,
-    }
-    return functions[part](*arguments)
+    functions: dict[str, Callable[..., Any]] = {"train": train_of, "passage": passage_at, "recording": record}
+    allowed = result.options.timeout
+    with time_limit(None if allowed is None else allowed - result.seconds):
+        return functions[part](result, *arguments)

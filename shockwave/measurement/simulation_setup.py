@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 from types import ModuleType
 
+import numpy as np
 from attrs import evolve, frozen
 
 from shockwave.chain.chain import Chain, Scales
@@ -42,10 +43,16 @@ _OTHERS = 3e-4
 _FIXED_RTOL = 1e-5
 # Digits of the scaled rise time.
 _DIGITS = 13
-# The longest shock, in characteristic times of its wave: the work grows with the square.
-_LONGEST = 2e4
-#: The train of longer ones is not integrated: it would take hours.
-MEASURABLE = 300.0
+# Contact forces to be computed for a shock that lasts one characteristic time, at least: they grow with the square of
+# the duration. The most there may be is a minute or two of the compiled code.
+_COST = 20.0
+_MOST_COST = 2e9
+# The longest shock, in characteristic times of its wave, whose train is integrated. Near its peak, above so many
+# tenths of it, a force makes waves that are nearly alike: such a time counts this much more. And seconds for each.
+_LONGEST_TRAIN = 300.0
+_NEAR_PEAK = 0.9
+_ALIKE = 4.0
+_TRAIN_SECONDS = 0.05
 
 
 @frozen
@@ -65,10 +72,12 @@ class Setup:
         """Relative error asked for, or what stands for it."""
         return self.options.rtol or _FIXED_RTOL
 
-    def request(self, problem: ChainProblem, repeats: int = 0, contacts: tuple[int, ...] = ()) -> Request:
-        """The request to the search for the primary; tighter if it is repeated."""
+    def request(
+        self, problem: ChainProblem, decades: int = 0, contacts: tuple[int, ...] = (), patient: bool = False
+    ) -> Request:
+        """The request to the search for the primary, tighter by so many ``decades``."""
         rtol = min(self.rtol, _LONG_RTOL) if problem.is_long else self.rtol
-        tighter = _TIGHTER**repeats
+        tighter = _TIGHTER**decades
         if problem.rises_again:
             # Such a primary is judged late, when it changes by no more than step errors make of it.
             tighter *= _TIGHTER
@@ -78,7 +87,7 @@ class Setup:
             tolerance=max(min(caution * rtol, _LOOSEST_STEP) * tighter, _TIGHTEST_STEP),
             doubt=max(min(_DOUBT * rtol, _MOST_DOUBT) * max(tighter, 0.3), 2e-14),
             contacts=contacts,
-            patience=_PATIENCE if repeats else 1.0,
+            patience=_PATIENCE if patient else 1.0,
         )
 
     def integrator(self, factor: float = 1.0) -> Integrator:
@@ -141,9 +150,23 @@ def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
     force = min(1.0, strength**1.2)
     scales = own if force == 1.0 else Scales.of(chain, shock.peak_force * force)
     problem = ChainProblem(shock.profile, ratio * force ** (1 / 6), 1 / force, chain.granules)
-    if problem.duration > _LONGEST:
+    cost = _COST * problem.duration**2
+    if cost > _MOST_COST:
         raise NumericalError(
-            f"the shock lasts {problem.duration:.3g} characteristic times of its wave, {_LONGEST:g} is the most:"
-            " so slow a force is a matter of statics (shorten it, or soften the granules)"
+            f"the shock lasts {problem.duration:.3g} characteristic times of its wave, which takes {cost:.1g} contact"
+            f" forces, {_MOST_COST:g} are the most: so slow a force is a matter of statics (shorten it, or soften the"
+            " granules)"
         )
     return problem, scales
+
+
+def immeasurable(problem: ChainProblem) -> str:
+    """Why the train of a shock is not integrated unless a time limit is set; empty where it is."""
+    near_peak = float(np.mean(problem.course > _NEAR_PEAK)) * problem.duration
+    length = problem.duration + _ALIKE * near_peak
+    if length <= _LONGEST_TRAIN:
+        return ""
+    return (
+        f"the shock lasts {problem.duration:.3g} characteristic times of its wave, {near_peak:.2g} of them near its peak;"
+        f" its train would take about {_TRAIN_SECONDS * length:.0f} s or more, and most waves would not separate"
+    )

@@ -10,7 +10,7 @@ from shockwave.chain.chain import Scales
 from shockwave.errors import NumericalError
 from shockwave.measurement.chain_run import EJECTED, ChainRun
 from shockwave.measurement.result import Cost, MeasuredWave, SimulationResult, Train
-from shockwave.measurement.simulation_setup import MEASURABLE, Setup, scaled, setup_of
+from shockwave.measurement.simulation_setup import Setup, immeasurable, scaled, setup_of
 from shockwave.simulation.problem import ChainProblem, Primary, Status
 from shockwave.text import si
 
@@ -33,9 +33,12 @@ _MOST_RATE = 10
 def train_of(result: SimulationResult) -> Train:
     """All waves of a result whose primary is known."""
     problem, scales = scaled(result.shock, result.chain)
-    if problem.duration > MEASURABLE:
-        return _too_long(result, problem)
-    train, _ = _train(problem, scales, setup_of(result.options))
+    if result.options.timeout is None and (reason := immeasurable(problem)):
+        return _primary_alone(result, f"{reason}: the train is not integrated (a timeout tries it all the same)")
+    try:
+        train, _ = _train(problem, scales, setup_of(result.options))
+    except NumericalError as error:
+        return _primary_alone(result, f"the train could not be measured: {error}")
     strongest, *others = train.waves
     apart = abs(strongest.peak_force / result.peak_force - 1)
     if apart > 10 * (result.error_estimate + (strongest.error_estimate or _UNSETTLED)):
@@ -46,15 +49,12 @@ def train_of(result: SimulationResult) -> Train:
     return evolve(train, waves=(primary, *others))
 
 
-def _too_long(result: SimulationResult, problem: ChainProblem) -> Train:
-    """The primary alone, of a shock whose train nobody would wait for."""
+def _primary_alone(result: SimulationResult, reason: str) -> Train:
+    """The primary alone, where the train is not known."""
     return Train(
         waves=(result.primary,),
         recoil_error=result.applied_momentum,
-        warnings=(
-            f"the shock lasts {problem.duration:.3g} characteristic times of its wave: beyond {MEASURABLE:g} the train"
-            " is not integrated, and neither later waves nor the recoil are known",
-        ),
+        warnings=(f"{reason}; neither later waves nor the recoil are known",),
     )
 
 

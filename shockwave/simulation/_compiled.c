@@ -246,6 +246,8 @@ enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
    the force is only once differentiable there, which the difference from the embedded method may not show. */
 #define KINK 0.03
 #define TALLER 0.999  /* a wave of this share of the primary may be as tall as it */
+#define RIVAL 2.0     /* error of the primary, over what another wave exceeds it by */
+#define UNASKED 2e6   /* contact forces between two calls of `expired`: tens of milliseconds */
 
 typedef struct {
     long job, base, count, head, granules, stop, wanted, last_wanted, steps, evaluations;
@@ -259,8 +261,11 @@ typedef struct {
 
 typedef struct {
     const double *jobs, *rows, *coefficients, *stops;
-    double *wanted, *found;
+    double *wanted, *found, work;
     long count, next;
+    PyObject *expired;
+    PyThreadState *thread;
+    int stopped;
 } Batch;
 
 static double overlap_force(double d) { return d > 0 ? d * sqrt(d) : 0; }
@@ -340,26 +345,30 @@ static double contact_force(const Window *w, const double *x, long j, int l)
     return overlap_force(x[j * w->lanes + l] - x[(j + 1) * w->lanes + l]);
 }
 
-/* Whether something behind the front may still outgrow it: a wave as tall, or a granule in free flight as fast. */
-static int overtaken(const double *job, const Window *w, const Lane *lane, int l)
+/* What may still outgrow the front, over its peak: the tallest wave behind it, or a granule in free flight as fast. */
+static double tallest(const double *job, const Window *w, const Lane *lane, int l)
 {
     const long front = lane->head - lane->base - 2;
+    double most = 0;
     long j;
     for (j = 0; j < front; j++) {
         const long e = j * w->lanes + l;
+        const double force = contact_force(w, w->x, j, l);
         /* what it may grow to, from its change over the last contacts: one that shrinks gives to another */
         long back = 0;
-        double change;
+        double change, grown;
         while (back < TREND && j > back && w->since[e - (back + 1) * w->lanes] < w->since[e - back * w->lanes]
                && w->late[e - (back + 1) * w->lanes] > 0) back++;
         change = back ? fabs(w->late[e] - w->late[e - back * w->lanes]) / (double)back : 0;
-        const double grown = w->late[e] + (job[GROWING] * change < w->late[e] ? job[GROWING] * change : w->late[e]);
-        if (lane->t - w->since[e] < RECENT && grown > TALLER * lane->peak[KEPT - 1]) return 1;
-        if (contact_force(w, w->x, j, l) > TALLER * lane->peak[KEPT - 1]) return 1;
-        if (w->v[e] > 0 && contact_force(w, w->x, j, l) == 0 && (j == 0 || contact_force(w, w->x, j - 1, l) == 0)
-            && 2.4 * pow(w->v[e], 1.2) > TALLER * lane->peak[KEPT - 1]) return 1;
+        grown = w->late[e] + (job[GROWING] * change < w->late[e] ? job[GROWING] * change : w->late[e]);
+        if (lane->t - w->since[e] < RECENT && grown > most) most = grown;
+        if (force > most) most = force;
+        if (w->v[e] > 0 && force == 0 && (j == 0 || contact_force(w, w->x, j - 1, l) == 0)) {
+            const double thrown = 2.4 * pow(w->v[e], 1.2);
+            if (thrown > most) most = thrown;
+        }
     }
-    return 0;
+    return most / lane->peak[KEPT - 1];
 }
 
 /* How far behind the front granules may be cut off. A force f that lasts makes a first wave of about 2.33 f and others
@@ -382,7 +391,7 @@ static void cut(const Method *m, const double *job, Window *w, Lane *lane, int l
     double least = SLACK * lane->peak[KEPT - 1];
     long rows = 0, left, j;
     int i;
-    if (most < BLOCK || overtaken(job, w, lane, l)) return;
+    if (most < BLOCK || tallest(job, w, lane, l) > TALLER) return;
     for (j = most; j > most - BLOCK; j--) {
         const double force = contact_force(w, w->x, j - 1, l);
         if (force < least) { least = force; rows = j; }
@@ -496,30 +505,41 @@ static double rest(const double *p, int bends)
     return sum;
 }
 
-/* Whether the peaks of the front have come to their limit. What is doubted of it: half of what the last peak has
-   changed, half of what the bend of the ratio makes, and a hundredth of the way that is left. */
-static void judge(const double *job, const Window *w, Lane *lane, int l, double *found)
+/* What is doubted of the limit of the last peaks p, and what is `left` to it: half of what the last peak has changed, half
+   of what the bend of the ratio makes, and a hundredth of the way that is left. */
+static double doubt_of(const double *p, double *left, int *steady)
+{
+    const double first = p[2] - p[1], second = p[3] - p[2], last = p[4] - p[3];
+    double doubt = fabs(last) + fabs(second);
+    *left = 0;
+    *steady = first * second > 0 && second * last > 0;
+    if (!*steady) return doubt;
+    if (!(last / second < MOST_RATIO)) return SLOW * fabs(last);
+    *left = rest(p + 1, 1);
+    doubt = 0.5 * fabs(last + *left - rest(p, 1)) + 0.5 * fabs(*left - rest(p + 1, 0)) + 0.01 * fabs(*left);
+    /* a ratio that rises is on its way to another */
+    return last * first > STEADY * second * second ? doubt + fabs(*left) : doubt;
+}
+
+/* Whether the peaks of the front have come to their limit; if it is to `end`, how near they are. */
+static void judge(const double *job, const Window *w, Lane *lane, int l, double *found, int end)
 {
     const double *p = lane->peak, allowed = job[DOUBT] * p[KEPT - 1];
-    const double first = p[2] - p[1], second = p[3] - p[2], last = p[4] - p[3];
-    double left = 0, doubt = fabs(last) + fabs(second);
+    double left, doubt, other;
+    int steady;
     if (lane->kept < KEPT || lane->driven || lane->t < job[KNOWN_FROM]) return;
-    if (first * second > 0 && second * last > 0) {
-        if (last / second < MOST_RATIO) {
-            left = rest(p + 1, 1);
-            doubt = 0.5 * fabs(last + left - rest(p, 1)) + 0.5 * fabs(left - rest(p + 1, 0)) + 0.01 * fabs(left);
-            /* a ratio that rises is on its way to another */
-            if (last * first > STEADY * second * second) doubt += fabs(left);
-        } else doubt = SLOW * fabs(last);
-    } else if (doubt > NOISE * allowed) return;
-    if (!(doubt <= allowed) || overtaken(job, w, lane, l)) return;
+    doubt = doubt_of(p, &left, &steady);
+    if (!end && !(doubt <= (steady ? allowed : NOISE * allowed))) return;
+    other = tallest(job, w, lane, l) - TALLER;
+    if (end) doubt = doubt / NOISE + (other > 0 ? RIVAL * other * p[KEPT - 1] : 0);
+    if (end ? !(doubt < p[KEPT - 1]) : other > 0) return;
     found[PEAK] = p[KEPT - 1] + left;
     found[LAST] = p[KEPT - 1];
     found[DOUBT_LEFT] = doubt / p[KEPT - 1];
     found[CONTACT] = (double)lane->contact[KEPT - 1];
     found[TIME] = lane->time[KEPT - 1];
     found[SPEED] = STRIDE / (lane->time[KEPT - 1] - lane->time[KEPT - 2]);
-    lane->status = KNOWN;
+    if (!end) lane->status = KNOWN;
 }
 
 /* Whether the force at local contact j has passed a maximum within a step of size h, and what follows; `before` and
@@ -563,7 +583,7 @@ static int observe(const Method *m, const Batch *batch, Window *w, Window *part,
     lane->time[i] = time;
     lane->contact[i] = contact;
     if (lane->kept < KEPT) lane->kept++;
-    judge(job, w, lane, l, batch->found + FOUND * lane->job);
+    judge(job, w, lane, l, batch->found + FOUND * lane->job, 0);
     return 1;
 }
 
@@ -592,12 +612,13 @@ static void finish(const Batch *batch, const Window *w, const Lane *lane, int l)
         if (j > from) { wave_momentum += v; wave_energy += held; }
     }
     found[STATUS] = lane->status;
-    if (lane->status != KNOWN && lane->kept == KEPT) {
+    if (lane->status != KNOWN) {
         found[PEAK] = found[LAST] = lane->peak[KEPT - 1];
         found[CONTACT] = (double)lane->contact[KEPT - 1];
         found[TIME] = lane->time[KEPT - 1];
-        found[SPEED] = STRIDE / (lane->time[KEPT - 1] - lane->time[KEPT - 2]);
+        found[SPEED] = lane->kept < 2 ? 0 : STRIDE / (lane->time[KEPT - 1] - lane->time[KEPT - 2]);
         found[DOUBT_LEFT] = 1;
+        judge(batch->jobs + JOB * lane->job, w, lane, l, found, 1);
     }
     found[MOMENTUM] = wave_momentum;
     found[ENERGY] = wave_energy;
@@ -685,7 +706,8 @@ static int control(const Method *m, const double *job, Lane *lane, double h, dou
     if (!(error <= 1)) {
         lane->h = h * (factor > 0.2 && factor < 1 ? factor : 0.2);
         lane->rejected = 1;
-        if (lane->h < 1e-14 * (1 + lane->t) || lane->effort > job[MOST_WORK]) lane->status = FAILED;
+        if (lane->effort > job[MOST_WORK]) lane->status = TOO_LONG;
+        if (lane->h < 1e-14 * (1 + lane->t)) lane->status = FAILED;
         return 0;
     }
     if (factor > 3) factor = 3;
@@ -813,7 +835,21 @@ static void book_work(const Method *m, const Window *w, Lane *lane, int l, const
     lane->work -= mean * ((path[2] - path[0]) - trial->h[l] * summed);
 }
 
-/* One attempt in every lane, and what follows from it. Returns 0 when memory is short. */
+/* Asks Python at intervals of work whether to stop: when the time is up, or after Ctrl-C. Returns 0 when it is so. */
+static int go_on(Batch *batch, double work)
+{
+    PyObject *answer;
+    if ((batch->work += work) < UNASKED) return 1;
+    batch->work = 0;
+    PyEval_RestoreThread(batch->thread);
+    answer = PyErr_CheckSignals() < 0 ? NULL : PyObject_CallFunctionObjArgs(batch->expired, NULL);
+    batch->stopped = !answer || PyObject_IsTrue(answer);
+    Py_XDECREF(answer);
+    batch->thread = PyEval_SaveThread();
+    return !batch->stopped;
+}
+
+/* One attempt in every lane, and what follows from it. Returns 0 when memory is short, or the computation is to stop. */
 static int turn(const Method *m, Batch *batch, Window *w, Window *part, Lane *lanes, double (*path)[4])
 {
     Trial trial;
@@ -840,7 +876,7 @@ static int turn(const Method *m, Batch *batch, Window *w, Window *part, Lane *la
         take_up(m, batch, w, lane, l);
         memset(path[l], 0, sizeof path[l]);
     }
-    return 1;
+    return go_on(batch, (double)(trial.n * m->stages));
 }
 
 /* Goes on with lane l of a wide window in a window of its own. */
@@ -861,7 +897,7 @@ static int narrow(const Window *wide, int l, Window *w)
     return 1;
 }
 
-/* Runs all jobs to their end. Returns 0 when memory is short. */
+/* Runs all jobs to their end. Returns 0 when memory is short, or the computation is to stop. */
 static int run(const Method *m, Batch *batch, long width)
 {
     Window w, part, single;
@@ -942,8 +978,9 @@ static int jobs_fit(const Py_buffer *view, long count)
     return 1;
 }
 
-PyDoc_STRVAR(primary_doc, "primary(method, jobs, rows, coefficients, stops, wanted, found, lanes)\n--\n\n"
-             "Runs every job (a row of `jobs`) until the primary is known; fills `wanted` and `found`. See lanes.py.");
+PyDoc_STRVAR(primary_doc, "primary(method, jobs, rows, coefficients, stops, wanted, found, lanes, expired)\n--\n\n"
+             "Runs every job (a row of `jobs`) until the primary is known; fills `wanted` and `found`. See lanes.py.\n"
+             "Jobs that have not ended when `expired()` is true are left as they are.");
 
 static PyObject *primary(PyObject *self, PyObject *args)
 {
@@ -953,7 +990,7 @@ static PyObject *primary(PyObject *self, PyObject *args)
     long lanes;
     int i, fine;
     (void)self;
-    if (PyTuple_Size(args) != 8) return PyErr_Format(PyExc_TypeError, "primary takes 8 arguments");
+    if (PyTuple_Size(args) != 9) return PyErr_Format(PyExc_TypeError, "primary takes 9 arguments");
     lanes = PyLong_AsLong(PyTuple_GetItem(args, 7));
     if (lanes == -1 && PyErr_Occurred()) return NULL;
     if (!buffers_of(args, 7, 2, view)) return NULL;
@@ -970,11 +1007,13 @@ static PyObject *primary(PyObject *self, PyObject *args)
     batch.stops = view[4].buf;
     batch.wanted = view[5].buf;
     batch.found = view[6].buf;
-    Py_BEGIN_ALLOW_THREADS
+    batch.expired = PyTuple_GetItem(args, 8);
+    batch.thread = PyEval_SaveThread();
     fine = run(&method, &batch, lanes);
-    Py_END_ALLOW_THREADS
+    PyEval_RestoreThread(batch.thread);
     for (i = 0; i < 7; i++) PyBuffer_Release(view + i);
-    if (!fine) return PyErr_NoMemory();
+    if (PyErr_Occurred()) return NULL;
+    if (!fine && !batch.stopped) return PyErr_NoMemory();
     Py_RETURN_NONE;
 }
 

@@ -11,8 +11,9 @@ from attrs import define, field
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.one_step import Attempt
-from shockwave.simulation.peak_limit import KEPT, STRIDE, crossing, hertz, limit
+from shockwave.simulation.peak_limit import KEPT, NOISE, STRIDE, crossing, hertz, limit
 from shockwave.simulation.problem import Passage, Primary, Request, Status, chain_acceleration, contact_forces
+from shockwave.simulation.time_limit import expired
 
 #: A window begins with so many granules, and grows by as many.
 _ROWS = 8
@@ -41,6 +42,8 @@ _TREND = 4
 _SLACK = 0.1
 # A wave of this share of the primary may be as tall as it.
 _TALLER = 0.999
+# Error of the primary, over what another wave exceeds it by.
+_RIVAL = 2.0
 # A granule in free flight at velocity v makes a wave of less than this times v^1.2.
 _FREE_FLIGHT = 2.4
 # A granule out of reach stands in for the free end.
@@ -51,7 +54,7 @@ def search(request: Request, method: Nystroem) -> Primary:
     """The primary of one shock."""
     window = _Window(request, method)
     with np.errstate(over="ignore", invalid="ignore"):
-        while window.status is Status.RUNNING:
+        while window.status is Status.RUNNING and not expired():
             window.step()
     return window.primary()
 
@@ -173,7 +176,9 @@ class _Window:
         if not error <= 1:
             self.size = size * (factor if _LEAST_FACTOR < factor < 1 else _LEAST_FACTOR)
             self.rejected = True
-            if self.size < 1e-14 * (1 + self.time) or self.effort > self.request.most_work:
+            if self.effort > self.request.most_work:
+                self.status = Status.TOO_LONG
+            if self.size < 1e-14 * (1 + self.time):
                 self.status = Status.FAILED
             return False
         factor = min(factor, 1.0 if self.rejected else _MOST_FACTOR)
@@ -236,7 +241,7 @@ class _Window:
             return
         forces = contact_forces(self.x[most - _ROWS : most + 1])[::-1]
         weakest = int(np.argmin(forces))
-        if not forces[weakest] < _SLACK * self.peaks[-1].force or self._may_be_overtaken():
+        if not forces[weakest] < _SLACK * self.peaks[-1].force or self._tallest() > _TALLER:
             return
         rows = most - weakest
         self.bank_momentum += math.fsum(self.v[:rows].tolist())
@@ -324,23 +329,25 @@ class _Window:
         gained = self.problem.free(after)[1] - self.problem.free(before)[1]
         return gained / (after - before) if after > before else 0.0
 
-    def _judge(self) -> None:
-        """Whether the peaks of the front have come to their limit."""
+    def _judge(self, end: bool = False) -> None:
+        """Whether the peaks of the front have come to their limit; if it is to ``end``, how near they are."""
         if len(self.peaks) < KEPT or self.driven or self.time < self.request.known_from:
             return
         peak = self.peaks[-1].force
-        allowed = self.request.doubt * peak
-        value, doubt = limit([passage.force for passage in self.peaks[-KEPT:]], allowed)
-        if doubt <= allowed and not self._may_be_overtaken():
+        allowed = peak if end else self.request.doubt * peak
+        value, doubt = limit([passage.force for passage in self.peaks[-KEPT:]], math.inf if end else allowed)
+        if end:
+            doubt = doubt / NOISE + _RIVAL * max(self._tallest() - _TALLER, 0.0) * peak
+        elif doubt <= allowed and self._tallest() <= _TALLER:
             self.status = Status.KNOWN
+        if doubt < allowed if end else self.status is Status.KNOWN:
             self.limit = value, doubt / peak
 
-    def _may_be_overtaken(self) -> bool:
-        """Whether something behind the front may outgrow it: a wave as tall, or a granule in free flight as fast."""
+    def _tallest(self) -> float:
+        """What may still outgrow the front, over its peak: the tallest wave behind it, or a granule in free flight."""
         front = self.head - self.base - 2
         if front <= 0 or not self.peaks:
-            return False
-        bound = _TALLER * self.peaks[-1].force
+            return 0.0
         late, since = self.late[:front], self.since[:front]
         # What a wave may grow to, from its change over the last contacts: one that shrinks gives to another.
         change, same = np.zeros(front), np.ones(front, dtype=bool)
@@ -349,14 +356,12 @@ class _Window:
             same[:back] = False
             change[same] = np.abs(late[same] - late[np.flatnonzero(same) - back]) / back
         grown = late + np.minimum(self.request.growing * change, late)
-        if np.any((self.time - since < _RECENT) & (grown > bound)):
-            return True
         forces = contact_forces(self.x[: front + 1])
-        if np.any(forces > bound):
-            return True
         v = self.v[:front]
         flying = (forces == 0) & (np.append(0.0, forces[:-1]) == 0) & (v > 0)
-        return bool(np.any(_FREE_FLIGHT * np.where(flying, v, 0.0) ** 1.2 > bound))
+        thrown = _FREE_FLIGHT * np.where(flying, v, 0.0) ** 1.2
+        recent = np.where(self.time - since < _RECENT, grown, 0.0)
+        return float(np.max([recent, forces, thrown])) / self.peaks[-1].force
 
     def primary(self) -> Primary:
         """The balances, and the wave: from the least force behind the head on."""
@@ -369,6 +374,7 @@ class _Window:
         previous, last = [none, none, *self.peaks][-2:]
         if self.status != Status.KNOWN:
             self.limit = last.force, 1.0
+            self._judge(end=True)
         return Primary(
             status=self.status,
             peak=self.limit[0],

@@ -12,8 +12,8 @@ _MOST_RATIO = 0.98
 _MOST_TERMS = 100
 # By how much the ratio of the differences may seem to rise.
 _STEADY = 1.002
-# Share of the doubt allowed below which peaks that rise and fall are at their limit.
-_NOISE = 0.2
+#: Share of the doubt allowed below which peaks that rise and fall are at their limit; and of that where the work ends.
+NOISE = 0.2
 # Differences that hardly fall may add up to so many of the last.
 _SLOW = 200
 
@@ -29,7 +29,7 @@ def limit(peaks: Sequence[float], allowed: float) -> tuple[float, float]:
     first, second, last = p[2] - p[1], p[3] - p[2], p[4] - p[3]
     doubt = abs(last) + abs(second)
     if not (first * second > 0 and second * last > 0):
-        return p[4], doubt if doubt <= _NOISE * allowed else math.inf
+        return p[4], doubt if doubt <= NOISE * allowed else math.inf
     if not last / second < _MOST_RATIO:
         return p[4], _SLOW * abs(last)
     left = _rest(p[1:], bends=True)

@@ -14,6 +14,7 @@ import numpy as np
 
 from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.problem import Passage, Primary, Request
+from shockwave.simulation.time_limit import expired
 
 # Shocks that run side by side in the compiled code.
 _WIDTH = 8
@@ -21,7 +22,10 @@ _SHORT = 16.0
 
 
 def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled: ModuleType | None) -> list[Primary]:
-    """The primary of each request, in their order; ``compiled`` is the compiled module, or None for NumPy."""
+    """The primary of each request, in their order; ``compiled`` is the compiled module, or None for NumPy.
+
+    Those that the time limit cuts short have the status RUNNING.
+    """
     if compiled is None:
         from shockwave.simulation.numpy_backend import search
 
@@ -61,7 +65,7 @@ def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: lis
     passages = np.full((len(wanted), 3), math.nan)
     passages[:, 0] = wanted
     lanes = 1 if len(requests) < _WIDTH else _WIDTH
-    compiled.primary(method.tableau.packed, np.array(jobs), rows, coefficients, np.array(stops), passages, found, lanes)
+    compiled.primary(method.tableau.packed, np.array(jobs), rows, coefficients, np.array(stops), passages, found, lanes, expired)
     triples = iter(passages.tolist())
     answers = []
     for numbers, request in zip(found.tolist(), requests, strict=True):
