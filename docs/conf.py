@@ -1,4 +1,4 @@
-"""Configuration of the documentation; tables of what is registered are made here from the registry."""
+"""Configuration of Sphinx; the lists of materials, integrators, quadratures and models come from the registry."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""The figure of error against run time that stands in the README.
+"""Draw the work-precision diagram of the README.
 
     python docs/draw_benchmark.py
 
-runs the predictors' quick round, and SciPy on the whole chain, and draws them on common axes, a problem a panel. Times
-are those of the machine that draws it.
+runs the quick benchmark of the predictors, and SciPy on the whole chain, and draws a panel for each problem. The run
+times are those of the machine that draws it.
 """
 
 from __future__ import annotations
@@ -19,13 +19,14 @@ from shockwave.pictures import figure, save, work_precision
 
 FILE = Path(__file__).parent / "benchmarks" / "predictors.svg"
 ERROR = "peak force"
-#: Problem -> what it is, in words.
+#: Titles of the problems.
 TITLES = {"short": "short shock", "A": "a wave and its tail", "B": "a train"}
-LONGEST = 0.5  # s
+#: Longest run time of SciPy [s].
+LONGEST = 0.5
 
 
 def main() -> None:
-    """Run and draw."""
+    """Run the benchmark and draw it."""
     result = run(families=["predictors"], quick=True)
     panels, axes = figure(1, len(TITLES), (9.0, 3.6))
     for ax, (name, title) in zip(axes, TITLES.items(), strict=True):

@@ -1,10 +1,10 @@
-"""Draw the pictures that the documentation shows.
+"""Draw the pictures of the documentation.
 
     python docs/draw_pictures.py
     python docs/draw_pictures.py --folder elsewhere
 
-writes docs/pictures/*.svg anew, the same to the byte as long as matplotlib and the simulated figures are the same. It
-needs shockwave with its extra ``plot`` and takes some ten seconds.
+writes docs/pictures/*.svg in about ten seconds. The files change only if matplotlib or the simulated values change. The
+extra ``plot`` of shockwave is required.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ FOLDER = ROOT / "docs" / "pictures"
 
 @frozen
 class Run:
-    """A row of a table of runs, as `pictures.work_precision` takes it."""
+    """A run, as required by `pictures.work_precision`."""
 
     method: str
     error: float | None
@@ -43,7 +43,9 @@ def scene(name: str) -> sw.Scenario:
     return sw.load_scenario(PROFILES / f"{name}.yaml")
 
 
-EJECTION, RECORD = "paper/table2-row1", "examples/hammer"
+# Scenarios of the pictures.
+EJECTION = "paper/table2-row1"
+RECORD = "examples/hammer"
 
 
 @cache
@@ -59,7 +61,7 @@ def compared(name: str) -> sw.Comparison:
 
 
 def pulse() -> Figure:
-    """A record of a hammer, with its areas, and how the conditions (3) stand."""
+    """Record of a hammer with its areas, and margins of the conditions (3)."""
     figure, (left, right) = pictures.figure(1, 2, "page")
     pictures.pulse(left, scene(RECORD).shock)
     pictures.conditions(right, scene(RECORD).shock)
@@ -67,14 +69,14 @@ def pulse() -> Figure:
 
 
 def contact_forces() -> Figure:
-    """What the hammer makes at five contacts."""
+    """Contact forces at five contacts after a blow of the hammer."""
     figure, (ax,) = pictures.figure(size="page")
     pictures.contact_forces(ax, recorded(RECORD, ("forces",), (0, 5, 10, 20, 30)))
     return figure
 
 
 def space_time() -> Figure:
-    """The same at every contact."""
+    """Contact forces at sixty contacts after the same blow."""
     figure, (ax,) = pictures.figure(size="page")
     pictures.space_time(ax, recorded(RECORD, ("forces",), tuple(range(60))))
     return figure
@@ -96,7 +98,7 @@ def correction_area() -> Figure:
 
 
 def approach() -> Figure:
-    """A short shock and a longer one."""
+    """Approach to the limit for a short shock and for a longer one."""
     figure, (left, right) = pictures.figure(1, 2, "page")
     pictures.approach(left, compared(EJECTION).simulated)
     pictures.approach(right, compared(RECORD).simulated)
@@ -104,7 +106,7 @@ def approach() -> Figure:
 
 
 def balance() -> Figure:
-    """Energy and momentum of the first row of Table 2, of which the first granule rebounds."""
+    """Energy and momentum for the first row of Table 2, where the first granule rebounds."""
     result = recorded(EJECTION, ("field", "energies"), (3,))
     figure, (left, right) = pictures.figure(1, 2, "page")
     pictures.balance(left, result)
@@ -113,7 +115,7 @@ def balance() -> Figure:
 
 
 def amplification() -> Figure:
-    """The triangle of a tenth of whose duration is its rise, and the shape of the first row of Table 2."""
+    """Amplification for a triangle with n = 10 and for the shape of the first row of Table 2."""
     figure, places = pictures.figure(1, 2, "page")
     for ax, profile in zip(places, (sw.Triangular(duration_ratio=10), scene(EJECTION).shock.profile), strict=True):
         pictures.amplification(ax, profile, sw.Predictor(), scene(EJECTION).chain)
@@ -121,7 +123,7 @@ def amplification() -> Figure:
 
 
 def work_precision() -> Figure:
-    """Invented runs, with every mark that there is."""
+    """Invented runs that show all kinds of marks."""
     slopes = {"order 4": 0.25, "order 8": 0.125, "order 12": 1 / 12}
     runs = [
         Run(name, 10.0**-digits, 2e-4 * 10 ** (0.6 * digits * 4 * slope) * (1 + index))
@@ -138,7 +140,7 @@ def work_precision() -> Figure:
 
 
 def trust_map() -> Figure:
-    """The error of section 4 for the power law with a square root for its rise and a straight decay."""
+    """Error of section 4 for the power law with exponents 0.5 and 1."""
     chain = scene(EJECTION).chain
     unit = Scales.of(chain, 1.0).time
     x, n = np.geomspace(0.3, 30.0, 28), np.geomspace(1.25, 20.0, 20)
@@ -151,18 +153,18 @@ def trust_map() -> Figure:
     predicted = [sw.Predictor().predict(shock, chain) for shock in shocks]
     simulated = sw.simulate_many(shocks, chain, waves="primary", rtol=1e-4)
     error = [
-        told.peak_force / found.peak_force - 1 if isinstance(found, sw.SimulationResult) else np.nan
-        for told, found in zip(predicted, simulated, strict=True)
+        outcome.peak_force / result.peak_force - 1 if isinstance(result, sw.SimulationResult) else np.nan
+        for outcome, result in zip(predicted, simulated, strict=True)
     ]
-    regime = [told.regime for told in predicted]
-    holds = [all(condition.holds for condition in told.conditions) for told in predicted]
+    regime = [outcome.regime for outcome in predicted]
+    holds = [all(condition.holds for condition in outcome.conditions) for outcome in predicted]
     plane = (len(x), len(n))
     figure, (ax,) = pictures.figure(size=(5.0, 3.4))
     pictures.trust_map(ax, x, n, *(np.reshape(values, plane) for values in (error, regime, holds)))
     return figure
 
 
-#: Files by name, and what draws them.
+#: Functions that draw the pictures, by file name.
 PICTURES: dict[str, Callable[[], Figure]] = {
     "pulse": pulse,
     "contact-forces": contact_forces,
@@ -178,9 +180,9 @@ PICTURES: dict[str, Callable[[], Figure]] = {
 
 
 def main() -> None:
-    """Draw all of them."""
-    parser = argparse.ArgumentParser(description="Draw the pictures that the documentation shows.")
-    parser.add_argument("--folder", type=Path, default=FOLDER, help="where to write them")
+    """Draw all pictures."""
+    parser = argparse.ArgumentParser(description="Draw the pictures of the documentation.")
+    parser.add_argument("--folder", type=Path, default=FOLDER, help="folder of the pictures")
     folder = parser.parse_args().folder
     folder.mkdir(parents=True, exist_ok=True)
     for name, draw in PICTURES.items():

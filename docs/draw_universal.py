@@ -1,11 +1,11 @@
-"""The pictures of ``docs/universal.md``.
+"""Draw the pictures of ``docs/universal.md``.
 
     python docs/draw_universal.py
 
-writes ``docs/universal/collapse.svg``, random pulses of many kinds on one curve, the same to the byte as long as
-matplotlib and the simulated figures are the same; and ``docs/universal/cost.svg``, error against run time of all ways
-to the primary's peak force, timed side by side on the machine that draws it. Half a minute or so. The kinds of pulses
-are those of ``fit_moments.py``, which stands beside it.
+writes, in about half a minute, ``docs/universal/collapse.svg``, random pulses of many kinds on one curve, and
+``docs/universal/cost.svg``, error against run time of all methods for the peak force of the leading wave. The former
+changes only if matplotlib or the simulated values change; the run times of the latter are those of the machine that
+draws it. The kinds of pulses are those of ``fit_moments.py`` in the same folder.
 """
 
 from __future__ import annotations
@@ -32,8 +32,10 @@ from shockwave.prediction.shock_measures import measures
 from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT, integrals, short_law
 
 FOLDER = Path(__file__).parent / "universal"
-SEED, COUNT = 6401, 260
-#: What kinds are called, and their marks.
+# Seed and number of the pulses.
+SEED = 6401
+COUNT = 260
+#: Names of the families of pulses, with their kinds.
 FAMILIES = {
     "power laws, exponentials": ("power_law", "exponential"),
     "records of random peaks": ("one_peak", "several_peaks"),
@@ -42,14 +44,18 @@ FAMILIES = {
     "two humps": ("two_humps",),
     "records with noise": ("noisy",),
 }
-SHORTEST, LONGEST = 0.3, 40.0
+# Range of the durations, in T0.
+SHORTEST = 0.3
+LONGEST = 40.0
+# Tolerances of the methods that have one.
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+# Relative error of the reference simulations.
 KNOWN = 1e-11
 
 
 @frozen(eq=False)
 class Drawn:
-    """Pulses: family, tau, x of the short law, skewness, F over the impulse limit by simulation and by section 4."""
+    """Pulses: family, tau, x of the short law, skewness, simulated and predicted F over the impulse limit."""
 
     family: list[str]
     spread: Array
@@ -60,7 +66,7 @@ class Drawn:
 
 
 def drawn() -> Drawn:
-    """Random pulses of every kind, tau from 0.01 to 5."""
+    """Random pulses of all kinds, with tau from 0.01 to 5."""
     draw, kinds = np.random.default_rng(SEED), (*OLD, *NEW)
     rows: list[tuple[Any, ...]] = []
     shocks = []
@@ -68,7 +74,7 @@ def drawn() -> Drawn:
         kind = kinds[len(rows) % len(kinds)]
         try:
             profile = kind(draw)
-        except sw.InvalidValueError:  # noise may leave no pulse
+        except sw.InvalidValueError:  # because of the noise there may be no pulse
             continue
         areas, duration = profile.areas(), math.exp(draw.uniform(math.log(SHORTEST), math.log(LONGEST)))
         shock = lasting(profile, duration)
@@ -90,7 +96,7 @@ def drawn() -> Drawn:
 
 
 def scatter(made: Drawn, most: float = 0.3) -> float:
-    """The greatest distance from one curve in tau, relative, of pulses up to a spread."""
+    """Largest relative deviation from one curve in tau, for pulses with a spread of at most ``most``."""
     near = made.spread <= most
     spread, off = made.spread[near], np.log(made.simulated[near])
     columns = np.stack([spread**power for power in (2, 2.5, 3, 4)], axis=1)
@@ -98,7 +104,7 @@ def scatter(made: Drawn, most: float = 0.3) -> float:
 
 
 def points(ax: Axes, made: Drawn, across: Array, values: Array, top: float) -> None:
-    """A mark for each pulse; those above the picture stand at its edge."""
+    """Draw a mark for each pulse; pulses above the picture are marked at its edge."""
     for index, family in enumerate(FAMILIES):
         own = np.array([each == family for each in made.family])
         look = {"color": COLOURS[index], "marker": MARKERS[index], "linestyle": "none", "markersize": 2.6}
@@ -115,7 +121,7 @@ def points(ax: Axes, made: Drawn, across: Array, values: Array, top: float) -> N
 
 
 def collapse(made: Drawn) -> None:
-    """Simulation on one curve, the paper's formulae beside it, and what the law leaves of the scatter."""
+    """Draw simulated and predicted pulses over the spread, and simulated ones over x with the short law."""
     figure, (left, middle, right) = pictures.figure(1, 3, (9.6, 3.8))
     points(left, made, made.spread, made.simulated, 1.6)
     points(middle, made, made.spread, made.predicted, 1.6)
@@ -141,14 +147,14 @@ def collapse(made: Drawn) -> None:
 
 
 def shocks_of(profiles: list[sw.ShockProfile], count: int) -> list[sw.Shock]:
-    """So many durations of each shape, even in their logarithm."""
+    """``count`` shocks of each shape, log-uniform in their duration."""
     draw = np.random.default_rng(SEED + 1)
     durations = np.exp(draw.uniform(math.log(0.05), math.log(20), (len(profiles), count)))
     return [lasting(profile, value) for profile, own in zip(profiles, durations, strict=True) for value in own]
 
 
 def best(calls: dict[Any, Callable[[], Array]], repeats: int = 3) -> dict[Any, tuple[float, Array]]:
-    """The shortest time of each call, taken in turn with nothing known of any shape, and what it gave."""
+    """Shortest run time of each call with empty caches, and its result; the calls take turns."""
     found: dict[Any, tuple[float, Array]] = {}
     for _ in range(repeats):
         for name, call in calls.items():
@@ -161,7 +167,7 @@ def best(calls: dict[Any, Callable[[], Array]], repeats: int = 3) -> dict[Any, t
 
 
 def ways(profiles: list[sw.ShockProfile], shocks: list[sw.Shock]) -> dict[Any, Callable[[], Array]]:
-    """All ways to the amplification, by name and tolerance."""
+    """All methods for the amplification, by name and tolerance."""
     each = len(shocks) // len(profiles)
 
     def model(name: str) -> Callable[[], Array]:
@@ -206,7 +212,7 @@ def ways(profiles: list[sw.ShockProfile], shocks: list[sw.Shock]) -> dict[Any, C
 
 
 def cost() -> None:
-    """The 99th percentile of the error against the time a pulse takes, over that of one simulation to 1e-6."""
+    """Draw the 99th percentile of the error against the run time per pulse, over that of a simulation to 1e-6."""
     profiles: list[sw.ShockProfile] = [
         sw.Triangular(duration_ratio=3),
         sw.PowerLaw(rise_exponent=0.5, decay_exponent=2, duration_ratio=4),
@@ -245,7 +251,7 @@ def cost() -> None:
 
 
 def main() -> None:
-    """Draw both."""
+    """Draw both pictures."""
     FOLDER.mkdir(exist_ok=True)
     made = drawn()
     for low, high in ((0, 0.1), (0.1, 0.3), (0.3, 0.7), (0.7, 12)):

@@ -1,14 +1,14 @@
-"""The law of moments: draws pulses, simulates them, fits the coefficients, and judges the law on other pulses.
+"""Fit the law of moments to simulated pulses, and validate it on other pulses.
 
     python docs/fit_moments.py
 
-makes, in two minutes or so,
+writes, in about two minutes,
 
-- ``shockwave/prediction/moments.json``: the coefficients, with the seeds and counts that they rest on;
-- ``docs/moments/judged.csv``: the pulses on which the law was judged, with their measures and errors;
+- ``shockwave/prediction/moments.json``: the coefficients, with the seeds and numbers of pulses;
+- ``docs/moments/judged.csv``: the pulses of the validation, with their measures and errors;
 - the tables of ``docs/moments.md``.
 
-No pulse is used twice, and half of those judged are of kinds that had no part in the fit.
+No pulse is used twice, and half of those of the validation are of kinds that are not used in the fit.
 """
 
 from __future__ import annotations
@@ -40,20 +40,34 @@ PAGE = Path(__file__).parent / "moments.md"
 TABLE = Path(__file__).parent / "moments" / "judged.csv"
 FILE = Path(sw.__file__).parent / "prediction" / RESOURCE
 
-# One number, n t0/T0, governs the answer for a shape: any chain and force would do.
+# For a given shape the amplification depends only on n t0/T0, so that chain and force are arbitrary.
 CHAIN = sw.Chain(material=sw.Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0), radius=4.75e-3)
 FORCE = 100.0
 SCALES = Scales.of(CHAIN, FORCE)
-RTOL, MOST_DOUBT = 1e-5, 1e-3
+# Requested relative error of the simulations.
+RTOL = 1e-5
+# Largest error estimate of a simulation that is used.
+MOST_DOUBT = 1e-3
 
-FIT_SEED, FIT_COUNT = 6101, 9000
-JUDGE_SEED, JUDGE_COUNT = 6102, 6000
-SHORTEST, LONGEST = 0.003, 60.0
-# Where one wave turns into many, more are drawn.
-BETWEEN = 1.0, 30.0
+# Seed and number of the pulses of the fit.
+FIT_SEED = 6101
+FIT_COUNT = 9000
+# Seed and number of the pulses of the validation.
+JUDGE_SEED = 6102
+JUDGE_COUNT = 6000
+# Range of the durations, in T0.
+SHORTEST = 0.003
+LONGEST = 60.0
+# Range of durations, in T0, in which one wave becomes many and more pulses are drawn.
+BETWEEN = (1.0, 30.0)
+# Largest spread of a pulse that is used.
 FARTHEST = 10.0
 
-STEP_LIMIT, REACH = 2.36, 1.2
+# Amplification of a constant force in the kernel; the simulated value, 2.33, includes the correction.
+STEP_LIMIT = 2.36
+# Width of the local measures.
+REACH = 1.2
+# Products of local measures in the correction.
 TERMS = (
     ("apart",),
     ("before",),
@@ -72,12 +86,15 @@ TERMS = (
     ("lean", "offset"),
     ("tilt", "offset"),
 )
-# What an error weighs as one, at spreads: well below what is asked for there.
+# (spread, error) that has the weight one in the fit: well below the target there.
 ASKED = ((0, 3e-4), (0.1, 3e-4), (0.2, 1.2e-3), (0.3, 4e-3), (0.45, 8e-3), (2, 1e-2), (10, 2e-2))
-# The stated error at these spreads: the widened quantile of the errors around.
+# Spreads at which the expected error is tabulated.
 SPREADS = (0.05, 0.1, 0.2, 0.3, 0.45, 0.7, 3.0, 10.0)
-QUANTILE, WIDENED = 0.995, 1.5
-# 99 % of the errors must stay below, up to these spreads.
+# The expected error is this quantile of the errors at similar spreads, ...
+QUANTILE = 0.995
+# ... multiplied by this factor.
+WIDENED = 1.5
+# (spread, error): bands of spreads, with the target for the 99th percentile of the error.
 ACCEPTED = ((0.1, 1e-3), (0.2, 1e-3), (0.3, 5e-3), (0.45, 1.5e-2), (0.7, 3e-2), (2.0, 3e-2), (4.0, 5e-2), (10.0, 5e-2))
 
 
@@ -85,25 +102,25 @@ ACCEPTED = ((0.1, 1e-3), (0.2, 1e-3), (0.3, 5e-3), (0.45, 1.5e-2), (0.7, 3e-2), 
 
 
 def ratio(draw: Draw) -> float:
-    """A duration ratio; every other pulse has rise and decay of like length, or a steep decay."""
+    """A random duration ratio; in half of the cases rise and decay are of similar length or the decay is steep."""
     return 1 + 10 ** float(draw.uniform(-3, 1.5) if draw.random() < 0.5 else draw.uniform(-0.5, 0.7))
 
 
 def power_law(draw: Draw) -> sw.ShockProfile:
-    """A power law, from a sudden rise to a steep one."""
+    """A power law with a rise from sudden to slow."""
     rise = draw.choice([1e-5, draw.uniform(0.05, 1), 1.0, 8 ** draw.random()])
     decay = draw.choice([draw.uniform(0.05, 1), 1.0, 15 ** draw.random()])
     return sw.PowerLaw(rise_exponent=float(rise), decay_exponent=float(decay), duration_ratio=ratio(draw))
 
 
 def exponential(draw: Draw) -> sw.ShockProfile:
-    """An exponential profile, hollow or full."""
+    """An exponential profile, convex or concave."""
     decay = draw.choice([draw.uniform(-6, 8), 60 ** draw.random()])
     return sw.Exponential(rise_rate=float(draw.uniform(-8, 8)), decay_rate=float(decay), duration_ratio=ratio(draw))
 
 
 def one_peak(draw: Draw) -> sw.ShockProfile:
-    """A table of a few samples that climbs, and falls."""
+    """A record of a few samples that rise to one peak and decay."""
     times = np.zeros(2)
     while np.min(np.diff(times)) < 1e-5 * times[-1] or times[-1] == 0:
         n = ratio(draw)
@@ -114,13 +131,13 @@ def one_peak(draw: Draw) -> sw.ShockProfile:
 
 
 def several_peaks(draw: Draw) -> sw.ShockProfile:
-    """A table of a few samples, in any order."""
+    """A record of a few samples of random height."""
     forces = draw.uniform(0, 1, draw.integers(2, 14)) ** draw.choice([0.5, 1, 2])
     times = np.append(0, np.cumsum(draw.uniform(0.05, 1, len(forces) + 1)))
     return sw.Tabulated(times=times, forces=np.concatenate(([0], forces, [0])))
 
 
-# ---------------------------------------------------------------- kinds that the fit has not seen
+# ---------------------------------------------------------------- kinds that are not used in the fit
 
 
 def sampled(shape: Callable[[Array], Array], samples: int = 161) -> sw.ShockProfile:
@@ -132,35 +149,35 @@ def sampled(shape: Callable[[Array], Array], samples: int = 161) -> sw.ShockProf
 
 
 def half_sine(draw: Draw) -> sw.ShockProfile:
-    """Half a sine."""
+    """A half-sine."""
     return sampled(lambda s: np.sin(np.pi * s))
 
 
 def haversine(draw: Draw) -> sw.ShockProfile:
-    """A sine squared."""
+    """A haversine, the square of a sine."""
     return sampled(lambda s: np.sin(np.pi * s) ** 2)
 
 
 def hertz(draw: Draw) -> sw.ShockProfile:
-    """About the force of an elastic impact, a sine to the power 3/2."""
+    """Approximate force of an elastic impact, a sine to the power 3/2."""
     return sampled(lambda s: np.sin(np.pi * s) ** 1.5)
 
 
 def trapezoid(draw: Draw) -> sw.ShockProfile:
-    """A plateau between two slopes."""
+    """A trapezoid."""
     rise = draw.uniform(0.01, 0.6)
     fall = draw.uniform(0.01, 1 - rise)
     return sw.Tabulated(times=[0, rise, 1 - fall, 1], forces=[0, 1, 1, 0])
 
 
 def sawtooth(draw: Draw) -> sw.ShockProfile:
-    """A sudden rise or a sudden fall."""
+    """A sawtooth with a steep rise or a steep decay."""
     peak = draw.choice([0.001, 0.01, 0.05, 0.95, 0.99, 0.999])
     return sw.Tabulated(times=[0, peak, 1], forces=[0, 1, 0])
 
 
 def friedlander(draw: Draw) -> sw.ShockProfile:
-    """A blast with a short rise."""
+    """A Friedlander blast wave with a short rise."""
     rise, rate = 10 ** draw.uniform(-3, -1), draw.uniform(0, 6)
     share = np.linspace(0, 1, 200) ** 1.5
     times = np.append(0, rise + (1 - rise) * share)
@@ -168,7 +185,7 @@ def friedlander(draw: Draw) -> sw.ShockProfile:
 
 
 def two_humps(draw: Draw) -> sw.ShockProfile:
-    """Two smooth humps, apart or merged, either the higher."""
+    """Two smooth humps, separate or merged; either can be the higher one."""
     widths, centres = draw.uniform(0.05, 0.25, 2), (draw.uniform(0.1, 0.4), draw.uniform(0.5, 0.9))
     heights = draw.permutation([1.0, draw.uniform(0.1, 1)])
 
@@ -194,12 +211,12 @@ OLD = (power_law, exponential, one_peak, several_peaks)
 NEW = (half_sine, haversine, hertz, trapezoid, sawtooth, friedlander, two_humps, two_humps, noisy, noisy)
 
 
-# ---------------------------------------------------------------- pulses and what simulation says
+# ---------------------------------------------------------------- pulses and simulations
 
 
 @frozen(eq=False)
 class Sample:
-    """Pulses: their kinds, the pulses as the law takes them, measures, and simulated F/F0."""
+    """Pulses with their kinds, their representation in the law, their measures, and simulated F/F0."""
 
     kinds: NDArray[np.str_]
     pulses: list[Pulse]
@@ -210,7 +227,7 @@ class Sample:
 
 
 def drawn(seed: int, count: int, kinds: tuple[Callable[[Draw], sw.ShockProfile], ...]) -> list[tuple[str, sw.Shock]]:
-    """Random shocks, of the kinds in turn."""
+    """Random shocks of the kinds in turn, each with the name of its kind."""
     draw = np.random.default_rng(seed)
     found: list[tuple[str, sw.Shock]] = []
     while len(found) < count:
@@ -219,19 +236,19 @@ def drawn(seed: int, count: int, kinds: tuple[Callable[[Draw], sw.ShockProfile],
         duration = float(np.exp(draw.uniform(low, high)))
         try:
             profile = kind(draw)
-        except sw.InvalidValueError:  # noise may leave no pulse
+        except sw.InvalidValueError:  # because of the noise there may be no pulse
             continue
         found.append((kind.__name__, lasting(profile, duration)))
     return found
 
 
 def lasting(profile: sw.ShockProfile, duration: float) -> sw.Shock:
-    """The shock of a profile that lasts ``duration``, in T0."""
+    """Shock with a given profile and ``duration`` in T0."""
     return sw.Shock.of_duration(profile=profile, peak_force=FORCE, duration=duration * SCALES.time)
 
 
 def simulated(shocks: list[tuple[str, sw.Shock]]) -> Sample:
-    """The sample of these shocks; those that simulation or quadrature does not know well are left out."""
+    """Sample of these shocks, without those whose simulation or integrals are not accurate."""
     results = sw.simulate_many([shock for _, shock in shocks], CHAIN, rtol=RTOL, waves="primary")
     rows: list[tuple[Any, ...]] = []
     for (kind, shock), result in zip(shocks, results, strict=True):
@@ -246,11 +263,11 @@ def simulated(shocks: list[tuple[str, sw.Shock]]) -> Sample:
     return Sample(np.array(kinds), list(pulses), spread, *map(np.array, numbers))
 
 
-# ---------------------------------------------------------------- fit and judgement
+# ---------------------------------------------------------------- fit and validation
 
 
 def fitted(sample: Sample) -> Law:
-    """Coefficients by weighted least squares, and the errors that they leave."""
+    """Fit the coefficients by weighted least squares, and tabulate the remaining errors."""
     law = Law(STEP_LIMIT, REACH, TERMS, np.zeros(len(TERMS)), np.array(SPREADS), np.ones(len(SPREADS)))
     log_force, found = evaluated(law, sample.pulses)
     products, missing = law.products(found), np.log(sample.simulated) - log_force
@@ -260,29 +277,29 @@ def fitted(sample: Sample) -> Law:
     residual = np.abs(np.expm1(products @ coefficients - missing))
     edges = np.sqrt(np.array(SPREADS[:-1]) * SPREADS[1:])
     band = np.searchsorted(edges, sample.spread)
-    # Of the shortest, the error is mostly the simulation's.
+    # The errors of the shortest pulses are mainly those of the simulation.
     band[sample.spread < SPREADS[0] / 2] = -1
     errors = [WIDENED * np.quantile(residual[band == i], QUANTILE) for i in range(len(SPREADS))]
     return evolve(law, coefficients=coefficients, errors=np.array([float(f"{e:.3g}") for e in errors]))
 
 
 def judged(law: Law, sample: Sample) -> Iterator[dict[str, Any]]:
-    """The pulses with their errors and the errors that the law states."""
+    """Yield the pulses with their errors and the expected errors, the column ``told``."""
     error = law.corrected(*evaluated(law, sample.pulses)) / sample.simulated - 1
-    told = law.error(sample.spread)
+    expected = law.error(sample.spread)
     names = ("spread", "skewness", "strength", "simulated")
     for i, kind in enumerate(sample.kinds):
-        numbers = {name: getattr(sample, name)[i] for name in names} | {"error": error[i], "told": told[i]}
+        numbers = {name: getattr(sample, name)[i] for name in names} | {"error": error[i], "told": expected[i]}
         yield {"kind": str(kind)} | {name: f"{value:.6g}" for name, value in numbers.items()}
 
 
 def tables(rows: list[dict[str, Any]]) -> dict[str, list[str]]:
-    """What the page tells: errors by spread, and by kind."""
-    spread, error, told = (np.array([float(row[name]) for row in rows]) for name in ("spread", "error", "told"))
+    """Rows of the tables of the page: errors by spread, and by kind."""
+    spread, error, expected = (np.array([float(row[name]) for row in rows]) for name in ("spread", "error", "told"))
     kinds, size = np.array([row["kind"] for row in rows]), np.abs(error)
     new = np.isin(kinds, [kind.__name__ for kind in NEW])
-    # A simulation to RTOL, and the six digits of the table, are known no better.
-    held = size <= told + 2 * RTOL
+    # allowing for the error of the simulation and the six digits of the table
+    held = size <= expected + 2 * RTOL
     by_spread, low = [], 0.0
     for high, limit in ACCEPTED:
         here = (spread >= low) & (spread < high)
@@ -299,8 +316,8 @@ def tables(rows: list[dict[str, Any]]) -> dict[str, list[str]]:
     return {"errors by spread": by_spread, "errors by kind": by_kind}
 
 
-def tell(made: dict[str, list[str]]) -> None:
-    """Put the tables into the page."""
+def write_tables(made: dict[str, list[str]]) -> None:
+    """Write the tables into the page."""
     text = PAGE.read_text(encoding="utf-8")
     for name, rows in made.items():
         body = "".join(row + "\n" for row in rows)
@@ -310,7 +327,7 @@ def tell(made: dict[str, list[str]]) -> None:
 
 
 def entries(law: Law, sample: Sample) -> dict[str, Any]:
-    """What the file of the law holds."""
+    """Contents of the file of the law."""
     return {
         "about": "law of the primary's peak force of shockwave.prediction.moments, described in docs/moments.md",
         "provenance": {
@@ -333,7 +350,7 @@ def entries(law: Law, sample: Sample) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Make everything, and print the judgement."""
+    """Fit and validate the law, write all files, and print the tables."""
     argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter).parse_args()
     sample = simulated(drawn(FIT_SEED, FIT_COUNT, OLD))
     law = fitted(sample)
@@ -346,7 +363,7 @@ def main() -> None:
         table.writeheader()
         table.writerows(rows)
     made = tables(rows)
-    tell(made)
+    write_tables(made)
     for name, lines in made.items():
         print(name, *lines, sep="\n")
 

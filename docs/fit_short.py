@@ -1,10 +1,10 @@
-"""The short form of the law of moments: draws pulses, simulates them, fits the coefficients, and judges them on others.
+"""Fit the short form of the law of moments to simulated pulses, and validate it on other pulses.
 
     python docs/fit_short.py
 
-makes, in a quarter of a minute or so, ``shockwave/prediction/short_shock_law.json`` and two tables of ``docs/auto.md``.
-The common kinds of pulses are those of ``fit_moments.py``, which stands beside it; half of those judged are of kinds
-that had no part in the fit. Kinds with far tails, which stand here, tell how wide the bound must be.
+writes, in about fifteen seconds, ``shockwave/prediction/short_shock_law.json`` and two tables of ``docs/auto.md``. The
+common kinds of pulses are those of ``fit_moments.py`` in the same folder; half of those of the validation are of kinds
+that are not used in the fit. The kinds with long tails in this file determine the error bound.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from attrs import evolve
 from fit_moments import CHAIN, FORCE, NEW, OLD, SCALES, Array, Draw
-from judge_auto import tell
+from judge_auto import write_table
 
 import shockwave as sw
 from shockwave.chain.solitary_wave import MOMENTUM
@@ -29,17 +29,26 @@ from shockwave.prediction.shock_measures import measures
 PAGE = Path(__file__).parent / "auto.md"
 FILE = Path(sw.__file__).parent / "prediction" / short.RESOURCE
 
-SEED, COUNT, RTOL, MOST_DOUBT = 6201, 4000, 1e-7, 1e-5
-# Of x: beyond, one number no longer orders the errors; below, the error is nothing.
-LEAST, FARTHEST = 1e-3, 0.25
-# Which error a pulse may have in the fit, at the least and over x^(3/2).
-ALLOWED, SHARE = 2e-5, 0.05
-# The error told: this quantile of the sizes over x^(3/2) and the root of the kurtosis, of pulses of the hardest kinds.
+# Seed and number of the pulses.
+SEED = 6201
+COUNT = 4000
+# Requested relative error of the simulations, and largest error estimate of one that is used.
+RTOL = 1e-7
+MOST_DOUBT = 1e-5
+# Range of x: the error is negligible below it, and is not ordered by x alone above it.
+LEAST = 1e-3
+FARTHEST = 0.25
+# Error of a pulse that has the weight one in the fit: a constant, and a factor of x^(3/2).
+ALLOWED = 2e-5
+SHARE = 0.05
+# The error bound is this quantile of the errors over x^(3/2) and the root of the kurtosis, for the kinds with long
+# tails.
 QUANTILE = 0.999
+# Ends of the bands of x in the table.
 BANDS = (1e-3, 5e-3, 0.015, 0.03, 0.06, 0.12, 0.25)
 
 
-# ---------------------------------------------------------------- kinds with far tails
+# ---------------------------------------------------------------- kinds with long tails
 
 
 def needle(draw: Draw) -> sw.ShockProfile:
@@ -50,7 +59,7 @@ def needle(draw: Draw) -> sw.ShockProfile:
 
 
 def weak_hump(draw: Draw) -> sw.ShockProfile:
-    """A triangle, and long before or after it a weaker one."""
+    """A triangle with a weaker one long before or after it."""
     gap, weak = 1 + 10 ** draw.uniform(-0.5, 2), 10 ** draw.uniform(-2, 0)
     forces = [0, 1, 0, 0, weak, 0]
     rise, fall = draw.uniform(0.2, 3, 2)
@@ -59,7 +68,7 @@ def weak_hump(draw: Draw) -> sw.ShockProfile:
 
 
 def with_zeros(draw: Draw) -> sw.ShockProfile:
-    """Triangles of any height, with pauses between them."""
+    """Triangles of random height with pauses between them."""
     times, forces = [0.0], [0.0]
     for _ in range(draw.integers(3, 9)):
         wide = 10 ** draw.uniform(-2, 0)
@@ -75,13 +84,13 @@ FAR = (needle, weak_hump, with_zeros)
 
 
 def sample(seed: int, count: int, kinds: Sequence[Callable[[Draw], sw.ShockProfile]]) -> tuple[Array, ...]:
-    """x, g, h, ln of the impulse limit over the simulated peak, and tau, of random pulses, x even in its logarithm."""
+    """x, g, h, ln of the impulse limit over the simulated peak force, and tau of random pulses, log-uniform in x."""
     draw = np.random.default_rng(seed)
     known, pulses = [], []
     while len(pulses) < count:
         try:
             profile = kinds[len(pulses) % len(kinds)](draw)
-        except sw.InvalidValueError:  # noise may leave no pulse
+        except sw.InvalidValueError:  # because of the noise there may be no pulse
             continue
         areas = profile.areas()
         correction, skewness, tails = short.integrals([profile], [areas.total])[0].tolist()
@@ -103,7 +112,7 @@ def sample(seed: int, count: int, kinds: Sequence[Callable[[Draw], sw.ShockProfi
 
 
 def fitted() -> tuple[short.ShortLaw, int]:
-    """Coefficients by weighted least squares, the error by the hardest kinds, and the pulses of both."""
+    """Fit the coefficients by weighted least squares and the bound by the kinds with long tails; number of pulses."""
     x, g, _, missing, _ = sample(SEED, COUNT, OLD)
     columns, target = np.stack([x, x * g, x * g * g], axis=1), x / missing - 1
     weight = missing**2 / x / (ALLOWED + SHARE * x**1.5)
@@ -115,12 +124,12 @@ def fitted() -> tuple[short.ShortLaw, int]:
 
 
 def errors(law: short.ShortLaw, x: Array, g: Array, missing: Array) -> Array:
-    """Relative, their size."""
+    """Magnitudes of the relative errors."""
     return np.abs(np.expm1(missing - x / law.slope(x, g)))
 
 
 def tables(law: short.ShortLaw) -> dict[str, list[str]]:
-    """Errors on pulses that the fit has not seen, by x and by kind."""
+    """Rows of the tables of the page: errors of other pulses, by x and by kind."""
     samples = [sample(SEED + 1 + i, COUNT // 2, kinds) for i, kinds in enumerate((OLD, NEW))]
     samples += [sample(SEED + 4 + i, COUNT // 4, [kind]) for i, kind in enumerate(FAR)]
     x, g, tails, missing, spread = np.concatenate(samples, axis=1)
@@ -131,8 +140,8 @@ def tables(law: short.ShortLaw) -> dict[str, list[str]]:
     for low, high in pairwise(BANDS):
         here = common & (x >= low) & (x < high)
         parts = " | ".join(f"{100 * np.quantile(size[here & (of == which)], 0.99):.3f}" for which in (0, 1))
-        told = float(np.median(law.bound(x, tails)[here]))
-        figures = f"{100 * size[here].max():.3f} | {100 * told:.3f}"
+        bound = float(np.median(law.bound(x, tails)[here]))
+        figures = f"{100 * size[here].max():.3f} | {100 * bound:.3f}"
         counts = f"{np.nanmedian(spread[here]):.2f} | {here.sum()}"
         by_x.append(f"| {low:g} to {high:g} | {counts} | {parts} | {figures} | {100 * held[here].mean():.1f} |")
     names = ("kinds of the fit", "new kinds", "spike on a pedestal", "hump and a weak one", "triangles with pauses")
@@ -145,7 +154,7 @@ def tables(law: short.ShortLaw) -> dict[str, list[str]]:
 
 
 def main() -> None:
-    """Make everything, and print the judgement."""
+    """Fit and validate the law, write all files, and print the tables."""
     law, count = fitted()
     entries = {
         "about": "short form of the law of moments (shockwave.prediction.short_shock_law), described in docs/auto.md",
@@ -161,7 +170,7 @@ def main() -> None:
     FILE.write_text(json.dumps(entries, indent=1) + "\n", encoding="utf-8")
     for name, rows in tables(law).items():
         print(name, *rows, sep="\n")
-        tell(PAGE, name, rows)
+        write_table(PAGE, name, rows)
 
 
 if __name__ == "__main__":

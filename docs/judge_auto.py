@@ -1,10 +1,10 @@
-"""The model ``auto`` judged: how often it meets its tolerance, by what, and at what cost.
+"""Validate the model ``auto``: how often it meets its tolerance, by which method, and at what cost.
 
     python docs/judge_auto.py
 
-draws 1 000 random pulses of every kind, those of the sample plugins among them, holds ``auto`` against simulations to
-1e-9, and times it side by side with simulation; a minute or so. It writes two tables of ``docs/auto.md``. Times are
-those of the machine, given as ratios.
+draws 1 000 random pulses of all kinds, including those of the sample plugins, compares ``auto`` with simulations with
+rtol 1e-9, and measures its run time relative to that of simulations, in about a minute. It writes two tables of
+``docs/auto.md``. The ratios of run times depend on the machine.
 """
 
 from __future__ import annotations
@@ -25,11 +25,18 @@ import shockwave as sw
 from shockwave.prediction import short_shock_law as short
 from shockwave.profiles import base
 from shockwave.registry import load
-from shockwave.studies.universal_curve import kept_curve
+from shockwave.studies.universal_curve import cached_curve
 
 PAGE = Path(__file__).parent / "auto.md"
-SEED, COUNT, SHORTEST, LONGEST = 6301, 1000, 1e-2, 20.0
+# Seed and number of the pulses.
+SEED = 6301
+COUNT = 1000
+# Range of the durations, in T0.
+SHORTEST = 1e-2
+LONGEST = 20.0
+# Tolerances that are requested from the model.
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-6)
+# Relative error of the reference simulations.
 KNOWN = 1e-9
 
 
@@ -60,21 +67,21 @@ KINDS = (power_law, exponential, triangular, one_peak, several_peaks, plugged)
 
 
 def drawn(seed: int, count: int) -> list[sw.Shock]:
-    """Random pulses of the kinds in turn, n t0/T0 even in its logarithm."""
+    """Random pulses of the kinds in turn, log-uniform in n t0/T0."""
     draw = np.random.default_rng(seed)
     logs = draw.uniform(math.log(SHORTEST), math.log(LONGEST), count)
     return [lasting(KINDS[index % len(KINDS)](draw), math.exp(log)) for index, log in enumerate(logs)]
 
 
 def fresh() -> None:
-    """Clear what is kept of shapes, so that each time counts all of the work."""
-    kept_curve.cache_clear()
+    """Clear the caches of shapes, so that each run time includes all of the work."""
+    cached_curve.cache_clear()
     base._areas.cache_clear()
     short._of_one.cache_clear()
 
 
 def best(calls: Sequence[Callable[[], Any]], repeats: int) -> list[float]:
-    """The shortest time of each call [s], taken in turn."""
+    """Shortest run time of each call [s]; the calls take turns."""
     times = [math.inf] * len(calls)
     for _ in range(repeats):
         for index, call in enumerate(calls):
@@ -86,7 +93,7 @@ def best(calls: Sequence[Callable[[], Any]], repeats: int) -> list[float]:
 
 
 def timed(predictor: sw.Predictor, shocks: list[sw.Shock], rtol: float, alone: bool) -> float:
-    """Time of predictions over that of simulations to ``rtol``, one by one or all at once."""
+    """Run time of predictions over that of simulations with ``rtol``, one by one or all at once."""
     calls: list[Callable[[], Any]] = [
         lambda: predictor.predict_many(shocks, CHAIN),
         lambda: sw.simulate_many(shocks, CHAIN, rtol=rtol, waves="primary"),
@@ -101,7 +108,7 @@ def timed(predictor: sw.Predictor, shocks: list[sw.Shock], rtol: float, alone: b
 
 
 def accuracy(shocks: list[sw.Shock]) -> list[str]:
-    """How often the tolerance is met, by what, and the time over that of simulating to the tolerance."""
+    """Rows of the table: how often the tolerance is met, by which method, and the time over that of simulations."""
     known = sw.simulate_many(shocks, CHAIN, rtol=KNOWN, waves="primary")
     true = np.array([result.amplification for result in known if isinstance(result, sw.SimulationResult)])
     assert len(true) == len(shocks)
@@ -123,7 +130,7 @@ def accuracy(shocks: list[sw.Shock]) -> list[str]:
 
 
 def throughput() -> list[str]:
-    """Many pulses where the short law holds, against `simulate_many`, both at 1e-2."""
+    """Rows of the table: many pulses in the range of the short law, relative to `simulate_many`, both with 1e-2."""
     draw, predictor = np.random.default_rng(SEED + 1), sw.Predictor(model="auto", rtol=1e-2)
     shapes = [kind(draw) for kind in KINDS[:5]]
     durations, longer = (np.exp(draw.uniform(math.log(0.05), math.log(most), 4000)) for most in (1.2, 20.0))
@@ -145,18 +152,18 @@ def throughput() -> list[str]:
     return rows
 
 
-def tell(page: Path, name: str, rows: list[str]) -> None:
-    """Put the rows of a table into a page."""
+def write_table(page: Path, name: str, rows: list[str]) -> None:
+    """Write the rows of a table into a page."""
     text, body = page.read_text(encoding="utf-8"), "".join(row + "\n" for row in rows)
     pattern = rf"(<!-- table: {name} -->\n.*\n\|---.*\n)(?:\|.*\n)*"
     page.write_text(re.sub(pattern, lambda match: match[1] + body, text), encoding="utf-8")
 
 
 def main() -> None:
-    """Judge, print, and put the tables into the page."""
+    """Validate the model, print the tables, and write them into the page."""
     for name, rows in {"auto": accuracy(drawn(SEED, COUNT)), "auto: many": throughput()}.items():
         print(name, *rows, sep="\n")
-        tell(PAGE, name, rows)
+        write_table(PAGE, name, rows)
 
 
 if __name__ == "__main__":

@@ -1,16 +1,16 @@
-"""What section 4 is worth: its primary against the simulated one, over shapes, durations and duration ratios.
+"""Measure the error of section 4 against simulations, over shapes, durations and duration ratios.
 
     python docs/map_section4.py
 
-makes, in two minutes or so and the same to the byte on every run on one machine,
+writes, in about two minutes and reproducibly on one machine,
 
-- ``docs/section4/map.csv``: predicted and simulated peak force for a dozen shapes over the plane (n t0/T0, n);
+- ``docs/section4/map.csv``: predicted and simulated peak forces for twelve shapes over the plane (n t0/T0, n);
 - ``docs/section4/map.png``: the errors, the borders of the regimes, and where the conditions (3) fail;
-- ``docs/section4/pulses.csv``: random shocks of the built-in kinds that meet (3), their measures and peak forces;
-- ``shockwave/prediction/expected_error.json``: the laws fitted to these, for ranges of errors, and the tables of
-  them in ``docs/trust.md``.
+- ``docs/section4/pulses.csv``: random shocks with built-in profiles that satisfy (3), with measures and peak forces;
+- ``shockwave/prediction/expected_error.json``: the laws fitted to these shocks, for ranges of errors, and their tables
+  in ``docs/trust.md``.
 
-``--only map``, ``pulses``, ``laws`` or ``picture`` does one step; the last two read the tables as they are.
+``--only map``, ``pulses``, ``laws`` or ``picture`` performs one step; the last two read the existing tables.
 """
 
 from __future__ import annotations
@@ -42,30 +42,42 @@ FOLDER = Path(__file__).parent / "section4"
 PAGE = Path(__file__).parent / "trust.md"
 LAWS = Path(sw.__file__).parent / "prediction" / RESOURCE
 
-# One number, n t0/T0, governs the answer for a shape: any chain and force would do.
+# For a given shape the amplification depends only on n t0/T0, so that chain and force are arbitrary.
 CHAIN = sw.Chain(material=sw.Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0), radius=4.75e-3)
 FORCE = 100.0
 SCALES = Scales.of(CHAIN, FORCE)
+# Requested relative error of the simulations.
 RTOL = 1e-4
 
+# Durations n t0/T0 and duration ratios n of the map.
 DURATIONS = np.geomspace(0.1, 60.0, 45)
 RATIOS = np.geomspace(1.1, 100.0, 27)
 
-SEED, COUNT, SINGLES = 20240, 7600, 400
-SHORTEST, LONGEST = 0.1, 60.0
-# Where one wave turns into many, more shocks are drawn.
-BETWEEN = 1.5, 10.0
-# A simulation that is known no better than this has no part in the laws.
+# Seed of the random shocks, their number, and the number of those of the regime single in addition.
+SEED = 20240
+COUNT = 7600
+SINGLES = 400
+# Range of the durations n t0/T0.
+SHORTEST = 0.1
+LONGEST = 60.0
+# Range of durations in which one wave becomes many and more shocks are drawn.
+BETWEEN = (1.5, 10.0)
+# Largest error estimate of a simulation that is used.
 MOST_DOUBT = 1e-3
 
-# The short law holds for spreads up to here. Each law has a band of residuals up to each of these.
+# Upper ends of the bands of residuals of each law: spreads of the short law, which is valid up to the last, and
+# logarithms of the strength of the long law.
 SHORT = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.6, 0.7, 0.8)
 LONG = tuple(math.log(strength) for strength in (1.4, 2.0, 2.8, 4.0, 6.0, 9.0, 14.0, 20.0))
-# What is beyond these shares of the residuals of a band is left out; the rest is widened by a share of its width, and
-# by the least that a simulation to RTOL and rounding in a table call for.
-TAIL, WIDENED, LEAST = 0.01, 0.125, 5e-4
-# This share of the shocks, those farthest out, lies outside of a law.
+# Fraction of the residuals of a band that is left out at each end.
+TAIL = 0.01
+# Each end of a band is extended by this fraction of its width ...
+WIDENED = 0.125
+# ... and by this, for the errors of simulations and tables.
+LEAST = 5e-4
+# Fraction of the shocks, the most unusual ones, that is outside the range of validity of a law.
 OUTSIDE = 0.005
+# Significant digits in the tables.
 DIGITS = 6
 
 MEASURES = ("strength", "spread", "skewness", "mean_force", "cubic_mean_force")
@@ -74,7 +86,7 @@ Maker = Callable[[float], sw.ShockProfile]
 
 
 def record(rise: Callable[[Array], Array], decay: Callable[[Array], Array]) -> Maker:
-    """Records of 41 samples of a shape; rise and decay are functions of the share of their time."""
+    """Records of 41 samples of a shape; rise and decay are functions of the elapsed fraction of their duration."""
     share = np.linspace(0, 1, 21)
     forces = np.concatenate((rise(share), decay(share[1:])))
     times = np.concatenate((share, 1 + share[1:]))
@@ -108,22 +120,22 @@ SHAPES: dict[str, Maker] = {
 
 
 def scaled(shock: sw.Shock) -> ScaledShock:
-    """What a prediction sees of ``shock``."""
+    """``shock`` in scaled units."""
     return ScaledShock(shock.profile, shock.profile.areas(), shock.rise_time / SCALES.time, MOMENTUM)
 
 
 def answered(shock: sw.Shock) -> ScaledAnswer:
-    """What section 4 makes of ``shock``, without a range of errors."""
+    """Answer of section 4 for ``shock``, without a range of errors."""
     return predict(scaled(shock), Settings())
 
 
 def lasting(profile: sw.ShockProfile, duration: float) -> sw.Shock:
-    """The shock of a profile that lasts ``duration``, in T0."""
+    """Shock with a given profile and ``duration`` in T0."""
     return sw.Shock.of_duration(profile=profile, peak_force=FORCE, duration=duration * SCALES.time)
 
 
 def simulated(shocks: Iterable[sw.Shock]) -> list[float | None]:
-    """Simulated peak forces over the shocks'; None where one is not known."""
+    """Simulated amplifications; None for a simulation that is not accurate."""
     found = sw.simulate_many(shocks, CHAIN, rtol=RTOL, waves="primary")
     known = (result if isinstance(result, sw.SimulationResult) else None for result in found)
     return [None if r is None or r.error_estimate > MOST_DOUBT else r.amplification for r in known]
@@ -133,7 +145,7 @@ def simulated(shocks: Iterable[sw.Shock]) -> list[float | None]:
 
 
 def map_rows() -> Iterator[dict[str, Any]]:
-    """Predicted and simulated peak force over the plane, shape by shape."""
+    """Yield predicted and simulated peak forces over the plane, shape by shape."""
     for name, maker in SHAPES.items():
         places = [(duration, ratio) for ratio in RATIOS for duration in DURATIONS]
         profiles = {ratio: maker(float(ratio)) for ratio in RATIOS}
@@ -152,8 +164,8 @@ def map_rows() -> Iterator[dict[str, Any]]:
 
 
 def random_profile(draw: np.random.Generator, kind: str) -> sw.ShockProfile:
-    """A profile of a built-in kind; it need not meet (3)."""
-    # Shocks with equal rise and decay are at the border of (3): few would be drawn by chance.
+    """A random profile of a built-in kind, which need not satisfy (3)."""
+    # Shocks with equal rise and decay are at the border of (3); few of them would be drawn by chance.
     n = 1 + 10 ** (draw.uniform(0, 0.3) if draw.random() < 0.4 else draw.uniform(0, 2.0))
     steep = draw.random() < 0.5
     if kind == "power-law":
@@ -174,7 +186,7 @@ def random_profile(draw: np.random.Generator, kind: str) -> sw.ShockProfile:
 
 
 def random_shocks(seed: int, count: int) -> list[tuple[str, sw.Shock]]:
-    """Random shocks with one peak that meet (3), each with its kind."""
+    """Random shocks with one peak that satisfy (3), each with its kind."""
     draw = np.random.default_rng(seed)
     found: list[tuple[str, sw.Shock]] = []
     while len(found) < count:
@@ -188,7 +200,7 @@ def random_shocks(seed: int, count: int) -> list[tuple[str, sw.Shock]]:
 
 
 def single_waves(seed: int, count: int) -> list[tuple[str, sw.Shock]]:
-    """Random shocks of the regime *single*, which is rare: a rise of almost no time, and as strong as one wave."""
+    """Random shocks of the rare regime *single*: with a very short rise, and about as strong as one wave."""
     draw = np.random.default_rng(seed)
     found: list[tuple[str, sw.Shock]] = []
     while len(found) < count:
@@ -201,12 +213,12 @@ def single_waves(seed: int, count: int) -> list[tuple[str, sw.Shock]]:
 
 
 def meets(profile: sw.ShockProfile) -> bool:
-    """Whether a profile meets (3)."""
+    """Whether a profile satisfies (3)."""
     return all(condition.holds for condition in conditions(profile.areas(), profile.duration_ratio))
 
 
 def pulse_rows() -> Iterator[dict[str, Any]]:
-    """Random shocks with their measures, predicted and simulated."""
+    """Yield random shocks with their measures and predicted and simulated peak forces."""
     drawn = random_shocks(SEED, COUNT) + single_waves(SEED + 1, SINGLES)
     for (kind, shock), peak in zip(drawn, simulated(shock for _, shock in drawn), strict=True):
         found, answer = measures(scaled(shock)), answered(shock)
@@ -229,7 +241,7 @@ def write(name: str, rows: Iterable[dict[str, Any]]) -> None:
 
 
 def read(name: str) -> dict[str, NDArray[Any]]:
-    """The columns of a table; numbers where all are."""
+    """Columns of a table, as numbers except for texts."""
     with open(FOLDER / name, encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     columns = {key: np.array([row[key] or "nan" for row in rows]) for key in rows[0]}
@@ -241,7 +253,7 @@ def read(name: str) -> dict[str, NDArray[Any]]:
 
 
 def fitted(pulses: dict[str, NDArray[Any]]) -> dict[str, Any]:
-    """What the file of the laws holds."""
+    """Contents of the file of the laws."""
     logarithm = np.log(pulses["simulated"] / (IMPULSE_LIMIT * pulses["strength"] ** 1.2))
     spread = pulses["spread"]
     short = law(
@@ -251,7 +263,7 @@ def fitted(pulses: dict[str, NDArray[Any]]) -> dict[str, Any]:
         SHORT,
     )
     inputs = np.log(np.column_stack([pulses["strength"], pulses["mean_force"], pulses["cubic_mean_force"]]))
-    # With some of those that the other law is for, this one is held at its end.
+    # Some shocks in the range of the short law keep the long law accurate at its lower end.
     chosen = (spread > 0.8 * SHORT[-1]) & (inputs[:, 0] <= LONG[-1])
     names, counts = np.unique(pulses["kind"], return_counts=True)
     long = law("long", inputs[chosen], logarithm[chosen], LONG)
@@ -270,7 +282,7 @@ def fitted(pulses: dict[str, NDArray[Any]]) -> dict[str, Any]:
 
 
 def law(name: str, inputs: Array, logarithm: Array, bounds: tuple[float, ...]) -> dict[str, Any]:
-    """A polynomial of degree three by least squares, how far out it holds, and residuals by bands."""
+    """Fit a polynomial of degree three by least squares; its range of validity, and its residuals by bands."""
     centre, scale = inputs.mean(axis=0), inputs.std(axis=0)
     factor = inputs[:, 0] ** 2 if name == "short" else np.ones(len(inputs))
     triangle = np.linalg.qr(monomials((inputs - centre) / scale, 3), mode="r")
@@ -301,7 +313,7 @@ def law(name: str, inputs: Array, logarithm: Array, bounds: tuple[float, ...]) -
 
 
 def _rounded(value: Any) -> Any:
-    """Numbers as the file holds them: what rounding on one machine or another makes of the rest is no matter."""
+    """Round numbers for the file, because further digits depend on the machine."""
     if isinstance(value, np.ndarray):
         return [_rounded(each) for each in value.tolist()]
     if isinstance(value, list):
@@ -309,8 +321,8 @@ def _rounded(value: Any) -> Any:
     return float(f"{value:.8g}") if isinstance(value, float) else value
 
 
-def tell(found: dict[str, Any]) -> None:
-    """Put the residuals of the laws into the tables of the page."""
+def write_tables(found: dict[str, Any]) -> None:
+    """Write the residuals of the laws into the tables of the page."""
     text = PAGE.read_text(encoding="utf-8")
     for name, entries in found["laws"].items():
         bounds = np.exp(entries["bounds"]) if name == "long" else entries["bounds"]
@@ -321,11 +333,11 @@ def tell(found: dict[str, Any]) -> None:
     PAGE.write_text(text, encoding="utf-8")
 
 
-# ---------------------------------------------------------------- picture and command
+# ---------------------------------------------------------------- picture and command line
 
 
 def draw(table: dict[str, NDArray[Any]]) -> None:
-    """Errors over the plane, one place for each shape."""
+    """Draw the errors over the plane, a panel for each shape."""
     from shockwave.pictures import figure, save, trust_map
 
     drawn, places = figure(4, 3, (11.0, 12.0))
@@ -339,7 +351,7 @@ def draw(table: dict[str, NDArray[Any]]) -> None:
 
 
 def main() -> None:
-    """Make all, or one of them."""
+    """Perform all steps, or one of them."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--only", choices=("map", "pulses", "laws", "picture"))
     only = parser.parse_args().only
@@ -351,13 +363,13 @@ def main() -> None:
     if only in (None, "laws"):
         found = fitted(read("pulses.csv"))
         LAWS.write_text(_compact(json.dumps(found, indent=1)) + "\n", encoding="utf-8")
-        tell(found)
+        write_tables(found)
     if only in (None, "picture"):
         draw(read("map.csv"))
 
 
 def _compact(text: str) -> str:
-    """JSON with rows of numbers on one line each."""
+    """Join the lines of each list of numbers in JSON."""
     return re.sub(r"\[[^][{}]*\]", lambda row: " ".join(row[0].split()), text)
 
 

@@ -1,6 +1,6 @@
-"""Solitary waves in granular crystals under shocks of finite rise and decay, predicted and simulated.
+"""Prediction and simulation of solitary waves in granular crystals under shocks of finite rise and decay.
 
-The public names below are imported when they are first used, so that ``import shockwave`` costs next to nothing.
+The public names below are imported when they are first used, so that ``import shockwave`` is fast.
 """
 
 from __future__ import annotations

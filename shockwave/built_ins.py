@@ -1,4 +1,4 @@
-"""Everything that shockwave itself registers."""
+"""Entries of all built-in profiles, integrators, quadratures, materials and models."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ _NYSTROEM = "shockwave.simulation.nystroem"
 _FIXED_STEP = "shockwave.simulation.fixed_step"
 _SCIPY = "shockwave.simulation.scipy_solver"
 _RELATIONS = "relations of section 4 of Hasan & Nemat-Nasser"
-_LAW = "law of the primary by the moments of the shock"
-_CHEAPEST = "the cheapest of laws, curve, simulation that meets rtol"
+_LAW = "law of moments: peak force from moments of the shock"
+_CHEAPEST = "cheapest of laws, universal curve and simulation within rtol"
 
 
 def _material(row: dict[str, str | float]) -> Entry:
@@ -30,7 +30,7 @@ def _rkn(name: str, title: str) -> Entry:
     return Entry(name, f"{_NYSTROEM}:{name.capitalize()}", f"Runge-Kutta-Nystroem {title}", takes="rtol backend")
 
 
-# read here, as the module beside the file would import the chain
+# read here, because the module beside the file would import the chain
 _LIBRARY = Path(__file__).parent / "chain" / "library.json"
 
 #: Kind -> entries.
@@ -38,12 +38,12 @@ ENTRIES = {
     "profiles": [
         Entry("power-law", f"{_PROFILES}.power_law:PowerLaw", "rise s^eta1, decay ((n-s)/(n-1))^eta2"),
         Entry("triangular", f"{_PROFILES}.triangular:Triangular", "linear rise, linear decay"),
-        Entry("exponential", f"{_PROFILES}.exponential:Exponential", "rise and decay by exponentials cut to [0, 1]"),
+        Entry("exponential", f"{_PROFILES}.exponential:Exponential", "exponential rise and decay, scaled to [0, 1]"),
         Entry("tabulated", f"{_PROFILES}.tabulated:Tabulated", "a force record, piecewise linear"),
     ],
     "integrators": [
         _rkn("rkn86", "8(6) of Dormand, El-Mikkawy & Prince, adaptive (default)"),
-        _rkn("rkn1210", "12(10) of the same, adaptive (default below rtol 1e-7)"),
+        _rkn("rkn1210", "12(10) of Dormand, El-Mikkawy & Prince, adaptive (default below rtol 1e-7)"),
         _rkn("rkn64", "6(4) of Dormand & Prince, adaptive"),
         Entry("verlet", f"{_FIXED_STEP}:Verlet", "velocity Verlet, order 2, fixed step, symplectic", takes="step"),
         Entry("pefrl", f"{_FIXED_STEP}:Pefrl", "extended Forest-Ruth, order 4, fixed step, symplectic", takes="step"),
@@ -53,7 +53,7 @@ ENTRIES = {
     ],
     "quadratures": [
         Entry("gauss-legendre", f"{_QUADRATURES}.gauss_legendre:GaussLegendre", "adaptive composite rule (default)"),
-        Entry("tanh-sinh", f"{_QUADRATURES}.tanh_sinh:TanhSinh", "double-exponential rule, for singular ends"),
+        Entry("tanh-sinh", f"{_QUADRATURES}.tanh_sinh:TanhSinh", "double-exponential rule, for singular end points"),
         Entry("quadpack", f"{_QUADRATURES}.quadpack:Quadpack", "QAGS of QUADPACK, through SciPy"),
     ],
     "materials": [_material(row) for row in json.loads(_LIBRARY.read_text(encoding="utf-8"))],

@@ -1,7 +1,7 @@
-"""Every error that shockwave raises on purpose, and the one shape of its messages.
+"""All errors that shockwave raises deliberately.
 
-A message reads ``path: must be rule (got value; hint)``. Faults found together are raised
-together, so that a user mends a file once.
+A message has the form ``path: must be rule (got value; hint)``. Errors that are found together are raised together, so
+that a user can correct a file in one go.
 """
 
 from __future__ import annotations
@@ -11,13 +11,17 @@ from difflib import get_close_matches
 
 from attrs import frozen
 
+#: Names that a message lists in full; of a longer list it shows the first few.
+MOST_NAMES = 20
+_FEW_NAMES = 8
+
 
 @frozen
 class Fault:
-    """One thing that is wrong, where it stands, and how to mend it.
+    """One error, with its place.
 
-    ``path`` is the dotted name of the value (``chain.material.density``), ``location`` the place in
-    a file (``file:line:column``) when the value was read from one.
+    ``path`` is the dotted name of the value (``chain.material.density``); ``location`` is the place in a file
+    (``file:line:column``), if the value was read from one.
     """
 
     path: str
@@ -29,17 +33,17 @@ class Fault:
 
 
 class ShockwaveError(Exception):
-    """Base of all errors raised on purpose; ``exit_code`` is what the command line ends with."""
+    """Base class of all errors raised deliberately; ``exit_code`` is the exit status of the command line."""
 
     exit_code = 1
 
 
 class NumericalError(ShockwaveError):
-    """A computation could not reach what was asked of it."""
+    """A computation failed or did not reach the requested accuracy."""
 
 
 class UsageError(ShockwaveError):
-    """The call itself is wrong: an option that does not apply, a missing argument."""
+    """Wrong usage: an option that does not apply, or a missing argument."""
 
     exit_code = 2
 
@@ -53,31 +57,32 @@ class _FaultsError(ShockwaveError):
 
 
 class InvalidValueError(_FaultsError, ValueError):
-    """A value lies outside its range, or is of the wrong kind."""
+    """A value is out of range or of the wrong type."""
 
     @classmethod
     def of(cls, path: str, problem: str) -> InvalidValueError:
-        """The error of a single fault."""
+        """Error with a single fault."""
         return cls([Fault(path, problem)])
 
 
 class ScenarioError(_FaultsError):
-    """A scenario file is not valid; ``faults`` lists everything that is wrong with it."""
+    """A scenario file is not valid; ``faults`` lists all of its errors."""
 
 
 class UnknownNameError(ShockwaveError, LookupError):
-    """A name is not in its registry; ``hint`` is what else may help."""
+    """A name is not registered; ``hint`` is further advice."""
 
     exit_code = 3
 
     def __init__(self, kind: str, name: str, known: Iterable[str], hint: str = "") -> None:
         names = list(known)
+        shown = ", ".join(names if len(names) <= MOST_NAMES else [*names[:_FEW_NAMES], "..."])
         more = f"; {hint}" if hint else ""
-        super().__init__(f"unknown {kind} (got {name!r}; {nearest(name, names)}known: {', '.join(names)}{more})")
+        super().__init__(f"unknown {kind} (got {name!r}; {nearest(name, names)}known: {shown}{more})")
 
 
 class PluginError(ShockwaveError):
-    """An installed plugin is at fault, not the user's input; ``faults`` are the places where it shows in a scenario."""
+    """An installed plugin is faulty; ``faults`` are the places of a scenario that use it."""
 
     exit_code = 4
 
@@ -93,6 +98,6 @@ class FileAccessError(ShockwaveError):
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """``"did you mean 'x'? "`` for the known name most like ``name``, else an empty string."""
+    """``"did you mean 'x'? "`` for the known name that is most similar to ``name``, or an empty string."""
     matches = get_close_matches(str(name), list(known), n=1)
     return f"did you mean {matches[0]!r}? " if matches else ""

@@ -1,7 +1,7 @@
-"""Declared values: one declaration gives a field its unit, range, meaning and check.
+"""Declaration of quantities: unit, range and meaning of a field, and its check.
 
-The same declaration serves a Python constructor (which raises on the first bad value), a scenario
-file (where the loader finds all bad values at once) and the templates that ``shockwave new`` writes.
+The same declaration serves a Python constructor, which raises an error for the first wrong value, the loader of
+scenario files, which reports all wrong values, and the templates that ``shockwave new`` writes.
 """
 
 from __future__ import annotations
@@ -20,11 +20,10 @@ _KEY = "shockwave"
 
 @frozen
 class Quantity:
-    """Declaration of a number: SI ``unit`` ("" when it has no dimension), ``meaning``, range.
+    """Declaration of a number: SI ``unit`` ("" if it is dimensionless), ``meaning``, range.
 
-    ``above`` and ``below`` exclude their bound, ``at_least`` and ``at_most`` include it. ``whole``
-    asks for an integer, ``optional`` admits None. ``samples`` marks a sequence of numbers. ``example`` is what a
-    template shows where there is no default.
+    ``above`` and ``below`` exclude their bound, ``at_least`` and ``at_most`` include it. ``whole`` requires an integer,
+    ``optional`` allows None. ``samples`` marks a sequence of numbers. Templates show ``example`` in place of a default.
     """
 
     unit: str
@@ -43,7 +42,8 @@ class Quantity:
         """The range in words, such as ``> 0 Pa`` or ``> -1 and < 0.5``."""
         limits = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
         parts = [f"{sign} {bound:g}" for sign, bound in limits if bound is not None]
-        kind = "a whole number" if self.whole else "" if parts else "a finite number"
+        finite = "a finite number of" if self.unit else "a finite number"
+        kind = "a whole number" if self.whole else "" if parts else finite
         return " ".join(filter(None, (kind, " and ".join(parts), self.unit)))
 
     def problem(self, value: object) -> str | None:
@@ -65,7 +65,7 @@ class Quantity:
         return None if fits else f"must be {self.rule} (got {text_of(value)})"
 
     def checked(self, value: Any, attribute: attrs.Attribute[Any]) -> Any:
-        """``value`` of ``attribute`` as a float or int; raises `InvalidValueError` for a wrong one."""
+        """``value`` of ``attribute`` as a float or int; raises `InvalidValueError` if it is wrong."""
         problem = self.problem(value)
         if problem is not None:
             raise InvalidValueError.of(attribute.name, problem)
@@ -80,18 +80,18 @@ def quantity(unit: str, meaning: str, *, default: Any = attrs.NOTHING, **declare
     Parameters
     ----------
     unit : str
-        SI unit; an empty string when the number has no dimension.
+        SI unit; an empty string for a dimensionless number.
     meaning : str
-        One line for people, shown in templates and references.
+        Description in one line, shown in templates and in the schema.
     default : float, optional
-        Left out, the field must be given; None makes it optional.
+        Without a default, the field is required; None makes it optional.
     **declared
         As of `Quantity`: above, at_least, below, at_most, whole, optional, example.
 
     Raises
     ------
     InvalidValueError
-        From the constructor of the class, when a value is out of range.
+        Raised by the constructor of the class, when a value is out of range.
     """
     spec = Quantity(unit, meaning, **{"optional": default is None, **declared})
     converter = attrs.Converter(spec.checked, takes_field=True)
@@ -99,18 +99,18 @@ def quantity(unit: str, meaning: str, *, default: Any = attrs.NOTHING, **declare
 
 
 def quantity_of(attribute: attrs.Attribute[Any]) -> Quantity | None:
-    """The declaration behind an attrs attribute, if it was made by `quantity` or carries one."""
+    """Declaration of an attrs attribute, if it has one."""
     spec = attribute.metadata.get(_KEY)
     return spec if isinstance(spec, Quantity) else None
 
 
 def text_of(value: object, limit: int = 60) -> str:
-    """``value`` as a message shows it: its repr, cut to a length that fits a line."""
+    """``value`` for a message: its repr, shortened to fit a line."""
     shown = repr(value)
     return shown if len(shown) <= limit else shown[: limit - 3] + "..."
 
 
 def listed(names: Iterable[object]) -> str:
-    """``names`` in a sentence, such as ``a, b or c``."""
+    """``names`` for a sentence, such as ``a, b or c``."""
     *most, last = map(str, names)
     return f"{', '.join(most)} or {last}" if most else last

@@ -1,4 +1,4 @@
-"""Reading and writing of files: regular files of limited size are read, only complete files replace old ones."""
+"""Reading and writing of files: only regular files of limited size are read, only complete files replace old ones."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from shockwave.errors import FileAccessError, InvalidValueError, UsageError
 
 _Path = str | os.PathLike[str]
 
-# A new file in place of an open stream would not reach whoever reads the stream.
+# A stream must be written to directly: its reader would not see a new file of the same name.
 _STREAMS = ("/dev/", "/proc/")
 
 
@@ -24,12 +24,12 @@ _STREAMS = ("/dev/", "/proc/")
 
 
 def open_regular(path: _Path, remedy: str = "", mode: str = "rb", buffering: int = -1) -> BinaryIO:
-    """Open a regular file; refuse a pipe or a device, which may never end, without waiting for it.
+    """Open a regular file; refuse a pipe or a device, which may be endless, without waiting for it.
 
     Parameters
     ----------
     path : path-like
-        Links are followed for reading, and refused for writing: they could point to any file.
+        Links are followed for reading, but refused for writing, because they could point to any file.
     remedy : str, optional
         Advice to append to error messages.
     mode, buffering : str, int
@@ -85,7 +85,7 @@ def read_text(path: _Path, limit: int) -> str:
 
 
 def lines_of(file: BinaryIO, name: _Path, longest: int) -> Iterator[bytes]:
-    """Lines of ``file`` with their line ends, which the last may lack; ``name`` is for error messages.
+    """Lines of ``file`` with their line ends, which the last line may lack; ``name`` is for error messages.
 
     Raises
     ------
@@ -167,10 +167,9 @@ def write_file(path: _Path, content: str | bytes, anew: bool = False) -> None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[TextIOWrapper]:
-    """A new text file, which takes the place of ``path`` when it is complete, and is deleted when it is not.
+    """A new text file that replaces ``path`` when it is complete, and is deleted otherwise.
 
-    A link of this name is replaced, not followed. The new file has the permissions of the
-    old one.
+    A link of this name is replaced, not followed. The new file gets the permissions of the old one.
 
     Raises
     ------
@@ -204,13 +203,13 @@ def refuse_inputs(output: _Path, inputs: Iterable[_Path]) -> None:
 
 
 def not_writable(path: _Path, error: Exception) -> FileAccessError:
-    """The error of a file that cannot be written, which names it."""
+    """Error of a file that cannot be written."""
     return _error(path, "cannot be written", error)
 
 
 def _error(path: _Path, problem: str, got: object, remedy: str = "") -> FileAccessError:
-    reason = getattr(got, "strerror", None) or got
-    return FileAccessError(f"{os.fspath(path)}: {problem} (got {reason}{_hint(remedy)})")
+    found = getattr(got, "strerror", None) or (got if isinstance(got, Exception) else f"got {got}")
+    return FileAccessError(f"{os.fspath(path)}: {problem} ({found}{_hint(remedy)})")
 
 
 def _hint(remedy: str) -> str:

@@ -1,7 +1,7 @@
-"""What a plugin registers: nouns, by hooks that take nothing and return entries.
+"""Hooks of plugins: functions without arguments that return entries.
 
-A distribution names a module of its own under the entry-point group ``shockwave``. That module holds one or
-more of the functions below, marked with `hookimpl`, and should import nothing heavy::
+A distribution names one of its modules in the entry-point group ``shockwave``. That module contains one or more of the
+functions below, marked with `hookimpl`, and must not import slow modules::
 
     from shockwave.hooks import Entry, hookimpl
 
@@ -21,11 +21,11 @@ _hookspec = pluggy.HookspecMarker("shockwave")
 
 
 class Entry(NamedTuple):
-    """A registered noun: its ``name``, its ``address`` (``package.module:attribute``) and one line on it.
+    """A registered object: its ``name``, its ``address`` (``package.module:attribute``) and a ``summary`` in one line.
 
-    ``takes`` names the settings that it has a use for, where not all of its kind have the same: of an integrator
-    ``rtol`` if it is adaptive, ``step`` if not; of a model ``alpha`` if it has one to choose, ``rtol`` if it chooses by
-    it. ``distribution`` is filled in by the registry.
+    ``takes`` lists the settings that it uses, if they differ within its kind: for an integrator ``rtol`` if it is
+    adaptive and ``step`` otherwise; for a model ``alpha`` and ``rtol``, if it uses them. The registry sets
+    ``distribution``.
     """
 
     name: str

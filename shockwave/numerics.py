@@ -1,4 +1,4 @@
-"""Root finding, and sums and products whose last digits do not depend on the processor."""
+"""Root finding, and sums and products whose rounding does not depend on the processor."""
 
 from __future__ import annotations
 
@@ -11,19 +11,21 @@ import numpy.typing as npt
 
 from shockwave.errors import NumericalError
 
+# Iterations of the root search: bisection alone takes about 60 for a bracket of one power of ten.
 _MOST_ITERATIONS = 200
 
 
 def bracketed_root(function: Callable[[float], float], lower: float, upper: float, what: str) -> float:
-    """The root of ``function`` between ``lower`` and ``upper``, to the last digits.
+    """Find the root of ``function`` between ``lower`` and ``upper`` to machine precision.
 
-    Bisection speeded up by regula falsi (the Illinois variant): once the signs differ the bracket always shrinks,
-    around any root but a multiple one at zero. ``what`` names the quantity in the error.
+    The method is regula falsi (Illinois variant) with a bisection in every third step. It converges to any root except
+    a multiple root at zero. ``what`` names the quantity in error messages.
 
     Raises
     ------
     NumericalError
-        When the ends are not in order or have the same sign, or the bracket has not closed after 200 iterations.
+        If ``lower`` is not less than ``upper``, the function has the same sign at both, or the bracket has not closed
+        after 200 iterations.
     """
     if not lower < upper:
         raise NumericalError(f"{what}: no bracket (got {lower:g} and {upper:g})")
@@ -36,9 +38,9 @@ def bracketed_root(function: Callable[[float], float], lower: float, upper: floa
         raise NumericalError(f"{what}: no change of sign between {lower:g} and {upper:g}")
     for count in range(_MOST_ITERATIONS):
         middle = (lower * at_upper - upper * at_lower) / (at_upper - at_lower)
-        # Every third step is a bisection: regula falsi alone can creep.
+        # Every third step is a bisection, because regula falsi alone can converge slowly.
         if count % 3 == 2 or not lower < middle < upper:
-            # By the geometric mean where the bracket spans powers of ten.
+            # Geometric mean if the bracket spans powers of ten.
             wide = 0 < 4 * lower < upper
             middle = math.sqrt(lower) * math.sqrt(upper) if wide else 0.5 * (lower + upper)
         if middle in (lower, upper):
@@ -62,17 +64,17 @@ def crossings(
     points: Sequence[float],
     tolerance: Callable[[float], float] = lambda _: 0.0,
 ) -> list[float]:
-    """All x at which ``function`` is zero, ascending.
+    """All zeros of ``function`` in ascending order.
 
     Parameters
     ----------
     function : callable
-        Of a number, monotone between the points.
+        Function of one number, monotone between the points.
     points : sequence of float
-        Its ends and turning points, ascending.
+        Ends of its domain and its turning points, ascending.
     tolerance : callable
-        Error of the function at x: a point where it is within this of zero, with no crossing beside it, is one. Of two
-        such neighbours the first is.
+        Error of the function at x. A point where the function is zero within this error counts as a zero, unless there
+        is a crossing next to it; of two such neighbouring points the first one counts.
     """
     heights = [function(x) for x in points]
     found: dict[int, float] = {}
@@ -90,14 +92,14 @@ def crossings(
 def product(left: npt.NDArray[np.float64], right: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Matrix product of ``left``, shape (..., m, n), and ``right``, shape (n, p), for small matrices.
 
-    Sums have the same order on every processor, unlike those of ``@`` and `numpy.einsum`: the steps of an integration
-    amplify a difference in the last digit.
+    The order of summation is the same on every processor, unlike that of ``@`` and `numpy.einsum`, because a time
+    integration amplifies a difference in the last digit.
     """
     return np.asarray(np.add.reduce(left[..., None] * right, axis=-2))
 
 
 def running_sums(terms: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Sums of the first 0, 1, 2, ... ``terms``, each good to the last digits: Knuth's two-sum, vectorised."""
+    """Sums of the first 0, 1, 2, ... ``terms``, shape (k + 1,), to machine precision by Knuth's two-sum."""
     sums = np.concatenate(([0.0], np.cumsum(terms)))
     before, after = sums[:-1], sums[1:]
     added = after - before
@@ -107,7 +109,7 @@ def running_sums(terms: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 
 def elementwise(function: Callable[[float], float], values: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """Values of ``function``, from the module `math`, at each element of ``values``; same shape.
+    """Apply ``function``, from the module `math`, to each element of ``values``; same shape.
 
     The last digits of NumPy's exponentials and powers depend on the vector instructions of the processor.
     """

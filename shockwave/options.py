@@ -1,4 +1,4 @@
-"""Options of a simulation: one declaration for the call, the scenario and the command line."""
+"""Options of a simulation, declared once for Python, scenario files and the command line."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ Waves = Literal["train", "primary"]
 Backend = Literal["auto", "compiled", "numpy"]
 Recorded = Literal["forces", "field", "energies"]
 
+# Greatest number of a contact: far beyond any chain that can be simulated.
 _MOST_CONTACT = 10**12
 
 
@@ -37,7 +38,8 @@ def _contacts(values: Any) -> tuple[int, ...]:
     except TypeError:
         numbers = [-1]
     if numbers and not 0 <= numbers[0] <= numbers[-1] <= _MOST_CONTACT:
-        problem = f"must be whole numbers from 0 to {_MOST_CONTACT:g} (got {text_of(values)})"
+        got = text_of(list(values) if isinstance(values, tuple) else values)
+        problem = f"must be whole numbers from 0 to {_MOST_CONTACT:g} (got {got})"
         raise InvalidValueError.of("contacts", problem)
     return tuple(numbers)
 
@@ -57,44 +59,44 @@ class SimulateOptions:
     Parameters
     ----------
     integrator : str, optional
-        Name of a registered integrator. Left out: rkn86, for a tolerance below 1e-7 rkn1210.
+        Name of a registered integrator. Default: rkn86, or rkn1210 for a tolerance below 1e-7.
     rtol : float, optional
-        Relative error asked of the primary's peak force, 1e-13 to 1e-2, for adaptive methods. Left out: 1e-6.
+        Relative tolerance of the peak force of the leading wave, 1e-13 to 1e-2, for adaptive methods. Default: 1e-6.
     step : float, optional
-        Step of a method of fixed step, up to 1, over the characteristic time of the wave. Left out: 0.02.
+        Step size in units of the characteristic time of the wave, up to 1, for fixed-step methods. Default: 0.02.
     wave_threshold : float
-        Weakest wave that counts, over the primary, from 1e-3 to below 1.
+        Weakest wave that counts, relative to the leading wave, 1e-3 to below 1.
     waves : "train" or "primary"
-        All waves and the recoil, or the primary alone.
+        All waves and the rebounding granules, or the leading wave alone.
     backend : "auto", "compiled" or "numpy"
-        Which code steps the chain. ``auto`` takes the compiled one where it was built.
+        Code that integrates the chain. ``auto`` is the compiled code if it was built.
     contacts : sequence of int
-        Contacts, counted from 0, at which the passage of the primary is wanted.
+        Contacts, counted from 0, at which the passage of the leading wave is reported.
     record : sequence of "forces", "field", "energies"
-        Histories to be kept: forces at ``contacts``, positions and velocities of all granules, energies.
+        Histories to record: forces at ``contacts``, positions and velocities of all granules, energies.
     interval, until : float, optional
-        Sampling interval of the histories and their end [s]. Left out: a tenth of the characteristic time of the wave,
-        and when the primary has passed the last of ``contacts``, or was read.
+        Sampling interval of the histories and their end [s]. Default: a tenth of the characteristic time of the wave,
+        and shortly after the leading wave has passed the last of ``contacts`` or was measured.
     timeout : float, optional
-        Longest computing time [s]. What is not known by then is left out with a warning; without the primary it is an
-        error. Left out: none.
+        Maximum computing time [s]. Without the leading wave by then the simulation fails; anything else that is missing
+        is left out with a warning. Default: no limit.
 
     Raises
     ------
     InvalidValueError, UnknownNameError
-        When a value is out of range or the name unknown.
+        When a value is out of range or the name is unknown.
     """
 
     integrator: str | None = None
     rtol: float | None = quantity(
-        "", "relative error of the primary's peak force; 1e-6 unless given", default=None, at_least=1e-13, at_most=1e-2
+        "", "relative tolerance of the peak force, 1e-6 if omitted", default=None, at_least=1e-13, at_most=1e-2
     )
     step: float | None = quantity(
-        "", "step of a fixed-step method, over the wave's characteristic time", default=None, above=0, at_most=1
+        "", "step of a fixed-step method, in characteristic times", default=None, above=0, at_most=1
     )
-    # Below a thousandth, peaks drown in what a chain at rest stirs by itself.
+    # below a thousandth, peaks are not separable from the residual motion of the chain
     wave_threshold: float = quantity(
-        "", "weakest wave that counts, over the primary", at_least=1e-3, below=1, default=5e-3
+        "", "weakest wave that counts, relative to the leading wave", at_least=1e-3, below=1, default=5e-3
     )
     waves: Waves = field(default="train", validator=_one_of(Waves))
     backend: Backend = field(default="auto", validator=_one_of(Backend))
@@ -109,15 +111,16 @@ class SimulateOptions:
             raise InvalidValueError.of("contacts", "must be given where record has forces (got none)")
         takes = "rtol backend" if self.integrator is None else find("integrators", self.integrator).takes
         if takes:
-            self.check(self.integrator or "the method that is chosen for a tolerance", takes.split())
+            self.check(self.integrator or "the default integrator", takes.split())
 
     def check(self, name: str, takes: Collection[str]) -> None:
-        """Refuse a setting that the method called ``name``, which ``takes`` these, has no use for."""
+        """Refuse a setting that the method ``name`` does not use; ``takes`` are those that it uses."""
         other = "rtol" if "rtol" in takes else "step"
-        why = "chooses its own steps" if other == "rtol" else "is of fixed step"
+        why = "chooses its own steps" if other == "rtol" else "has a fixed step size"
         for setting in {"rtol", "step"} - set(takes):
             value = getattr(self, setting)
             if value is not None:
                 raise InvalidValueError.of(setting, f"must be left out: {name} {why} (got {value:g}; give {other})")
         if self.backend == "compiled" and "backend" not in takes:
-            raise InvalidValueError.of("backend", f"must be auto or numpy: {name} is not in the compiled code")
+            problem = f"must be auto or numpy: {name} is not part of the compiled code (got 'compiled')"
+            raise InvalidValueError.of("backend", problem)

@@ -1,6 +1,6 @@
-"""Check of plugins: each plugin is imported in a separate process, where it may raise, hang or crash.
+"""Check of plugins: each plugin is imported in a separate process, because it may raise, hang or crash.
 
-Run as a program, this module is that process: it imports a module of hooks and everything that the hooks register.
+As a script, this module is that process: it imports a module of hooks and everything that the hooks register.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from attrs import evolve
 from shockwave.hooks import Entry
 from shockwave.registry import PLUGIN_FAULTS, Plugin, described, installed, loaded_entry, read
 
-#: Longest time of one plugin [s]: far more than any import takes.
+#: Time limit of one plugin [s], much longer than any import.
 TIME_LIMIT = 60.0
 
 
 def checked_plugins() -> list[Plugin]:
-    """Every installed plugin, with the problems of importing it and everything that it registers."""
+    """All installed plugins, with the errors of their imports and of everything that they register."""
     with ThreadPoolExecutor() as pool:
         return list(pool.map(_checked, installed()))
 
@@ -44,7 +44,7 @@ def _checked(plugin: Plugin) -> Plugin:
 
 
 def _answer(module: str) -> dict[str, Any]:
-    """Entries that a module of hooks registers, and all problems."""
+    """Entries that a module of hooks registers, and all errors."""
     plugin = read(Plugin("", "", module))
     problems = [plugin.problem] if plugin.problem else []
     for kind, entry in plugin.entries:
@@ -57,6 +57,6 @@ def _answer(module: str) -> dict[str, Any]:
 
 if __name__ == "__main__":
     stdout = os.fdopen(os.dup(1), "w")
-    os.dup2(2, 1)  # printed output of a plugin must not mix with the answer
+    os.dup2(2, 1)  # keeps printed output of plugins apart from the answer
     print(json.dumps(_answer(sys.argv[1])), file=stdout, flush=True)
-    os._exit(0)  # threads that a plugin has begun must not keep this process
+    os._exit(0)  # does not wait for threads of plugins

@@ -1,10 +1,10 @@
-"""Names and where they live: profiles, integrators, quadratures, materials and models, built in or from plugins.
+"""Registry of profiles, integrators, quadratures, materials and models, built in or from plugins.
 
-A registry holds addresses (``package.module:attribute``), so listing names imports nothing and a scene imports what it
-names. Such an address is imported from this module only.
+A registry holds addresses (``package.module:attribute``): listing names imports nothing, and a scene imports only the
+objects that it names. Addresses are imported in this module only.
 
-A plugin is a distribution with an entry point in the group ``shockwave``. Its module of hooks is imported here, in this
-process; whatever it raises is a problem of that plugin alone.
+A plugin is a distribution with an entry point in the group ``shockwave``. Its module of hooks is imported here, in the
+same process; an exception that it raises affects this plugin only.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ import pluggy
 from attrs import evolve, frozen
 
 from shockwave import OWN_DISTRIBUTION, built_ins, hooks
-from shockwave.errors import PluginError, ShockwaveError, UnknownNameError, nearest
+from shockwave.errors import MOST_NAMES, PluginError, ShockwaveError, UnknownNameError, nearest
 from shockwave.hooks import Entry
 
-#: Kind of an entry -> how one of them is called in a sentence.
+#: Kind of an entry -> its name in messages.
 KINDS = {
     "profiles": "profile",
     "integrators": "integrator",
@@ -34,13 +34,13 @@ KINDS = {
     "materials": "material",
     "models": "model",
 }
-#: The variable that names, with commas between them, distributions not to be used.
+#: Environment variable with the distributions to ignore, separated by commas.
 DISABLE = "SHOCKWAVE_DISABLE_PLUGINS"
-#: Its value that means all of them.
+#: Value of this variable that stands for all distributions.
 EVERY = "*"
-#: A plugin's module may even exit the interpreter on import; only the user's interrupt passes.
+#: Exceptions from a plugin's code, which may even exit the interpreter; only the user's interrupt passes.
 PLUGIN_FAULTS = (Exception, SystemExit)
-#: Base class that an address of a kind must lead to.
+#: Kind -> base class of the objects registered under it.
 _BASES = {
     "profiles": "shockwave.profiles.base:ShockProfile",
     "integrators": "shockwave.simulation.integrator:Integrator",
@@ -50,7 +50,7 @@ _BASES = {
 
 @frozen
 class Plugin:
-    """An entry point of an installed distribution, and what is wrong with it, if anything is.
+    """Entry point of an installed distribution, with its problem if it has one.
 
     Attributes
     ----------
@@ -59,11 +59,11 @@ class Plugin:
     module : str
         Its module of hooks.
     entries : tuple of (str, Entry)
-        Kind and entry of what it registers; none where it cannot be read.
+        Kind and entry of everything that it registers; empty if it cannot be read.
     problem : str
-        What is wrong with it, in words.
+        Description of the problem, or an empty string.
     disabled : bool
-        Left out by SHOCKWAVE_DISABLE_PLUGINS, and therefore not read.
+        Whether SHOCKWAVE_DISABLE_PLUGINS excludes it; it is then not read.
     """
 
     distribution: str
@@ -78,14 +78,14 @@ class Plugin:
 
 
 def find(kind: str, name: str) -> Entry:
-    """The entry of ``name``; plugins are looked for only when no built-in has the name.
+    """Entry of ``name``; plugins are searched only if no built-in entry has the name.
 
     Raises
     ------
     UnknownNameError
-        When the name is unknown; the message gives the known names and the nearest.
+        When the name is unknown; the message gives the known names and the nearest one.
     PluginError
-        When two distributions claim it, or it is unknown and may be that of a plugin that cannot be read.
+        When two plugins register it, or when it is unknown but may belong to a plugin that cannot be read.
     """
     own = _built_in(kind).get(name)
     if own is not None:
@@ -95,30 +95,32 @@ def find(kind: str, name: str) -> Entry:
         raise _unknown(kind, name)
     if len(owners) > 1:
         homes = " and ".join(entry.distribution for entry in owners)
-        raise PluginError(f"{KINDS[kind]} {name!r} is registered twice, by {homes}: uninstall one, or rename it there")
+        problem = f"{KINDS[kind]} {name!r} is registered twice, by {homes}"
+        raise PluginError(f"{problem} (uninstall one of them or rename the entry)")
     return owners[0]
 
 
 def _unknown(kind: str, name: str) -> ShockwaveError:
     known = [entry.name for entry in entries(kind)]
-    faulty = [f"plugin {plugin.distribution} is at fault: {plugin.problem}" for plugin in plugins() if plugin.problem]
+    faulty = [f"plugin {plugin.distribution} is faulty: {plugin.problem}" for plugin in plugins() if plugin.problem]
     if faulty and not nearest(name, known):
         return PluginError(f"unknown {KINDS[kind]} (got {name!r}; {'; '.join(faulty)})")
     disabled = ", ".join(plugin.distribution for plugin in plugins() if plugin.disabled)
-    hint = f"plugins that are disabled: {disabled}" if disabled else ""
-    return UnknownNameError(KINDS[kind], name, known, hint)
+    hints = [f"`shockwave list {kind}` shows all"] if len(known) > MOST_NAMES else []
+    hints += [f"disabled plugins: {disabled}"] if disabled else []
+    return UnknownNameError(KINDS[kind], name, known, "; ".join(hints))
 
 
 @cache
 def load(kind: str, name: str) -> Any:
-    """The object registered as ``name``: its module is imported now, and not before.
+    """Object registered as ``name``; its module is imported here.
 
     Raises
     ------
     UnknownNameError
-        When nothing has the name.
+        When the name is unknown.
     PluginError
-        When a plugin's module cannot be imported or does not hold what it registered.
+        When a plugin's module cannot be imported or does not contain the registered object.
     """
     entry = find(kind, name)
     if entry.distribution == OWN_DISTRIBUTION:
@@ -127,16 +129,16 @@ def load(kind: str, name: str) -> Any:
         return loaded_entry(kind, entry)
     except PLUGIN_FAULTS as error:
         problem = described(error, kind, entry)
-        raise PluginError(f"plugin {entry.distribution} is at fault: {problem}") from error
+        raise PluginError(f"plugin {entry.distribution} is faulty: {problem}") from error
 
 
 def entries(kind: str) -> list[Entry]:
-    """Everything registered under ``kind``, built-ins first; imports none of it."""
+    """All entries of ``kind``, built-in ones first; nothing of it is imported."""
     return own_entries(kind) + sorted(_plugin_entries(kind))
 
 
 def own_entries(kind: str) -> list[Entry]:
-    """What shockwave itself registers."""
+    """Built-in entries of ``kind``."""
     return list(_built_in(kind).values())
 
 
@@ -150,7 +152,7 @@ def _plugin_entries(kind: str) -> list[Entry]:
 
 
 def forget() -> None:
-    """Look for plugins anew: what is installed, or disabled, has changed."""
+    """Search for plugins again, after installed or disabled distributions have changed."""
     plugins.cache_clear()
     load.cache_clear()
 
@@ -160,12 +162,12 @@ def forget() -> None:
 
 @cache
 def plugins() -> tuple[Plugin, ...]:
-    """Every installed plugin; only the modules of hooks are imported."""
+    """All installed plugins; only their modules of hooks are imported."""
     return tuple(map(read, installed()))
 
 
 def installed() -> list[Plugin]:
-    """Every plugin as its metadata describe it, by name; of two copies on the path, the first.
+    """All plugins as described by their metadata, sorted by name; of two copies on the path, the first.
 
     Raises
     ------
@@ -190,13 +192,13 @@ def _is_among(names: list[str], distribution: str) -> bool:
 
 
 def same_distribution(one: str, other: str) -> bool:
-    """Whether two names are those of one distribution: case, and which of - _ . is used, make no difference."""
+    """Whether two names denote the same distribution; case and the choice among - _ . do not matter."""
     first, second = (re.sub(r"[-_.]+", "-", name.strip()).lower() for name in (one, other))
     return first == second
 
 
 def read(plugin: Plugin) -> Plugin:
-    """The plugin with what its module of hooks registers, or with its problem."""
+    """``plugin`` with the entries of its module of hooks, or with its problem."""
     if plugin.disabled:
         return plugin
     try:
@@ -207,7 +209,7 @@ def read(plugin: Plugin) -> Plugin:
 
 
 def _registered(plugin: Plugin) -> list[tuple[str, Entry]]:
-    """Kind and entry of everything that a plugin registers; pluggy checks names and arguments of the hooks."""
+    """Kind and entry of everything that ``plugin`` registers; pluggy checks names and arguments of the hooks."""
     manager = pluggy.PluginManager("shockwave")
     manager.add_hookspecs(hooks)
     manager.register(importlib.import_module(plugin.module))
@@ -217,22 +219,22 @@ def _registered(plugin: Plugin) -> list[tuple[str, Entry]]:
         hook = f"shockwave_{kind}"
         for entry in chain.from_iterable(getattr(manager.hook, hook)()):
             if not (isinstance(entry, Entry) and all(isinstance(text, str) for text in entry)):
-                raise TypeError(f"{hook} must return a list of entries, made of texts (got {entry!r:.80})")
+                raise TypeError(f"{hook} must return a list of entries with text in all fields (got {entry!r:.80})")
             if entry.name in _built_in(kind):
-                raise ValueError(f"{KINDS[kind]} {entry.name!r} is a name of shockwave itself: choose another")
+                raise ValueError(f"{KINDS[kind]} {entry.name!r} is a built-in name: choose another")
             claims.append((kind, entry._replace(distribution=plugin.distribution)))
     if not claims:
-        raise ValueError("registers nothing (a hook without @hookimpl, or one that returns nothing?)")
+        raise ValueError("registers nothing (is @hookimpl missing, or does a hook return nothing?)")
     return claims
 
 
 def described(error: BaseException, kind: str = "", entry: Entry | None = None) -> str:
-    """Error of a plugin in one line, with the entry where it shows."""
+    """Error of a plugin in one line, with the entry that it concerns."""
     place = f"{KINDS[kind]} {entry.name!r}: {entry.address}: " if entry else ""
     return f"{place}{type(error).__name__}: {' '.join(str(error).split())}"
 
 
-# ---------------------------------------------------------------- what stands at an address
+# ---------------------------------------------------------------- objects at addresses
 
 
 def _at(address: str) -> Any:
@@ -241,12 +243,12 @@ def _at(address: str) -> Any:
 
 
 def loaded_entry(kind: str, entry: Entry) -> Any:
-    """Object that a plugin registers, checked against its kind.
+    """Object that a plugin registers, checked against the rules of its kind.
 
     Raises
     ------
     TypeError
-        When it does not fit. Anything else comes from the module itself.
+        When it breaks a rule. Other exceptions come from the module itself.
     """
     with redirect_stdout(sys.stderr):
         found = _at(entry.address)
@@ -264,22 +266,22 @@ def _broken_rule(kind: str, entry: Entry, found: Any) -> str:
     if not (isinstance(found, type) and issubclass(found, base)):
         return f"must be a subclass of {base.__name__}"
     if missing := sorted(getattr(found, "__abstractmethods__", ())):
-        return f"must write {' and '.join(missing)} too"
+        return f"must also define {' and '.join(missing)}"
     if kind == "integrators":
         setting = "rtol" if getattr(found, "adaptive", False) else "step"
         if entry.takes != setting:
             return f"must be registered with takes={setting!r}"
     if any(type(value).__name__ == "_CountingAttr" for value in vars(found).values()):
-        return "must be decorated with attrs.frozen, as it declares fields"
+        return "must be decorated with attrs.frozen, because it declares fields"
     return ""
 
 
-# ---------------------------------------------------------------- faults of code in use
+# ---------------------------------------------------------------- errors of plugins in use
 
 
 @contextmanager
 def blame(kind: str, noun: Any) -> Iterator[None]:
-    """Whatever the code of another than shockwave raises, and did not mean for the user, is that plugin's fault."""
+    """Turn unexpected exceptions from a plugin's code into a `PluginError` that names the plugin."""
     try:
         yield
     except ShockwaveError:
@@ -292,7 +294,7 @@ def blame(kind: str, noun: Any) -> Iterator[None]:
 
 
 def owner_of(kind: str, noun: Any) -> str:
-    """Name and distribution under which a class or function is registered, in words; else its address."""
+    """Name and distribution of a registered class or function, or its address if it is not registered."""
     for entry in entries(kind):
         module, _, attribute = entry.address.partition(":")
         if getattr(sys.modules.get(module), attribute, None) is noun:

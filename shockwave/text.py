@@ -61,8 +61,9 @@ def on_stdout(wide: bool = False) -> Iterator[None]:
 
 
 def strong(text: str) -> str:
-    """``text``, bold where the screen has colour: the answer."""
-    return _styled(text, _STRONG)
+    """``text``, bold where the screen has colour, and wrapped: the answer."""
+    lines = wrapped(text, _screen.get().columns, "  ")
+    return "\n".join(_styled(line, _STRONG) for line in lines)
 
 
 def alarm(text: str) -> str:

@@ -141,8 +141,8 @@ def prepare(folder: Path, block: Block, patch: pytest.MonkeyPatch) -> None:
     importlib.invalidate_caches()
 
 
-def run(command: str, status: int) -> tuple[str, int]:
-    """What ``command`` prints, on both streams, and its exit status; ``status`` is that of the last one."""
+def run(command: str, status: int, errors: io.StringIO | None = None) -> tuple[str, int]:
+    """Output of ``command`` and its exit status; ``status`` is that of the last one. Stderr may go to ``errors``."""
     printed = io.StringIO()
     for part in (part.strip() for part in command.split("&&")):
         if f"{part} ".startswith(NOT_RUN):
@@ -153,7 +153,7 @@ def run(command: str, status: int) -> tuple[str, int]:
         program, *words = shlex.split(part)
         assert program == "shockwave", f"{part!r} is neither a command of shockwave nor in NOT_RUN"
         arguments = [file for word in words for file in (sorted(glob.glob(word)) if "*" in word else [word])]
-        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
+        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(errors or printed):
             try:
                 status = cli.main(arguments)
             except SystemExit as end:

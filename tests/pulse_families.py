@@ -31,7 +31,7 @@ def built_in(draw: np.random.Generator) -> sw.ShockProfile:
 
 
 def single(draw: np.random.Generator) -> sw.ShockProfile:
-    """A steep rise and a straight decay, which make one wave of the whole impulse if anything does."""
+    """A steep rise and a straight decay, the shape that forms one wave of the whole impulse most readily."""
     rise, ratio = draw.uniform(0, 0.6), 1 + draw.uniform(0.8, 3)
     return sw.PowerLaw(rise_exponent=rise, decay_exponent=draw.uniform(1, 1.3), duration_ratio=ratio)
 
@@ -57,7 +57,7 @@ _DECAYS: dict[str, Callable[[FloatArray, float], FloatArray]] = {
 
 @attrs.frozen(eq=False)
 class Composed(sw.ShockProfile):
-    """A profile such as a plugin brings: a rise and a decay from above, and no closed form."""
+    """A profile as in a plugin: a rise and a decay from above, without closed forms."""
 
     rising: str
     falling: str

@@ -28,12 +28,12 @@ POWER = sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3)
 
 
 def power(rise_time: float) -> sw.Shock:
-    """A shock of 100 N that begins with an infinite slope; its rise time is in natural units."""
+    """A shock of 100 N that begins with an infinite slope; its rise time is in characteristic times."""
     return sw.Shock(profile=POWER, peak_force=FORCE, rise_time=rise_time * UNITS.time)
 
 
 def triangle(duration: float) -> sw.Shock:
-    """A triangular shock of 100 N; its duration is in natural units."""
+    """A triangular shock of 100 N; its duration is in characteristic times."""
     return sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=FORCE, rise_time=duration / 3 * UNITS.time)
 
 
@@ -47,7 +47,7 @@ CASE_B = sw.Shock(
 
 
 def random_pulses(seed: int, count: int, shortest: float = 0.03, longest: float = 40.0) -> list[sw.Shock]:
-    """Pulses of 100 N of all kinds in turn, as long as so many natural times, short and long ones alike."""
+    """Pulses of 100 N of all kinds in turn, with durations in characteristic times, from short to long."""
     draw = np.random.default_rng(seed)
     return [_random_pulse(draw, index % 3, shortest, longest) for index in range(count)]
 

@@ -21,7 +21,7 @@ from shockwave import cli
 from shockwave.prediction.short_shock_law import short_law
 from shockwave.quadrature import FloatArray
 from shockwave.studies import automatic_model as auto
-from shockwave.studies.universal_curve import kept_curve
+from shockwave.studies.universal_curve import cached_curve
 
 DOCS = Path(__file__).parent.parent / "docs"
 HUMPS = sw.Tabulated(times=[0, 1, 2, 3, 4, 5], forces=[0, 1, 0.1, 0.7, 0.3, 0])
@@ -51,26 +51,26 @@ def simulated(shock: sw.Shock, rtol: float = 1e-9) -> float:
     ],
     ids=["law", "fine", "train"],
 )
-def test_the_cheapest_that_meets_the_tolerance_is_taken(shock: sw.Shock, rtol: float, method: str) -> None:
+def test_the_cheapest_method_that_meets_the_tolerance_is_used(shock: sw.Shock, rtol: float, method: str) -> None:
     outcome = predicted(shock, rtol)
     assert (outcome.model, outcome.method) == ("auto", method)
     assert bound_of(outcome) <= rtol
     assert outcome.amplification == pytest.approx(simulated(shock), rel=bound_of(outcome))
-    assert outcome.reason == f"the cheapest whose bound, {bound_of(outcome):.1e}, meets {rtol:g}"
-    assert f"method            {method}: {outcome.reason}" in str(outcome)
+    assert outcome.reason == f"the cheapest method accurate to {rtol:g} (error bound {bound_of(outcome):.1e})"
+    assert f"method {method}: {outcome.reason}" in " ".join(str(outcome).split())
 
 
-def test_exponents_by_the_short_form_are_those_of_a_chain_slightly_denser() -> None:
+def test_exponents_by_the_short_form_agree_with_a_slightly_denser_chain() -> None:
     predictor = sw.Predictor(model="auto", rtol=1e-2)
     chains = [attrs.evolve(CHAIN, material=attrs.evolve(STEEL, density=STEEL.density * f)) for f in (0.999, 1.001)]
     low, high = (predictor.predict(triangle(1.5), chain).peak_force for chain in chains)
     exponents = predictor.predict(triangle(1.5), CHAIN).exponents
     assert exponents is not None
-    # a difference over 0.2 % errs by a part in 1e6
+    # the error of a difference over 0.2 % is about 1e-6
     assert math.log(high / low) / math.log(1.001 / 0.999) == pytest.approx(exponents.density, abs=1e-5)
 
 
-def test_without_compiled_code_the_whole_law_is_cheaper(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_compiled_code_the_full_law_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(auto, "chosen", lambda _: None)
     outcome = predicted(triangle(8.0), 3e-2)
     assert outcome.method == "moments"
@@ -79,7 +79,7 @@ def test_without_compiled_code_the_whole_law_is_cheaper(monkeypatch: pytest.Monk
     assert outcome.expected_error == law.expected_error
     assert outcome.exponents is not None
     assert law.exponents is not None
-    # a difference on one side errs by half of its step
+    # the error of a one-sided difference is half its step
     assert outcome.exponents.density == pytest.approx(law.exponents.density, rel=1e-3)
     many = sw.Predictor(model="auto", rtol=3e-2).predict_many([triangle(8.0), triangle(1.0)], CHAIN)
     assert many.method.tolist() == ["moments", "moments"]
@@ -92,24 +92,26 @@ def test_the_full_law_is_not_used_for_a_record_that_rises_again(monkeypatch: pyt
     assert predicted(shock, 1e-1).method == "simulation"
 
 
-def doubtful(monkeypatch: pytest.MonkeyPatch, doubt: float) -> None:
+def inaccurate(monkeypatch: pytest.MonkeyPatch, error: float) -> None:
     """Give simulations this error estimate."""
     known = sw.simulate(triangle(8.0), CHAIN, rtol=1e-2, waves="primary")
-    monkeypatch.setattr(auto, "simulate_many", lambda *_, **__: [attrs.evolve(known, error_estimate=doubt)])
+    monkeypatch.setattr(auto, "simulate_many", lambda *_, **__: [attrs.evolve(known, error_estimate=error)])
 
 
-def test_the_best_answer_is_kept_where_none_meets_the_tolerance(monkeypatch: pytest.MonkeyPatch) -> None:
-    doubtful(monkeypatch, 1e-6)
+def test_the_best_result_is_returned_if_none_meets_the_tolerance(monkeypatch: pytest.MonkeyPatch) -> None:
+    inaccurate(monkeypatch, 1e-6)
     outcome = predicted(triangle(8.0), 1e-7)
     assert (outcome.method, bound_of(outcome)) == ("simulation", 2e-6)
-    assert outcome.warnings[0] == "the tolerance was not met: nothing comes nearer to 1e-07 than 2.0e-06"
+    assert outcome.warnings[0] == "the tolerance was not met: the smallest error bound is 2.0e-06 (requested: 1e-07)"
     many = sw.Predictor(model="auto", rtol=1e-7).predict_many([triangle(8.0)], CHAIN)
-    assert many.warnings == ("the tolerance was not met: 1 have bounds above 1e-07, up to 2.0e-06",)
-    assert f"note: {many.warnings[0]}" in str(many)
+    (warning,) = many.warnings
+    largest = "the largest error bound is 2.0e-06 (requested: 1e-07)"
+    assert warning == f"the tolerance was not met for 1 of 1 shocks: {largest}"
+    assert f"! {warning}" in " ".join(str(many).split())
 
 
-def test_where_simulation_has_no_answer_the_law_has_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    doubtful(monkeypatch, 1.0)
+def test_the_law_is_used_if_the_simulation_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    inaccurate(monkeypatch, 1.0)
     outcome = predicted(triangle(8.0), 1e-6)
     law = sw.Predictor(model="moments").predict(triangle(8.0), CHAIN)
     assert (outcome.method, outcome.expected_error) == ("moments", law.expected_error)
@@ -119,10 +121,10 @@ def test_where_simulation_has_no_answer_the_law_has_one(monkeypatch: pytest.Monk
 @pytest.mark.parametrize(
     ("model", "granules", "sentence"),
     [
-        ("auto", 100, "of a chain of 100 granules the error is not known"),
-        ("moments", 100, "of a chain of 100 granules the error is not known"),
-        ("auto", 10, "a chain of 10 granules is too short"),
-        ("section-4", 10, "a chain of 10 granules is too short"),
+        ("auto", 100, "The chain of 100 granules is treated as endless"),
+        ("moments", 100, "The chain of 100 granules is treated as endless"),
+        ("auto", 10, "The chain of 10 granules is too short"),
+        ("section-4", 10, "The chain of 10 granules is too short"),
     ],
 )
 def test_a_finite_chain_has_no_bound(model: str, granules: int, sentence: str) -> None:
@@ -157,7 +159,7 @@ def judge() -> Any:
 
 @cache
 def sample() -> tuple[list[sw.Shock], FloatArray]:
-    """Fifty random pulses of every kind, those of plugins among them, and what they are amplified by."""
+    """Fifty random pulses of every kind, including plugins, and their amplifications."""
     shocks = judge().drawn(77, 50)
     results = sw.simulate_many(shocks, CHAIN, rtol=1e-9, waves="primary")
     return shocks, np.array([result.amplification for result in results if isinstance(result, sw.SimulationResult)])
@@ -169,20 +171,20 @@ def test_random_pulses_are_within_the_tolerance(rtol: float) -> None:
     shocks, known = sample()
     many = sw.Predictor(model="auto", rtol=rtol).predict_many(shocks, CHAIN)
     error = np.abs(many.amplification / known - 1)
-    # one in two hundred may be beyond: none of fifty is
+    # one in two hundred may exceed it; none of these fifty does
     assert error.max() <= rtol
-    # the simulations are known to 1e-9 themselves
+    # the simulations are accurate to 1e-9
     assert np.all(error <= many.expected_error[:, 1] + 1e-9)
     assert set(many.method.tolist()) >= {"moments", "simulation"}
 
 
 @pytest.mark.parametrize("case", TRUTH, ids=name_of)
-def test_pulses_known_to_nine_digits_are_within_the_bound(case: dict[str, Any]) -> None:
+def test_pulses_with_nine_accurate_digits_are_within_the_bound(case: dict[str, Any]) -> None:
     outcome = predicted(shock_of(case), 1e-2)
     assert outcome.amplification == pytest.approx(max(case["peaks"]), rel=bound_of(outcome) + 2e-9)
 
 
-def test_the_tables_of_the_page_show_that_tolerances_are_met() -> None:
+def test_the_tables_of_the_page_show_met_tolerances() -> None:
     rows = table("docs/auto.md", "auto")
     assert [float(row[0]) for row in rows] == [1e-1, 1e-2, 1e-3, 1e-6]
     assert all(float(share) >= 99.5 for row in rows for share in row[1:3])
@@ -203,16 +205,16 @@ MIXED = [*random_pulses(11, 12, longest=10), triangle(0.5), triangle(6.0)]
 
 
 @pytest.mark.parametrize("model", ["section-4", "moments", "auto"])
-def test_many_are_predicted_as_each_alone(model: str) -> None:
+def test_many_are_predicted_like_each_alone(model: str) -> None:
     predictor = sw.Predictor(model=model)
     many, alone = predictor.predict_many(MIXED, CHAIN), [predictor.predict(shock, CHAIN) for shock in MIXED]
-    # pulses side by side are summed in another order, and lanes of a simulation share their steps
+    # several pulses are summed in another order, and share the steps of a simulation
     close = {"section-4": 1e-12, "moments": 1e-8, "auto": 1e-7}[model]
     assert many.peak_force == pytest.approx(np.array([outcome.peak_force for outcome in alone]), rel=close)
     assert many.amplification == pytest.approx(np.array([outcome.amplification for outcome in alone]), rel=close)
     assert many.method.tolist() == [outcome.method for outcome in alone]
     bounds = np.array([outcome.expected_error or (-math.inf, math.inf) for outcome in alone])
-    # estimates of errors are no better known
+    # error estimates agree less closely
     assert many.expected_error == pytest.approx(bounds, rel=1e-3 if model == "auto" else 1e-6)
     assert many.failures == ()
 
@@ -222,7 +224,7 @@ def test_a_wrong_number_of_chains_is_refused() -> None:
         sw.Predictor(model="auto").predict_many([triangle(1.0)], [CHAIN, CHAIN])
 
 
-def test_one_without_an_answer_does_not_stop_the_others() -> None:
+def test_a_failure_does_not_stop_the_others() -> None:
     shocks = [triangle(1.0), triangle(1e6), triangle(1e14), triangle(0.5)]
     many = sw.Predictor(model="auto").predict_many(shocks, CHAIN)
     assert [(index, reason.split(" ")[0]) for index, reason in many.failures] == [(1, "the"), (2, "rise_time:")]
@@ -242,7 +244,7 @@ def _series() -> list[sw.Shock]:
     return [triangle(duration) for duration in np.geomspace(4.0, 12.0, 350)]
 
 
-def test_for_many_of_one_shape_a_curve_is_made(series: list[sw.Shock]) -> None:
+def test_a_curve_is_used_for_many_shocks_of_one_shape(series: list[sw.Shock]) -> None:
     predictor = sw.Predictor(model="auto", rtol=1e-3)
     many = predictor.predict_many(series, CHAIN)
     assert set(many.method.tolist()) == {"curve"}
@@ -251,10 +253,10 @@ def test_for_many_of_one_shape_a_curve_is_made(series: list[sw.Shock]) -> None:
     assert many.amplification[::60] == pytest.approx(known, rel=1e-3)
 
 
-def test_a_kept_curve_makes_no_difference(series: list[sw.Shock]) -> None:
+def test_a_cached_curve_makes_no_difference(series: list[sw.Shock]) -> None:
     predictor = sw.Predictor(model="auto", rtol=1e-3)
     shorter = series[:320]
-    kept_curve.cache_clear()
+    cached_curve.cache_clear()
     first = predictor.predict_many(shorter, CHAIN)
     assert predictor.predict_many(series, CHAIN).method.tolist() == ["curve"] * 350
     assert predictor.predict_many(shorter, CHAIN) == first
@@ -270,7 +272,7 @@ predict: {model: %s, rtol: 1e-3}
 """
 
 
-def test_a_scenario_names_it_with_its_tolerance(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_scenario_can_request_the_model_and_its_tolerance(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "scene.yaml"
     file.write_text(SCENE % ("20 us", "auto"))
     assert cli.main(["predict", "--json", str(file)]) == 0

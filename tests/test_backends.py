@@ -1,4 +1,4 @@
-"""The compiled code and NumPy: equal answers, the choice between them, and buffers that do not fit."""
+"""The compiled and the NumPy backend: equal results, the choice between them, and invalid buffers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from shockwave.simulation import backend
 from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.primary_search import find_primaries
 from shockwave.simulation.problem import ChainProblem, Status
-from shockwave.simulation.problem import Request as Asked
+from shockwave.simulation.problem import Request as SearchRequest
 
 compiled_alone = pytest.mark.skipif(backend.compiled is None, reason=backend.lack())
 
@@ -58,14 +58,14 @@ def test_backends_agree(scene: str, integrator: str) -> None:
     chain = attrs.evolve(CHAIN, granules=granules)
     settings = {"rtol": 1e-5, "integrator": integrator, "waves": "primary"}
     one, other = (sw.simulate(shock, chain, backend=name, **settings).found for name in ("compiled", "numpy"))
-    # sums of momenta, energies and, with 17 stages, accelerations are rounded in another order
+    # sums of momenta, energies and, with 17 stages, accelerations are rounded in a different order
     assert one[:-1] == pytest.approx(other[:-1], rel=1e-12, abs=1e-12)
     if integrator != "rkn1210":
         assert (one.peak, one.time, one.doubt, one.steps) == (other.peak, other.time, other.doubt, other.steps)
 
 
 @compiled_alone
-def test_backends_find_the_same_bits_for_random_pulses_on_chains_of_any_length() -> None:
+def test_backends_agree_to_the_last_bit_for_random_pulses_on_chains_of_any_length() -> None:
     chains = [attrs.evolve(CHAIN, granules=None if index % 2 else 4 * index + 20) for index in range(30)]
     settings = {"rtol": 1e-4, "waves": "primary"}
     runs = [sw.simulate_many(random_pulses(11, 30), chains, backend=name, **settings) for name in ("compiled", "numpy")]
@@ -79,7 +79,7 @@ def test_backends_agree_on_passages(scene: str) -> None:
     shock, _ = SCENES[scene]
     contacts = (0,) if scene == "loaded" else (1, 3, 8, 20)
     one, other = (sw.simulate(shock, CHAIN, backend=name, contacts=contacts).passages for name in ("compiled", "numpy"))
-    # at the loaded contact both find the time to 1e-4 by a parabola, which is off by its cube
+    # at the loaded contact both compute the time to 1e-4 by a parabola, with an error of its third power
     digits = 1e-10 if scene == "loaded" else 1e-12
     for here, there in zip(one, other, strict=True):
         assert attrs.astuple(here) == pytest.approx(attrs.astuple(there), rel=digits)
@@ -89,18 +89,20 @@ def test_backends_agree_on_passages(scene: str) -> None:
 def test_backends_agree_on_the_train() -> None:
     one, other = (sw.simulate(CASE_A, CHAIN, backend=name, rtol=1e-4) for name in ("compiled", "numpy"))
     peaks = [wave.peak_force for wave in other.waves]
-    # the same steps, up to the rounding of sums
+    # equal steps, except for the rounding of sums
     assert [wave.peak_force for wave in one.waves] == pytest.approx(peaks, rel=1e-12)
 
 
 @compiled_alone
-def test_lanes_side_by_side_do_not_feel_one_another() -> None:
-    requests = [Asked(attrs.evolve(PROBLEM, rise_time=float(time)), 1e-6, 1e-6) for time in np.linspace(0.1, 5, 19)]
+def test_lanes_are_independent() -> None:
+    requests = [
+        SearchRequest(attrs.evolve(PROBLEM, rise_time=float(time)), 1e-6, 1e-6) for time in np.linspace(0.1, 5, 19)
+    ]
     together = find_primaries(requests, Rkn86, backend.compiled)
     assert together == [find_primaries([request], Rkn86, backend.compiled)[0] for request in requests]
 
 
-# ---------------------------------------------------------------- the choice
+# ---------------------------------------------------------------- choice of the backend
 
 
 NAMES = ["numpy", pytest.param("compiled", marks=compiled_alone)]
@@ -120,20 +122,20 @@ def test_backend_is_chosen_and_printed(
     path.write_text(SCENARIO % (name if in_scenario else "auto"))
     options = [] if in_scenario else ["--backend", name]
     assert main(["simulate", *options, str(path)]) == 0
-    assert f"simulation by rkn86 ({name})" in capsys.readouterr().out
+    assert f"rkn86 ({name})" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
     ("integrator", "backend"), [("rk4", "numpy"), pytest.param("rkn86", "compiled", marks=compiled_alone)]
 )
-def test_auto_takes_the_code_that_has_the_method(integrator: str, backend: str) -> None:
+def test_auto_selects_a_backend_with_the_method(integrator: str, backend: str) -> None:
     short = attrs.evolve(CHAIN, granules=10)
     assert sw.simulate(CASE_A, short, integrator=integrator, waves="primary").backend == backend
 
 
 @pytest.fixture
 def without(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """As if shockwave had been installed without a compiler."""
+    """An installation without the compiled code."""
     monkeypatch.setattr(backend, "compiled", None)
     setup_of.cache_clear()
     yield
@@ -141,7 +143,7 @@ def without(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("without")
-def test_without_compiled_code_auto_takes_numpy_and_compiled_is_refused_with_the_reason(
+def test_without_compiled_code_auto_selects_numpy_and_compiled_is_an_error(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert sw.simulate(CASE_A, CHAIN) == sw.simulate(CASE_A, CHAIN, backend="numpy")
@@ -156,7 +158,7 @@ def test_without_compiled_code_auto_takes_numpy_and_compiled_is_refused_with_the
 # ---------------------------------------------------------------- buffers of the compiled code
 
 PROBLEM = ChainProblem(sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3), 2.0, 1.0)
-#: The peak of case A at contact 9, in quadruple precision.
+#: Peak of case A at contact 9 from quadruple precision.
 PEAK = 1.490253931405876
 
 
@@ -168,7 +170,7 @@ def buffers(function: str) -> list[Any]:
     """
     if function == "primary":
         compiled = Mock()
-        find_primaries([Asked(PROBLEM, 1e-6, 1e-6, (9,))], Rkn86, compiled)
+        find_primaries([SearchRequest(PROBLEM, 1e-6, 1e-6, (9,))], Rkn86, compiled)
         arguments = compiled.primary.call_args.args
     else:
         path = PROBLEM.path
@@ -178,7 +180,7 @@ def buffers(function: str) -> list[Any]:
 
 @compiled_alone
 @pytest.mark.parametrize("column", [3, 8], ids=["many-granules", "long-rear"])
-def test_numbers_far_beyond_what_is_reached_are_harmless(column: int) -> None:
+def test_very_large_numbers_in_a_job_are_harmless(column: int) -> None:
     arguments = buffers("primary")
     arguments[1][column] = 1e18
     backend.compiled.primary(*arguments)  # type: ignore[union-attr]
@@ -187,8 +189,8 @@ def test_numbers_far_beyond_what_is_reached_are_harmless(column: int) -> None:
     assert arguments[5].flat[2] == pytest.approx(PEAK, rel=1e-6)
 
 
-# Changes of the arguments that must be refused. The last columns of a job are: first piece and number of pieces, first
-# coefficient, first stop, first and number of wanted.
+# Changes of the arguments that must be refused. The last columns of a job are: first piece, number of pieces, first
+# coefficient, first stop, first requested contact and number of these.
 MISFITS = {
     "short-method": ("primary", "a[0] = a[0][:-1].copy()"),
     "method-of-100-stages": ("primary", "a[0][0] = 100"),
@@ -208,7 +210,7 @@ MISFITS = {
 
 @compiled_alone
 @pytest.mark.parametrize("name", MISFITS)
-def test_arguments_that_do_not_fit_are_refused(name: str) -> None:
+def test_inconsistent_arguments_are_refused(name: str) -> None:
     function, change = MISFITS[name]
     a = buffers(function)
     exec(change)

@@ -1,4 +1,4 @@
-"""The bench: references against other arithmetic and methods, timed runs, families, table and page."""
+"""The benchmark: references, timed runs, families of problems, printed tables and page."""
 
 from __future__ import annotations
 
@@ -20,11 +20,12 @@ from shockwave.benchmark import bench, bench_output
 from shockwave.benchmark.chain_problems import CASES, at_setting, case_of, read_front, reference
 from shockwave.benchmark.work_precision import Answer, Clock, Limits, Method, Problem, Row, WorkPrecision, measured
 from shockwave.errors import NumericalError, UsageError
+from shockwave.progress import progress_shown
 from shockwave.registry import entries, load
 
 pytestmark = pytest.mark.usefixtures("frozen")
 
-#: One run, without repetitions, of which none is stopped.
+#: A single run, practically without a time limit.
 ONCE = Limits(run=60.0, repetitions=0.0, repeats=0)
 LITTLE = 0.02
 PROBLEM = Problem("integrators", "trial", "a chain", ("state",), "another", 1e-15)
@@ -48,24 +49,24 @@ def run(function: Callable[[Any, Clock], Any], *values: float, limits: Limits = 
     return list(measured(PROBLEM, Method("m", answered, "step", values or (1.0,)), limits))
 
 
-def test_a_run_is_warmed_up_and_repeated_without_garbage_collection() -> None:
+def test_runs_are_repeated_after_a_warm_up_without_garbage_collection() -> None:
     enabled: list[bool] = []
     (row,) = run(lambda *_: enabled.append(gc.isenabled()), limits=Limits(run=60.0, repetitions=60.0, repeats=4))
     assert (enabled, row.runs) == ([False] * 5, 4)
     assert 0 < (row.least or 0) <= (row.seconds or 0) <= (row.most or 0)
 
 
-def test_a_quick_round_leaves_out_settings() -> None:
+def test_quick_run_skips_settings() -> None:
     assert [row.value for row in run(lambda *_: None, 1.0, 2.0, 3.0, limits=evolve(ONCE, every=2))] == [1.0, 3.0]
 
 
-def test_a_run_is_stopped_by_its_clock_and_finer_settings_are_left_out() -> None:
+def test_run_stops_at_the_time_limit_and_finer_settings_are_left_out() -> None:
     def endless(_: float, clock: Clock) -> None:
         while True:
             clock.check()
 
     stopped, *others = run(endless, 1.0, 2.0, 3.0, limits=Limits(run=0.01, repetitions=0.0, repeats=0))
-    assert stopped.problem == "stopped: a run may take 0.01 s"
+    assert stopped.problem == "stopped at the time limit of 0.01 s for a run"
     assert all("left out" in row.problem for row in others)
 
 
@@ -74,7 +75,7 @@ def test_a_run_is_stopped_by_its_clock_and_finer_settings_are_left_out() -> None
     [(NumericalError("no wave"), "no wave"), (ZeroDivisionError("by zero"), "ZeroDivisionError: by zero")],
     ids=["own", "of-a-plugin"],
 )
-def test_a_failure_says_why_and_does_not_stop_the_others(error: Exception, reason: str) -> None:
+def test_failed_run_states_the_reason_and_later_settings_are_run(error: Exception, reason: str) -> None:
     def failing(value: float, _: Clock) -> None:
         if value == 1.0:
             raise error
@@ -84,7 +85,7 @@ def test_a_failure_says_why_and_does_not_stop_the_others(error: Exception, reaso
     assert (second.problem, second.error) == ("", 0.0)
 
 
-def test_an_error_that_is_not_finite_is_a_problem() -> None:
+def test_error_that_is_not_finite_is_reported() -> None:
     (row,) = measured(PROBLEM, Method("m", lambda *_: Answer({"state": float("nan")})), ONCE)
     assert (row.errors, row.problem) == ({"state": None}, "not finite")
 
@@ -110,16 +111,16 @@ def test_energy_drift_scales_as_the_square_of_verlets_step() -> None:
         # 20 digits are known; rounding of some hundred steps
         ("A", "rkn1210", 1e-13, 1e-12),
         ("B", "rkn1210", 1e-13, 1e-12),
-        # a code made elsewhere: errors of a thousand steps of 1e-11, relative and absolute
+        # independent code: errors of a thousand steps of 1e-11
         ("slow", "dop853", 1e-11, 3e-9),
         ("short", "dop853", 1e-11, 3e-9),
-        # what these settings are good for: radau's tolerance is one of a step, of which there are hundreds
+        # expected accuracy; the tolerance of radau applies to each of hundreds of steps
         ("A", "pefrl", 0.05, 1e-3),
         ("A", "radau", 1e-4, 1e-3),
         ("A", "rkn64", 1e-6, 1e-3),
     ],
 )
-def test_the_front_is_read_by_any_method(name: str, method: str, setting: float, bound: float) -> None:
+def test_front_is_measured_with_any_method(name: str, method: str, setting: float, bound: float) -> None:
     case = CASES[name]
     # both methods of the reference near rounding, over some hundred steps
     assert reference(case).error < 1e-11
@@ -127,7 +128,7 @@ def test_the_front_is_read_by_any_method(name: str, method: str, setting: float,
     assert max(reference(case).errors(force, arrival).values()) < bound
 
 
-def test_a_chain_that_ends_is_read_before_its_end() -> None:
+def test_front_of_a_finite_chain_is_measured_before_the_end() -> None:
     scene = scenario()
     assert case_of(evolve(scene, chain=evolve(scene.chain, granules=30))).contact == 20
 
@@ -135,7 +136,7 @@ def test_a_chain_that_ends_is_read_before_its_end() -> None:
 # ---------------------------------------------------------------- quadratures
 
 
-def test_areas_of_the_smooth_profile_are_those_of_another_arithmetic() -> None:
+def test_areas_of_the_smooth_profile_agree_with_mpmath() -> None:
     with mp.workdps(30):
         rise = mp.quad(lambda s: mp.expm1(-2 * s) / mp.expm1(-2), [0, 1])
         decay = 3 * mp.quad(lambda u: (mp.exp(-3 * u) - mp.exp(-3)) / (1 - mp.exp(-3)), [0, 1])
@@ -144,16 +145,17 @@ def test_areas_of_the_smooth_profile_are_those_of_another_arithmetic() -> None:
     assert bench.areas_of(smooth).values == pytest.approx((float(rise), float(decay)), rel=3e-16)
 
 
-def test_all_areas_are_reached_by_a_registered_quadrature() -> None:
-    for problem, methods in bench.named("quadratures", quick=False):
+def test_gauss_legendre_reaches_rounding_on_all_areas() -> None:
+    for experiment in bench.named("quadratures", quick=False):
+        problem, methods = experiment()
         (gauss,) = (method for method in methods if method.name == "gauss-legendre")
         tightest = list(measured(problem, gauss, ONCE))[-1]
-        # where a kink is not given its panels go on to 1e-14
+        # 1e-14 if the position of the kink is not given
         assert max(error or 0.0 for error in tightest.errors.values()) < 3e-14
 
 
 @pytest.mark.parametrize("wrong", [None, 1e-8], ids=["no-closed-form", "wrong-closed-form"])
-def test_areas_of_any_profile_are_cross_checked_and_the_difference_stated(wrong: float | None) -> None:
+def test_areas_of_any_profile_are_checked_and_the_difference_is_stated(wrong: float | None) -> None:
     exponential = scenario("exponential").shock.profile
     first, second = exponential.closed_areas() or (math.nan, math.nan)
 
@@ -165,7 +167,7 @@ def test_areas_of_any_profile_are_cross_checked_and_the_difference_stated(wrong:
             return (first, second * (1 + wrong)) if wrong else None
 
     areas = bench.areas_of(Claimed())
-    assert "cross-checked" in areas.source
+    assert "checked by" in areas.source
     # rounding of both
     assert areas.error == pytest.approx(wrong or 0.0, rel=1e-6, abs=1e-14)
     assert areas.values == pytest.approx((first, second), rel=1e-7 if wrong else 1e-14)
@@ -184,14 +186,14 @@ def of_method(begin: str) -> list[Row]:
 
 
 @pytest.mark.parametrize(("family", "others"), [("quadratures", set()), ("integrators", {"simulate"})])
-def test_everything_registered_has_rows_on_every_problem(family: str, others: set[str]) -> None:
+def test_every_registered_method_has_rows_on_every_problem(family: str, others: set[str]) -> None:
     result = bench.run([scenario()], [family], quick=True, longest=LITTLE)
     names = {entry.name for entry in entries(family)} | others
     pairs = {(row.case, row.method) for row in result.rows}
     assert pairs == {(problem.name, name) for problem in result.problems for name in names}
 
 
-def test_section_4_is_there_in_every_reading_with_the_error_of_the_comparison() -> None:
+def test_section_4_has_a_row_for_each_variant_with_the_error_of_compare() -> None:
     settings = [row.setting for row in of_method("section-4")]
     assert settings == [f"alpha {alpha}, {a} A" for alpha in ("constant", "literal") for a in ("exact", "paper")]
     scene = scenario()
@@ -200,45 +202,53 @@ def test_section_4_is_there_in_every_reading_with_the_error_of_the_comparison() 
     assert of_method("section-4, constant")[0].error == pytest.approx(abs(compared.error), abs=1e-8)
 
 
-def test_simulation_errs_by_less_than_its_tolerance() -> None:
+def test_error_of_the_simulation_is_below_its_tolerance() -> None:
     found = of_method("simulate")
     assert len(found) >= 3
     assert all(row.error is not None and row.value is not None and row.error <= row.value for row in found)
 
 
-def test_a_scene_that_cannot_be_simulated_says_why_and_stops_no_other() -> None:
+def test_scenario_that_cannot_be_simulated_has_a_row_with_the_reason() -> None:
     slow = evolve(scenario(), name="slow", shock=evolve(scenario().shock, rise_time=10.0))
     found = bench.run([slow, scenario()], ["predictors"], quick=True, longest=LITTLE)
     (row,) = found.of(found.problems[0])
-    assert (row.method, "a matter of statics" in row.problem) == ("reference", True)
+    assert (row.method, "characteristic times" in row.problem) == ("reference", True)
     assert any(row.error is not None for row in found.of(found.problems[1]))
-    assert "a matter of statics" in bench_output.page(found)
+    assert "predictors: slow: no run succeeded" in str(found)
+    assert "characteristic times" in bench_output.page(found)
 
 
-def test_a_plugin_at_fault_has_one_row_and_stops_no_other(install: Install) -> None:
+def test_broken_plugin_has_a_single_row(install: Install) -> None:
     hooks = HOOKS.replace("profiles", "integrators").replace('"a pulse"', '"a method", takes="step"')
     install("broken", hooks=hooks, pulse="1 / 0")
     _, methods = bench.integrators(CASES["A"])
     (broken,) = [method for method in methods if method.name == "broken"]
     (row,) = measured(PROBLEM, broken, ONCE)
-    assert "plugin broken is at fault" in row.problem
+    assert "plugin broken is faulty" in row.problem
 
 
-def test_scenes_of_one_name_are_distinguished() -> None:
+def test_scenarios_with_equal_names_are_numbered() -> None:
     result = bench.run([scenario()] * 2, ["quadratures"], quick=True, longest=LITTLE)
     assert [problem.name for problem in result.problems] == [scenario().name, f"{scenario().name} (2)"]
     assert len(result.of(result.problems[0])) == len(result.of(result.problems[1])) > 0
 
 
-# ---------------------------------------------------------------- what is printed and written
+def test_progress_counts_the_problems() -> None:
+    seen: list[tuple[str, int, int | None]] = []
+    with progress_shown(lambda *report: seen.append(report)):
+        bench.run([scenario()] * 2, ["quadratures"], quick=True, longest=LITTLE)
+    assert seen == [("bench", 0, 2), ("bench", 1, 2), ("bench", 2, 2)]
+
+
+# ---------------------------------------------------------------- printed text, documents and page
 
 
 def made(name: str = "<b>&", method: str = "simulate") -> WorkPrecision:
-    """A small result whose texts are not HTML."""
+    """A small result whose texts contain characters that HTML must escape."""
     problem = Problem("predictors", name, "a <pulse>", ("peak force",), "r", 1e-9)
     other = evolve(problem, family="integrators", quantities=("peak force", "arrival time"))
     row = Row("predictors", name, method, "rtol 1e-02", 1e-2, {"peak force": 1e-4}, 1e-4, reference_error=1e-9)
-    formula = Row("predictors", name, "section-4", "-", None, {"peak force": 1e-2}, 1e-4, least=5e-5, most=2e-4)
+    formula = Row("predictors", name, "section-4", "-", None, {"peak force": 1e-2}, 1.23e-4, 1.1e-4, 1.5e-4, runs=3)
     absent = Row("predictors", name, "<absent>", problem="no <script>")
     front = evolve(row, family="integrators", errors={"peak force": 1e-3, "arrival time": None})
     return WorkPrecision(
@@ -255,11 +265,27 @@ def test_document_is_json_with_null_where_there_is_nothing() -> None:
     assert document["rows"][3]["errors"]["arrival time"] is None
 
 
-def test_table_has_a_line_for_each_row_and_the_reason_of_a_failure() -> None:
+def test_table_shows_digits_within_the_spread_and_notes_the_reason_of_a_failure() -> None:
     lines = str(made()).splitlines()
     (formula,) = (line for line in lines if line.lstrip().startswith("section-4"))
-    assert formula.split() == ["section-4", "-", "1.0e-02", "100", "us", "50", "us", "..", "200", "us", "-"]
-    assert any(line.endswith("no <script>") for line in lines)
+    assert formula.split() == ["section-4", "-", "1.0e-02", "120", "us", "110", "us", "..", "150", "us", "-"]
+    assert "  note: <absent>, -: no <script>" in lines
+
+
+def test_error_below_that_of_the_reference_is_shown_as_a_bound() -> None:
+    result = made()
+    rows = [evolve(row, reference_error=1e-3) for row in result.rows]
+    assert "<1e-03" in str(evolve(result, rows=rows))
+
+
+def test_text_begins_with_the_fastest_run_that_meets_the_target() -> None:
+    result = made(name="P")
+    exact = evolve(result.rows[0], errors={"peak force": 1e-7}, seconds=0.5, least=0.5, most=0.5)
+    slower = evolve(exact, setting="rtol 1e-08", seconds=1.0)
+    first, *lines = str(evolve(result, rows=(*result.rows, slower, exact))).splitlines()
+    assert first == "Fastest runs with relative errors of at most 1e-06"
+    assert lines[0] == "  ! integrators: P: no run is as accurate; the smallest error is 1.0e-03 by"
+    assert lines[5].split() == ["predictors:", "P", "simulate", "rtol", "1e-02", "1.0e-07", "500", "ms"]
 
 
 @cache
@@ -268,7 +294,7 @@ def drawn() -> str:
     return bench_output.page(made())
 
 
-def test_the_page_loads_and_sends_nothing() -> None:
+def test_page_has_no_external_links() -> None:
     links = re.findall(r'\b(?:src|href)="([^"]*)"', drawn())
     assert all(link.startswith("#") for link in links)
     policy = re.search('<meta http-equiv="Content-Security-Policy" content="([^"]*)">', drawn())
@@ -282,20 +308,20 @@ def test_texts_of_the_page_are_escaped() -> None:
     assert "<li>&lt;absent&gt;: no &lt;script&gt;</li>" in drawn()
 
 
-def test_the_page_has_a_figure_for_each_error_and_is_the_same_whenever_it_is_made() -> None:
+def test_page_has_a_figure_for_each_error_and_is_reproducible() -> None:
     names = re.findall(r' id="([^"]+)"', drawn())
     assert drawn().count("<figure>") == 2
     assert len(names) == len(set(names)) > 0
     assert bench_output.page(made()) == drawn()
 
 
-def test_any_name_is_drawn_without_characters_that_reverse_text() -> None:
+def test_names_are_drawn_without_characters_that_reverse_text() -> None:
     pytest.importorskip("matplotlib")
     page = bench_output.page(made("$\\frac{a}{$\u202e", "$x^{$"))
     assert "<figure>" in page
     assert "\u202e" not in page
 
 
-def test_an_output_that_is_no_page_is_refused() -> None:
+def test_output_that_is_not_html_is_refused() -> None:
     with pytest.raises(UsageError, match=r"output must end in .html \(got 'page.pdf'\)"):
         bench_output.check_output("page.pdf")

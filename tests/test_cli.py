@@ -89,12 +89,12 @@ def test_an_invalid_file_stops_the_others_before_they_run(tmp_path: Path, capsys
 WRONG = {
     "no-command": ([], "required: COMMAND"),
     "word": (["simulate", "--rtol", "soon", SCENE], "--rtol: must be >= 1e-13 and <= 0.01 (got soon)"),
-    "word-for-contacts": (["simulate", "--contacts", "x", SCENE], "--contacts: must be whole numbers from 0"),
+    "word-for-contacts": (["simulate", "--contacts", "x", SCENE], "--contacts: must be whole numbers >= 0"),
     "no-worker": (["sweep", SCENE, "--workers", "0"], "--workers: must be >= 1 and <= 10000 (got 0)"),
-    "no-executor": (["sweep", SCENE, "--dry-run", "--executor", "x"], "executor must be processes, dask or"),
-    "check-of-profiles": (["list", "profiles", "--check"], "--check is for plugins"),
+    "no-executor": (["sweep", SCENE, "--dry-run", "--executor", "x"], "executor: must be processes, dask or"),
+    "check-of-profiles": (["list", "profiles", "--check"], "--check: must be used with plugins"),
     "range": (["simulate", "--rtol", "1e-20", SCENE], "--rtol: must be >= 1e-13 and <= 0.01 (got 1e-20)"),
-    "contacts": (["simulate", "--contacts", "3,-1", SCENE], "--contacts: must be whole numbers from 0"),
+    "contacts": (["simulate", "--contacts", "3,-1", SCENE], "--contacts: must be whole numbers >= 0"),
 }
 
 
@@ -109,7 +109,7 @@ def test_a_wrong_call_is_a_usage_error(name: str, capsys: pytest.CaptureFixture[
     assert problem in capsys.readouterr().err
 
 
-def test_validate_goes_on_after_a_missing_file(capsys: pytest.CaptureFixture[str]) -> None:
+def test_validate_continues_after_a_missing_file(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["validate", "--json", "nowhere.yaml", SCENE]) == 5
     first, second = json.loads(capsys.readouterr().out)
     assert (first["valid"], second["valid"]) == (False, True)

@@ -45,10 +45,10 @@ def _checked(profile: ShockProfile, quadrature: str | None = None) -> tuple[Any,
     return conditions(profile.areas(quadrature), profile.duration_ratio)
 
 
-# ---------------------------------------------------------------- margins and standing
+# ---------------------------------------------------------------- margins
 
 
-def test_each_states_its_inequality() -> None:
+def test_each_condition_states_its_inequality() -> None:
     found = [(condition.name, condition.statement) for condition in _checked(Triangular(duration_ratio=2))]
     assert found == list(zip(NAMES, ["a2 >= a1", "a1 >= 1/2", "a2 <= (n-1)/2"], strict=True))
 
@@ -76,7 +76,9 @@ ROWS: dict[tuple[float, float, float], tuple[float, ...] | None] = {
 
 
 @pytest.mark.parametrize(("row", "margins"), ROWS.items(), ids=map(str, ROWS))
-def test_every_row_of_the_paper_meets_all_three(row: tuple[float, ...], margins: tuple[float, ...] | None) -> None:
+def test_every_row_of_the_paper_satisfies_all_conditions(
+    row: tuple[float, ...], margins: tuple[float, ...] | None
+) -> None:
     found = _checked(_power(*row))
     assert all(condition.holds for condition in found)
     if margins is not None:
@@ -97,11 +99,11 @@ BROKEN = {
 
 
 @pytest.mark.parametrize(("profile", "broken"), BROKEN.values(), ids=BROKEN)
-def test_which_conditions_a_pulse_breaks(profile: ShockProfile, broken: set[str]) -> None:
+def test_conditions_that_a_pulse_violates(profile: ShockProfile, broken: set[str]) -> None:
     assert {condition.name for condition in _checked(profile) if not condition.holds} == broken
 
 
-def test_a_broken_condition_has_a_negative_margin_in_rise_times() -> None:
+def test_a_violated_condition_has_a_negative_margin_in_rise_times() -> None:
     # A half-sine has 2/pi under its decay where (3) allows 1/2.
     assert _checked(Bump(1))[2].margin == pytest.approx(0.5 - 2 / math.pi, rel=1e-12)
 
@@ -127,7 +129,7 @@ def test_a_wrong_value_is_refused_with_its_rule(name: str, unit: str, value: obj
 
 
 @pytest.mark.parametrize("name", ["peak_force", "rise_time"])
-def test_a_shape_without_a_record_must_be_given_both(name: str) -> None:
+def test_a_shape_that_is_not_a_record_needs_peak_force_and_rise_time(name: str) -> None:
     given = {"peak_force": 1.0, "rise_time": 1.0, name: None}
     with pytest.raises(InvalidValueError, match=rf"^{name}: must be given"):
         Shock(profile=Triangular(duration_ratio=2), **given)
@@ -138,13 +140,13 @@ def test_a_shape_without_a_record_must_be_given_both(name: str) -> None:
     [({}, (80.0, 2e-6)), ({"peak_force": 7.0}, (7.0, 2e-6)), ({"rise_time": 3e-6}, (80.0, 3e-6))],
     ids=["own", "peak-force", "rise-time"],
 )
-def test_a_record_brings_what_is_not_given(given: dict[str, float], expected: tuple[float, float]) -> None:
+def test_a_record_supplies_missing_values(given: dict[str, float], expected: tuple[float, float]) -> None:
     shock = Shock(profile=Tabulated([0.0, 2e-6, 5e-6], [0.0, 80.0, 0.0]), **given)
     assert (shock.peak_force, shock.rise_time) == expected
 
 
 @pytest.mark.parametrize("profile", ["power-law", PowerLaw], ids=["name", "class"])
-def test_what_is_no_profile_is_refused(profile: Any) -> None:
+def test_an_object_that_is_not_a_profile_is_refused(profile: Any) -> None:
     with pytest.raises(InvalidValueError, match="profile"):
         Shock(profile=profile, peak_force=1.0, rise_time=1.0)
 

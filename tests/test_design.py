@@ -1,4 +1,4 @@
-"""Design: solutions meet the target when simulated, none is missed, and an unreachable target is reported."""
+"""Design: simulations confirm the solutions, none is missed, and an unreachable target is reported."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from scenes import CASE_A, CHAIN, FORCE, POWER, UNITS
 from selection import keeping, thinned
 from shockwave import cli
 from shockwave.numerics import crossings
+from shockwave.progress import progress_shown
 from shockwave.scenario.scene_family import Family
 from shockwave.studies.design_result import TARGETS, Target
 from shockwave.studies.design_search import line_along
@@ -26,7 +27,7 @@ from test_docs import flat
 
 SCENE = scenario_of(CASE_A, CHAIN)
 FILE = str(ROOT / "profiles" / "examples" / "protector.yaml")
-#: Values of the scene -> an interval about them.
+#: Parameter -> an interval that contains its value.
 INTERVALS: dict[str, tuple[float, float]] = {
     "chain.radius": (2e-3, 2e-2),
     "chain.diameter": (4e-3, 4e-2),
@@ -50,30 +51,30 @@ def design(vary: str = "chain.radius", between: Any = None, **wanted: Any) -> sw
     return sw.design(CASE_A, CHAIN, vary=vary, target=wanted, between=interval)
 
 
-# ---------------------------------------------------------------- what is found
+# ---------------------------------------------------------------- solutions
 
 
 @pytest.mark.parametrize("quantity", TARGETS)
 @pytest.mark.parametrize("name", thinned([*INTERVALS, *SHAPES], 5))
-def test_what_is_found_meets_the_target_when_simulated(name: str, quantity: str) -> None:
+def test_simulations_of_solutions_meet_the_target(name: str, quantity: str) -> None:
     draw = np.random.default_rng([list(TARGETS).index(quantity), len(name)])
     line = line_along(SCENE, name, Target(quantity, 1.0), {**INTERVALS, **SHAPES}[name], 1e-4)
     heights = [math.exp(line.height(value)) for value in line.landmarks]
     least, most = min(heights), max(heights)
-    if most / least < 1 + 1e-9:  # so little changes with this value
-        pytest.skip("nothing to solve for")
+    if most / least < 1 + 1e-9:  # the property hardly depends on this parameter
+        pytest.skip("nothing to solve")
     wanted = least * (most / least) ** float(draw.uniform(0.05, 0.95))
     found = design(name, **{quantity: wanted})
     assert found.solutions
     for option in found.solutions:
         assert option.simulated is not None
-        # what goes with a power of the peak force above 1 errs by that much more
+        # a property that scales as a power of the peak force above 1 has a greater error
         power = max(Target(quantity, 1.0).power(SCENE), 1.0)
         assert option.simulated.reached == pytest.approx(wanted, rel=1e-4 * power)
 
 
 def at_a_quarter() -> float:
-    """Peak force with Poisson's ratio 0.25."""
+    """Peak force for Poisson's ratio 0.25."""
     scene = Family(SCENE).scenario({"chain.material.poisson_ratio": 0.25})
     return curve_of(POWER, 1e-4, 50.0).answer(scene.shock, scene.chain).peak_force
 
@@ -83,8 +84,8 @@ def test_poissons_ratio_has_two_solutions_about_zero() -> None:
     assert [option.value for option in found.solutions] == pytest.approx([-0.25, 0.25], rel=1e-9)
 
 
-def test_a_response_that_passes_a_maximum_gives_both_solutions(tmp_path: Path) -> None:
-    """Of triangles of one duration, and so of one impulse, the strongest is neither the steepest nor symmetric."""
+def test_a_response_with_a_maximum_gives_both_solutions(tmp_path: Path) -> None:
+    """Among triangles of one duration and impulse, the strongest is neither the steepest nor the symmetric one."""
     file = tmp_path / "triangle.yaml"
     shock = "{profile: triangular, peak_force: 100, duration: 60 us, duration_ratio: 2}"
     file.write_text(f"chain: {{material: paper-steel, radius: 4.75 mm}}\nshock: {shock}\n")
@@ -103,7 +104,7 @@ def test_a_response_that_passes_a_maximum_gives_both_solutions(tmp_path: Path) -
         places = np.flatnonzero(np.sign(forces[1:] - wanted) != np.sign(forces[:-1] - wanted))
         assert len(found.solutions) == len(places)
         assert all(values[k] < float(one.value) < values[k + 1] for k, one in zip(places, found.solutions, strict=True))
-        # a grid misses the maximum by a second-order term
+        # the maximum of a grid has a second-order error
         assert found.most.reached == pytest.approx(forces.max(), rel=3e-4)
     assert len(places) == 2
 
@@ -114,7 +115,7 @@ def test_a_response_that_passes_a_maximum_gives_both_solutions(tmp_path: Path) -
 @pytest.mark.parametrize("quantity", ["momentum", "width", "speed"])
 @pytest.mark.parametrize("name", thinned(INTERVALS, 4))
 def test_no_crossing_of_a_line_is_missed(name: str, quantity: str) -> None:
-    """A dense scan has as many."""
+    """A dense scan has the same number."""
     low, high = INTERVALS[name]
     line = line_along(SCENE, name, Target(quantity, 1.0), (low, high), 1e-4)
     heights = np.array([line.height(float(value)) for value in np.linspace(low, high, 1001)])
@@ -128,7 +129,7 @@ def test_no_crossing_of_a_line_is_missed(name: str, quantity: str) -> None:
 
 @pytest.mark.parametrize("name", [name for name in POWERS if name not in ("chain.diameter", "shock.duration")])
 @pytest.mark.parametrize("stretch", keeping([0.05, 1.0, 6.0], 1.0))
-def test_exponents_are_those_of_two_simulations(name: str, stretch: float) -> None:
+def test_exponents_agree_with_two_simulations(name: str, stretch: float) -> None:
     shock = sw.Shock(profile=POWER, peak_force=FORCE, rise_time=2.0 * stretch * UNITS.time)
     scenario = scenario_of(shock, CHAIN)
     found = exponents_of(scenario, curve_of(POWER, 1e-6, duration_of(scenario)))
@@ -139,11 +140,11 @@ def test_exponents_are_those_of_two_simulations(name: str, stretch: float) -> No
     assert isinstance(low, sw.SimulationResult)
     assert isinstance(high, sw.SimulationResult)
     known = math.log(high.peak_force / low.peak_force) / math.log(1.001 / 0.999)
-    # a difference over 0.2 % errs by the square of that
+    # the error of a difference over 0.2 % is of second order
     assert found.at(name) == pytest.approx(known, abs=found.error + 1e-5)
 
 
-# ---------------------------------------------------------------- what cannot be had
+# ---------------------------------------------------------------- targets out of reach
 
 
 def test_an_unreachable_target_is_reported_with_the_range() -> None:
@@ -152,7 +153,8 @@ def test_an_unreachable_target_is_reported_with_the_range() -> None:
     assert not found.reachable
     assert found.nearest is not None
     assert found.nearest.value == 2e-3
-    assert re.fullmatch(r"1 kN is out of reach: the most is 1\d\d\.\d+ N at 2 mm", found.why)
+    assert re.fullmatch(r"1 kN is out of reach: the greatest is 1\d\d\.\d+ N at 2 mm", found.why)
+    assert re.match(r"no radius gives a peak force of 1 kN; nearest 2 mm \(simulated 1\d\d\.\d+ N\)\n", str(found))
     inside = design("chain.material.poisson_ratio", peak_force=1.0)
     assert inside.least.value == 0.0
     assert inside.why.endswith("at 0")
@@ -163,24 +165,26 @@ def of_granules(granules: int) -> sw.Design:
     return sw.design(CASE_A, chain, vary="chain.radius", target={"peak_force": 60}, between=(2e-3, 2e-2))
 
 
-def test_a_finite_chain_is_found_as_one_without_end_and_simulated_as_it_is() -> None:
+def test_a_finite_chain_is_treated_as_endless_and_simulated_with_its_granules() -> None:
     found = of_granules(60)
     (option,) = found.solutions
+    assert max(map(len, str(found).splitlines())) <= 80
     assert option.chain_mass == pytest.approx(60 * option.granule_mass)
     assert any("60 granules" in warning for warning in found.warnings)
     assert option.simulated is not None
     assert option.simulated.peak_force == pytest.approx(60, rel=1e-3)
 
 
-def test_a_chain_too_short_for_the_search_misses() -> None:
+def test_a_chain_too_short_for_the_search_has_no_solution() -> None:
     found = of_granules(3)
     assert (found.solutions, found.reachable) == ((), False)
     assert found.nearest is not None
     assert found.nearest.simulated is not None
-    # what three granules make differs by more than one in a hundred
+    # with three granules the peak force differs by more than 1 %
     assert abs(found.nearest.simulated.reached / 60 - 1) > 1e-2
-    made = f"{found.nearest.simulated.reached:.6g} N at "
-    assert f"60 N is met by a chain without end alone; simulated as it is, the chain makes {made}" in found.why
+    simulated = re.search(r"60 N is met only by an endless chain; .* its simulation gives ([\d.]+) N at ", found.why)
+    assert simulated
+    assert float(simulated[1]) == pytest.approx(found.nearest.simulated.reached, rel=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -188,7 +192,7 @@ def test_a_chain_too_short_for_the_search_misses() -> None:
     [("shock.rise_time", (1e-5, 1.0)), ("shock.duration_ratio", (2, 1e4)), ("chain.radius", (1e-7, 1e-2))],
 )
 def test_an_interval_with_shocks_too_long_for_curves_is_refused(name: str, between: tuple[float, float]) -> None:
-    match = r"^between: must give possible scenes \(shock: must last at most 1000 characteristic times"
+    match = r"^between: must contain only possible scenes \(shock: must last at most 1000 characteristic times"
     with pytest.raises(sw.InvalidValueError, match=match):
         design(name, between, peak_force=60.0)
 
@@ -205,7 +209,7 @@ def test_the_error_of_a_solution_moves_the_target_by_its_error(name: str) -> Non
     ends = [family.scenario({name: value + sign * 1e-3 * value}) for sign in (-1, 1)]
     forces = [curve_of(end.shock.profile, 1e-6, 50.0).answer(end.shock, end.chain).peak_force for end in ends]
     slope = abs(math.log(forces[1] / forces[0])) / (2e-3 * value)
-    # along the shape every simulation has the tolerance as its error, along others the curve its bound
+    # for parameters of the shape, the error is the tolerance of each simulation; for others, the bound of the curve
     error = max(option.reached_error, 1e-4) if name == "shock.duration_ratio" else option.reached_error
     assert option.value_error == pytest.approx(error / slope, rel=0.02)
 
@@ -215,7 +219,7 @@ def test_a_target_met_only_within_the_error_has_a_warning() -> None:
     found = design(peak_force=most.reached * (1 + 3e-5))
     assert [option.value for option in found.solutions] == [2e-3]
     (warning,) = found.warnings
-    assert warning.startswith("2 mm is an end or a turning point: it misses the target by -3.0e-05")
+    assert warning.startswith("2 mm is an end or an extremum: it misses the target by -3e-05")
     assert design(peak_force=most.reached * (1 - 3e-5)).warnings == ()
 
 
@@ -234,23 +238,33 @@ def test_materials_within_the_error_are_solutions() -> None:
     assert "no material meets" in missed.why
 
 
-# ---------------------------------------------------------------- what is refused
+def test_progress_is_reported_for_each_material() -> None:
+    reports: list[tuple[str, int, int | None]] = []
+    with progress_shown(lambda *report: reports.append(report)):
+        sw.design(CASE_A, CHAIN, vary="chain.material", among=["ptfe", "brass-260"], target={"peak_force": 60})
+    assert [report for report in reports if report[0] == "materials"] == [("materials", k, 2) for k in range(3)]
+
+
+# ---------------------------------------------------------------- arguments
 
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "vary-unknown": ({"vary": "chain.radios"}, "vary: must be the dotted name of a key .* did you mean"),
     "vary-known": ({"vary": "radius"}, r"vary: .*known: chain.material, chain.diameter, (?!.*predict)"),
-    "vary-setting": ({"vary": "simulate.rtol"}, "vary: must be a value of the chain or shock with a range"),
+    "vary-setting": (
+        {"vary": "simulate.rtol"},
+        "vary: must be a number of the chain or the shock that varies continuously",
+    ),
     "target-unknown": ({"target": {"peak_fource": 1}}, "target: .* did you mean 'peak_force'"),
     "target-unit": ({"target": {"peak_force": "3 mm"}}, "target.peak_force: must be a force"),
     "target-zero": ({"target": {"peak_force": 0}}, "target.peak_force: must be > 0 N"),
     "between-lacking": ({"between": None}, "between: must be the least and the greatest value"),
-    "materials-between": ({"vary": "chain.material"}, "between: must be left out for chain.material"),
+    "materials-between": ({"vary": "chain.material"}, "between: must be omitted for chain.material"),
     "between-order": ({"between": (2e-2, 1e-3)}, "between: must ascend"),
     "between-range": ({"between": (-1.0, 1.0)}, "between: must be > 0 m"),
-    "among": ({"among": ["ptfe"]}, "among: must be left out"),
+    "among": ({"among": ["ptfe"]}, "among: must be omitted"),
     "points": ({"points": 1}, "points: must be a whole number >= 2"),
     "rtol": ({"rtol": 0.5}, "rtol: must be >= 1e-07 and <= 0.01"),
-    "chain": ({"chain": None}, "scene: must be a Scenario alone, or a Shock and a Chain"),
+    "chain": ({"chain": None}, "scene: must be a Scenario, or a Shock together with a Chain"),
 }
 
 
@@ -280,7 +294,7 @@ def test_the_command_ranks_materials_whose_range_has_the_target(capsys: pytest.C
         arguments = ["--vary", "chain.material", "--among", "ptfe,brass-260", "--target", f"peak_force={force}"]
         assert cli.main(["design", FILE, *arguments]) == status
         printed = capsys.readouterr()
-        assert "  solutions         none: " in printed.out
+        assert printed.out.startswith("no material gives a peak force of ")
         assert sentence in printed.err
 
 

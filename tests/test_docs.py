@@ -125,7 +125,7 @@ def cells_of(key: keys.Key) -> list[str]:
     default = "required" if key.required else "-"
     if stated:
         default = f"`{key.default:g}`" if isinstance(key.default, float) else f"`{key.default}`"
-    return [f"`{key.name}`", kind, unit, default, rule.replace("a finite number", "-")]
+    return [f"`{key.name}`", kind, unit, default, re.sub("a finite number( of)?", "-", rule)]
 
 
 def kind_and_rule(key: keys.Key) -> tuple[str, str]:
@@ -213,6 +213,10 @@ def test_json_keys_of_other_commands_are_those_printed(
     assert listed == {key.removeprefix("[].") for key in flat(json.loads(printed))}
 
 
+#: Options that the page describes once.
+COMMON = ("-h", "--help", "--no-plugins", "--wide")
+
+
 def commands() -> list[str]:
     action = next(a for a in parser()._actions if isinstance(a, argparse._SubParsersAction))
     return list(action.choices)
@@ -229,8 +233,7 @@ def test_help_lists_the_options_of_the_page(command: str, capsys: pytest.Capture
     listed = {word for row in table("docs/commands.md", f"options of {command}") for word in code_in(row[0])}
     with pytest.raises(SystemExit):
         cli.main([command, "--help"])
-    # every command takes --no-plugins, which the page names once
-    words = set(re.findall(r"(?<![\w-])--?[a-z-]+", capsys.readouterr().out)) - {"-h", "--help", "--no-plugins"}
+    words = set(re.findall(r"(?<![\w-])--?[a-z-]+", capsys.readouterr().out)) - {*COMMON}
     assert {word.split()[0] for word in listed if word.startswith("-")} == words
 
 

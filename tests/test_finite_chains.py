@@ -1,4 +1,4 @@
-"""Chains with two free ends: what they keep, and what flies off."""
+"""Chains with two free ends: conservation, and granules that leave the ends."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def finite(granules: int) -> sw.SimulationResult:
 
 
 @pytest.mark.parametrize("granules", [2, 3, 5, 9, 20, 50, 100, 200, 300])
-def test_finite_chain_keeps_momentum_and_energy(granules: int) -> None:
+def test_a_finite_chain_conserves_momentum_and_energy(granules: int) -> None:
     # rounding, and rtol
     assert finite(granules).momentum_defect < 1e-13
     assert finite(granules).energy_defect < 1e-6
@@ -38,15 +38,15 @@ def test_waves_of_a_long_finite_chain_are_those_of_an_endless_one() -> None:
     assert endless.spall_velocities is None
 
 
-def test_short_chain_warns_and_states_its_greatest_force() -> None:
+def test_a_short_chain_warns_and_states_its_largest_force() -> None:
     profile = sw.PowerLaw(rise_exponent=1, decay_exponent=0.5, duration_ratio=4)
     shock = sw.Shock(profile=profile, peak_force=FORCE, rise_time=3 * UNITS.time)
     (warning,) = sw.simulate(shock, attrs.evolve(CHAIN, granules=5)).warnings
     assert "reach the free end" in warning
-    assert "greatest contact force is 126.41 N, at contact 3" in warning
+    assert "largest contact force is 126.41 N, at contact 3" in warning
 
 
-def test_two_granules_collide_as_their_relative_motion_says() -> None:
+def test_two_granules_collide_according_to_their_relative_motion() -> None:
     result = sw.simulate(triangle(1e-4), attrs.evolve(CHAIN, granules=2), rtol=1e-8)
     # Two equal masses under an impulse: the relative coordinate has mass 1/2, so the greatest overlap stores half
     # the kinetic energy, 2/5 d^(5/2) = v^2/4.

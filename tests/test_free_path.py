@@ -29,7 +29,7 @@ SHARES = (0.0, 1e-9, 1e-5, 1e-3, 0.1, 0.3, 0.5, 0.77, 0.97, 1 - 1e-4, 1 - 1e-9, 
 
 
 class Given(ShockProfile):
-    """The least that a third party writes: rise and decay, no closed form."""
+    """A minimal profile: rise and decay, without closed forms."""
 
     def __init__(self, rise: Integrand, decay: Integrand, n: float = 2.0, jumps: Iterable[float] = ()) -> None:
         self._rise, self._decay, self.duration_ratio, self.jumps = rise, decay, n, tuple(jumps)
@@ -89,7 +89,7 @@ def places(n: float) -> list[float]:
 
 
 def errors(table: FreePath, s: list[float], path: FloatArray, impulse: FloatArray) -> float:
-    """The greatest error of path and impulse, over their last value."""
+    """Largest error of path and impulse, over their last value."""
     found = np.array([table.at(each) for each in s])
     return max(float(np.abs(got - true).max() / true[-1]) for got, true in zip(found.T, (path, impulse), strict=True))
 
@@ -111,7 +111,7 @@ def closed_lost(profile: ShockProfile, table: FreePath, seed: int = 1) -> float:
 
 
 @pytest.mark.parametrize("profile", [named(profile) for profile in TRIANGLES + POWERS + EXPONENTIALS])
-def test_built_in_profiles_are_good_to_fourteen_digits(profile: ShockProfile) -> None:
+def test_built_in_profiles_are_accurate_to_fourteen_digits(profile: ShockProfile) -> None:
     table = profile.free_path()
     lost = digits_lost(profile, table)
     assert lost <= TOLERANCE
@@ -119,7 +119,7 @@ def test_built_in_profiles_are_good_to_fourteen_digits(profile: ShockProfile) ->
 
 
 @pytest.mark.parametrize("closed", [named(profile) for profile in POWERS])
-def test_a_fit_is_good_to_fourteen_digits_next_to_infinite_slopes(closed: ShockProfile) -> None:
+def test_a_fit_is_accurate_to_fourteen_digits_next_to_infinite_slopes(closed: ShockProfile) -> None:
     table = open_form(closed).free_path()
     lost = digits_lost(closed, table)
     assert lost <= TOLERANCE
@@ -137,14 +137,14 @@ def test_the_error_covers_a_force_that_is_rounded(rates: tuple[float, float], n:
 
 
 @pytest.mark.parametrize("size", [3, 4, 50, 1001, 40_001])
-def test_records_are_good_to_fourteen_digits(size: int) -> None:
+def test_records_are_accurate_to_fourteen_digits(size: int) -> None:
     profile = record(size)
     table = profile.free_path()
     assert len(table.rows) == size - 1
     assert closed_lost(profile, table) <= table.error <= TOLERANCE
 
 
-def test_a_sine_is_good_to_fourteen_digits() -> None:
+def test_a_sine_is_accurate_to_fourteen_digits() -> None:
     s = np.linspace(0, 2, 501)
     table = sine().free_path()
     impulse = 4 / math.pi * np.sin(math.pi / 4 * s) ** 2
@@ -152,7 +152,7 @@ def test_a_sine_is_good_to_fourteen_digits() -> None:
     assert errors(table, s.tolist(), path, impulse) <= table.error <= TOLERANCE
 
 
-def test_declared_jumps_cost_no_digit() -> None:
+def test_declared_jumps_cost_no_accuracy() -> None:
     jumpy = Given(lambda s: np.where(s < 0.5, 0.25, 1.0), lambda s: np.where(s <= 3, 0.5, 0.125), 5.0, (0.5, 3.0))
     table = jumpy.free_path()
     assert table.rows[:, 0].tolist() == [0.0, 0.5, 1.0, 3.0]
@@ -166,7 +166,7 @@ def test_declared_jumps_cost_no_digit() -> None:
 
 
 @each_kind
-def test_the_arrays_are_what_a_compiled_loop_reads(profile: ShockProfile) -> None:
+def test_the_arrays_have_the_layout_that_the_compiled_code_reads(profile: ShockProfile) -> None:
     table = profile.free_path()
     begin, end, offset, count, amplitude, _, anchor, _ = table.rows.T
     for array in (table.rows, table.coefficients):
@@ -182,7 +182,7 @@ def test_the_arrays_are_what_a_compiled_loop_reads(profile: ShockProfile) -> Non
 
 
 @each_kind
-def test_one_s_gives_what_the_formula_gives(profile: ShockProfile) -> None:
+def test_values_at_one_s_follow_the_formula(profile: ShockProfile) -> None:
     table = profile.free_path()
     last = table.at(profile.duration_ratio)
     for begin, end, offset, count, amplitude, exponent, anchor, scale in table.rows.tolist():
@@ -220,7 +220,7 @@ def square_wave(rate: float) -> tuple[Given, float, float]:
 
 
 @pytest.mark.parametrize("rate", [3.0, 50.0, 1000.0, 1e6])
-def test_undeclared_jumps_end_soon_and_the_error_covers_them(rate: float) -> None:
+def test_a_fit_of_undeclared_jumps_terminates_and_its_error_covers_them(rate: float) -> None:
     profile, impulse, path = square_wave(rate)
     table = profile.free_path()
     found = table.at(2.0)
@@ -230,5 +230,5 @@ def test_undeclared_jumps_end_soon_and_the_error_covers_them(rate: float) -> Non
     assert profile.points <= 1024 * 18 * 33
 
 
-def test_a_prediction_makes_no_table() -> None:
+def test_a_prediction_computes_no_table() -> None:
     assert "shockwave.profiles.free_path" not in loaded(command("predict", SCENE))

@@ -1,4 +1,4 @@
-"""The built-in integrators: the contract, their coefficients, sizes and costs of steps, and accuracy."""
+"""The built-in integrators: contract, coefficients, step sizes, cost and accuracy."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Nystroem, Rkn64, Rkn86, Rkn1210
 from shockwave.simulation.one_step import OneStep
 from shockwave.testing import IntegratorContract
-from shockwave.testing.known_motions import coupled, path, taken
+from shockwave.testing.known_motions import all_steps, coupled, smooth_motion
 
 ENTRIES = {entry.name: entry for entry in entries("integrators") if entry.distribution == "granular-shockwave"}
 METHODS = {name: load("integrators", name) for name in ENTRIES}
@@ -30,7 +30,7 @@ EXACT = json.loads(Path(nystroem.__file__).with_name("tableaux.json").read_text(
 
 
 class TestBuiltIn(IntegratorContract):
-    """Order, joined steps, counted evaluations, interpolation, errors: every clause of the contract."""
+    """All clauses of the contract."""
 
     integrators: ClassVar = list(METHODS.values())
 
@@ -44,44 +44,44 @@ def test_summary_states_order_and_traits(method: type[Integrator]) -> None:
     assert ("symplectic" in summary, "fixed" in summary) == (method.symplectic, not method.adaptive)
 
 
-# ---------------------------------------------------------------- sizes of steps
+# ---------------------------------------------------------------- step sizes
 
 
-def test_adaptive_steps_leave_no_sliver_and_grow_to_the_unit_of_time() -> None:
+def test_adaptive_steps_avoid_a_short_last_step_and_grow_to_the_unit_of_time() -> None:
     for until in np.linspace(2.0, 3.0, 11):
-        sizes = [step.end - step.begin for step in taken(Rkn86(), until=float(until))]
-        # two halves at the worst, and what step-size control takes from the second
+        sizes = [step.end - step.begin for step in all_steps(Rkn86(), until=float(until))]
+        # at worst two halves, and a reduction of the second by the step-size control
         assert sizes[-1] > 0.2 * sizes[-2]
-    at_rest = taken(Rkn86(), lambda _, x: np.zeros_like(x), 40.0)
+    at_rest = all_steps(Rkn86(), lambda _, x: np.zeros_like(x), 40.0)
     assert max(step.end - step.begin for step in at_rest) == pytest.approx(1.0, rel=1e-12)
 
 
 @each_pair
-def test_a_tolerance_that_rounding_denies_is_an_error(method: type[OneStep]) -> None:
-    with pytest.raises(NumericalError, match="its error stays above the tolerance"):
-        taken(method(tolerance=1e-40))
+def test_tolerance_below_rounding_is_an_error(method: type[OneStep]) -> None:
+    with pytest.raises(NumericalError, match="the error remains above the tolerance"):
+        all_steps(method(tolerance=1e-40))
 
 
 @pytest.mark.parametrize(("method", "cost"), [(Rkn64, 5), (Rkn86, 8), (Rkn1210, 17), (Verlet, 1), (Pefrl, 5), (Rk4, 4)])
-def test_a_step_costs_what_its_method_states(method: type[OneStep], cost: int) -> None:
+def test_cost_of_a_step_is_as_documented(method: type[OneStep], cost: int) -> None:
     integrator = method(tolerance=1.0)
-    assert len(list(integrator.steps(coupled, 0.0, 0.04, *path(0.0), 0.04))) == 1
-    # and one for the acceleration at the beginning
+    assert len(list(integrator.steps(coupled, 0.0, 0.04, *smooth_motion(0.0), 0.04))) == 1
+    # and one evaluation for the acceleration at the beginning
     assert integrator.evaluations == 1 + cost
 
 
-# ---------------------------------------------------------------- the methods
+# ---------------------------------------------------------------- coefficients
 
 
 def moments(method: type[Nystroem], weights: str, count: int) -> list[Fraction]:
-    """Sums of the weights times the first powers of the nodes, as they were published."""
+    """Sums of the published weights times the first powers of the nodes."""
     exact = EXACT[method.name]
     pairs = [(Fraction(weight), Fraction(node)) for weight, node in zip(exact[weights], exact["c"], strict=True)]
     return [sum((weight * node**power for weight, node in pairs), Fraction(0)) for power in range(count)]
 
 
 @each_pair
-def test_weights_integrate_powers_and_error_weights_see_the_one_that_the_embedded_method_misses(
+def test_weights_integrate_powers_up_to_the_orders_of_both_methods(
     method: type[Nystroem],
 ) -> None:
     assert moments(method, "b_prime", method.order) == [Fraction(1, k + 1) for k in range(method.order)]
@@ -93,5 +93,5 @@ def test_weights_integrate_powers_and_error_weights_see_the_one_that_the_embedde
 @each_pair
 def test_stages_are_consistent(method: type[Nystroem]) -> None:
     for node, row in zip(EXACT[method.name]["c"], EXACT[method.name]["a"], strict=True):
-        # the published fractions of order 12 are cut at some fifty digits
+        # the published fractions of order 12 have about fifty digits
         assert abs(sum(map(Fraction, row), Fraction(0)) - Fraction(node) ** 2 / 2) < Fraction(1, 10**50)

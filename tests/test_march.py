@@ -1,4 +1,4 @@
-"""The march of a shock into its chain: steps, peaks along the chain, granules that fly free."""
+"""Integration of a shock on a chain: steps, peaks along the chain, granules in free flight."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from shockwave.simulation.march import Span, Stretch, march
 from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.problem import ChainProblem, chain_energy
 
-# Case A of the engine's references, and a short shock, from which many granules rebound.
+# Case A of the references, and a short shock after which many granules rebound.
 CASE = ChainProblem(sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3), 2.0, 1.0)
 SHORT = ChainProblem(sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3), 0.1, 10.0)
-# The peak at contact 9 of case A, integrated in quadruple precision by two methods.
+# Peak at contact 9 of case A from two methods in quadruple precision.
 FORCE = 1.490253931405875817
 TIME = 12.118161972131167
 
@@ -31,19 +31,19 @@ def peak_at(contact: int, method: object, tolerance: float) -> tuple[float, floa
 @pytest.mark.parametrize(
     ("name", "settings", "force", "time"),
     [
-        # what the method itself errs by at these settings, rounded up
+        # errors of the methods at these settings, rounded up
         ("rkn86", {"tolerance": 1e-12}, 1e-14, 1e-14),
         ("rkn1210", {"tolerance": 1e-12}, 1e-14, 1e-14),
         ("rkn64", {"tolerance": 1e-12}, 1e-14, 1e-14),
         ("dop853", {"tolerance": 1e-12}, 1e-11, 1e-12),
-        # its steps are as long as 0.6, and a polynomial would miss by 1e-7
+        # with steps of up to 0.6, a polynomial would have an error of 1e-7
         ("rkn1210", {"tolerance": 1e-9}, 1e-11, 1e-11),
         ("verlet", {"size": 0.02}, 1e-4, 3e-5),
         ("rk4", {"size": 0.02}, 3e-8, 1e-8),
         ("pefrl", {"size": 0.02}, 2e-9, 4e-11),
     ],
 )
-def test_peak_along_the_chain_is_as_good_as_the_method(
+def test_peak_along_the_chain_is_as_accurate_as_the_method(
     name: str, settings: dict[str, float], force: float, time: float, exact: bool
 ) -> None:
     method = load("integrators", name)(**settings)
@@ -53,7 +53,7 @@ def test_peak_along_the_chain_is_as_good_as_the_method(
 
 
 @pytest.mark.parametrize("end", [1.0, 7.5])
-def test_steps_join_end_on_the_kinks_of_the_force_and_on_the_end(end: float) -> None:
+def test_steps_are_contiguous_and_end_on_kinks_and_on_the_end(end: float) -> None:
     spans = list(march(CASE, Rkn86(), until=end))
     ends = [span.end for span in spans]
     assert [span.begin for span in spans] == [0.0, *ends[:-1]]
@@ -61,7 +61,7 @@ def test_steps_join_end_on_the_kinks_of_the_force_and_on_the_end(end: float) -> 
     assert {time for time in (2.0, 6.0) if time <= end} <= set(ends)
 
 
-def test_momentum_is_the_impulse_at_every_step_and_the_chain_ahead_is_at_rest() -> None:
+def test_momentum_equals_the_impulse_and_the_chain_ahead_is_at_rest() -> None:
     for span in march(CASE, Rkn86(tolerance=1e-6), until=20.0):
         # rounding
         assert np.sum(span.v1) == pytest.approx(CASE.free(span.end)[1], rel=1e-13)
@@ -73,11 +73,11 @@ def last_span(problem: ChainProblem) -> Span:
 
 
 @pytest.mark.parametrize("problem", [CASE, SHORT], ids=["long", "short"])
-def test_free_granules_fly_as_they_would_be_integrated(problem: ChainProblem, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_free_flight_agrees_with_integration(problem: ChainProblem, monkeypatch: pytest.MonkeyPatch) -> None:
     flown = last_span(problem)
     monkeypatch.setattr("shockwave.simulation.march._PARTING", 10**9)
     integrated = last_span(problem)
-    # displacements are of order 10 and errors add up over some 600 steps
+    # displacements are of order 10, and errors add up over about 600 steps
     assert np.max(np.abs(flown.x1 - integrated.x1)) < 1e-8
     assert np.max(np.abs(flown.v1 - integrated.v1)) < 1e-9
 
@@ -95,10 +95,10 @@ def test_free_granules_are_not_integrated() -> None:
     assert seen[-1] < 0.6 * len(last.x1)
 
 
-def test_a_flying_granule_that_is_met_is_integrated_again() -> None:
+def test_granule_in_free_flight_that_is_hit_is_integrated_again() -> None:
     # The second force drives the first granule after those that rebounded from the first one.
     record = sw.Tabulated(times=[0, 0.5, 1, 60, 60.5, 61], forces=[0, 1, 0, 0, 1, 0])
     spans = march(ChainProblem(record, 0.5, 1.0), Rkn86(tolerance=1e-10), 300.0)
     energies = [chain_energy(span.x1, span.v1) for span in spans if span.end >= 61]
-    # Errors of a step add up over some thousand of them.
+    # Errors add up over about a thousand steps.
     assert energies[-1] == pytest.approx(energies[0], rel=1e-7)

@@ -24,7 +24,7 @@ def test_beads_of_the_paper() -> None:
 
 
 @pytest.mark.parametrize("name", ENTRIES)
-def test_figures_are_plausible_and_have_a_source(name: str) -> None:
+def test_values_are_plausible_and_have_a_source(name: str) -> None:
     material = MATERIALS[name]
     assert material.name == name
     assert 0.1e9 <= material.youngs_modulus <= 800e9

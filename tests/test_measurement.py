@@ -1,4 +1,4 @@
-"""Reading waves off the chain: heads and histories of waves, limits, one run, free ends."""
+"""Measurement of waves: heads and histories of waves, limits, a run, free ends."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from shockwave.measurement.waves import settling
 from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.problem import ChainProblem
 
-# Case A of the engine's references: power law, eta 1/2 and 1, n = 3, in scaled units.
+# Case A of the references: power law, eta 1/2 and 1, n = 3, in scaled units.
 CASE = ChainProblem(sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3), 2.0, 1.0)
 
 
@@ -46,7 +46,7 @@ def test_heads_are_where_the_next_contact_has_not_peaked(
         pytest.param(np.ones(12), np.inf, np.inf, id="short-history"),
     ],
 )
-def test_bound_covers_the_approach_to_the_limit(forces: np.ndarray, least: float, most: float) -> None:
+def test_the_bound_covers_the_approach_to_the_limit(forces: np.ndarray, least: float, most: float) -> None:
     log = log_of(*((contact, 1.1 * contact, force) for contact, force in enumerate(forces.tolist())))
     granules = np.zeros(len(forces) + 8)
     ((_, doubt),), _ = settling(log, 1.1 * len(forces), granules, granules, 0.01)

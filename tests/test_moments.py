@@ -1,4 +1,4 @@
-"""The law of moments: its limits, its parts against other ways to the same numbers, and its errors on new pulses."""
+"""The law of moments: its limits, its parts, and its errors for other pulses."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ OF_SHAPES = pytest.mark.parametrize("profile", SHAPES.values(), ids=SHAPES)
 
 
 def lasting(profile: sw.ShockProfile, duration: float) -> sw.Shock:
-    """The shock of 100 N that lasts so many characteristic times."""
+    """Shock of 100 N with a duration in characteristic times."""
     return sw.Shock.of_duration(profile=profile, peak_force=FORCE, duration=duration * UNITS.time)
 
 
@@ -93,13 +93,13 @@ def test_exponents_are_those_of_a_chain_slightly_denser() -> None:
 
 
 @pytest.mark.parametrize("duration", [60, 1e3, 1e7])
-def test_a_force_that_lasts_amplifies_as_a_step_does(duration: float) -> None:
+def test_a_constant_force_has_the_amplification_of_a_step(duration: float) -> None:
     plateau = sw.PowerLaw(rise_exponent=1, decay_exponent=1e-5, duration_ratio=1e3)
     # 2.33 has three digits
     assert predicted(plateau, duration).amplification == pytest.approx(2.33, rel=5e-3)
 
 
-def test_an_error_is_stated_where_the_cut_tail_holds_nothing() -> None:
+def test_an_error_is_stated_where_the_omitted_tail_is_negligible() -> None:
     steep = sw.Exponential(rise_rate=1, decay_rate=400, duration_ratio=200)
     outcome = predicted(steep, 600)
     assert outcome.expected_error is not None
@@ -114,15 +114,15 @@ def test_an_error_is_stated_where_the_cut_tail_holds_nothing() -> None:
         # a spike with a long faint tail that is cut off, so that its spread is small
         (sw.Tabulated(times=[0, 1, 2, 60], forces=[0, 1, 6e-5, 0]), 500),
     ],
-    ids=["longer-than-judged", "tail-cut-off"],
+    ids=["longer-than-validated", "omitted-tail"],
 )
-def test_no_error_is_stated_where_the_law_was_not_judged(profile: sw.ShockProfile, duration: float) -> None:
+def test_no_error_is_stated_where_the_law_was_not_validated(profile: sw.ShockProfile, duration: float) -> None:
     outcome = predicted(profile, duration)
     assert outcome.expected_error is None
-    assert "simulate to know" in " ".join(outcome.warnings)
+    assert "its error is not known" in " ".join(outcome.warnings)
 
 
-def test_a_long_shock_has_the_wave_of_its_strongest_stretch() -> None:
+def test_a_long_shock_has_the_wave_of_its_strongest_section() -> None:
     # far apart, the higher of two humps alone counts
     both = sw.Tabulated(times=[0, 1, 2, 98, 99, 100], forces=[0, 0.5, 0, 0, 1, 0])
     alone = sw.Triangular(duration_ratio=2)
@@ -214,7 +214,7 @@ def test_the_error_against_pulses_of_nine_digits_is_as_stated(case: dict[str, An
 
 @cache
 def fresh(family: str, part: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Spread, size of the error, and error stated, of pulses that had no part in fit or judgement."""
+    """Spread, size of the error, and error stated, of pulses that were used in neither fit nor validation."""
     if family == "composed":
         draw = np.random.default_rng(909)
         logs = draw.uniform(math.log(0.1), math.log(40), 250 // part)
@@ -232,7 +232,7 @@ PARTS = pytest.mark.parametrize("part", [pytest.param(1, id="all", marks=pytest.
 
 @PARTS
 @FAMILIES
-def test_errors_on_fresh_pulses_are_as_stated_and_below_what_is_accepted(family: str, part: int) -> None:
+def test_errors_of_other_pulses_are_as_stated_and_below_the_targets(family: str, part: int) -> None:
     spread, error, stated = fresh(family, part)
     ends, limits = np.transpose(STUDY.ACCEPTED)
     limit = limits[np.searchsorted(ends, spread)]
@@ -258,11 +258,11 @@ def test_relation_follows_from_the_peak_force_and_regime_from_section_4(duration
         assert type(predicted(profile, duration)) is type(sw.Predictor().predict(lasting(profile, duration), CHAIN))
 
 
-def test_the_primary_alone_is_listed_whatever_the_coefficient() -> None:
+def test_only_the_leading_wave_is_listed_with_any_coefficient() -> None:
     paper, exact = (predicted(TRIANGLE, 20, momentum_coefficient=choice) for choice in ("paper", "exact"))
     assert paper.peak_force == exact.peak_force
     assert len(exact.waves) == 1
-    assert "the primary alone" in " ".join(exact.warnings)
+    assert "only the leading wave" in " ".join(exact.warnings)
 
 
 # ---------------------------------------------------------------- coefficients and page
@@ -274,7 +274,7 @@ def judged() -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def test_the_judgement_is_on_this_moments_law() -> None:
+def test_the_validation_is_of_this_law() -> None:
     made = moments_law()
     assert made.terms == [list(names) for names in STUDY.TERMS]
     assert (made.step_limit, made.reach) == (STUDY.STEP_LIMIT, STUDY.REACH)
@@ -286,7 +286,7 @@ def test_the_judgement_is_on_this_moments_law() -> None:
 
 
 @pytest.mark.parametrize("name", ["errors by spread", "errors by kind"])
-def test_the_page_shows_the_judgement(name: str) -> None:
+def test_the_page_shows_the_validation(name: str) -> None:
     lines = STUDY.tables(judged())[name]
     assert table_of("docs/moments.md", name) == [[cell.strip() for cell in line[1:-1].split("|")] for line in lines]
     assert len(judged()) >= 2000

@@ -21,11 +21,11 @@ shock: {profile: triangular, peak_force: 10 N, rise_time: 10 us, duration_ratio:
 """
 # setting and method that has no use for it, a part of the message
 USELESS = {
-    "rtol-of-fixed-step": ({"integrator": "verlet", "rtol": 1e-5}, "rtol", "verlet is of fixed step (got 1e-05; give"),
+    "rtol-of-fixed-step": ({"integrator": "verlet", "rtol": 1e-5}, "rtol", "verlet has a fixed step size (got 1e-05"),
     "step-of-adaptive": ({"integrator": "rkn86", "step": 0.01}, "step", "rkn86 chooses its own steps (got 0.01; give"),
     "step-of-none": ({"step": 0.01}, "step", "chooses its own steps (got 0.01; give rtol)"),
     "compiled-of-another": (
-        {"integrator": "dop853", "backend": "compiled"}, "backend", "dop853 is not in the compiled code",
+        {"integrator": "dop853", "backend": "compiled"}, "backend", "dop853 is not part of the compiled code",
     ),
 }  # fmt: skip
 
@@ -43,14 +43,14 @@ def test_setting_without_use_is_refused(name: str, tmp_path: Path, capsys: pytes
     assert part in capsys.readouterr().err
 
 
-def test_method_of_the_command_line_drops_the_scenario_s_setting_of_another(
+def test_a_method_of_the_command_line_replaces_the_settings_of_another(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "scene.yaml"
     text = f"{SCENARIO}simulate: {{rtol: 1e-5, waves: primary}}\n"
     path.write_text(text.replace("radius: 1 mm", "radius: 1 mm, granules: 10"))
     assert main(["simulate", "--integrator", "verlet", "--step", "0.1", str(path)]) == 0
-    assert "by verlet" in capsys.readouterr().out
+    assert "verlet" in capsys.readouterr().out
 
 
 WRONG = {
@@ -76,7 +76,7 @@ def test_method_is_chosen_for_the_tolerance(rtol: float | None, name: str) -> No
     assert sw.simulate(CASE_A, CHAIN, rtol=rtol).integrator == name
 
 
-def test_result_tells_the_settings_that_were_left_out() -> None:
+def test_result_states_the_settings_that_were_omitted() -> None:
     adaptive = sw.simulate(power(0.5), CHAIN)
     fixed = sw.simulate(power(0.5), CHAIN, integrator="verlet", waves="primary")
     assert (adaptive.rtol, adaptive.options.step) == (1e-6, None)

@@ -1,4 +1,4 @@
-"""Pictures: the numbers drawn are those found, in units that the axes name; files are the same on every run."""
+"""Pictures: drawn values agree with the data, axes have units, and files are reproducible."""
 
 from functools import cache
 from pathlib import Path
@@ -17,7 +17,7 @@ from shockwave import pictures
 
 ROOT = Path(__file__).parent.parent
 HAMMER = sw.load_scenario(ROOT / "profiles" / "examples" / "hammer.yaml").shock.profile
-#: An ejection, a train, a record, and one that is over before the first granule moves.
+#: An ejection, a train, a record, and a shock that ends before the first granule moves.
 SHOCKS = {
     "ejection": power(0.5),
     "train": triangle(9.0),
@@ -48,7 +48,7 @@ def recorded(name: str, *record: Any) -> Any:
     return sw.simulate(SHOCKS[name], CHAIN, contacts=contacts, record=record)
 
 
-#: Picture -> how it is drawn of a shock.
+#: Functions that draw each picture for a shock.
 PICTURES: dict[str, Any] = {
     "pulse": lambda ax, name: pictures.pulse(ax, SHOCKS[name]),
     "conditions": lambda ax, name: pictures.conditions(ax, SHOCKS[name]),
@@ -63,7 +63,7 @@ PICTURES: dict[str, Any] = {
     "work_precision": lambda ax, _: pictures.work_precision(ax, RUNS),
     "trust_map": lambda ax, _: pictures.trust_map(ax, X, N, ERRORS, REGIMES, ERRORS > 0),
 }
-#: The labels with units of their axes for the ejection.
+#: Axis labels with units for the ejection.
 LABELS = {
     "pulse": ("time (µs)", "force (N)"),
     "energy": ("time (µs)", "energy (µJ)"),
@@ -81,7 +81,7 @@ def ax() -> Axes:
 
 
 def line(ax: Axes, label: str) -> tuple[np.ndarray, np.ndarray]:
-    """Abscissae and ordinates of the line of this label."""
+    """Abscissae and ordinates of the line with this label."""
     (found,) = (one for one in ax.get_lines() if one.get_label() == label)
     x, y = found.get_xydata().T  # type: ignore[union-attr]
     return x, y
@@ -94,7 +94,7 @@ def key_of(ax: Axes) -> list[str]:
 
 @pytest.mark.parametrize("name", keeping(list(SHOCKS)[:3], "ejection"))
 @pytest.mark.parametrize("picture", PICTURES)
-def test_nothing_leaves_the_figure(picture: str, name: str) -> None:
+def test_pictures_fit_the_figure(picture: str, name: str) -> None:
     figure, (ax,) = pictures.figure()
     assert PICTURES[picture](ax, name) is ax
     if name == "ejection" and picture in LABELS:
@@ -102,17 +102,17 @@ def test_nothing_leaves_the_figure(picture: str, name: str) -> None:
     figure.draw_without_rendering()
     around = ax.get_tightbbox()
     assert around is not None
-    # a pixel of slack for the rounding of letters
+    # a pixel of tolerance for the rounding of letters
     assert min(around.x0, around.y0) > -1
     assert around.x1 < figure.bbox.width + 1
     assert around.y1 < figure.bbox.height + 1
-    # the picture itself keeps a third of the figure at least
+    # the axes take at least a third of the figure
     assert ax.get_window_extent().width > figure.bbox.width / 3
     assert ax.get_window_extent().height > figure.bbox.height / 3
 
 
 @pytest.mark.parametrize(("kind", "head"), [("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF")])
-def test_files_have_the_format_of_their_ending_and_are_the_same_twice(tmp_path: Path, kind: str, head: bytes) -> None:
+def test_files_have_the_requested_format_and_are_reproducible(tmp_path: Path, kind: str, head: bytes) -> None:
     for name in ("one", "two"):
         figure, (left, right) = pictures.figure(1, 2)
         pictures.train(left, compared("train"))
@@ -121,12 +121,12 @@ def test_files_have_the_format_of_their_ending_and_are_the_same_twice(tmp_path: 
     first, second = ((tmp_path / f"{name}.{kind}").read_bytes() for name in ("one", "two"))
     assert first.startswith(head)
     assert first == second
-    # two files of one second would agree even if they were dated
+    # files written in the same second would agree even with dates
     assert b"CreationDate" not in first
     assert b"dc:date" not in first
 
 
-def test_a_long_record_is_drawn_by_few_points_and_keeps_its_peaks(ax: Axes) -> None:
+def test_a_long_record_is_drawn_with_few_points_and_keeps_its_peaks(ax: Axes) -> None:
     forces = np.full(100_001, 0.5)
     forces[[0, -1]] = 0
     forces[30_000] = 1
@@ -140,15 +140,15 @@ def test_a_long_record_is_drawn_by_few_points_and_keeps_its_peaks(ax: Axes) -> N
     assert areas == pytest.approx([FORCE, FORCE])
 
 
-def test_a_pulse_has_the_force_and_the_areas_of_the_shock(ax: Axes) -> None:
+def test_a_pulse_has_the_force_and_areas_of_the_shock(ax: Axes) -> None:
     shock = SHOCKS["ejection"]
     pictures.pulse(ax, shock)
     x, y = ax.get_lines()[0].get_xydata().T  # type: ignore[union-attr]
-    # the time has been multiplied by the rise time and is divided by it here, which rounds
+    # multiplication and division by the rise time round
     force = FORCE * shock.profile.force(np.clip(x / shock.rise_time, 0, 3))
     assert y == pytest.approx(force, abs=1e-12 * FORCE)
     assert y.max() == FORCE
-    # ticks are written in the unit of the label
+    # ticks are in the unit of the label
     assert ax.xaxis.get_major_formatter()(1.5e-5, 0) == "15"
     # a1 = 1/(1 + eta1), a2 = (n - 1)/(1 + eta2)
     assert key_of(ax) == ["rise, $a_1$ = 0.6667 $F_0 t_0$", "decay, $a_2$ = 1 $F_0 t_0$"]
@@ -168,7 +168,7 @@ def test_the_added_area_is_half_of_the_added_momentum(ax: Axes) -> None:
     outcome: Any = compared("ejection").predicted
     pictures.correction_area(ax, SHOCKS["ejection"], outcome)
     x, y = np.asarray(ax.collections[0].get_paths()[0].vertices).T
-    # the shoelace formula; the decay is a straight line, so that the area has no error but rounding
+    # the shoelace formula; the decay is a straight line, so that the area is exact except for rounding
     drawn = abs(x @ np.roll(y, 1) - y @ np.roll(x, 1)) / 2
     assert 2 * drawn == pytest.approx(outcome.added_momentum, rel=1e-9)
 
@@ -194,7 +194,7 @@ def test_long_histories_keep_their_peaks_in_a_map(ax: Axes) -> None:
     assert np.array_equal(drawn.max(axis=1), result.recording.forces.max(axis=0))
 
 
-def test_fronts_run_through_where_waves_were_read(ax: Axes) -> None:
+def test_fronts_pass_through_the_measured_positions(ax: Axes) -> None:
     result = recorded("train", "forces")
     pictures.space_time(ax, result)
     wave = result.waves[1]
@@ -204,7 +204,7 @@ def test_fronts_run_through_where_waves_were_read(ax: Axes) -> None:
 
 
 @pytest.mark.parametrize("bounds", [(-0.2, 0.25), (-1.0, 0.25)], ids=["range", "no-upper-end"])
-def test_trains_are_those_predicted_and_simulated_with_a_bar_for_the_first(ax: Axes, bounds: Any) -> None:
+def test_trains_have_predicted_and_simulated_forces_and_a_bar_for_the_first(ax: Axes, bounds: Any) -> None:
     comparison = compared("train")
     predicted, waves = comparison.predicted, comparison.simulated.waves
     pictures.train(ax, evolve(comparison, predicted=evolve(predicted, expected_error=bounds)))
@@ -213,36 +213,36 @@ def test_trains_are_those_predicted_and_simulated_with_a_bar_for_the_first(ax: A
     assert line(ax, "simulated")[1].tolist() == settled
     assert set(line(ax, "shock")[1]) == {FORCE}
     highest = ax.get_ylim()[1] if bounds[0] == -1.0 else predicted.peak_force / 0.8
-    assert line(ax, "expected")[1] == pytest.approx([predicted.peak_force / 1.25, highest])
+    assert line(ax, "expected range")[1] == pytest.approx([predicted.peak_force / 1.25, highest])
 
 
-def test_the_approach_is_that_of_the_passages_up_to_where_the_wave_was_read(ax: Axes) -> None:
+def test_the_approach_follows_the_passages_up_to_the_measurement(ax: Axes) -> None:
     result = sw.simulate(SHOCKS["ejection"], evolve(CHAIN, granules=12))
     pictures.approach(ax, result)
-    contacts, distances = line(ax, "distance")
+    contacts, distances = line(ax, "simulation")
     assert contacts.tolist() == list(range(result.primary.contact))
     assert distances[2] == pytest.approx(abs(result.passage(2).peak_force / result.peak_force - 1))
 
 
 @pytest.mark.parametrize("name", ["ejection", "train", "record", "tiny"])
-def test_the_work_of_the_shock_is_the_energy_in_the_chain(ax: Axes, name: str) -> None:
+def test_the_work_of_the_shock_is_the_energy_of_the_chain(ax: Axes, name: str) -> None:
     result = recorded(name, "energies")
     pictures.balance(ax, result)
-    energy = line(ax, "sum")[1]
+    energy = line(ax, "total")[1]
     assert np.array_equal(energy, result.recording.kinetic_energy + result.recording.contact_energy)
-    # the error of the simulation, at its default tolerance of 1e-6
-    assert line(ax, "work of shock")[1] == pytest.approx(energy[[-1, -1]], rel=1e-5)
+    # the energy error of a simulation with the default tolerance of 1e-6
+    assert line(ax, "work of the shock")[1] == pytest.approx(energy[[-1, -1]], rel=1e-5)
 
 
 @pytest.mark.parametrize("name", ["ejection", "train", "record"])
 def test_the_momentum_of_the_granules_is_the_impulse(ax: Axes, name: str) -> None:
     pictures.balance(ax, recorded(name, "field"), of="momentum")
-    impulse = line(ax, "impulse of shock")[1]
-    # rounding, but for the output of a record between steps
-    assert line(ax, "sum")[1] == pytest.approx(impulse, abs=1e-9 * impulse[-1])
+    impulse = line(ax, "impulse of the shock")[1]
+    # rounding, and for a record the interpolation between steps
+    assert line(ax, "total")[1] == pytest.approx(impulse, abs=1e-9 * impulse[-1])
 
 
-def test_amplifications_are_those_simulated_and_predicted(ax: Axes) -> None:
+def test_amplifications_agree_with_simulation_and_prediction(ax: Axes) -> None:
     ratios = [0.2, 1.0, 4.0]
     amplification(ax, sw.Triangular(duration_ratio=3), rise_times=ratios)
     shocks = [triangle(3 * ratio) for ratio in ratios]
@@ -255,14 +255,14 @@ def test_amplifications_are_those_simulated_and_predicted(ax: Axes) -> None:
     assert borders == pytest.approx([2 * 1.652066518648 / 3], rel=0.0065)
 
 
-def test_runs_are_joined_by_method_and_failed_ones_counted(ax: Axes) -> None:
+def test_runs_are_connected_by_method_and_failed_runs_are_counted(ax: Axes) -> None:
     pictures.work_precision(ax, RUNS)
     assert key_of(ax) == ["rk4", "formula (1 failed)", "other (1 failed)"]
-    # an error of zero is drawn where rounding begins
+    # an error of zero is drawn at the rounding error
     assert np.transpose(line(ax, "rk4")).tolist() == [[0.01, 1e-3], [1.0, 1e-16]]
 
 
-def test_a_map_of_trust_holds_the_errors(ax: Axes) -> None:
+def test_a_trust_map_shows_the_errors(ax: Axes) -> None:
     errors = ERRORS.copy()
     errors[3, 4] = np.nan
     pictures.trust_map(ax, X, N, errors, REGIMES)
@@ -278,7 +278,7 @@ REFUSED: dict[str, Any] = {
     r"record: must have energies \(got field; simulate with record=\['energies'\]": lambda ax: pictures.balance(
         ax, recorded("ejection", "field")
     ),
-    r"contacts: must be among those recorded, 0, 1, .*got 99": lambda ax: pictures.contact_forces(
+    r"contacts: must be recorded contacts, 0, 1, .*got 99": lambda ax: pictures.contact_forces(
         ax, recorded("ejection", "forces"), contacts=[99]
     ),
     "rise_times: must be two or more": lambda ax: amplification(ax, HAMMER, rise_times=[1.0]),
@@ -286,6 +286,6 @@ REFUSED: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("message", REFUSED, ids=lambda message: message[:24])
-def test_wrong_sizes_files_and_data_are_refused(ax: Axes, message: str) -> None:
+def test_invalid_sizes_files_and_data_are_refused(ax: Axes, message: str) -> None:
     with pytest.raises(sw.ShockwaveError, match=f"^{message}"):
         REFUSED[message](ax)

@@ -16,7 +16,7 @@ from shockwave.chain import Scales
 
 T0 = Scales.of(CHAIN, FORCE).time
 
-# Part of the public face.
+# Part of the public interface.
 KEYS = {
     *("scenario", "model", "regime", "relation", "peak_force", "amplification", "waves", "applied_momentum"),
     *("ejection", "conditions", "expected_error", "warnings"),
@@ -28,7 +28,7 @@ def _power(n: float, rise: float, decay: float) -> sw.PowerLaw:
 
 
 def _shock(profile: sw.ShockProfile, rise_time: float) -> sw.Shock:
-    """On the paper's beads at 100 N; the rise time in T0."""
+    """Prediction on the beads of the paper at 100 N; the rise time is in T0."""
     return sw.Shock(profile=profile, peak_force=FORCE, rise_time=rise_time * T0)
 
 
@@ -75,7 +75,7 @@ def test_exponents_are_the_slopes_of_the_prediction(branch: str, quantity: str) 
 
 
 @EVERY_REGIME
-def test_one_shape_at_one_scaled_rise_time_is_amplified_alike_on_every_chain(shock: sw.Shock) -> None:
+def test_equal_scaled_rise_times_give_equal_amplification_on_every_chain(shock: sw.Shock) -> None:
     draw = np.random.default_rng(20240607)
     expected = sw.Predictor().predict(shock, CHAIN).amplification
     for _ in range(10):
@@ -131,7 +131,7 @@ def test_a_wrong_setting_is_refused_with_its_rule(setting: dict[str, Any], messa
 
 @EVERY_REGIME
 @pytest.mark.parametrize("quadrature", ["gauss-legendre", "tanh-sinh", "quadpack"])
-def test_a_quadrature_gives_what_the_closed_forms_give(quadrature: str, shock: sw.Shock) -> None:
+def test_a_quadrature_agrees_with_the_closed_forms(quadrature: str, shock: sw.Shock) -> None:
     by_quadrature = sw.Predictor(quadrature=quadrature).predict(shock, CHAIN)
     # Areas are good to 1e-12; the sixth power of a time multiplies that.
     assert by_quadrature.peak_force == pytest.approx(sw.Predictor().predict(shock, CHAIN).peak_force, rel=1e-11)
@@ -142,7 +142,7 @@ def test_a_quadrature_gives_what_the_closed_forms_give(quadrature: str, shock: s
 
 
 @EVERY_NAME
-def test_json_holds_the_outcome(name: str) -> None:
+def test_json_contains_the_outcome(name: str) -> None:
     outcome = sw.Predictor().predict(SHOCKS[name], CHAIN)
     read = json.loads(json.dumps(outcome.to_dict(), allow_nan=False))
     assert read == outcome.to_dict()
@@ -178,7 +178,7 @@ def test_json_holds_the_outcome(name: str) -> None:
 )
 @pytest.mark.parametrize("alpha", ["constant", "literal"])
 def test_an_extreme_shock_has_a_finite_outcome(profile: sw.ShockProfile, rise_time: float, alpha: Any) -> None:
-    # Only the waves near the primary are asked for: a long train has a thousand.
+    # Only the strongest waves are requested: a long train has a thousand.
     predictor = sw.Predictor(alpha=alpha, wave_threshold=0.999)
     outcome = predictor.predict(_shock(profile, rise_time), CHAIN)
     assert all(0 < wave.peak_force < math.inf for wave in outcome.waves)

@@ -1,4 +1,4 @@
-"""The primary: references of 20 digits, random pulses, passages, long and extreme shocks."""
+"""The leading wave: references of 20 digits, random pulses, passages, long and extreme shocks."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from selection import keeping
 from shockwave.chain.solitary_wave import SPEED
 from shockwave.options import Backend
 
-# Peak force and its time at contacts counted from 0, in scaled units, integrated in quadruple precision by two
-# methods that agree to 20 digits.
+# Peak force and its time at contacts counted from 0, in scaled units, from two methods in quadruple precision that
+# agree to 20 digits.
 REFERENCES = {
     "A": {
         9: (1.490253931405875817, 12.118161972131167),
@@ -39,7 +39,7 @@ def reference_run(case: str, rtol: float) -> sw.SimulationResult:
 
 
 def off_reference(result: sw.SimulationResult, case: str, contact: int) -> float:
-    """Greater of the relative errors of peak force and time at a contact."""
+    """The larger of the relative errors of peak force and time at a contact."""
     force, time = REFERENCES[case][contact]
     found = result.passage(contact)
     return max(abs(found.peak_force / FORCE / force - 1), abs(found.arrival_time / UNITS.time / time - 1))
@@ -48,31 +48,31 @@ def off_reference(result: sw.SimulationResult, case: str, contact: int) -> float
 @each_reference
 def test_tight_passages_have_twelve_digits_and_the_missed_tolerance_is_reported(case: str, contact: int) -> None:
     result = reference_run(case, 1e-13)
-    # rounding of some hundred steps; the limit itself is uncertain by 5e-14 at most
+    # rounding of some hundred steps; the uncertainty of the limit is at most 5e-14
     assert off_reference(result, case, contact) < 1e-12
-    assert any("the tolerance was not met" in note for note in result.notes)
+    assert any("tolerance was not met" in note for note in result.notes)
     assert 1e-13 < result.error_estimate < 1e-11
 
 
 @each_reference
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
-def test_passages_are_within_the_tolerance_and_their_estimate(case: str, contact: int, rtol: float) -> None:
+def test_errors_of_passages_are_within_tolerance_and_estimate(case: str, contact: int, rtol: float) -> None:
     result = reference_run(case, rtol)
     assert off_reference(result, case, contact) <= min(rtol, result.passage(contact).error_estimate)
 
 
-# ---------------------------------------------------------------- many pulses
+# ---------------------------------------------------------------- random pulses
 
 
 @pytest.mark.parametrize("rtol", keeping([1e-4, 1e-6], 1e-6))
-def test_random_pulses_are_within_the_tolerance_and_their_estimate(rtol: float) -> None:
+def test_errors_of_random_pulses_are_within_tolerance_and_estimate(rtol: float) -> None:
     pulses = random_pulses(seed=3, count=120)
     runs, tight = (sw.simulate_many(pulses, CHAIN, rtol=value, waves="primary") for value in (rtol, 1e-11))
     errors = np.array([abs(run.peak_force / other.peak_force - 1) for run, other in zip(runs, tight, strict=True)])
     estimates = np.array([run.error_estimate for run in runs])
     assert np.mean(errors <= rtol) >= 0.99
     assert np.all((errors <= 3 * rtol) | (errors <= estimates))
-    # the two terms beside the bound of the limit are measured ones, which cover 98 % of 400 shocks
+    # the other two terms of the estimate were measured; they cover 98 % of 400 shocks
     assert np.mean(errors <= estimates) >= 0.95
 
 
@@ -92,7 +92,7 @@ SLOW = sw.PowerLaw(rise_exponent=2, decay_exponent=2, duration_ratio=2.5)
         pytest.param(power(0.5), 100, (98,), id="far-end", marks=pytest.mark.slow),
     ],
 )
-def test_passages_are_the_peaks_of_the_recorded_forces(
+def test_passages_agree_with_the_peaks_of_recorded_forces(
     shock: sw.Shock, granules: int | None, contacts: tuple[int, ...]
 ) -> None:
     interval, until = 0.005 * UNITS.time, (2 * (granules or 10) + 10) * UNITS.time
@@ -101,8 +101,8 @@ def test_passages_are_the_peaks_of_the_recorded_forces(
     record = result.recording
     assert record is not None
     assert record.forces is not None
-    # half an interval beside a peak of curvature 1 or less, in scaled units, 3e-6 are lacking; at a free end, where it
-    # is a third as long, ten times as much
+    # half an interval beside a peak of scaled curvature 1 the force is smaller by 3e-6; at a free end, where the
+    # peak is a third as long, by ten times as much
     error = 1e-5 if granules is None else 3e-5
     for contact, force, passage in zip(contacts, record.forces.T, result.passages, strict=True):
         top = int(np.argmax(force))
@@ -111,7 +111,7 @@ def test_passages_are_the_peaks_of_the_recorded_forces(
         assert passage == result.passage(contact)
 
 
-def test_far_passages_lie_on_the_path_of_the_exact_wave_at_no_cost() -> None:
+def test_far_passages_follow_the_exact_wave_without_further_steps() -> None:
     result = sw.simulate(power(0.5), CHAIN, rtol=1e-8)
     cost = result.cost
     speed = SPEED * (result.peak_force / FORCE) ** (1 / 6) * UNITS.wave_speed
@@ -125,7 +125,7 @@ def test_far_passages_lie_on_the_path_of_the_exact_wave_at_no_cost() -> None:
 
 
 @pytest.mark.parametrize("contact", [-1, 2.5, 99], ids=repr)
-def test_a_contact_that_the_chain_has_not_is_refused(contact: object) -> None:
+def test_contact_outside_the_chain_is_refused(contact: object) -> None:
     result = sw.simulate(power(0.5), attrs.evolve(CHAIN, granules=100))
     rule = "contact: must be a whole number of at least 0 and at most 98, the last of this chain"
     with pytest.raises(sw.InvalidValueError, match=rule):
@@ -139,19 +139,19 @@ def test_a_contact_that_the_chain_has_not_is_refused(contact: object) -> None:
 def test_shocks_of_any_duration_meet_the_tolerance(duration: float) -> None:
     result = sw.simulate(triangle(duration), CHAIN, waves="primary")
     assert result.error_estimate < 1e-6
-    # rounding, of more steps the longer the shock
+    # rounding; longer shocks take more steps
     assert result.momentum_defect < 1e-11
 
 
-def test_too_long_a_shock_is_refused() -> None:
+def test_too_long_shock_is_refused() -> None:
     with pytest.raises(sw.NumericalError, match=r"the shock lasts 3e\+04 characteristic times of its wave"):
         sw.simulate(triangle(3e4), CHAIN)
 
 
-# ---------------------------------------------------------------- first waves that are nearly alike part slowly
+# ---------------------------------------------------------------- nearly equal waves that separate slowly
 
-# Knots in characteristic times, forces in newtons, amplification of the primary: read thousands of contacts down
-# a chain of which nothing was cut off, by two methods at tolerances of 1e-9 and 1e-11.
+# Knots in characteristic times, forces in newtons, amplification of the leading wave after thousands of contacts of a
+# complete chain, from two methods at tolerances of 1e-9 and 1e-11.
 SHOCKS = {
     "spike-then-plateau": (
         [0, 0.006941884071686306, 0.013883768143372612, 45.791189766510975, 46.18813149663562],
@@ -173,12 +173,12 @@ SHOCKS = {
 
 @pytest.mark.parametrize("rtol", keeping([1e-3, 1e-6, 1e-9], 1e-3))
 @pytest.mark.parametrize("name", SHOCKS)
-def test_primary_is_not_taken_as_known_too_early(name: str, rtol: float) -> None:
+def test_leading_wave_is_not_accepted_too_early(name: str, rtol: float) -> None:
     times, forces, amplification = SHOCKS[name]
-    # the knots were drawn with 14.58 us for the characteristic time
+    # the knots were computed with a characteristic time of 14.58 us
     record = sw.Tabulated(times=np.array(times) * 14.58e-6, forces=np.array(forces))
     result = sw.simulate(sw.Shock(profile=record), CHAIN, rtol=rtol, waves="primary")
-    # the references have nine digits, and the characteristic time of the chain is not 14.58 us to more than five
+    # the references have nine digits; 14.58 us differs from the characteristic time in the fifth digit
     assert abs(result.amplification / amplification - 1) <= min(rtol, result.error_estimate) + 5e-8
 
 

@@ -1,4 +1,4 @@
-"""Broken profiles are found by the clause that they break, when they are used and by the test kit."""
+"""Violations of the contract of profiles are found when a profile is used and by the test kit."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class Sound(ShockProfile):
-    """A triangle without closed forms, which keeps its contract."""
+    """A correct triangle without closed forms."""
 
     duration_ratio = 3.0
 
@@ -46,7 +46,7 @@ class NotANumber(Sound):
 
 
 def broken(**methods: Any) -> Any:
-    """A triangle of which some methods are others; what is no function is a property."""
+    """A triangle with some members replaced; a value that is not a function becomes a property."""
     made = {
         name: value if callable(value) or isinstance(value, property) else property(lambda _, v=value: v)
         for name, value in methods.items()
@@ -95,21 +95,21 @@ class Undecorated(Sound):
     size: float = quantity("m", "a size", default=1.0)
 
 
-#: Found when the profile is used: the profile, the clause, what is said.
+#: Violations found when the profile is used: profile, clause, message.
 AT_ONCE: dict[str, tuple[Any, str, str]] = {
     "ratio": (broken(duration_ratio=0.5), "1", "duration_ratio must be > 1 (got 0.5)"),
-    "if": (broken(rise=for_one_number), "2", "rise(s) must take an array of any shape, and not raise (got ValueError"),
-    "math": (broken(decay=lambda _, s: math.cos(s - 1)), "2", "decay(s) must take an array of any shape, and not"),
+    "if": (broken(rise=for_one_number), "2", "rise(s) must accept an array of any shape without raising (got"),
+    "math": (broken(decay=lambda _, s: math.cos(s - 1)), "2", "decay(s) must accept an array of any shape without"),
     "constant": (broken(decay=lambda *_: 0.5), "2", "must return floats of the shape of s (got float64 of shape ()"),
     "above-1": (broken(rise=lambda _, s: s + np.sin(np.pi * s) / 2), "3", "rise(s) must be at least 0 and at most 1"),
     "not-finite": (NotANumber(), "3", "decay(s) must be finite (got nan) at s = 2.5"),
     "decay-below-1": (broken(decay=lambda _, s: 0.45 * (3 - s)), "3", "decay(1) must be 1, the peak (got 0.9)"),
-    "random": (broken(rise=at_random), "2", "rise(s) must depend on s alone"),
+    "random": (broken(rise=at_random), "2", "rise(s) must depend on s only"),
     "raising": (broken(breakpoints=property(lambda self: self.corner)), "4", "not raise (got AttributeError: 'Broken'"),
     "descending": (broken(breakpoints=(0.0, 1.0, 2.5, 2.0, 3.0)), "4", "breakpoints must be numbers that ascend"),
-    "area": (broken(closed_areas=lambda _: (0.5, 1.01)), "5", "must be 1, by quadrature (got 1.01)"),
-    "infinite": (broken(closed_running_impulse=infinite), "5", "must be 1.01, by quadrature (got inf) at s = 1.6"),
-    "path": (broken(closed_double_integral=lambda _, s: s**2), "5", "0.0045, by quadrature (got 0.09) at s = 0.3"),
+    "area": (broken(closed_areas=lambda _: (0.5, 1.01)), "5", "must be 1, the value by quadrature (got 1.01)"),
+    "infinite": (broken(closed_running_impulse=infinite), "5", "the value by quadrature (got inf) at s = 1.6"),
+    "path": (broken(closed_double_integral=lambda _, s: s**2), "5", "the value by quadrature (got 0.09) at s = 0.3"),
     "no-table": (broken(closed_free_path=lambda _: (1.0, 2.0)), "5", "closed_free_path() must return a FreePath"),
     "negative-record": (broken(recorded_peak_force=-1.0), "6", "recorded_peak_force must be > 0 (got -1.0)"),
     "one-note": (broken(notes="a sentence"), "7", "notes must be a tuple of sentences (got 'a sentence')"),
@@ -134,12 +134,12 @@ KINKS = "test_clause_4_every_jump_and_kink_is_a_breakpoint"
 DIGITS = "test_clause_5_closed_forms_agree_with_quadrature"
 FIELDS = "test_clause_1_fields_are_parameters_with_unit_and_meaning"
 VALUE = "test_it_is_a_value"
-#: Found by the test kit alone: the profile, the test, what is said.
+#: Violations found only by the test kit: profile, test, message.
 IN_TESTS: dict[str, tuple[Any, str, str]] = {
     "no-unit": (UnknownUnit(), FIELDS, "must be a quantity in smoots"),
     "corner": (broken(decay=lambda _, s: np.minimum(1.0, 3 - s)), KINKS, "has a jump or a kink at s = 2,"),
     "jump": (broken(decay=lambda _, s: np.where(s < 2.3, 1.0, 0.5)), KINKS, "has a jump or a kink at s = 2.3,"),
-    "digits-of-area": (broken(closed_areas=lambda _: (0.5, 1.0 + 1e-9)), DIGITS, "must be 1, by quadrature"),
+    "digits-of-area": (broken(closed_areas=lambda _: (0.5, 1.0 + 1e-9)), DIGITS, "must be 1, the value by quadrature"),
     "impulse": (broken(closed_running_impulse=lost_digits), DIGITS, "(got 5.000444502911705e-13) at s = 1e-06"),
     "table": (broken(closed_free_path=wrong_table), DIGITS, "closed_free_path(): double_integral must be "),
     "changeable": (Undecorated(), VALUE, ""),
@@ -183,7 +183,7 @@ def test_a_violation_has_its_place_in_the_scenario(
 
 @attrs.frozen
 class Power(Sound):
-    """Some of its calls are counted; equality may leave the power out."""
+    """A profile that counts some of its calls; its equality can omit the power."""
 
     power: float = 1.0
     calls: list[int] = attrs.field(factory=list, eq=False, init=False)
@@ -213,7 +213,7 @@ def test_an_equal_profile_is_not_examined_again() -> None:
     assert (bool(first.calls), bool(second.calls)) == (True, False)
 
 
-def test_nothing_is_kept_of_a_profile_that_can_change_or_whose_equality_leaves_something_out() -> None:
+def test_nothing_is_cached_for_a_mutable_profile_or_with_incomplete_equality() -> None:
     profile = ChangingPower(1.0)
     profile.areas(), profile.free_path()
     profile.power = 8.0
@@ -226,7 +226,7 @@ def test_nothing_is_kept_of_a_profile_that_can_change_or_whose_equality_leaves_s
 # ---------------------------------------------------------------- in the test kit
 
 
-def test_a_profile_that_keeps_its_contract_fails_no_test() -> None:
+def test_a_correct_profile_fails_no_test() -> None:
     assert failures(Sound()) == {}
     assert shock_of(Sound()).peak_force == 100.0
 
@@ -241,6 +241,6 @@ def test_a_broken_profile_fails_the_test_of_its_clause_alone(profile: Any, test:
     assert message in found[test]
 
 
-def test_a_clause_that_is_left_out_is_no_reason_to_skip_others() -> None:
+def test_other_clauses_are_checked_if_one_is_left_out() -> None:
     left_out = type("TestIt", (ProfileContract,), {"leave_out": {"clause 6": "a wrong record on purpose"}})
     assert failures(broken(recorded_peak_force=-1.0, notes="one"), left_out).keys() == {"7"}

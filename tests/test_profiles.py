@@ -23,7 +23,7 @@ QUADRATURES = ("gauss-legendre", "tanh-sinh", "quadpack")
 
 @frozen(kw_only=True)
 class HalfSine(ShockProfile):
-    """The least that a third party writes: no closed form, sin(pi s / 2) where n is 2."""
+    """A minimal profile without closed forms: sin(pi s / 2) for n = 2."""
 
     duration_ratio: float = quantity("", "n", above=1, default=2.0)
 
@@ -135,7 +135,7 @@ def test_exponential_without_rates_is_the_triangle(method: str) -> None:
 
 
 @pytest.mark.parametrize("quadrature", QUADRATURES)
-def test_integrals_of_a_third_party_profile(quadrature: str) -> None:
+def test_integrals_of_a_profile_without_closed_forms(quadrature: str) -> None:
     areas = HalfSine().areas(quadrature)
     assert abs(areas.rise.value - 2 / math.pi) <= areas.rise.error <= 1e-12
     assert min(areas.rise.evaluations, areas.decay.evaluations) > 0
@@ -164,7 +164,7 @@ def _rise(profile: ShockProfile, integrals: int, s: Any) -> Any:
 
 
 def _fade(profile: ShockProfile, integrals: int, left: Any) -> Any:
-    """The decay seen from its end, as a function of the share of it that is left; integrated likewise."""
+    """The decay as a function of its remaining fraction; integrated in the same way."""
     if isinstance(profile, Exponential):
         return _ramp(-mpmath.mpf(profile.decay_rate), left, integrals)
     return _power(mpmath.mpf(profile.decay_exponent), left, integrals)
@@ -214,7 +214,7 @@ def test_integrals_keep_their_digits(profile: ShockProfile, method: str, integra
 
 
 @pytest.mark.parametrize("profile", EXACT_CASES.values(), ids=EXACT_CASES)
-def test_areas_are_good_to_their_errors(profile: ShockProfile) -> None:
+def test_areas_are_within_their_errors(profile: ShockProfile) -> None:
     with mpmath.workdps(WORKING_DIGITS):
         rise = _rise(profile, 1, mpmath.mpf(1))
         decay = (mpmath.mpf(profile.duration_ratio) - 1) * _fade(profile, 1, mpmath.mpf(1))

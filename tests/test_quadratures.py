@@ -1,4 +1,4 @@
-"""The quadratures: areas against closed forms, honest errors, bounded work."""
+"""The quadratures: areas compared with closed forms, error bounds, bounded work."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from shockwave.quadrature.gauss_legendre import GaussLegendre
 from shockwave.quadrature.quadpack import Quadpack
 from shockwave.quadrature.tanh_sinh import TanhSinh
 
-# Accuracy of the areas, in units of the interval: the integrands are bounded by 1.
+# Accuracy of the areas in units of the interval, for integrands of at most 1.
 TOLERANCE = 1e-12
 
 ETAS = (1e-8, 1e-5, 1e-3, 0.1, 0.5, 1.0, 5.0, 50.0)
@@ -29,7 +29,7 @@ def quadrature(request: pytest.FixtureRequest) -> Quadrature:
 
 
 class Case:
-    """An integrand with its area over [lower, upper]."""
+    """An integrand and its area over [lower, upper]."""
 
     def __init__(self, name: str, integrand: Integrand, lower: float, upper: float, area: float) -> None:
         self.name, self.integrand, self.area = name, integrand, area
@@ -46,7 +46,7 @@ def _power_decay(eta: float, n: float) -> Case:
 
 
 def _exponential_rise(k: float) -> Case:
-    # 1/(1 - e^-k) - 1/k cancels for small k; what follows in its series is k^3/720.
+    # 1/(1 - e^-k) - 1/k cancels for small k; the next term of its series is k^3/720.
     area = 0.5 + k / 12 if k < 1e-6 else -1 / math.expm1(-k) - 1 / k
     return Case(f"rise,k={k:g}", lambda s: np.expm1(-k * s) / math.expm1(-k), 0.0, 1.0, area)
 
@@ -73,12 +73,12 @@ SMOOTH = [
     *(_exponential_rise(k) for k in RATES),
     *(_exponential_decay(k, n) for n in RATIOS for k in RATES),
     Case("sin(pi*s)", lambda s: np.sin(np.pi * s), 0.0, 1.0, 2 / math.pi),
-    # Layers next to an end that are narrower than the distance of the first nodes of a plain rule.
+    # Layers at an end that are narrower than the distance of the first nodes of a simple rule.
     _power_rise(1e6),
     _exponential_rise(1e6),
     _exponential_decay(1e6, 10.0),
 ]
-# Anywhere, and where the nodes next to the ends and the middle of an interval leave a gap.
+# An arbitrary point, and the gaps between the nodes and the ends or the middle of an interval.
 JUMPS = [_jump(at) for at in (1e-3, 0.123456789, 0.3, 0.5, 0.5 + 1e-9, 0.5 - 1e-4, 0.7501, 0.999)]
 EVERY = [*SMOOTH, *JUMPS]
 
@@ -89,7 +89,7 @@ def integrated(cls: type[Quadrature], case: Case) -> Integral:
 
 
 def wrong(quadrature: Quadrature, cases: list[Case], right: Callable[[Case, Integral], bool]) -> list[str]:
-    """Names of the cases for which something does not hold."""
+    """Names of the cases that violate a condition."""
     return [case.name for case in cases if not right(case, integrated(type(quadrature), case))]
 
 
@@ -101,7 +101,7 @@ def test_error_bounds_the_true_error(quadrature: Quadrature) -> None:
     assert wrong(quadrature, EVERY, lambda case, it: abs(it.value - case.area) <= it.error) == []
 
 
-def test_error_is_not_exaggerated(quadrature: Quadrature) -> None:
+def test_error_estimate_is_not_much_too_large(quadrature: Quadrature) -> None:
     def right(case: Case, result: Integral) -> bool:
         # Nodes next to n are rounded to multiples of eps n, which moves the area by as much where the integrand
         # falls by 1. The estimate may see it in several ways at once.
@@ -114,18 +114,20 @@ def test_error_is_not_exaggerated(quadrature: Quadrature) -> None:
 @pytest.mark.parametrize(
     ("jump", "points"), [(0.3, (0.0, 0.3, 1.0)), (0.0, (0.0, 1.0))], ids=["at-a-point", "at-the-very-end"]
 )
-def test_a_jump_at_a_point_costs_no_accuracy(quadrature: Quadrature, jump: float, points: tuple[float, ...]) -> None:
+def test_jump_at_a_given_point_is_integrated_accurately(
+    quadrature: Quadrature, jump: float, points: tuple[float, ...]
+) -> None:
     result = quadrature.integrate(lambda s: np.where(s <= jump, 0.0, 1.0), points)
     assert abs(result.value - (1 - jump)) <= TOLERANCE
 
 
 @pytest.mark.parametrize("points", [(0.5, 0.5), (1.0, 0.0), ()], ids=["empty", "reversed", "no-point"])
-def test_no_interval_gives_zero(quadrature: Quadrature, points: tuple[float, ...]) -> None:
+def test_empty_interval_gives_zero(quadrature: Quadrature, points: tuple[float, ...]) -> None:
     result = quadrature.integrate(np.ones_like, points)
     assert (result.value, result.error, result.evaluations) == (0.0, 0.0, 0)
 
 
 @pytest.mark.parametrize("upper", [math.nextafter(1.0, 2.0), 1.0 + 1e-15], ids=["one-spacing", "few-spacings"])
-def test_an_interval_without_room_for_nodes_gets_its_area(quadrature: Quadrature, upper: float) -> None:
+def test_interval_of_a_few_floats_is_integrated(quadrature: Quadrature, upper: float) -> None:
     result = quadrature.integrate(lambda s: np.full_like(s, 0.75), (1.0, upper))
     assert abs(result.value - 0.75 * (upper - 1.0)) <= result.error

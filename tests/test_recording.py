@@ -1,4 +1,4 @@
-"""Histories: what is kept when asked for, and that it is what the chain does."""
+"""Histories: their content, and their agreement with the motion of the chain."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_energies_and_forces_are_those_of_the_field() -> None:
     assert record.forces[:, 1] == pytest.approx(stiffness * overlap**1.5, rel=1e-9, abs=1e-12 * UNITS.force)
 
 
-def test_record_goes_on_until_the_last_contact_was_passed_or_the_primary_was_read() -> None:
+def test_a_recording_ends_after_the_last_contact_or_the_measurement_of_the_leading_wave() -> None:
     assert recording_of(result()).times[-1] > result().passages[-1].arrival_time
     found = sw.simulate(SHOCK, CHAIN, rtol=1e-4, waves="primary", record=["energies"])
     assert recording_of(found).times[-1] > found.primary.arrival_time
@@ -87,7 +87,7 @@ def test_interval_and_end_are_those_that_are_given_and_change_no_sample() -> Non
         ("energies", {"kinetic_energy": (81,), "contact_energy": (81,)}),
     ],
 )
-def test_only_what_is_asked_for_is_kept(kept: str, shapes: dict[str, tuple[int, ...]]) -> None:
+def test_only_requested_histories_are_kept(kept: str, shapes: dict[str, tuple[int, ...]]) -> None:
     chain = attrs.evolve(CHAIN, granules=10)
     span = {"interval": UNITS.time / 4, "until": 20 * UNITS.time}
     found = sw.simulate(SHOCK, chain, waves="primary", record=[kept], contacts=[1], **span)
@@ -102,11 +102,11 @@ def test_only_what_is_asked_for_is_kept(kept: str, shapes: dict[str, tuple[int, 
     [
         ({"record": ["forces"]}, "contacts: must be given where record has forces"),
         ({"record": ["forces"], "contacts": [50]}, "at most 8, the last of this chain"),
-        ({"record": ["energies"], "interval": 1e-15}, "interval: must be longer, for the histories would have"),
+        ({"record": ["energies"], "interval": 1e-15}, "interval: must be longer, because the histories would have"),
     ],
     ids=["no-contact", "beyond-the-end", "samples"],
 )
-def test_histories_that_cannot_be_kept_are_refused(settings: dict[str, object], message: str) -> None:
+def test_histories_that_are_too_long_are_refused(settings: dict[str, object], message: str) -> None:
     with pytest.raises(sw.InvalidValueError, match=message):
         recorded(chain=attrs.evolve(CHAIN, granules=10), until=3 * UNITS.time, **settings)
 

@@ -58,7 +58,7 @@ def test_every_separator_is_found(read, separator, decimal):
 
 
 @pytest.mark.parametrize("mark", ["#", "%", "//", "  # "], ids=["hash", "percent", "slashes", "inset"])
-def test_comments_and_blank_lines_stand_anywhere(read, mark):
+def test_comments_and_blank_lines_are_allowed_anywhere(read, mark):
     lines = rows().splitlines()
     text = f"{mark} made in 1.5 h\n\ntime [s], force [N]\n{lines[0]}\n{mark} x\n \t\n" + "\n".join(lines[1:]) + "\n\n"
     record = read(text)
@@ -98,14 +98,17 @@ def test_units_of_the_header_are_converted(read, header, separator, time_unit, f
 COMMA = rows()
 SWAPPED = "".join(f"{f},{t}\n" for t, f in zip(TIMES, FORCES, strict=True))
 MANY = "".join(f"1,{t},20,{f}\n" for t, f in zip(TIMES, FORCES, strict=True))
-NO_TIME = "the time has no unit: seconds are assumed"
-NO_FORCE = "the force has no unit: newtons are assumed"
+NO_TIME = "The time column has no unit: seconds are assumed. A header such as 'time [s]' states the unit."
+NO_FORCE = "The force column has no unit: newtons are assumed. A header such as 'force [N]' states the unit."
 NOTED: dict[str, tuple[str, list[str]]] = {
     "no-header": (COMMA, [NO_TIME, NO_FORCE]),
-    "comment": (f"# hammer\n# time [s], force [N]\n{COMMA}", ["the header was read from the comment in line 2"]),
-    "swapped": (f"force [N],time [s]\n{SWAPPED}", ["time and force are the columns 'time' and 'force'"]),
-    "many": (f"no,Time [s],K,Load cell [N]\n{MANY}", ["time and force are the columns 'Time' and 'Load cell'"]),
-    "names": (f"A [s],B [N]\n{COMMA}", ["time and force are the columns 'A' and 'B'"]),
+    "comment": (
+        f"# hammer\n# time [s], force [N]\n{COMMA}",
+        ["The column names were read from the comment in line 2."],
+    ),
+    "swapped": (f"force [N],time [s]\n{SWAPPED}", ["The time column is 'time', the force column 'force'."]),
+    "many": (f"no,Time [s],K,Load cell [N]\n{MANY}", ["The time column is 'Time', the force column 'Load cell'."]),
+    "names": (f"A [s],B [N]\n{COMMA}", ["The time column is 'A', the force column 'B'."]),
     "quotes": ('"time [s]","force [N]",\n"0","0",\n"0.5","2",\n"1","1.25",\n"2.5","0",\n', []),
     "one-separator-at-an-end": ("time [s],force [N]\n" + COMMA.replace("1.25", "1.25,"), []),
 }
@@ -128,15 +131,24 @@ REFUSED: dict[str, tuple[str, list[str]]] = {
         [":1: unit of time: must be a unit of time (got '9**9"],
     ),
     "three-names": (f"time,force,x\n{COMMA}", [":1: header: must name every column (got 3 names; line 2 has 2"]),
-    "number": (f"time,5\n{COMMA}", [":1: row: must be names of columns, or numbers alone (got 'time,5')"]),
-    "preamble": (f"made by A. Smith\ntime,force\n{COMMA}", [":2: row: must be numbers, after at most one header"]),
-    "two-times": (f"time,t\n{COMMA}", [":2: columns: must be one column of time and one of force (got 2: 'time', 't'"]),
-    "no-header": ("0,1,2\n1,2,3\n", [":1: columns: must be one column of time and one of force (got 3: no header"]),
-    "decimal-comma": ("0,5 1,5\n", [":1: columns: must be one column of time and one of force (got 3: no header"]),
+    "number": (f"time,5\n{COMMA}", [":1: row: must be either column names or numbers, not both (got 'time,5')"]),
+    "preamble": (f"made by A. Smith\ntime,force\n{COMMA}", [":2: row: must be numbers: only one header line"]),
+    "two-times": (
+        f"time,t\n{COMMA}",
+        [":2: columns: must include one time and one force column (got 2 columns: 'time', 't'"],
+    ),
+    "no-header": (
+        "0,1,2\n1,2,3\n",
+        [":1: columns: must include one time and one force column (got 3 columns: no header"],
+    ),
+    "decimal-comma": (
+        "0,5 1,5\n",
+        [":1: columns: must include one time and one force column (got 3 columns: no header"],
+    ),
     "two-decimal-signs": ("0;0\n0,5;1\n1;1.0\n", [f":3: force: {NUMBER} N (got '1.0'; use the decimal comma"]),
     "long-line": ("0,0\n" + "1," * 20_000, [":2: row: must have at most 10000 characters (got 40000)"]),
-    "empty": ("", [": rows: must be numbers, a time and a force"]),
-    "word": ("# c\n\n0,0\n1,x\n", [f":4: force: {NUMBER} N (got 'x'; mend or delete the row)"]),
+    "empty": ("", [": rows: must be numbers, with a time and a force"]),
+    "word": ("# c\n\n0,0\n1,x\n", [f":4: force: {NUMBER} N (got 'x'; correct or delete the row)"]),
     "short": ("0,0\n1\n", [":2: row: must have 2 columns (got 1: '1'"]),
     "long": ("0,0\n0,001,5\n", [":2: row: must have 2 columns (got 3: '0,001,5'; if the comma is the decimal sign"]),
     "nan": ("0,0\nnan,1\n", [f":2: time: {NUMBER} s (got 'nan'; "]),

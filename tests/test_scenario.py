@@ -105,7 +105,7 @@ def test_published_figures_and_requirements(tmp_path: Path) -> None:
 # ---------------------------------------------------------------- records
 
 
-def test_a_record_brings_peak_force_rise_time_and_ratio(tmp_path: Path) -> None:
+def test_a_record_defines_peak_force_rise_time_and_ratio(tmp_path: Path) -> None:
     shock = _load(tmp_path, CHAIN_LINE + RECORD).shock
     assert shock.profile == Tabulated(times=[0, 15e-6, 0.15e-3], forces=[0, 100, 0])
     assert (shock.peak_force, shock.rise_time) == (100.0, 15e-6)
@@ -117,7 +117,7 @@ def test_a_record_is_scaled_to_what_is_given(tmp_path: Path) -> None:
     assert (shock.peak_force, shock.rise_time, shock.profile.duration_ratio) == (50.0, 5e-6, 4.0)
 
 
-def test_a_record_file_is_looked_for_beside_the_scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_record_file_is_searched_beside_the_scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "scenes" / "data").mkdir(parents=True)
     (tmp_path / "scenes" / "data" / "pulse.csv").write_text("time [us],force [N]\n0,0\n15,100\n150,0\n")
     monkeypatch.chdir(tmp_path)
@@ -126,7 +126,7 @@ def test_a_record_file_is_looked_for_beside_the_scenario(tmp_path: Path, monkeyp
     assert load_scenario(path).shock.peak_force == 100.0
 
 
-def test_a_missing_record_is_located_and_alone_a_file_access_error(tmp_path: Path) -> None:
+def test_a_missing_record_is_located_and_if_it_is_the_only_error_a_file_access_error(tmp_path: Path) -> None:
     record = "shock: {profile: tabulated, parameters: {file: no.csv}}"
     with pytest.raises(FileAccessError, match=r"\.yaml:2:48: shock\.parameters\.file: .*no\.csv: cannot be read"):
         _load(tmp_path, CHAIN_LINE + record)
@@ -150,7 +150,7 @@ def test_templates_load_and_have_every_key(tmp_path: Path, profile: str) -> None
     assert {key.name for block in blocks for key in block if f" {key.name}:" not in text.replace("\n", " ")} == set()
 
 
-def test_what_a_template_comments_out_is_valid_too(tmp_path: Path) -> None:
+def test_commented_lines_of_a_template_are_valid(tmp_path: Path) -> None:
     text = template().replace("material: paper-steel", "").replace("\n  # material:", "\n  material:")
     text = text.replace("\n  #   ", "\n    ").replace("\n#   ", "\n  ")
     for key in ("published", "sweep", "uncertainty", "  granules", "  quadrature"):

@@ -56,7 +56,7 @@ def test_schema_is_one_of_draft_07_and_the_same_in_every_process() -> None:
     assert json.loads(done.stdout) == schema()
 
 
-def test_every_key_is_there_and_says_what_it_is_for() -> None:
+def test_every_key_is_present_with_its_meaning() -> None:
     top = schema()["properties"]
     assert [*top] == [key.name for key in keys.SCENARIO]
     forms = {name: form for block in top.values() for name, form in {"": block, **block.get("properties", {})}.items()}
@@ -110,7 +110,7 @@ ADMITTED = {
 
 
 @pytest.mark.parametrize("name", ADMITTED)
-def test_what_the_loader_admits_is_admitted(tmp_path: Path, name: str) -> None:
+def test_the_schema_accepts_what_the_loader_accepts(tmp_path: Path, name: str) -> None:
     path = tmp_path / "scenario.yaml"
     path.write_text(ADMITTED[name], encoding="utf-8")
     assert load_scenario(path).shock.peak_force > 0
@@ -159,7 +159,7 @@ REJECTED = {
 
 
 @pytest.mark.parametrize("name", REJECTED)
-def test_more_that_the_loader_refuses_is_rejected_in_its_place(tmp_path: Path, name: str) -> None:
+def test_further_errors_are_rejected_in_their_place(tmp_path: Path, name: str) -> None:
     text, place = REJECTED[name]
     path = tmp_path / "bad.yaml"
     path.write_text(text, encoding="utf-8")

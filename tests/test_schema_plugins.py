@@ -172,7 +172,7 @@ class TestPlugin:
         profile = _load(tmp_path, _pulse("undeclared", text, ", duration_ratio: 2")).shock.profile
         assert (profile.count, profile.kind, profile.weights) == (3, "even", (1.0, 0.5))
 
-    def test_other_errors_of_the_constructor_are_the_plugins_fault(self, tmp_path: Path) -> None:
+    def test_other_errors_of_the_constructor_are_errors_of_the_plugin(self, tmp_path: Path) -> None:
         with pytest.raises(PluginError, match=r"profile 'plain' of fake-pulses: .*ZeroDivisionError"):
             _load(tmp_path, _pulse("plain", "power: 0"))
 
@@ -190,7 +190,7 @@ class TestPlugin:
             ("declared", "    # knots: [1]  # knots, each > 0 s"),
             ("undeclared", "    kind: odd"),
             ("undeclared", "    # weights: []"),
-            ("plain", "  # duration: 150 us  # whole duration n t0, in place of the rise time, > 0 s"),
+            ("plain", "  # duration: 150 us  # whole duration n t0, instead of the rise time, > 0 s"),
         ],
     )
     def test_templates_hold_its_parameters_and_load(

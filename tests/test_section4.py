@@ -31,7 +31,7 @@ def _in_units(units: float, n: float = 2.0) -> sw.Shock:
 @pytest.mark.parametrize(
     ("tolerance", "relation"), [(0.0, "greater"), (0.0215, "greater"), (0.0225, "equal"), (0.5, "equal")], ids=str
 )
-def test_how_near_counts_as_equal_is_the_user_s_choice(tolerance: float, relation: str) -> None:
+def test_the_tolerance_of_equality_is_a_setting(tolerance: float, relation: str) -> None:
     # The sides of Table 1's first row differ by 2.204 %.
     predictor = sw.Predictor(momentum_coefficient="paper", equal_tolerance=tolerance)
     outcome = predictor.predict(_power((10, 1, 5), 15e-6), CHAIN)

@@ -1,4 +1,4 @@
-"""Many shocks at once: as one by one, in order, each failing alone."""
+"""Many shocks at once: order, failures, progress, and agreement with single simulations."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import pytest
 
 import shockwave as sw
 from scenes import CHAIN, power, random_pulses
+from shockwave.progress import progress_shown
 
 # More than share a vector, and enough for two threads.
 PULSES = random_pulses(seed=5, count=40)
@@ -31,7 +32,7 @@ def test_many_by_another_pair_are_equal_to_single_runs(integrator: str) -> None:
 
 
 @pytest.mark.parametrize("threads", [1, 4])
-def test_number_of_threads_changes_nothing(threads: int | None) -> None:
+def test_the_number_of_threads_does_not_change_results(threads: int | None) -> None:
     assert sw.simulate_many(PULSES, CHAIN, threads=threads) == singles()
 
 
@@ -50,7 +51,7 @@ BAD = {
 
 @pytest.mark.parametrize("name", BAD)
 @pytest.mark.parametrize("integrator", [None, "verlet"], ids=["search", "march"])
-def test_a_shock_that_fails_stands_as_an_error_in_its_place(name: str, integrator: str | None) -> None:
+def test_a_failed_shock_has_its_error_in_its_place(name: str, integrator: str | None) -> None:
     shock, kind, message = BAD[name]
     before, error, after = sw.simulate_many([PULSES[0], shock, PULSES[4]], CHAIN, integrator=integrator)
     assert isinstance(error, kind)
@@ -63,7 +64,7 @@ def test_no_shock_gives_no_result(backend: str) -> None:
     assert sw.simulate_many([], CHAIN, backend=backend) == []  # type: ignore[arg-type]
 
 
-def test_each_shock_may_have_a_chain_of_its_own() -> None:
+def test_each_shock_can_have_its_own_chain() -> None:
     chains = [attrs.evolve(CHAIN, granules=granules) for granules in (None, 5, 20, 100, 300)]
     many = sw.simulate_many(FEW, chains)
     assert many == [sw.simulate(pulse, chain) for pulse, chain in zip(FEW, chains, strict=True)]
@@ -72,3 +73,23 @@ def test_each_shock_may_have_a_chain_of_its_own() -> None:
 def test_a_wrong_number_of_chains_is_refused() -> None:
     with pytest.raises(sw.InvalidValueError, match=r"chain: must be one, or one for each shock \(got 2\)"):
         sw.simulate_many(FEW, [CHAIN, CHAIN])
+
+
+@pytest.mark.parametrize("backend", ["auto", "numpy"])
+def test_progress_of_many_is_reported_with_the_total(backend: str) -> None:
+    reports = []
+    with progress_shown(lambda *report: reports.append(report)):
+        sw.simulate_many(PULSES, CHAIN, rtol=1e-3, backend=backend, waves="primary")  # type: ignore[arg-type]
+    counts = [done for work, done, total in reports if work == "simulations" and total == len(PULSES)]
+    assert counts == sorted(counts)
+    assert (counts[0], counts[-1]) == (0, len(PULSES))
+
+
+def test_progress_of_a_wave_train_is_reported_with_the_total_in_the_second_run() -> None:
+    reports = []
+    with progress_shown(lambda *report: reports.append(report)):
+        _ = sw.simulate(FEW[0], CHAIN).train
+    works, done, totals = zip(*reports, strict=True)
+    assert list(dict.fromkeys(works)) == ["wave train, run 1 of 2", "wave train, run 2 of 2"]
+    assert totals[0] is None
+    assert totals[-2] == done[works.index("wave train, run 2 of 2") - 1]

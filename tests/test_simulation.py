@@ -1,4 +1,4 @@
-"""What `simulate` promises: reference shocks, the limit of an impact, trains, results."""
+"""Simulations: reference shocks, the limit of an impact, trains, results."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_recoil_is_accurate_to_its_error() -> None:
     assert abs(loose.recoil_momentum - tight.recoil_momentum) <= loose.recoil_error
 
 
-def test_a_taller_wave_behind_overtakes_before_it_is_read() -> None:
+def test_a_stronger_wave_behind_overtakes_before_it_is_measured() -> None:
     record = sw.Tabulated(times=np.array([0, 1, 2, 8, 9, 10]) * UNITS.time, forces=[0, 50, 0, 0, 100, 0])
     result = sw.simulate(sw.Shock(profile=record), CHAIN)
     first, second, *_ = result.waves
@@ -111,7 +111,7 @@ COLLIDING = sw.Tabulated(
 
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6])
-def test_waves_are_read_after_their_collisions(rtol: float) -> None:
+def test_waves_are_measured_after_their_collisions(rtol: float) -> None:
     result = sw.simulate(shock(COLLIDING, 12.4 / COLLIDING.duration_ratio), CHAIN, rtol=rtol)
     # read at contacts 200 to 500 of a chain integrated by other means
     assert result.peak_force == pytest.approx(112.0327, rel=rtol + 5e-7)
@@ -119,7 +119,7 @@ def test_waves_are_read_after_their_collisions(rtol: float) -> None:
 
 
 @pytest.mark.parametrize("rtol", [1e-2, 1e-4, 1e-6])
-def test_count_of_waves_does_not_depend_on_the_tolerance(rtol: float) -> None:
+def test_the_number_of_waves_does_not_depend_on_the_tolerance(rtol: float) -> None:
     record = sw.Tabulated(times=[0, 0.4757, 1], forces=[0.4456, 1, 0.331])
     result = sw.simulate(shock(record, 4.67 / record.duration_ratio), CHAIN, rtol=rtol)
     # the third has 0.61 % of the primary, the threshold is 0.5 %
@@ -129,7 +129,7 @@ def test_count_of_waves_does_not_depend_on_the_tolerance(rtol: float) -> None:
 # ---------------------------------------------------------------- results
 
 
-def test_results_are_equal_by_value_whether_their_train_was_looked_at_or_not() -> None:
+def test_results_are_equal_by_value_with_and_without_their_train() -> None:
     result = sw.simulate(power(0.5), CHAIN)
     before = result.cost
     assert result.train is result.train
@@ -144,19 +144,19 @@ def test_a_result_is_frozen() -> None:
         train().error_estimate = 1.0  # type: ignore[misc]
 
 
-def test_a_result_with_another_name_or_from_another_process_keeps_its_figures() -> None:
+def test_a_result_that_is_renamed_or_from_another_process_keeps_its_values() -> None:
     named = pickle.loads(pickle.dumps(attrs.evolve(train(), scenario="mine")))
     assert named.waves == train().waves
     assert named.to_dict()["scenario"] == "mine"
 
 
-# ---------------------------------------------------------------- nothing before it is asked for
+# ---------------------------------------------------------------- computation on demand
 
 
 ENDS = ("recoil_momentum", "recoil_error", "recoil_velocities", "ejected_granules", "spall_velocities")
 
 
-def test_only_figures_of_the_train_integrate_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_access_to_the_train_integrates_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("shockwave.measurement.train.train_of", Mock(side_effect=AssertionError("integrated")))
     result, alone = sw.simulate(CASE_A, CHAIN), sw.simulate(CASE_A, CHAIN, waves="primary")
     names = "peak_force amplification primary error_estimate momentum_defect energy_defect cost warnings"
@@ -171,7 +171,7 @@ def test_only_figures_of_the_train_integrate_it(monkeypatch: pytest.MonkeyPatch)
             getattr(result, name)
 
 
-def test_a_peak_force_loads_neither_scipy_nor_what_measures_a_train() -> None:
+def test_a_peak_force_imports_neither_scipy_nor_the_modules_of_trains() -> None:
     program = (
         "import sys; sys.path.insert(0, 'tests'); from scenes import CASE_A, CHAIN, sw\n"
         "assert sw.simulate(CASE_A, CHAIN).peak_force > 0\n"
@@ -245,7 +245,7 @@ def test_primary_and_recoil_of_an_impact() -> None:
     assert shares == pytest.approx([-0.0710850, -0.0302738, -0.0158334, -0.0088857], rel=1e-4)
 
 
-def test_an_impact_keeps_momentum_and_follows_the_impulse_law() -> None:
+def test_an_impact_conserves_momentum_and_follows_the_impulse_limit() -> None:
     result, _ = impact()
     # the wave is the only one above the threshold; rtol of the train
     assert result.applied_momentum - result.recoil_momentum == pytest.approx(result.waves[0].momentum, rel=1e-6)

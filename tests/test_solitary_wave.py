@@ -1,4 +1,4 @@
-"""The solitary wave: its constants from a fixed point solved afresh, and its quantities in SI."""
+"""The solitary wave: its constants from a new solution of the fixed point, and its properties in SI units."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def test_a_wave_scales_with_its_peak_force(quantity: str, factor: float) -> None
     assert ratio == pytest.approx(factor ** QUANTITIES[quantity][1], rel=1e-13)  # powers of 1e9
 
 
-def test_a_coefficient_changes_the_momentum_alone() -> None:
+def test_a_coefficient_changes_only_the_momentum() -> None:
     exactly, paper = (SolitaryWave.of(80.0, BEADS, coefficient) for coefficient in (4.344507853978653, 13 / 3))
     assert paper.momentum == pytest.approx(BEADS.momentum_parameter(13 / 3) * 80.0 ** (5 / 6), rel=1e-12)
     assert attrs.evolve(paper, momentum=0.0) == attrs.evolve(exactly, momentum=0.0)

@@ -1,4 +1,4 @@
-"""Extreme cases: those of the catalogue pass, its checks can fail; accuracy of steep, rough and slow shocks."""
+"""Extreme cases: the catalogue passes, and its checks can fail; accuracy of steep, rough and slow shocks."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from shockwave.benchmark.stress import Row, Stress, checked
 from shockwave.simulation.backend import compiled
 
 QUICK = [case for case in CASES if case.limit <= 60]
-#: One of each kind of check, for the code in NumPy.
+#: One case for each kind of check, for the NumPy backend.
 WITH_NUMPY = ("rates-1e-12", "small-weak-stiff", "rise-time-1e-12", "two-granules-blow", "steep-decay", "no-force")
 
 
 def case(check: str, scene: tuple[float, ...] = (0.5, 1, 3, 0.5), **fields: object) -> Case:
-    """A case that is in no catalogue, of a shock that is not short."""
-    options = {"waves": "primary"}
-    return Case(name="trial", theme="trials", asked="?", check=check, scene={"power": scene}, options=options, **fields)  # type: ignore[arg-type]
+    """A case outside the catalogue, with a shock that is not short."""
+    fields = {"scene": {"power": scene}, "options": {"waves": "primary"}, **fields}
+    return Case(name="trial", theme="trials", description="a shock", check=check, **fields)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("one", thinned(QUICK, 8), ids=lambda one: one.name)
@@ -47,7 +47,7 @@ def test_names_are_unique_checks_exist_and_the_page_lists_every_case() -> None:
     names = [*(one.name for one in CASES), *{one.theme for one in CASES}]
     assert len(set(names)) == len(names)
     assert {one.check for one in CASES} == set(CHECKS)
-    assert table("docs/stress.md", "cases") == [[f"`{one.name}`", one.asked, one.must] for one in CASES]
+    assert table("docs/stress.md", "cases") == [[f"`{one.name}`", one.description, one.must] for one in CASES]
 
 
 # ---------------------------------------------------------------- checks can fail
@@ -64,7 +64,7 @@ def test_names_are_unique_checks_exist_and_the_page_lists_every_case() -> None:
         pytest.param(case("refused", (1, 1, 1, 1), message="must be > 0"), 1, id="an error with another message"),
     ],
 )
-def test_what_must_not_happen_is_a_fault(one: Case, count: int) -> None:
+def test_wrong_result_is_a_fault(one: Case, count: int) -> None:
     assert len(checked(one, "numpy").faults) == count
 
 
@@ -73,11 +73,11 @@ def test_what_must_not_happen_is_a_fault(one: Case, count: int) -> None:
     [
         ({"chain_momentum": 1 + 1e-11}, 1e-6, "the momentum balance is violated by 1.0e-11"),
         ({"energy": math.nan}, 1e-6, "a value of the result is not finite"),
-        ({}, 1e-13, "the tolerance was not met"),
+        ({}, 1e-13, "The tolerance was not met"),
     ],
     ids=["momentum", "not-finite", "tolerance"],
 )
-def test_a_result_that_is_not_sound_is_a_fault(
+def test_unsound_result_is_a_fault(
     changes: dict[str, float], rtol: float, fault: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     result = sw.simulate(power(0.5), CHAIN, waves="primary", rtol=rtol)
@@ -102,12 +102,12 @@ def crashed(name: str, backend: str) -> None:
 @pytest.mark.parametrize(
     ("work", "limit", "outcome"),
     [
-        (hung, 0.1, "does not end: stopped after 0.1 s"),
-        (crashed, 60.0, "its process ended with status -6"),
+        (hung, 0.1, "stopped at the time limit of 0.1 s"),
+        (crashed, 60.0, "the process ended with status -6"),
     ],
     ids=["hangs", "crashes"],
 )
-def test_a_case_that_does_not_end_as_it_should_is_a_row_that_says_so(
+def test_case_that_hangs_or_crashes_has_a_row_that_states_it(
     work: object, limit: float, outcome: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(stress, "_in_process", work)
@@ -116,15 +116,20 @@ def test_a_case_that_does_not_end_as_it_should_is_a_row_that_says_so(
     assert (row.finding.outcome, row.passed) == (outcome, False)
 
 
-FAILED = Stress((Row(case("law"), "numpy", Finding("1 F0", ("it is wrong",), math.inf, 1e-6), 0.5),), 1.0)
+WRONG = Row(case("law", must="law"), "numpy", Finding("1 F0", ("it is wrong",), math.inf, 1e-6), 0.5)
+FAILED = Stress((attrs.evolve(WRONG, finding=Finding("2 F0")), WRONG), 1.0)
 
 
-def test_a_failure_ends_with_1_and_says_why() -> None:
+def test_failed_cases_come_first_with_the_reason_and_the_exit_status_is_1() -> None:
     assert FAILED.exit_code == 1
-    assert str(FAILED).endswith("trial (numpy): it is wrong\n0 of 1 passed in 1.0 s")
+    lines = str(FAILED).splitlines()
+    assert lines[0] == "1 of 2 cases passed (1.0 s)"
+    reason = "trial (numpy), a shock: it is wrong (result: 1 F0; required: law)"
+    assert lines[1].strip() == f"! {reason}"
+    assert [line.split()[2] for line in lines[5:7]] == ["FAILED", "passed"]
 
 
-def test_rows_are_in_the_order_of_the_catalogue_and_the_document_holds_no_nan() -> None:
+def test_rows_are_in_the_order_of_the_catalogue_and_the_document_contains_no_nan() -> None:
     passed = stress.stress(["two-granules-blow", "duration-ratio-1"], backend="numpy")
     assert [row.case.name for row in passed.rows] == ["duration-ratio-1", "two-granules-blow"]
     for result, code in ((passed, 0), (FAILED, 1)):
@@ -136,13 +141,13 @@ def test_rows_are_in_the_order_of_the_catalogue_and_the_document_holds_no_nan() 
         ]
 
 
-def test_a_name_that_is_no_case_is_answered_with_the_nearest() -> None:
+def test_error_for_an_unknown_name_suggests_the_nearest() -> None:
     with pytest.raises(sw.UnknownNameError, match="did you mean 'steep-decay'"):
         find(["steep-decya"])
 
 
 @pytest.mark.slow
-def test_both_backends_are_run_unless_one_is_given_or_nothing_is_stepped() -> None:
+def test_both_backends_are_run_where_the_result_depends_on_them() -> None:
     both = ["numpy"] if compiled is None else ["compiled", "numpy"]
     rows = stress.stress(["two-granules", "one-granule", "slow-push-radau"]).rows
     assert [row.backend for row in rows] == [*both, "numpy", "numpy"]
@@ -170,7 +175,7 @@ def power_law(rise: float, decay: float, ratio: float) -> sw.PowerLaw:
     return sw.PowerLaw(rise_exponent=rise, decay_exponent=decay, duration_ratio=ratio)
 
 
-#: Layers within a step, whose work the stages of the step did not see: each was said to miss its tolerance.
+#: Shocks with layers inside a step, whose work the stages of the step do not resolve.
 STEEP = {
     "drop-at-the-end": (exponential(1e-12, -700.0, 1e4), 0.8187274743520316),
     "drop-after-the-peak": (exponential(1.0, 1e4, 3.0), 6.0),
@@ -182,7 +187,7 @@ STEEP = {
 
 
 @pytest.mark.parametrize("name", STEEP)
-def test_steep_pulses_are_accurate_to_their_estimate_and_to_any_tolerance(name: str) -> None:
+def test_error_of_steep_pulses_is_within_the_estimate_at_any_tolerance(name: str) -> None:
     found, tight = (primary(lasting(*STEEP[name]), rtol=rtol) for rtol in (1e-6, 1e-10))
     assert found.warnings == ()
     assert abs(found.peak_force / tight.peak_force - 1) <= found.error_estimate + tight.error_estimate
@@ -191,10 +196,10 @@ def test_steep_pulses_are_accurate_to_their_estimate_and_to_any_tolerance(name: 
 
 @each_backend
 @pytest.mark.parametrize("count", [200, 1000])
-def test_noise_does_not_count_as_lost_energy(count: int, backend: str) -> None:
+def test_noise_does_not_increase_the_energy_defect(count: int, backend: str) -> None:
     found = primary(noisy(count)[0], backend=backend)
     assert found.error_estimate < 1e-6
-    # by the stages' own integral of the impulse it was 3e-7 to 1e-6
+    # with the integral of the impulse from the stages it would be 3e-7 to 1e-6
     assert found.energy_defect < 1.5e-7
 
 
@@ -202,7 +207,7 @@ def test_noise_does_not_count_as_lost_energy(count: int, backend: str) -> None:
 def test_finer_samples_of_a_smooth_pulse_take_no_more_steps(backend: str) -> None:
     coarse, fine = (primary(sampled(count)[0], backend=backend) for count in (10_001, 100_001))
     assert fine.found.steps < 1.5 * coarse.found.steps
-    # a hundredth of the error allowed in a step: the two are the same pulse to 1e-8
+    # the two pulses differ by 1e-8, a hundredth of the permitted error of a step
     assert fine.peak_force == pytest.approx(coarse.peak_force, rel=1e-7)
 
 

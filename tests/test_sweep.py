@@ -1,4 +1,4 @@
-"""Sweeps: every point once, with the result of its scene alone; resumed, refused and mended."""
+"""Sweeps: every point once, with the result of its own scene; resumption, refusal and repair."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SHOCK = (
 )
 GRID = "sweep: {grid: {shock.duration_ratio: [2, 4], shock.rise_time: {linspace: [2 us, 6 us, 20]}}}\n"
 SIMULATE = "simulate: {rtol: 1e-4}\n"
-# The second value is a number, and none that a chain can have: its mass leaves the range of a float.
+# With the second value, the mass of a granule exceeds the range of a float.
 BROKEN = "sweep: {grid: {chain.diameter: [1 mm, 1e200]}}\n"
 
 
@@ -46,7 +46,7 @@ def written(folder: Path, text: str, name: str = "scene.yaml") -> Path:
 
 
 def swept(file: Path, folder: Path, **settings: Any) -> SweepReport:
-    """Run in this process, which is quick."""
+    """Run in this process, without workers."""
     with ThreadPoolExecutor(1) as executor:
         return run_sweep(file, folder, executor, **settings)
 
@@ -56,7 +56,7 @@ def journal(folder: Path) -> list[dict[str, Any]]:
 
 
 def rows(folder: Path) -> dict[int, dict[str, Any]]:
-    """Values by name, of each point."""
+    """Values by name for each point."""
     names = [column["name"] for column in json.loads((folder / "sweep.json").read_text())["columns"]]
     return {line["index"]: dict(zip(names, line["values"], strict=True)) for line in journal(folder)}
 
@@ -68,24 +68,24 @@ def tables(folder: Path) -> dict[str, bytes]:
 # ---------------------------------------------------------------- points
 
 
-def test_every_point_has_one_line_and_the_answer_of_its_scene_alone(scenario: Path, tmp_path: Path) -> None:
+def test_every_point_has_one_line_with_the_result_of_its_own_scene(scenario: Path, tmp_path: Path) -> None:
     report = swept(scenario, tmp_path / "out")
     assert (report.points, report.done, report.exit_code) == (40, 40, 0)
     assert sorted(line["index"] for line in journal(tmp_path / "out")) == list(range(40))
-    found = rows(tmp_path / "out")[27]  # the eighth of the second twenty
+    found = rows(tmp_path / "out")[27]  # second duration ratio, eighth rise time
     shock = sw.Shock(
         profile=sw.PowerLaw(rise_exponent=1, decay_exponent=1, duration_ratio=4),
         peak_force=100.0,
         rise_time=load_scenario(scenario).sweep.point(27)["shock.rise_time"],  # type: ignore[union-attr]
     )
     alone = sw.simulate(shock, load_scenario(scenario).chain, rtol=1e-4, waves="primary")
-    # to the last bit: which shocks run side by side makes no difference
+    # equal to the last bit: results do not depend on the other shocks of the batch
     assert found["peak_force"] == alone.peak_force
     assert found["error_estimate"] == alone.error_estimate
     assert (found["momentum"], found["speed"]) == (alone.primary.momentum, alone.primary.speed)
 
 
-def test_a_comparison_has_both_answers(tmp_path: Path) -> None:
+def test_a_comparison_has_predicted_and_simulated_values(tmp_path: Path) -> None:
     file = written(tmp_path, "sweep: {zip: {shock.rise_time: [4 us, 20 us], chain.diameter: [8 mm, 10 mm]}}\n")
     swept(file, tmp_path / "out")
     scene = Family(load_scenario(file)).scenario({"shock.rise_time": 2e-5, "chain.diameter": 1e-2})
@@ -98,7 +98,7 @@ def test_a_comparison_has_both_answers(tmp_path: Path) -> None:
     assert (found["predicted_expected_error_low"], found["predicted_expected_error_high"]) == expected
 
 
-def test_a_prediction_leaves_out_what_does_not_apply(tmp_path: Path) -> None:
+def test_values_that_do_not_apply_are_empty(tmp_path: Path) -> None:
     file = written(tmp_path, "predict: {model: section-4}\nsweep: {grid: {shock.rise_time: [4 us, 1 ms]}}\n")
     swept(file, tmp_path / "out")
     ejection, train = (rows(tmp_path / "out")[index] for index in (0, 1))
@@ -108,38 +108,38 @@ def test_a_prediction_leaves_out_what_does_not_apply(tmp_path: Path) -> None:
     assert train["waves"] > 1
 
 
-def test_what_a_single_run_notes_is_noted_at_the_point(tmp_path: Path) -> None:
+def test_warnings_of_a_point_are_in_its_notes(tmp_path: Path) -> None:
     file = written(tmp_path, "sweep: {run: compare, grid: {chain.granules: [3, 100]}}\n")
     swept(file, tmp_path / "out")
     notes = [json.loads(line)["notes"] for line in (tmp_path / "out" / "results.jsonl").read_text().splitlines()]
-    assert "a chain of 3 granules is too short for the steady wave that is predicted" in notes[0]
-    assert "the waves reach the free end" in notes[0]
+    assert "The chain of 3 granules is too short for the predicted steady wave" in notes[0]
+    assert "The largest contact force is" in notes[0]
     assert notes[1] is None or "too short" not in notes[1]
 
 
-@pytest.mark.parametrize(("asked", "there"), [("", False), (", waves: train", True)], ids=["left out", "asked for"])
-def test_the_train_is_measured_where_the_scenario_says_so(tmp_path: Path, asked: str, there: bool) -> None:
-    block = f"simulate: {{rtol: 1e-3{asked}}}\nsweep: {{grid: {{shock.rise_time: [10 us]}}}}\n"
+@pytest.mark.parametrize(("waves", "measured"), [("", False), (", waves: train", True)], ids=["default", "train"])
+def test_the_train_is_measured_if_the_scenario_requests_it(tmp_path: Path, waves: str, measured: bool) -> None:
+    block = f"simulate: {{rtol: 1e-3{waves}}}\nsweep: {{grid: {{shock.rise_time: [10 us]}}}}\n"
     swept(written(tmp_path, block), tmp_path / "out")
     found = rows(tmp_path / "out")[0]
-    assert ("recoil_momentum" in found) == there
+    assert ("recoil_momentum" in found) == measured
     assert found.get("recoil_momentum", -1.0) < 0
 
 
-# ---------------------------------------------------------------- however it is run
+# ---------------------------------------------------------------- workers and resumption
 
 
-def test_results_are_the_same_however_it_is_run(scenario: Path, tmp_path: Path) -> None:
+def test_results_do_not_depend_on_workers_or_interrupts(scenario: Path, tmp_path: Path) -> None:
     swept(scenario, tmp_path / "one")
     run_sweep(scenario, tmp_path / "two", workers=2)
     assert tables(tmp_path / "one") == tables(tmp_path / "two")
-    # begun, torn within a line, and resumed
+    # cut off within a line, and resumed
     swept(scenario, tmp_path / "three")
     file = tmp_path / "three" / "journal.jsonl"
     file.write_bytes(file.read_bytes()[:3000])
     report = swept(scenario, tmp_path / "three")
     assert 0 < report.before < 40
-    assert any("was torn" in note for note in report.notes)
+    assert any("is incomplete" in note for note in report.notes)
     assert tables(tmp_path / "one") == tables(tmp_path / "three")
 
 
@@ -151,14 +151,14 @@ def test_a_finished_sweep_has_nothing_to_do(scenario: Path, tmp_path: Path, caps
     assert tables(tmp_path / "out") == before
 
 
-def test_units_and_names_make_no_other_sweep(scenario: Path, tmp_path: Path) -> None:
+def test_units_and_names_do_not_change_the_sweep(scenario: Path, tmp_path: Path) -> None:
     swept(scenario, tmp_path / "out")
     text = scenario.read_text().replace("9.5 mm", "0.95 cm").replace("[2 us, 6 us", "[2000 ns, 6e-6")
-    scenario.write_text(f"name: called anew\n{text}")
+    scenario.write_text(f"name: another name\n{text}")
     assert swept(scenario, tmp_path / "out").before == 40
 
 
-def test_records_are_found_from_any_folder_and_a_changed_one_is_refused(
+def test_records_are_found_from_any_folder_and_changed_records_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name, last in (("a", 20), ("b", 30)):
@@ -169,12 +169,12 @@ def test_records_are_found_from_any_folder_and_a_changed_one_is_refused(
         "sweep: {grid: {shock.parameters.file: [a.csv, b.csv]}}\n"
     )
     monkeypatch.chdir(tmp_path)
-    # processes may have begun in another folder
+    # the workers may run in another folder
     assert run_sweep(file.name, "out", workers=1).done == 2
     assert rows(tmp_path / "out")[1]["peak_force"] > rows(tmp_path / "out")[0]["peak_force"]
     content = point_evaluation.content_of(points_of(file.name))
     (tmp_path / "b.csv").write_text("time [us],force [N]\n0,0\n10,100\n40,0\n")
-    # a worker with a disk of its own
+    # as on a worker with its own disk
     with pytest.raises(sw.UsageError, match=r"got a worker with named\.file b\.csv '\w+.*, now '\w+.*; install"):
         point_evaluation.run_batch(content, [0, 1])
     with pytest.raises(sw.InvalidValueError, match=r"got named\.file b\.csv"):
@@ -184,7 +184,7 @@ def test_records_are_found_from_any_folder_and_a_changed_one_is_refused(
 # ---------------------------------------------------------------- refusals
 
 
-def test_another_scenario_is_refused_with_the_differences(scenario: Path, tmp_path: Path) -> None:
+def test_another_scenario_is_refused_and_the_differences_are_listed(scenario: Path, tmp_path: Path) -> None:
     swept(scenario, tmp_path / "out")
     scenario.write_text(scenario.read_text().replace("1e-4", "1e-5"))
     with pytest.raises(sw.InvalidValueError, match=r"scenario\.simulate\.rtol 0\.0001, now 1e-05"):
@@ -198,12 +198,12 @@ def test_another_version_is_refused_unless_accepted(
     file = tmp_path / "out" / "journal.jsonl"
     file.write_text("".join(file.read_text().splitlines(keepends=True)[:30]))
     monkeypatch.setattr(sw, "__version__", "99.0")
-    with pytest.raises(sw.InvalidValueError, match=r"versions\.shockwave '0.*', now '99\.0'; --accept-versions"):
+    with pytest.raises(sw.InvalidValueError, match=r"versions\.shockwave '0.*', now '99\.0'; use --accept-versions"):
         swept(scenario, tmp_path / "out")
     report = swept(scenario, tmp_path / "out", accept_versions=True)
     assert (report.before, report.done) == (30, 40)
     assert any("other versions" in note for note in report.notes)
-    # and from then on without being asked
+    # accepted from then on
     assert swept(scenario, tmp_path / "out").before == 40
 
 
@@ -218,7 +218,7 @@ def test_a_point_whose_line_is_damaged_is_run_again(scenario: Path, tmp_path: Pa
     assert (tmp_path / "out" / "results.csv").read_bytes() == whole
 
 
-def test_a_sweep_depends_on_the_plugins_of_its_points_alone(tmp_path: Path, install: Install) -> None:
+def test_a_sweep_depends_only_on_the_plugins_of_its_points(tmp_path: Path, install: Install) -> None:
     file = tmp_path / "scene.yaml"
     triangle = CHAIN + "shock: {profile: triangular, peak_force: 100 N, rise_time: 5 us, duration_ratio: 3}\n" + GRID
     for name in ("mine", "other"):
@@ -231,7 +231,7 @@ def test_a_sweep_depends_on_the_plugins_of_its_points_alone(tmp_path: Path, inst
     assert found == [set(), {"mine"}, {"other"}]
 
 
-def test_the_lock_of_a_killed_client_holds_nobody_up(scenario: Path, tmp_path: Path) -> None:
+def test_the_lock_of_a_killed_client_is_released(scenario: Path, tmp_path: Path) -> None:
     program = (
         "import sys, time; from pathlib import Path; from shockwave.sweep.journal import Journal\n"
         "with Journal(Path(sys.argv[1]), 1).locked(): print('held', flush=True); time.sleep(60)"
@@ -248,23 +248,25 @@ def test_the_lock_of_a_killed_client_holds_nobody_up(scenario: Path, tmp_path: P
     assert swept(scenario, tmp_path / "out").done == 40
 
 
-def test_a_folder_with_something_else_is_refused(scenario: Path, tmp_path: Path) -> None:
+def test_a_folder_with_other_files_is_refused(scenario: Path, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "thesis.tex").touch()
-    with pytest.raises(sw.FileAccessError, match=r"must be new, or hold a sweep \(got a folder with thesis\.tex"):
+    with pytest.raises(
+        sw.FileAccessError, match=r"must be a new folder or hold a sweep \(got a folder with thesis\.tex"
+    ):
         swept(scenario, tmp_path / "out")
 
 
 USAGE = {
     "no sweep": (SIMULATE, [], 3, "sweep: must be given"),
     "unknown executor": (GRID, ["--executor", "abacus"], 2, "processes, dask or dask=ADDRESS"),
-    "nothing to resume": (GRID, ["--resume"], 2, "must be given a sweep that was begun"),
+    "nothing to resume": (GRID, ["--resume"], 2, "must hold a sweep to resume"),
     "folder is a file": (GRID, ["--out", "scene.yaml"], 5, "scene.yaml: cannot be"),
 }
 
 
 @pytest.mark.parametrize("case", USAGE)
-def test_a_wrong_call_is_answered_in_a_sentence(
+def test_a_wrong_call_gives_a_short_error_message(
     case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text, options, status, part = USAGE[case]
@@ -278,7 +280,7 @@ def test_a_wrong_call_is_answered_in_a_sentence(
 # ---------------------------------------------------------------- points that fail
 
 
-def test_a_point_that_fails_stops_no_other(tmp_path: Path) -> None:
+def test_a_failed_point_does_not_stop_the_others(tmp_path: Path) -> None:
     file = written(tmp_path, SIMULATE + BROKEN.replace("[1 mm, 1e200]", "[1 mm, 1e200, 2 mm]"))
     report = swept(file, tmp_path / "out")
     assert (report.done, report.failed, report.exit_code) == (2, 1, 1)
@@ -286,12 +288,12 @@ def test_a_point_that_fails_stops_no_other(tmp_path: Path) -> None:
     assert "must give granules a mass that a floating-point number can hold" in failed["error"]
 
 
-def test_a_sweep_of_which_no_point_can_be_is_refused(tmp_path: Path) -> None:
+def test_a_sweep_without_a_valid_point_is_refused(tmp_path: Path) -> None:
     with pytest.raises(sw.ScenarioError, match=r"chain\.diameter: must give granules a mass"):
         swept(written(tmp_path, SIMULATE + BROKEN.replace("[1 mm, 1e200]", "[1e200, 2e200]")), tmp_path / "none")
 
 
-def test_the_first_point_that_fails_can_stop_the_others(tmp_path: Path) -> None:
+def test_fail_fast_stops_at_the_first_failure(tmp_path: Path) -> None:
     sizes = ", ".join(["1 mm", "1e200", *(f"{size} mm" for size in range(1, 80))])
     file = written(tmp_path, SIMULATE + f"sweep: {{zip: {{chain.diameter: [{sizes}]}}}}\n")
     report = swept(file, tmp_path / "out", fail_fast=True, workers=1)
@@ -299,7 +301,7 @@ def test_the_first_point_that_fails_can_stop_the_others(tmp_path: Path) -> None:
     assert report.left > 0
 
 
-def test_failed_points_are_run_again_when_asked(
+def test_failed_points_are_run_again_on_request(
     scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fails(*_: Any, **__: Any) -> None:
@@ -316,7 +318,7 @@ def test_failed_points_are_run_again_when_asked(
     assert swept(scenario, tmp_path / "out").done == 40
 
 
-def test_one_that_raises_among_many_is_the_only_one_that_fails(
+def test_only_the_point_that_raises_an_error_fails(
     scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     many = point_evaluation.simulate_many
@@ -331,14 +333,14 @@ def test_one_that_raises_among_many_is_the_only_one_that_fails(
     assert (report.done, report.failed) == (39, 1)
 
 
-def test_a_batch_ends_by_time_and_the_rest_is_sent_again(
+def test_the_rest_of_a_batch_is_sent_again_after_the_time_slice(
     scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     swept(scenario, tmp_path / "whole")
     monkeypatch.setattr(point_evaluation, "SLICE", 1e-9)
-    answers: list[SweepReport] = []
-    assert swept(scenario, tmp_path / "out", progress=answers.append).done == 40
-    assert [answer.done for answer in answers] == list(range(1, 41))
+    reports: list[SweepReport] = []
+    assert swept(scenario, tmp_path / "out", progress=reports.append).done == 40
+    assert [report.done for report in reports] == list(range(1, 41))
     assert tables(tmp_path / "out") == tables(tmp_path / "whole")
 
 
@@ -346,7 +348,7 @@ def test_a_batch_ends_by_time_and_the_rest_is_sent_again(
 
 
 class Interrupted(Executor):
-    """Runs at once, and is interrupted at the third batch."""
+    """Runs batches immediately, and is interrupted at the third one."""
 
     def __init__(self) -> None:
         self.batches = 0
@@ -360,7 +362,7 @@ class Interrupted(Executor):
         return future
 
 
-def test_an_interrupt_keeps_what_is_finished(scenario: Path, tmp_path: Path) -> None:
+def test_an_interrupt_keeps_finished_points(scenario: Path, tmp_path: Path) -> None:
     with pytest.raises(SweepInterrupt) as interrupt:
         run_sweep(scenario, tmp_path / "out", Interrupted(), workers=1)
     finished = interrupt.value.report.done
@@ -369,8 +371,8 @@ def test_an_interrupt_keeps_what_is_finished(scenario: Path, tmp_path: Path) -> 
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no limit on the size of files")
-def test_a_full_disk_is_reported_with_the_file_and_loses_nothing(scenario: Path, tmp_path: Path) -> None:
-    # a limit on the size of files does what a full disk does: part of a line is written, and no more
+def test_a_full_disk_is_reported_and_finished_points_are_kept(scenario: Path, tmp_path: Path) -> None:
+    # a limit on the file size acts like a full disk: only part of a line is written
     program = (
         "import resource, sys; from concurrent.futures import ThreadPoolExecutor\n"
         "from shockwave.sweep.runner import run_sweep; from shockwave import FileAccessError\n"
@@ -380,16 +382,16 @@ def test_a_full_disk_is_reported_with_the_file_and_loses_nothing(scenario: Path,
     )
     command = [sys.executable, "-c", program, str(scenario), str(tmp_path / "out")]
     printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    assert "journal.jsonl: cannot be written (got File too large)" in printed
+    assert "journal.jsonl: cannot be written (File too large)" in printed
     kept = journal(tmp_path / "out")
     assert 0 < len(kept) < 40
     assert swept(scenario, tmp_path / "out").before == len(kept)
 
 
-# ---------------------------------------------------------------- before it begins
+# ---------------------------------------------------------------- dry runs
 
 
-def test_a_dry_run_writes_nothing_and_reports_what_there_is_to_do(
+def test_a_dry_run_writes_nothing_and_reports_the_work(
     scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -400,7 +402,7 @@ def test_a_dry_run_writes_nothing_and_reports_what_there_is_to_do(
     assert [file.name for file in tmp_path.iterdir()] == ["scene.yaml"]
 
 
-def test_a_dry_run_reports_what_is_finished_and_what_fails(tmp_path: Path) -> None:
+def test_a_dry_run_reports_finished_and_failed_points(tmp_path: Path) -> None:
     file = written(tmp_path, SIMULATE + BROKEN)
     swept(file, tmp_path / "out")
     plan = plan_sweep(file, tmp_path / "out")
@@ -408,6 +410,6 @@ def test_a_dry_run_reports_what_is_finished_and_what_fails(tmp_path: Path) -> No
     assert "nothing to do" in str(plan)
     again = plan_sweep(file, tmp_path / "out", retry_failed=True)
     assert (again.finished, again.failed) == (1, 1)
-    assert "1 of these 2 points failed: chain.radius: must give granules a mass" in str(again)
+    assert "1 of the 2 measured points failed: chain.radius: must give granules a mass" in str(again)
     with pytest.raises(sw.InvalidValueError, match=r"scenario\.simulate\.rtol 0\.0001, now 1e-05"):
         plan_sweep(written(tmp_path, SIMULATE.replace("-4", "-5") + BROKEN), tmp_path / "out")

@@ -48,7 +48,7 @@ def scenes(folder: Path, block: str, head: str = HEAD) -> list[sw.Scenario]:
 # ---------------------------------------------------------------- which scenes
 
 
-def test_a_grid_is_gone_through_with_its_last_axis_first(tmp_path: Path) -> None:
+def test_the_last_axis_of_a_grid_varies_fastest(tmp_path: Path) -> None:
     found = swept(tmp_path, "{grid: {shock.duration_ratio: [2, 4], shock.rise_time: [1 us, 5 us, 2 us]}}")
     assert found.shape == (2, 3)
     points = [tuple(found.point(index).values()) for index in range(len(found))]
@@ -113,7 +113,7 @@ def test_profiles_are_swept_with_the_parameters_of_all(tmp_path: Path) -> None:
         scenes(tmp_path, "{grid: {shock.profile: [triangular, exponential]}}", head)
 
 
-def test_the_first_point_is_the_scenario_and_fills_what_it_lacks(tmp_path: Path) -> None:
+def test_the_first_point_is_the_scenario_and_adds_missing_values(tmp_path: Path) -> None:
     head = HEAD.replace("rise_time: 1 us, ", "").replace(", radius: 1 mm", "")
     block = "{zip: {shock.rise_time: [3 us, 4 us], chain.diameter: [4 mm, 6 mm]}}"
     scenario = sw.load_scenario(written(tmp_path, block, head))
@@ -122,7 +122,7 @@ def test_the_first_point_is_the_scenario_and_fills_what_it_lacks(tmp_path: Path)
 
 
 @pytest.mark.parametrize("blocks", ["", "predict: {}", "simulate: {}", "predict: {}\nsimulate: {}"])
-def test_what_is_run_follows_from_the_blocks(tmp_path: Path, blocks: str) -> None:
+def test_the_command_follows_from_the_blocks(tmp_path: Path, blocks: str) -> None:
     run = {"predict: {}": "predict", "simulate: {}": "simulate"}.get(blocks, "compare")
     assert swept(tmp_path, "{grid: {shock.rise_time: [1 us]}}", f"{blocks}\n{HEAD}").run == run
     assert swept(tmp_path, "{run: predict, grid: {shock.rise_time: [1 us]}}", f"{blocks}\n{HEAD}").run == "predict"
@@ -137,7 +137,7 @@ MANY = ", ".join(f"shock.{name}: {{linspace: [2, 3, 41]}}" for name in _FIVE)
 FAULTS = {
     "unknown-name": ("{grid: {|shock.duration_rati: [2, 4]}}", "grid.'shock.duration_rati'", "did you mean"),
     "range": ("{grid: {shock.rise_time: [1 us, |-2 us]}}", f"{TIME}[1]", "must be > 0 s"),
-    "no-values": ("{grid: {shock.rise_time: |[]}}", TIME, "must be 1 to"),
+    "no-values": ("{grid: {shock.rise_time: |[]}}", TIME, "must be a list of 1 to"),
     "too-many": ("{grid: {shock.rise_time: {linspace: [1, 2, |10000001]}}}", f"{TIME}.linspace[2]", "<= 1e+06"),
     "spacing": ("{grid: {shock.rise_time: |{geomspace: [1, 2, 3]}}}", TIME, "{linspace:"),
     "through-zero": ("{grid: {predict.equal_tolerance: {logspace: |[0, 0.5, 3]}}}", f"{EQUAL}.logspace", "same sign"),
@@ -234,7 +234,7 @@ def test_a_scene_made_in_python_has_a_family(tmp_path: Path, name: str) -> None:
     made = attrs.evolve(read, path=None, document=None)
     changes = {key: value for key, value in CHANGES[name].items() if key != "predict.momentum_coefficient"}
     assert parts(Family(made).scenario(changes)) == parts(Family(read).scenario(changes))
-    with pytest.raises(InvalidValueError, match="load one from a file"):
+    with pytest.raises(InvalidValueError, match="load a scenario from a file"):
         Family(made).scenario({"shock.profile": "triangular"})
 
 
@@ -262,7 +262,7 @@ def test_the_page_has_every_key_of_the_block() -> None:
 
 
 @pytest.mark.parametrize("order", [1, -1], ids=["before", "behind"])
-def test_what_is_swept_of_a_material_may_stand_before_or_behind_it(tmp_path: Path, order: int) -> None:
+def test_constants_of_a_material_may_be_varied_before_or_after_it(tmp_path: Path, order: int) -> None:
     names = ["chain.material: [lead, copper]", "chain.material.density: [5000, 6000]"][::order]
     head, block = HEAD.replace("material: copper, ", ""), f"{{grid: {{{', '.join(names)}}}}}"
     assert sw.load_scenario(written(tmp_path, block, head)).chain.material.density == 5000
@@ -272,7 +272,7 @@ def test_what_is_swept_of_a_material_may_stand_before_or_behind_it(tmp_path: Pat
     assert found == {(density, modulus) for density in (5000, 6000) for modulus in moduli}
 
 
-def test_a_sweep_hides_no_fault_of_the_block_it_varies(tmp_path: Path) -> None:
+def test_a_sweep_does_not_hide_errors_of_the_block_that_it_varies(tmp_path: Path) -> None:
     file = written(tmp_path, "{grid: {simulate.rtol: [1e-3]}}", f"{HEAD}simulate: fast\n")
     with pytest.raises(ScenarioError, match="simulate: must be a mapping"):
         sw.load_scenario(file)

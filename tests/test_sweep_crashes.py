@@ -1,4 +1,4 @@
-"""Whatever ends or hangs, client, worker or point, a sweep ends with every point once, and with the same results."""
+"""Crashes, interrupts and time limits: every point is run once, and the results do not change."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="processes are killed by signals")
 
-#: A pulse that ends its process, hangs or raises for some values of its parameter.
+#: A pulse that crashes, hangs or raises an error for some values of its parameter.
 RISKY = """
 import os, time
 from attrs import frozen
@@ -37,7 +37,7 @@ from shockwave.profiles.triangular import Triangular
 
 @frozen(kw_only=True)
 class Pulse(Triangular):
-    danger: float = quantity("", "what ends it", default=0.0)
+    danger: float = quantity("", "value that causes an error", default=0.0)
 
     def rise(self, s):
         if self.danger == 5:
@@ -71,7 +71,7 @@ def risky(folder: Path, install: Install, *dangers: int) -> Path:
 
 @pytest.fixture
 def scenario(tmp_path: Path) -> Path:
-    """Enough points for many batches, which are small ones at the begin and at the end."""
+    """Enough points for many batches."""
     return written(tmp_path, 1200)
 
 
@@ -91,12 +91,12 @@ def lines(folder: Path) -> list[dict[str, Any]]:
 
 
 def unfinished(folder: Path) -> dict[int, str]:
-    """The status of each point without a result."""
+    """Status of each point without a result."""
     return {line["index"]: line["status"] for line in lines(folder) if line["status"] != "done"}
 
 
 def once(strike: Callable[[], object], after: int = 8) -> Callable[[SweepReport], None]:
-    """A progress that strikes, once, when so many points are done."""
+    """A progress function that calls ``strike`` once, when so many points are done."""
     struck = []
 
     def progress(report: SweepReport) -> None:
@@ -111,7 +111,7 @@ def alive(pid: int) -> bool:
         os.kill(pid, 0)
     except ProcessLookupError:
         return False
-    # one that has ended and that nobody has asked for its status is none
+    # a zombie process does not count
     stat = Path(f"/proc/{pid}/stat")
     return not stat.exists() or stat.read_text().rpartition(")")[2].split()[0] != "Z"
 
@@ -119,11 +119,11 @@ def alive(pid: int) -> bool:
 # ---------------------------------------------------------------- workers and clients
 
 
-def test_a_killed_worker_costs_nothing(scenario: Path, tmp_path: Path) -> None:
+def test_a_killed_worker_loses_no_results(scenario: Path, tmp_path: Path) -> None:
     before = set(multiprocessing.active_children())
 
     def strike() -> None:
-        time.sleep(0.2)  # for the worker to be at work on its next batch
+        time.sleep(0.2)  # until the worker runs its next batch
         next(child for child in multiprocessing.active_children() if child not in before).kill()
 
     report = run_sweep(scenario, tmp_path / "out", workers=2, progress=once(strike))
@@ -152,14 +152,14 @@ sys.exit(main(["sweep", *sys.argv[1:]]))
 
 
 def struck(scenario: Path, out: Path, number: int, times: int, interrupt: str) -> subprocess.CompletedProcess[str]:
-    """A client that gets signals when some points are done; it prints its workers."""
+    """A client that receives signals when some points are done, and prints the process ids of its workers."""
     program = CLIENT.format(number=number, times=times, interrupt=interrupt)
     command = [sys.executable, "-c", program, str(scenario), "--out", str(out), "--workers", "2"]
     return subprocess.run(command, capture_output=True, text=True)
 
 
 @pytest.mark.slow
-def test_a_killed_client_costs_nothing_and_leaves_no_worker(scenario: Path, tmp_path: Path) -> None:
+def test_a_killed_client_loses_no_results_and_leaves_no_worker(scenario: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     run = struck(scenario, out, signal.SIGKILL, 1, "signal.default_int_handler")
     assert run.returncode == -signal.SIGKILL
@@ -167,7 +167,7 @@ def test_a_killed_client_costs_nothing_and_leaves_no_worker(scenario: Path, tmp_
     assert 0 < begun < 1200
     pids = [int(pid) for pid in run.stdout.split()]
     assert len(pids) == 2
-    deadline = time.monotonic() + 600  # they end at once; a busy machine may take its time
+    deadline = time.monotonic() + 600  # generous, for a busy machine
     while any(map(alive, pids)) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert not any(map(alive, pids))
@@ -182,15 +182,15 @@ def test_a_killed_client_costs_nothing_and_leaves_no_worker(scenario: Path, tmp_
     [
         ("SIGTERM", 1, "signal.default_int_handler"),
         ("SIGINT", 1, "signal.default_int_handler"),
-        # as `timeout` does, to a process and then to its group
+        # as `timeout` sends it, to a process and then to its group
         pytest.param("SIGTERM", 2, "signal.default_int_handler", marks=pytest.mark.slow),
-        # as a shell begins what runs in the background
+        # as in a background process of a shell
         pytest.param("SIGTERM", 1, "signal.SIG_IGN", marks=pytest.mark.slow),
         pytest.param("SIGHUP", 1, "signal.default_int_handler", marks=pytest.mark.slow),
     ],
     ids=["SIGTERM", "SIGINT", "twice", "background", "SIGHUP"],
 )
-def test_signals_that_end_programs_end_a_sweep_as_an_interrupt_does(
+def test_signals_stop_a_sweep_like_an_interrupt(
     scenario: Path, tmp_path: Path, name: str, times: int, interrupt: str
 ) -> None:
     out, number = tmp_path / "out", getattr(signal, name)
@@ -198,13 +198,11 @@ def test_signals_that_end_programs_end_a_sweep_as_an_interrupt_does(
     assert run.returncode == 128 + number, run.stderr
     finished = len(lines(out))
     assert 0 < finished < 1200
-    assert run.stderr == (
-        f"interrupted; {finished} of 1200 points are finished and kept: the same command resumes the sweep\n"
-    )
+    assert run.stderr == f"interrupted: {finished} of 1200 points are saved; run the same command to resume\n"
     assert not any(map(alive, map(int, run.stdout.split())))
 
 
-#: What processes of a sweep import, of the standard library and others.
+#: Modules that the processes of a sweep import.
 PLANTED = ("numpy", "yaml", "signal", "multiprocessing", "pickle", "threading", "attrs", "distributed", "shockwave")
 
 
@@ -216,7 +214,7 @@ def test_modules_in_the_current_folder_are_not_run(executor: str, tmp_path: Path
     marker = tmp_path / "marker"
     for name in PLANTED:
         (tmp_path / f"{name}.py").write_text(f"open({str(marker)!r}, 'a').write('{name} ')\n")
-    # as a console script does, whose folder, not the current one, is on the path
+    # like a console script, which has its own folder on the path, not the current one
     program = tmp_path / "bin" / "command.py"
     program.parent.mkdir()
     program.write_text("import sys\nfrom shockwave.cli import main\nif __name__ == '__main__': sys.exit(main())\n")
@@ -230,26 +228,26 @@ def test_modules_in_the_current_folder_are_not_run(executor: str, tmp_path: Path
 # ---------------------------------------------------------------- points
 
 
-def test_a_point_that_ends_its_process_is_the_only_one_blamed(tmp_path: Path, install: Install) -> None:
+def test_only_the_point_that_crashes_is_recorded_as_crashed(tmp_path: Path, install: Install) -> None:
     file = risky(tmp_path, install, *range(12))
     report = run_sweep(file, tmp_path / "out", workers=2)
     assert (report.done, report.failed, report.crashed, report.exit_code) == (10, 1, 1, 1)
     assert unfinished(tmp_path / "out") == {5: "crashed", 9: "failed"}
-    # and neither is run again
+    # neither is run again
     assert run_sweep(file, tmp_path / "out").before == 12
 
 
-def test_a_point_that_exceeds_the_time_limit_is_the_only_one_stopped(tmp_path: Path, install: Install) -> None:
+def test_only_the_points_that_exceed_the_time_limit_fail(tmp_path: Path, install: Install) -> None:
     file = risky(tmp_path, install, 0, 1, 60, 3, 4, 60, 6)
     report = run_sweep(file, tmp_path / "out", workers=2, timeout=3.0)
     assert (report.done, report.failed, report.exit_code) == (5, 2, 1)
     assert unfinished(tmp_path / "out") == {2: "failed", 5: "failed"}
     errors = {line["error"] for line in lines(tmp_path / "out") if line["status"] == "failed"}
-    assert errors == {"must take at most 3 s (was stopped; a greater --timeout allows more)"}
+    assert errors == {"must take at most 3 s (was stopped; increase --timeout)"}
 
 
-def test_a_sweep_that_stops_at_a_failure_waits_for_no_other_batch(tmp_path: Path, install: Install) -> None:
-    # the third waits for ever
+def test_fail_fast_does_not_wait_for_other_batches(tmp_path: Path, install: Install) -> None:
+    # the third point hangs
     file = risky(tmp_path, install, 0, 9, 60, 0, 0, 0, 0, 0)
     report = run_sweep(file, tmp_path / "out", workers=2, fail_fast=True)
     assert report.failed == 1
@@ -260,17 +258,20 @@ def test_a_sweep_that_stops_at_a_failure_waits_for_no_other_batch(tmp_path: Path
 
 
 @pytest.mark.parametrize("timeout", [0, -1.0, float("nan")])
-def test_a_time_limit_is_positive(scenario: Path, tmp_path: Path, timeout: float) -> None:
-    with pytest.raises(sw.UsageError, match=r"timeout must be a number of seconds > 0 \(got"):
+def test_a_time_limit_must_be_positive(scenario: Path, tmp_path: Path, timeout: float) -> None:
+    with pytest.raises(sw.UsageError, match=r"timeout: must be a number of seconds > 0 \(got"):
         run_sweep(scenario, tmp_path / "out", timeout=timeout)
 
 
-def test_a_time_limit_needs_processes_that_can_be_ended(scenario: Path, tmp_path: Path) -> None:
-    with ThreadPoolExecutor(1) as executor, pytest.raises(sw.UsageError, match="timeout must be left out with an exec"):
+def test_a_time_limit_needs_processes_that_can_be_stopped(scenario: Path, tmp_path: Path) -> None:
+    with (
+        ThreadPoolExecutor(1) as executor,
+        pytest.raises(sw.UsageError, match="timeout: must be omitted with an executor"),
+    ):
         run_sweep(scenario, tmp_path / "out", executor, timeout=1.0)
 
 
-def test_an_executor_of_the_callers_that_breaks_down_is_reported(scenario: Path, tmp_path: Path) -> None:
+def test_a_broken_executor_of_the_caller_is_reported(scenario: Path, tmp_path: Path) -> None:
     context = multiprocessing.get_context("spawn")
     before = set(multiprocessing.active_children())
 
@@ -280,13 +281,13 @@ def test_an_executor_of_the_callers_that_breaks_down_is_reported(scenario: Path,
 
     with (
         ProcessPoolExecutor(1, mp_context=context) as executor,
-        pytest.raises(LostError, match="what is finished is kept"),
+        pytest.raises(LostError, match="finished points are kept"),
     ):
         run_sweep(scenario, tmp_path / "out", executor, progress=once(strike))
     assert len(lines(tmp_path / "out")) >= 8
 
 
-def test_a_program_that_starts_itself_again_is_answered_with_a_remedy(scenario: Path, tmp_path: Path) -> None:
+def test_a_program_without_a_main_guard_is_refused_with_a_hint(scenario: Path, tmp_path: Path) -> None:
     program = tmp_path / "program.py"
     program.write_text(f"import shockwave as sw\nsw.run_sweep({str(scenario)!r}, {str(tmp_path / 'out')!r})\n")
     run = subprocess.run([sys.executable, program], capture_output=True, text=True)
@@ -306,14 +307,14 @@ def test_a_scheduler_that_does_not_answer_is_reported(
         run_sweep(scenario, tmp_path / "out", "dask=tcp://127.0.0.1:9")
 
 
-def test_a_cluster_without_workers_ends_the_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_cluster_without_workers_stops_the_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
     client = SimpleNamespace(get_executor=lambda pure: None, nthreads=lambda: {"tcp://127.0.0.1:1": 2})
     crew = workers.DaskWorkers(client, None, OSError)
     assert crew.count == 2
     client.nthreads = dict
     assert crew.count == 1
     monkeypatch.setattr(workers, "_LONELY", -1)
-    with pytest.raises(LostError, match="a worker must be there"):
+    with pytest.raises(LostError, match="dask: must have a worker"):
         _ = crew.count
 
 
@@ -328,7 +329,7 @@ def cluster() -> Iterator[Any]:
 
 
 @pytest.mark.slow
-def test_a_killed_worker_of_dask_costs_nothing(scenario: Path, tmp_path: Path, cluster: Any) -> None:
+def test_a_killed_worker_of_dask_loses_no_results(scenario: Path, tmp_path: Path, cluster: Any) -> None:
     from distributed import Client
 
     with Client(cluster, set_as_default=False) as client:
@@ -340,7 +341,7 @@ def test_a_killed_worker_of_dask_costs_nothing(scenario: Path, tmp_path: Path, c
 
 
 @pytest.mark.slow
-def test_a_point_that_ends_workers_of_dask_is_the_only_one_blamed(tmp_path: Path, install: Install) -> None:
+def test_only_the_point_that_crashes_dask_workers_is_recorded_as_crashed(tmp_path: Path, install: Install) -> None:
     pytest.importorskip("distributed")
     report = run_sweep(risky(tmp_path, install, 0, 1, 5, 3, 4), tmp_path / "out", "dask", workers=2)
     assert (report.done, report.crashed) == (4, 1)
@@ -369,7 +370,7 @@ def _call_version(version: str) -> None:
 
 
 def listening() -> set[tuple[str, int]]:
-    """Where this process and its children can be connected to."""
+    """Addresses at which this process and its children accept connections."""
     psutil = pytest.importorskip("psutil")
     me = psutil.Process()
     found = [one for process in (me, *me.children(recursive=True)) for one in process.net_connections("tcp")]
@@ -390,10 +391,10 @@ def test_a_cluster_of_dask_is_closed_to_other_users() -> None:
 
 
 @pytest.mark.parametrize("missing", ["cryptography", "distributed"])
-def test_packages_that_a_cluster_needs_are_named(
+def test_missing_packages_of_a_cluster_are_named(
     missing: str, scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("distributed")
     monkeypatch.setitem(sys.modules, missing, None)
-    with pytest.raises(sw.UsageError, match=r"executor dask must be installed .*python -m pip install '.*\[dask\]'"):
+    with pytest.raises(sw.UsageError, match=r"executor: dask must be installed .*python -m pip install '.*\[dask\]'"):
         run_sweep(scenario, tmp_path / "out", "dask", workers=1)

@@ -23,7 +23,7 @@ UNITS = {"regime": None, "peak_force": "N", "recoil_momentum": "N s", "recoil_er
 
 
 def swept(folder: Path, axes: Any, columns: dict[str, Any], failed: tuple[int, ...] = ()) -> SweepResults:
-    """A sweep over axes, each variables and their values, with a list of values for each column."""
+    """A sweep over axes of variables and values, with a list of values for each column."""
     folder.mkdir(exist_ok=True)
     parts = [
         {"names": [name for name, _ in variables], "units": [unit for _, unit in variables], "values": values}
@@ -47,14 +47,14 @@ def swept(folder: Path, axes: Any, columns: dict[str, Any], failed: tuple[int, .
 
 
 def numbered(folder: Path, axes: Any) -> SweepResults:
-    """The amplification of a point is its number, counted from 0."""
+    """A sweep in which the amplification of a point is its number, counted from 0."""
     count = int(np.prod([len(values) for _, values in axes]))
     return swept(folder / "out", axes, {"amplification": list(range(count))})
 
 
 TIMES = np.geomspace(1e-6, 1e-4, 15)
 RATIOS = np.geomspace(1.5, 15, 12)
-#: A train where n t0 is long, an ejection where it is short.
+#: A train for long n t0, an ejection for short n t0.
 PLANE = np.outer(TIMES, RATIOS)
 NAMES = np.where(PLANE > 5e-5, "train", "ejection")
 
@@ -70,7 +70,7 @@ def along(variable: tuple[str, str], *values: Any) -> Any:
 
 
 def inside(found: Plot) -> bool:
-    """Whether nothing leaves the figure; a pixel of slack for the rounding of letters."""
+    """Whether the picture fits the figure, with a pixel of tolerance for the rounding of letters."""
     figure: Any = found.figure
     figure.draw_without_rendering()
     around = figure.axes[0].get_tightbbox()
@@ -88,7 +88,7 @@ def key_of(found: Plot) -> list[str]:
     return [text.get_text() for text in legend.get_texts()] if legend else []
 
 
-def test_two_axes_make_a_map_with_units_and_the_borders_of_the_regimes(tmp_path: Path) -> None:
+def test_two_axes_give_a_map_with_units_and_regime_borders(tmp_path: Path) -> None:
     found = plot(a_map(tmp_path))
     (ax,) = found.figure.axes
     assert (found.column, ax.get_xlabel(), ax.get_ylabel()) == ("amplification", "rise time (µs)", "duration ratio")
@@ -109,19 +109,19 @@ def test_points_without_a_value_are_hatched_and_counted(tmp_path: Path) -> None:
     results = a_map(tmp_path, failed=(3, 77))
     found = plot(results)
     assert key_of(found) == ["no value (2 of 180)"]
-    # four corners, and one that closes them
+    # four corners, and a fifth that closes the path
     assert [len(one.get_path().vertices) for one in found.figure.axes[0].patches if one.get_hatch()] == [2 * 5]
-    assert "2 of the 180 points drawn failed" in found.notes
-    # notes are of what is drawn
-    assert "1 of the 12 points drawn failed" in plot(results, at={TIME[0]: TIMES[6]}).notes
+    assert "2 of the 180 drawn points failed" in found.notes
+    # only drawn points are counted
+    assert "1 of the 12 drawn points failed" in plot(results, at={TIME[0]: TIMES[6]}).notes
 
 
 @pytest.mark.parametrize("held", [{}, {RATIO[0]: 1.5}], ids=["map", "line"])
-def test_a_sweep_of_which_all_failed_is_drawn_empty(tmp_path: Path, held: dict[str, float]) -> None:
+def test_a_sweep_without_results_is_drawn_empty(tmp_path: Path, held: dict[str, float]) -> None:
     assert inside(plot(a_map(tmp_path, failed=tuple(range(180))), at=held))
 
 
-def test_one_axis_makes_a_line_with_its_regimes(tmp_path: Path) -> None:
+def test_one_axis_gives_a_line_with_its_regimes(tmp_path: Path) -> None:
     found = plot(a_map(tmp_path), at={RATIO[0]: repr(float(RATIOS[4]))})
     (ax,) = found.figure.axes
     assert lines_of(found)[0] == np.column_stack([TIMES, PLANE[:, 4]]).tolist()
@@ -132,7 +132,7 @@ def test_one_axis_makes_a_line_with_its_regimes(tmp_path: Path) -> None:
     assert inside(found)
 
 
-def test_a_few_values_of_a_second_axis_make_lines(tmp_path: Path) -> None:
+def test_a_few_values_of_a_second_axis_give_lines(tmp_path: Path) -> None:
     found = plot(numbered(tmp_path, [along(TIME, 1.0, 2.0, 3.0), along(RATIO, 2.0, 4.0)]))
     assert key_of(found) == ["duration ratio 2", "duration ratio 4"]
     assert lines_of(found) == [[[1, 0], [2, 2], [3, 4]], [[1, 1], [2, 3], [3, 5]]]
@@ -143,32 +143,32 @@ ERRORS: dict[str, tuple[dict[str, Any], str, Any, str]] = {
         {"amplification": [2.0, 4.0], "error_estimate": [0.1, 0.25]},
         "error estimate",
         [(1.8, 2.2), (3.0, 5.0)],
-        "amplification: simulated, accurate to 2.5e-01 relative or better",
+        "amplification: relative error at most 2.5e-01",
     ),
     "of-momentum": (
         {"recoil_momentum": [2.0, 3.0], "recoil_error": [0.5, 1.0]},
         "error estimate",
         [(1.5, 2.5), (2.0, 4.0)],
-        "recoil_momentum: simulated, accurate to 1 N s or better",
+        "recoil_momentum: error at most 1 N s",
     ),
-    # a prediction that errs by +25 % is of 1.6 where it predicts 2
+    # a prediction of 2 with an error of +25 % has the true value 1.6
     "expected": (
         {"amplification": [2.0, 6.0], "expected_error_low": [-0.2, -0.25], "expected_error_high": [0.25, 0.5]},
-        "expected of a simulation",
+        "expected range of a simulation",
         [(1.6, 2.5), (4.0, 8.0)],
-        "amplification: predicted, expected error -25.0% to +50.0%, known at 100% of the points",
+        "amplification: predicted, expected error -25.0% to +50.0%",
     ),
     "not-known": (
         {"amplification": [2.0, 6.0], "expected_error_low": [None, None], "expected_error_high": [None, None]},
         "",
         None,
-        "amplification: a; its error is not known",
+        "amplification: predicted, error not known",
     ),
 }
 
 
 @pytest.mark.parametrize("case", ERRORS)
-def test_the_shade_is_where_the_true_value_is_expected(tmp_path: Path, case: str) -> None:
+def test_the_band_is_where_the_true_value_is_expected(tmp_path: Path, case: str) -> None:
     columns, name, shade, note = ERRORS[case]
     found = plot(swept(tmp_path / "out", [along(RATIO, 2.0, 3.0)], columns), next(iter(columns)))
     assert found.notes[0] == note
@@ -180,7 +180,7 @@ def test_the_shade_is_where_the_true_value_is_expected(tmp_path: Path, case: str
         np.testing.assert_allclose(drawn, shade, rtol=1e-14)
 
 
-def test_variables_of_one_axis_are_drawn_as_marks_and_named_above(tmp_path: Path) -> None:
+def test_variables_of_one_axis_are_drawn_as_markers_and_named_above(tmp_path: Path) -> None:
     axis = ([TIME, FORCE], [[1.0, 5.0], [10.0, 5.0], [1.0, 6.0], [10.0, 6.0], [100.0, 6.0]])
     results = numbered(tmp_path, [axis])
     found = plot(results)
@@ -193,7 +193,7 @@ def test_variables_of_one_axis_are_drawn_as_marks_and_named_above(tmp_path: Path
     assert held.figure.get_suptitle() == "peak force 5 N"
 
 
-def test_lines_are_named_by_all_variables_that_distinguish_them(tmp_path: Path) -> None:
+def test_lines_are_labelled_with_all_variables_that_differ(tmp_path: Path) -> None:
     pairs = ([TIME, FORCE], [[1.0, 5.0], [1.0, 6.0], [2.0, 5.0]])
     results = numbered(tmp_path, [pairs, along(RATIO, 2.0, 3.0, 4.0)])
     names = ["rise time 1 s, peak force 5 N", "rise time 1 s, peak force 6 N", "rise time 2 s, peak force 5 N"]
@@ -201,28 +201,30 @@ def test_lines_are_named_by_all_variables_that_distinguish_them(tmp_path: Path) 
     assert lines_of(plot(results, at={FORCE[0]: 6, TIME[0]: 1})) == [[[2, 3], [3, 4], [4, 5]]]
 
 
-def test_points_of_a_map_that_would_hide_each_other_are_refused(tmp_path: Path) -> None:
+def test_coinciding_points_of_a_map_are_refused(tmp_path: Path) -> None:
     axis = ([TIME, FORCE], [[1.0 + at // 2, 5.0 + at % 2] for at in range(8)])
-    with pytest.raises(UsageError, match=r"a place each \(got shock.rise_time, which repeats a value; hold a variable"):
+    with pytest.raises(
+        UsageError, match=r"different coordinates \(got shock.rise_time, which repeats a value; fix another"
+    ):
         plot(numbered(tmp_path, [axis, along(RATIO, *range(2, 12))]))
 
 
-def test_materials_are_called_by_their_name_or_number(tmp_path: Path) -> None:
+def test_materials_are_labelled_with_their_name_or_number(tmp_path: Path) -> None:
     materials = along(MATERIAL, {"name": "mine", "density": 1}, "lead", {"density": 2}, r"$\foo$", None)
     results = numbered(tmp_path, [materials, along(RATIO, 2, 3, 4)])
     found = plot(results, x=MATERIAL[0])
     names = ["mine", "lead", "#3", r"$\foo$", "none"]
     assert [label.get_text().replace("\\$", "$") for label in found.figure.axes[0].get_xticklabels()] == names
-    # there is no such symbol of mathematics
+    # an unknown symbol must not be parsed as a formula
     assert inside(found)
     for at, name in enumerate(names):
         assert lines_of(plot(results, at={MATERIAL[0]: name}))[0][0] == [2, 3 * at]
     assert plot(results, at={MATERIAL[0]: "mine"}).figure.get_suptitle() == "material mine"
 
 
-def test_three_axes_are_too_many_until_one_is_held(tmp_path: Path) -> None:
+def test_three_axes_are_refused_unless_one_is_fixed(tmp_path: Path) -> None:
     found = numbered(tmp_path, [along(RATIO, 2, 4), along(TIME, 1e-6, 0.3, 3e-5), along(FORCE, 1, 2)])
-    listed = "hold 1 of them at a value by --at NAME=VALUE: shock.duration_ratio=2, 4; shock.rise_time=1 µs, 300 ms, "
+    listed = "fix 1 of them with --at NAME=VALUE: shock.duration_ratio=2, 4; shock.rise_time=1 µs, 300 ms, "
     with pytest.raises(UsageError, match=re.escape(listed)):
         plot(found)
     assert plot(found, at={FORCE[0]: 2.0}).column == "amplification"
@@ -230,20 +232,20 @@ def test_three_axes_are_too_many_until_one_is_held(tmp_path: Path) -> None:
 
 WRONG: dict[str, tuple[list[str], int, str]] = {
     "column": (["--column", "amplificatio"], 3, "did you mean 'amplification'"),
-    "text": (["--column", "regime"], 3, "unknown column of numbers (got 'regime'; known: amplification)"),
+    "text": (["--column", "regime"], 3, "unknown numeric column (got 'regime'; known: amplification)"),
     "variable": (["--x", "shock.rise_tim"], 3, "unknown variable of the sweep"),
     "held": (["--at", "shock.duration_ratio=3"], 2, "must be one of its values (got 3; they are 1.5, "),
     "held-unit": (["--at", "shock.duration_ratio=3 s"], 2, "shock.duration_ratio: must be a number"),
     "held-form": (["--at", "shock.duration_ratio"], 2, "--at: must be NAME=VALUE"),
-    "held-both": (["--at", "shock.duration_ratio=1.5", "--at", "shock.rise_time=1 us"], 2, "(got one point; read"),
-    "held-x": (["--at", "shock.rise_time=1 us", "--x", "shock.rise_time"], 2, "it cannot be drawn over it"),
+    "held-both": (["--at", "shock.duration_ratio=1.5", "--at", "shock.rise_time=1 us"], 2, "(got one point; see"),
+    "held-x": (["--at", "shock.rise_time=1 us", "--x", "shock.rise_time"], 2, "must be a variable with several values"),
     "ending": (["-o", "map.gif"], 3, "--output: must end in .svg, .png, .pdf"),
     "place": (["-o", "nowhere/map.svg"], 5, "cannot be written"),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_wrong_orders_are_refused_with_a_remedy(
+def test_wrong_options_are_refused_with_a_hint(
     tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     a_map(tmp_path)
@@ -253,10 +255,10 @@ def test_wrong_orders_are_refused_with_a_remedy(
     assert part in capsys.readouterr().err
 
 
-def test_a_picture_of_something_else_gets_another_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_pictures_with_other_options_get_other_names(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     a_map(tmp_path)
-    for order in ([], ["--at", "shock.rise_time=1 us"], ["--x", "shock.duration_ratio"], []):
-        assert cli.main(["plot", str(tmp_path / "map"), *order]) == 0
+    for options in ([], ["--at", "shock.rise_time=1 us"], ["--x", "shock.duration_ratio"], []):
+        assert cli.main(["plot", str(tmp_path / "map"), *options]) == 0
     names = {"", "-shock.rise_time=1_us", "-over-shock.duration_ratio"}
     assert {file.name for file in (tmp_path / "map").glob("*.svg")} == {f"amplification{name}.svg" for name in names}
     states = [text.rpartition(" ")[2] for text in capsys.readouterr().err.splitlines() if ".svg: " in text]

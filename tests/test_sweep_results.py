@@ -1,4 +1,4 @@
-"""Results of sweeps: tables say what the journal says, arrays have their axes."""
+"""Results of sweeps: tables and arrays agree with the journal."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ COLUMNS = [
 ]
 N, TIME, FORCE = ("shock.duration_ratio", ""), ("shock.rise_time", "s"), ("shock.peak_force", "N")
 MATERIAL = ("chain.material", None)
-#: Two by three points, of which one failed and one crashed.
+#: Two by three points; one failed and one crashed.
 AXES = [([N], [[2.0], [4.0]]), ([TIME], [[1e-6], [0.1 + 0.2], [3e-5]])]
 PROBLEM = 'no "root",\nhere'
 
@@ -71,7 +71,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def written(folder: Path) -> Path:
-    """The folder, with its tables."""
+    """The folder, after its tables have been written."""
     definition = SweepDefinition.read(folder)
     journal = Journal(folder, definition.points)
     journal.read(definition.columns)
@@ -84,7 +84,7 @@ def rows(folder: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def test_csv_has_a_row_for_each_point_with_units_in_its_head_and_all_digits(folder: Path) -> None:
+def test_csv_has_a_row_for_each_point_with_units_and_all_digits(folder: Path) -> None:
     found = rows(written(folder))
     head = (folder / "results.csv").read_text(encoding="utf-8").splitlines()[0]
     names = "shock.duration_ratio,shock.rise_time [s],regime,peak_force [N],amplification,waves,status,problem"
@@ -97,7 +97,7 @@ def test_csv_has_a_row_for_each_point_with_units_in_its_head_and_all_digits(fold
     assert (found[2]["problem"], found[0]["problem"]) == (PROBLEM, "")
 
 
-def test_json_lines_hold_the_same(folder: Path) -> None:
+def test_json_lines_have_the_same_values(folder: Path) -> None:
     text = (written(folder) / "results.jsonl").read_text(encoding="utf-8")
     found = [json.loads(one) for one in text.splitlines()]
     assert [row["index"] for row in found] == list(range(6))
@@ -115,7 +115,7 @@ def test_json_lines_hold_the_same(folder: Path) -> None:
     assert (found[2]["peak_force"], found[2]["problem"]) == (None, PROBLEM)
 
 
-def test_tables_do_not_depend_on_the_order_of_the_journal_whose_last_lines_count(tmp_path: Path) -> None:
+def test_tables_do_not_depend_on_the_order_of_the_journal(tmp_path: Path) -> None:
     mixed = [line(2, "train", 8.0, 0.8, 3), *reversed(LINES)]
     one, other = written(folder_of(tmp_path / "one")), written(folder_of(tmp_path / "other", lines=mixed))
     for file in ("results.csv", "results.jsonl"):
@@ -124,20 +124,18 @@ def test_tables_do_not_depend_on_the_order_of_the_journal_whose_last_lines_count
 
 @pytest.fixture
 def small_disk() -> Iterator[None]:
-    """Files can have 200 bytes at most."""
+    """Limit files to 200 bytes."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (200, before[1]))
     yield
     resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
-def test_a_full_disk_names_the_file_and_leaves_the_table_that_was_there(
-    tmp_path: Path, request: pytest.FixtureRequest
-) -> None:
+def test_a_full_disk_leaves_the_old_table_unchanged(tmp_path: Path, request: pytest.FixtureRequest) -> None:
     place = folder_of(tmp_path / "out", lines=LINES[:1])
     (place / "results.csv").write_text("old", encoding="utf-8")
     request.getfixturevalue("small_disk")
-    with pytest.raises(FileAccessError, match=r"results\.\w+: cannot be written \(got File too large"):
+    with pytest.raises(FileAccessError, match=r"results\.\w+: cannot be written \(File too large"):
         written(place)
     assert (place / "results.csv").read_text(encoding="utf-8") == "old"
     assert [file.name for file in place.iterdir() if file.suffix == ".part"] == []
@@ -164,13 +162,13 @@ def test_axes_of_every_kind_become_dimensions_of_xarray(tmp_path: Path, name: st
     found = load_sweep(folder_of(tmp_path / "out", axes, LINES[:2])).to_xarray()
     assert {one: found[one].dims[0] for one in coordinates} == coordinates
     assert found.peak_force.values.ravel().tolist() == [1 / 3, 2.5e-300]
-    # as a file of arrays, too
+    # also in a file
     found.to_netcdf(tmp_path / "results.nc", engine="scipy")
     with xarray.open_dataset(tmp_path / "results.nc", engine="scipy") as again:
         assert {one: again[one].dims[0] for one in coordinates} == coordinates
 
 
-def test_xarray_gets_named_axes_units_and_where_they_come_from(folder: Path) -> None:
+def test_xarray_has_named_axes_units_and_provenance(folder: Path) -> None:
     pytest.importorskip("xarray")
     found = load_sweep(folder).to_xarray()
     assert found.sizes == {"duration_ratio": 2, "rise_time": 3}
@@ -197,7 +195,7 @@ def test_values_have_an_axis_for_each_axis_of_the_sweep(folder: Path) -> None:
     assert (found.units["regime"], found.units["shock.rise_time"]) == (None, "s")
 
 
-def test_points_that_failed_are_listed_with_their_values(folder: Path) -> None:
+def test_failed_points_are_listed_with_their_values(folder: Path) -> None:
     first, second = load_sweep(folder).failed
     assert (first.index, first.status, first.problem) == (2, "failed", PROBLEM)
     assert second.point == {"shock.duration_ratio": 4.0, "shock.rise_time": 0.1 + 0.2}
@@ -211,26 +209,27 @@ def test_results_are_frozen_and_equal_by_value(folder: Path) -> None:
         found.values("peak_force")[0, 0] = 1.0
 
 
-def test_results_print_what_they_hold(folder: Path) -> None:
+def test_results_print_ranges_counts_and_failures(folder: Path) -> None:
     text = str(load_sweep(folder))
-    assert "points  6: 4 done, 2 failed" in text
+    assert text.startswith("4 of 6 points done; amplification 0 to 0.7\n")
+    assert max(map(len, text.splitlines())) <= 80
     assert re.search(r"shock.rise_time +1 us +300 ms +3", text)
-    assert re.search(r"regime +1 single, 2 train", text)
-    assert "note: shock.duration_ratio 2, shock.rise_time 3e-05: no" in text
+    assert re.search(r"regime +2 train, 1 single", text)
+    assert "! shock.duration_ratio 2, shock.rise_time 3e-05: no" in text
 
 
 UNFINISHED = {
-    "torn": (["".join(LINES)[:-9]], "the last line of journal.jsonl was torn"),
-    "unfinished": (LINES[:4], "2 of 6 points are not done"),
+    "torn": (["".join(LINES)[:-9]], "the last line of journal.jsonl is incomplete"),
+    "unfinished": (LINES[:4], "2 of 6 points have not been run"),
     "garbage": (
         [*LINES[:5], "{}\n", '{"index": 77, }\n', LINES[5].replace('"done"', '"lost"'), LINES[5]],
-        "lines of journal.jsonl that are damaged or of no point, and are left out: 3",
+        "ignored lines of journal.jsonl that are damaged or belong to no point: 3",
     ),
 }
 
 
 @pytest.mark.parametrize("name", UNFINISHED)
-def test_an_incomplete_journal_is_read_as_far_as_it_goes(tmp_path: Path, name: str) -> None:
+def test_an_incomplete_journal_is_read_as_far_as_possible(tmp_path: Path, name: str) -> None:
     lines, warning = UNFINISHED[name]
     found = load_sweep(folder_of(tmp_path / "out", lines=lines))
     assert warning in "; ".join(found.warnings)
@@ -247,9 +246,9 @@ DAMAGED = {
 
 
 @pytest.mark.parametrize("damaged", DAMAGED.values(), ids=DAMAGED)
-def test_a_damaged_line_counts_for_nothing(tmp_path: Path, damaged: str) -> None:
+def test_a_damaged_line_is_ignored(tmp_path: Path, damaged: str) -> None:
     found = load_sweep(folder_of(tmp_path / "out", lines=[damaged, *LINES[:5]]))
-    assert "lines of journal.jsonl that are damaged or of no point, and are left out: 1" in found.warnings
+    assert "ignored lines of journal.jsonl that are damaged or belong to no point: 1" in found.warnings
     assert (found.values("status") == "not run").sum() == 1
 
 
@@ -266,7 +265,7 @@ WRONG_DEFINITIONS: dict[str, tuple[str, Any]] = {
 
 
 @pytest.mark.parametrize("name", WRONG_DEFINITIONS)
-def test_a_definition_of_a_wrong_shape_is_refused(folder: Path, name: str) -> None:
+def test_an_invalid_definition_is_refused(folder: Path, name: str) -> None:
     key, value = WRONG_DEFINITIONS[name]
     document = json.loads((folder / "sweep.json").read_text())
     (folder / "sweep.json").write_text(json.dumps(document | {key: value}))
@@ -285,7 +284,7 @@ def test_only_regular_files_are_read(folder: Path, name: str, kind: Any) -> None
 
 def test_a_journal_of_one_endless_line_is_not_read_into_memory(folder: Path) -> None:
     with (folder / "journal.jsonl").open("wb") as file:
-        file.truncate(2**36)  # takes no room on the disk
+        file.truncate(2**36)  # a sparse file
     with pytest.raises(FileAccessError, match=r"journal\.jsonl: must have lines shorter than 16 MiB"):
         load_sweep(folder)
 
@@ -294,23 +293,23 @@ def test_a_sweep_that_has_just_begun_is_empty(folder: Path) -> None:
     (folder / "journal.jsonl").unlink()
     found = load_sweep(folder)
     assert (found.complete, bool(np.isnan(found.values("peak_force")).all())) == (False, True)
-    assert "6 of 6 points are not done" in str(found)
+    assert "6 of 6 points have not been run" in str(found)
 
 
 @pytest.mark.parametrize("name", ["peak_forc", "shock.rise_tim"])
-def test_an_unknown_quantity_is_answered_with_the_known(folder: Path, name: str) -> None:
+def test_an_unknown_quantity_is_refused_with_a_suggestion(folder: Path, name: str) -> None:
     with pytest.raises(UnknownNameError, match="did you mean"):
         load_sweep(folder).values(name)
     with pytest.raises(UnknownNameError, match="unknown variable of the sweep"):
         load_sweep(folder).coordinate("peak_force")
 
 
-def test_a_folder_that_is_none_says_how_to_make_one(tmp_path: Path) -> None:
-    with pytest.raises(FileAccessError, match=r"sweep\.json: cannot be read .*; give a folder that `shockwave sweep"):
+def test_a_folder_without_a_sweep_is_refused_with_a_hint(tmp_path: Path) -> None:
+    with pytest.raises(FileAccessError, match=r"sweep\.json: cannot be read .*; choose a folder that `shockwave sweep"):
         load_sweep(tmp_path)
 
 
-def test_other_versions_that_a_sweep_was_begun_with_are_reported(folder: Path) -> None:
+def test_earlier_versions_are_reported(folder: Path) -> None:
     header = json.loads((folder / "sweep.json").read_text(encoding="utf-8"))
     header["earlier_versions"] = [{"shockwave": "0.0.9", "numpy": "1.26"}]
     (folder / "sweep.json").write_text(json.dumps(header), encoding="utf-8")
@@ -318,7 +317,7 @@ def test_other_versions_that_a_sweep_was_begun_with_are_reported(folder: Path) -
     assert load_sweep(folder).warnings == (warning,)
 
 
-def test_pandas_gets_a_table_indexed_by_the_variables(folder: Path) -> None:
+def test_a_data_frame_is_indexed_by_the_variables(folder: Path) -> None:
     pytest.importorskip("pandas")
     found = load_sweep(folder).to_pandas()
     assert found.loc[(4.0, 1e-6), "peak_force"] == 1e16
@@ -326,7 +325,7 @@ def test_pandas_gets_a_table_indexed_by_the_variables(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("library", ["pandas", "xarray"])
-def test_what_is_not_installed_is_named(folder: Path, library: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_library_is_named(folder: Path, library: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, library, None)
-    with pytest.raises(UsageError, match=f"needs {library}: pip install {library}"):
+    with pytest.raises(UsageError, match=f"{library} must be installed .*pip install {library}"):
         getattr(load_sweep(folder), f"to_{library}")()

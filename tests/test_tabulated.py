@@ -1,4 +1,4 @@
-"""The tabulated profile: what is read off a record, what is cleaned, and its exact integrals."""
+"""The tabulated profile: cleaning of records, and exact integrals."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ def clean():
     return Tabulated(times=[0, 1, 2, 3], forces=[0, 1, 0.5, 0])
 
 
-# ---------------------------------------------------------------- what is read off
+# ---------------------------------------------------------------- record
 
 
-def test_peak_rise_time_and_duration_are_read_off():
+def test_peak_force_rise_time_and_duration_are_those_of_the_record():
     profile = Tabulated(times=[0, 2e-6, 5e-6, 8e-6, 20e-6], forces=[0, 30, 120, 60, 0])
     # The force is linear between samples.
     assert profile.force([0.2, 0.4, 1.0, 1.3, 2.8, 4.0]).tolist() == pytest.approx([0.125, 0.25, 1, 0.75, 0.25, 0])
@@ -33,7 +33,7 @@ def test_peak_rise_time_and_duration_are_read_off():
     assert profile.duration_ratio == 20e-6 / 5e-6
 
 
-def test_a_clean_record_is_left_alone_to_the_last_bit():
+def test_a_clean_record_is_not_changed():
     times, forces = np.array([0.0, 0.3, 0.7, 1.1, 1.9]), np.array([0.0, 0.1, 0.7, 0.3, 0.0])
     profile = Tabulated(times, forces)
     knots = times / 0.7
@@ -44,7 +44,7 @@ def test_a_clean_record_is_left_alone_to_the_last_bit():
 
 @pytest.mark.parametrize("exponent", [0.3, 1.0, 2.0, 5.0])
 @pytest.mark.parametrize("samples", [4, 50, 3000])
-def test_a_slow_start_is_not_taken_for_a_baseline(samples, exponent):
+def test_a_slow_rise_is_not_treated_as_a_baseline(samples, exponent):
     rise = np.linspace(0, 1, samples) ** exponent
     forces = np.concatenate((rise, rise[-2::-1]))
     profile = Tabulated(np.arange(forces.size), forces)
@@ -52,33 +52,37 @@ def test_a_slow_start_is_not_taken_for_a_baseline(samples, exponent):
     assert np.array_equal(profile.force(np.array(profile.breakpoints)), forces)
 
 
-def test_a_given_duration_ratio_stretches_the_decay_alone():
+def test_a_duration_ratio_stretches_only_the_decay():
     profile = Tabulated(times=[0, 1, 2, 3], forces=[0, 1, 0.5, 0], duration_ratio=7)
     assert profile.breakpoints == (0.0, 1.0, 4.0, 7.0)
     assert profile.closed_areas() == (0.5, 3.0)
     assert profile.recorded_rise_time == 1
-    assert profile.notes == ("the decay was stretched in time: n is 7, that of the record 3",)
+    assert profile.notes == ("The decay was stretched in time: n is 7, that of the record 3.",)
 
 
-# ---------------------------------------------------------------- what is refused
+# ---------------------------------------------------------------- refused records
 
 
 NO_PULSES = {
     "two": ([0, 1], [0, 1], r"times: must have at least three samples"),
-    "nan": ([0, 1, float("nan")], [0, 1, 0], r"times\[2\]: must be a finite number s \(got nan\)"),
+    "nan": ([0, 1, float("nan")], [0, 1, 0], r"times\[2\]: must be a finite number of s \(got nan\)"),
     "words": ([0, 1, 2], [0, "x", 0], r"forces: must be a sequence of numbers \(got \[0, 'x', 0\]\)"),
     "no-list": ([0, 1, 2], 3, r"forces: must be a sequence of numbers \(got 3\)"),
     "unsorted": ([0, 2, 1, 1], [0, 1, 1, 0], r"times\[2\]: must be greater.*\ntimes\[3\]: must be greater"),
     "lengths": ([0, 1, 2], [0, 1], r"forces: must have one force for each.*got 2 forces and 3 times\)"),
-    "no-force": ([0, 1, 2], [0, -1, 0], r"forces: must be > 0 N somewhere \(got at most 0 N; turn the sign"),
+    "no-force": (
+        [0, 1, 2],
+        [0, -1, 0],
+        r"forces: must be > 0 N somewhere \(got at most 0 N; if compression is negative",
+    ),
     "no-rise": ([0, 1, 2], [1, 0.5, 0], r"forces\[0\]: must not be the peak.*a sample of zero force before it"),
-    "merged": ([-1, 1e-20, 2e-20, 1], [0, 0.5, 1, 0], r"times: must differ by more than rounding"),
-    "overflow": ([-1e308, 0, 1e308], [0, 1, 0], r"times: .* last less than 1e\+150 rise times"),
+    "merged": ([-1, 1e-20, 2e-20, 1], [0, 0.5, 1, 0], r"times: must differ by more than rounding errors"),
+    "overflow": ([-1e308, 0, 1e308], [0, 1, 0], r"times: .* span less than 1e\+150 rise times"),
 }
 
 
 @pytest.mark.parametrize(("times", "forces", "message"), NO_PULSES.values(), ids=NO_PULSES.keys())
-def test_samples_that_are_no_pulse_are_refused(times, forces, message):
+def test_samples_that_are_not_a_pulse_are_refused(times, forces, message):
     with pytest.raises(InvalidValueError, match=f"(?s){message}"):
         Tabulated(times=times, forces=forces)
 
@@ -88,14 +92,14 @@ def test_a_duration_ratio_of_one_is_refused():
         Tabulated([0, 1, 2], [0, 1, 0], duration_ratio=1)
 
 
-def test_faults_of_a_file_name_their_line(tmp_path):
+def test_errors_in_a_file_state_their_line(tmp_path):
     path = tmp_path / "pulse.csv"
     path.write_text("time [s], force [N]\n0,0\n# c\n2,1\n1,0\n")
     with pytest.raises(InvalidValueError, match=r"pulse.csv:5: times\[2\]: must be greater"):
         Tabulated.from_file(path)
 
 
-# ---------------------------------------------------------------- what is cleaned
+# ---------------------------------------------------------------- cleaning
 
 
 def test_a_constant_baseline_is_subtracted():
@@ -103,24 +107,29 @@ def test_a_constant_baseline_is_subtracted():
     assert profile.recorded_peak_force == 8
     assert profile.breakpoints == (0.0, 0.5, 1.0, 1.5, 2.0, 2.5)
     # One newton over the five seconds of a pulse of 20 N s.
-    share = "a baseline of 1 N, the mean of the 6 samples before the pulse, was subtracted (25 % of the impulse)"
+    share = "A baseline of 1 N, the mean of the 6 samples before the pulse, was subtracted (25 % of the impulse)."
     assert profile.notes[0] == share
 
 
-#: Times, forces, the shape left at whole times, what is noted.
+#: Times, forces, expected shape at whole times, expected note.
 CLEANED = {
-    "start-time": (range(5, 9), [0, 1, 0.5, 0], [0, 1, 0.5, 0], "the times start at 5 s, and were shifted"),
+    "start-time": (range(5, 9), [0, 1, 0.5, 0], [0, 1, 0.5, 0], "The times begin at 5 s and were shifted"),
     # Half of one newton times two seconds, in 8 N s.
     "below": (
         range(6),
         [0, 4, 2, -1, 2, 0],
         [0, 1, 0.5, 0, 0.5, 0],
-        "samples below zero, set to zero: 1 of 6 (12 % of",
+        "Negative samples were set to zero: 1 of 6 (12 % of",
     ),
-    "lead": (range(6), [0, 0, 0, 1, 0.5, 0], [0, 1, 0.5, 0], "quiet samples before the pulse, cut off: 2 (0 %"),
-    "tail": (range(6), [0, 1, 0.5, 0, 0.009, 0], [0, 1, 0.5, 0], "quiet samples after the pulse, cut off: 2 (0.6 %"),
-    "start": (range(4), [0.25, 1, 0.5, 0], [0.25, 1, 0.5, 0], "the record starts at 0.25 N, 25 % of its peak"),
-    "end": (range(4), [0, 1, 0.5, 0.125], [0, 1, 0.5, 0.125], "the record ends at 0.125 N, 12 % of its peak"),
+    "lead": (range(6), [0, 0, 0, 1, 0.5, 0], [0, 1, 0.5, 0], "Quiet samples before the pulse were removed: 2 (0 %"),
+    "tail": (
+        range(6),
+        [0, 1, 0.5, 0, 0.009, 0],
+        [0, 1, 0.5, 0],
+        "Quiet samples after the pulse were removed: 2 (0.6 %",
+    ),
+    "start": (range(4), [0.25, 1, 0.5, 0], [0.25, 1, 0.5, 0], "The record begins at 0.25 N, 25 % of its peak"),
+    "end": (range(4), [0, 1, 0.5, 0.125], [0, 1, 0.5, 0.125], "The record ends at 0.125 N, 12 % of its peak"),
 }
 
 
@@ -134,7 +143,7 @@ def test_a_record_is_cleaned_and_notes_state_it(times, forces, shape, note):
 
 
 @pytest.mark.parametrize("lead", [[1.0] * 4, [25.0] * 6, [0, 0.4, 0.9, 1.3, 1.6, 2.0]], ids=["short", "high", "rising"])
-def test_a_lead_that_is_no_baseline_is_kept(lead):
+def test_a_lead_that_is_not_a_baseline_is_kept(lead):
     profile = Tabulated(np.arange(len(lead) + 5), [*lead, 40, 100, 50, 10, 0])
     assert profile.recorded_peak_force == 100
     assert not any("baseline" in note for note in profile.notes)
@@ -142,7 +151,7 @@ def test_a_lead_that_is_no_baseline_is_kept(lead):
 
 @pytest.mark.parametrize("baseline", [-40.0, 0.0, 8.0, 120.0])
 @pytest.mark.parametrize("seed", range(3))
-def test_a_noisy_record_gives_back_its_pulse(seed, baseline):
+def test_the_pulse_of_a_noisy_record_is_recovered(seed, baseline):
     peak, rise, decay, noise = 850.0, 48e-6, 112e-6, 4.0
     times = np.arange(-80, 400) * 1e-6
     up = np.sin(np.pi / 2 * np.clip(times / rise, 0, 1)) ** 2
@@ -152,7 +161,7 @@ def test_a_noisy_record_gives_back_its_pulse(seed, baseline):
     assert any("baseline" in note for note in profile.notes) == (baseline != 0)
     assert profile.force(np.array([0.0, profile.duration_ratio])).tolist() == [0.0, 0.0]
     # The largest of the dozen samples near the top lies some three standard deviations too high, and up to
-    # 5 us off: 850 sin^2 loses 4 N in 4 us before the peak. The foot below 12 N takes 4 us to rise.
+    # 5 us off: 850 sin^2 loses 4 N in 4 us before the peak. The part below 12 N takes 4 us to rise.
     assert profile.recorded_peak_force == pytest.approx(peak, abs=4 * noise)
     assert profile.recorded_rise_time == pytest.approx(rise, abs=9e-6)
     # The mean of 40 samples or more leaves 0.7 N of baseline, 0.16 % of the mean force, in one deviation.
@@ -161,7 +170,7 @@ def test_a_noisy_record_gives_back_its_pulse(seed, baseline):
     assert profile.duration_ratio * profile.recorded_rise_time == pytest.approx(rise + decay, rel=0.15)
 
 
-def test_the_hammer_example_is_the_blow_of_its_comment():
+def test_the_hammer_example_is_the_pulse_of_its_comment():
     profile = Tabulated.from_file(HAMMER)
     assert profile.recorded_peak_force == pytest.approx(850, abs=4 * 1.2)
     assert profile.recorded_rise_time == pytest.approx(48e-6, abs=5e-6)

@@ -1,4 +1,4 @@
-"""The test kit for plugins: shockwave's own classes pass it, and it reports what a third party does wrong."""
+"""The test kit for plugins: the built-in classes pass it, and it reports violations of the contracts."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ from shockwave.testing.profile import rough_place
 PACKAGE = Path(shockwave.__file__).parent
 
 
-# ---------------------------------------------------------------- what shockwave has itself
+# ---------------------------------------------------------------- built-in classes
 
 
 PROFILES = [
-    # straight, infinitely steep, with jumps, next to straight
+    # straight, infinitely steep, with jumps, nearly straight
     *(
         PowerLaw(rise_exponent=a, decay_exponent=b, duration_ratio=3)
         for a, b in [(1, 1), (0.5, 1), (0, 0), (0.95, 1.5)]
@@ -85,11 +85,11 @@ def test_each_clause_of_the_docstring_has_a_test(contract: type, kind: str, sign
     if contract is ProfileContract:
         tested |= {int(clause[7]) for clause in CLAUSES}
     written = {int(number) for number in re.findall(r"^ +(\d+)\. ", signed.__doc__ or "", re.MULTILINE)}
-    # The count is written out, for a docstring that cannot be read would agree with no tests at all.
+    # The count is explicit, because an unreadable docstring would agree with no tests at all.
     assert written == tested == set(range(1, count + 1))
 
 
-# ---------------------------------------------------------------- as pytest runs it
+# ---------------------------------------------------------------- runs of pytest
 
 MODULE = """
 from shockwave import ShockProfile, Triangular
@@ -138,29 +138,29 @@ def printed(tmp_path_factory: pytest.TempPathFactory) -> str:
     return subprocess.run(command, capture_output=True, text=True, cwd=folder, env=environment).stdout
 
 
-def test_four_lines_are_a_test(printed: str) -> None:
+def test_contract_test_needs_four_lines(printed: str) -> None:
     results = re.findall(r"TestFourLines::test_\w+\[.*Triangular\(duration_ratio=3\.0\).*\] (\w+)", printed)
     assert set(results) == {"PASSED"}
     assert len(results) == len(CLAUSES) + sum(name.startswith("test_") for name in dir(ProfileContract)) - 1
 
 
-def test_a_wrong_list_is_an_error_of_pytest(printed: str) -> None:
-    objects = "must be a list of objects of subclasses of ShockProfile, and no classes (got"
+def test_wrong_list_is_reported_by_pytest(printed: str) -> None:
+    objects = "must be a list of objects (not classes) of subclasses of ShockProfile (got"
     assert f"TestNoList.profiles {objects} None)" in printed
     assert f"TestClass.profiles {objects} [<class" in printed
     assert "TestNoClass.integrators must be a list of classes (got [Triangular" in printed
 
 
-def test_one_fault_is_one_failure_with_its_line(printed: str) -> None:
+def test_one_error_fails_one_test_and_shows_the_line(printed: str) -> None:
     results = re.findall(r"TestForOneNumber::test_\w+\[.*\] (\w+)", printed)
     assert results.count("FAILED") == 1
     report = printed.split("= FAILURES =")[1]
-    assert "rise(s) must take an array of any shape, and not raise (got ValueError: The truth value" in report
+    assert "rise(s) must accept an array of any shape without raising (got ValueError: The truth value" in report
     assert "in test_it.py, line 9: if s < 0.5:" in report
     assert "see clause 2, vectorised first" in printed
 
 
-def test_what_is_left_out_is_skipped_with_its_reason(printed: str) -> None:
+def test_omitted_clauses_are_skipped_with_the_reason(printed: str) -> None:
     skipped = re.findall(r"TestLeftOut::(test_\w+)\[.*\] SKIPPED \((.*)\)", printed)
     assert sorted(skipped) == [
         ("test_clause_5_closed_forms_agree_with_quadrature", "left out: good to 1e-9 only"),
@@ -170,14 +170,14 @@ def test_what_is_left_out_is_skipped_with_its_reason(printed: str) -> None:
     ]
 
 
-def test_nothing_else_of_shockwave_needs_pytest() -> None:
+def test_only_the_test_kit_imports_pytest() -> None:
     files = [file for file in PACKAGE.rglob("*.py") if re.search(r"\bpytest\b", file.read_text())]
     assert {file.parent.name for file in files} == {"testing"}
 
 
-# ---------------------------------------------------------------- what is smooth
+# ---------------------------------------------------------------- smoothness
 
-# Anywhere, at simple fractions, and close to the ends.
+# Simple fractions, an arbitrary point, and points near the ends.
 CORNERS = (0.5, 1 / 3, 0.123456789, 1e-3, 0.999)
 STEEP = {
     "layer": lambda s: (1 + np.tanh(1e4 * (s - 0.3))) / 2,
@@ -191,18 +191,18 @@ STEEP = {
 
 
 @pytest.mark.parametrize("function", STEEP.values(), ids=STEEP)
-def test_what_is_steep_or_singular_at_an_end_is_smooth_between(function) -> None:  # type: ignore[no-untyped-def]
+def test_steep_functions_and_singular_ends_count_as_smooth(function) -> None:  # type: ignore[no-untyped-def]
     assert rough_place(function, (0.0, 1.0, 2.0)) is None
 
 
 @pytest.mark.parametrize("corner", CORNERS)
 @pytest.mark.parametrize(("power", "size"), [(0, 1.0), (0, 1e-6), (1, 1.0), (1, 0.1)])
-def test_jumps_and_kinks_are_found_unless_they_are_declared(corner: float, power: int, size: float) -> None:
+def test_jumps_and_kinks_that_are_not_breakpoints_are_found(corner: float, power: int, size: float) -> None:
     def force(s: np.ndarray) -> np.ndarray:
         return np.exp(-s) + size * np.where(s > corner, np.abs(s - corner) ** power, 0.0)
 
     assert rough_place(force, (0.0, corner, 1.0, 2.0)) is None
-    # A kink of 0.1 is lost in rounding on pieces of 1e-6.
+    # A kink of 0.1 on panels of 1e-6 is close to the rounding error.
     assert rough_place(force, (0.0, 1.0, 2.0)) == pytest.approx(corner, abs=1e-5)
 
 
@@ -210,7 +210,7 @@ def test_jumps_and_kinks_are_found_unless_they_are_declared(corner: float, power
 
 
 def rule(change: Callable[..., Any]) -> type[Any]:
-    """Gauss-Legendre with another result."""
+    """Gauss-Legendre with a changed result."""
 
     def piece(self: Any, integrand: Any, lower: float, upper: float, tolerance: float) -> Integral:
         found = GaussLegendre._piece(self, integrand, lower, upper, tolerance)
@@ -220,7 +220,7 @@ def rule(change: Callable[..., Any]) -> type[Any]:
 
 
 def off(**factors: float) -> type[Any]:
-    """Gauss-Legendre with parts of its result multiplied."""
+    """Gauss-Legendre with factors on parts of the result."""
     return rule(lambda _, found, __: attrs.evolve(found, **{k: getattr(found, k) * f for k, f in factors.items()}))
 
 
@@ -241,17 +241,17 @@ def remembering(self: Any, found: Integral, _: Any) -> Integral:
 
 
 QUADRATURES: dict[str, tuple[type[Any], int, str]] = {
-    "wrong": (off(value=1 + 1e-9), 2, "off by"),
-    "one-by-one": (rule(one_by_one), 3, "it is called with an s of other than one dimension"),
-    "sure": (off(error=1e-3), 4, "the estimate is"),
-    "miscounted": (off(evaluations=2), 5, "points were taken"),
-    "remembering": (rule(remembering), 5, "first Integral(value="),
-    "endless": (rule(endless), 4, "clause 5: more than 2000000 points are taken"),
+    "wrong": (off(value=1 + 1e-9), 2, "with an error of"),
+    "one-by-one": (rule(one_by_one), 3, "s must have one dimension"),
+    "sure": (off(error=1e-3), 4, "its estimate"),
+    "miscounted": (off(evaluations=2), 5, "points were evaluated"),
+    "remembering": (rule(remembering), 5, "at first, and Integral(value="),
+    "endless": (rule(endless), 4, "clause 5: more than 2000000 points are evaluated"),
 }
 
 
 def failures(method: type[Any], clause: int) -> list[str]:
-    """Messages of the tests of a clause that fail for the method."""
+    """Messages of the failed tests of a clause."""
     found = []
     (name,) = (name for name in dir(QuadratureContract) if name.startswith(f"test_clause_{clause}_"))
     cases = (*kit._SMOOTH_CASES, *kit._SINGULAR_CASES, *(kit._ROUGH_CASES if clause > 3 else ()))
@@ -264,10 +264,10 @@ def failures(method: type[Any], clause: int) -> list[str]:
 
 
 @pytest.mark.parametrize(("method", "clause", "message"), QUADRATURES.values(), ids=QUADRATURES)
-def test_a_broken_quadrature_fails_the_test_of_its_clause(method: type[Any], clause: int, message: str) -> None:
+def test_broken_quadrature_fails_the_test_of_its_clause(method: type[Any], clause: int, message: str) -> None:
     assert message in " ".join(failures(method, clause))
 
 
-def test_a_quadrature_that_is_not_registered_is_found() -> None:
+def test_quadrature_that_is_not_registered_is_reported() -> None:
     with pytest.raises(AssertionError, match="'gauss-legendre' is registered for another class"):
         QuadratureContract().test_clause_1_name_is_the_one_registered(off())

@@ -1,4 +1,4 @@
-"""The test kit for plugins identifies broken integrators by the clause that they break."""
+"""The test kit for plugins identifies broken integrators by the clause that they violate."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from shockwave.testing import IntegratorContract
 
 
 class Plain(Integrator):
-    """Velocity Verlet as an `Integrator` of its own, which keeps its contract; parts of it can be replaced."""
+    """Velocity Verlet as a subclass of `Integrator` that fulfils the contract; parts of it can be replaced."""
 
     name: ClassVar[str] = "plain"
     order: ClassVar[int] = 2
@@ -65,12 +65,12 @@ class Plain(Integrator):
 
 
 def other(base: type[Any], **parts: Any) -> type[Any]:
-    """A method of which some parts are replaced."""
+    """A subclass with replaced parts."""
     return type("Broken", (base,), parts)
 
 
 class Wiping(Plain):
-    """Accelerations are wiped out as soon as the next step is asked for."""
+    """Sets the accelerations to zero when the next step is requested."""
 
     def steps(self, *arguments: Any) -> Iterator[Step]:
         for step in Plain.steps(self, *arguments):
@@ -80,7 +80,7 @@ class Wiping(Plain):
 
 
 class Forgetful(Plain):
-    """The count begins anew with each run."""
+    """Resets the number of evaluations at each run."""
 
     def steps(self, *arguments: Any) -> Iterator[Step]:
         self.evaluations = 0
@@ -88,7 +88,7 @@ class Forgetful(Plain):
 
 
 class Remembering(Plain):
-    """A run continues from the state in which the last one was left, if there was one."""
+    """Continues from the last state of the previous run."""
 
     def steps(self, acceleration: Any, begin: float, until: float, x: FloatArray, v: FloatArray, first: Any) -> Any:
         before = getattr(self, "before", x)
@@ -106,7 +106,7 @@ def longer(self: Plain, begin: float, until: float) -> list[float]:
 
 
 class Optimist(Rkn64):
-    """Errors are estimated too small."""
+    """Underestimates the errors."""
 
     def attempt(self, *arguments: Any) -> Attempt:
         tried = Rkn64.attempt(self, *arguments)
@@ -123,34 +123,38 @@ def restless(self: Verlet, acceleration: Any, time: Any, size: Any, x: Any, v: A
     return tried._replace(x=tried.x + (1e-9 if np.ndim(size) else 0.0) * (np.asarray(size) == 0))
 
 
-#: The method, the clause, and the message; an error of the method's own is shown by pytest.
+#: Method, clause and message.
 INTEGRATORS: dict[str, tuple[type[Any], str, str]] = {
     "order": (other(Plain, order=3), "clause_1", "order is 3, and the error scales as the step to the power 2.00"),
-    "no-name": (other(Plain, name=None), "clause_1", "name must be a text (got None)"),
+    "no-name": (other(Plain, name=None), "clause_1", "name must be a string (got None)"),
     "longer-steps": (other(Plain, times=longer), "clause_2", "with size = 0.025 the longest step is 0.05"),
     "optimist": (Optimist, "clause_2", "with tolerance = 1e-07 the error at t = 3 is"),
-    "early": (other(Plain, times=early), "clause_3", "the last step ends at 2.3333333323333"),
+    "early": (other(Plain, times=early), "clause_3", "until = 2.3333333333333335 (got 2.3333333323333"),
     "column": (other(Plain, positions=lambda _, x: x[:, None]), "clause_4", "positions of shape {(5, 1)}"),
-    "uncounted": (Forgetful, "clause_5", "evaluations is 41, the acceleration was called 62 times"),
+    "uncounted": (Forgetful, "clause_5", "evaluations is 41, but the acceleration was called 62 times"),
     "wiping": (Wiping, "clause_6", "was changed after it was yielded"),
-    "crooked": (other(Plain, shares=lambda _, u, __: (1 - u * u, 0, u * u, 0)), "clause_7", "is off by"),
+    "crooked": (
+        other(Plain, shares=lambda _, u, __: (1 - u * u, 0, u * u, 0)),
+        "clause_7",
+        "the error of interpolate(",
+    ),
     "not-finite": (other(Plain, checked=lambda *_: None), "clause_8", "DID NOT RAISE"),
-    "remembering": (Remembering, "clause_9", "takes other steps than a new one"),
-    # The last step of a run does not show it: the caller keeps times within the run.
+    "remembering": (Remembering, "clause_9", "takes different steps than a new one"),
+    # Not visible in the last step of a run, where the caller limits the times.
     "beyond-the-step": (other(Verlet, attempt=beyond), "one_step_clause_1", "a stage lies at t = 0.4 or 0.41"),
-    "restless": (other(Verlet, attempt=restless), "one_step_clause_2", "chain 2 of a batch is off by 1.0e-09"),
+    "restless": (other(Verlet, attempt=restless), "one_step_clause_2", "chain 2 of a batch differs by 1.0e-09"),
     "error-order": (other(Rkn64, error_order=5), "one_step_clause_3", "error_order is 5, and the estimate scales as"),
 }
 
 
 @pytest.fixture
 def register(monkeypatch: pytest.MonkeyPatch) -> Callable[[type[Any]], None]:
-    """Registers a class, as the hook of a plugin does."""
+    """Registers a class like the hook of a plugin."""
     return lambda cls: monkeypatch.setattr("shockwave.testing.contract.load", lambda kind, name: cls)
 
 
 def failures(method: type[Any], name: str) -> list[str]:
-    """Messages of the tests of a clause that fail for the method."""
+    """Messages of the failed tests of a clause."""
     found = []
     for test in (test for test in dir(IntegratorContract) if test.startswith(f"test_{name}")):
         function = getattr(IntegratorContract(), test)
@@ -165,13 +169,13 @@ def failures(method: type[Any], name: str) -> list[str]:
     return found
 
 
-def test_an_integrator_that_keeps_its_contract_fails_no_test(register: Any) -> None:
+def test_correct_integrator_passes_all_tests(register: Any) -> None:
     register(Plain)
     assert failures(Plain, "") == []
 
 
 @pytest.mark.parametrize("broken", thinned(INTEGRATORS, 3))
-def test_a_broken_integrator_fails_the_test_of_its_clause(broken: str, register: Any) -> None:
+def test_broken_integrator_fails_the_test_of_its_clause(broken: str, register: Any) -> None:
     method, clause, message = INTEGRATORS[broken]
     register(method)
     assert message in " ".join(failures(method, clause))
@@ -185,5 +189,5 @@ def test_a_broken_integrator_fails_the_test_of_its_clause(broken: str, register:
     ],
     ids=["nobody", "another"],
 )
-def test_an_integrator_that_is_not_registered_is_found(method: type[Any], message: str) -> None:
+def test_integrator_that_is_not_registered_is_reported(method: type[Any], message: str) -> None:
     assert message in failures(method, "clause_1_name")[0]

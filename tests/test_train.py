@@ -92,7 +92,7 @@ def test_the_primary_satisfies_5a_and_later_waves_5i(name: str) -> None:
 
 
 @each_train
-def test_all_waves_together_use_up_the_impulse(name: str) -> None:
+def test_all_waves_together_have_the_whole_impulse(name: str) -> None:
     outcome, every = _outcome(name), _outcome(name, threshold=1e-12)
     # Rounding of a sum over some hundred waves, and of the quadratures.
     assert sum(wave.momentum for wave in outcome.waves) <= outcome.applied_momentum * (1 + 1e-12)
@@ -102,7 +102,9 @@ def test_all_waves_together_use_up_the_impulse(name: str) -> None:
 
 @pytest.mark.parametrize("threshold", [0.01, 0.7])
 @pytest.mark.parametrize("name", ["table1-row1", "triangle"])
-def test_waves_fall_after_a_steep_rise_and_the_threshold_only_shortens_the_list(name: str, threshold: float) -> None:
+def test_waves_become_weaker_after_a_steep_rise_and_the_threshold_only_shortens_the_list(
+    name: str, threshold: float
+) -> None:
     every = _outcome(name, threshold=1e-12).waves
     forces = [wave.peak_force for wave in every]
     assert forces == sorted(forces, reverse=True)
@@ -110,7 +112,7 @@ def test_waves_fall_after_a_steep_rise_and_the_threshold_only_shortens_the_list(
     assert list(_outcome(name, threshold).waves) == above
 
 
-def test_more_than_a_thousand_later_waves_are_cut_with_a_warning() -> None:
+def test_the_list_of_later_waves_ends_after_a_thousand_with_a_warning() -> None:
     outcome = sw.Predictor().predict(_shock(_power(2, 0, 0), 2000.0), CHAIN)
     assert len(outcome.waves) == 1001
     assert any("1000" in warning for warning in outcome.warnings)
@@ -153,7 +155,7 @@ def test_5a_with_5c_as_printed_has_two_roots(profile: sw.ShockProfile, rise_time
         assert ends == pytest.approx([1.0, n], rel=1e-9)
 
 
-def test_without_a_root_the_primary_is_given_the_whole_impulse() -> None:
+def test_without_a_root_the_leading_wave_takes_the_whole_impulse() -> None:
     outcome = _literal(_power(5, 2, 7), 3.0)
     assert outcome.roots == ()
     # a1 = 1/3, a2 = 4/8; (5f); rounding

@@ -1,4 +1,4 @@
-"""Ranges of error of predictions, on shocks that were not used to make them; and the data behind the ranges."""
+"""Expected errors of predictions for shocks that were not used to determine them, and the data of the laws."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Verdict:
 
 @cache
 def verdicts(family: str, part: int) -> list[Verdict]:
-    """Of random shocks of a family that meet (3) and have a range."""
+    """Random shocks of a family that satisfy (3) and have a range."""
     draw = np.random.default_rng(2026)
     shocks: list[sw.Shock] = []
     outcomes: list[sw.Outcome] = []
@@ -105,7 +105,7 @@ def measured(profile: sw.ShockProfile, duration: float) -> Measures:
 
 @PARTS
 @pytest.mark.parametrize("regime", ["ejection", "single", "train"])
-def test_errors_of_a_regime_lie_in_their_ranges(regime: str, part: int) -> None:
+def test_errors_of_a_regime_are_in_their_ranges(regime: str, part: int) -> None:
     own = [verdict.holds for family in COUNTS for verdict in verdicts(family, part) if verdict.regime == regime]
     assert len(own) >= 150 // part
     assert np.mean(own) >= CLAIMED
@@ -126,7 +126,7 @@ def test_a_vanishing_shock_has_the_error_of_5f_in_the_impulse_limit() -> None:
     assert high - low < 0.002
 
 
-def test_the_range_is_that_of_the_simulated_force_whatever_the_coefficient() -> None:
+def test_the_range_refers_to_the_simulated_force_for_any_coefficient() -> None:
     exact, paper = (predicted(sw.Triangular(duration_ratio=5), 3.0, momentum_coefficient=c) for c in ("exact", "paper"))
     assert exact.expected_error is not None
     assert paper.expected_error is not None
@@ -148,13 +148,13 @@ TWO_PEAKS = sw.Tabulated(times=[0, 1, 3, 5, 9], forces=[0, 100, 20, 60, 0])
         (sw.PowerLaw(rise_exponent=3, decay_exponent=2, duration_ratio=3), 2.0, {}, "a1 >= 1/2 fails by 0.25"),
         (sw.Triangular(duration_ratio=1.1), 1.0, {}, "a2 >= a1 fails by"),
         (sw.PowerLaw(rise_exponent=1, decay_exponent=0.5, duration_ratio=30), 30.0, {}, "a2 <= (n-1)/2 fails by"),
-        (TWO_PEAKS, 6.0, {}, "several peaks (it turns by 40% of its peak)"),
+        (TWO_PEAKS, 6.0, {}, "several peaks (its force reverses by 40% of the peak force)"),
         # a triangle with n = 2 and rise time T has a window (1 - T/1.652)/2, with 1.652 = A F0^(-1/6) over T0
-        (sw.Triangular(duration_ratio=2), 2 * 1.652 * (1 - 2 * 0.17), {}, "beyond 0.165 its error has no useful bound"),
-        (TRIANGLE, 6.0, {"momentum_coefficient": 8.0}, "this reading"),
-        (TRIANGLE, 6.0, {"alpha": "literal"}, "this reading"),
+        (sw.Triangular(duration_ratio=2), 2 * 1.652 * (1 - 2 * 0.17), {}, "errors have no useful bound above 0.165"),
+        (TRIANGLE, 6.0, {"momentum_coefficient": 8.0}, "This interpretation"),
+        (TRIANGLE, 6.0, {"alpha": "literal"}, "This interpretation"),
         (sw.PowerLaw(rise_exponent=0.1, decay_exponent=1, duration_ratio=50), 61.0, {}, "longer"),
-        (SPIKE, 50.0, {}, "of another shape"),
+        (SPIKE, 50.0, {}, "or its shape differs"),
     ],
     ids=["outside-3", "sawtooth", "slow-decay", "two-peaks", "window", "coefficient", "literal", "long", "shape"],
 )
@@ -184,7 +184,7 @@ def test_measures_of_a_symmetric_triangle() -> None:
 # ---------------------------------------------------------------- the data behind it
 
 
-def test_laws_are_those_that_the_shipped_shocks_give() -> None:
+def test_laws_are_those_fitted_to_the_shipped_shocks() -> None:
     again = study().fitted(table("pulses.csv"))
     assert {key: again[key] for key in ("about", "provenance")} == {
         key: resource()[key] for key in ("about", "provenance")

@@ -1,4 +1,4 @@
-"""Uncertainty: distributions against direct simulation and closed forms, and the block of a scenario."""
+"""Uncertainty: distributions against direct simulations and closed forms, and the block of a scenario."""
 
 from __future__ import annotations
 
@@ -18,9 +18,11 @@ from pages import ROOT, code_in, table
 from scenes import CASE_A, CHAIN, POWER, UNITS
 from selection import thinned
 from shockwave import cli
+from shockwave.progress import progress_shown
 from shockwave.scenario.dotted_names import variable
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import Spread
+from shockwave.studies.uncertainty_result import Estimate
 from shockwave.studies.uncertainty_sampling import Distribution, slopes_at
 from shockwave.studies.varied_scenes import (
     curve_of,
@@ -70,15 +72,15 @@ def test_draws_agree_with_their_simulations() -> None:
 
 
 @pytest.mark.slow
-def test_statistics_agree_with_2000_simulations_within_the_error_of_sampling() -> None:
+def test_statistics_agree_with_2000_simulations_within_the_sampling_error() -> None:
     force = found().peak_force
     known = simulated(found(), 2000, 1e-5)
-    # these are independent draws of their own, at three deviations
+    # the reference draws have their own sampling error, of which three standard deviations are allowed
     own = 3 * known.std() / math.sqrt(len(known))
     assert force.mean.value == pytest.approx(known.mean(), abs=force.mean.error + own)
     assert force.sd.value == pytest.approx(known.std(), abs=force.sd.error + own / math.sqrt(2))
     for share, estimate in force.quantiles.items():
-        # three deviations of a count, and what the error is worth
+        # three standard deviations of a count, and the sampling error of the quantile
         width = 3 * math.sqrt(share * (1 - share) / len(known))
         assert (known < estimate.value).mean() == pytest.approx(share, abs=width + 0.02)
 
@@ -96,16 +98,16 @@ NARROW = {
 
 
 @pytest.mark.parametrize("name", thinned(NARROW, 3))
-def test_draws_of_each_value_are_the_scenes_that_have_it(name: str) -> None:
+def test_draws_of_each_parameter_are_scenes_with_its_values(name: str) -> None:
     result = sw.uncertainty(CASE_A, CHAIN, {name: NARROW[name]}, draws=1024)
     family, curve = Family(SCENE), sw.UniversalCurve(POWER)
     scenes = [family.scenario({name: float(value)}) for value in result.values[name][:20]]
     known = [curve.answer(scene.shock, scene.chain).peak_force for scene in scenes]
-    # the same curve: what differs is rounding
+    # the same curve: the difference is rounding
     assert result.peak_forces[:20] == pytest.approx(known, rel=1e-10)
 
 
-def test_a_shape_that_is_uncertain_is_simulated() -> None:
+def test_an_uncertain_shape_is_simulated() -> None:
     spreads = {"shock.parameters.decay_exponent": "5 %", "shock.duration_ratio": {"between": [2.5, 3.5]}}
     result = sw.uncertainty(CASE_A, CHAIN, spreads, draws=1024)
     assert result.method == "simulation"
@@ -116,18 +118,26 @@ def test_a_shape_that_is_uncertain_is_simulated() -> None:
         assert result.peak_forces[index] == pytest.approx(known, rel=result.model_error + 1e-8)
 
 
+def test_progress_ends_with_all_scenes() -> None:
+    reports: list[tuple[str, int, int | None]] = []
+    with progress_shown(lambda *report: reports.append(report)):
+        result = sw.uncertainty(CASE_A, CHAIN, {"chain.radius": "3 %"}, draws=1024)
+    assert reports[0] == ("scenes", 0, result.evaluations)
+    assert reports[-1] == ("scenes", result.evaluations, result.evaluations)
+
+
 # ---------------------------------------------------------------- closed forms
 
 
 def test_a_short_shock_with_lognormal_values_is_lognormal() -> None:
-    """F ~ t0^(6/5) F0^(6/5) R^(-8/5) for a blow: logarithms add, and everything is known."""
+    """F ~ t0^(6/5) F0^(6/5) R^(-8/5) for an impulse: all results have closed forms."""
     factors = {"shock.rise_time": 1.1, "shock.peak_force": 1.05, "chain.radius": 1.08}
     powers = {"shock.rise_time": 1.2, "shock.peak_force": 1.2, "chain.radius": -1.6}
     result = sw.uncertainty(SHORT, CHAIN, {name: {"factor": factor} for name, factor in factors.items()})
     variances = {name: (powers[name] * math.log(factor)) ** 2 for name, factor in factors.items()}
     sigma2 = sum(variances.values())
     median, force = result.peak_force.nominal, result.peak_force
-    # a 95 % interval fails one time in twenty: three times that, and never
+    # a 95 % interval fails once in twenty times, three times that interval practically never
     assert force.mean.value == pytest.approx(median * math.exp(sigma2 / 2), abs=3 * force.mean.error)
     sd = median * math.exp(sigma2 / 2) * math.sqrt(math.expm1(sigma2))
     assert force.sd.value == pytest.approx(sd, abs=3 * force.sd.error)
@@ -142,24 +152,24 @@ def test_a_short_shock_with_lognormal_values_is_lognormal() -> None:
         assert one.exponent == pytest.approx(powers[one.name], abs=1e-6)
 
 
-def test_one_uncertain_value_has_all_of_the_variance() -> None:
+def test_one_uncertain_parameter_causes_all_the_variance() -> None:
     result = sw.uncertainty(CASE_A, CHAIN, {"chain.material.density": "5 %"})
     (one,) = result.sensitivities
     for share in (one.peak_force_first, one.peak_force_total, one.amplification_first, one.amplification_total):
         assert share.value == pytest.approx(1, abs=3 * share.error)
 
 
-def test_intervals_of_quantiles_hold_the_truth() -> None:
-    """Of one value with which the force rises quantiles are known; points of Sobol lie nearly even along it."""
+def test_intervals_of_quantiles_contain_the_exact_values() -> None:
+    """If the force increases with the one uncertain parameter, its quantiles are those of the parameter."""
     spreads = {"shock.peak_force": "5 %"}
     ends = CASE_A.peak_force * (1 + 0.05 * np.array([-1.6448536269514722, 1.6448536269514722]))
     amplification, force, _ = primaries(SCENE, {"shock.peak_force": ends}, 1e-4)
     truth = dict(zip((0.05, 0.95), (amplification * force).tolist(), strict=True))
     all_ = [sw.uncertainty(CASE_A, CHAIN, spreads, draws=1024, seed=seed).peak_force.quantiles for seed in range(30)]
     held = [abs(each[share].value - value) <= each[share].error for each in all_ for share, value in truth.items()]
-    # 98 to 99 % of 300 seeds; by the deviation of the batches' own quantiles it was 75 %
+    # 98 to 99 % were measured for 300 seeds, and 75 % for errors from the scatter of the quantiles of the batches
     assert np.mean(held) > 0.93
-    # and it is no wider than it need be
+    # the intervals are not much wider than necessary
     off = np.mean([abs(each[share].value - value) for each in all_ for share, value in truth.items()])
     assert np.mean([each[share].error for each in all_ for share in truth]) < 6 * off
 
@@ -175,14 +185,14 @@ def test_a_parameter_that_sets_the_peak_force_has_its_exponent(force_too: bool) 
     value = value_of(scenario, name)
     shocks = [Family(scenario).scenario({name: value * math.exp(step * k)}).shock for k in (-1, 1)]
     nominal = {name: np.array([value])}
-    if force_too:  # then the draws keep it
+    if force_too:  # then it is held constant
         shocks = [evolve(shock, peak_force=scenario.shock.peak_force) for shock in shocks]
         nominal["shock.peak_force"] = np.array([scenario.shock.peak_force])
     low, high = (sw.simulate(shock, scenario.chain, rtol=1e-10, waves="primary") for shock in shocks)
     one = Distribution.of(Spread(variable(name, data_of(scenario)), "relative", (0.02,)), scenario)
     curve = curve_of(scenario.shock.profile, 1e-4, duration_of(scenario))
     force, ratio = slopes_at(scenario, exponents_of(scenario, curve), one, nominal)
-    # differences over 0.1 and 0.2 % err by the square of that
+    # the errors of differences over 0.1 and 0.2 % are of second order
     assert force.value * value == pytest.approx(math.log(high.peak_force / low.peak_force) / (2 * step), abs=1e-3)
     known = math.log(high.amplification / low.amplification) / (2 * step)
     assert ratio.value * value == pytest.approx(known, abs=1e-3)
@@ -200,7 +210,7 @@ def test_a_normal_distribution_stays_within_the_range_of_its_value() -> None:
     one = distribution("chain.material.poisson_ratio", 0.45, "sd", 0.1)
     values = one.at((np.arange(1000) + 0.5) / 1000)
     assert values.max() < 0.5
-    # 0.5 is half a deviation above
+    # the limit 0.5 is half a standard deviation above the mean
     assert one.cut == pytest.approx(0.3085, abs=1e-4)
     assert np.median(values) < 0.45
 
@@ -221,7 +231,7 @@ def test_distributions_have_the_requested_mean_and_deviation(
     one = distribution("shock.peak_force", 10.0, kind, *numbers)
     values = one.at((np.arange(20_000) + 0.5) / 20_000)
     assert values.mean() == pytest.approx(mean, rel=1e-5)
-    # of the lognormal one the second-order term is written out, and the midpoint rule lacks the last of the tails
+    # the standard deviation of the lognormal one is of second order, and the midpoint rule truncates the tails
     assert one.sd == pytest.approx(sd, rel=2e-4 if kind == "factor" else 1e-12)
 
 
@@ -256,10 +266,10 @@ FAULTS = {
     "factor": ("{chain.radius: {factor: 0.5}}", "15:38", "must be > 1"),
     "order": ("{chain.radius: {between: [2 mm, 1 mm]}}", "15:39", "must ascend"),
     "range": ("{chain.material.poisson_ratio: {between: [0.1, 0.7]}}", "15:61", "must be > -1 and < 0.5"),
-    "length": ("{chain.radius: {between: [1 mm]}}", "15:39", "must be a list of the least and the greatest"),
-    "whole": ("{chain.granules: 5 %}", "15:15", "that can lie anywhere in a range"),
-    "setting": ("{predict.equal_tolerance: 5 %}", "15:15", "must be a value of the chain or the shock"),
-    "twins": ("{chain.radius: 5 %, chain.diameter: 5 %}", "15:34", "must be left out where chain.radius is given"),
+    "length": ("{chain.radius: {between: [1 mm]}}", "15:39", "must be a list of two values"),
+    "whole": ("{chain.granules: 5 %}", "15:15", "must be a continuous value"),
+    "setting": ("{predict.equal_tolerance: 5 %}", "15:15", "must be a continuous value of the chain or the shock"),
+    "twins": ("{chain.radius: 5 %, chain.diameter: 5 %}", "15:34", "must be left out if chain.radius is given"),
     "list": ("[chain.radius]", "15:14", "must be a mapping of dotted names"),
 }
 
@@ -274,17 +284,17 @@ def test_faults_are_reported_with_their_place(block: str, place: str, message: s
 
 
 CALLS: dict[str, tuple[dict[str, Any], str]] = {
-    "nothing": ({}, "uncertainty: must name the uncertain values"),
+    "nothing": ({}, "uncertainty: must name the uncertain parameters"),
     "name": ({"spreads": {"chain.radios": "5 %"}}, "uncertainty.*did you mean 'chain.radius'"),
     "draws": ({"spreads": SPREADS, "draws": 5000}, "draws: must be a power of 2"),
     "rtol": ({"spreads": SPREADS, "rtol": 1.0}, "rtol: must be >= 1e-07"),
     "too-long": (
         {"spreads": {"shock.rise_time": {"factor": 50}}},
-        r"^uncertainty: must draw possible scenes \(shock: must last at most 1000 characteristic .*narrow the spreads",
+        r"^uncertainty: must give only possible scenes \(shock: must last at most 1000 .*narrow the distributions",
     ),
     "too-slow": (
         {"spreads": {"shock.duration_ratio": {"between": [1.5, 1000]}}},
-        r"^uncertainty: must draw possible scenes \(shock: must last at most 300 characteristic times where .*narrow",
+        r"^uncertainty: must give only possible scenes \(shock: must last at most 300 characteristic times if .*narrow",
     ),
 }
 
@@ -322,16 +332,25 @@ def test_a_fault_of_the_block_is_reported_with_its_file(tmp_path: Path, capsys: 
     file = tmp_path / "long.yaml"
     file.write_text(FILE.read_text().replace("between: [30 us, 50 us]", "factor: 50"))
     assert cli.main(["uncertainty", str(file)]) == 3
-    assert capsys.readouterr().err.startswith(f"{file}: uncertainty: must draw possible scenes")
+    assert capsys.readouterr().err.startswith(f"{file}: uncertainty: must give only possible scenes")
 
 
 def test_numbers_have_the_digits_that_their_errors_leave() -> None:
-    mean = next(line.split() for line in str(found()).splitlines() if line.lstrip().startswith("mean"))
-    assert float(mean[3]) == pytest.approx(found().peak_force.mean.error, rel=0.05)
-    assert not re.search(r"\+- \de[-+]", str(found()))
+    text = str(found())
+    assert max(map(len, text.splitlines())) <= 80
+    mean = next(line.split() for line in text.splitlines() if line.lstrip().startswith("mean"))
+    # one digit, or two digits if the first is 1 or 2
+    assert float(mean[3]) == pytest.approx(found().peak_force.mean.error, rel=0.2)
+    assert text.startswith(f"peak force: mean {mean[1]} +- {mean[3]} N, 90 % between ")
+    assert not re.search(r"\+- \de[-+]", text)
+    assert [str(Estimate(12345.6, error)) for error in (0.04, 1.3, 40.0)] == [
+        "12345.60 +- 0.04",
+        "12345.6 +- 1.3",
+        "12350 +- 40",
+    ]
 
 
-def test_a_sweep_is_to_be_deleted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_scenario_with_a_sweep_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "swept.yaml"
     file.write_text(f"{FILE.read_text()}\nsweep: {{grid: {{shock.peak_force: [1, 2]}}}}\n")
     design = ["design", str(file), "--vary", "chain.radius", "--target", "speed=9", "--between", "1 mm", "2 mm"]

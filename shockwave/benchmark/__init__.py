@@ -1,1 +1,1 @@
-"""Work and precision: what accuracy costs; and extreme cases with what must happen."""
+"""Benchmarks of accuracy against run time, and stress tests with extreme cases."""

@@ -1,4 +1,4 @@
-"""The bench: its families of problems, the methods that are run on them, and where it was run."""
+"""The benchmark: families of problems, the methods that are run on them, and the software and machine."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 import platform
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import product
 from typing import Any, NamedTuple, TypeAlias
@@ -43,10 +43,13 @@ from shockwave.scenario.scenario import Scenario
 from shockwave.simulation.backend import compiled
 
 FAMILIES = ("quadratures", "predictors", "integrators")
+# Limits of a quick and of a full run, times in seconds.
 _QUICK = Limits(run=0.5, repetitions=0.08, repeats=5, every=2)
 _FULL = Limits(run=4.0, repetitions=0.4, repeats=15)
+# Tolerances, and step sizes in characteristic times.
 _TOLERANCES = tuple(10.0**-power for power in range(2, 13))
 _STEPS = tuple(0.2 / 2**power for power in range(9))
+# Relative rounding error of a number.
 _ROUNDING = 2e-16
 
 
@@ -56,33 +59,34 @@ def run(
     quick: bool = False,
     longest: float | None = None,
 ) -> WorkPrecision:
-    """Run the families on the named problems, or on the scenes of scenarios.
+    """Run the families on the named problems, or on scenarios.
 
     Parameters
     ----------
     scenarios : sequence of Scenario
-        Scenes that take the place of the named problems.
+        Scenarios that replace the named problems.
     families : sequence of "quadratures", "predictors", "integrators"
-        All of them if left out.
+        Default: all of them.
     quick : bool
-        Fewer problems, settings and repetitions; ends within a minute.
+        Use fewer problems, settings and repetitions; takes less than a minute.
     longest : float, optional
-        The longest that one run may take [s]; what would take longer is left out with a row that says so.
+        Time limit of one run [s]. Runs that would exceed it are left out; their rows state this.
     """
     limits = _QUICK if quick else _FULL
     if longest is not None:
         limits = evolve(limits, run=longest, repetitions=min(limits.repetitions, longest))
     problems: list[Problem] = []
     rows: list[Row] = []
-    for family in FAMILIES:
-        if families and family not in families:
-            continue
-        experiments = of_scenarios(family, scenarios) if scenarios else named(family, quick)
-        for problem, methods in experiments:
-            progressed(f"{family}: {problem.name}", 0)
-            problems.append(problem)
-            for method in methods:
-                rows.extend(measured(problem, method, limits))
+    experiments: list[Callable[[], Experiment]] = []
+    for family in sorted(families or FAMILIES, key=FAMILIES.index):
+        experiments += of_scenarios(family, scenarios) if scenarios else named(family, quick)
+    for count, experiment in enumerate(experiments):
+        progressed("bench", count, len(experiments))
+        problem, methods = experiment()
+        problems.append(problem)
+        for method in methods:
+            rows.extend(measured(problem, method, limits))
+    progressed("bench", len(experiments), len(experiments))
     return WorkPrecision(
         provenance=_provenance(quick, limits),
         problems=tuple(problems),
@@ -90,43 +94,42 @@ def run(
     )
 
 
-def named(family: str, quick: bool) -> Iterator[Experiment]:
-    """The named problems of a family."""
+def named(family: str, quick: bool) -> Iterator[Callable[[], Experiment]]:
+    """The named problems of a family; each is set up, with its reference, when it is called."""
     if family == "quadratures":
         for text, profile in PROFILES.items():
             name, _, description = text.partition(": ")
-            yield quadratures(name, description, areas_of(profile))
+            yield partial(quadratures, name, description, areas_of(profile))
         triangle = Triangular(duration_ratio=3)
         areas = Areas([(triangle.force, (0.0, 3.0))], np.array([1.5]), "closed form", _ROUNDING)
-        yield quadratures("kink not given", "a triangle, n = 3, over its whole length: its kink is not given", areas)
+        yield partial(quadratures, "kink not given", "triangle, n = 3, integrated across its kink", areas)
     elif family == "predictors":
         for name in ("short", "A", "B") if quick else ("short", "A", "B", "slow"):
-            yield predictors(CASES[name])
+            yield partial(predictors, CASES[name])
     else:
         for name in ("A",) if quick else ("A", "B", "slow"):
-            yield integrators(CASES[name])
+            yield partial(integrators, CASES[name])
 
 
-def of_scenarios(family: str, scenarios: Sequence[Scenario]) -> Iterator[Experiment]:
-    """The problems of a family that scenarios make; one without a reference has a single row, which says why."""
+def of_scenarios(family: str, scenarios: Sequence[Scenario]) -> Iterator[Callable[[], Experiment]]:
+    """The problems of a family on scenarios; a problem without a reference has a single row with the reason."""
     count = Counter[str]()
     for scenario in scenarios:
         count[scenario.name] += 1
-        if count[scenario.name] > 1:  # rows are distinguished by the name
+        if count[scenario.name] > 1:  # names must be unique
             scenario = evolve(scenario, name=f"{scenario.name} ({count[scenario.name]})")
-        try:
-            experiment = _of_scenario(family, scenario)
-        except ShockwaveError as error:
-            problem = Problem(family, scenario.name, "there is no reference", ("peak force",), "none", 1.0)
-            experiment = problem, [Method("reference", partial(_raise, error))]
-        yield experiment
+        yield partial(_of_scenario, family, scenario)
 
 
 def _of_scenario(family: str, scenario: Scenario) -> Experiment:
     profile = scenario.shock.profile
-    if family == "quadratures":
-        return quadratures(scenario.name, type(profile).__name__, areas_of(profile))
-    return (predictors if family == "predictors" else integrators)(case_of(scenario))
+    try:
+        if family == "quadratures":
+            return quadratures(scenario.name, type(profile).__name__, areas_of(profile))
+        return (predictors if family == "predictors" else integrators)(case_of(scenario))
+    except ShockwaveError as error:
+        problem = Problem(family, scenario.name, "no reference could be computed", ("peak force",), "none", 1.0)
+        return problem, [Method("reference", partial(_raise, error))]
 
 
 def _raise(error: ShockwaveError, *_: object) -> Answer:
@@ -151,17 +154,18 @@ def _provenance(quick: bool, limits: Limits) -> dict[str, str]:
 
 # ---------------------------------------------------------------- quadratures: areas and impulse of pulses
 
+# Tolerances of the quadratures, and that of the reference.
 _AREA_TOLERANCES = tuple(10.0**-power for power in range(2, 15, 2))
 _TIGHTEST_AREA = 1e-15
-# Of a record with many kinks.
+# A record with many kinks: times and forces, both in arbitrary units.
 _TIMES = (0.0, 0.1, 0.25, 0.3, 0.55, 0.6, 0.8, 1.1, 1.15, 1.6, 1.9, 2.0)
 _FORCES = (0.0, 0.3, 0.2, 0.7, 0.65, 1.0, 0.6, 0.7, 0.35, 0.3, 0.1, 0.0)
-# Integrands, each with the points between which it is smooth.
+# Integrands, each with the points that separate its smooth pieces.
 _Pieces: TypeAlias = Sequence[tuple[Integrand, Sequence[float]]]
 
 
 class Areas(NamedTuple):
-    """Integrals of known ``values``, how these were obtained, and their relative error; the impulse is their sum."""
+    """Integrals, their reference values, and source and relative error of these; the impulse is the sum."""
 
     pieces: _Pieces
     values: FloatArray
@@ -169,21 +173,21 @@ class Areas(NamedTuple):
     error: float
 
 
-#: Profiles by description, which begins with the name of the problem.
+#: Profiles of the named problems, by "name: description".
 PROFILES = {
     "smooth: exponential, rates 2 and 3, n = 4": Exponential(rise_rate=2, decay_rate=3, duration_ratio=4),
-    "kinked: a record of 12 samples, its kinks given": Tabulated(times=_TIMES, forces=_FORCES),
-    "singular ends: power law, eta 0.1 and 0.3, n = 3: infinite slope at both ends": PowerLaw(
+    "kinked: record of 12 samples, integrated between its kinks": Tabulated(times=_TIMES, forces=_FORCES),
+    "singular ends: power law, eta 0.1 and 0.3, n = 3, infinite slope at both ends": PowerLaw(
         rise_exponent=0.1, decay_exponent=0.3, duration_ratio=3
     ),
-    "nearly a jump: power law, eta 0.001 and 1, n = 3: the rise is nearly a jump": PowerLaw(
+    "nearly a jump: power law, eta 0.001 and 1, n = 3, rise is nearly a jump": PowerLaw(
         rise_exponent=1e-3, decay_exponent=1, duration_ratio=3
     ),
 }
 
 
 def areas_of(profile: ShockProfile) -> Areas:
-    """Rise and decay of a profile; a closed form, which may be a plugin's, is checked by quadrature."""
+    """Areas of the rise and the decay of a profile; closed forms, also of plugins, are checked by quadrature."""
     rising = [point for point in profile.breakpoints if point <= 1]
     decaying = [point for point in profile.breakpoints if point >= 1]
     pieces = ((profile.rise, rising), (profile.decay, decaying))
@@ -192,17 +196,17 @@ def areas_of(profile: ShockProfile) -> Areas:
     closed = profile.closed_areas()
     if closed is None:
         error = max(_greatest(tanh_sinh, gauss), _ROUNDING)
-        source = f"gauss-legendre at a tolerance of {_TIGHTEST_AREA:g}, cross-checked by tanh-sinh"
+        source = f"gauss-legendre at a tolerance of {_TIGHTEST_AREA:g}, checked by tanh-sinh"
         return Areas(pieces, gauss, source, error)
     values = np.array(closed, dtype=float)
-    # At an infinite slope tanh-sinh is the more accurate, at a kink Gauss-Legendre.
+    # tanh-sinh is more accurate at an infinite slope, Gauss-Legendre at a kink.
     error = min(_greatest(gauss, values), _greatest(tanh_sinh, values))
-    source = "closed form of the profile, cross-checked by quadrature"
+    source = "closed form of the profile, checked by quadrature"
     return Areas(pieces, values, source, max(error, _ROUNDING))
 
 
 def _integrated(pieces: _Pieces, quadrature: str, tolerance: float) -> tuple[FloatArray, int]:
-    """The integrals by a registered quadrature, and its evaluations."""
+    """The integrals by a registered quadrature, and the number of evaluations."""
     method = load("quadratures", quadrature)()
     found = [method.integrate(integrand, points, tolerance) for integrand, points in pieces]
     values = np.array([float(integral.value) for integral in found])
@@ -210,12 +214,12 @@ def _integrated(pieces: _Pieces, quadrature: str, tolerance: float) -> tuple[Flo
 
 
 def _greatest(found: FloatArray, values: FloatArray) -> float:
-    """The greatest relative error; NaN if any is."""
+    """Largest relative error; NaN if any error is NaN."""
     return float(np.max(np.abs(found / values - 1)))
 
 
 def quadratures(name: str, description: str, areas: Areas) -> Experiment:
-    """Every registered quadrature on these areas."""
+    """Every registered quadrature, applied to these areas."""
 
     def run(quadrature: str, tolerance: float, _: Clock) -> Answer:
         found, evaluations = _integrated(areas.pieces, quadrature, tolerance)
@@ -234,12 +238,12 @@ def quadratures(name: str, description: str, areas: Areas) -> Experiment:
 
 
 def predictors(case: Case) -> Experiment:
-    """Formulae and simulation, on one scale of error of the primary's peak force."""
+    """Formulae and simulation, by their errors in the peak force of the leading wave far along the chain."""
     best = simulate(case.shock, case.chain, rtol=1e-12, integrator="rkn1210", waves="primary")
     other = simulate(case.shock, case.chain, rtol=1e-11, integrator="rkn86", waves="primary")
-    source = "simulation at rtol 1e-12 by rkn1210, cross-checked by rkn86 at 1e-11"
+    source = "simulation by rkn1210 at rtol 1e-12, checked by rkn86 at 1e-11"
     error = max(best.error_estimate, abs(other.peak_force / best.peak_force - 1))
-    description = f"{case.description}: the limit of the primary's peak force"
+    description = f"{case.description}: peak force of the leading wave far along the chain"
     problem = Problem("predictors", case.name, description, ("peak force",), source, error)
     return problem, _predictor_methods(case, best.peak_force)
 
@@ -267,7 +271,7 @@ def _predictor_methods(case: Case, limit: float) -> Iterator[Method]:
 
 
 def integrators(case: Case) -> Experiment:
-    """The simulation as it is called, and every registered integrator on a window that grows with the front."""
+    """The function simulate, and every registered integrator on a window that grows with the front."""
     best = reference(case)
     _, scales = scaled(case.shock, case.chain)
 
@@ -284,7 +288,7 @@ def integrators(case: Case) -> Experiment:
         errors = best.errors(reading.force, reading.time) | {"energy": reading.drift}
         return Answer(errors, integrator.evaluations, reading.steps)
 
-    description = f"{case.description}, read at contact {case.contact}"
+    description = f"{case.description}: front at contact {case.contact}"
     quantities = ("peak force", "arrival time", "energy")
     problem = Problem("integrators", case.name, description, quantities, best.source, best.error)
     methods = [Method("simulate", simulated, "rtol", _TOLERANCES)]

@@ -1,7 +1,8 @@
-"""Output of `shockwave bench`: the tables that it prints, and the page of work-precision diagrams."""
+"""Output of `shockwave bench`: the printed tables, and the page of work-precision diagrams."""
 
 from __future__ import annotations
 
+from itertools import groupby
 from pathlib import Path
 
 from attrs import evolve
@@ -9,47 +10,90 @@ from attrs import evolve
 from shockwave.benchmark.work_precision import Problem, Row, WorkPrecision
 from shockwave.errors import UsageError
 from shockwave.pictures import figure, svg, work_precision
-from shockwave.text import admitted, si, table
+from shockwave.text import admitted, facts, limits, notes, si, strong, table
 
-# Width and height of a diagram [in]: its letters are readable on a phone too.
+# Width and height of a diagram [in]: its text is readable on a phone too.
 _SIZE = (4.6, 4.8)
+# Relative error of the runs that are compared at the top: the default tolerance of a simulation.
+_TARGET = 1e-6
+# Least relative uncertainty of a time, and that of a single run.
+_REPRODUCIBLE = 0.01
+_SINGLE = 0.3
 
 
 def text(result: WorkPrecision) -> str:
-    """All rows, problem by problem."""
-    parts = []
+    """The fastest accurate run of each problem, then the table of each problem."""
+    fastest, missing = _fastest(result)
+    lines = [strong(f"Fastest runs with relative errors of at most {_TARGET:.0e}"), *limits(missing)]
+    if fastest:
+        lines += ["", table(("problem", "method", "setting", "error", "time"), fastest)]
     for problem in result.problems:
-        reference = f"{problem.reference}, off by at most {problem.reference_error:.0e}"
-        head = f"{problem.family}: {problem.name}\n  {problem.description}\n  reference: {reference}"
-        parts += [head, table(_columns(problem), _cells(result, problem))]
-    return "\n\n".join(parts)
+        reference = f"{problem.reference}; relative error at most {problem.reference_error:.0e}"
+        lines += ["", f"{problem.family}: {problem.name}"]
+        lines += facts((("problem", problem.description), ("reference", reference)))
+        rows = result.of(problem)
+        if cells := [_cells(row, problem) for row in rows if row.seconds is not None]:
+            lines += ["", "  Relative errors and median times:"]
+            lines.append(table(_columns(problem), cells, (*problem.quantities[1:], "evaluations", "spread")))
+        failed = groupby((row for row in rows if row.problem), lambda row: (row.method, row.problem))
+        lines += notes(f"{method}, {', '.join(row.setting for row in of)}: {why}" for (method, why), of in failed)
+    return "\n".join(lines)
+
+
+def _fastest(result: WorkPrecision) -> tuple[list[list[str]], list[str]]:
+    """Cells of the fastest run on each problem that meets the target, and a sentence where there is none."""
+    fastest, missing = [], []
+    for problem in result.problems:
+        name = f"{problem.family}: {problem.name}"
+        rows = [row for row in result.of(problem) if row.seconds and not row.problem]
+        accurate = [row for row in rows if _largest_error(row) <= _TARGET]
+        if accurate:
+            row = min(accurate, key=lambda row: row.seconds or 0.0)
+            fastest.append([name, row.method, row.setting, f"{_largest_error(row):.1e}", _times(row)[0]])
+        elif rows:
+            row = min(rows, key=_largest_error)
+            best = f"{_largest_error(row):.1e} by {row.method}, {row.setting}"
+            missing.append(f"{name}: no run is as accurate; the smallest error is {best}")
+        else:
+            missing.append(f"{name}: no run succeeded")
+    return fastest, missing
+
+
+def _largest_error(row: Row) -> float:
+    """The largest relative error; no smaller than that of the reference."""
+    return max([row.reference_error, *(error for error in row.errors.values() if error is not None)])
 
 
 def _columns(problem: Problem) -> list[str]:
-    errors = [f"error: {name}" for name in problem.quantities]
-    return ["method", "setting", *errors, "time", "spread", "evaluations", "note"]
+    return ["method", "setting", *problem.quantities, "time", "spread", "evaluations"]
 
 
-def _cells(result: WorkPrecision, problem: Problem) -> list[list[str]]:
-    """The rows of a problem as text, a cell for each column."""
-    lines = []
-    for row in result.of(problem):
-        errors = [row.errors.get(name) for name in problem.quantities]
-        shown = ["-" if error is None else f"{error:.1e}" for error in errors]
-        times = ["-" if value is None else si(value, "s", 4) for value in (row.seconds, row.least, row.most)]
-        spread = "-" if row.least is None else f"{times[1]} .. {times[2]}"
-        evaluations = "-" if row.evaluations is None else str(row.evaluations)
-        lines.append([row.method, row.setting, *shown, times[0], spread, evaluations, row.problem])
-    return lines
+def _cells(row: Row, problem: Problem) -> list[str]:
+    """The row of a run as text, a cell for each column."""
+    bound = f"<{row.reference_error:.0e}"
+    errors = [row.errors.get(name) for name in problem.quantities]
+    shown = ["-" if each is None else f"{each:.1e}" if each > row.reference_error else bound for each in errors]
+    return [row.method, row.setting, *shown, *_times(row), str(row.evaluations or "-")]
+
+
+def _times(row: Row) -> tuple[str, str]:
+    """Median time and its range, with the digits that the range allows."""
+    if row.seconds is None or row.least is None or row.most is None:
+        return "-", "-"
+    spread = (row.most - row.least) / row.seconds if row.runs > 1 else _SINGLE
+    median, least, most = (
+        si(time, "s", error=max(spread, _REPRODUCIBLE)) for time in (row.seconds, row.least, row.most)
+    )
+    return median, f"{least} .. {most}"
 
 
 def check_output(output: str) -> None:
-    """Refuse an output that cannot be written, before a long round.
+    """Check before a long run that the output can be written.
 
     Raises
     ------
     UsageError
-        When it is no page (.html), or matplotlib is missing.
+        If its name does not end in .html, or matplotlib is missing.
     """
     path = Path(output)
     if path.suffix.lower() not in (".html", ".htm"):
@@ -58,7 +102,7 @@ def check_output(output: str) -> None:
 
 
 def page(result: WorkPrecision) -> str:
-    """The page as HTML: every text is escaped, and nothing is loaded from elsewhere."""
+    """The page as HTML; all text is escaped, and nothing is loaded from other places."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
@@ -78,7 +122,7 @@ def page(result: WorkPrecision) -> str:
 
 
 def _drawings(result: WorkPrecision, problem: Problem) -> list[str]:
-    """The diagrams of a problem as SVG elements, one for each error that is known."""
+    """The diagrams of a problem as SVG elements, one for each quantity with known errors."""
     index = result.problems.index(problem)
     drawings = []
     for number, quantity in enumerate(problem.quantities):
@@ -86,7 +130,7 @@ def _drawings(result: WorkPrecision, problem: Problem) -> list[str]:
         rows = [evolve(row, errors={quantity: error}) for row, error in errors if error is not None]
         if rows:
             title = f"relative error: {quantity} ({problem.name})"
-            # inner names of an element differ from those of the others on the page
+            # ids must be unique within the page
             drawings.append(_drawing(rows, title, f"p{index}q{number}"))
     return drawings
 

@@ -1,4 +1,4 @@
-"""Shocks on chains: the front as it passes one contact, its reference, and how an integrator's front is read."""
+"""Problems of shocks on chains: peak force and arrival time of the front at one contact, and their references."""
 
 from __future__ import annotations
 
@@ -22,23 +22,24 @@ from shockwave.simulation.march import Span, march
 from shockwave.simulation.nystroem import Nystroem, Rkn86, Rkn1210
 from shockwave.simulation.problem import contact_forces, overlaps
 
-# A smaller maximum of a contact force, in units of the wave to come, is not that of the front.
+# Smallest maximum of a contact force that counts as that of the front, in units of the peak force of the shock.
 _FLOOR = 0.05
 # Step tolerance of references.
 _TIGHT = 1e-13
+# Relative rounding error of a number.
 _ROUNDING = 2e-16
-# The contact of a scenario at which the front is read, at most, and how many contacts before a chain's end.
+# Last contact at which the front of a scenario is measured, and its least distance in contacts from a free end.
 _FARTHEST = 200
 _BEFORE_END = 8
-# In characteristic times after the shock: no front of a named problem or scenario takes longer to its contact.
+# Longest time that a front takes from the end of the shock to its contact, in characteristic times.
 _LONGEST = 1e4
 
 
 class Reading(NamedTuple):
     """Peak force and its time at the contact, in scaled units, and the number of steps.
 
-    ``drift`` is the relative change of the chain's energy from the end of the force until the peak, None where the
-    force still acts.
+    ``drift`` is the relative change of the energy of the chain from the end of the force to the peak; None if the force
+    still acts.
     """
 
     force: float
@@ -48,7 +49,7 @@ class Reading(NamedTuple):
 
 
 class Reference(NamedTuple):
-    """Peak force and its time in scaled units, their relative error, and how they were obtained."""
+    """Peak force and its time in scaled units, their relative error, and their source."""
 
     force: float
     time: float
@@ -62,9 +63,9 @@ class Reference(NamedTuple):
 
 @frozen(eq=False)
 class Case:
-    """A shock on a chain, and the contact at which the front is read, counted from 0.
+    """A shock on a chain, and the contact at which the front is measured, counted from 0.
 
-    ``known`` are peak force and time there, in characteristic units, where 20 digits of them are known.
+    ``known`` are peak force and time there in characteristic units, if they are known to 20 digits.
     """
 
     name: str
@@ -75,25 +76,25 @@ class Case:
     known: tuple[float, float] | None = None
 
 
-# 20 digits each: integrated in quadruple precision by two methods, steps ending on every kink.
+# 20 digits, from two methods in quadruple precision with steps that end on every kink.
 _KNOWN = {
     "A": (1.505133369796510557, 63.699048040316566),
     "B": (2.178748500679994696, 201.244071882915959),
 }
-# Exponents of rise and decay, n, t0/T0, contact, remark.
+# Exponents of rise and decay, n, t0/T0, contact, property.
 _POWER_LAWS = {
-    "A": (0.5, 1, 3, 2, 59, "infinite slope at the start, one wave ahead"),
-    "B": (1, 1, 10, 10, 199, "long, a train of waves"),
-    "slow": (2, 2, 2, 40, 99, "the force is slow, its contacts swing fast"),
-    "short": (0.5, 1, 3, 0.5, 39, "granules are ejected, as in Table 2, row 1"),
+    "A": (0.5, 1, 3, 2, 59, "infinite slope at the start"),
+    "B": (1, 1, 10, 10, 199, "long shock, wave train"),
+    "slow": (2, 2, 2, 40, 99, "slow force, fast oscillations"),
+    "short": (0.5, 1, 3, 0.5, 39, "ejection, as in Table 2, row 1"),
 }
 
 
 def _named(name: str) -> Case:
-    """A power law with the paper's peak force, on the paper's chain."""
+    """A power law with the peak force of the paper, on the chain of the paper."""
     rise, decay, ratio, rise_time, contact, remark = _POWER_LAWS[name]
     shock, chain = power(rise, decay, ratio, rise_time)
-    description = f"power law, t0 = {rise_time:g} T0, n = {ratio:g}, eta {rise:g} and {decay:g}: {remark}"
+    description = f"power law, t0 = {rise_time:g} T0, n = {ratio:g}, eta {rise:g} and {decay:g} ({remark})"
     return Case(name, description, shock, chain, contact, _KNOWN.get(name))
 
 
@@ -102,12 +103,12 @@ CASES = {name: _named(name) for name in _POWER_LAWS}
 
 
 def case_of(scenario: Scenario) -> Case:
-    """A scenario, read where its primary is found, or at contact 200 if that is farther.
+    """The problem of a scenario, at the contact where its leading wave is found, at most 200.
 
     Raises
     ------
     ShockwaveError
-        When it cannot be simulated.
+        If it cannot be simulated.
     """
     shock, chain = scenario.shock, scenario.chain
     contact = min(int(simulate(shock, chain, waves="primary").found.contact), _FARTHEST)
@@ -117,35 +118,35 @@ def case_of(scenario: Scenario) -> Case:
 
 
 def reference(case: Case) -> Reference:
-    """The known digits, or a tight run, cross-checked by another method.
+    """The known digits, or a run at a tight tolerance that is checked by another method.
 
     Raises
     ------
     NumericalError
-        When the front has no peak at the contact.
+        If the front has no peak at the contact.
     """
     if case.known is not None:
-        return Reference(*case.known, _ROUNDING, "two integrators in quadruple precision that agree to 20 digits")
+        return Reference(*case.known, _ROUNDING, "two integrators in quadruple precision, which agree to 20 digits")
     best = read_front(case, at_setting(Rkn1210, _TIGHT), Clock())
     other = read_front(case, at_setting(Rkn86, _TIGHT), Clock())
     error = max(abs(other.force / best.force - 1), abs(other.time / best.time - 1), _ROUNDING)
-    return Reference(best.force, best.time, error, f"rkn1210 at a step tolerance of {_TIGHT:g}, cross-checked by rkn86")
+    return Reference(best.force, best.time, error, f"rkn1210 at a step tolerance of {_TIGHT:g}, checked by rkn86")
 
 
 def at_setting(method: type[Integrator], setting: float) -> Integrator:
-    """The method at a tolerance or a step, by the compiled code where there is one for it."""
+    """The method at a tolerance or step size, with the compiled code if it has one."""
     if issubclass(method, Nystroem):
         return method(tolerance=setting, compiled=compiled)
     return method(tolerance=setting) if method.adaptive else method(size=setting)
 
 
 def read_front(case: Case, integrator: Integrator, clock: Clock) -> Reading:
-    """The front of ``case`` by an integrator, on a window that grows with the front.
+    """Measure the front of ``case`` by an integrator on a window that grows with the front.
 
     Raises
     ------
     NumericalError
-        When the integrator fails, takes too long, or the front has no peak at the contact.
+        If the integrator fails or takes too long, or the front has no peak at the contact.
     """
     problem, _ = scaled(case.shock, case.chain)
     initial = None
@@ -161,7 +162,7 @@ def read_front(case: Case, integrator: Integrator, clock: Clock) -> Reading:
 
 
 def _peak(span: Span, contact: int) -> tuple[float, float] | None:
-    """Peak force and its time, if the force at the contact has a maximum in the span: velocities are equal there."""
+    """Peak force and its time if the span contains the maximum of the contact force, where the velocities are equal."""
     if len(span.v0) < contact + 2:
         return None
     passed = _closing(span.v0, contact) > 0 >= _closing(span.v1, contact)
@@ -171,7 +172,7 @@ def _peak(span: Span, contact: int) -> tuple[float, float] | None:
     def closing(time: float) -> float:
         return _closing(span.at(time)[1], contact)
 
-    # Interpolation and step agree to rounding only.
+    # The interpolation and the end of the step differ by rounding.
     opposite = closing(span.begin) * closing(span.end) < 0
     top = brentq(closing, span.begin, span.end, xtol=1e-14, rtol=1e-14) if opposite else span.end
     return _force(span.at(top)[0], contact), float(top)
@@ -186,5 +187,5 @@ def _force(x: FloatArray, contact: int) -> float:
 
 
 def _energy(span: Span) -> float:
-    """Energy of motion and of the contacts, 2/5 of force times overlap each, in scaled units, at the end of a step."""
+    """Kinetic and contact energy (2/5 of force times overlap) at the end of a step, in scaled units."""
     return float(0.5 * (span.v1 @ span.v1) + 0.4 * (contact_forces(span.x1) @ overlaps(span.x1)))

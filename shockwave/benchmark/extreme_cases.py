@@ -1,6 +1,6 @@
-"""The catalogue of extreme cases, read from ``extreme_cases.toml``, and the checks by which their answers are judged.
+"""Catalogue of extreme cases, read from ``extreme_cases.toml``, and the checks of their results.
 
-A case is held against a law, another scene, another method, a number, or the error that must be raised.
+A result is compared with a law, another scene, another method, a number, or the error that must be raised.
 """
 
 from __future__ import annotations
@@ -24,40 +24,40 @@ from shockwave.measurement.simulate import simulate
 from shockwave.prediction.predictor import Predictor
 from shockwave.simulation.backend import Backend
 
-# The greatest momentum defect allowed: a hundred times what rounding was seen to leave.
+# Largest permitted momentum defect: a hundred times the observed rounding error.
 _MOMENTUM = 1e-12
-# Velocities of rebounding granules, over the velocity of a single granule after the same blow.
+# Velocities of rebounding granules in units of the velocity of a single granule after the same shock.
 _REBOUNDS = (-0.0710850, -0.0302738, -0.0158334, -0.0088857)
 
 
 @frozen(kw_only=True)
 class Case:
-    """One extreme.
+    """One extreme case.
 
     Attributes
     ----------
     name, theme : str
-        Its name, and the part of the catalogue in which it stands.
-    asked, must : str
-        What is asked, and what must happen.
+        Name of the case and its part of the catalogue.
+    description, must : str
+        Description of the case, and the required result.
     check : str
-        The function of this module that judges the answer.
+        Name of the function of this module that checks the result.
     scene, other : dict
         A function of `shockwave.benchmark.scenes` with its arguments; ``other`` is a scene to compare with.
     options : dict
         Arguments of the simulation.
     reference, bound : float
-        An amplification to compare with, and how far the answer may be from the reference, relatively. The default is
-        twice the default tolerance: once for the run, once for its reference.
+        Amplification to compare with, and the largest permitted relative difference from the reference. The default is
+        twice the default tolerance, once for the run and once for its reference.
     error, message : str
-        The class of the error that must be raised, and a part of its message.
+        Class of the error that must be raised, and a part of its message.
     limit : float
-        Time after which it counts as hung [s]; cases with more than the default take seconds.
+        Time limit [s]; cases with more than the default take seconds.
     """
 
     name: str
     theme: str
-    asked: str
+    description: str
     check: str
     scene: dict[str, Any]
     other: dict[str, Any] = Factory(dict)
@@ -71,11 +71,11 @@ class Case:
 
     @must.default
     def _refusal(self) -> str:
-        return f"{self.error}: '{self.message}'"
+        return f"{self.error} with {self.message!r}"
 
     @property
     def each_backend(self) -> bool:
-        """Whether another backend makes it another case: not where nothing is stepped, or by NumPy alone."""
+        """Whether the case depends on the backend: not if it integrates nothing, or uses NumPy only."""
         return self.check != "refused" and "backend" not in self.options
 
 
@@ -89,22 +89,22 @@ def _read() -> tuple[Case, ...]:
     return tuple(cases)
 
 
-#: Every case, theme by theme.
+#: All cases by theme.
 CASES = _read()
 
 
 def find(names: Iterable[str]) -> tuple[Case, ...]:
-    """The cases of these names, or of the themes among them, in the order of the catalogue; all for no name.
+    """The cases with these names or themes in the order of the catalogue; all cases if there are no names.
 
     Raises
     ------
     UnknownNameError
-        For a name that is neither.
+        If a name is neither a case nor a theme.
     """
     wanted = set(names)
     known = [*dict.fromkeys(case.theme for case in CASES), *(case.name for case in CASES)]
     for name in wanted.difference(known):
-        raise UnknownNameError("case", name, known)
+        raise UnknownNameError("case", name, known, "the page on extreme cases lists all")
     return tuple(case for case in CASES if not wanted or {case.name, case.theme} & wanted)
 
 
@@ -117,18 +117,18 @@ def _finite(value: float | None) -> float | None:
 
 @frozen
 class Finding:
-    """The outcome of a case.
+    """Outcome of a case.
 
     Attributes
     ----------
     outcome : str
-        The values found, or the error and its message.
+        The computed values, or the error and its message.
     faults : tuple of str
-        What should not have been; none where the case passes.
+        Violated requirements; empty if the case passes.
     error, bound : float or None
-        Relative error against the reference of the case, and its bound; None where an error must be raised.
+        Relative error against the reference of the case, and its bound; None if an error must be raised.
     momentum_defect : float or None
-        Momentum in the chain against the impulse, relative; None where nothing was integrated.
+        Relative difference between the momentum of the chain and the impulse; None if nothing was integrated.
     """
 
     outcome: str
@@ -139,7 +139,7 @@ class Finding:
 
 
 def _unsound(result: SimulationResult) -> list[str]:
-    """No result may have a number that is not finite, lost momentum, or a tolerance that was missed."""
+    """Faults of any result: values that are not finite, lost momentum, missed tolerance."""
     faults = [warning for warning in result.warnings if "tolerance was not met" in warning]
     try:
         json.dumps(result.to_dict(), allow_nan=False)
@@ -151,7 +151,7 @@ def _unsound(result: SimulationResult) -> list[str]:
 
 
 def _judged(case: Case, result: SimulationResult, outcome: str, found: float, reference: float) -> Finding:
-    """The finding on a sound result, of which a value is to be that of the reference."""
+    """The finding on a result with a value that must equal the reference."""
     error = abs(found / reference - 1)
     faults = _unsound(result)
     if not error <= case.bound:
@@ -160,7 +160,7 @@ def _judged(case: Case, result: SimulationResult, outcome: str, found: float, re
 
 
 def _compared(case: Case, result: SimulationResult, reference: float, note: str = "") -> Finding:
-    """The finding on a result whose amplification must be that of the reference."""
+    """The finding on a result with an amplification that must equal the reference."""
     return _judged(case, result, _summary(result) + note, result.amplification, reference)
 
 
@@ -177,14 +177,14 @@ def _simulated(case: Case, backend: Backend, **options: Any) -> SimulationResult
 
 
 def _predicted(scene: dict[str, Any]) -> float:
-    """The predicted amplification; a prediction that is not finite raises `ValueError`."""
+    """The predicted amplification; raises `ValueError` if the prediction is not finite."""
     outcome = Predictor().predict(*made(scene))
     json.dumps(outcome.to_dict(), allow_nan=False)
     return outcome.amplification
 
 
 def law(case: Case, backend: Backend) -> Finding:
-    """The law of short shocks, F = 1.1681817 F0 S^(6/5), S the impulse over that of a wave of F0."""
+    """Law of short shocks, F = 1.1681817 F0 S^(6/5), with S the impulse over that of a solitary wave of F0."""
     result = _simulated(case, backend)
     impulse = result.shock.profile.areas("tanh-sinh").total * result.shock.rise_time / UNITS.time
     reference = IMPULSE_LIMIT * (impulse / MOMENTUM) ** 1.2
@@ -192,37 +192,37 @@ def law(case: Case, backend: Backend) -> Finding:
 
 
 def method(case: Case, backend: Backend) -> Finding:
-    """DOP853 from SciPy, a first-order method whose waves are read in another way, on the whole chain."""
+    """DOP853 from SciPy on the whole chain, with waves that are measured by other code."""
     result = _simulated(case, backend)
     other = simulate(*made(case.scene), None, "dop853", waves="primary")
     finding = _compared(case, result, other.amplification, f"; predicted {_predicted(case.scene):.4g} F0")
-    faults = [f"{fault} (by dop853)" for fault in _unsound(other)]
+    faults = [f"{fault} (dop853)" for fault in _unsound(other)]
     return evolve(finding, faults=(*finding.faults, *faults))
 
 
 def like(case: Case, backend: Backend) -> Finding:
-    """Another scene with the same answer over its own peak force, simulated and predicted."""
+    """Another scene with the same simulated and predicted amplification."""
     first, second = _predicted(case.scene), _predicted(case.other)
     finding = like_simulated(case, backend)
     finding = evolve(finding, outcome=f"{finding.outcome}; predicted {first:.4g} F0")
     wrong = not abs(first / second - 1) <= case.bound
-    return _with_fault(finding, wrong, f"predicted are {first:.10g} F0 and, for the other scene, {second:.10g} F0")
+    return _with_fault(finding, wrong, f"the predictions are {first:.10g} F0, and {second:.10g} F0 for the other scene")
 
 
 def like_simulated(case: Case, backend: Backend) -> Finding:
-    """Another scene with the same simulated answer."""
+    """Another scene with the same simulated amplification."""
     other = _simulated(evolve(case, scene=case.other), backend)
     return _compared(case, _simulated(case, backend), other.amplification)
 
 
 def number(case: Case, backend: Backend) -> Finding:
-    """An amplification found once, at tighter tolerances."""
+    """Amplification that was computed at tighter tolerances."""
     result = _simulated(case, backend)
     return _compared(case, result, case.reference, f"; estimated error {result.error_estimate:.0e}")
 
 
 def refused(case: Case, backend: Backend) -> Finding:
-    """An error of this very class, with the message in its text, by the simulation or by a passage asked for."""
+    """Error of the required class and message, raised by the simulation or by a requested passage."""
     try:
         result = _simulated(case, backend, waves="primary")
         for contact in case.options.get("contacts", ()):
@@ -235,27 +235,27 @@ def refused(case: Case, backend: Backend) -> Finding:
 
 
 def blow_on_two(case: Case, backend: Backend) -> Finding:
-    """Half of the kinetic energy goes through the contact: 2/5 F^(5/3) = L^2/4 in units of mass and stiffness."""
+    """Collision of two spheres: half of the energy is stored in the contact, 2/5 F^(5/3) = L^2/4 in scaled units."""
     result = _simulated(case, backend)
     impulse = 1.5 * result.shock.rise_time / UNITS.time
     expected = FORCE * impulse * UNITS.time / result.chain.granule_mass
     spalled = (result.spall_velocities or (0.0,))[0]
     finding = _compared(case, result, (5 / 8 * impulse**2) ** 0.6)
     wrong = not abs(spalled / expected - 1) <= case.bound
-    return _with_fault(finding, wrong, f"the second granule should leave with {expected:g} m/s, as the first had")
+    return _with_fault(finding, wrong, f"the velocity of the second granule should be {expected:g} m/s")
 
 
 def far_passage(case: Case, backend: Backend) -> Finding:
-    """At contact 1e5 the arrival time depends on the error of the peak force through the speed, to a sixth of it."""
+    """Arrival time at contact 1e5, whose relative error is a sixth of that of the peak force."""
     passage = _simulated(case, backend).passages[0]
     result = _simulated(case, backend, rtol=1e-11)
-    outcome = f"arrives after {passage.arrival_time / UNITS.time:.9g} T0, by the exact wave"
+    outcome = f"arrives after {passage.arrival_time / UNITS.time:.9g} T0"
     bounded = evolve(case, bound=min(passage.error_estimate, 1e-6))
     return _judged(bounded, result, outcome, passage.arrival_time, result.passages[0].arrival_time)
 
 
 def quickly(case: Case, backend: Backend) -> Finding:
-    """Prediction and simulation within a second, the best of three records of which nothing was computed yet."""
+    """Prediction and simulation take less than a second; best of three new records."""
     seconds = []
     for _ in range(3):
         scene = made(case.scene)
@@ -271,27 +271,27 @@ def quickly(case: Case, backend: Backend) -> Finding:
 
 
 def rebound(case: Case, backend: Backend) -> Finding:
-    """Eight granules rebound; the velocities of the first four have a reference of seven digits."""
+    """Rebound of eight granules; the velocities of the first four are known to seven digits."""
     result = _simulated(case, backend)
     impulse = result.shock.profile.areas("tanh-sinh").total * result.shock.rise_time * FORCE
     found = np.array(result.recoil_velocities[: len(_REBOUNDS)]) * result.chain.granule_mass / impulse
     shown = ", ".join(f"{share:.6f}" for share in found)
-    outcome = f"{result.ejected_granules} rebound, at {shown} of the velocity of a single one"
+    outcome = f"{result.ejected_granules} granules rebound, velocities {shown} times that of a single granule"
     worst = max(found / _REBOUNDS, key=lambda share: abs(share - 1))
     return _judged(case, result, outcome, worst, 1.0)
 
 
 def flying_apart(case: Case, backend: Backend) -> Finding:
-    """The momentum of granules that left either end is the impulse: granules that met were not lost."""
+    """The granules that leave both ends carry the whole impulse."""
     result = _simulated(case, backend)
     spalls = result.spall_velocities or ()
     carried = result.chain.granule_mass * sum(spalls) + result.recoil_momentum
-    # left out are granules slower than a thousandth of the fastest; the last before them are hardly faster
-    outcome = f"{len(spalls)} granules fly off the end, {_summary(result)}"
+    # granules slower than a thousandth of the fastest are not listed
+    outcome = f"{len(spalls)} granules leave the free end, {_summary(result)}"
     return _judged(case, result, outcome, carried, result.applied_momentum)
 
 
 _GENERIC = (law, method, like, like_simulated, number, refused)
 _SINGLE = (blow_on_two, far_passage, quickly, rebound, flying_apart)
-#: Each check by the name that a case gives.
+#: Checks by name.
 CHECKS = {check.__name__: check for check in (*_GENERIC, *_SINGLE)} | {"scaled_beads": like}

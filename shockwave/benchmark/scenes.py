@@ -1,4 +1,4 @@
-"""Scenes of problems and extreme cases: shocks on the paper's beads at 100 N, in their characteristic times."""
+"""Scenes of problems and extreme cases: shocks of 100 N on the beads of the paper, in characteristic times."""
 
 from __future__ import annotations
 
@@ -19,28 +19,28 @@ from shockwave.profiles.tabulated import Tabulated
 
 Scene: TypeAlias = tuple[Shock, Chain]
 
-#: Peak force [N] and chain of the paper's tables.
+#: Peak force [N] and chain of the tables in the paper.
 FORCE = 100.0
 BEADS = Chain(material=PAPER_STEEL, radius=4.75e-3)
-#: Their characteristic units.
+#: Characteristic units of this force and chain.
 UNITS = Scales.of(BEADS, FORCE)
 
 
 def made(scene: dict[str, Any]) -> Scene:
-    """A scene from the name of one of the functions below and its arguments."""
+    """Build a scene by the name of one of the functions below and its arguments."""
     ((name, given),) = scene.items()
     scene_of = _SCENES[name]
     return scene_of(**given) if isinstance(given, dict) else scene_of(*given)
 
 
 def power(rise: float, decay: float, ratio: float, rise_time: float, granules: int | None = None) -> Scene:
-    """A power law of these exponents; ``rise_time`` over the characteristic time."""
+    """Power law with these exponents; ``rise_time`` in characteristic times."""
     profile = PowerLaw(rise_exponent=rise, decay_exponent=decay, duration_ratio=ratio)
     return _shock(profile, rise_time), evolve(BEADS, granules=granules)
 
 
 def exponential(rise: float, decay: float, ratio: float, rise_time: float) -> Scene:
-    """Exponentials of these rates."""
+    """Exponential shock with these rates; ``rise_time`` in characteristic times."""
     return _shock(Exponential(rise_rate=rise, decay_rate=decay, duration_ratio=ratio), rise_time), BEADS
 
 
@@ -49,18 +49,18 @@ def _shock(profile: ShockProfile, rise_time: float) -> Shock:
 
 
 def record(times: ArrayLike, shares: ArrayLike) -> Scene:
-    """Samples at ``times`` over the characteristic time, in shares of 100 N."""
+    """Record with samples ``shares``, in units of 100 N, at ``times``, in characteristic times."""
     return Shock(profile=Tabulated(times=UNITS.time * np.asarray(times), forces=FORCE * np.asarray(shares))), BEADS
 
 
 def resampled(count: int, times: Sequence[float], shares: Sequence[float]) -> Scene:
-    """A record at more times."""
+    """Record that is interpolated at ``count`` equidistant times."""
     finer = np.linspace(times[0], times[-1], count)
     return record(finer, np.interp(finer, times, shares))
 
 
 def noisy(count: int) -> Scene:
-    """A pulse of 6 characteristic times with noise of 2 % of its peak."""
+    """Pulse of 6 characteristic times with noise of 2 % of its peak."""
     share = np.linspace(0.0, 1.0, count)
     forces = np.sin(np.pi * share) ** 2 + np.random.default_rng(3).normal(0.0, 0.02, count)
     forces[[0, -1]] = 0.0
@@ -68,7 +68,7 @@ def noisy(count: int) -> Scene:
 
 
 def sampled(count: int, noise: float = 0.0) -> Scene:
-    """A pulse of 20 characteristic times, steeper in its rise, with noise of a share of the peak."""
+    """Pulse of 20 characteristic times with a steeper rise; ``noise`` in units of the peak."""
     share = np.linspace(0.0, 1.0, count)
     return record(20.0 * share, np.sin(np.pi * share**0.7) ** 2 + np.random.default_rng(20).normal(0.0, noise, count))
 
@@ -80,7 +80,7 @@ def sized(
     ratio: float = BEADS.material.poisson_ratio,
     rise_time: float = 2.0,
 ) -> Scene:
-    """One shape and one t0/T0 on a chain of any size: by the scaling law the same problem as on the beads."""
+    """One shape and one t0/T0 on a chain of any size; by the scaling law the same problem as on the beads."""
     chain = Chain(material=evolve(BEADS.material, youngs_modulus=modulus, poisson_ratio=ratio), radius=radius)
     profile = PowerLaw(rise_exponent=0.5, decay_exponent=1.0, duration_ratio=3.0)
     return Shock(profile=profile, peak_force=force, rise_time=rise_time * Scales.of(chain, force).time), chain

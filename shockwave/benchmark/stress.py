@@ -1,4 +1,4 @@
-"""The run of extreme cases, each in a process of its own with a time limit, and its rows."""
+"""Run of the extreme cases, each in its own process with a time limit, and the results."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from pebble import ProcessExpired, ProcessPool
 from shockwave.benchmark.extreme_cases import CHECKS, Case, Finding, find
 from shockwave.progress import progressed
 from shockwave.simulation.backend import Backend, chosen, lack
-from shockwave.text import table
+from shockwave.text import alarm, limits, si, strong, table
 
-# Of an outcome in the table.
-_WIDEST = 60
+# Relative uncertainty of the time of a single run.
+_SINGLE = 0.3
 
 
 @frozen
 class Row:
-    """A case that was run with a backend: its finding, and the seconds in its process, None where that ended early."""
+    """Finding of a case with a backend, and its run time [s]; None if its process ended early."""
 
     case: Case
     backend: str
@@ -33,7 +33,7 @@ class Row:
 
     @property
     def passed(self) -> bool:
-        """Whether what must happen has happened."""
+        """Whether the result is as required."""
         return not self.finding.faults
 
     def to_dict(self) -> dict[str, Any]:
@@ -43,7 +43,7 @@ class Row:
             "case": case.name,
             "theme": case.theme,
             "backend": self.backend,
-            "asked": case.asked,
+            "asked": case.description,
             "must": case.must,
             "passed": self.passed,
             **asdict(self.finding),
@@ -53,46 +53,58 @@ class Row:
     def cells(self) -> list[str]:
         """The row as text, a cell for each column of the table."""
         found = self.finding
-        outcome = found.outcome.partition("\n")[0]
-        figures = (found.error, found.bound, found.momentum_defect)
         return [
             self.case.name,
             self.backend,
-            self.case.asked,
-            outcome if len(outcome) <= _WIDEST else f"{outcome[: _WIDEST - 3]}...",
-            *("-" if value is None else f"{value:.0e}" for value in figures),
-            "-" if self.seconds is None else f"{self.seconds:.2f} s",
-            "passed" if self.passed else "FAILED",
+            "passed" if self.passed else alarm("FAILED"),
+            _shown(found.error),
+            _shown(found.bound),
+            "-" if self.seconds is None else si(self.seconds, "s", error=_SINGLE),
+            self.case.description,
+            _shown(found.momentum_defect),
+            found.outcome.partition("\n")[0],
         ]
+
+    def failures(self) -> list[str]:
+        """A sentence for each fault."""
+        found = self.finding
+        return [
+            f"{self.case.name} ({self.backend}), {self.case.description}: {fault} (result: {found.outcome}; "
+            f"required: {self.case.must})"
+            for fault in found.faults
+        ]
+
+
+def _shown(value: float | None) -> str:
+    return "-" if value is None else f"{value:.0e}" if value else "0"
 
 
 @frozen
 class Stress:
-    """All rows in the order of the catalogue, and the seconds for all of them."""
+    """All rows in the order of the catalogue, and the total run time [s]."""
 
     rows: tuple[Row, ...]
     seconds: float
 
     @property
     def exit_code(self) -> int:
-        """0, or 1 where a case has failed."""
+        """1 if a case has failed, else 0."""
         return 0 if all(row.passed for row in self.rows) else 1
 
     def to_dict(self) -> dict[str, Any]:
-        """The document that ``stress --json`` prints: no NaN."""
+        """The document that ``stress --json`` prints; it contains no NaN."""
         cases = [row.to_dict() for row in self.rows]
         return {"passed": self.exit_code == 0, "seconds": self.seconds, "cases": cases}
 
     def __str__(self) -> str:
-        """A line for each row, the faults, and the count."""
-        header = ("case", "backend", "asked", "outcome", "error", "at most", "momentum", "time", "")
-        lines = [table(header, [row.cells() for row in self.rows], margin=0), ""]
-        for row in self.rows:
-            name = f"{row.case.name} ({row.backend})"
-            lines += [f"  {name}: {fault}" for fault in row.finding.faults]
-        passed = sum(row.passed for row in self.rows)
-        lines.append(f"{passed} of {len(self.rows)} passed in {self.seconds:.1f} s")
-        return "\n".join(lines)
+        """The number of passed cases, the failures, and a table with the failed cases first."""
+        header = ("case", "backend", "result", "error", "bound", "time", "description", "momentum", "outcome")
+        rows = sorted(self.rows, key=lambda row: row.passed)
+        passed = sum(row.passed for row in rows)
+        time_taken = si(self.seconds, "s", error=_SINGLE)
+        lines = [strong(f"{passed} of {len(rows)} cases passed ({time_taken})")]
+        lines += limits(failure for row in rows for failure in row.failures())
+        return "\n".join([*lines, "", table(header, [row.cells() for row in rows], header[3:])])
 
 
 def stress(names: Iterable[str] = (), backend: str | None = None) -> Stress:
@@ -101,16 +113,16 @@ def stress(names: Iterable[str] = (), backend: str | None = None) -> Stress:
     Parameters
     ----------
     names : iterable of str
-        Of cases or themes; none for all.
+        Names of cases or themes. Default: all cases.
     backend : "compiled", "numpy" or "auto", optional
-        Left out, both, or NumPy alone where the other was not built.
+        Default: both backends, or NumPy only if the compiled code was not built.
 
     Raises
     ------
     UnknownNameError
-        When no case or theme has a name.
+        If a name is neither a case nor a theme.
     InvalidValueError
-        When the backend is unknown, or was not built.
+        If the backend is unknown or was not built.
     """
     backends = _backends(backend)
     jobs = []
@@ -118,7 +130,8 @@ def stress(names: Iterable[str] = (), backend: str | None = None) -> Stress:
         own = backends if case.each_backend else backends[-1:]
         jobs += [(case, each) for each in own]
     begin = time.perf_counter()
-    rows = []
+    rows: list[Row] = []
+    progressed("stress", 0, len(jobs))
     with ProcessPool(os.cpu_count() or 1, max_tasks=1, context=get_context("spawn")) as pool:
         futures = [pool.schedule(_in_process, (case.name, each), timeout=case.limit) for case, each in jobs]
         try:
@@ -145,7 +158,7 @@ def _in_process(name: str, backend: Backend) -> tuple[Finding, float]:
 
 
 def checked(case: Case, backend: Backend) -> Finding:
-    """The finding of a case; what its check raises is a fault."""
+    """The finding of a case; an exception of its check is a fault."""
     try:
         return CHECKS[case.check](case, backend)
     except Exception as error:
@@ -154,11 +167,11 @@ def checked(case: Case, backend: Backend) -> Finding:
 
 
 def _row(case: Case, backend: str, future: Future[tuple[Finding, float]]) -> Row:
-    """The row of a case; one that hangs or crashes says so."""
+    """The row of a case, also of one that hangs or crashes."""
     try:
         return Row(case, backend, *future.result())
     except TimeoutError:
-        outcome = f"does not end: stopped after {case.limit:g} s"
+        outcome = f"stopped at the time limit of {case.limit:g} s"
     except ProcessExpired as error:
-        outcome = f"its process ended with status {error.exitcode}"
+        outcome = f"the process ended with status {error.exitcode}"
     return Row(case, backend, Finding(outcome, (outcome,)))

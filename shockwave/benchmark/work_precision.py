@@ -1,4 +1,4 @@
-"""Work-precision data and how it is measured: methods at setting after setting on a problem, each run timed."""
+"""Work-precision data and their measurement: timed runs of methods at several settings on a problem."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from attrs import asdict, evolve, field, frozen
 from shockwave.errors import NumericalError, PluginError, ShockwaveError
 from shockwave.text import printed
 
-# A finer setting takes about twice as long as the one before.
+# Estimated ratio of the run times of one setting and the next coarser one.
 _GROWTH = 2.0
 
 
 @frozen
 class Problem:
-    """A problem in words, and how accurate its reference is.
+    """Description of a problem and of its reference.
 
-    ``reference_error`` is relative, and ``reference`` states how the reference was obtained. ``quantities`` are the
-    names of the errors in rows; the first is drawn first.
+    ``reference`` states how the reference was obtained, and ``reference_error`` is its relative error. ``quantities``
+    are the names of the errors in rows, in the order of the figures.
     """
 
     family: str
@@ -36,22 +36,23 @@ class Problem:
 
 @frozen
 class Row:
-    """A method at a setting, on a problem.
+    """Result of a method at one setting on a problem.
 
     Attributes
     ----------
     family, case, method, setting : str
-        The problem, and what was run; ``value`` is the setting as a number, None where there is none to choose.
+        Names of the problem and of the method, and its setting; ``value`` is the setting as a number, None if the
+        method has no setting.
     errors : dict of float or None
-        Relative errors by quantity; None where the error is not finite.
+        Relative errors by quantity; None for an error that is not finite.
     seconds, least, most : float or None
-        Median, shortest and longest of ``runs`` runs [s].
+        Median, shortest and longest time of ``runs`` runs [s].
     evaluations, steps : int or None
-        Of the integrand, or of the acceleration of the chain.
+        Number of evaluations of the integrand or of the acceleration of the chain, and number of steps.
     reference_error : float
-        Relative error of the reference: smaller errors carry no information.
+        Relative error of the reference; smaller errors carry no information.
     problem : str
-        Why there is no answer; "" where there is one.
+        Reason why there is no result; empty if there is one.
     """
 
     family: str
@@ -71,13 +72,13 @@ class Row:
 
     @property
     def error(self) -> float | None:
-        """The error that is drawn: that of the problem's first quantity."""
+        """Error in the first quantity of the problem."""
         return next(iter(self.errors.values()), None)
 
 
 @frozen(kw_only=True)
 class WorkPrecision:
-    """Results of a round: where it was run, problems, and rows."""
+    """Results of a benchmark: software and machine, problems, and rows."""
 
     provenance: dict[str, str]
     problems: tuple[Problem, ...]
@@ -88,7 +89,7 @@ class WorkPrecision:
         return [row for row in self.rows if (row.family, row.case) == (problem.family, problem.name)]
 
     def to_dict(self) -> dict[str, Any]:
-        """The document that ``bench --json`` prints: no NaN."""
+        """The document that ``bench --json`` prints; it contains no NaN."""
         document = asdict(self)
         for row in document["rows"]:
             row["problem"] = row["problem"] or None
@@ -102,15 +103,15 @@ class WorkPrecision:
 
 
 class TooSlowError(NumericalError):
-    """A run was stopped because it took longer than it may."""
+    """A run exceeded its time limit and was stopped."""
 
 
 @frozen
 class Limits:
-    """Time limits of a round.
+    """Limits of a benchmark.
 
-    ``run`` is the time of one run and ``repetitions`` of all at one setting [s], ``repeats`` their number; each
-    ``every``-th of the settings is run.
+    ``run`` limits the time of one run [s], ``repetitions`` that of all runs at one setting [s], and ``repeats`` their
+    number; every ``every``-th setting is run.
     """
 
     run: float
@@ -120,20 +121,20 @@ class Limits:
 
 
 class Clock:
-    """Stops a run after ``seconds`` [s], wherever the run checks it."""
+    """Time limit of a run, ``seconds`` [s]; the run must call `check`."""
 
     def __init__(self, seconds: float = math.inf) -> None:
         self.seconds = seconds
         self.end = time.perf_counter() + seconds
 
     def check(self) -> None:
-        """Raise `TooSlowError` when the time of the run is up."""
+        """Raise `TooSlowError` if the time limit is exceeded."""
         if time.perf_counter() > self.end:
-            raise TooSlowError(f"stopped: a run may take {self.seconds:g} s")
+            raise TooSlowError(f"stopped at the time limit of {self.seconds:g} s for a run")
 
 
 class Answer(NamedTuple):
-    """Relative errors by quantity, and the cost that the method reports."""
+    """Relative errors by quantity, and the cost reported by the method."""
 
     errors: Mapping[str, float | None]
     evaluations: int | None = None
@@ -142,18 +143,18 @@ class Answer(NamedTuple):
 
 @frozen
 class Method:
-    """A method of a problem, ready to run.
+    """A method that can be run on a problem.
 
     Attributes
     ----------
     name : str
-        Its name in rows.
+        Name in rows.
     run : callable
-        From a value of the setting and a `Clock` to an `Answer`.
+        Called with a value of the setting and a `Clock`; returns an `Answer`.
     setting : str
-        The name of what is varied; the whole text of the setting where there is one run only.
+        Name of the setting that is varied; for a single run, its description.
     values : tuple of float
-        Cheapest first; None for a single run.
+        Values of the setting, cheapest first; None for a single run.
     """
 
     name: str
@@ -162,7 +163,7 @@ class Method:
     values: tuple[float | None, ...] = (None,)
 
     def text(self, value: float | None) -> str:
-        """The setting as text: steps as they are, tolerances as powers of ten."""
+        """Name and value of the setting."""
         if value is None:
             return self.setting
         return f"{self.setting} {value:.3g}" if self.setting == "step" else f"{self.setting} {value:.0e}"
@@ -173,16 +174,16 @@ Experiment: TypeAlias = tuple[Problem, Iterable[Method]]
 
 
 def measured(problem: Problem, method: Method, limits: Limits) -> Iterator[Row]:
-    """A row for each value of the setting; a run that fails, or would take too long, has a row with the reason.
+    """A row for each value of the setting; runs that fail or would take too long have rows with the reason.
 
-    A plugin at fault is not run at further settings.
+    A plugin that breaks its contract is not run at further settings.
     """
     last = 0.0
     for value in method.values[:: limits.every]:
         row = Row(problem.family, problem.name, method.name, method.text(value), value)
         row = evolve(row, reference_error=problem.reference_error)
         if last * _GROWTH > limits.run:
-            yield evolve(row, problem=f"left out: it would take longer than the {limits.run:g} s that a run may")
+            yield evolve(row, problem=f"left out: would exceed the time limit of {limits.run:g} s for a run")
             continue
         begin = time.perf_counter()
         try:
@@ -199,12 +200,12 @@ def measured(problem: Problem, method: Method, limits: Limits) -> Iterator[Row]:
 
 
 def _timed(row: Row, method: Method, limits: Limits) -> Row:
-    """The row with errors, cost and times; no garbage is collected during runs."""
+    """The row with errors, cost and times; garbage collection is off during the runs."""
     answers: list[Answer] = []
     timer = Timer(lambda: answers.append(method.run(row.value, Clock(limits.run))))
     warm_up = timer.timeit(number=1)
     repeats = min(limits.repeats, int(limits.repetitions / max(warm_up, 1e-9)))
-    # The one run of a slow method is worth more than none.
+    # For a slow method the warm-up is the only run.
     seconds = timer.repeat(repeats, number=1) or [warm_up]
     answer = answers[0]
     finite = {name: error for name, error in answer.errors.items() if error is not None and math.isfinite(error)}

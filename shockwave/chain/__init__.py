@@ -1,4 +1,4 @@
-"""The chain: equal elastic spheres, their contact law, scales, and the solitary wave that they carry."""
+"""The chain of equal elastic spheres: material, contact law, scaled units, and its solitary wave."""
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.material import Material

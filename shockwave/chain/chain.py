@@ -1,4 +1,4 @@
-"""The chain of equal spheres, and the scales that take its units off and put them back (eq. (1))."""
+"""The chain of equal spheres, and the scales of the dimensionless equations of motion, eq. (1)."""
 
 from __future__ import annotations
 
@@ -11,28 +11,29 @@ from shockwave.errors import InvalidValueError
 from shockwave.fields import quantity, text_of
 
 _LOOK_UP = "shockwave.registry.load('materials', 'ptfe') gives one of the library"
-# Room for what follows from them: the weakest wave and the square of its velocity, the longest double integral.
-_ENERGIES = 1e-200, 1e250
-_RATIOS = 1e-30, 1e12
+# Range of the energy scale [J] for which the energies of the weakest and the strongest wave are floats.
+_ENERGIES = (1e-200, 1e250)
+# Range of t0/T0 for which the double integrals of the shock and powers of it are floats.
+_RATIOS = (1e-30, 1e12)
 
 
 @frozen(kw_only=True)
 class Chain:
-    """Equal elastic spheres in a row, in contact but not compressed, both ends free.
+    """Equal elastic spheres in a row, in contact without compression, with both ends free.
 
     Parameters
     ----------
     material : Material
-        The material of every granule.
+        Material of the granules.
     radius : float
-        R [m], above 0.
+        Radius R of the granules [m], above 0.
     granules : int, optional
-        Their number, at least 2. Left out, the chain is as long as the answer needs.
+        Number of granules, at least 2. By default the chain is endless.
 
     Raises
     ------
     InvalidValueError
-        When a value is out of range, or the chain's mass or stiffness leaves the range of a float.
+        If a value is out of range, or the mass or stiffness of a granule is not representable as a float.
     """
 
     material: Material
@@ -52,26 +53,25 @@ class Chain:
     @property
     def granule_mass(self) -> float:
         """Mass of one granule, m = 4/3 pi R^3 rho [kg]."""
-        # A product overflows to infinity, which is reported; a power would raise.
+        # An overflowing product is infinite, which is reported above; a power would raise.
         return 4 / 3 * math.pi * self.material.density * self.radius * self.radius * self.radius
 
     @property
     def plane_strain_modulus(self) -> float:
-        """E / (1 - nu^2) [Pa], the modulus that contacts feel."""
+        """Plane-strain modulus E / (1 - nu^2) [Pa], which determines the contact stiffness."""
         return self.material.youngs_modulus / (1 - self.material.poisson_ratio**2)
 
     @property
     def contact_stiffness(self) -> float:
-        """k of Hertz's law F = k d^(3/2) between equal spheres, sqrt(2 R) E / (3 (1 - nu^2)) [N/m^1.5]."""
+        """Stiffness k in Hertz's law F = k d^(3/2) for equal spheres, sqrt(2 R) E / (3 (1 - nu^2)) [N/m^1.5]."""
         return math.sqrt(2 * self.radius) * self.plane_strain_modulus / 3
 
     def momentum_parameter(self, coefficient: float) -> float:
-        """A of eq. (4c): a solitary wave of peak force F carries the momentum A F^(5/6).
+        """Momentum parameter A of eq. (4c) [N^(1/6) s]: a solitary wave of peak force F has the momentum A F^(5/6).
 
-        ``coefficient`` is its leading number: 13/3 in the paper, 4.344507853978653 exactly. The result
-        is in N^(1/6) s.
+        ``coefficient`` is the leading number of A: 13/3 in the paper, 4.344507853978653 exactly.
         """
-        # Factor by factor, so that no intermediate power leaves the range of a float.
+        # Multiplied factor by factor so that no intermediate power overflows.
         density, radius = self.material.density, self.radius
         per_size = math.cbrt(density / self.plane_strain_modulus) * math.pow(density, 1 / 6)
         return coefficient * per_size * radius * math.cbrt(radius)
@@ -79,10 +79,11 @@ class Chain:
 
 @frozen
 class Scales:
-    """Units in which the chain has mass 1, contact stiffness 1, and a chosen force is 1.
+    """Units in which granule mass, contact stiffness and a chosen force are 1.
 
-    Eq. (1) keeps its form under x -> l x, t -> l^(-1/4) t, F -> l^(3/2) F, so one scaled problem serves
-    every chain. Attributes are the SI values of the scaled units.
+    Eq. (1) is invariant under x -> l x, t -> l^(-1/4) t, F -> l^(3/2) F, so that one scaled problem covers all
+    chains. The attributes are the SI values of the scaled units: force [N], time [s], mass [kg] and granule spacing
+    [m].
     """
 
     force: float
@@ -92,7 +93,13 @@ class Scales:
 
     @classmethod
     def of(cls, chain: Chain, force: float) -> Scales:
-        """Scales of ``chain`` with ``force`` [N] as the unit: T0 = sqrt(m) k^(-1/3) F0^(-1/6)."""
+        """Make the scales of ``chain`` with ``force`` F0 [N] as the unit: T0 = sqrt(m) k^(-1/3) F0^(-1/6).
+
+        Raises
+        ------
+        InvalidValueError
+            If the energies of waves are not representable as floats.
+        """
         time = math.sqrt(chain.granule_mass) / math.cbrt(chain.contact_stiffness) / force ** (1 / 6)
         scales = cls(force, time, chain.granule_mass, 2 * chain.radius)
         if not _ENERGIES[0] < scales.energy < _ENERGIES[1]:
@@ -101,17 +108,17 @@ class Scales:
         return scales
 
     def rise_time(self, seconds: float) -> float:
-        """t0/T0 of a rise time [s].
+        """Scaled rise time t0/T0 of a rise time [s].
 
         Raises
         ------
         InvalidValueError
-            When it is beyond 1e-30 to 1e12, where squares and sixth powers leave the range of a float.
+            If t0/T0 is outside 1e-30 to 1e12, where its powers are not representable as floats.
         """
         ratio = seconds / self.time
         least, most = _RATIOS
         if not least <= ratio <= most:
-            limits = f"{least:g} to {most:g} times {self.time:g} s, the characteristic time of the chain"
+            limits = f"{least:g} to {most:g} times the characteristic time of the chain, {self.time:g} s"
             raise InvalidValueError.of("rise_time", f"must be {limits} (got {seconds:g} s)")
         return ratio
 
@@ -132,5 +139,5 @@ class Scales:
 
     @property
     def wave_speed(self) -> float:
-        """SI value of one granule a unit of time [m/s]."""
+        """SI value of the wave speed of one granule per unit of time [m/s]."""
         return self.granule_spacing / self.time

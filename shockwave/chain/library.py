@@ -1,13 +1,13 @@
-"""Materials of granular chains and of protection engineering, ready to use, from ``library.json``.
+"""Library of materials used in granular chains and in protection engineering, from ``library.json``.
 
-A material is a constant of this module, such as ``PAPER_STEEL`` for ``paper-steel``.
+Each material is a constant of this module, such as ``PAPER_STEEL`` for ``paper-steel``.
 
-The figures are typical values of isotropic material at room temperature, and quasi-static ones unless the
-``source`` says otherwise. They are starting points, not properties of a certain bead: heat treatment,
-porosity, moisture and crystallinity change them. Metals, glasses and dense ceramics differ from their
-handbooks by a few per cent. Polymers stiffen with strain rate, so a shock meets a modulus that can be
-well above the quasi-static one; their ``source`` gives the range. Where the result depends on the figures,
-measure the beads and make a `Material` of your own.
+The values are typical of the isotropic material at room temperature; unless the ``source`` states otherwise they are
+quasi-static. They are starting points and not properties of individual beads: heat treatment, porosity, moisture and
+crystallinity change them. Real metals, glasses and dense ceramics differ from handbook values by a few per cent. The
+stiffness of polymers increases with the strain rate, so that the modulus in a shock can be well above the quasi-static
+one; their ``source`` gives the range. If the result depends on these values, measure the beads and create a
+`Material`.
 """
 
 from __future__ import annotations

@@ -14,18 +14,18 @@ class Material:
     Parameters
     ----------
     youngs_modulus : float
-        E [Pa], above 0.
+        Young's modulus E [Pa], above 0.
     poisson_ratio : float
-        nu, between -1 and 0.5, both excluded.
+        Poisson's ratio nu, between -1 and 0.5, both excluded.
     density : float
-        rho [kg/m^3], above 0.
+        Density rho [kg/m^3], above 0.
     name, source : str, optional
-        What it is called and where its figures come from.
+        Name of the material, and source of its values.
 
     Raises
     ------
     InvalidValueError
-        When a value is out of range.
+        If a value is out of range.
     """
 
     youngs_modulus: float = quantity("Pa", "Young's modulus E", above=0)

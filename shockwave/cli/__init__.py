@@ -1,4 +1,4 @@
-"""The command line. What a command needs is imported when it is run, so that help costs nothing."""
+"""The command line. A command imports its modules when it runs, so that help is fast."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from shockwave.text import on_stdout
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit status; no exception leaves it."""
+    """Run one command and return its exit status; exceptions are reported, not raised."""
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # a name in letters that the terminal does not have is no error
+        if isinstance(stream, io.TextIOWrapper):  # characters that the terminal cannot show are no error
             stream.reconfigure(errors="backslashreplace")
     options = parser().parse_args(arguments)
     try:
@@ -32,9 +32,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("interrupted", file=sys.stderr)
         return 130
     except OSError as error:
-        # Python must not complain about the output again on exit
+        # otherwise Python reports the same error again on exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        if isinstance(error, BrokenPipeError):  # the reader has gone
+        if isinstance(error, BrokenPipeError):  # the reader has closed the pipe
             return 0
         print(f"the output cannot be written ({error.strerror or error})", file=sys.stderr)
         return FileAccessError.exit_code
@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 @contextmanager
 def _without_plugins() -> Iterator[None]:
-    """All plugins are disabled, here and in processes that are started meanwhile."""
+    """Disable all plugins meanwhile, here and in child processes."""
     from shockwave.registry import DISABLE, EVERY, forget
 
     before = os.environ.get(DISABLE, "")

@@ -11,32 +11,32 @@ from shockwave.cli.output import of_arguments, print_result
 from shockwave.cli.scenario_commands import loaded
 from shockwave.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
 
-# Remedy for a scenario with many scenes.
+# Hint in the error for a scenario with a sweep.
 _SWEPT = "delete the block sweep"
 
 
 def design(options: argparse.Namespace) -> int:
-    """Print the values at which the primary has the target property."""
+    """Print the values of a parameter that give the leading wave the target property."""
     from shockwave.studies.curve_and_design_files import PICTURES, check_output, write_design
     from shockwave.studies.design_search import design as run
 
     name, sign, value = options.target[-1].partition("=")
     if not sign or len(options.target) > 1:
         given = " and ".join(options.target)
-        raise UsageError(f"--target must be one QUANTITY=VALUE, such as peak_force='60 N' (got {given!r})")
+        raise UsageError(f"--target must be given once as QUANTITY=VALUE, such as peak_force='60 N' (got {given!r})")
     if options.output:
         with of_arguments(options):
             check_output(options.output, PICTURES)
         if options.vary == "chain.material":
-            raise UsageError("--output must be left out for chain.material (materials lie on no line)")
+            raise UsageError("--output must be omitted for chain.material (there is no axis for materials)")
     (scenario,) = loaded([options.file], _SWEPT, options.output)
     among = options.among
     if among is not None:
         among = [part.strip() for part in among.split(",") if part.strip()]
-    asked = {"vary": options.vary, "target": {name.strip(): value.strip()}, "between": options.between, "among": among}
+    search = {"vary": options.vary, "target": {name.strip(): value.strip()}, "between": options.between, "among": among}
     try:
         with of_arguments(options):
-            found = run(scenario, **asked, points=options.points, rtol=options.rtol)
+            found = run(scenario, **search, points=options.points, rtol=options.rtol)
     except UnknownNameError as error:
         if error.exit_code != UnknownNameError.exit_code:  # a plugin is at fault
             raise
@@ -47,13 +47,13 @@ def design(options: argparse.Namespace) -> int:
         print(f"{options.output}: written", file=sys.stderr)
     if found.why:
         print(f"{options.file}: {found.why}", file=sys.stderr)
-    # materials whose range spans the target are ranked: that is the answer
+    # the ranking of materials is a result if the target lies in their range
     ranked = found.between is None and found.spanned
     return 1 if found.why and not ranked else 0
 
 
 def uncertainty(options: argparse.Namespace) -> int:
-    """Print the distribution of the primary where values are uncertain."""
+    """Print the distribution of the peak force for uncertain parameters."""
     from shockwave.studies.uncertainty_sampling import uncertainty as run
 
     (scenario,) = loaded([options.file], _SWEPT)
@@ -61,7 +61,7 @@ def uncertainty(options: argparse.Namespace) -> int:
         with of_arguments(options):
             found = run(scenario, draws=options.draws, seed=options.seed, rtol=options.rtol)
     except InvalidValueError as error:
-        # a fault of the block is one of the file
+        # errors of the block are errors of the file
         if not all(fault.path.startswith("uncertainty") for fault in error.faults):
             raise
         raise ScenarioError(evolve(fault, location=options.file) for fault in error.faults) from None

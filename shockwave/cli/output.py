@@ -1,4 +1,4 @@
-"""Output of the commands: documents, files, and one sentence for each error."""
+"""Output of the commands: results, files, progress and error messages."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from shockwave.errors import InvalidValueError, ShockwaveError, UsageError
 from shockwave.files import write_file
 from shockwave.progress import progress_shown
 
-#: The variable that shows where an internal error comes from.
+#: Environment variable that makes internal errors raise, with a traceback.
 _DEBUG = "SHOCKWAVE_DEBUG"
 
 
@@ -29,7 +29,7 @@ def failure(error: Exception) -> tuple[str, int]:
 
 @contextmanager
 def of_arguments(options: argparse.Namespace) -> Iterator[None]:
-    """A fault of an argument is one of the call, not of a scenario."""
+    """Report an invalid argument as an error of usage, not of a scenario."""
     try:
         yield
     except InvalidValueError as error:
@@ -50,7 +50,7 @@ def print_result(found: Any, as_json: bool) -> None:
 
 
 class ProgressBar:
-    """A bar on stderr for work that takes longer than a second; parts of the work that it shows are ignored."""
+    """A bar on stderr for work that takes longer than a second; reports of work within this work are ignored."""
 
     def __init__(self) -> None:
         self._work = ""
@@ -76,7 +76,7 @@ class ProgressBar:
 
 @contextmanager
 def progress_on_stderr() -> Iterator[None]:
-    """Show progress meanwhile, if stderr is a terminal: a log does not want it."""
+    """Show progress meanwhile, if stderr is a terminal."""
     bar = ProgressBar() if sys.stderr.isatty() else None
     with progress_shown(bar):
         try:
@@ -87,7 +87,7 @@ def progress_on_stderr() -> Iterator[None]:
 
 
 def written(text: str, output: str | None, anew: bool = False) -> int:
-    """Write ``text`` to the file ``output``, which ``anew`` must not exist, or to stdout."""
+    """Write ``text`` to stdout or to the file ``output``, which must not exist if ``anew`` is true."""
     if output:
         write_file(output, text, anew)
         print(f"{output}: written", file=sys.stderr)

@@ -10,7 +10,7 @@ from typing import Any
 from shockwave import __version__
 
 KINDS = ("profiles", "integrators", "backends", "quadratures", "materials", "models", "plugins")
-_EXITS = "exit status: 0 done; 1 a run failed; 2 usage; 3 invalid scenario; 4 faulty plugin; 5 file access"
+_EXITS = "exit status: 0 success; 1 a run failed; 2 wrong usage; 3 invalid scenario; 4 faulty plugin; 5 file access"
 
 _Option = tuple[list[str], dict[str, Any]]
 
@@ -18,7 +18,7 @@ _Option = tuple[list[str], dict[str, Any]]
 def _option(usage: str, meaning: str, **settings: Any) -> _Option:
     """Arguments of `argparse.ArgumentParser.add_argument` for a usage such as ``-o --output FILE`` or ``FILE``.
 
-    An option without a name for its value is a flag.
+    A usage without a name for a value is a flag.
     """
     *flags, value = usage.split()
     if value.startswith("-"):
@@ -48,123 +48,126 @@ def _contacts(text: str) -> tuple[int, ...]:
     except ValueError:
         contacts = (-1,)
     if min(contacts) < 0:
-        raise argparse.ArgumentTypeError(f"must be whole numbers from 0 on, such as 10,20 (got {text!r})")
+        raise argparse.ArgumentTypeError(f"must be whole numbers >= 0, such as 10,20 (got {text!r})")
     return contacts
 
 
-# ---------------------------------------------------------------- the table
+# ---------------------------------------------------------------- commands and options
 
 _BACKENDS = ("auto", "compiled", "numpy")
 _FAMILIES = ("quadratures", "predictors", "integrators")
 _MANY = {"action": "append", "default": []}
 
-_NO_PLUGINS = _option("--no-plugins", "use nothing but what is built in", default=argparse.SUPPRESS)
-_JSON = _option("--json", "one JSON document on stdout")
-_WIDE = _option("--wide", "all columns of tables, however wide the screen")
+_NO_PLUGINS = _option("--no-plugins", "use built-in parts only", default=argparse.SUPPRESS)
+_JSON = _option("--json", "print one JSON document on stdout")
+_WIDE = _option("--wide", "show all columns of tables")
 _FILE = _option("FILE", "scenario file (YAML)")
 _FILES = (["files"], {"nargs": "+", **_FILE[1]})
 _FORCE_RTOL = _option(
-    "--rtol RTOL", "relative error allowed of one force (1e-4)", type=_number(1e-7, 1e-2), default=1e-4
+    "--rtol RTOL", "relative tolerance of a peak force (default: 1e-4)", type=_number(1e-7, 1e-2), default=1e-4
 )
-#: In place of the keys of the scenario's block ``simulate``.
+#: These override the keys of the scenario's block ``simulate``.
 _SIMULATE = [
-    _option("--rtol RTOL", "relative error asked for", type=_number(1e-13, 1e-2)),
-    _option("--step STEP", "step of a method of fixed step, in characteristic times", type=_number(1e-9, 1)),
-    _option("--integrator INTEGRATOR", "name of a method; see `shockwave list integrators`"),
-    _option("--backend BACKEND", "which code steps the chain", choices=_BACKENDS),
-    _option("--contacts N,N", "contacts whose passage is reported", type=_contacts),
-    _option("--primary", "the primary alone, not the whole train"),
-    _option("--timeout SECONDS", "longest computing time; left out, none", type=_number(1e-3, 1e9)),
+    _option("--rtol RTOL", "relative tolerance, for adaptive methods", type=_number(1e-13, 1e-2)),
+    _option("--step STEP", "step in characteristic times, for fixed-step methods", type=_number(1e-9, 1)),
+    _option("--integrator INTEGRATOR", "integration method; see `shockwave list integrators`"),
+    _option("--backend BACKEND", "code that integrates the chain (default: auto)", choices=_BACKENDS),
+    _option("--contacts N,N", "report the leading wave at these contacts", type=_contacts),
+    _option("--primary", "measure the leading wave only, not the whole train"),
+    _option("--timeout SECONDS", "maximum computing time (default: no limit)", type=_number(1e-3, 1e9)),
 ]
 _CURVE = [
     _FORCE_RTOL,
-    _option("--longest LONGEST", "in characteristic times (default: 50)", type=_number(1e-3, 1e3), default=50.0),
-    _option("-o --output FILE", "write it (.json), or a picture (.svg, .png, .pdf)"),
+    _option(
+        "--longest LONGEST",
+        "longest shock in characteristic times (default: 50)",
+        type=_number(1e-3, 1e3),
+        default=50.0,
+    ),
+    _option("-o --output FILE", "write a curve (.json) or picture (.svg, .png, .pdf)"),
 ]
 _SWEEP = [
     _option("FILE", "scenario file (YAML) with a block sweep"),
-    _option("-o --out FOLDER", "journal and results; left out, NAME-sweep for NAME.yaml"),
-    _option("--dry-run", "report how many points, what is left out, and how long"),
+    _option("-o --out FOLDER", "folder of the results (default: NAME-sweep)"),
+    _option("--dry-run", "report the points and the estimated time; run nothing"),
     _option("--executor NAME", "processes (default), dask, or dask=ADDRESS"),
-    _option("--workers N", "how many; left out, one for each core", type=_number(1, 10_000, int)),
-    _option("--timeout SECONDS", "longest time of one point; left out, none", type=_number(1e-3, 1e9)),
+    _option("--workers N", "number of workers (default: one for each core)", type=_number(1, 10_000, int)),
+    _option("--timeout SECONDS", "time limit of one point (default: none)", type=_number(1e-3, 1e9)),
     _option("--fail-fast", "stop at the first point that fails"),
     _option("--retry-failed", "run points again that failed or crashed before"),
-    _option("--resume", "refuse to begin: FOLDER must have this sweep already"),
-    _option("--accept-versions", "continue though versions are others than before"),
+    _option("--resume", "do not start a new sweep: FOLDER must contain this one"),
+    _option("--accept-versions", "resume even if versions of the software have changed"),
 ]
 _PLOT = [
-    _option("FOLDER", "a folder that the command sweep has written"),
-    _option("--column NAME", "the quantity (default: the amplification)"),
-    _option("--x NAME", "the variable from left to right (default: that of most values)"),
-    _option("--at NAME=VALUE", "hold a variable; may be given again", **_MANY),
-    _option("-o --output FILE", "a picture (.svg, .png, .pdf); left out, in the folder"),
+    _option("FOLDER", "folder written by the command sweep"),
+    _option("--column NAME", "quantity to plot (default: the amplification)"),
+    _option("--x NAME", "horizontal axis (default: variable of most values)"),
+    _option("--at NAME=VALUE", "hold a variable at one of its values; may be repeated", **_MANY),
+    _option("-o --output FILE", "picture (.svg, .png, .pdf; default: in FOLDER)"),
 ]
 _DESIGN = [
     _FILE,
     _FORCE_RTOL,
     _JSON,
-    _option("--vary NAME", "dotted name of the value, or chain.material", required=True),
-    _option(
-        "--target QUANTITY=VALUE", "the target property, such as peak_force='60 N'", required=True, action="append"
-    ),
-    _option("--between A", "the interval of a number, such as 1mm 20mm", nargs=2, metavar=("A", "B")),
-    _option("--among NAME,NAME", "materials to compare; left out, all of the library"),
-    _option("--points N", "rows of the table (default: 9)", type=int, default=9),
+    _option("--vary NAME", "dotted name of the value to vary, or chain.material", required=True),
+    _option("--target QUANTITY=VALUE", "target property, such as peak_force='60 N'", required=True, action="append"),
+    _option("--between A", "interval of the value, such as 1mm 20mm", nargs=2, metavar=("A", "B")),
+    _option("--among NAME,NAME", "materials to compare (default: the whole library)"),
+    _option("--points N", "number of rows of the table (default: 9)", type=int, default=9),
     _option("-o --output FILE", "write a picture (.svg, .png, .pdf)"),
 ]
 _UNCERTAINTY = [
     _FORCE_RTOL,
     _JSON,
     _option("FILE", "scenario file (YAML) with a block uncertainty"),
-    _option("--draws N", "a power of 2 (default: 4096)", type=int, default=4096),
-    _option("--seed N", "the same gives the same digits", type=int, default=0),
+    _option("--draws N", "number of scenes to draw, a power of 2 (default: 4096)", type=int, default=4096),
+    _option("--seed N", "seed of the draws (default: 0)", type=int, default=0),
 ]
 _BENCH = [
-    _option("files", "scenario files, in place of the named problems", nargs="*", metavar="FILE"),
-    _option("--family FAMILY", "only these", choices=_FAMILIES, **_MANY),
-    _option("--quick", "fewer problems and settings; ends within a minute"),
-    _option("--longest SECONDS", "longest time of one run", type=_number(1e-6, 3600)),
+    _option("files", "scenario files to run instead of the named problems", nargs="*", metavar="FILE"),
+    _option("--family FAMILY", "run this family only; may be repeated", choices=_FAMILIES, **_MANY),
+    _option("--quick", "run fewer problems and settings (under a minute)"),
+    _option("--longest SECONDS", "time limit of one run", type=_number(1e-6, 3600)),
     _option("-o --output FILE", "write a page (.html)"),
 ]
 _STRESS = [
-    _option("names", "cases or themes; left out, all", nargs="*", metavar="NAME"),
-    _option("--backend BACKEND", "only this one; left out, both", choices=_BACKENDS),
+    _option("names", "cases or themes to run (default: all)", nargs="*", metavar="NAME"),
+    _option("--backend BACKEND", "run with this code only (default: both)", choices=_BACKENDS),
 ]
 _LIST = [
-    _option("KIND", "only these", nargs="?", choices=KINDS),
-    _option("--check", "import everything that plugins register, and report errors"),
+    _option("KIND", f"{', '.join(KINDS)} (default: all)", nargs="?", choices=KINDS, metavar="KIND"),
+    _option("--check", "import everything that plugins register, report errors"),
 ]
 _NEW = [
-    _option("--profile PROFILE", "name of a profile (default: power-law)", default="power-law"),
-    _option("-o --output FILE", "write to FILE, which must not exist, not to stdout"),
+    _option("--profile PROFILE", "profile of the shock (default: power-law)", default="power-law"),
+    _option("-o --output FILE", "write to FILE, which must not exist (default: stdout)"),
 ]
-_OUTPUT = _option("-o --output FILE", "write to FILE, not to stdout")
+_OUTPUT = _option("-o --output FILE", "write to FILE (default: stdout)")
 
 # fmt: off
 #: Name, address of the function below `shockwave.cli`, summary, options.
 _COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
-    ("predict", "scenario_commands:predict", "predict the waves that a shock makes", [_FILES, _JSON]),
-    ("simulate", "scenario_commands:simulate", "integrate the motion, measure the waves", [_FILES, _JSON, *_SIMULATE]),
-    ("compare", "scenario_commands:compare", "prediction beside simulation", [_FILES, _JSON, *_SIMULATE]),
+    ("predict", "scenario_commands:predict", "predict the waves that a shock generates", [_FILES, _JSON]),
+    ("simulate", "scenario_commands:simulate", "simulate the motion, measure the waves", [_FILES, _JSON, *_SIMULATE]),
+    ("compare", "scenario_commands:compare", "compare prediction and simulation", [_FILES, _JSON, *_SIMULATE]),
     ("validate", "scenario_commands:validate", "check scenario files and report all errors", [_FILES, _JSON]),
-    ("report", "scenario_commands:report", "write one page on a scenario, with pictures", [_FILE, _OUTPUT]),
-    ("curve", "scenario_commands:curve", "amplification against rise time, for a scenario's shape", [_FILE, *_CURVE]),
-    ("sweep", "sweep:sweep", "run all scenes that a scenario with a sweep stands for", [*_SWEEP, _JSON]),
-    ("plot", "plot:plot", "draw the results of a sweep: lines, or a map", _PLOT),
-    ("design", "design:design", "find the values at which the primary has the target property", _DESIGN),
-    ("uncertainty", "design:uncertainty", "distribution of the primary where values are uncertain", _UNCERTAINTY),
-    ("bench", "benchmark_commands:bench", "error against run time of the methods", [*_BENCH, _JSON]),
+    ("report", "scenario_commands:report", "write a page on a scenario, with pictures", [_FILE, _OUTPUT]),
+    ("curve", "scenario_commands:curve", "amplification as a function of the rise time", [_FILE, *_CURVE]),
+    ("sweep", "sweep:sweep", "run or resume all scenes of a scenario with a sweep", [*_SWEEP, _JSON]),
+    ("plot", "plot:plot", "plot the results of a sweep as lines or as a map", _PLOT),
+    ("design", "design:design", "find values that give the leading wave a target property", _DESIGN),
+    ("uncertainty", "design:uncertainty", "distribution of the leading wave for uncertain values", _UNCERTAINTY),
+    ("bench", "benchmark_commands:bench", "measure error against run time of the methods", [*_BENCH, _JSON]),
     ("stress", "benchmark_commands:stress", "run the catalogue of extreme cases", [*_STRESS, _JSON]),
-    ("list", "registry_commands:list_registered", "what is registered, built in and plugged in", [*_LIST, _JSON]),
+    ("list", "registry_commands:list_registered", "list what is registered, built in or by plugins", [*_LIST, _JSON]),
     ("new", "registry_commands:new", "write a scenario with every key and its meaning", _NEW),
-    ("schema", "registry_commands:schema", "write a JSON Schema of scenarios, for editors", [_OUTPUT]),
+    ("schema", "registry_commands:schema", "write a JSON Schema of scenarios for editors", [_OUTPUT]),
 ]
 # fmt: on
 
 
 def parser() -> argparse.ArgumentParser:
-    """The parser of all commands; each sets ``command`` to the address of the function that runs it."""
+    """Parser of all commands; each sets ``command`` to the address of the function that runs it."""
     made = argparse.ArgumentParser(
         prog="shockwave", description="Solitary waves in granular chains under shocks.", epilog=_EXITS
     )

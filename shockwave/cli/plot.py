@@ -1,4 +1,4 @@
-"""The command on results of a sweep: plot."""
+"""The command that plots results of a sweep."""
 
 from __future__ import annotations
 
@@ -9,25 +9,26 @@ from pathlib import Path
 
 from shockwave.errors import InvalidValueError, UsageError
 from shockwave.files import refuse_inputs
+from shockwave.text import limits, paragraph
 
 
 def plot(options: argparse.Namespace) -> int:
-    """Lines or a map."""
+    """Draw lines or a map."""
     from shockwave.pictures import figure, save
     from shockwave.sweep.plot import plot as drawn
     from shockwave.sweep.results import load_sweep
 
-    figure()  # what the picture needs is looked for before anything is read
-    held = {}
+    figure()  # fails early without matplotlib
+    fixed = {}
     for text in options.at:
         name, equals, value = text.partition("=")
         if not equals:
             raise UsageError(f"--at: must be NAME=VALUE (got {text!r})")
-        if name.strip() in held:
-            raise UsageError(f"--at: must name a variable once (got {name.strip()} again; leave one out)")
-        held[name.strip()] = value.strip()
-    found = drawn(load_sweep(options.folder), options.column, options.x, held)
-    file = Path(options.output or Path(options.folder) / _name(found.column, options.x, held))
+        if name.strip() in fixed:
+            raise UsageError(f"--at: must name a variable once (got {name.strip()} twice)")
+        fixed[name.strip()] = value.strip()
+    found = drawn(load_sweep(options.folder), options.column, options.x, fixed)
+    file = Path(options.output or Path(options.folder) / _name(found.column, options.x, fixed))
     results = (each for each in Path(options.folder).iterdir() if each.suffix != file.suffix)
     refuse_inputs(file, results)
     state = "replaced" if file.exists() else "written"
@@ -35,13 +36,13 @@ def plot(options: argparse.Namespace) -> int:
         save(found.figure, file)
     except InvalidValueError as error:
         raise InvalidValueError.of("--output", error.faults[0].problem) from None
-    for note in found.notes:
-        print(f"note: {note}", file=sys.stderr)
-    print(f"{file}: {state}", file=sys.stderr)
+    accuracy, *missing = found.notes
+    lines = [f"{file}: {state}", *limits(missing), *paragraph("  ", accuracy, 2)]
+    print("\n".join(lines), file=sys.stderr)
     return 0
 
 
-def _name(column: str, x: str | None, held: dict[str, str]) -> str:
-    """Name of a picture in the folder, by the options, so that one does not replace another."""
-    asked = [column, *(f"{name}={value}" for name, value in sorted(held.items())), *([f"over-{x}"] if x else [])]
-    return re.sub(r"[^\w.=+-]+", "_", "-".join(asked)) + ".svg"
+def _name(column: str, x: str | None, fixed: dict[str, str]) -> str:
+    """File name of a picture, made from the options, so that pictures do not replace each other."""
+    parts = [column, *(f"{name}={value}" for name, value in sorted(fixed.items())), *([f"over-{x}"] if x else [])]
+    return re.sub(r"[^\w.=+-]+", "_", "-".join(parts)) + ".svg"

@@ -1,4 +1,4 @@
-"""The commands list, new and schema, which show what is registered."""
+"""The commands list, new and schema."""
 
 from __future__ import annotations
 
@@ -17,26 +17,46 @@ if TYPE_CHECKING:
 
 def list_registered(options: argparse.Namespace) -> int:
     if options.check and options.kind not in (None, "plugins"):
-        raise UsageError("--check is for plugins: shockwave list plugins --check")
+        raise UsageError(f"--check: must be used with plugins (got {options.kind}; shockwave list plugins --check)")
     kinds = [options.kind] if options.kind else KINDS
     document = {kind: _rows(kind, options.check) for kind in kinds}
     if options.json:
         print_json(document[options.kind] if options.kind else document)
     else:
-        for kind, rows in document.items():
-            _print(kind, rows)
+        print("\n\n".join(_text(kind, rows) for kind, rows in document.items()))
     faulty = options.check and any(row["problem"] for row in document.get("plugins", ()))
     return PluginError.exit_code if faulty else 0
 
 
-def _print(kind: str, rows: list[dict[str, Any]]) -> None:
-    from shockwave.text import table
+def _text(kind: str, rows: list[dict[str, Any]]) -> str:
+    """Table of what is registered; below it, in full, the problems of plugins."""
+    from shockwave.text import alarm, paragraph, strong, table
 
-    cells = [(row["name"], row["summary"], row["distribution"]) for row in rows]
-    print(table((kind, "", "from"), cells, margin=0) if rows else f"{kind}: none installed", end="\n\n")
-    for row in rows if kind == "plugins" else ():
+    if not rows:
+        return f"{kind}: none installed"
+    if kind != "plugins":
+        parts = [(row["name"], row["summary"], row["distribution"].replace(OWN_DISTRIBUTION, "")) for row in rows]
+        # the origin matters only if there are plugins
+        shown = 3 if any(part[2] for part in parts) else 2
+        return table((strong(kind), "", "plugin")[:shown], [part[:shown] for part in parts], margin=0)
+    cells = [(row["name"], _names(row["entries"]), _state(row), row["version"]) for row in rows]
+    lines = [table((strong(kind), "registers", "state", "version"), cells, margin=0)]
+    for row in rows:
         if row["problem"]:
-            print(f"{row['distribution']} is at fault: {row['problem']}", end="\n\n")
+            lines += ["", *map(alarm, paragraph("", f"{row['distribution']} is faulty: {row['problem']}", 2))]
+    return "\n".join(lines)
+
+
+def _state(row: dict[str, Any]) -> str:
+    from shockwave.text import alarm
+
+    if row["disabled"]:
+        return "disabled"
+    return alarm("FAULTY") if row["problem"] else "checked" if row["checked"] else "enabled"
+
+
+def _names(entries: list[dict[str, str]]) -> str:
+    return ", ".join(entry["name"] for entry in entries)
 
 
 def _rows(kind: str, check: bool) -> list[dict[str, Any]]:
@@ -57,14 +77,14 @@ def _rows(kind: str, check: bool) -> list[dict[str, Any]]:
 
 
 def _plugin(plugin: Plugin, check: bool) -> dict[str, Any]:
-    names = ", ".join(entry.name for _, entry in plugin.entries)
-    state = "disabled" if plugin.disabled else "AT FAULT" if plugin.problem else ""
+    registered = [{"kind": kind, "name": entry.name} for kind, entry in plugin.entries]
+    state = "disabled" if plugin.disabled else "faulty" if plugin.problem else ""
     return {
         "name": plugin.distribution,
-        "summary": "; ".join(filter(None, (names, state))),
+        "summary": "; ".join(filter(None, (_names(registered), state))),
         "distribution": f"{plugin.distribution} {plugin.version}",
         "version": plugin.version,
-        "entries": [{"kind": kind, "name": entry.name} for kind, entry in plugin.entries],
+        "entries": registered,
         "disabled": plugin.disabled,
         "checked": check and not plugin.disabled,
         "problem": plugin.problem or None,

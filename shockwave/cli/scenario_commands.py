@@ -13,7 +13,7 @@ from shockwave.cli.output import failure, of_arguments, print_json, written
 from shockwave.errors import Fault, ShockwaveError, UsageError
 from shockwave.files import refuse_inputs
 from shockwave.progress import progressed
-from shockwave.text import alarm, notes, paragraph, range_text, si, significant_digits, table
+from shockwave.text import alarm, limits, notes, paragraph, range_text, si, significant_digits, strong, table
 
 if TYPE_CHECKING:
     from shockwave.measurement.result import SimulationResult
@@ -27,12 +27,12 @@ _Row = dict[str, str]
 
 
 def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) -> list[Scenario]:
-    """All scenarios; one that stands for many is an error here, and ``remedy`` or to run the sweep its hint.
+    """Load scenarios of single scenes; ``remedy`` is the hint of the error for a sweep.
 
     Raises
     ------
     ShockwaveError
-        All errors of all files, with the greatest exit status of them; or ``output`` is one of the input files.
+        With all errors of all files and the greatest of their exit statuses; or when ``output`` is an input file.
     """
     from shockwave.scenario.loader import load_scenario
 
@@ -170,10 +170,11 @@ def report(options: argparse.Namespace) -> int:
 
 
 def curve(options: argparse.Namespace) -> int:
-    """The universal curve of a scenario's shape."""
+    """Print or write the universal curve for the shape of a scenario's shock."""
     from shockwave.chain import Scales
     from shockwave.studies.curve_and_design_files import CURVE_FILES, check_output, write_curve
     from shockwave.studies.universal_curve import UniversalCurve
+    from shockwave.studies.varied_scenes import notes_of
 
     if options.output:
         with of_arguments(options):
@@ -186,10 +187,10 @@ def curve(options: argparse.Namespace) -> int:
         write_curve(found, options.output, mark=ratio)
         print(f"{options.output}: written", file=sys.stderr)
         return 0
-    here: object = f"t0/T0 = {ratio:.6g}, beyond this curve (--longest)"
+    answer: object = strong(f"t0/T0 = {ratio:.6g} is beyond the range of this curve (increase --longest)")
     if ratio <= found.longest_rise_time:
-        here = found.answer(shock, scenario.chain)
-    print(found, f"  this scenario  {here}", sep="\n")
+        answer = found.answer(shock, scenario.chain)
+    print(answer, *limits(notes_of(scenario)), "", found, sep="\n")
     return 0
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from shockwave.cli.output import print_result
 from shockwave.errors import UsageError
+from shockwave.text import paragraph
 
 if TYPE_CHECKING:
     from shockwave.sweep.report import SweepReport
@@ -22,49 +23,50 @@ if TYPE_CHECKING:
 def sweep(options: argparse.Namespace) -> int:
     """Run or resume a sweep, or print the plan of a dry run.
 
-    SIGTERM and SIGHUP end it as Ctrl-C does; the status is 128 plus the number of the signal.
+    SIGTERM and SIGHUP stop it like Ctrl-C. The exit status is then 128 plus the number of the signal.
     """
-    came = [int(signal.SIGINT)]
+    received = [int(signal.SIGINT)]
 
     def interrupt(number: int, _: FrameType | None) -> None:
         signal.signal(number, signal.SIG_IGN)  # `timeout` sends it twice
-        came[0] = number
+        received[0] = number
         raise KeyboardInterrupt
 
-    # from a batch system at the end of a job, or from a closed terminal
+    # sent by a batch system at the end of a job, or by a terminal that is closed
     known = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    ours = [number for number in known if signal.getsignal(number) is signal.SIG_DFL]
-    for number in ours:
+    handled = [number for number in known if signal.getsignal(number) is signal.SIG_DFL]
+    for number in handled:
         signal.signal(number, interrupt)
-    # worker processes begin with the current folder on their path
+    # otherwise worker processes start with the current folder on their path
     os.environ.setdefault("PYTHONSAFEPATH", "1")
     try:
         return _sweep(options)
     except KeyboardInterrupt as interrupted:
-        progress = f"; {interrupted}" if str(interrupted) else ""
+        text = str(interrupted)
+        lines = paragraph("interrupted: " if text else "interrupted", text, 2)
         with suppress(OSError):  # the terminal may be closed
-            print(f"interrupted{progress}", file=sys.stderr)
-        return 128 + came[0]
+            print("\n".join(lines), file=sys.stderr)
+        return 128 + received[0]
     finally:
-        for number in ours:
+        for number in handled:
             signal.signal(number, signal.SIG_DFL)
 
 
 def _sweep(options: argparse.Namespace) -> int:
     folder = options.out or f"{Path(options.file).stem}-sweep"
-    asked = {name: getattr(options, name) for name in ("workers", "retry_failed", "accept_versions")}
+    settings = {name: getattr(options, name) for name in ("workers", "retry_failed", "accept_versions")}
     if options.dry_run:
         from shockwave.sweep.dry_run import plan_sweep
         from shockwave.sweep.workers import check_executor
 
         check_executor(options.executor or "processes")
-        print_result(plan_sweep(options.file, folder, **asked), options.json)
+        print_result(plan_sweep(options.file, folder, **settings), options.json)
         return 0
     from shockwave.sweep.definition import DEFINITION
     from shockwave.sweep.runner import run_sweep
 
     if options.resume and not (Path(folder) / DEFINITION).exists():
-        raise UsageError(f"{folder}: --resume must be given a sweep that was begun (got none; leave --resume out)")
+        raise UsageError(f"{folder}: must hold a sweep to resume (got none; omit --resume to begin one)")
     with _progress() as progress:
         report = run_sweep(
             options.file,
@@ -73,7 +75,7 @@ def _sweep(options: argparse.Namespace) -> int:
             timeout=options.timeout,
             fail_fast=options.fail_fast,
             progress=progress,
-            **asked,
+            **settings,
         )
     print_result(report, options.json)
     return report.exit_code
@@ -81,7 +83,7 @@ def _sweep(options: argparse.Namespace) -> int:
 
 @contextmanager
 def _progress() -> Iterator[Callable[[SweepReport], None] | None]:
-    """Show the progress of a sweep on a terminal: done, failed, rate, time left."""
+    """Show the progress of a sweep on a terminal: points done and failed, rate, remaining time."""
     if not sys.stderr.isatty():
         yield None
         return

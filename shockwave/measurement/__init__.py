@@ -1,1 +1,1 @@
-"""Reading waves off a simulated chain: peaks, limits, momentum, energy, recoil, and how far to trust them."""
+"""Measurement of the waves in a simulated chain: peak forces, momentum, energy, rebounding granules, errors."""

@@ -1,4 +1,4 @@
-"""One run of the whole chain, from the shock until all waves have been read."""
+"""A run of the whole chain, from the beginning of the shock until all waves have been measured."""
 
 from __future__ import annotations
 
@@ -11,35 +11,37 @@ from attrs import define, field
 from shockwave.measurement.peak_log import Peak, PeakLog, characteristic_time
 from shockwave.measurement.result import MeasuredWave
 from shockwave.measurement.waves import Probe, settling
+from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.march import Span, Stretch, free_granules, march
 from shockwave.simulation.problem import ChainProblem, chain_energy
 
-#: A granule is ejected when it flies backwards faster than this share of the granules in the primary.
+#: Least backward velocity of an ejected granule, over the peak velocity of the granules in the leading wave.
 EJECTED = 1e-3
-# How often, in units of time, the waves are judged; and how many steps are looked at together, at most.
+# Interval at which the waves are examined, in characteristic times.
 _INTERVAL = 4.0
+# Largest number of steps that are analysed together.
 _MOST_SPANS = 64
-# A probe is set this far ahead of a wave's last peak, so that the whole wave passes it.
+# Distance in contacts from the last peak of a wave to the probe ahead of it, so that the whole wave passes the probe.
 _AHEAD = 4
-# The tail of a wave has passed after this many of its widths; 1.56 is the width at peak force 1.
+# Time in which the tail of a wave of peak force 1 passes: 3.5 widths of 1.56 characteristic times.
 _PASSED = 3.5 * 1.56
-# Contacts that the front may pass before waves other than the primary are read as they are: this many, and so
-# many for each unit of time that the force lasts.
+# Contacts that the front may pass before waves other than the leading one are measured even if they have not settled:
+# a constant, and a number for each characteristic time of the duration of the shock.
 _BUDGET = 150.0
 _BUDGET_RATE = 6.0
-# Peaks scatter by so many times the error allowed in a step.
+# Scatter of peak forces over the error tolerance of a step.
 _NOISE = 30.0
-# Free ends are felt this many granules away.
+# Distance in granules at which a free end affects a wave.
 _REACH = 8
-# Waves are followed to a free end as far away as this from where they were read.
+# Largest distance in granules to a free end up to which waves are followed after they have been measured.
 _FARTHEST = 2000
 
 
 @define
 class _Reading:
-    """A wave at its limit: its last peak then, the probe set before it, the bound on its distance from the limit."""
+    """A wave that has settled: its last peak at that time, the probe ahead of it, and the bound on its deviation."""
 
     head: Peak
     probe: Probe
@@ -48,12 +50,12 @@ class _Reading:
     wave: MeasuredWave | None = None
 
     def observe(self, stretch: Stretch, log: PeakLog) -> None:
-        """Take note, and read off the wave once it has passed the probe."""
+        """Record the stretch, and measure the wave once it has passed the probe."""
         if self.passed:
             return
         self.probe.observe(stretch)
         peak = log.arrival(self.head, self.probe.contact)
-        if peak is None:  # it should have come; waiting for ever would hang
+        if peak is None:  # stop waiting for a peak that should have arrived long ago
             self.passed = stretch.end - self.head.time > 10 * _AHEAD * characteristic_time(self.head.force)
         elif stretch.end - peak.time > _PASSED * characteristic_time(peak.force):
             self.passed = True
@@ -62,33 +64,40 @@ class _Reading:
 
 @define(eq=False)
 class ChainRun:
-    """A run and its result, in scaled units.
+    """A run and its results, in scaled units.
 
     Attributes
     ----------
     wave_threshold : float
-        Weakest wave that counts, over the primary.
+        Least peak force of a wave, over that of the leading wave.
     primary_doubt, later_doubt : float
-        Bounds asked of the distance of peaks from their limits, relative to each; weak later waves may have more.
+        Allowed relative deviation of a peak force from its limit, for the leading wave and for later waves; that of
+        weak later waves may be larger.
     most_contacts : int
-        Length of the longest chain.
+        Largest number of contacts that the front passes.
+    label : str
+        Name of the run in reports of progress.
+    expected_end : float or None
+        Time at which the run is expected to end, for the estimate of the time left.
     waves : tuple of MeasuredWave
-        In the order in which they pass; their ``error_estimate`` bounds how far the peak is from its limit along the
-        chain (where the chain ends its answer is the peak itself, with the error allowed in a step).
+        Waves in the order of their arrival. Their ``error_estimate`` bounds the relative deviation of the peak force
+        from its limit along the chain. At the end of a finite chain the peak itself is the result, and the estimate is
+        the error tolerance of a step.
     recoils : tuple of float
         Velocities of the rebounding granules, first granule first.
     unfinished_recoil : float
-        Momentum of those that may still meet others.
+        Momentum of the rebounding granules that may still collide with others.
     spalls : tuple of float or None
-        Velocities of the granules that fly off the free end faster than `EJECTED` times the granules in the waves, last
-        granule first, as far as they have come free by the end of the run; None where the waves were not followed
-        there.
+        Velocities of the granules that leave the free end faster than `EJECTED` times the granules in the waves, last
+        granule first; None if the waves were not followed to the free end.
     momentum, energy : float
-        Of the chain when the waves are read.
+        Momentum and energy of the chain when the waves are measured.
     work : float
-        Its energy when the force ended: what is lost since then, the integration has lost.
+        Energy of the chain at the end of the force; later changes are errors of the integration.
     settled : bool
-        False when the chain's limit came first.
+        False if the allowed number of contacts was passed before all waves had settled.
+    steps, end : int, float
+        Number of steps, and the time at which the run ended.
     """
 
     problem: ChainProblem
@@ -97,6 +106,8 @@ class ChainRun:
     primary_doubt: float
     later_doubt: float
     most_contacts: int
+    label: str = "wave train"
+    expected_end: float | None = None
     log: PeakLog = field(init=False)
     waves: tuple[MeasuredWave, ...] = ()
     recoils: tuple[float, ...] = ()
@@ -107,6 +118,7 @@ class ChainRun:
     work: float = 0.0
     settled: bool = True
     steps: int = 0
+    end: float = 0.0
     _free_end: Probe | None = None
     _readings: list[_Reading] = field(factory=list)
     _judged: float = 0.0
@@ -119,19 +131,19 @@ class ChainRun:
             self._free_end = Probe(max(last - _REACH, last // 2), self.problem)
 
     def finished(self) -> ChainRun:
-        """March until the waves are known, each passing a probe, and on until those of a finite chain have left it.
+        """Integrate until each wave has passed a probe and, in a finite chain, until the waves have left the chain.
 
         Raises
         ------
         NumericalError
-            When the integrator fails.
+            If the integrator fails.
         """
-        stretches = _stretches(march(self.problem, self.integrator), self.problem.duration)
+        stretches = self._stretches()
         for stretch in stretches:
             self._observe(stretch)
             if self._has_seen_all(stretch):
                 break
-        # Rounding grows as weak waves meet: all but what leaves the free end is read at once.
+        # Rounding errors grow when weak waves collide, so everything but the spall is measured now.
         x, v = stretch.x[-1], stretch.v[-1]
         self.waves = self._waves()
         self.momentum = float(np.sum(v))
@@ -144,19 +156,33 @@ class ChainRun:
                 stretch = next(stretches)
                 self.steps += len(stretch.spans)
             x, v = stretch.x[-1], stretch.v[-1]
-            flown = v[::-1][: _flown(x, v)]
-            self.spalls = tuple(flown[flown > ejected].tolist())
+            departed = v[::-1][: _departed(x, v)]
+            self.spalls = tuple(departed[departed > ejected].tolist())
+        self.end = stretch.end
+        progressed(self.label, math.ceil(self.end), math.ceil(self.end))
         return self
 
     @property
     def reached_end(self) -> bool:
-        """Whether the front came so near to the free end that it may feel it before the waves are known."""
+        """Whether the free end may affect the front before the waves are known."""
         granules = self.problem.granules
         return granules is not None and self._front >= granules - 1 - _REACH
 
     @property
     def _front(self) -> int:
         return max(self.log.peaks, default=0)
+
+    def _stretches(self) -> Iterator[Stretch]:
+        """Yield steps that are analysed together; none extends across the end of the force."""
+        total = None if self.expected_end is None else math.ceil(self.expected_end)
+        together: list[Span] = []
+        for span in march(self.problem, self.integrator):
+            together.append(span)
+            long = span.end - together[0].begin >= _INTERVAL
+            if long or span.end == self.problem.duration or len(together) == _MOST_SPANS:
+                progressed(self.label, int(span.end), total)
+                yield Stretch.of(*together)
+                together = []
 
     def _observe(self, stretch: Stretch) -> None:
         self.steps += len(stretch.spans)
@@ -169,7 +195,7 @@ class ChainRun:
             self.work = chain_energy(stretch.x[-1], stretch.v[-1])
 
     def _has_seen_all(self, stretch: Stretch) -> bool:
-        """Whether the waves are known, now that ``stretch`` has been taken in."""
+        """Whether the waves are known after ``stretch``."""
         if stretch.end < self.problem.duration:
             return False
         if self.reached_end:
@@ -182,7 +208,7 @@ class ChainRun:
         return False
 
     def _judge(self, stretch: Stretch) -> bool:
-        """Set a probe before each wave that is known now; True once every wave has one."""
+        """Set a probe ahead of each wave that has settled; True once every wave has one."""
         x, v = stretch.x[-1], stretch.v[-1]
         noise = _NOISE * self.integrator.tolerance
         waves, complete = settling(self.log, stretch.end, x, v, self.wave_threshold, noise)
@@ -191,12 +217,12 @@ class ChainRun:
         strongest = max(head.force for head, _ in waves)
         front = waves[0][0].contact
         budget = _BUDGET + _BUDGET_RATE * self.problem.duration
-        # In order: behind a wave that has not settled, a peak may linger at a value that is not its last.
+        # In order of position: behind a wave that has not settled, a peak can remain constant for a while.
         for head, doubt in waves[len(self._readings) :]:
-            # The primary is worth any length of chain; the others get what it needed, or a fair share.
+            # The leading wave may use the longest chain; later waves get the length it needed, or the budget.
             most, allowed = float(self.most_contacts), self.primary_doubt
             if head.force < strongest:
-                # weak waves are less sure, as rounding and step errors weigh more
+                # rounding and step errors are larger relative to weak waves
                 most, allowed = budget, self.later_doubt * math.sqrt(strongest / head.force)
             if front <= most and doubt > allowed:
                 return False
@@ -205,43 +231,32 @@ class ChainRun:
         return complete or not self.settled
 
     def _is_spent(self, stretch: Stretch) -> bool:
-        """Whether nothing more can leave a finite chain: its granules fly apart, or they had time to."""
+        """Whether nothing more can leave a finite chain: its granules move apart, or have had enough time to."""
         x, v = stretch.x[-1], stretch.v[-1]
-        first, last = free_granules(x, v), len(x) - _flown(x, v)
+        first, last = free_granules(x, v), len(x) - _departed(x, v)
         slow = EJECTED * float(np.abs(v).max())
         if first >= last or chain_energy(x[first:last], v[first:last]) < 0.5 * slow**2:
             return True
         return stretch.end > self.problem.duration + 4.0 * (self.problem.granules or 0) + 50.0
 
     def _waves(self) -> tuple[MeasuredWave, ...]:
-        """The waves that have been read."""
+        """Waves that have been measured."""
         end = self._free_end
         if end is None or not self.reached_end:
             return tuple(reading.wave for reading in self._readings if reading.wave is not None)
         peaks = self.log.peaks.get(end.contact, [])
         least = self.wave_threshold * max((peak.force for peak in peaks), default=0.0)
-        # The peak is the answer itself, and a slow force may hold both runs to their longest step: alike, they do not
-        # show by how much they err.
+        # The peak itself is the result. A slow force can limit both runs to the longest step, so that their difference
+        # does not show the step error.
         doubt = self.integrator.tolerance
         return tuple(end.wave(peak, self.log, doubt) for peak in peaks if peak.force >= least)
 
 
-def _stretches(spans: Iterator[Span], duration: float) -> Iterator[Stretch]:
-    """Spans that are looked at together; none goes on across the end of the force."""
-    together: list[Span] = []
-    for span in spans:
-        together.append(span)
-        long = span.end - together[0].begin >= _INTERVAL
-        if long or span.end == duration or len(together) == _MOST_SPANS:
-            yield Stretch.of(*together)
-            together = []
-
-
 def _recoils(x: FloatArray, v: FloatArray, ejected: float) -> tuple[tuple[float, ...], float]:
-    """Velocities of the rebounding granules, and the momentum of those that may still meet others.
+    """Velocities of the rebounding granules, and the momentum of those that may still collide with others.
 
-    They reach from the loaded end to the last granule that was ejected, and those that follow it backwards: further on,
-    granules that drift backwards are stirred by waves that pass.
+    They extend from the loaded end to the last ejected granule and the granules that follow it backwards. Further on,
+    a backward drift is caused by passing waves.
     """
     last = max(np.flatnonzero(v < -ejected), default=0)
     forward = np.flatnonzero(v[last:] >= 0)
@@ -250,6 +265,6 @@ def _recoils(x: FloatArray, v: FloatArray, ejected: float) -> tuple[tuple[float,
     return tuple(region[region < 0].tolist()), float(-still[still < 0].sum())
 
 
-def _flown(x: FloatArray, v: FloatArray) -> int:
-    """How many granules have flown off the free end: out of contact, and no two of them closing in."""
+def _departed(x: FloatArray, v: FloatArray) -> int:
+    """Number of granules that have left the free end: out of contact, and no two of them approaching each other."""
     return free_granules(-x[::-1], -v[::-1])

@@ -1,4 +1,4 @@
-"""Parts of a result that take another integration: the primary at any contact, and histories of the chain."""
+"""Parts of a result that need another integration: the leading wave at any contact, and histories of the chain."""
 
 from __future__ import annotations
 
@@ -12,26 +12,29 @@ from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.measurement.peak_log import PeakLog
 from shockwave.measurement.result import Passage, Recording, SimulationResult
 from shockwave.measurement.simulation_setup import scaled, setup_of
+from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import Span, Stretch, march
 from shockwave.simulation.primary_search import find_primaries
 from shockwave.simulation.problem import contact_energies, contact_forces
 
-# By how much a peak nears its limit from contact to contact, at least.
-_FALL = 0.98**0.25
-# A free end is felt so many contacts away.
+# Slowest decrease, from contact to contact, of the deviation of a peak from its limit.
+_DECREASE = 0.98**0.25
+# Distance in contacts at which a free end affects a wave.
 _REACH = 8
-# Samples to a characteristic time of the wave, and such times after the passage of the last contact.
+# Default number of samples per characteristic time of the wave.
 _SAMPLES = 10
+# Default end of the histories after the passage of the last contact, in characteristic times.
 _AFTER = 5.0
+# Largest number of values in the histories, to limit the memory.
 _MOST_NUMBERS = 20_000_000
 
 
-# ---------------------------------------------------------------- passages of the primary
+# ---------------------------------------------------------------- passages of the leading wave
 
 
 def passage_at(result: SimulationResult, contact: int) -> Passage:
-    """See `SimulationResult.passage`."""
+    """Compute a `SimulationResult.passage`."""
     contact = _checked(result, contact)
     found, granules = result.found, result.chain.granules
     feels_end = granules is not None and (result.measured is not None or contact > granules - 2 - _REACH)
@@ -39,10 +42,10 @@ def passage_at(result: SimulationResult, contact: int) -> Passage:
     exact = beyond >= 0 and not feels_end
     error = result.error_estimate
     if exact:
-        # Slope and origin of the path of the exact wave: its speed scales as the sixth root of the peak force.
+        # The speed of the exact wave scales as the sixth root of the peak force.
         time, force = found.time + beyond / (SPEED * found.peak ** (1 / 6)), found.peak
-        # what the peak lacked of its limit where it was read, and how that falls off at the slowest
-        error += abs(found.last / found.peak - 1) * _FALL**beyond
+        # The deviation from the limit where the peak was measured decreases at least by this factor per contact.
+        error += abs(found.last / found.peak - 1) * _DECREASE**beyond
     else:
         time, force = _integrated(result, contact, feels_end)
     return Passage(
@@ -55,7 +58,7 @@ def passage_at(result: SimulationResult, contact: int) -> Passage:
 
 
 def _checked(result: SimulationResult, contact: int) -> int:
-    """The number of a contact of this chain."""
+    """Check that ``contact`` is a contact of the chain."""
     granules = result.chain.granules
     whole = isinstance(contact, int | np.integer) and not isinstance(contact, bool)
     if not whole or contact < 0 or (granules is not None and contact > granules - 2):
@@ -65,11 +68,11 @@ def _checked(result: SimulationResult, contact: int) -> int:
 
 
 def _integrated(result: SimulationResult, contact: int, feels_end: bool) -> tuple[float, float]:
-    """Time and force of the peak, from the chain integrated up to there once more."""
+    """Time and force of the peak, from another integration of the chain up to the contact."""
     setup = setup_of(result.options)
     problem, _ = scaled(result.shock, result.chain)
     if setup.search is not None and not feels_end:
-        # as if the chain had no end: the front does not feel it before it is there
+        # as in an endless chain, since the free end does not affect the front before it arrives
         request = setup.request(evolve(problem, granules=None), contacts=(contact,))
         (primary,) = find_primaries([request], setup.search, setup.compiled)
         found = [(passage.time, passage.force) for passage in primary.passages]
@@ -77,11 +80,16 @@ def _integrated(result: SimulationResult, contact: int, feels_end: bool) -> tupl
         log = PeakLog()
         for span in march(problem, setup.integrator()):
             log.observe(Stretch.of(span))
-            if contact in log.peaks or max(log.peaks, default=0) > contact + 8:
+            front = max(log.peaks, default=0)
+            progressed("passage", min(front, contact), contact + 1)
+            if contact in log.peaks or front > contact + 8:
                 break
+        progressed("passage", contact + 1, contact + 1)
         found = [(peak.time, peak.force) for peak in log.peaks.get(contact, ())]
     if not found:
-        raise NumericalError(f"the front has no peak of its own at contact {contact}: the force still rises there")
+        raise NumericalError(
+            f"the leading wave has no peak at contact {contact}: the force still rises there (request a later contact)"
+        )
     return found[0]
 
 
@@ -89,12 +97,12 @@ def _integrated(result: SimulationResult, contact: int, feels_end: bool) -> tupl
 
 
 def record(result: SimulationResult) -> Recording:
-    """The histories that ``result.options`` ask for; the chain is integrated once more.
+    """Compute the histories that ``result.options`` request, by another integration of the chain.
 
     Raises
     ------
     InvalidValueError
-        When the chain has no such contact, or the histories would not fit into memory.
+        If the chain has no such contact, or the histories have too many values.
     """
     options, scales = result.options, result.scales
     for contact in options.contacts:
@@ -104,8 +112,8 @@ def record(result: SimulationResult) -> Recording:
     count = int(until / interval * (1 + 1e-12)) + 1
     granules = result.primary.contact + until
     if count * (len(options.contacts) + 2 * granules) > _MOST_NUMBERS:
-        got = f"got {interval * scales.time:g} s for {until * scales.time:g} s; or give an earlier until"
-        problem = f"must be longer, for the histories would have {count} samples ({got})"
+        got = f"got {interval * scales.time:g} s for {until * scales.time:g} s; alternatively give an earlier until"
+        problem = f"must be longer, because the histories would have {count} samples ({got})"
         raise InvalidValueError.of("interval", problem)
     times = interval * np.arange(count)
     spans = march(scaled(result.shock, result.chain)[0], setup_of(options).integrator())
@@ -135,14 +143,16 @@ def _end(result: SimulationResult) -> float:
 
 
 def _states(spans: Iterator[Span], times: list[float]) -> tuple[FloatArray, FloatArray]:
-    """Positions and velocities at these times, the first of which is 0; shape (granules, times)."""
+    """Positions and velocities, shape (granules, times) each, at these times, the first of which is 0."""
     states = [(np.zeros(0), np.zeros(0))]
     span = next(spans)
     for time in times[1:]:
         while time > span.end:
             span = next(spans)
+            progressed("histories", len(states), len(times))
         states.append((span.x1, span.v1) if time == span.end else span.at(time))
-    # the window grows: granules that it did not hold yet are at rest
+    progressed("histories", len(times), len(times))
+    # The window grows with the front; granules ahead of it are at rest.
     x, v = np.zeros((2, max(2, len(span.x1)), len(times)))
     for index, (positions, velocities) in enumerate(states):
         x[: len(positions), index], v[: len(positions), index] = positions, velocities

@@ -1,4 +1,4 @@
-"""Peaks of the contact forces, logged contact by contact, and the waves that they belong to."""
+"""Log of the peaks of the contact forces, and the waves to which they belong."""
 
 from __future__ import annotations
 
@@ -15,19 +15,21 @@ from shockwave.numerics import product
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import Span, Stretch
 
-# Peaks weaker than this, over the strongest so far, are the noise floor of a chain at rest.
+# Noise floor of a chain at rest: weaker peaks, over the strongest so far, are ignored.
 _FLOOR = 1e-4
-# A peak force read off the polynomial between the ends of a step errs by at most this share of itself, times the eighth
-# power of the step over the characteristic time of the wave; it is read off so if that is this share of a step's error.
+# Relative error of a peak force from the polynomial between the ends of a step, over the eighth power of the step size
+# in characteristic times of the wave.
 _LOSS = 6e-5
+# The polynomial is used if its error is below this fraction of the error tolerance of a step.
 _NEGLIGIBLE = 0.1
-# Newton's corrections of the time of a peak; one smaller than this leaves no error but rounding in the force.
+# Largest number of Newton steps for the time of a peak.
 _CORRECTIONS = 4
+# Newton step in time below which the error of the force is a rounding error.
 _NEAR = 1e-5
-# A wave that was followed keeps more than this share of its peak force from one contact to the next few.
+# Fraction of its peak force that a wave keeps at least from one contact to the next few.
 _SAME_WAVE = 0.5
 
-# From value and first three derivatives at 0 and at 1, each over its factorial, to the powers 0 to 7.
+# Matrix from the value and the first three derivatives, each over its factorial, at 0 and at 1 to the powers 0 to 7.
 _POWERS = np.eye(8)
 _POWERS[4:] = [
     [-35, -20, -10, -4, 35, -15, 5, -1],
@@ -42,7 +44,7 @@ _FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])
 class Peak:
     """A maximum in time of the force at a contact, counted from 0.
 
-    ``behind`` is the peak of the same wave at the contact before, None where the wave cannot be followed back.
+    ``behind`` is the peak of the same wave at the preceding contact, or None if the wave cannot be traced back.
     """
 
     contact: int
@@ -53,10 +55,10 @@ class Peak:
 
 @define
 class PeakLog:
-    """Every maximum in time of every contact force that matters, as the chain is stepped.
+    """All maxima in time of the contact forces that are above the noise floor.
 
-    ``tolerance`` is the error allowed in a step: peaks are found on the integrator's interpolant where a polynomial
-    between the ends of the step would be worse than that. At 0 all of them are.
+    ``tolerance`` is the error tolerance of a step. Peaks are located on the integrator's interpolant if a polynomial
+    between the ends of the step is less accurate than that; with 0 always.
     """
 
     tolerance: float = 0.0
@@ -64,7 +66,7 @@ class PeakLog:
     strongest: float = 0.0
 
     def observe(self, stretch: Stretch) -> None:
-        """Log the maxima that fall into ``stretch``."""
+        """Log the maxima within ``stretch``."""
         closing = stretch.v[:, :-1] - stretch.v[:, 1:]
         steps, contacts = np.nonzero((closing[:-1] > 0) & (closing[1:] <= 0))
         ends = np.array((steps, steps + 1))
@@ -76,33 +78,33 @@ class PeakLog:
             return
         steps, contacts = steps[reached], contacts[reached]
         times, overlaps = _maxima(stretch, steps, contacts)
-        # In the order in which they happen: so each finds the one behind it in the log.
+        # In the order of time, so that the preceding peak of each wave is already in the log.
         for index in np.argsort(times, kind="stable").tolist():
             contact, time, overlap = int(contacts[index]), float(times[index]), float(overlaps[index])
             span = stretch.spans[steps[index]]
             force = max(overlap, 0.0) ** 1.5
             loss = _LOSS * force * ((span.end - span.begin) / characteristic_time(force)) ** 8
-            if contact == 0:  # the force may drive one of its granules, which its neighbours do not show
+            if contact == 0:  # the shock acts on one of its granules, which the polynomial does not include
                 time, overlap = _sought(span, contact)
             elif loss > _NEGLIGIBLE * self.tolerance:
                 time, overlap = _corrected(span, contact, time)
             self.add(contact, time, max(overlap, 0.0) ** 1.5)
 
     def add(self, contact: int, time: float, force: float) -> None:
-        """Log a maximum, later than all before it."""
+        """Log a maximum; it must be later than all previous ones at this contact."""
         earlier = reversed(self.peaks.get(contact - 1, ()))
         behind = next((p for p in earlier if p.force > _SAME_WAVE * force and p.time < time), None)
         self.peaks.setdefault(contact, []).append(Peak(contact, time, force, behind))
 
     def heads(self, now: float, share: float) -> list[Peak]:
-        """The foremost peak of every wave under way, front first, down to ``share`` of the strongest of them.
+        """Foremost peak of every travelling wave, front first, down to ``share`` of the strongest wave.
 
-        A peak is a head when the next contact has not peaked since, and may still be expected to.
+        A peak is a head if the next contact has not had a peak since then but may still have one.
         """
         oldest = now - _patience(_FLOOR * self.strongest)
         under_way = (peak.force for peak in self._since(oldest) if now - peak.time < _patience(peak.force))
         strongest = max(under_way, default=0.0)
-        # Stirrings below the share must not hide the wave that has just gone by.
+        # Weaker peaks must not hide the wave that has just passed.
         found = []
         passed = -math.inf
         for contact in range(max(self.peaks, default=-1), -1, -1):
@@ -118,13 +120,13 @@ class PeakLog:
             yield from takewhile(lambda peak: peak.time >= oldest, reversed(peaks))
 
     def top(self) -> Peak:
-        """The strongest peak of all."""
+        """Strongest peak in the log."""
         return max((peak for peaks in self.peaks.values() for peak in peaks), key=lambda peak: peak.force)
 
     def arrival(self, head: Peak, contact: int) -> Peak | None:
-        """The peak of the wave at ``head`` when it comes by ``contact``, or None before it does.
+        """Peak of the wave at ``head`` when it arrives at ``contact``, or None if it has not arrived yet.
 
-        It is followed from contact to contact: a wave just ahead may not have passed ``contact`` yet either.
+        The wave is followed from contact to contact, because a wave ahead may not have passed ``contact`` either.
         """
         found: Peak | None = head
         while found is not None and found.contact < contact:
@@ -135,7 +137,7 @@ class PeakLog:
 
 
 def history(head: Peak, contacts: int) -> list[Peak]:
-    """Peaks of the wave at ``head`` and at the ``contacts`` behind it, as far as it can be followed."""
+    """Peaks of the wave at ``head`` and at the preceding ``contacts``, as far as it can be traced back."""
     trail = [head]
     while len(trail) <= contacts and (behind := trail[-1].behind) is not None:
         trail.append(behind)
@@ -143,20 +145,20 @@ def history(head: Peak, contacts: int) -> list[Peak]:
 
 
 def force_rates(overlap: FloatArray, closing: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Contact forces d^(3/2), and their rates of change from the overlaps and the velocities of closing."""
+    """Contact forces d^(3/2) and their rates of change, from overlaps d and their rates of change ``closing``."""
     root = np.sqrt(np.maximum(overlap, 0.0))
     return root**3, 1.5 * root * closing
 
 
 def powers_between(begin: FloatArray, end: FloatArray, size: FloatArray) -> FloatArray:
-    """Polynomials of degree 7 through what is known at both ends of steps, as powers of the share of the step.
+    """Hermite polynomials of degree 7 between the ends of steps, in powers of the fraction of the step.
 
     Parameters
     ----------
     begin, end : FloatArray
         Value and first three derivatives at the ends, shape (4, ...).
     size : FloatArray
-        Of the steps; its shape is that of a value, or the values' shape goes on behind it.
+        Step sizes; its shape is that of the values or of their leading dimensions.
 
     Returns
     -------
@@ -170,8 +172,8 @@ def powers_between(begin: FloatArray, end: FloatArray, size: FloatArray) -> Floa
 
 
 def _maxima(stretch: Stretch, steps: np.ndarray, contacts: np.ndarray) -> tuple[FloatArray, FloatArray]:
-    """Times and values of the greatest overlaps of these contacts in these steps, from the states at the ends."""
-    # The granules of the contact and their neighbours; an end of the chain is doubled, with no force between the two.
+    """Times and values of the largest overlaps of these contacts in these steps, from the states at their ends."""
+    # The granules of the contact and their neighbours; at an end of the chain a granule is repeated, without force.
     rows = np.array((steps, steps + 1))[..., None]
     columns = np.clip(contacts[:, None] + np.arange(-1, 3), 0, stretch.x.shape[1] - 1)
     overlap, closing = -np.diff(stretch.x[rows, columns]), -np.diff(stretch.v[rows, columns])
@@ -184,13 +186,13 @@ def _maxima(stretch: Stretch, steps: np.ndarray, contacts: np.ndarray) -> tuple[
     share = jets[1, 0] / (jets[1, 0] - jets[1, 1])
     for _ in range(_CORRECTIONS):
         bend = np.minimum(polyval(share, bends, tensor=False), -1e-300)
-        with np.errstate(over="ignore"):  # of a straight piece, whose greatest value is at an end
+        with np.errstate(over="ignore"):  # for linear pieces, which have their maximum at an end
             share = np.clip(share - polyval(share, slopes, tensor=False) / bend, 0.0, 1.0)
     return stretch.times[steps] + share * size, polyval(share, powers, tensor=False)
 
 
 def _corrected(span: Span, contact: int, time: float) -> tuple[float, float]:
-    """Time and value of the greatest overlap near ``time``, by Newton's method on what the integrator finds there."""
+    """Time and value of the largest overlap near ``time``, by Newton's method on the integrator's interpolant."""
     first = contact - 1
     for _ in range(_CORRECTIONS):
         x, v = span.at(time)
@@ -207,13 +209,13 @@ def _corrected(span: Span, contact: int, time: float) -> tuple[float, float]:
 
 
 def _sought(span: Span, contact: int) -> tuple[float, float]:
-    """Time and value of the greatest overlap, where the velocities are equal."""
+    """Time and value of the largest overlap, at which the two velocities are equal."""
 
     def closing(time: float) -> float:
         _, v = span.at(time)
         return float(v[contact] - v[contact + 1])
 
-    # Interpolation and step agree to rounding only; at an end their signs may differ.
+    # Interpolant and step agree up to rounding errors; at an end their signs can differ.
     differ = closing(span.begin) * closing(span.end) < 0
     time = brentq(closing, span.begin, span.end, xtol=1e-14, rtol=1e-14) if differ else span.end
     x, _ = span.at(time)
@@ -221,10 +223,10 @@ def _sought(span: Span, contact: int) -> tuple[float, float]:
 
 
 def characteristic_time(force: float) -> float:
-    """Unit of time of a wave of this peak force: it passes 0.9 contacts in it."""
+    """Characteristic time of a wave of this peak force, in which it passes 0.9 contacts."""
     return math.pow(max(force, 1e-30), -1 / 6)
 
 
 def _patience(force: float) -> float:
-    """How long a wave of this peak force may take to the next contact: several times what it needs."""
+    """Longest time of a wave of this peak force to the next contact: several times the usual one."""
     return 6.0 * characteristic_time(force)

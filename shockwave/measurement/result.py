@@ -1,4 +1,4 @@
-"""Results of simulations: waves, passages, histories, cost."""
+"""Results of simulations: waves, passages, histories and cost."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from shockwave.scene_summary import Scene
 from shockwave.simulation.problem import Primary
 from shockwave.text import printed
 
-# Quantity of a wave -> its unit among `Scales`.
+# Attribute of a wave -> attribute of `Scales` that is its unit.
 _UNITS = {
     "peak_force": "force",
     "momentum": "momentum",
@@ -28,36 +28,36 @@ _UNITS = {
     "granule_velocity": "velocity",
     "arrival_time": "time",
 }
-# Figures of the granules that leave the ends of the chain.
+# JSON keys for the granules that leave the ends of the chain.
 _ENDS = ("recoil_momentum", "recoil_error", "recoil_velocities", "ejected_granules", "spall_velocities")
 
 
 def _plain(value: Any) -> Any:
-    """A tuple or array as a list, anything else as it is."""
+    """``value``, with tuples and arrays converted to lists."""
     return value.tolist() if hasattr(value, "tolist") else list(value) if isinstance(value, tuple) else value
 
 
 @frozen(kw_only=True)
 class MeasuredWave:
-    """One wave as it passed a contact, in SI units (in scaled ones before the result is made).
+    """A wave measured at a contact, in SI units (in scaled units until the result is complete).
 
     Attributes
     ----------
     peak_force, momentum, energy, width, granule_velocity : float
-        As in `SolitaryWave`, measured from the history of the contact force. Width and granule velocity of a primary
-        that was followed alone are those of the exact wave of its peak force.
+        As in `SolitaryWave`, measured from the history of the contact force. If only the leading wave was followed, its
+        width and granule velocity are those of the exact wave of the same peak force.
     speed : float or None
-        Of the peak along the chain [m/s]; None where only one contact was passed.
+        Speed of the peak along the chain [m/s]; None if only one contact was passed.
     contact : int
-        Where it was read, counted from 0: contact i lies between granules i and i + 1.
+        Contact at which the wave was measured, counted from 0; contact i lies between granules i and i + 1.
     arrival_time : float
-        Of its peak there [s].
+        Time of the peak at this contact [s].
     error_estimate : float or None
-        Relative, of ``peak_force`` as the limit far along the chain; None for a wave that had not settled, or that
-        was found in one of the two runs only.
+        Relative error estimate of ``peak_force`` as the limit far along the chain; None for a wave that had not
+        settled, or that was found in only one of the two runs.
     foot : float
-        Force left between the wave and its neighbours, over its peak: momentum, energy, width and granule velocity
-        are the wave's own to about as much.
+        Residual force between the wave and its neighbours, over its peak force; approximately the relative error of
+        momentum, energy, width and granule velocity.
     """
 
     peak_force: float
@@ -72,7 +72,7 @@ class MeasuredWave:
     foot: float
 
     def in_si(self, scales: Scales, error_estimate: float | None) -> MeasuredWave:
-        """This wave, so far in scaled units, in SI units and with its error estimate."""
+        """Convert a wave in scaled units to SI units, with its error estimate."""
         known = {name: getattr(self, name) for name in _UNITS if getattr(self, name) is not None}
         values = {name: value * getattr(scales, _UNITS[name]) for name, value in known.items()}
         return evolve(self, error_estimate=error_estimate, **values)
@@ -80,10 +80,20 @@ class MeasuredWave:
 
 @frozen(kw_only=True)
 class Passage:
-    """The primary at a contact, in SI units.
+    """The leading wave at a contact, in SI units.
 
-    ``exact`` says that the wave had come to its limit before: it is the exact solitary wave from there on, and was
-    not integrated further. ``error_estimate`` is relative, of time and peak force alike.
+    Attributes
+    ----------
+    contact : int
+        The contact, counted from 0.
+    arrival_time : float
+        Time of the peak [s].
+    peak_force : float
+        Peak contact force [N].
+    exact : bool
+        Whether the wave had settled before this contact, so that the values follow from the exact solitary wave.
+    error_estimate : float
+        Relative error estimate of both time and peak force.
     """
 
     contact: int
@@ -95,7 +105,7 @@ class Passage:
 
 @frozen(kw_only=True)
 class Cost:
-    """Work that a result took; ``seconds`` vary from run to run and are left out of comparisons."""
+    """Cost of a result; ``seconds`` [s] vary from run to run and are ignored in comparisons."""
 
     steps: int
     force_evaluations: int
@@ -109,25 +119,25 @@ class Cost:
 
 @frozen(kw_only=True)
 class Train:
-    """All waves, and the granules that leave the ends.
+    """All waves of a train, and the granules that leave the ends of the chain.
 
     Attributes
     ----------
     waves : tuple of MeasuredWave
-        Strongest first; weaker than ``wave_threshold`` times the primary are not counted.
+        Waves, strongest first, down to ``wave_threshold`` times the peak force of the leading wave.
     recoil_momentum, recoil_error : float
-        Of the granules that fly backwards [N s], zero or negative; and an estimate of its error [N s], with what
-        granules hold that had not come apart for good.
+        Momentum of the rebounding granules [N s], zero or negative; estimate of its error [N s], which includes the
+        momentum of granules that had not separated for good.
     recoil_velocities : tuple of float
-        Of the ejected granules [m/s], first granule first: those that fly backwards faster than a thousandth of the
-        granules in the primary.
+        Velocities of the ejected granules [m/s], first granule first. Ejected granules rebound faster than a
+        thousandth of the peak velocity of the granules in the leading wave.
     spall_velocities : tuple of float or None
-        Of the granules that fly off the free end [m/s], last granule first; None in a chain without end, or one whose
-        end the waves had not reached.
+        Velocities of the granules that leave the free end [m/s], last granule first; None if the chain is endless or
+        the waves were not followed to its end.
     cost : Cost
-        Of the two runs.
+        Cost of the two runs.
     warnings : tuple of str
-        Notes to read before using the figures.
+        Sentences on the limits of the result.
     """
 
     waves: tuple[MeasuredWave, ...]
@@ -141,19 +151,20 @@ class Train:
 
 @frozen(kw_only=True, eq=False)
 class Recording:
-    """Histories at equal intervals, in SI units; what was not asked for is None.
+    """Histories at equal time intervals, in SI units; histories that were not requested are None.
 
     Attributes
     ----------
-    times : array, shape (k,), [s]
+    times : array, shape (k,)
+        Times [s].
     contacts : tuple of int
-        Of ``forces``.
+        Contacts of the columns of ``forces``.
     forces : array, shape (k, contacts), or None
         Contact forces [N].
     displacements, velocities : array, shape (k, granules), or None
-        Of all granules that have moved by the end [m], [m/s].
+        Displacements [m] and velocities [m/s] of all granules that have moved by the end.
     kinetic_energy, contact_energy : array, shape (k,), or None
-        Of the chain [J].
+        Kinetic energy and contact energy of the chain [J].
     """
 
     times: FloatArray
@@ -165,7 +176,7 @@ class Recording:
     contact_energy: FloatArray | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """Lists of SI floats."""
+        """Attributes by name, with arrays as lists of SI floats."""
         return {name: _plain(value) for name, value in asdict(self).items()}
 
 
@@ -173,30 +184,31 @@ class Recording:
 class SimulationResult:
     """Result of a direct simulation of eq. (1).
 
-    The primary is known when the result is made. The rest of the train is integrated when something of it is first
-    looked at (``train``, ``waves``, ``recoil_momentum``, ``print``, ``to_dict``), and kept; so are histories
-    (``recording``). Results are equal when the same was asked of the same scene and the same found.
+    The leading wave is computed at once. The rest of the train is integrated when one of its parts is first accessed
+    (``train``, ``waves``, ``recoil_momentum``, ``print``, ``to_dict``), and then kept; likewise the histories
+    (``recording``). Two results are equal if scene, settings and computed values are equal.
 
     Attributes
     ----------
     shock, chain, options : Shock, Chain, SimulateOptions
-        Scene and settings; ``options`` name the integrator and the backend that were used.
+        Scene and settings; ``options`` contains the integrator and the backend that were used.
     scales : Scales
-        Units in which ``found`` is written.
+        Units of ``found``.
     found : Primary
-        The primary in scaled units, with the balances of momentum and energy.
+        Leading wave in scaled units, with the balances of momentum and energy.
     error_estimate : float
-        Relative, of ``peak_force``: from step control, the approach to the limit, and the table of the force.
+        Relative error estimate of ``peak_force``, from step control, the approach to the limit, and the table of the
+        force.
     seconds : float
-        Wall time; differs from run to run, and is left out of comparisons.
+        Run time [s], which varies from run to run and is ignored in comparisons.
     warnings : tuple of str
-        Notes to read before using the figures of the primary; the train has its own.
+        Sentences on the limits of the results for the leading wave; ``train.warnings`` has those of the train.
     on_demand : callable
-        Computes the ``train``, a ``passage`` or the ``recording`` of a result when it is looked at.
+        Function that computes the ``train``, a ``passage`` or the ``recording`` when it is accessed.
     scenario : str or None
-        Name of the scenario, if it came from one.
+        Name of the scenario, if there is one.
     measured : Train or None
-        The train, where the primary was measured on the whole chain and not by the search for it.
+        The train, if the leading wave was measured on the whole chain instead of by the search for it.
     """
 
     shock: Shock
@@ -213,12 +225,12 @@ class SimulationResult:
 
     @property
     def peak_force(self) -> float:
-        """Of the primary [N]."""
+        """Peak force of the leading wave [N]."""
         return self.found.peak * self.scales.force
 
     @property
     def amplification(self) -> float:
-        """Peak force of the primary over that of the shock."""
+        """Peak force of the leading wave over that of the shock."""
         return self.peak_force / self.shock.peak_force
 
     @property
@@ -228,47 +240,47 @@ class SimulationResult:
 
     @property
     def momentum_defect(self) -> float:
-        """Momentum of the granules at the end against the impulse, relative."""
+        """Relative difference of the final momentum of the chain from the impulse."""
         return self.found.momentum_defect
 
     @property
     def energy_defect(self) -> float:
-        """Energy of the granules at the end against the work of the force, relative."""
+        """Relative difference of the final energy of the chain from the work of the shock."""
         return self.found.energy_defect
 
     @property
     def integrator(self) -> str:
-        """Name of the method."""
+        """Name of the integrator."""
         return self.options.integrator or ""
 
     @property
     def backend(self) -> str:
-        """Which code has stepped the chain: compiled or numpy."""
+        """Backend that integrated the chain: ``compiled`` or ``numpy``."""
         return self.options.backend
 
     @property
     def rtol(self) -> float | None:
-        """Relative error asked for; None for a method of fixed step."""
+        """Requested relative error; None for a fixed-step method."""
         return self.options.rtol
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """The same as ``warnings``."""
+        """Same as ``warnings``."""
         return self.warnings
 
     @property
     def wave_threshold(self) -> float:
-        """Weakest wave that counts, over the primary."""
+        """Least peak force of a wave, over that of the leading wave."""
         return self.options.wave_threshold
 
     @property
     def scene(self) -> Scene:
-        """Shock and chain as they were understood."""
+        """Summary of shock and chain."""
         return Scene.of(self.shock, self.chain)
 
     @property
     def primary(self) -> MeasuredWave:
-        """The primary where it was read."""
+        """Leading wave at the contact where it was measured."""
         if self.measured is not None:
             return self.measured.waves[0]
         found, scales = self.found, self.scales
@@ -287,39 +299,39 @@ class SimulationResult:
         )
 
     def passage(self, contact: int) -> Passage:
-        """The primary at a contact, counted from 0.
+        """Compute the leading wave at ``contact``, counted from 0.
 
-        Beyond the contact where it was read the answer follows from the exact wave, at no cost; before, the chain is
-        integrated up to there once more.
+        Beyond the contact where the wave was measured, the result follows from the exact wave at no cost. For earlier
+        contacts the chain is integrated again up to there.
 
         Raises
         ------
         InvalidValueError
-            When the chain has no such contact.
+            If the chain has no such contact.
         NumericalError
-            When the front has no peak there of its own.
+            If the leading wave has no peak at this contact, because the force still rises there.
         """
         passage: Passage = self.on_demand("passage", self, contact)
         return passage
 
     @property
     def passages(self) -> tuple[Passage, ...]:
-        """The primary at the contacts that were asked for, where it has a peak of its own."""
+        """Leading wave at the requested contacts, without those at which it has no peak."""
         return self._passages[0]
 
     @cached_property
     def train(self) -> Train:
-        """All waves and the recoil; integrated when first asked for."""
+        """All waves and the rebounding granules, integrated at the first access."""
         return self.measured or self.on_demand("train", self)
 
     @property
     def waves(self) -> tuple[MeasuredWave, ...]:
-        """Strongest first; the primary alone if no more was asked for."""
+        """Waves, strongest first; only the leading wave if the option ``waves`` is ``primary``."""
         return (self.primary,) if self.options.waves == "primary" else self.train.waves
 
     @property
     def recoil_momentum(self) -> float:
-        """Of the granules that fly backwards [N s]."""
+        """Momentum of the rebounding granules [N s]."""
         return self.train.recoil_momentum
 
     @property
@@ -329,61 +341,61 @@ class SimulationResult:
 
     @property
     def recoil_velocities(self) -> tuple[float, ...]:
-        """Of the ejected granules [m/s], first granule first."""
+        """Velocities of the ejected granules [m/s], first granule first."""
         return self.train.recoil_velocities
 
     @property
     def ejected_granules(self) -> int:
-        """Number of granules that fly backwards faster than a thousandth of the granules in the primary."""
+        """Number of granules that rebound faster than a thousandth of the granule velocity of the leading wave."""
         return len(self.recoil_velocities)
 
     @property
     def spall_velocities(self) -> tuple[float, ...] | None:
-        """Of the granules that fly off the free end [m/s], last granule first."""
+        """Velocities of the granules that leave the free end [m/s], last granule first."""
         return self.train.spall_velocities
 
     @property
     def recording(self) -> Recording | None:
-        """The histories that were asked for, if they could be computed."""
+        """Requested histories, integrated at the first access; None if they could not be computed."""
         return self._recording[0]
 
     @cached_property
     def _passages(self) -> tuple[tuple[Passage, ...], tuple[str, ...]]:
-        """The passages, and a warning for each that could not be computed."""
+        """Passages, and a warning for each that could not be computed."""
         passages, warnings = [], []
         for contact in self.options.contacts:
             try:
                 passages.append(self.passage(contact))
             except NumericalError as error:
-                warnings.append(f"no passage at contact {contact}: {error}")
+                warnings.append(f"No passage at contact {contact}: {error}.")
         return tuple(passages), tuple(warnings)
 
     @cached_property
     def _recording(self) -> tuple[Recording | None, tuple[str, ...]]:
-        """The histories, and a warning if they could not be computed."""
+        """Histories, and a warning if they could not be computed."""
         try:
             return (self.on_demand("recording", self) if self.options.record else None), ()
         except NumericalError as error:
-            return None, (f"no histories: {error}",)
+            return None, (f"No histories: {error}.",)
 
     @property
     def cost(self) -> Cost:
-        """Work so far: for the primary, and for the train once it has been integrated."""
+        """Cost of the leading wave, and of the train once it has been integrated."""
         own = Cost(steps=int(self.found.steps), force_evaluations=int(self.found.evaluations), seconds=self.seconds)
         return own + self.train.cost if "train" in self.__dict__ and self.measured is None else own
 
     @property
     def wave_warnings(self) -> tuple[str, ...]:
-        """Those of the primary, and of the train if it was asked for."""
+        """Warnings of the leading wave, and of the train if it was requested."""
         return self.warnings if self.options.waves == "primary" else (*self.warnings, *self.train.warnings)
 
     @property
     def all_warnings(self) -> tuple[str, ...]:
-        """Those of the waves, of the passages, and of the histories."""
+        """Warnings of the waves, the passages and the histories."""
         return (*self.wave_warnings, *self._passages[1], *self._recording[1])
 
     def to_dict(self) -> dict[str, Any]:
-        """The object that ``simulate --json`` prints: SI floats, no NaN."""
+        """Document printed by ``simulate --json``: SI floats, no NaN."""
         ends = {name: _plain(getattr(self, name)) if self.options.waves == "train" else None for name in _ENDS}
         return {
             "scenario": self.scenario,

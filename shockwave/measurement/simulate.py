@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from threading import Event
 from typing import Any, NamedTuple
 
@@ -15,32 +16,35 @@ from shockwave.measurement.result import SimulationResult, Train
 from shockwave.measurement.simulation_setup import Setup, immeasurable, scaled, setup_of
 from shockwave.options import Backend, Recorded, SimulateOptions, Waves
 from shockwave.profiles.shock import Shock
+from shockwave.progress import progressed
 from shockwave.simulation.primary_search import find_primaries
 from shockwave.simulation.problem import ChainProblem, Primary, Request, Status
 from shockwave.simulation.time_limit import expired, time_limit
 
 __all__ = ["immeasurable", "scaled", "setup_of", "simulate", "simulate_many", "simulate_with"]
 
-# Shocks in a share of the work of a thread, and the fewest worth one.
+# Largest and least number of shocks that a thread takes at a time.
 _SHARE = 128
 _FEWEST = 16
-# An error estimate above this is none.
+# Largest relative error estimate that is meaningful.
 _UNSETTLED = 0.1
-# Error of a peak force: so many energy defects (1.7 would follow from F ~ E^(3/5), were all of it the primary's),
-# and a share of the step tolerance; measured on 400 shocks, 98 % are covered.
+# Error estimate of a peak force in energy defects: if the whole defect were the leading wave's, F ~ E^(3/5) would give
+# 1.7.
 _DEFECTS = 2.0
+# Contribution of the step tolerance to this estimate; the sum of both covered the error of 98 % of 400 shocks.
 _TOLERANCE_SHARE = 0.3
-# Rounding, and the relative rounding of a double.
+# Relative rounding error of a simulation.
 _ROUNDING = 2e-13
+# Relative rounding error of a float.
 _EPSILON = 2e-16
-# A search that misses its tolerance is repeated with one that is tighter by a decade, at most so often. One that comes to
-# no end is repeated with more work, then also with looser tolerances, up to this one. It has come to none where another
-# wave may still outgrow the primary by more than this share.
+# Largest number of repetitions of a search that does not meet its tolerance, each with a tolerance smaller by a decade.
+# A search that comes to no end is repeated with more work, and then also with larger tolerances, up to this one.
 _REPEATS = 2
 _LOOSEST = 1e-4
+# A search has come to no end if another wave may still exceed the leading wave by more than this fraction.
 _OUTGROWN = 1e-3
-# Longer shocks, in characteristic times, are not measured on the whole chain where the search has failed: its waves
-# are nearly alike, and could not be separated there either.
+# Longest shock, in characteristic times, that is measured on the whole chain if the search has failed; the waves of
+# longer shocks are too similar to be separated there.
 _WORTHWHILE = 60.0
 
 _Outcome = SimulationResult | ShockwaveError
@@ -62,31 +66,31 @@ def simulate(
     until: float | None = None,
     timeout: float | None = None,
 ) -> SimulationResult:
-    """Integrate eq. (1) and measure the waves that come out.
+    """Integrate eq. (1) and measure the solitary waves that form.
 
-    The primary is followed until the limit of its peak force along the chain is accurate to ``rtol``; that is the
-    result. The other waves and the recoil are integrated when the result is first asked for them.
+    The leading wave is followed until the limit of its peak force along the chain is accurate to ``rtol``. The other
+    waves and the rebounding granules are integrated when they are first accessed.
 
     Parameters
     ----------
     shock : Shock
-        Profile, peak force, rise time.
+        Profile, peak force and rise time.
     chain : Chain
-        Material, radius, and the number of granules or None.
+        Material, radius, and number of granules or None.
     rtol, integrator, wave_threshold, step, waves, backend, contacts, record, interval, until, timeout
-        As of `SimulateOptions`.
+        As in `SimulateOptions`.
 
     Returns
     -------
     SimulationResult
-        In SI units.
+        Result in SI units.
 
     Raises
     ------
     InvalidValueError, UnknownNameError
-        When a setting is out of range, or of no use to the method, or a name unknown.
+        If a setting is out of range or not used by the method, or a name is unknown.
     NumericalError
-        When the integrator fails, no wave leaves the loaded end, the shock is too long, or the time is up.
+        If the integrator fails, no wave forms, the shock is too long, or the time limit is reached.
     """
     options = SimulateOptions(
         integrator=integrator,
@@ -105,7 +109,7 @@ def simulate(
 
 
 def simulate_with(options: SimulateOptions, shock: Shock, chain: Chain) -> SimulationResult:
-    """As `simulate`, with the options in one object, such as that of a scenario."""
+    """Simulate with the options in one object, such as that of a scenario; see `simulate`."""
     (result,) = _simulate([(shock, chain)], setup_of(options))
     if isinstance(result, ShockwaveError):
         raise result
@@ -124,23 +128,28 @@ def simulate_many(
     backend: Backend = "auto",
     threads: int | None = None,
 ) -> list[_Outcome]:
-    """As `simulate` for many shocks, side by side: eight at a time in a core, on every core.
+    """Simulate many shocks in parallel: eight at a time on each core, on all cores.
 
     Parameters
     ----------
     shocks : iterable of Shock
         The shocks.
     chain : Chain or sequence of Chain
-        One for all of them, or one each.
+        One chain for all shocks, or one for each shock.
     rtol, integrator, wave_threshold, step, waves, backend
-        As of `simulate`.
+        As in `simulate`.
     threads : int, optional
-        How many share the work of the compiled code; left out, one for each core.
+        Number of threads that run the compiled code. By default one for each core.
 
     Returns
     -------
-    list
-        In the order of the shocks. In place of a result that could not be computed stands the error.
+    list of SimulationResult or ShockwaveError
+        Results in the order of the shocks; the error for a shock whose simulation failed.
+
+    Raises
+    ------
+    InvalidValueError, UnknownNameError
+        If a setting is out of range, the number of chains differs from that of the shocks, or a name is unknown.
     """
     options = SimulateOptions(
         integrator=integrator, rtol=rtol, step=step, wave_threshold=wave_threshold, waves=waves, backend=backend
@@ -153,24 +162,27 @@ def simulate_many(
     if threads is None:
         threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     scenes = list(zip(shocks, chains, strict=True))
-    if setup.compiled is None or threads < 2 or len(scenes) < 2 * _FEWEST:
-        return _simulate(scenes, setup)
-    # Each thread does all of its share: while one is in the compiled code, which needs no lock, another prepares.
+    threads = 1 if len(scenes) < 2 * _FEWEST else max(threads, 1)
     size = max(_FEWEST, min(_SHARE, -(-len(scenes) // threads)))
+    if setup.compiled is None:
+        threads = size = 1
     shares = [scenes[begin : begin + size] for begin in range(0, len(scenes), size)]
+    results: list[_Outcome] = []
     interrupted = Event()
-    with ThreadPoolExecutor(threads) as pool:
-        futures = [pool.submit(_simulate, share, setup, interrupted) for share in shares]
+    progressed("simulations", 0, len(scenes))
+    # A thread does all the work for its share: while it runs the compiled code, which releases the global interpreter
+    # lock, another thread prepares its problems.
+    with ThreadPoolExecutor(threads) if threads > 1 else nullcontext() as pool:
         try:
-            return [result for future in futures for result in future.result()]
-        finally:  # nothing is left to do, but after Ctrl-C
+            for share in (pool.map if pool else map)(lambda share: _simulate(share, setup, interrupted), shares):
+                results += share
+                progressed("simulations", len(results), len(scenes))
+        finally:  # after Ctrl-C the other threads stop as well
             interrupted.set()
-            pool.shutdown(cancel_futures=True)
+    return results
 
 
-def _simulate(
-    scenes: Sequence[tuple[Shock, Chain]], setup: Setup, interrupted: Event | None = None
-) -> list[_Outcome]:
+def _simulate(scenes: Sequence[tuple[Shock, Chain]], setup: Setup, interrupted: Event | None = None) -> list[_Outcome]:
     with time_limit(setup.options.timeout, interrupted):
         return _simulate_all(scenes, setup)
 
@@ -210,17 +222,19 @@ def _simulate_all(scenes: Sequence[tuple[Shock, Chain]], setup: Setup) -> list[_
 
 
 def _missed(options: SimulateOptions, error_estimate: float) -> list[str]:
-    """A warning where the peak force of the primary does not meet the tolerance, or the step is too coarse."""
+    """Warning if the peak force of the leading wave does not meet the tolerance, or the step is too large."""
     if options.rtol is not None and error_estimate > options.rtol:
-        reached = f"the primary's peak force is accurate to {error_estimate:.1e}"
-        return [f"the tolerance was not met: {reached}, {options.rtol:.1e} was asked for"]
+        reached = f"the relative error of the peak force is estimated as {error_estimate:.1e}, not {options.rtol:.1e}"
+        advice = "A simulation with another integrator or rtol shows how much the peak force changes."
+        return [f"The tolerance was not met: {reached}. {advice}"]
     if options.rtol is None and error_estimate > _UNSETTLED:
-        return [f"the step is too coarse for {options.integrator} (got {options.step:g}; give a smaller one)"]
+        step = f"The step of {options.step:g} is too large for {options.integrator}: the result is not accurate"
+        return [f"{step}. A smaller step reduces the error."]
     return []
 
 
 class _Answer(NamedTuple):
-    """A primary and its error estimate; where the whole chain was measured, the train and warnings."""
+    """Leading wave with its error estimate; train and warnings if it was measured on the whole chain."""
 
     primary: Primary
     error_estimate: float
@@ -229,7 +243,7 @@ class _Answer(NamedTuple):
 
 
 def _search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, _Answer]:
-    """The primaries that the search finds, under the keys of their problems; of several, those of the least error."""
+    """Leading waves found by the search, with the keys of their problems; the most accurate of several results."""
     found: dict[int, _Answer] = {}
     if setup.search is None:
         return found
@@ -239,8 +253,8 @@ def _search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, _Answe
     while left and not expired():
         requests = [setup.request(problems[key], decades, patient=repeats > 0) for key, decades in left.items()]
         primaries = find_primaries(requests, setup.search, setup.compiled)
-        asked, left = left, {}
-        for (key, decades), request, primary in zip(asked.items(), requests, primaries, strict=True):
+        requested, left = left, {}
+        for (key, decades), request, primary in zip(requested.items(), requests, primaries, strict=True):
             if primary.status in (Status.KNOWN, Status.TOO_LONG) and primary.doubt < 1:
                 error = _error(primary, request)
                 if key not in found or error < found[key].error_estimate:
@@ -262,27 +276,27 @@ def _search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, _Answe
 
 
 def _measured(problem: ChainProblem, scales: Scales, setup: Setup) -> _Answer:
-    """A primary that the search has not found, measured on the whole chain."""
+    """The leading wave that the search has not found, measured on the whole chain."""
     from shockwave.measurement.train import measure_primary
 
     if expired():
-        raise NumericalError("the time limit was reached before the primary was known (allow more, or loosen rtol)")
+        raise NumericalError("the time limit was reached before the leading wave was known (increase timeout or rtol)")
     if setup.search is not None and problem.granules is None and problem.duration > _WORTHWHILE:
         lasts = f"the shock lasts {problem.duration:.3g} characteristic times of its wave"
-        raise NumericalError(f"the primary was not known within the work allowed: {lasts} (shorten it)")
+        raise NumericalError(f"the leading wave could not be found: {lasts} (shorten it)")
     return _Answer(*measure_primary(problem, scales, setup))
 
 
 def _error(primary: Primary, request: Request) -> float:
     """Relative error estimate of the peak force."""
-    # positions of the first granule are differences of the free-particle displacement and what the chain does to it
+    # The position of the first granule is the difference of the free-particle displacement and the chain's reaction.
     rounding = _ROUNDING + _EPSILON * primary.free_path
     control = _DEFECTS * primary.energy_defect + _TOLERANCE_SHARE * request.tolerance
     return primary.doubt + control + request.problem.path.error + rounding
 
 
 def _on_demand(part: str, result: SimulationResult, *arguments: Any) -> Any:
-    """Integrate what few results need, by modules that are imported when it is looked at."""
+    """Compute a part of a result that is rarely needed, by modules that are imported only then."""
     from shockwave.measurement.histories import passage_at, record
     from shockwave.measurement.train import train_of
 

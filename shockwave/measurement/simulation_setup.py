@@ -1,4 +1,4 @@
-"""The setup of a simulation: method and tolerances that options ask for, and the problem in scaled units."""
+"""Setup of a simulation: method and tolerances from the options, and the problem in scaled units."""
 
 from __future__ import annotations
 
@@ -19,47 +19,55 @@ from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.problem import ChainProblem, Request
 
+# Default relative error of an adaptive method.
 _RTOL = 1e-6
+# Default step of a fixed-step method, in characteristic times of the wave.
 _STEP = 0.02
-# Below this tolerance the method of high order takes fewer evaluations.
+# Tolerance below which the method of high order needs fewer evaluations.
 _HIGH_ORDER = 1e-7
-# Shares of the tolerance, and how much of it a loose one may be at most: waves must stand out from noise.
+# Fraction of the tolerance that is allowed for the deviation of the peak force from its limit.
 _DOUBT = 0.5
+# Largest deviation that is allowed, however loose the tolerance: waves must be distinguishable from noise.
 _MOST_DOUBT = 3e-5
+# Largest error tolerance of a step in the search, for the same reason.
 _LOOSEST_STEP = 2e-4
-# No looser search separates the waves of a long shock.
+# Largest tolerance with which the search separates the waves of a long shock.
 _LONG_RTOL = 1e-6
-# Below these step control gains nothing: rounding is all that remains.
+# Least error tolerance of a step in the search; below it, rounding errors dominate.
 _TIGHTEST_STEP = 3e-15
+# Least error tolerance of a step in the runs for the train, for the same reason.
 _TIGHTEST_TRAIN_STEP = 1e-13
-# A search that misses its tolerance is repeated with a tighter one, and more work.
+# Factor of the tolerance when a search is repeated because it did not meet its tolerance.
 _TIGHTER = 0.1
+# Factor of the allowed work when a search is repeated.
 _PATIENCE = 10.0
-# Tolerance of a step in the runs for the train, over the relative error asked of the primary: ours, and that of other
-# methods, whose step errors add up to more.
+# Error tolerance of a step in the runs for the train, over the requested relative error, for the built-in methods.
 _FINE = 0.1
+# The same for other methods, whose step errors accumulate more.
 _OTHERS = 3e-4
-# Stands for the relative error of a method of fixed step, which takes none.
+# Substitute for the relative error of a fixed-step method.
 _FIXED_RTOL = 1e-5
-# Digits of the scaled rise time.
+# Significant digits of the scaled rise time.
 _DIGITS = 13
-# Contact forces to be computed for a shock that lasts one characteristic time, at least: they grow with the square of
-# the duration. The most there may be is a minute or two of the compiled code.
+# Number of contact forces to be computed for a shock, over the square of its duration in characteristic times of its
+# wave; and the largest permitted number: a minute or two of the compiled code.
 _COST = 20.0
-_MOST_COST = 2e9
-# The longest shock, in characteristic times of its wave, whose train is integrated. Near its peak, above so many
-# tenths of it, a force makes waves that are nearly alike: such a time counts this much more. And seconds for each.
+_MAX_COST = 2e9
+# Longest shock, in characteristic times of its wave, whose train is integrated.
 _LONGEST_TRAIN = 300.0
+# A time in which the force exceeds this fraction of its peak counts more by this factor: its waves are nearly equal.
 _NEAR_PEAK = 0.9
-_ALIKE = 4.0
+_NEAR_PEAK_FACTOR = 4.0
+# Computing time of a train for each of these characteristic times [s].
 _TRAIN_SECONDS = 0.05
 
 
 @frozen
 class Setup:
-    """Options with all defaults filled in, and the method.
+    """Options with all defaults filled in, and the integrator.
 
-    ``search`` is the method if the search for the primary can use it, ``compiled`` the module that steps it, or None.
+    ``search`` is the integrator if the search for the leading wave can use it, otherwise None. ``compiled`` is the
+    compiled module, or None for NumPy.
     """
 
     options: SimulateOptions
@@ -69,17 +77,17 @@ class Setup:
 
     @property
     def rtol(self) -> float:
-        """Relative error asked for, or what stands for it."""
+        """Requested relative error, or a substitute for a fixed-step method."""
         return self.options.rtol or _FIXED_RTOL
 
     def request(
         self, problem: ChainProblem, decades: int = 0, contacts: tuple[int, ...] = (), patient: bool = False
     ) -> Request:
-        """The request to the search for the primary, tighter by so many ``decades``."""
+        """Make the request to the search for the leading wave, with a tolerance smaller by this number of decades."""
         rtol = min(self.rtol, _LONG_RTOL) if problem.is_long else self.rtol
         tighter = _TIGHTER**decades
         if problem.rises_again:
-            # Such a primary is judged late, when it changes by no more than step errors make of it.
+            # Such a leading wave is examined late, when its changes are as small as the step errors.
             tighter *= _TIGHTER
         caution: float = getattr(self.method, "caution", 1.0)
         return Request(
@@ -91,10 +99,10 @@ class Setup:
         )
 
     def integrator(self, factor: float = 1.0) -> Integrator:
-        """The method for a run of the whole chain, its tolerance ``factor`` times as loose."""
+        """Make the integrator for a run of the whole chain, with ``factor`` times the tolerance."""
         if not self.method.adaptive:
             size = self.options.step or 0.0
-            # a step twice as long shows more than ten times would: the method may not be stable there
+            # only twice the step, because the method may be unstable with ten times the step
             return self.method(size=size if factor == 1.0 else 2 * size)
         share = _OTHERS if self.search is None else _FINE
         tolerance = max(share * self.rtol, _TIGHTEST_TRAIN_STEP) * factor
@@ -110,7 +118,7 @@ def setup_of(options: SimulateOptions) -> Setup:
     Raises
     ------
     InvalidValueError
-        When the backend is not there.
+        If the backend is not available.
     """
     name = options.integrator
     if name is None:
@@ -130,43 +138,44 @@ def setup_of(options: SimulateOptions) -> Setup:
 
 
 def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
-    """The problem in units of the wave to come: of F0, or of what a short shock makes of it if that is less.
+    """Scale the problem by F0 or, for a short shock, by the smaller peak force of its wave.
 
     Raises
     ------
     InvalidValueError
-        When shock or chain are none.
+        If ``shock`` is not a Shock or ``chain`` not a Chain.
     NumericalError
-        When the shock is too long.
+        If the shock is too long.
     """
     if not (isinstance(shock, Shock) and isinstance(chain, Chain)):
         got = f"got {type(shock).__name__} and {type(chain).__name__}"
         raise InvalidValueError.of("shock", f"must be a Shock, and the chain a Chain ({got})")
     own = Scales.of(chain, shock.peak_force)
-    # One number governs everything. Its last digits are the rounding of units: cut off, so that the same scene
-    # in other units, or scaled to another chain, is the same problem to the last bit.
+    # The scaled rise time determines the result. Its last digits depend on the units in use; they are rounded off, so
+    # that the same scene in other units, or scaled to another chain, is the same problem to the last bit.
     ratio = float(f"{own.rise_time(shock.rise_time):.{_DIGITS}g}")
     strength = ratio * shock.profile.areas().total / MOMENTUM
     force = min(1.0, strength**1.2)
     scales = own if force == 1.0 else Scales.of(chain, shock.peak_force * force)
     problem = ChainProblem(shock.profile, ratio * force ** (1 / 6), 1 / force, chain.granules)
     cost = _COST * problem.duration**2
-    if cost > _MOST_COST:
+    if cost > _MAX_COST:
         raise NumericalError(
-            f"the shock lasts {problem.duration:.3g} characteristic times of its wave, which takes {cost:.1g} contact"
-            f" forces, {_MOST_COST:g} are the most: so slow a force is a matter of statics (shorten it, or soften the"
-            " granules)"
+            f"the shock lasts {problem.duration:.3g} characteristic times of its wave, which requires {cost:.1g}"
+            f" contact forces, and the maximum is {_MAX_COST:g}: such a slow force is a matter of statics (shorten the"
+            " shock, or use softer granules)"
         )
     return problem, scales
 
 
 def immeasurable(problem: ChainProblem) -> str:
-    """Why the train of a shock is not integrated unless a time limit is set; empty where it is."""
+    """Reason not to integrate the train of a shock without a time limit; empty if there is none."""
     near_peak = float(np.mean(problem.course > _NEAR_PEAK)) * problem.duration
-    length = problem.duration + _ALIKE * near_peak
+    length = problem.duration + _NEAR_PEAK_FACTOR * near_peak
     if length <= _LONGEST_TRAIN:
         return ""
     return (
-        f"the shock lasts {problem.duration:.3g} characteristic times of its wave, {near_peak:.2g} of them near its peak;"
-        f" its train would take about {_TRAIN_SECONDS * length:.0f} s or more, and most waves would not separate"
+        f"The train is not integrated, because the shock lasts {problem.duration:.3g} characteristic times of its wave and"
+        f" is near its peak for {near_peak:.2g}: it would take about {_TRAIN_SECONDS * length:.0f} s or more, and most"
+        " waves would not separate (set a timeout to integrate it)."
     )

@@ -1,4 +1,4 @@
-"""The whole train, and the primaries that the search does not cover: measured on two runs of the chain."""
+"""The wave train, and leading waves that the search does not cover, measured in two runs of the whole chain."""
 
 from __future__ import annotations
 
@@ -14,54 +14,60 @@ from shockwave.measurement.simulation_setup import Setup, immeasurable, scaled, 
 from shockwave.simulation.problem import ChainProblem, Primary, Status
 from shockwave.text import si
 
-# The second run is so many times as loose.
+# Tolerance of the second run over that of the first.
 _COARSE = 10.0
-# Shares of the tolerance that the approach to the limit may use up.
+# Allowed deviation of the peak force of the leading wave from its limit, over the tolerance.
 _PRIMARY_DOUBT = 0.2
+# The same for later waves.
 _LATER_DOUBT = 2.0
-# However loose the tolerance, a wave that has not settled to this is not yet itself; nor is it worth more than this.
+# Largest relative deviation of a settled wave, however loose the tolerance.
 _MOST_DOUBT = 3e-4
+# Least relative deviation that is worth its cost.
 _LEAST_DOUBT = 1e-10
+# Relative rounding error of a peak force.
 _ROUNDING = 1e-12
-# An error estimate above this is none.
+# Largest relative error estimate that is meaningful.
 _UNSETTLED = 0.1
-# The longest chain: so many contacts, and so many for each unit of time that the force lasts.
+# Longest chain: a number of contacts, and a number for each characteristic time of the duration of the shock.
 _MOST_CONTACTS = 1000
 _MOST_RATE = 10
 
 
 def train_of(result: SimulationResult) -> Train:
-    """All waves of a result whose primary is known."""
+    """Integrate and measure the train of a result whose leading wave is known."""
     problem, scales = scaled(result.shock, result.chain)
     if result.options.timeout is None and (reason := immeasurable(problem)):
-        return _primary_alone(result, f"{reason}: the train is not integrated (a timeout tries it all the same)")
+        return _primary_alone(result, reason)
     try:
         train, _ = _train(problem, scales, setup_of(result.options))
     except NumericalError as error:
-        return _primary_alone(result, f"the train could not be measured: {error}")
+        return _primary_alone(result, f"The train could not be measured: {error}.")
     strongest, *others = train.waves
     apart = abs(strongest.peak_force / result.peak_force - 1)
     if apart > 10 * (result.error_estimate + (strongest.error_estimate or _UNSETTLED)):
-        warning = f"the strongest wave of the train differs by {apart:.0e} from the primary: trust neither further"
+        warning = (
+            f"The strongest wave of the train differs from the leading wave by {apart:.0e}, more than their error"
+            " estimates: neither is more accurate than this. A smaller rtol may remove the difference."
+        )
         return evolve(train, warnings=(*train.warnings, warning))
-    # The search for the primary knows it better than the runs for all waves do.
+    # The search for the leading wave is more accurate than the runs for all waves.
     primary = evolve(strongest, peak_force=result.peak_force, error_estimate=result.error_estimate)
     return evolve(train, waves=(primary, *others))
 
 
 def _primary_alone(result: SimulationResult, reason: str) -> Train:
-    """The primary alone, where the train is not known."""
+    """Train with only the leading wave, where the others are not known."""
     return Train(
         waves=(result.primary,),
         recoil_error=result.applied_momentum,
-        warnings=(f"{reason}; neither later waves nor the recoil are known",),
+        warnings=(f"{reason} Later waves and rebounding granules are not known.",),
     )
 
 
 def measure_primary(
     problem: ChainProblem, scales: Scales, setup: Setup
 ) -> tuple[Primary, float, Train, tuple[str, ...]]:
-    """The primary that the search does not find, its error estimate, the train and warnings."""
+    """Leading wave that the search does not find, with its error estimate, the train and warnings."""
     train, fine = _train(problem, scales, setup)
     strongest = max(fine.waves, key=lambda wave: wave.peak_force)
     primary = Primary(
@@ -87,27 +93,26 @@ def measure_primary(
     if fine.reached_end:
         top = fine.log.top()
         warnings = (
-            "the waves reach the free end before they are known to be steady: they are read at contact"
-            f" {strongest.contact} of this chain; its greatest contact force is"
-            f" {si(top.force * scales.force, 'N')}, at contact {top.contact}",
+            "The waves reach the free end before they have settled, so they were measured at contact"
+            f" {strongest.contact} of this chain. The largest contact force is {si(top.force * scales.force, 'N')}, at"
+            f" contact {top.contact}. A longer chain shows the settled waves.",
         )
     error = train.waves[0].error_estimate
     return primary, 1.0 if error is None else error, train, warnings
 
 
 def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, ChainRun]:
-    """The train from a fine and a coarse run, and the fine run."""
+    """Measure the train in a fine and a coarse run; the train, and the fine run."""
     begin = time.perf_counter()
     most = int(_MOST_CONTACTS + _MOST_RATE * problem.duration)
     first, later = (max(min(share * setup.rtol, _MOST_DOUBT), _LEAST_DOUBT) for share in (_PRIMARY_DOUBT, _LATER_DOUBT))
-    fine, coarse = (
-        ChainRun(problem, setup.integrator(factor), setup.options.wave_threshold, first, later, most).finished()
-        for factor in (1.0, _COARSE)
-    )
+    arguments = (setup.options.wave_threshold, first, later, most)
+    fine = ChainRun(problem, setup.integrator(), *arguments, "wave train, run 1 of 2").finished()
+    coarse = ChainRun(problem, setup.integrator(_COARSE), *arguments, "wave train, run 2 of 2", fine.end).finished()
     if not fine.waves or not coarse.waves:
         raise NumericalError(
-            f"no wave was found within {most} contacts: the shock is too slow for its peak force"
-            " (shorten it, or raise the peak force)"
+            f"no wave formed within {most} contacts: the shock is too slow for its peak force"
+            " (shorten the shock, or increase its peak force)"
         )
     waves = _waves(fine, coarse, scales)
     ejected = EJECTED * waves[0].granule_velocity
@@ -118,8 +123,8 @@ def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, 
     settled = fine.settled and all(wave.error_estimate is not None for wave in waves)
     if not (fine.reached_end or settled):
         warnings = (
-            "the tail had not come to rest when the last wave was read: waves near the threshold may lack or change"
-            " (a higher wave_threshold leaves them out)",
+            "The granules behind the last wave were still moving when it was measured, so waves near the threshold may"
+            " be missing or inaccurate. A higher wave_threshold excludes them.",
         )
     train = Train(
         waves=waves,
@@ -138,12 +143,15 @@ def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, 
 
 
 def _waves(fine: ChainRun, coarse: ChainRun, scales: Scales) -> tuple[MeasuredWave, ...]:
-    """Strongest first; the error of each: difference of the two runs, its own bound, and the energy gone astray."""
-    # Peak force scales as the 3/5 power of energy. The defect sees what both runs may miss: a contact that opens.
-    astray = 0.6 * abs(fine.energy / fine.work - 1) if fine.work else 0.0
+    """Waves of the fine run, strongest first, in SI units.
+
+    The error estimate of each is the sum of the difference of the two runs, its own bound, and the energy defect.
+    """
+    # Peak force scales as the 3/5 power of energy. The defect shows errors of both runs, as at a contact that opens.
+    defect = 0.6 * abs(fine.energy / fine.work - 1) if fine.work else 0.0
     waves = []
     for wave in fine.waves:
         difference = min(abs(other.peak_force / wave.peak_force - 1) for other in coarse.waves)
-        error = difference + (wave.error_estimate or 0.0) + astray + _ROUNDING
+        error = difference + (wave.error_estimate or 0.0) + defect + _ROUNDING
         waves.append(wave.in_si(scales, error if error < _UNSETTLED else None))
     return tuple(sorted(waves, key=lambda wave: -wave.peak_force))

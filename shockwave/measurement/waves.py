@@ -1,4 +1,4 @@
-"""Waves in a run of the chain: when they are at their limits, and their figures from the contact that they pass."""
+"""Waves in a run of the chain: when they have settled, and their properties at the contact that they pass."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import Stretch, free_granules
 from shockwave.simulation.problem import ChainProblem, contact_energies
 
-# Contacts between the peaks whose differences show how fast a wave nears its limit.
+# Number of contacts between the peaks whose differences give the rate of approach to the limit.
 _STRIDE = 10
-# A wave and the force behind it reach this many granules back.
+# Number of granules behind its peak over which a wave extends.
 _BACK = 3
-# Waves are followed down to this share of the threshold.
+# Waves are followed down to this fraction of the threshold.
 _FOLLOWED = 0.3
-# A wave this much taller than one before it will overtake it.
+# A wave whose peak force exceeds that of a wave ahead by this factor will overtake it.
 _TALLER = 1.001
-# Slower approaches than this, per stride, cannot be distinguished from noise.
+# Slowest decrease of the deviation from the limit, per stride, that can be distinguished from noise.
 _SLOWEST = 0.97
-# Gauss nodes of a step and their weights, as shares of it; the powers 0 to 7 and their slopes there.
+# Gauss nodes and weights of a step, as fractions of it; powers 0 to 7 and their derivatives at the nodes.
 _LEGENDRE = np.polynomial.legendre.leggauss(8)
 _NODES = (1 + _LEGENDRE[0]) / 2
 _WEIGHTS = _LEGENDRE[1] / 2
 _VALUES = np.vander(_NODES, 8, increasing=True)
 _SLOPES = np.pad(_VALUES[:, :-1] * np.arange(1, 8), ((0, 0), (1, 0)))
-# Samples on each side of a crossing or a maximum that its polynomial goes through.
+# Number of samples on each side of a crossing or a maximum that its polynomial interpolates.
 _NEIGHBOURS = 4
-# Over how many contacts the speed is taken.
+# Number of contacts over which the speed is measured.
 _SPEED_BASE = 4
 
 
@@ -44,28 +44,30 @@ _SPEED_BASE = 4
 def settling(
     log: PeakLog, now: float, x: FloatArray, v: FloatArray, threshold: float, noise: float = 0.0
 ) -> tuple[list[tuple[Peak, float]], bool]:
-    """Judge the state of the chain after the force has ended.
+    """Examine whether the waves have settled, after the force has ended.
 
     Parameters
     ----------
     log : PeakLog
         All peaks up to ``now``.
+    now : float
+        Present time.
     x, v : FloatArray
         Positions and velocities at ``now``, shape (granules,).
     threshold : float
-        Peak force, over the strongest wave's, above which a wave counts.
+        Least peak force of a wave, over that of the strongest wave.
     noise : float
-        Error of a peak force due to step errors: differences below it are not significant.
+        Error of a peak force due to step errors: smaller differences are not significant.
 
     Returns
     -------
     list of (Peak, float)
-        The foremost peak of each wave, front first, and a bound on how far it may still be from its limit, relatively;
-        infinite for a wave with a collision ahead of it or behind it, or followed by one that may yet outgrow it.
+        The foremost peak of each wave, front first, with a bound on its relative deviation from its limit. The bound is
+        infinite for a wave that will collide with another one, or is followed by one that may still become stronger.
     bool
-        Whether nothing behind them can become another wave.
+        Whether nothing behind these waves can form another wave.
     """
-    # Weaker waves are followed too: one may still grow, and its energy is accounted for.
+    # Weaker waves are followed, too: they may still grow, and their energy is taken into account.
     followed = log.heads(now, _FOLLOWED * threshold)
     if not followed:
         return [], False
@@ -85,10 +87,11 @@ def settling(
 
 
 def _doubt(trail: list[Peak], noise: float) -> float:
-    """Bound on the relative distance of a wave's peak from its limit, from its last peaks.
+    """Bound on the relative deviation of a wave's peak force from its limit, from its last peaks.
 
-    Far from the others a wave nears its limit geometrically: what is left follows from how much the peak varied
-    over the last contacts and over those before. It must also slow down within the last ones, lest it lingers.
+    Far from other waves the deviation decreases geometrically, so that it follows from the variation of the peak force
+    over the last contacts and over the preceding ones. The variation must also decrease within the last contacts, to
+    exclude waves whose peak force is constant only for a while.
     """
     if len(trail) <= 2 * _STRIDE:
         return math.inf
@@ -109,21 +112,21 @@ def _ratio(later: float, earlier: float) -> float:
 
 
 def _nothing_to_come(x: FloatArray, v: FloatArray, rearmost: int, least_force: float) -> bool:
-    """Whether what lies behind the rearmost wave is too weak to form a wave of ``least_force``."""
+    """Whether the energy behind the rearmost wave is too small to form a wave of ``least_force``."""
     first, last = free_granules(x, v), max(rearmost - _BACK, 0)
     if first >= last:
         return True
     energy = 0.5 * v[first:last] ** 2 + contact_energies(x)[first:last]
-    # All of it counts: granules far apart may still drive one another together.
+    # The energy of all granules counts, because distant granules may still collide.
     return float(energy.sum()) < ENERGY * math.pow(least_force, 5 / 3)
 
 
-# ---------------------------------------------------------------- figures
+# ---------------------------------------------------------------- properties
 
 
 @define
 class Probe:
-    """History of ``contact``: where its granules and their neighbours are at the ends of steps."""
+    """History at ``contact``: positions and velocities of its granules and their neighbours at the ends of steps."""
 
     contact: int
     problem: ChainProblem
@@ -131,19 +134,19 @@ class Probe:
     _states: list[FloatArray] = field(factory=list)
 
     def observe(self, stretch: Stretch) -> None:
-        """Take note of ``stretch``, unless the contact has not been reached."""
+        """Record ``stretch``, unless the front has not reached the contact."""
         if self.contact + 1 >= stretch.x.shape[1] or not stretch.x[-1, self.contact]:
             return
-        # An end of the chain is doubled: there is no force between the two.
+        # At an end of the chain a granule is repeated, without force between the two.
         near = np.clip(np.arange(self.contact - 1, self.contact + 3), 0, stretch.x.shape[1] - 1)
         known = 1 if self._times else 0
         self._times.append(stretch.times[known:])
         self._states.append(np.array((stretch.x[known:, near], stretch.v[known:, near])))
 
     def wave(self, peak: Peak, log: PeakLog, doubt: float) -> MeasuredWave:
-        """The wave whose maximum at this contact is ``peak``: from the least force before it to the least after.
+        """Measure the wave with the maximum ``peak``, between the force minima before and after it, in scaled units.
 
-        It is in scaled units; ``doubt`` of its peak is its error estimate so far.
+        ``doubt`` is the bound on the relative deviation of its peak force from the limit.
         """
         others = [other.time for other in log.peaks[self.contact] if other.force > 0]
         before = max((t for t in others if t < peak.time), default=-math.inf)
@@ -172,18 +175,18 @@ class Probe:
         )
 
     def _samples(self, begin: float, end: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Times, forces, velocities of the granule behind the contact, and weights: at Gauss nodes of every step."""
+        """Times, forces, velocities of the granule behind the contact, and weights, at the Gauss nodes of each step."""
         times, states = np.concatenate(self._times), np.concatenate(self._states, axis=1)
         used = slice(max(int(np.searchsorted(times, begin, "right")) - 1, 0), int(np.searchsorted(times, end)) + 1)
         times, (x, v) = times[used], states[:, used]
         forces, rates = force_rates(-np.diff(x), -np.diff(v))
         jets = np.array((x[:, 1:3], v[:, 1:3], -np.diff(forces), -np.diff(rates)))
-        if self.contact == 0:  # only what the chain does to it is smooth
+        if self.contact == 0:  # only the motion relative to the free-particle displacement is smooth
             jets[:2, :, 0] -= self._driven(times)
         size = np.diff(times)
         powers = powers_between(jets[:, :-1], jets[:, 1:], size)
         nodes = (times[:-1, None] + size[:, None] * _NODES).ravel()
-        # from shape (nodes, steps, 2) to one row for each granule, in the order of time
+        # from shape (nodes, steps, 2) to one row per granule, in the order of time
         positions = product(_VALUES, powers.reshape(8, -1)).reshape(powers.shape).T.reshape(2, -1)
         velocity = product(_SLOPES, powers[..., 1]).T / size[:, None]
         if self.contact == 0:
@@ -192,7 +195,7 @@ class Probe:
         return nodes, force, velocity.ravel(), (size[:, None] * _WEIGHTS).ravel()
 
     def _driven(self, times: FloatArray) -> FloatArray:
-        """Path and velocity of a granule that only the shock drives, shape (2, times)."""
+        """Displacement and velocity of a free granule under the shock, shape (2, times)."""
         return np.array([self.problem.free(time) for time in times.tolist()]).T
 
 
@@ -200,10 +203,10 @@ def _crossing(time: FloatArray, force: FloatArray, level: float) -> float:
     """Time at which the rising samples pass ``level``, by inverse interpolation."""
     last = len(force) - int(np.argmax(force[::-1] < level)) if np.any(force < level) else 0
     if last in (0, len(force)):
-        return float(time[0])  # the force jumps past the level between two samples
+        return float(time[0])  # the force jumps across the level between two samples
     near = slice(max(last - _NEIGHBOURS, 0), last + _NEIGHBOURS)
     ordinates, abscissae = force[near], time[near] - time[last]
-    # Lagrange's polynomial of time as a function of force.
+    # Lagrange polynomial of the time as a function of the force.
     values = [
         abscissa * np.prod([(level - other) / (own - other) for other in ordinates if other != own])
         for own, abscissa in zip(ordinates, abscissae, strict=True)
@@ -212,7 +215,7 @@ def _crossing(time: FloatArray, force: FloatArray, level: float) -> float:
 
 
 def _maximum(time: FloatArray, values: FloatArray) -> float:
-    """Greatest value of a smooth function, from a polynomial through the samples around the greatest."""
+    """Maximum of a smooth function, from a polynomial through the samples around the largest one."""
     top = int(np.argmax(values))
     near = slice(max(top - _NEIGHBOURS, 0), top + _NEIGHBOURS + 1)
     if len(values[near]) < 2 * _NEIGHBOURS + 1:

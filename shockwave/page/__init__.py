@@ -1,6 +1,6 @@
-"""One self-contained page for one scenario: input, prediction, simulation, pictures and provenance.
+"""One self-contained HTML page for one scenario: results, decision, pictures, input and provenance.
 
-It needs the extra ``plot``. The page loads nothing from elsewhere, and every value in it is escaped.
+It needs the extra ``plot``. The page loads no other file, and every value in it is escaped.
 """
 
 from shockwave.page.render import page, written

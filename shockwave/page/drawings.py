@@ -1,4 +1,4 @@
-"""The pictures of a page: which of them apply to a scene, and the functions that draw them."""
+"""Pictures of a page: those that apply to a scene, and the functions that draw them."""
 
 from __future__ import annotations
 
@@ -8,28 +8,31 @@ from typing import TYPE_CHECKING
 from shockwave import pictures
 from shockwave.chain.chain import Scales
 from shockwave.errors import ShockwaveError
-from shockwave.page.results import Findings
+from shockwave.page.results import COMPUTED, Findings
 from shockwave.prediction.outcome import EjectionOutcome
+from shockwave.progress import progressed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
-# Width and height [in]: a column in print, which a phone shows in its own size.
+# Width and height [in]: a column in print, legible on a phone.
 _SIZE = (3.4, 2.7)
 
 
 def drawn(found: Findings) -> tuple[dict[str, Figure], dict[str, str]]:
-    """The pictures that apply to a scene by their names, and the reasons why others could not be drawn.
+    """Return the pictures of a scene by name, and the reasons why others could not be drawn.
 
     Raises
     ------
     UsageError
-        When matplotlib is missing.
+        If matplotlib is not installed.
     """
     figures, not_drawn = {}, {}
-    for name, draw in drawings(found).items():
+    chosen = drawings(found)
+    for number, (name, draw) in enumerate(chosen.items()):
+        progressed("report", COMPUTED + number, COMPUTED + 2 * len(chosen))
         figure, (ax,) = pictures.figure(size=_SIZE)
         try:
             draw(ax)
@@ -41,7 +44,7 @@ def drawn(found: Findings) -> tuple[dict[str, Figure], dict[str, str]]:
 
 
 def drawings(found: Findings) -> dict[str, Callable[[Axes], object]]:
-    """The functions that draw the pictures that apply to a scene, in their order; the template has their titles."""
+    """Return the functions that draw the pictures of a scene, in their order; their titles are in the template."""
     shock = found.scenario.shock
     predicted = found.predicted
     result = found.simulated

@@ -1,19 +1,19 @@
-"""Numbers and formulae as text of a page: one function for each filter of the template."""
+"""Numbers and formulae of a page: one function for each filter of the template."""
 
 from __future__ import annotations
 
-import math
 import re
 from html import escape
 
 from markupsafe import Markup
 
 from shockwave.pictures.drawing import si_label
+from shockwave.text import significant_digits
 
 _MINUS = "\N{MINUS SIGN}"
 _BLANK = "\N{NO-BREAK SPACE}"
 _POWER = re.compile(r"e\+?(-?)0*([0-9]+)")
-# Symbols of the paper as they are written in statements, after escaping.
+# Symbols of the paper in statements, after escaping.
 _SYMBOLS = (
     (r"\balphaF0\b", "\N{GREEK SMALL LETTER ALPHA}"),
     (r"\^\(-([0-9/]+)\)", rf"<sup>{_MINUS}\1</sup>"),
@@ -24,45 +24,37 @@ _SYMBOLS = (
     (r"&lt;=", "\N{LESS-THAN OR EQUAL TO}"),
     (r"-1\)", f"{_MINUS}1)"),
 )
-# Of a figure at least, and what a float holds at most.
-_LEAST_DIGITS = 3
-_MOST_DIGITS = 15
 
 
 def number(text: str) -> Markup:
-    """A formatted number with a proper minus sign and raised powers of ten."""
+    """Return a formatted number with a minus sign and superscript powers of ten."""
     raised = f"{_BLANK}\N{MULTIPLICATION SIGN}{_BLANK}10<sup>\\1\\2</sup>"
     return Markup(_POWER.sub(raised, text).replace("-", _MINUS))
 
 
-def quantity(value: float, unit: str = "", digits: int = 5) -> Markup:
-    """``value`` with an SI prefix, kept on one line; a number without a unit has no prefix."""
+def quantity(value: float, unit: str = "", digits: int = 5, error: float | None = None) -> Markup:
+    """Return ``value`` with an SI prefix if it has a unit, with the digits that its relative ``error`` supports."""
+    if error is not None:
+        digits = significant_digits(value, error)
     if not unit:
         return number(f"{value:.{digits}g}")
-    figure, _, prefixed = si_label(value, unit, digits).partition(" ")
+    figure, _, prefixed = si_label(value, unit, digits, error).partition(" ")
     return number(figure) + _BLANK + prefixed.replace(" ", _BLANK)
 
 
 def small(value: float) -> Markup:
-    """A share or an error, to one digit."""
+    """Return a ratio or an error to one digit."""
     return number(f"{value:.1g}")
 
 
 def percent(value: float, digits: int = 1) -> Markup:
-    """A relative difference in percent, with its sign."""
+    """Return a relative difference in percent, with its sign."""
     return number(f"{100 * value:+.{digits}f}" if abs(value) < 1e3 else f"{100 * value:+.1e}") + f"{_BLANK}%"
 
 
 def formula(statement: str) -> Markup:
-    """A statement with the symbols of the paper set as such."""
+    """Return a statement with the symbols of the paper typeset."""
     text = escape(statement)
     for pattern, replacement in _SYMBOLS:
         text = re.sub(pattern, replacement, text)
     return Markup(text)
-
-
-def digits_of(error_estimate: float | None) -> int:
-    """Digits that a figure of this relative error has, and one more."""
-    if error_estimate is None or not 0 < error_estimate < 1:
-        return _LEAST_DIGITS
-    return min(max(1 - math.floor(math.log10(error_estimate)), _LEAST_DIGITS), _MOST_DIGITS)

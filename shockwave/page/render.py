@@ -1,4 +1,4 @@
-"""The page as HTML, from the template ``report.html.jinja`` beside this file."""
+"""Rendering of the page as HTML from the template ``report.html.jinja``."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
@@ -17,44 +18,47 @@ from shockwave.chain.chain import Scales
 from shockwave.fields import quantity_of
 from shockwave.hooks import Entry
 from shockwave.page.drawings import drawn
-from shockwave.page.number_text import digits_of, formula, percent, quantity, small
-from shockwave.page.results import Findings, findings
+from shockwave.page.number_text import formula, percent, quantity, small
+from shockwave.page.results import COMPUTED, Findings, findings
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import conditions
+from shockwave.progress import progressed
 from shockwave.registry import entries, find
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_hash import parameters, scene_hash
 from shockwave.text import admitted
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 
 def page(scenario: Scenario) -> str:
-    """One page on ``scenario``, as HTML that needs nothing from elsewhere.
+    """Predict and simulate ``scenario``, and return a self-contained HTML page.
 
-    A prediction or a simulation that fails is reported in the page. To simulate in another way than the scenario
-    says, give it other options: ``attrs.evolve(scenario, simulate=...)``. The same scenario makes the same page, to
-    the byte.
+    A failure of the prediction or the simulation is reported in the page. To simulate with other options, replace
+    them with ``attrs.evolve(scenario, simulate=...)``. The same scenario gives the same page to the byte.
 
     Parameters
     ----------
     scenario : Scenario
-        The scenario. The text of its file is shown if it can be read.
+        The scenario. If it has a file, its text is shown.
 
     Raises
     ------
     UsageError
-        When matplotlib is missing.
+        If matplotlib is not installed.
     """
-    pictures.figure()  # before anything is computed
+    pictures.figure()  # fails early without matplotlib
     return written(findings(scenario))
 
 
 def written(found: Findings) -> str:
-    """The page of the results of a scenario.
+    """Return the page of the results of a scenario.
 
     Raises
     ------
     UsageError
-        When matplotlib is missing.
+        If matplotlib is not installed.
     """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
@@ -67,8 +71,8 @@ def written(found: Findings) -> str:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    for name in (digits_of, formula, percent, quantity, small):
-        environment.filters[name.__name__] = name
+    for function in (formula, percent, quantity, small):
+        environment.filters[function.__name__] = function
     shock, chain = found.scenario.shock, found.scenario.chain
     areas = shock.profile.areas()
     figures, not_drawn = drawn(found)
@@ -80,7 +84,7 @@ def written(found: Findings) -> str:
         areas=areas,
         characteristic_time=Scales.of(chain, shock.peak_force).time,
         conditions=conditions(areas, float(shock.profile.duration_ratio)),
-        figures=figures,
+        figures=_reported(figures),
         not_drawn=not_drawn,
         svg=pictures.svg,
         versions=_versions(found),
@@ -90,15 +94,22 @@ def written(found: Findings) -> str:
     return text.lstrip()
 
 
+def _reported(figures: dict[str, Figure]) -> Iterator[tuple[str, Figure]]:
+    """Yield the pictures by name; progress is reported after each has been rendered."""
+    for number, item in enumerate(figures.items(), start=1):
+        yield item
+        progressed("report", COMPUTED + len(figures) + number, COMPUTED + 2 * len(figures))
+
+
 def _admitted(value: object) -> object:
     return admitted(value) if isinstance(value, str) and not isinstance(value, Markup) else value
 
 
-# ---------------------------------------------------------------- parameters and parts
+# ---------------------------------------------------------------- parameters and provenance
 
 
 def _parameters(profile: ShockProfile) -> Iterator[tuple[str, str]]:
-    """Names and values of a profile's parameters, with their units."""
+    """Names and values of the parameters of a profile, with units."""
     cls: type = type(profile)
     declared = attrs.fields_dict(cls) if attrs.has(cls) else {}
     for name, value in parameters(profile).items():
@@ -115,17 +126,17 @@ def _parameters(profile: ShockProfile) -> Iterator[tuple[str, str]]:
 
 
 def _versions(found: Findings) -> Iterator[tuple[str, str]]:
-    """Names and versions of the software, and the code that steps the chain."""
+    """Names and versions of the software, and the backend of the simulation."""
     yield "shockwave", __version__
     yield "Python", platform.python_version()
     for name in ("NumPy", "SciPy", "matplotlib"):
         yield name, metadata.version(name)
     if found.simulated is not None:
-        yield "code that steps the chain", found.simulated.backend
+        yield "backend", found.simulated.backend
 
 
 def parts_in_use(found: Findings) -> Iterator[tuple[str, str, str]]:
-    """Kind, name and distribution of each registered part that the results were made with."""
+    """Yield kind, name and distribution of each registered object in use."""
     used: list[tuple[str, Entry | None]] = [("profile", _entry_of(found.scenario.shock.profile))]
     if found.predicted is not None:
         used.append(("model", find("models", found.predicted.model)))
@@ -137,7 +148,7 @@ def parts_in_use(found: Findings) -> Iterator[tuple[str, str, str]]:
 
 
 def _entry_of(profile: ShockProfile) -> Entry | None:
-    """The entry of the profile's class, if it is registered."""
+    """Registry entry of the class of the profile, if any."""
     for entry in entries("profiles"):
         module, _, name = entry.address.partition(":")
         if getattr(sys.modules.get(module), name, None) is type(profile):

@@ -1,4 +1,4 @@
-"""The results that a page shows: prediction and simulation of a scenario, or why there is none."""
+"""Results that a page shows: prediction and simulation of a scenario, or the reasons why they failed."""
 
 from __future__ import annotations
 
@@ -11,15 +11,22 @@ from shockwave.errors import ShockwaveError
 from shockwave.measurement.result import Passage, SimulationResult
 from shockwave.measurement.simulate import immeasurable, scaled, simulate_with
 from shockwave.prediction.outcome import Outcome
+from shockwave.progress import progressed
 from shockwave.scenario.scenario import Scenario
 from shockwave.studies.comparison import Comparison, beside
 
-# Histories last so many characteristic times, and this factor beyond the end of the shock.
+# Least duration of the histories [characteristic times].
 _PASSED = 60.0
+# Least duration of the histories, relative to that of the shock.
 _BEYOND = 1.15
-# Contacts that the first wave passes in a characteristic time, and how many of them are drawn.
+# Contacts that the leading wave passes in a characteristic time.
 _RATE = 0.9
+# Most contacts in the space-time diagram.
 _CONTACTS = 120
+#: Parts of a report that are computed before the pictures: prediction, simulation, waves.
+COMPUTED = 3
+# Usual number of pictures; each one is drawn and then rendered.
+_PICTURES = 9
 
 _T = TypeVar("_T")
 
@@ -33,17 +40,17 @@ class Findings:
     scenario : Scenario
         The scenario.
     predicted : Outcome or None
-        None where the prediction failed.
+        The prediction; None if it failed.
     simulated : SimulationResult or None
-        With histories, where they are not too long. None where the simulation failed.
+        The simulation, with histories unless the shock is too long; None if it failed.
     comparison : Comparison or None
-        None where either failed.
+        The comparison; None if either failed.
     passages : tuple of Passage
-        Of the primary at the contacts that the scenario asks for.
+        Passages of the leading wave at the requested contacts.
     failures : tuple of str
-        What failed, and why.
+        A sentence on each failure.
     text : str
-        Of the scenario's file.
+        Text of the scenario file.
     """
 
     scenario: Scenario
@@ -56,22 +63,26 @@ class Findings:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Of prediction and simulation, each once."""
+        """Warnings of the prediction and the simulation, without duplicates."""
         predicted = () if self.predicted is None else self.predicted.warnings
         simulated = () if self.simulated is None else self.simulated.wave_warnings
         return tuple(dict.fromkeys((*predicted, *simulated)))
 
 
 def findings(scenario: Scenario) -> Findings:
-    """Predict and simulate ``scenario``; a failure of one does not stop the other."""
+    """Predict and simulate ``scenario``; if one fails, the other is still computed."""
+    parts = COMPUTED + 2 * _PICTURES
+    progressed("report", 0, parts)
     failures: list[str] = []
     predictor = scenario.predictor
     predicted = _attempt(failures, "The prediction failed", predictor.predict, scenario.shock, scenario.chain)
+    progressed("report", 1, parts)
     simulated = _attempt(failures, "The simulation failed", _simulate, scenario)
+    progressed("report", 2, parts)
     passages = []
     if simulated is not None:
-        failure = "The waves behind the primary could not be measured"
-        # integrated here, and kept
+        failure = "The waves behind the leading wave could not be measured"
+        # computed here, and cached
         if simulated.options.waves == "train" and _attempt(failures, failure, getattr, simulated, "train") is None:
             simulated = evolve(simulated, options=evolve(simulated.options, waves="primary"))
         for contact in scenario.simulate.contacts:
@@ -100,7 +111,7 @@ def _attempt(failures: list[str], failure: str, compute: Callable[..., _T], *arg
 
 
 def _simulate(scenario: Scenario) -> SimulationResult:
-    """As the scenario asks, with the histories that are drawn."""
+    """Simulate as requested, with the histories that are drawn."""
     shock, chain = scenario.shock, scenario.chain
     problem, scales = scaled(shock, chain)
     if immeasurable(problem):

@@ -1,7 +1,7 @@
 """Pictures of shocks, predictions, simulations and sweeps.
 
-A picture takes data and an ``Axes`` of matplotlib, draws on it, and returns it; `figure` makes Axes, `svg` and `save`
-write them. matplotlib is the extra ``plot``: it is loaded when a figure is made, not by this package.
+Each function takes an ``Axes`` of matplotlib and data, draws, and returns the ``Axes``. `figure` makes figures; `svg`
+and `save` write them. matplotlib is the extra ``plot``; it is imported when a figure is made, not with this package.
 """
 
 from shockwave.pictures.accuracy import approach, balance, work_precision

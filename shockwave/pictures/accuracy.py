@@ -1,4 +1,4 @@
-"""Accuracy of simulations and methods: approach to the limit, balances, error against run time."""
+"""Accuracy of simulations and methods: approach to the limit, balances, work-precision diagram."""
 
 from __future__ import annotations
 
@@ -32,26 +32,26 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-# Each contact costs up to as much as the simulation.
+# Most contacts of an approach; each one costs up to as much as the simulation.
 _CONTACTS = 15
-# The picture of an approach goes as far below the error of the limit.
-_DEEP = 30.0
-# Smaller errors are rounding.
+# Lower end of the ordinate of an approach, as a fraction of the error of the limit.
+_LOWEST = 1 / 30
+# Smallest error that is drawn; smaller ones are rounding errors.
 _ROUNDING = 1e-16
 
 
 def approach(ax: Axes, result: SimulationResult) -> Axes:
-    """Relative distance of the primary's peak force from its limit, contact by contact.
+    """Draw the relative distance of the peak force of the leading wave from its limit, contact by contact.
 
-    Below the error estimate of the limit, shaded, a distance says nothing. Contacts at which the front has no peak of
-    its own, and those from which on it is the exact wave, are left out.
+    Distances below the error estimate of the limit, which is shaded, carry no information. Contacts at which the front
+    has no separate peak, and those at which the wave has become the exact solitary wave, are omitted.
 
     Parameters
     ----------
     ax : Axes
-        Where to draw.
+        Axes to draw on.
     result : SimulationResult
-        Of any simulation; fifteen contacts at most are integrated up to once more.
+        Result of any simulation. At most fifteen contacts are computed by simulating again.
     """
     last = result.primary.contact
     floor = result.error_estimate
@@ -62,33 +62,34 @@ def approach(ax: Axes, result: SimulationResult) -> Axes:
             if not passage.exact:
                 distances[contact] = passage.peak_force / result.peak_force - 1
     sizes = np.abs(list(distances.values()))
-    ax.plot(list(distances), sizes, "o", color=BLUE, markersize=4, label="distance")
-    bottom = max(sizes.min(initial=floor) / 5, floor / _DEEP)
+    ax.plot(list(distances), sizes, "o", color=BLUE, markersize=4, label="simulation")
+    bottom = max(sizes.min(initial=floor) / 5, floor * _LOWEST)
     ax.set(yscale="log", ylim=(bottom, 4 * sizes.max(initial=floor)), xlim=(-0.5, last + 1.5))
-    ax.axhspan(bottom, floor, color=GREY, alpha=0.2, linewidth=0, label="error of the limit")
-    ax.axvline(last, color=GREY, linewidth=1.0, linestyle=":", label="where it was read")
-    return finish(ax, ("contact", ""), ("relative distance to the limit", ""))
+    ax.axhspan(bottom, floor, color=GREY, alpha=0.2, linewidth=0, label="error estimate of the limit")
+    ax.axvline(last, color=GREY, linewidth=1.0, linestyle=":", label="measurement of the limit")
+    return finish(ax, ("contact", ""), ("relative distance from the limit", ""))
 
 
 def balance(ax: Axes, result: SimulationResult, of: Literal["energy", "momentum"] = "energy") -> Axes:
-    """Input of the shock and content of the chain against time, with the defect of the balance at the end.
+    """Draw the energy or the momentum of the chain against time, with the input of the shock.
 
-    Energy is stacked, of contacts upon kinetic, under the work of the shock from its end on. Momentum is that of
-    granules that move forward and backward, and their sum, on the impulse of the shock.
+    The energy is stacked, contact energy on kinetic energy, with the work of the shock from its end on. The momentum is
+    that of the granules that move forward and backward, and the total, with the impulse of the shock. The legend states
+    the defect of the balance at the end.
 
     Parameters
     ----------
     ax : Axes
-        Where to draw.
+        Axes to draw on.
     result : SimulationResult
-        With ``energies`` recorded, for the momentum the ``field``; time in s, energy in J, momentum in N s.
+        Result with ``energies`` recorded, for the momentum with ``field``; time in s, energy in J, momentum in N s.
     of : "energy" or "momentum"
-        Which balance.
+        The balance.
 
     Raises
     ------
     InvalidValueError
-        When it is another, or what it needs was not recorded.
+        If ``of`` is neither, or the histories were not recorded.
     """
     if of == "energy":
         _energy(ax, result)
@@ -100,7 +101,7 @@ def balance(ax: Axes, result: SimulationResult, of: Literal["energy", "momentum"
         unit = "N s"
     else:
         raise InvalidValueError.of("of", f"must be energy or momentum (got {of!r})")
-    ax.axvline(result.shock.duration, color=GREY, linewidth=0.8, linestyle=":", label="end of shock")
+    ax.axvline(result.shock.duration, color=GREY, linewidth=0.8, linestyle=":", label="end of the shock")
     ax.plot([], [], " ", label=f"defect {defect:.1e}".replace("-", MINUS))
     return finish(ax, ("time", "s"), (of, unit))
 
@@ -110,12 +111,12 @@ def _energy(ax: Axes, result: SimulationResult) -> None:
     times = kept.times
     kinetic = np.asarray(kept.kinetic_energy)
     total = kinetic + np.asarray(kept.contact_energy)
-    area(ax, times, 0.0, kinetic, SKY, "", "kinetic")
-    area(ax, times, kinetic, total, ORANGE, "////", "in contacts")
-    ax.plot(times, total, color=BLUE, linewidth=1.2, label="sum")
+    area(ax, times, 0.0, kinetic, SKY, "", "kinetic energy")
+    area(ax, times, kinetic, total, ORANGE, "////", "contact energy")
+    ax.plot(times, total, color=BLUE, linewidth=1.2, label="total")
     work = float(result.found.work * result.scales.energy)
     begin = min(result.shock.duration, times[-1])
-    ax.plot([begin, times[-1]], [work, work], color=BLACK, linewidth=1.2, linestyle="--", label="work of shock")
+    ax.plot([begin, times[-1]], [work, work], color=BLACK, linewidth=1.2, linestyle="--", label="work of the shock")
     ax.set(xlim=(0, times[-1]), ylim=(0, 1.1 * max(work, float(total.max()))))
 
 
@@ -128,8 +129,8 @@ def _momentum(ax: Axes, result: SimulationResult) -> None:
     impulse = _impulse(result, times)
     area(ax, times, 0.0, forward, SKY, "", "forward")
     area(ax, times, 0.0, backward, ORANGE, "////", "backward")
-    ax.plot(times, momenta.sum(axis=1), color=BLUE, linewidth=1.2, label="sum")
-    ax.plot(times, impulse, color=BLACK, linewidth=1.2, linestyle="--", label="impulse of shock")
+    ax.plot(times, momenta.sum(axis=1), color=BLUE, linewidth=1.2, label="total")
+    ax.plot(times, impulse, color=BLACK, linewidth=1.2, linestyle="--", label="impulse of the shock")
     ax.axhline(0, color=BLACK, linewidth=0.6)
     highest = max(float(forward.max()), float(impulse.max()))
     lowest = 1.2 * float(backward.min()) - 0.02 * highest
@@ -137,7 +138,7 @@ def _momentum(ax: Axes, result: SimulationResult) -> None:
 
 
 def _impulse(result: SimulationResult, times: FloatArray) -> FloatArray:
-    """The impulse of the shock up to each of ``times`` [N s]."""
+    """Impulse of the shock up to each of ``times`` [N s]."""
     shock = result.shock
     path = shock.profile.free_path()
     ends = np.minimum(times / shock.rise_time, float(shock.profile.duration_ratio))
@@ -146,19 +147,19 @@ def _impulse(result: SimulationResult, times: FloatArray) -> FloatArray:
 
 
 def work_precision(ax: Axes, rows: Iterable[Any], name: str = "relative error") -> Axes:
-    """Error against time, both logarithmic, a line for each method in the order of its rows.
+    """Draw a work-precision diagram: error against run time, with a line for each method.
 
-    Runs that failed, or whose error is not a number, are counted in the key. Errors below 1e-16 are drawn there.
+    The legend counts runs that failed or have no finite error. Errors below 1e-16 are drawn at 1e-16.
 
     Parameters
     ----------
     ax : Axes
-        Where to draw.
+        Axes to draw on.
     rows : iterable
-        Methods in their order, and the runs of each in the order in which a line joins them: objects with a
-        ``method``, an ``error`` and its ``seconds`` or None, and a ``problem``, which says why a run failed.
+        Runs, in the order in which a line connects those of a method: objects with a ``method``, an ``error`` and a
+        run time in ``seconds`` (or None), and a ``problem``, empty unless the run failed.
     name : str
-        The quantity that the error belongs to.
+        Label of the error.
     """
     runs: dict[str, list[Any]] = {}
     for row in rows:
@@ -176,4 +177,4 @@ def work_precision(ax: Axes, rows: Iterable[Any], name: str = "relative error") 
         label = literal(method) + (f" ({failed} failed)" if failed else "")
         ax.plot(seconds, errors, markersize=3.5, linewidth=1.0, label=label, **look)
     ax.set(xscale="log", yscale="log")
-    return finish(ax, ("time", "s"), (literal(name), ""))
+    return finish(ax, ("run time", "s"), (literal(name), ""))

@@ -1,4 +1,4 @@
-"""Amplification against rise time: predicted, simulated, universal; the target of a design along its value."""
+"""Amplification against rise time: prediction, simulation, universal curve; target property of a design."""
 
 from __future__ import annotations
 
@@ -34,18 +34,21 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-# Impulses over F0 T0, from the impulse limit to long trains.
+# Least impulse [F0 T0]: close to the limit of short shocks.
 _WEAKEST = 0.15
+# Greatest impulse [F0 T0]: long trains.
 _STRONGEST = 20.0
-# No whole duration is longer than so many T0.
+# Longest duration of a shock [T0].
 _LONGEST = 500.0
+# Number of simulations.
 _SIMULATED = 41
-# Borders of regimes are drawn halfway between two predictions.
+# Number of predictions; regime borders are drawn halfway between two of them.
 _PREDICTED = 241
+# Points of a universal curve.
 _CURVE_POINTS = 600
-# Least rise time over the longest of a curve.
+# Least rise time, as a fraction of the longest one of a curve.
 _SHORTEST = 1e-3
-# A range of more than this factor is drawn by equal ratios.
+# Ratio of greatest and least value above which an axis is logarithmic.
 _WIDE = 3.0
 
 
@@ -58,30 +61,30 @@ def amplification(
     rise_times: Iterable[float] | None = None,
     mark: float | None = None,
 ) -> Axes:
-    """Peak force of the primary over that of the shock against t0/T0, with the regimes of the prediction.
+    """Draw the amplification of the leading wave against t0/T0, with the regimes of the prediction.
 
-    For one shape it depends on t0/T0 alone. The band is where simulation is expected, by the errors measured for such
-    shocks; there is none where no range is known.
+    For a given shape, the amplification depends on t0/T0 only. The band is the expected range of a simulation; there is
+    no band where the expected error is not known.
 
     Parameters
     ----------
     ax : Axes
-        Where to draw.
+        Axes to draw on.
     profile : ShockProfile
-        The shape.
+        Shape of the shock.
     predictor : Predictor
-        Whose predictions are drawn.
+        Predictor of the curve.
     chain : Chain
-        As for `simulate`.
+        The chain.
     rise_times : iterable of float, optional
-        t0/T0 at which to simulate, two at least. Left out, 41 for impulses of 0.15 to 20 F0 T0.
+        t0/T0 of the simulations, at least two; default: 41 values for impulses of 0.15 to 20 F0 T0.
     mark : float, optional
-        A t0/T0 of one's own, marked by a line if it lies within.
+        t0/T0 to be marked by a vertical line if it is in the range.
 
     Raises
     ------
     InvalidValueError
-        When rise times are out of range.
+        If rise times are out of range.
     """
     ratios = _default_ratios(profile) if rise_times is None else sorted(map(float, rise_times))
     if len(ratios) < 2 or not all(0 < ratio < math.inf for ratio in ratios):
@@ -114,42 +117,42 @@ def _default_ratios(profile: ShockProfile) -> list[float]:
 
 
 def _predictions(ax: Axes, ratios: FloatArray, outcomes: list[Outcome]) -> None:
-    """Line of the predictions, and the band where a simulation is expected."""
+    """Draw the line of the predictions and the expected range of a simulation."""
     values = np.array([outcome.amplification for outcome in outcomes])
     unknown = (math.nan, math.nan)
     low, high = np.array([outcome.expected_error or unknown for outcome in outcomes]).T
     ax.plot(ratios, values, color=BLUE, linewidth=1.2, label="predicted")
     if np.isfinite(low).any():
-        # an error of -100 % leaves the greatest open: beyond any picture
+        # an error of -100 % has no upper bound
         bounds = values / (1 + high), values / np.maximum(1 + low, 1e-3)
-        ax.fill_between(ratios, *bounds, color=SKY, alpha=0.35, linewidth=0, label="expected")
+        ax.fill_between(ratios, *bounds, color=SKY, alpha=0.35, linewidth=0, label="expected range")
 
 
 def _frame(ax: Axes, least: float, most: float, highest: float, mark: float | None) -> Axes:
-    """Axes of amplification and t0/T0, with the level of the shock and a mark within the range."""
+    """Label the axes, and draw the line of amplification 1 and a mark in the range."""
     ax.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":")
     if mark is not None and least <= mark <= most:
         ax.axvline(mark, color=BLACK, linewidth=0.9, linestyle="-.", label="this shock")
     ax.set(xscale="log", xlim=(least, most), ylim=(0, 1.14 * highest))
-    return finish(ax, ("rise time over characteristic time, $t_0/T_0$", ""), ("amplification", ""))
+    return finish(ax, ("rise time / characteristic time, $t_0/T_0$", ""), ("amplification", ""))
 
 
 def universal_curves(ax: Axes, curves: Mapping[str, Any], mark: float | None = None) -> Axes:
-    """Amplification of the primary against t0/T0, a line for each shape.
+    """Draw universal curves: amplification of the leading wave against t0/T0, with a line for each shape.
 
     Parameters
     ----------
     ax : Axes
-        Where to draw.
+        Axes to draw on.
     curves : mapping of str to UniversalCurve
-        One or more, by their names.
+        One or more curves by name.
     mark : float, optional
-        A t0/T0 of one's own, marked by a line.
+        t0/T0 to be marked by a vertical line.
     """
     most = max(one.longest_rise_time for one in curves.values())
     least = _SHORTEST * most
     for index, (label, one) in enumerate(curves.items()):
-        # rounding must not put the last beyond the range
+        # rounding must not move the last point out of the range
         last = one.longest_rise_time
         x = np.geomspace(least, last, _CURVE_POINTS).clip(max=last)
         colour = COLOURS[index % len(COLOURS)]
@@ -169,23 +172,23 @@ def design(
     labels: tuple[str, str] = ("value", "target"),
     units: tuple[str, str] = ("", ""),
 ) -> Axes:
-    """The target of a design against the varied value, with the wanted level, and the solutions on it.
+    """Draw the target property of a design against the varied value, with the target value and the solutions.
 
     Parameters
     ----------
     ax : Axes
-        Where to draw.
+        Axes to draw on.
     values, reached : sequence of float
-        The line, by ascending values.
+        Ascending values, and the property at these values.
     wanted : float
-        The level.
+        Target value of the property.
     solutions : sequence of float
-        Values at which the line has it.
+        Values at which the property has the target value.
     labels, units : (str, str)
-        Of the two axes; a unit is empty for a number without one.
+        Labels and units of the two axes; the unit of a dimensionless number is empty.
     """
-    ax.plot(values, reached, color=BLUE, linewidth=1.2, label="along the interval")
-    ax.axhline(wanted, color=GREY, linewidth=0.9, linestyle="--", label="wanted")
+    ax.plot(values, reached, color=BLUE, linewidth=1.2, label="leading wave")
+    ax.axhline(wanted, color=GREY, linewidth=0.9, linestyle="--", label="target value")
     if solutions:
         levels = [wanted] * len(solutions)
         ax.plot(solutions, levels, "o", color=VERMILION, markersize=4, label="solutions")

@@ -1,4 +1,4 @@
-"""Parts that pictures share: colours, labels of axes, keys, scales of colours, shaded areas, names of regimes."""
+"""Common elements of pictures: colours, axis labels, legends, colour bars, shaded areas, regime names."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from shockwave.quadrature import FloatArray
 
 
-# Okabe and Ito, "Color universal design" (2008); its yellow is left out, which is not seen on white.
+# Okabe and Ito, "Color universal design" (2008), without yellow, which is hard to see on white.
 BLACK = "#000000"
 BLUE = "#0072B2"
 VERMILION = "#D55E00"
@@ -29,17 +29,17 @@ SKY = "#56B4E9"
 PURPLE = "#CC79A7"
 GREY = "#767676"
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
-#: In grey, lines are distinguished by dashes and marks.
+#: Line styles and markers distinguish lines without colour.
 LINES: tuple[Any, ...] = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)), (0, (7, 2)))
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*")
-#: Colour maps of a quantity without and with a sign; both are monotonic in lightness.
+#: Colour maps for quantities of one sign and of both signs; monotonic in lightness on each side of zero.
 FIELD = "magma_r"
 SIGNED = "RdBu_r"
 MINUS = "\N{MINUS SIGN}"
-# Over a wider range a logarithmic axis has powers of ten at its ticks.
+# Ratio of the limits of a logarithmic axis above which its ticks are powers of ten.
 _FEW_DECADES = 2000.0
-# The key stands above the picture, close to it.
-_KEY: dict[str, Any] = {
+# The legend is placed directly above the axes.
+_LEGEND: dict[str, Any] = {
     "loc": "lower left",
     "bbox_to_anchor": (0.0, 1.0),
     "borderpad": 0.0,
@@ -47,26 +47,26 @@ _KEY: dict[str, Any] = {
     "fontsize": SMALL,
     "frameon": False,
 }
-# Points with which a line or an area is drawn at most.
-_MOST_CORNERS = 800
+# Most points of a drawn line or area.
+_MOST_POINTS = 800
 _SHADES = {"ejection": "#FFFFFF", "single": "#D0D0D0", "train": "#F1F1F1"}
-# A regime narrower than this share of an axis has no name on it.
+# Least width of a labelled regime, as a fraction of the axis.
 _NARROW = 0.12
 
 
-def si_label(value: float, unit: str, digits: int = 3) -> str:
-    """``value`` with an SI prefix, as `si`, with the sign for a millionth."""
-    number, _, prefixed = si(value, unit, digits).partition(" ")
+def si_label(value: float, unit: str, digits: int = 3, error: float | None = None) -> str:
+    """Return ``value`` with an SI prefix like `si`, but with the micro sign."""
+    number, _, prefixed = si(value, unit, digits, error).partition(" ")
     return f"{number} \N{MICRO SIGN}{unit}" if prefixed == f"u{unit}" else f"{number} {prefixed}"
 
 
 def literal(text: str) -> str:
-    """``text`` as a label in which a dollar begins no formula."""
+    """Return ``text`` as a label in which a dollar sign does not begin a formula."""
     return text.replace("$", r"\$")
 
 
 def label_axis(ax: Axes, axis: Literal["x", "y"], name: str, unit: str = "") -> None:
-    """Label an axis ``name (unit)``, with an SI prefix in label and ticks; call it after scale and limits are set."""
+    """Label an axis ``name (unit)``, with an SI prefix in label and ticks; scale and limits must be final."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     chosen = ax.xaxis if axis == "x" else ax.yaxis
@@ -86,27 +86,27 @@ def label_axis(ax: Axes, axis: Literal["x", "y"], name: str, unit: str = "") -> 
 
 
 def finish(ax: Axes, x: tuple[str, str], y: tuple[str, str]) -> Axes:
-    """Label both axes with a name and a unit, and put the key above the picture."""
+    """Label both axes with a name and a unit, and add the legend."""
     label_axis(ax, "x", *x)
     label_axis(ax, "y", *y)
-    key(ax, ax.get_legend_handles_labels()[0])
+    add_legend(ax, ax.get_legend_handles_labels()[0])
     return ax
 
 
-def key(ax: Axes, entries: Iterable[Any]) -> None:
-    """The meaning of lines and areas, above the picture, where it hides nothing, in as many columns as fit."""
+def add_legend(ax: Axes, entries: Iterable[Any]) -> None:
+    """Add a legend above the axes, in as many columns as fit."""
     handles = list(entries)
     for columns in range(len(handles), 0, -1):
-        legend = ax.legend(handles=handles, ncols=columns, **_KEY)
+        legend = ax.legend(handles=handles, ncols=columns, **_LEGEND)
         if legend.get_window_extent().width <= ax.bbox.width:
             return
 
 
 def colour_scale(ax: Axes, drawn: Any, name: str, unit: str = "", **options: Any) -> Any:
-    """The labelled scale of the colours of ``drawn``, close to the right of ``ax``."""
+    """Add a labelled colour bar for ``drawn`` at the right of ``ax``."""
     figure = ax.get_figure()
     assert figure is not None
-    # within the Axes, so that neighbours of other widths do not part the two
+    # an inset, so that the layout keeps it next to its axes
     bar = figure.colorbar(drawn, cax=ax.inset_axes((1.03, 0.0, 0.04, 1.0)), **options)
     label_axis(bar.ax, "y", name, unit)
     bar.ax.yaxis.label.set_fontsize(ax.yaxis.label.get_fontsize())
@@ -115,29 +115,29 @@ def colour_scale(ax: Axes, drawn: Any, name: str, unit: str = "", **options: Any
 
 
 def place_name(ax: Axes, x: float, y: float, text: str, **look: Any) -> None:
-    """A word within a picture, with a white border."""
+    """Write text with a white outline on the axes."""
     look = {"ha": "center", "va": "center", "fontsize": SMALL, "path_effects": halo(), "zorder": 5, **look}
     ax.text(x, y, text, **look)
 
 
 def halo() -> list[Any]:
-    """The white border of words and lines within a picture."""
+    """Return the white outline of text and lines on coloured areas."""
     from matplotlib.patheffects import withStroke
 
     return [withStroke(linewidth=2.0, foreground="white")]
 
 
 def thinned(y: FloatArray) -> npt.NDArray[np.intp]:
-    """Where to draw a line or an area of many points: both ends, and the least and greatest value of each stretch."""
-    if len(y) <= _MOST_CORNERS:
+    """Return the indices at which a line is drawn: both ends, and the minimum and maximum of each section."""
+    if len(y) <= _MOST_POINTS:
         return np.arange(len(y))
-    stretches = np.array_split(np.arange(len(y)), _MOST_CORNERS // 2)
+    stretches = np.array_split(np.arange(len(y)), _MOST_POINTS // 2)
     extremes = [part[pick(y[part])] for part in stretches for pick in (np.argmin, np.argmax)]
     return np.unique([0, *extremes, len(y) - 1])
 
 
 def area(ax: Axes, x: FloatArray, low: Any, high: FloatArray, colour: str, hatch: str, label: str) -> None:
-    """A shaded area; hatches distinguish areas without colours."""
+    """Shade an area; hatches distinguish areas without colour."""
     kept = thinned(high)
     look: dict[str, Any] = {"facecolor": colour, "alpha": 0.6, "hatch": hatch, "edgecolor": "white", "linewidth": 0}
     bottom = np.broadcast_to(low, x.shape)[kept]
@@ -145,16 +145,16 @@ def area(ax: Axes, x: FloatArray, low: Any, high: FloatArray, colour: str, hatch
 
 
 def regime_spans(ax: Axes, edges: FloatArray, regimes: npt.NDArray[np.str_]) -> None:
-    """Shades, borders and names of regimes along the x axis.
+    """Shade and label the regimes along the abscissa.
 
     Parameters
     ----------
     ax : Axes
-        Where to draw.
+        Axes to draw on.
     edges : array, shape (p + 1,)
-        Edges of the cells around points of the axis.
+        Edges of the cells around the points.
     regimes : array of str, shape (p,)
-        The regime at each point.
+        Regime at each point.
     """
     changes = np.flatnonzero(regimes[1:] != regimes[:-1]) + 1
     for begin, end in pairwise([0, *changes.tolist(), len(regimes)]):

@@ -1,4 +1,4 @@
-"""Figures to draw on, with the look of all pictures, and SVG, PNG and PDF files that are the same on every run."""
+"""Figures with a common style, and reproducible SVG, PNG and PDF files."""
 
 from __future__ import annotations
 
@@ -18,14 +18,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-# Widths of a column and of a page in print [in], and a height that suits one row.
+# Widths of a column and a page in print [in].
 _WIDTHS = {"column": 3.4, "page": 7.0}
+# Height of a row [in].
 _HEIGHT = 2.6
+# Resolution of PNG files and rasterised maps [dots per inch].
 _DOTS = 200
 _FORMATS = ("svg", "png", "pdf")
-#: Size of small letters [pt], readable in a column.
+#: Size of small text [pt], legible in a column.
 SMALL = 7.0
-_LOOK: Any = {
+_STYLE: Any = {
     "axes.axisbelow": True,
     "axes.grid": True,
     "axes.labelsize": 8.0,
@@ -44,26 +46,26 @@ _LOOK: Any = {
 def figure(
     rows: int = 1, columns: int = 1, size: str | tuple[float, float] = "column"
 ) -> tuple[Figure, tuple[Axes, ...]]:
-    """A figure with ``rows`` times ``columns`` places to draw on.
+    """Make a figure with ``rows`` times ``columns`` axes.
 
     Parameters
     ----------
     rows, columns : int
-        How many, at least 1.
+        Numbers of rows and columns, at least 1.
     size : "column", "page" or (float, float)
-        As wide as a column or a page in print, 3.4 and 7 in, and as high as the rows need; or width and height [in].
+        Width of a column (3.4 in) or a page (7 in) in print, with a height for the rows; or width and height [in].
 
     Returns
     -------
     Figure, tuple of Axes
-        The places row by row, from the left.
+        The figure, and its axes row by row.
 
     Raises
     ------
     InvalidValueError
-        When the size is none of these.
+        If there is no such size.
     UsageError
-        When matplotlib is not installed.
+        If matplotlib is not installed.
     """
     if isinstance(size, str):
         if size not in _WIDTHS:
@@ -73,42 +75,43 @@ def figure(
         from matplotlib import rc_context
         from matplotlib.figure import Figure
     except ImportError as missing:
-        raise UsageError(f"pictures need matplotlib: pip install '{OWN_DISTRIBUTION}[plot]'") from missing
-    with rc_context(_LOOK):
+        remedy = f"pip install '{OWN_DISTRIBUTION}[plot]'"
+        raise UsageError(f"matplotlib must be installed (got {missing}; {remedy})") from missing
+    with rc_context(_STYLE):
         drawn = Figure(figsize=size, layout="constrained")
         places: Any = drawn.subplots(rows, columns, squeeze=False)
     return drawn, tuple(places.flat)
 
 
 def svg(figure: Figure, name: str = "picture", description: str = "") -> str:
-    """The figure as an ``<svg>`` element that can stand in a page, the same to the byte on every run.
+    """Return the figure as an ``<svg>`` element for a web page, reproducible to the byte.
 
     Parameters
     ----------
     figure : Figure
-        The drawn figure.
+        The figure.
     name : str
-        Letters, digits and hyphens; begins all names within, so that several pictures can stand in one page.
+        Prefix of all names in the element, unique in a page: a letter, then letters, digits and hyphens.
     description : str
-        For readers who cannot see the picture.
+        Description for readers who cannot see the picture.
 
     Raises
     ------
     InvalidValueError
-        When the name holds anything else.
+        If the name has other characters.
     """
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9-]*", name):
         raise InvalidValueError.of("name", f"must be a letter, then letters, digits and hyphens (got {name!r})")
     from matplotlib import rc_context
 
-    figure.draw_without_rendering()  # the last digits of the layout settle at its second pass
+    figure.draw_without_rendering()  # the layout is final only after a first pass
     written = io.StringIO()
-    # without a salt of their own, the names of shared shapes differ from run to run
+    # without a salt, the names of shared shapes differ from run to run
     unsigned = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     with rc_context({"svg.hashsalt": "shockwave", "svg.fonttype": "path"}):
         figure.savefig(written, format="svg", metadata=unsigned, dpi=_DOTS)
     text = re.sub(r"\s*<!--.*?-->", "", written.getvalue().partition("<svg ")[2], flags=re.DOTALL)
-    # only names that are referred to are the same on every run
+    # other names differ from run to run, and are removed
     referred = set(re.findall(r'(?:href="|url\()#([^")]+)', text))
     text = re.sub(r' id="([^"]+)"', lambda found: found[0] if found[1] in referred else "", text)
     text = re.sub(r'( id="|href="#|url\(#)', rf"\1{name}-", text)
@@ -117,14 +120,14 @@ def svg(figure: Figure, name: str = "picture", description: str = "") -> str:
 
 
 def save(figure: Figure, file: str | Path) -> None:
-    """Write the figure to ``file`` in the format of its ending: svg, png or pdf.
+    """Write the figure to ``file`` in the format of its extension: svg, png or pdf.
 
     Raises
     ------
     FileAccessError
-        When the file cannot be written.
+        If the file cannot be written.
     InvalidValueError
-        When the ending is another.
+        If the extension is another one.
     """
     file = Path(file)
     kind = file.suffix.removeprefix(".").lower()

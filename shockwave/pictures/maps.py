@@ -1,4 +1,4 @@
-"""Maps of cells: their edges and colours, borders of regimes, hatches, and the errors of section 4 over a plane."""
+"""Maps: cells and their colours, regime borders, hatches, and the map of the errors of section 4."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 #: Colour of cells without a value.
 NO_VALUE = "#BDBDBD"
-# Bounds of the colours of errors, which have no upper bound; none is below -1.
+# Bounds of the colours of relative errors, which are at least -1 and have no upper bound.
 _BOUNDS = (-1.0, -0.5, -0.2, -0.1, -0.05, -0.02, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
 
 
 def edges_of(centres: FloatArray, log: bool = False) -> FloatArray:
-    """Edges of cells around ascending ``centres``, halfway between them on the axis as drawn."""
+    """Return the edges of cells around ascending ``centres``: the midpoints on the drawn axis."""
     if len(centres) == 1:
         return np.array([centres[0] - 0.5, centres[0] + 0.5])
     at = np.log(centres) if log else centres
@@ -35,7 +35,7 @@ def edges_of(centres: FloatArray, log: bool = False) -> FloatArray:
 
 
 def colour_cells(ax: Axes, edges: Edges, values: FloatArray, **colours: Any) -> Any:
-    """Draw a map of ``values``, of shape (x, y); cells without one are grey."""
+    """Draw a map of ``values``, of shape (x, y); cells without a value are grey."""
     ax.set_facecolor(NO_VALUE)
     masked = np.ma.masked_invalid(values).T
     drawn = ax.pcolormesh(*edges, masked, rasterized=True, shading="flat", **colours)
@@ -46,11 +46,11 @@ def colour_cells(ax: Axes, edges: Edges, values: FloatArray, **colours: Any) -> 
 
 
 def regime_borders(ax: Axes, edges: Edges, regimes: npt.NDArray[np.str_]) -> None:
-    """Borders between cells of different regimes, and the name of each; an empty one is none."""
+    """Draw the borders between cells of different regimes, and label the regimes; an empty name is no regime."""
     x, y = edges
     across = np.nonzero(regimes[1:] != regimes[:-1])
     up = np.nonzero(regimes[:, 1:] != regimes[:, :-1])
-    # with a white border, to be seen on dark colours
+    # with a white outline, to be visible on dark colours
     for colour, width in (("white", 2.6), (BLACK, 1.2)):
         i, j = across
         ax.vlines(x[i + 1], y[j], y[j + 1], color=colour, linewidth=width)
@@ -66,7 +66,7 @@ def regime_borders(ax: Axes, edges: Edges, regimes: npt.NDArray[np.str_]) -> Non
 def hatch(
     ax: Axes, edges: Edges, own: npt.NDArray[np.bool_], name: str, pattern: str, colour: str = "none"
 ) -> list[Patch]:
-    """Hatch some cells; the entry of the key, with their number, or none without any."""
+    """Hatch some cells, and return the legend entry with their number, if there are any."""
     from matplotlib.patches import Patch, PathPatch
     from matplotlib.path import Path
 
@@ -75,7 +75,7 @@ def hatch(
     x, y = edges
     i, j = np.nonzero(own)
     corners = np.array([[x[i], y[j]], [x[i + 1], y[j]], [x[i + 1], y[j + 1]], [x[i], y[j + 1]]])
-    # one path: a hatch for each of some thousand cells takes minutes
+    # a single path: thousands of hatched cells would take minutes
     path = Path.make_compound_path_from_polys(corners.transpose(2, 0, 1))
     look: dict[str, Any] = {"facecolor": colour, "edgecolor": GREY, "linewidth": 0.0, "hatch": pattern}
     ax.add_artist(PathPatch(path, **look))
@@ -90,22 +90,22 @@ def trust_map(
     regime: npt.ArrayLike,
     holds: npt.ArrayLike | None = None,
 ) -> Axes:
-    """Error of the predicted peak force over the plane (n t0/T0, n), with the borders of the regimes.
+    """Draw the error of the predicted peak force over the plane (n t0/T0, n), with the regime borders.
 
     Parameters
     ----------
     ax : Axes
-        Where to draw; a scale of colours is put beside it.
+        Axes to draw on; a colour bar is added beside it.
     x : array, shape (p,)
         n t0/T0, ascending, above 0.
     n : array, shape (q,)
         Duration ratios, ascending, above 1.
     error : array, shape (p, q)
-        Relative error, prediction over simulation less one; not a number where there is none, which is left grey.
+        Relative error, prediction / simulation - 1; NaN, drawn grey, where there is none.
     regime : array of str, shape (p, q)
-        Of the prediction; an empty one is none.
+        Predicted regime; empty where there is none.
     holds : array of bool, shape (p, q), optional
-        Whether the conditions (3) are met; where not, it is hatched.
+        Whether the conditions (3) hold; the other cells are hatched.
     """
     from matplotlib import colormaps
     from matplotlib.colors import BoundaryNorm
@@ -117,9 +117,9 @@ def trust_map(
     drawn = colour_cells(ax, edges, np.asarray(error, dtype=float), norm=norm, cmap=colours)
     regime_borders(ax, edges, np.asarray(regime, dtype=str))
     if holds is not None:
-        hatch(ax, edges, ~np.asarray(holds, dtype=bool), "conditions (3) not met", "////")
+        hatch(ax, edges, ~np.asarray(holds, dtype=bool), "conditions (3) fail", "////")
     bar = colour_scale(ax, drawn, "error (%)", spacing="uniform", ticks=_BOUNDS)
     bar.ax.set_yticklabels([f"{100 * bound:+.0f}".replace("-", MINUS) for bound in _BOUNDS])
-    label_axis(ax, "x", "duration over characteristic time, $n t_0/T_0$")
-    label_axis(ax, "y", "duration over rise time, $n$")
+    label_axis(ax, "x", "duration / characteristic time, $n t_0/T_0$")
+    label_axis(ax, "y", "duration ratio, $n$")
     return ax

@@ -1,4 +1,4 @@
-"""The shock itself: its areas, the conditions (3), and the correction of (5g,h)."""
+"""Pictures of the shock: areas of rise and decay, conditions (3), and the correction (5g,h)."""
 
 from __future__ import annotations
 
@@ -18,19 +18,21 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
+# Points of the rise, and of the decay.
 _POINTS = 240
+# Symbols of a statement in the notation of TeX.
 _FORMULA = ((">=", r"\geq"), ("<=", r"\leq"), ("a1", "a_1"), ("a2", "a_2"))
 
 
 def pulse(ax: Axes, shock: Shock) -> Axes:
-    """Force against time, with the areas a1 under the rise and a2 under the decay, eq. (3).
+    """Draw the force against time, with the areas a1 of the rise and a2 of the decay, eq. (3).
 
     Parameters
     ----------
     ax : Axes
-        Where to draw.
+        Axes to draw on.
     shock : Shock
-        Time in s, force in N.
+        The shock; time in s, force in N.
     """
     areas = shock.profile.areas()
     s = _abscissae(shock.profile)
@@ -48,14 +50,14 @@ def pulse(ax: Axes, shock: Shock) -> Axes:
 
 
 def conditions(ax: Axes, shock: Shock) -> Axes:
-    """The three conditions (3): by how much each holds, as a share of both its sides together.
+    """Draw the margins of the three conditions (3), relative to the sum of both sides of each.
 
     Parameters
     ----------
     ax : Axes
-        Where to draw; a low and wide one will do.
+        Axes to draw on; a small height is sufficient.
     shock : Shock
-        The margins are in units of its rise time.
+        The shock; the printed margins are in units of its rise time.
     """
     areas = shock.profile.areas()
     n = float(shock.profile.duration_ratio)
@@ -76,29 +78,29 @@ def conditions(ax: Axes, shock: Shock) -> Axes:
     ax.axvline(0, color=BLACK, linewidth=0.8)
     ax.set(xlim=(-1.08, 1.08), xticks=(-1, -0.5, 0, 0.5, 1), ylim=(2.6, -0.6))
     ax.set_yticks(range(len(labels)), labels)
-    return finish(ax, ("margin over the sum of both sides", ""), ("", ""))
+    return finish(ax, ("margin / sum of both sides", ""), ("", ""))
 
 
 def correction_area(ax: Axes, shock: Shock, outcome: Outcome) -> Axes:
-    """Figure 1 of the paper: the shock, the virtual shock of (5g), and the area that (5h) adds twice.
+    """Draw Figure 1 of the paper: the shock, the virtual shock of (5g), and the area that (5h) adds twice.
 
     Parameters
     ----------
     ax : Axes
-        Where to draw.
+        Axes to draw on.
     shock : Shock
-        The predicted shock.
+        The shock.
     outcome : Outcome
-        Its prediction, of the regime ejection.
+        Its prediction, in the regime ejection.
 
     Raises
     ------
     InvalidValueError
-        When the outcome is of another regime.
+        If the regime is another one.
     """
     if not isinstance(outcome, EjectionOutcome):
         got = getattr(outcome, "regime", type(outcome).__name__)
-        raise InvalidValueError.of("outcome", f"must be an ejection, to which (5g,h) belong (got {got})")
+        raise InvalidValueError.of("outcome", f"must have the regime ejection, to which (5g,h) apply (got {got})")
     profile = shock.profile
     force = shock.peak_force
     virtual = outcome.virtual_rise_time
@@ -126,10 +128,10 @@ def _force_against_time(ax: Axes, end: float, peak: float) -> Axes:
 
 
 def _abscissae(profile: ShockProfile) -> FloatArray:
-    """Where to take the force: at its kinks, evenly, and ever more densely towards the ends of rise and decay."""
+    """Times at which the force is drawn: kinks, equal steps, and dense points at the ends of rise and decay."""
     n = float(profile.duration_ratio)
     breaks = np.asarray(profile.breakpoints, dtype=float)
     dense = np.geomspace(1e-9, 0.5, _POINTS // 4)
     share = np.concatenate((np.linspace(0, 1, _POINTS), dense, 1 - dense))
-    # just after 0 and at 1 the force may jump
+    # the force may jump just after 0 and at 1
     return np.unique(np.concatenate((breaks, share, 1 + (n - 1) * share, [np.nextafter(1.0, 2.0)])).clip(0, n))

@@ -1,4 +1,4 @@
-"""Results of a sweep: lines over one axis, a map over two, with the borders of the regimes."""
+"""Results of a sweep: lines over one axis, a map over two, with the regime borders."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from shockwave.pictures.drawing import (
     LINES,
     MARKERS,
     SIGNED,
+    add_legend,
     colour_scale,
-    key,
     label_axis,
     literal,
     regime_spans,
@@ -30,14 +30,14 @@ if TYPE_CHECKING:
     from shockwave.quadrature import FloatArray
 
 
-# Ticks of a logarithmic axis may lie decades beyond its values, and must be finite.
+# Greatest value on a logarithmic axis, whose ticks may lie decades beyond its values.
 _MOST_DRAWN = 1e150
-# Values over a greater ratio have a logarithmic scale.
+# Ratio of greatest and least value above which colours are logarithmic.
 _WIDE = 300.0
-# More names than this along an axis would cover each other.
+# Most tick labels with names along an axis.
 _TICKS = 25
-# A line of more points has no marks.
-_MARKS = 30
+# Most points of a line with markers.
+_MARKERS = 30
 
 
 @frozen(eq=False)
@@ -47,13 +47,13 @@ class DrawnAxis:
     Attributes
     ----------
     name, unit : str
-        Its label; its SI unit, empty for a number without one.
+        Label, and SI unit, empty for a dimensionless number.
     places : array, shape (p,)
-        Where the values are drawn, ascending.
+        Coordinates of the values, ascending.
     texts : sequence of str
-        Names of values that are no numbers, which stand side by side.
+        Names of the values, if they are not numbers.
     joined : bool
-        Whether a line between two values means anything.
+        Whether values are connected by a line.
     """
 
     name: str
@@ -64,7 +64,7 @@ class DrawnAxis:
 
     @property
     def log(self) -> bool:
-        """Whether the values lie more evenly on a logarithmic axis."""
+        """Whether the values are spaced more evenly on a logarithmic axis."""
         low, middle, high = self.places[[0, len(self.places) // 2, -1]].tolist()
         if self.texts or not 0 < 3 * low < high < _MOST_DRAWN:
             return False
@@ -83,9 +83,9 @@ class Line:
     Attributes
     ----------
     label : str
-        Its name; empty for the only line.
+        Label; empty for a single line.
     values, low, high : array, shape (p,)
-        Values and bounds of the true ones; not a number where there is none.
+        Values, and bounds of the true values; NaN where there is none.
     """
 
     label: str
@@ -102,27 +102,27 @@ def sweep_lines(
     band: str,
     regimes: npt.NDArray[np.str_] | None,
 ) -> Axes:
-    """A quantity over one axis of a sweep, a line with a shade for each of a few values of another.
+    """Draw a quantity over one axis of a sweep, with a line and a band for each of a few values of another axis.
 
     Parameters
     ----------
     ax : Axes
-        Where to draw.
+        Axes to draw on.
     x : DrawnAxis
-        The axis, as long as each line.
+        The abscissa, as long as each line.
     lines : sequence of Line
-        One at least.
+        At least one line.
     quantity : (str, str)
         Name and unit of the values.
     band : str
-        What lies between the bounds.
+        Label of the band between the bounds.
     regimes : array of str, shape (p,), optional
-        The regime at each point of a single line.
+        Regime at each point of a single line.
     """
     for index, line in enumerate(lines):
         colour = COLOURS[index % len(COLOURS)]
         look: dict[str, Any] = {"linestyle": LINES[index % len(LINES)] if x.joined else "", "linewidth": 1.2}
-        if not x.joined or len(x.places) <= _MARKS:
+        if not x.joined or len(x.places) <= _MARKERS:
             look |= {"marker": MARKERS[index % len(MARKERS)], "markersize": 3}
         ax.plot(x.places, line.values, color=colour, label=literal(line.label) or None, **look)
         if np.isfinite(line.low).any():
@@ -136,7 +136,7 @@ def sweep_lines(
         ax.set_ylim(bottom=0)
     _scale_axis(ax, "x", x)
     label_axis(ax, "y", *quantity)
-    key(ax, ax.get_legend_handles_labels()[0])
+    add_legend(ax, ax.get_legend_handles_labels()[0])
     return ax
 
 
@@ -148,20 +148,20 @@ def sweep_map(
     quantity: tuple[str, str],
     regimes: npt.NDArray[np.str_] | None,
 ) -> Axes:
-    """A quantity over two axes of a sweep: colours, lines of equal value, and borders of regimes.
+    """Draw a quantity over two axes of a sweep: colours, contour lines, and regime borders.
 
     Parameters
     ----------
     ax : Axes
-        Where to draw; a scale of colours is put beside it.
+        Axes to draw on; a colour bar is added beside it.
     x, y : DrawnAxis
-        The axes, of two values or more.
+        The axes, of at least two values.
     values : array, shape (x, y)
-        Not a number where there is none, which is left grey and hatched.
+        Values; NaN, drawn grey and hatched, where there is none.
     quantity : (str, str)
-        Name and unit of the values. One that takes both signs has colours on both sides of white.
+        Name and unit of the values. A quantity of both signs has a diverging colour map.
     regimes : array of str, shape (x, y), optional
-        The regime of each point; an empty one is none.
+        Regime of each point; an empty name is no regime.
     """
     lost = np.isnan(values)
     edges = x.edges, y.edges
@@ -169,18 +169,18 @@ def sweep_map(
     _scale_axis(ax, "x", x)
     _scale_axis(ax, "y", y)
     bar = colour_scale(ax, drawn, *quantity)
-    # between names there is nothing to draw a line through
+    # no contour lines between names
     if not (lost.all() or x.texts or y.texts):
         levels = [level for level in bar.get_ticks() if np.nanmin(values) < level < np.nanmax(values)]
         ax.contour(x.places, y.places, values.T, levels=levels, colors=[GREY], linewidths=0.5)
     if regimes is not None:
         regime_borders(ax, edges, regimes)
-    key(ax, hatch(ax, edges, lost, "no value", "//////", NO_VALUE))
+    add_legend(ax, hatch(ax, edges, lost, "no value", "//////", NO_VALUE))
     return ax
 
 
 def _colours(known: FloatArray) -> dict[str, Any]:
-    """Map and norm of the colours of values."""
+    """Colour map and norm of the values."""
     from matplotlib.colors import AsinhNorm, LogNorm, Normalize
 
     least, most = (known.min(), known.max()) if known.size else (0.0, 1.0)
@@ -193,7 +193,7 @@ def _colours(known: FloatArray) -> dict[str, Any]:
 
 
 def _scale_axis(ax: Axes, axis: Literal["x", "y"], of: DrawnAxis) -> None:
-    """Scale, ticks and label of an axis."""
+    """Set scale, ticks and label of an axis."""
     if of.texts:
         every = -(-len(of.texts) // _TICKS)
         slanted: dict[str, Any] = {"rotation": 30, "ha": "right"} if axis == "x" else {}

@@ -1,4 +1,4 @@
-"""Waves along the chain: contact forces, their map over contacts and time, and the peak forces of a train."""
+"""Waves along the chain: contact forces, space-time diagram, and peak forces of a train."""
 
 from __future__ import annotations
 
@@ -30,44 +30,44 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-# More lines than this are not distinguished.
+# Most lines of contact forces.
 _MOST_LINES = 6
-# Tiles of a map in time; more than a print resolves.
-_MOST_TILES = 480
-# A shock is drawn up to so many times the greatest contact force.
+# Most cells of a space-time diagram along the time, as many as a print resolves.
+_MOST_CELLS = 480
+# Upper limit of the force axis, relative to the greatest contact force.
 _HIGHEST = 3.0
 
 
 def recorded(result: SimulationResult, kind: str) -> Recording:
-    """The histories of a result.
+    """Return the histories of a result.
 
     Raises
     ------
     InvalidValueError
-        When those of this kind were not kept.
+        If those of this kind were not recorded.
     """
     if result.recording is None or kind not in result.options.record:
-        asked = ", ".join(result.options.record) or "nothing"
-        raise InvalidValueError.of("record", f"must have {kind} (got {asked}; simulate with record=[{kind!r}])")
+        got = ", ".join(result.options.record) or "nothing"
+        raise InvalidValueError.of("record", f"must have {kind} (got {got}; simulate with record=[{kind!r}])")
     return result.recording
 
 
 def contact_forces(ax: Axes, result: SimulationResult, contacts: Iterable[int] | None = None) -> Axes:
-    """Contact force against time, a line for each contact, with the force on the first granule in grey.
+    """Draw the contact force against time, with a line for each contact, and the shock in grey.
 
     Parameters
     ----------
     ax : Axes
-        Where to draw.
+        Axes to draw on.
     result : SimulationResult
-        With ``forces`` recorded; time in s, force in N.
+        Result with ``forces`` recorded; time in s, force in N.
     contacts : iterable of int, optional
-        Of those recorded. Left out, all; of more than six, six from the first to the last.
+        Recorded contacts to draw; default: all, or six at equal distances if there are more.
 
     Raises
     ------
     InvalidValueError
-        When no forces were recorded, or not those of a contact.
+        If the forces at a contact were not recorded.
     """
     kept = recorded(result, "forces")
     forces = np.asarray(kept.forces)
@@ -84,7 +84,7 @@ def contact_forces(ax: Axes, result: SimulationResult, contacts: Iterable[int] |
     for index, contact in enumerate(contacts):
         if contact not in kept.contacts:
             known = ", ".join(map(str, kept.contacts))
-            raise InvalidValueError.of("contacts", f"must be among those recorded, {known} (got {contact!r})")
+            raise InvalidValueError.of("contacts", f"must be recorded contacts, {known} (got {contact!r})")
         own = forces[:, kept.contacts.index(contact)]
         colour = COLOURS[index % len(COLOURS)]
         line = LINES[index % len(LINES)]
@@ -95,30 +95,30 @@ def contact_forces(ax: Axes, result: SimulationResult, contacts: Iterable[int] |
 
 
 def space_time(ax: Axes, result: SimulationResult) -> Axes:
-    """Contact force over contacts and time, with the fronts of the measured waves.
+    """Draw a space-time diagram: contact force over contacts and time, with the fronts of the measured waves.
 
-    A front is the straight line of the wave's speed through the contact and the time at which it was read: the wave
-    joins it as it takes its final form. Waves that had not settled have none. The colours scale as the square root of
-    the force, so that weak waves show.
+    A front is the straight line with the speed of the steady wave through the contact and the time of its measurement.
+    Waves that had not separated have no front. The colours scale as the square root of the force, so that weak
+    waves are visible.
 
     Parameters
     ----------
     ax : Axes
-        Where to draw; a scale of colours is put beside it.
+        Axes to draw on; a colour bar is added beside it.
     result : SimulationResult
-        With ``forces`` recorded at many contacts; time in s, force in N.
+        Result with ``forces`` recorded at many contacts; time in s, force in N.
 
     Raises
     ------
     InvalidValueError
-        When no forces were recorded.
+        If no forces were recorded.
     """
     from matplotlib.colors import PowerNorm
 
     kept = recorded(result, "forces")
     contacts = np.asarray(kept.contacts, dtype=float)
-    # fewer samples in time: the greatest force of each stretch
-    begins = np.arange(0, len(kept.times), math.ceil(len(kept.times) / _MOST_TILES))
+    # fewer samples in time: the greatest force of each interval
+    begins = np.arange(0, len(kept.times), math.ceil(len(kept.times) / _MOST_CELLS))
     forces = np.maximum.reduceat(np.asarray(kept.forces), begins, axis=0)
     edges = np.append(kept.times[begins], kept.times[-1]), edges_of(contacts)
     norm = PowerNorm(0.5, vmin=0.0, vmax=float(forces.max()) or 1.0)
@@ -137,17 +137,17 @@ def space_time(ax: Axes, result: SimulationResult) -> Axes:
 
 
 def train(ax: Axes, comparison: Any) -> Axes:
-    """Peak forces of the waves, predicted beside simulated, and that of the shock.
+    """Draw the predicted and the simulated peak forces of the waves, and the peak force of the shock.
 
-    The bar at the first wave is where the simulated peak is expected, by the errors measured for such shocks;
-    there is none where no range is known. Open squares are simulated waves that had not settled.
+    The bar at the first wave is the expected range of the simulated peak force; there is no bar if it is not known.
+    Open squares are simulated waves that had not separated.
 
     Parameters
     ----------
     ax : Axes
-        Where to draw.
+        Axes to draw on.
     comparison : shockwave.Comparison
-        Of a prediction and a simulation; force in N.
+        Comparison of a prediction and a simulation; force in N.
     """
     predicted = np.array([wave.peak_force for wave in comparison.predicted.waves])
     waves = comparison.simulated.waves
@@ -163,7 +163,7 @@ def train(ax: Axes, comparison: Any) -> Axes:
     look: dict[str, Any] = {"color": VERMILION, "markersize": 4.5}
     ax.plot(places[settled], simulated[settled], "s", label="simulated", **look)
     if not settled.all():
-        label = "simulated, not settled"
+        label = "simulated, not separated"
         ax.plot(places[~settled], simulated[~settled], "s", markerfacecolor="none", label=label, **look)
     last = max(len(predicted), len(waves))
     ax.set(xlim=(0.4, last + 0.6), ylim=(0, top))
@@ -172,10 +172,10 @@ def train(ax: Axes, comparison: Any) -> Axes:
 
 
 def _expected(ax: Axes, predicted: Outcome, top: float) -> None:
-    """The range of the true peak force, f/(1 + high) to f/(1 + low), up to the top of the picture at most."""
+    """Draw the expected range of the true peak force, f/(1 + high) to f/(1 + low), up to the top of the axes."""
     if predicted.expected_error is None:
         return
     low, high = predicted.expected_error
     least = predicted.peak_force / (1 + high)
     greatest = predicted.peak_force / (1 + low) if low > -1 else math.inf
-    ax.plot([1, 1], [least, min(greatest, top)], color=BLACK, linewidth=0.9, marker="_", label="expected")
+    ax.plot([1, 1], [least, min(greatest, top)], color=BLACK, linewidth=0.9, marker="_", label="expected range")

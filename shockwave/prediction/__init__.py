@@ -1,1 +1,1 @@
-"""The left column: the answer a priori, with how far to trust it."""
+"""Predictions of the leading wave without integration of the equations of motion, with their expected errors."""

@@ -1,9 +1,9 @@
-"""Errors of section 4 to be expected of a shock, from errors that direct simulation has shown.
+"""Expected error of section 4 for a shock, from the errors observed in direct simulations.
 
-Simulated peak forces of random shocks of the built-in kinds are described by two laws, each a polynomial in
-integrals of the shock with the spread of the simulated figures about it; ``expected_error.json`` holds them, and
-``docs/map_section4.py`` makes that file. A range of errors is the predicted peak force over both ends of the simulated
-one. ``docs/trust.md`` reports how often the error lay in the range for shocks that had no part in the laws.
+Two laws describe the simulated peak forces of random shocks with built-in profiles. Each is a polynomial in integrals
+of the shock, with the range of the residuals. ``docs/map_section4.py`` fits them and writes ``expected_error.json``.
+The predicted peak force divided by both ends of the simulated range gives the range of the error. ``docs/trust.md``
+reports how often the error of shocks that were not used in the fit lay in this range.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from shockwave.quadrature import FloatArray
 #: Name of the file with the laws, beside this one.
 RESOURCE = "expected_error.json"
 
-# Window of (5h) over the virtual shock: beyond, its added momentum means nothing, whatever the range would say.
+# Largest ratio of the window of (5h) to the virtual shock for which the added momentum is meaningful.
 _WIDEST_WINDOW = 0.165
-# Noise turns a record by so much; more is a second peak.
+# Largest reversal of the force, over the peak force, that noise causes; a larger one is a second peak.
 _MOST_REVERSAL = 0.05
-# Errors were measured with the exact coefficient of A; they hold for others as near as the paper's.
+# Errors were measured with the exact coefficient of A; they are valid for coefficients within this relative distance.
 _NEAR = 0.01
-# Below this many granules the steady wave of a prediction has not formed.
+# Fewest granules in which the steady wave of a prediction forms.
 _SHORT_CHAIN = 25
 
 _Range = tuple[float, float] | None
@@ -43,7 +43,7 @@ _Range = tuple[float, float] | None
 
 @frozen(eq=False)
 class Law:
-    """ln of F / (1.1681817 F0 S^(6/5)): a polynomial, the spread about it, and how far out it holds.
+    """Law for ln of F / (1.1681817 F0 S^(6/5)): a polynomial, the range of its residuals, and its range of validity.
 
     Attributes
     ----------
@@ -51,21 +51,21 @@ class Law:
         ``short``: tau^2 times a polynomial in tau and the skewness; ``long``: a polynomial in the logarithms of
         strength, mean force and cubic mean force.
     degree : int
-        Of the polynomial.
+        Degree of the polynomial.
     centre, scale : numpy.ndarray, shape (inputs,)
-        The inputs are shifted and divided by these.
+        Shift and scale by which the inputs are standardised.
     basis : numpy.ndarray, shape (terms, terms)
-        Makes of the monomials, a row, polynomials that are orthonormal over the shocks that were simulated.
+        Matrix that converts a row of monomials to polynomials that are orthonormal over the simulated shocks.
     coefficients : numpy.ndarray, shape (terms,)
-        Of these polynomials.
+        Coefficients of these polynomials.
     farthest : float
-        Mean square of the polynomials, 1 on average, beyond which a shock is unlike those that were simulated.
+        Largest mean square of the polynomials, 1 on average, for which a shock is similar to the simulated ones.
     bounds, low, high : numpy.ndarray, shape (bands,)
-        Of the first input before shift: upper ends of its bands; lowest and highest difference from the polynomial.
+        Upper ends of the bands of the first input, before its shift; lowest and highest residual in each band.
     longest : float
-        Of the durations n t0/T0.
+        Longest duration n t0/T0 that was simulated.
     shocks : sequence of int
-        How many simulated shocks each band rests on.
+        Number of simulated shocks in each band.
     """
 
     name: str
@@ -82,15 +82,15 @@ class Law:
     shocks: Sequence[int] = ()
 
     def inputs(self, found: Measures) -> FloatArray:
-        """The inputs of this law, shape (inputs,)."""
+        """Inputs of this law, shape (inputs,)."""
         return np.array([found.spread, found.skewness]) if self.name == "short" else found.logarithms()
 
     def polynomials(self, inputs: FloatArray) -> FloatArray:
-        """The orthonormal polynomials at ``inputs``, shape (..., inputs): shape (..., terms)."""
+        """Orthonormal polynomials, shape (..., terms), at ``inputs``, shape (..., inputs)."""
         return product(monomials((inputs - self.centre) / self.scale, self.degree), self.basis)
 
     def bounds_of(self, found: Measures) -> _Range:
-        """Lowest and highest simulated peak force over F0, or None where the law was not measured."""
+        """Lowest and highest simulated peak force over F0, or None outside the range of validity."""
         inputs = self.inputs(found)
         terms = self.polynomials(inputs)
         if inputs[0] > self.bounds[-1] or np.mean(terms**2) > self.farthest or found.duration > self.longest:
@@ -103,7 +103,7 @@ class Law:
 
 
 def monomials(inputs: FloatArray, degree: int) -> FloatArray:
-    """All products of up to ``degree`` of the inputs, shape (..., inputs): shape (..., terms)."""
+    """All products of up to ``degree`` inputs, shape (..., terms), from ``inputs``, shape (..., inputs)."""
     count = inputs.shape[-1]
     picks = [pick for power in range(degree + 1) for pick in combinations_with_replacement(range(count), power)]
     return np.stack([np.prod(inputs[..., list(pick)], axis=-1) for pick in picks], axis=-1)
@@ -111,7 +111,7 @@ def monomials(inputs: FloatArray, degree: int) -> FloatArray:
 
 @cache
 def laws() -> tuple[Law, Law]:
-    """The laws of short and of long shocks, read once."""
+    """Laws of short and of long shocks, read once."""
     entries = json.loads(resources.files(__package__).joinpath(RESOURCE).read_text(encoding="utf-8"))["laws"]
     return Law("short", **entries["short"]), Law("long", **entries["long"])
 
@@ -119,17 +119,24 @@ def laws() -> tuple[Law, Law]:
 def expected_error(
     answer: ScaledAnswer, shock: ScaledShock, conditions: Sequence[Condition]
 ) -> tuple[_Range, list[str]]:
-    """The range of the relative error of the primary's peak force, None if unknown; and sentences on it.
+    """Range of the relative error of the peak force of the leading wave, with warnings.
 
     Parameters
     ----------
     answer : ScaledAnswer
-        A model's answer, which may state its own range; the others are those of section 4. Its ``trust`` is None when
-        errors were not measured for the reading in use.
+        Answer of a model, which can state its own range; any other answer is one of section 4. ``answer.trust`` is None
+        if no errors were measured for the interpretation in use.
     shock : ScaledShock
         The shock.
     conditions : sequence of Condition
-        The inequalities (3): errors were measured only where all hold.
+        Conditions (3); errors were measured only for shocks that satisfy all of them.
+
+    Returns
+    -------
+    tuple of float or None
+        Lowest and highest relative error, or None if they are unknown.
+    list of str
+        Warnings that state why they are unknown.
     """
     if answer.states_error:
         return answer.expected_error, []
@@ -141,36 +148,43 @@ def expected_error(
     law = short if found and found.spread <= short.bounds[-1] else long
     simulated = law.bounds_of(found) if found else None
     if simulated is None:
-        return None, ["the shock is longer, or of another shape, than those that were measured: simulate to know"]
+        return None, [
+            "The error of section 4 is not known for this shock: it is longer than the shocks for which errors were"
+            " measured, or its shape differs from theirs. A simulation gives the accurate peak force."
+        ]
     low, high = simulated
     peak = answer.amplitudes[0]
     return (peak / high - 1, peak / low - 1), []
 
 
 def _unmeasured(answer: ScaledAnswer, shock: ScaledShock, conditions: Sequence[Condition]) -> str:
-    """Why there is no range; empty if there may be one."""
-    broken = [f"{each.statement} fails by {-each.margin:.3g}" for each in conditions if not each.holds]
-    if broken:
-        return f"outside the conditions (3) no error was measured for section 4: {'; '.join(broken)}"
-    turns = reversal(shock.profile)
-    if turns > _MOST_REVERSAL:
-        return f"the shock has several peaks (it turns by {turns:.0%} of its peak): simulate to know"
-    if answer.trust is None or abs(shock.momentum_parameter / MOMENTUM - 1) > _NEAR:
-        return "no error was measured for this reading of section 4: simulate to know"
-    if answer.regime == "ejection" and answer.trust > _WIDEST_WINDOW:
-        window = f"the correction window of (5h) is {answer.trust:.2f} of the virtual shock"
-        return f"{window}; beyond 0.165 its error has no useful bound: simulate instead"
-    return ""
+    """Sentences that state why no range was measured; empty if one may have been."""
+    failed = [f"{each.statement} fails by {-each.margin:.3g}" for each in conditions if not each.holds]
+    turn = reversal(shock.profile)
+    if failed:
+        reason = f"The shock violates the conditions (3) of section 4 ({'; '.join(failed)})"
+    elif turn > _MOST_REVERSAL:
+        reason = f"The shock has several peaks (its force reverses by {turn:.0%} of the peak force)"
+    elif answer.trust is None or abs(shock.momentum_parameter / MOMENTUM - 1) > _NEAR:
+        reason = "This interpretation of section 4, or this coefficient of A, differs from that of the measured errors"
+    elif answer.regime == "ejection" and answer.trust > _WIDEST_WINDOW:
+        window = f"The correction window of (5h) is {answer.trust:.2f} times the virtual shock"
+        reason = f"{window}, and errors have no useful bound above {_WIDEST_WINDOW}"
+    else:
+        return ""
+    return f"{reason}, so the error is not known. A simulation gives the accurate peak force."
 
 
 def chain_warnings(chain: Chain, states_error: bool) -> list[str]:
-    """Sentences on a finite chain for which the expected error does not hold; empty where it holds.
+    """Warnings for a finite chain for which the expected error is not valid; empty if it is valid.
 
-    Errors were measured on endless chains; those that a model states itself hold there alone, to many digits.
+    Errors were measured on endless chains. The error that a model itself states is valid only for endless chains.
     """
     if chain.granules is None or (chain.granules >= _SHORT_CHAIN and not states_error):
         return []
     if chain.granules < _SHORT_CHAIN:
-        return [f"a chain of {chain.granules} granules is too short for the steady wave that is predicted"]
-    error = f"of a chain of {chain.granules} granules the error is not known"
-    return [f"{error}: the peak force is that of an endless chain (simulate to know)"]
+        problem = "is too short for the predicted steady wave to form, so the error is not known"
+    else:
+        problem = "is treated as endless, and the error of this approximation is not known"
+    advice = "A simulation takes the free end into account."
+    return [f"The chain of {chain.granules} granules {problem}. {advice}"]

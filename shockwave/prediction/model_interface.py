@@ -1,4 +1,4 @@
-"""The input and output of prediction models, in scaled units: mass, contact stiffness, peak force of the shock 1."""
+"""Input and output of prediction models, in units in which mass, contact stiffness and shock peak force are 1."""
 
 from __future__ import annotations
 
@@ -19,9 +19,16 @@ Indices = npt.NDArray[np.intp]
 
 @frozen
 class ScaledShock:
-    """A shock whose only scale is its rise time t0/T0.
+    """A shock in scaled units.
 
-    ``momentum_parameter`` is A F0^(-1/6) / T0: the momentum of a wave of peak force 1.
+    Attributes
+    ----------
+    profile, areas : ShockProfile, Areas
+        Shape of the shock and its areas, eq. (3).
+    rise_time : float
+        t0/T0.
+    momentum_parameter : float
+        A F0^(-1/6) / T0, the momentum of a solitary wave of peak force 1.
     """
 
     profile: ShockProfile
@@ -31,12 +38,12 @@ class ScaledShock:
 
     @property
     def duration(self) -> float:
-        """n t0 / T0."""
+        """Duration n t0/T0."""
         return self.profile.duration_ratio * self.rise_time
 
     @property
     def impulse(self) -> float:
-        """Impulse of the whole shock, t0 (a1 + a2)."""
+        """Impulse of the whole shock, (a1 + a2) t0/T0."""
         return self.rise_time * self.areas.total
 
     def impulse_until(self, time: float) -> float:
@@ -54,7 +61,7 @@ class ScaledShock:
 
 @frozen
 class Settings:
-    """Settings of `Predictor` that a model uses."""
+    """Settings of `Predictor` that are passed to a model; see there."""
 
     alpha: Literal["constant", "literal"] = "constant"
     equal_tolerance: float = 0.05
@@ -64,7 +71,7 @@ class Settings:
 
 @frozen
 class Inequality:
-    """One inequality that decided: its two sides (times over T0), its equation, and the outcome."""
+    """An inequality of the decision: its two sides, as times over T0, its equation number, and its outcome."""
 
     statement: str
     left: float
@@ -75,7 +82,7 @@ class Inequality:
 
 @frozen
 class ScaledEjection:
-    """The virtual rise time of (5g), the added momentum of (5h), and the window over the virtual shock."""
+    """Virtual rise time of (5g), added momentum of (5h), and duration of its window over that of the virtual shock."""
 
     virtual_rise_time: float
     added_momentum: float
@@ -84,13 +91,30 @@ class ScaledEjection:
 
 @frozen
 class ScaledAnswer:
-    """The answer of a model.
+    """Answer of a model for one shock.
 
-    ``amplitudes`` are peak forces of the waves, primary first. ``sensitivity`` is d ln F / d ln A of the
-    primary, or None where the relation has no derivative. ``roots`` are all peak forces that satisfy the
-    relation. ``trust`` is the number by which measured errors are ordered (None: not measured). A model that
-    ``states_error`` gives the lowest and highest relative error of the primary's peak force itself, or None where it
-    is unknown. A model that chooses among others states the ``method`` used, and the ``reason`` in a sentence.
+    Attributes
+    ----------
+    regime, relation : str
+        Regime, and relation of the leading wave to the shock.
+    amplitudes : tuple of float
+        Peak forces of the waves over F0, leading wave first.
+    trace : tuple of Inequality
+        Inequalities that decided.
+    sensitivity : float or None
+        d ln F / d ln A of the leading wave; None where the relation has no derivative.
+    trust : float or None
+        Number by which the measured errors are ordered; None if none were measured.
+    ejection : ScaledEjection or None
+        Results of (5g) and (5h), for the regime ``ejection``.
+    roots : tuple of float
+        All peak forces over F0 that satisfy the relation, for the regime ``train``.
+    warnings : tuple of str
+        Sentences on the limits of the answer.
+    states_error, expected_error : bool, tuple of float or None
+        Whether the model itself states the range of its relative error, and this range, None if it is unknown.
+    method, reason : str
+        For a model that selects a method: its name, and the reason in a sentence.
     """
 
     regime: Regime
@@ -110,18 +134,18 @@ class ScaledAnswer:
 
 @frozen(eq=False)
 class Shocks:
-    """Many scaled shocks of few shapes.
+    """Many scaled shocks of a few shapes.
 
     Attributes
     ----------
     profiles, areas : tuple
-        Of each shape.
+        Profile and areas of each shape.
     shapes : numpy.ndarray of int, shape (shocks,)
         Index of the shape of each shock.
     rise_times : numpy.ndarray, shape (shocks,)
-        t0/T0 of each.
+        t0/T0 of each shock.
     momentum_parameter : float
-        As of `ScaledShock`.
+        As in `ScaledShock`.
     """
 
     profiles: tuple[ShockProfile, ...]
@@ -134,7 +158,7 @@ class Shocks:
         return len(self.rise_times)
 
     def shock(self, index: int) -> ScaledShock:
-        """The shock at ``index``."""
+        """Shock at ``index``."""
         shape = self.shapes[index]
         rise_time = float(self.rise_times[index])
         return ScaledShock(self.profiles[shape], self.areas[shape], rise_time, self.momentum_parameter)
@@ -142,10 +166,10 @@ class Shocks:
 
 @frozen(eq=False)
 class Peaks:
-    """The primaries of many shocks: arrays of the shape (shocks,), to be filled.
+    """Leading waves of many shocks: arrays of shape (shocks,), to be filled.
 
-    ``low`` and ``high`` are the ends of the relative error, infinite where it is unknown. ``failures`` holds the reason
-    for each shock without an answer; ``warnings`` are sentences on all of them.
+    ``low`` and ``high`` are the ends of the range of the relative error, infinite if it is unknown. ``failures`` has
+    the reason for each shock without an answer; ``warnings`` are sentences that apply to all shocks.
     """
 
     amplification: FloatArray
@@ -157,12 +181,12 @@ class Peaks:
 
     @classmethod
     def of(cls, count: int) -> Peaks:
-        """Peaks of ``count`` shocks, none known yet."""
+        """Make the arrays for ``count`` shocks, without answers."""
         far = np.full(count, np.inf)
         return cls(np.full(count, np.nan), -far, far, np.full(count, "", dtype="U16"), {})
 
     def better(self, where: Indices, amplification: FloatArray | float, bound: FloatArray | float, method: str) -> None:
-        """Put in answers of one method for the shocks ``where``, as far as their bounds are below those present."""
+        """Store answers of one method for the shocks ``where`` whose bounds are below the present ones."""
         good = bound < self.high[where]
         own, bounds = where[good], np.broadcast_to(bound, where.shape)[good]
         self.amplification[own] = np.broadcast_to(amplification, where.shape)[good]
@@ -171,11 +195,11 @@ class Peaks:
 
 @frozen
 class Model:
-    """A model that has an answer for many shocks at once; called, it answers one as any other does."""
+    """A model that also evaluates many shocks at once; like any other model, it is called for one shock."""
 
     one: Callable[[ScaledShock, Settings], ScaledAnswer]
     many: Callable[[Shocks, Settings], Peaks]
 
     def __call__(self, shock: ScaledShock, settings: Settings) -> ScaledAnswer:
-        """The answer for one shock."""
+        """Answer for one shock."""
         return self.one(shock, settings)

@@ -1,21 +1,22 @@
-r"""The law of the primary's peak force: one kernel, and a correction by local measures.
+r"""The law of moments for the peak force of the leading wave: a kernel, and a correction by local measures.
 
-Time t is measured in A F0^(-1/6), the force f(t) in F0, so that the impulse int f dt is S. The primary, of peak
-force F, sees the pulse on its own scales: x = t F^(1/6), and impulses over those of a wave, f dt / F^(5/6). With the
-kernel G(x) = G0 exp(-|x/w|^(5/2)) the law says that F is the force for which the largest eigenvalue of
+Time t is measured in units of A F0^(-1/6) and the force f(t) in units of F0, so that the impulse int f dt is S. On the
+scale of the leading wave, of peak force F, time is x = t F^(1/6), and impulses relative to that of the wave are
+f dt / F^(5/6). With the kernel G(x) = G0 exp(-|x/w|^(5/2)), F is the force for which the largest eigenvalue of
 
     psi(x) = int G(x - x') psi(x') f(x') dx' / F
 
-is one, times the exponential of a short sum of products of local measures (`columns`), which vanishes with the 5/2-th
-power of the duration. Two limits fix the kernel. All impulse at one instant gives F = (G0 S)^(6/5), so that G0^(6/5) =
-1.1681817. A force f that lasts for ever gives F = f int G dx. The power 5/2 is that by which a short pulse falls short
-of an impulse: the path of the granule gives a contact force of the power 3/2 in time, and that force a momentum.
+is one, multiplied by a correction: the exponential of a linear combination of products of local measures (`columns`).
+The correction vanishes for short shocks as the 5/2-th power of the duration. Two limits determine the kernel. If the
+whole impulse is applied at one instant, F = (G0 S)^(6/5), so that G0^(6/5) = 1.1681817. A constant force f gives
+F = f int G dx. The power 5/2 is that of the deviation of a short pulse from the impulse limit: the displacement of the
+first granule, linear in time, gives a contact force of power 3/2 in time, whose momentum has the power 5/2.
 
-The pulse enters by its moments: `shockwave.prediction.shock_measures` makes of it a few impulses with the same first
-moments. Integral and eigenvector are then sums and a small matrix.
+`shockwave.prediction.shock_measures` represents the pulse by a few impulses with the same lowest moments. The integral
+is then a sum, and the eigenvector that of a small matrix.
 
-``moments.json`` holds the coefficients, ``docs/fit_moments.py`` makes them, ``docs/moments.md`` reports how they were
-judged.
+``moments.json`` contains the coefficients, ``docs/fit_moments.py`` computes them, and ``docs/moments.md`` describes
+their validation.
 """
 
 from __future__ import annotations
@@ -49,12 +50,16 @@ RESOURCE = "moments.json"
 #: Names of the local measures, in the order of the columns.
 COLUMNS = ("apart", "before", "after", "before_up", "after_up", "lean", "tilt", "offset", "square", "share", "scatter")
 
+# Value of the kernel at 0, from the impulse limit.
 _G0 = IMPULSE_LIMIT ** (5 / 6)
+# Exponent in the kernel, from the deviation of a short pulse from the impulse limit.
 _POWER = 2.5
+# Iterations of Newton's method for ln F; a few suffice in general.
 _MOST_STEPS = 60
-# Step of ln F at which it has settled.
+# Step of ln F at which the iteration has converged.
 _SETTLED = 1e-9
-_STEP = 1e-4  # of ln t0, for the derivative
+# Step of ln t0 for the derivative.
+_STEP = 1e-4
 
 
 @frozen(eq=False)
@@ -64,15 +69,16 @@ class Law:
     Attributes
     ----------
     step_limit : float
-        Amplification of a force that lasts for ever, int G dx.
+        Amplification of a constant force, int G dx.
     reach : float
-        Of the local measures, in x: they count an impulse at a distance x by exp(-(x/reach)^2).
+        Width of the local measures in x: an impulse at the distance x has the weight exp(-(x/reach)^2).
     terms : sequence of sequence of str
-        The products of columns in the correction.
+        Products of columns in the correction.
     coefficients : numpy.ndarray, shape (terms,)
-        Of these products.
+        Coefficients of these products.
     spreads, errors : numpy.ndarray, shape (knots,)
-        Relative error to be expected, at spreads tau; between them powers, below the first one the power 5/2.
+        Expected relative error at spreads tau, interpolated by powers; below the first spread it scales as the power
+        5/2.
     """
 
     step_limit: float
@@ -84,11 +90,11 @@ class Law:
 
     @property
     def width(self) -> float:
-        """w of the kernel: int G dx = 2 Gamma(7/5) w G0."""
+        """Width w of the kernel, from int G dx = 2 Gamma(7/5) w G0."""
         return float(self.step_limit / (2 * math.gamma(1 + 1 / _POWER) * _G0))
 
     def products(self, found: FloatArray) -> FloatArray:
-        """The products in the correction, shape (..., terms), of columns of shape (..., columns)."""
+        """Products in the correction, shape (..., terms), from columns of shape (..., columns)."""
         picks = [[COLUMNS.index(name) for name in names] for names in self.terms]
         return np.stack([np.prod(found[..., pick], axis=-1) for pick in picks], axis=-1)
 
@@ -97,32 +103,32 @@ class Law:
         return np.asarray(np.exp(log_force + (self.products(found) * self.coefficients).sum(axis=-1)))
 
     def error(self, spread: FloatArray | float) -> FloatArray:
-        """Relative error to be expected at a spread tau, same shape; it was measured up to the last of ``spreads``."""
+        """Expected relative error at a spread tau, same shape; it was measured up to the last of ``spreads``."""
         logarithm = np.log(np.maximum(spread, 1e-300))
         known = np.interp(logarithm, np.log(self.spreads), np.log(self.errors))
         short = _POWER * np.minimum(logarithm - math.log(self.spreads[0]), 0)
-        # the error of 1.1681817 itself, to its last digit, and a share of the smallest error that could be measured
+        # In addition, the rounding error of 1.1681817, at most the smallest error that could be measured.
         return np.asarray(np.exp(known + short) + min(5e-8, float(self.errors[0])))
 
     def bound(self, pulse: Pulse) -> float:
-        """The error to be expected of a pulse; infinite where none was measured."""
+        """Expected relative error for a pulse; infinite if none was measured."""
         measured = pulse.known and pulse.spread <= self.spreads[-1]
         return float(self.error(pulse.spread)) if measured else math.inf
 
     def amplification(self, pulses: Sequence[Pulse]) -> FloatArray:
-        """F/F0 of pulses, shape (pulses,)."""
+        """Amplification F/F0 of pulses, shape (pulses,)."""
         return self.corrected(*evaluated(self, pulses))
 
 
 @cache
 def moments_law() -> Law:
-    """The law, read once."""
+    """Law from the file of coefficients, read once."""
     text = resources.files(__package__).joinpath(RESOURCE).read_text(encoding="utf-8")
     return Law(**json.loads(text)["law"])
 
 
 def evaluated(law: Law, pulses: Sequence[Pulse]) -> tuple[FloatArray, FloatArray]:
-    """The kernel's ln F/F0, shape (pulses,), and the columns, shape (pulses, columns)."""
+    """Evaluate ln F/F0 by the kernel, shape (pulses,), and the local measures, shape (pulses, columns)."""
     log_force = np.empty(len(pulses))
     found = np.empty((len(pulses), len(COLUMNS)))
     for row, pulse in enumerate(pulses):
@@ -131,41 +137,49 @@ def evaluated(law: Law, pulses: Sequence[Pulse]) -> tuple[FloatArray, FloatArray
     return log_force, found
 
 
-# ---------------------------------------------------------------- the kernel and the local measures
+# ---------------------------------------------------------------- kernel and local measures
 
 
 def kernel_force(law: Law, pulse: Pulse) -> tuple[float, FloatArray]:
-    """ln F/F0 of a pulse by the kernel alone, and the weights m psi^2 of its impulses, of sum 1, shape (k,).
+    """Solve for ln F/F0 of a pulse by the kernel without the correction.
+
+    Returns
+    -------
+    float
+        ln F/F0.
+    numpy.ndarray, shape (k,)
+        Weights m psi^2 of the impulses, of sum 1.
 
     Raises
     ------
     NumericalError
-        When the eigenvalue does not settle.
+        If the iteration does not converge.
     """
     apart = np.abs(pulse.times[:, None] - pulse.times) / law.width
     root = np.sqrt(pulse.impulses)
-    # Both limits are upper bounds.
+    # The limits of a short and of a constant force are both upper bounds.
     log_force = min(1.2 * math.log(_G0 * pulse.impulses.sum()), math.log(law.step_limit))
     for _ in range(_MOST_STEPS):
         power = (apart * math.exp(log_force / 6)) ** _POWER
         matrix = _G0 * np.exp(-power) * root[:, None] * root
         values, vectors = np.linalg.eigh(matrix)
         eigenvalue, vector = float(values[-1]), vectors[:, -1]
-        # d ln(eigenvalue) / d ln F is this over six.
+        # six times d ln(eigenvalue) / d ln F
         slope = -_POWER * float(vector @ (power * matrix) @ vector) / eigenvalue
         step = (1.2 * math.log(eigenvalue) - log_force) / (1 - 0.2 * slope)
         log_force += step
         if abs(step) < _SETTLED:
             return log_force, vector**2
-    raise NumericalError("the kernel of the law of moments has no settled eigenvalue for this pulse: simulate it")
+    raise NumericalError("the law of moments did not converge for this pulse (simulate it instead)")
 
 
 def columns(law: Law, pulse: Pulse, log_force: float, weights: FloatArray) -> FloatArray:
-    """The local measures of a pulse, shape (columns,), with what `kernel_force` returns.
+    """Local measures of a pulse, shape (columns,), from the results of `kernel_force`.
 
-    Each instant x_i has the impulses m_j F^(-5/6) around it, u_ij = G0 m_j F^(-5/6) exp(-((x_i - x_j)/reach)^2), with
-    the sums N = sum u_ij, D = sum u_ij (x_i - x_j), Q = sum u_ij (x_i - x_j)^2, and B and A, the parts of D with x_j
-    before and after x_i, both positive. With means < > over the instants, by the weights m_i psi_i^2:
+    The impulses m_j F^(-5/6) around an instant x_i have the weighted values
+    u_ij = G0 m_j F^(-5/6) exp(-((x_i - x_j)/reach)^2), with the sums N = sum u_ij, D = sum u_ij (x_i - x_j) and
+    Q = sum u_ij (x_i - x_j)^2. B and A are the magnitudes of the parts of D with x_j before and after x_i. The measures
+    are means < > over the instants with the weights m_i psi_i^2:
 
     ==========  ==================================  ==========  ==================================
     apart       < sum u_ij abs(x_i - x_j)^(5/2) >   lean, tilt  < D^3 >, < D Q >
@@ -203,20 +217,21 @@ def columns(law: Law, pulse: Pulse, log_force: float, weights: FloatArray) -> Fl
     return np.array([(weights * each).sum() for each in local])
 
 
-# ---------------------------------------------------------------- the model
+# ---------------------------------------------------------------- model
 
 
 def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
-    """The primary of a scaled shock by the law; the regime by (5d), (5e), the relation by the peak force."""
+    """Predict the leading wave by the law; the regime follows from (5d) and (5e), the relation from the peak force."""
     pulse = pulse_of(shock)
     law = moments_law()
     stretched = [pulse.stretched(math.exp(step)) for step in (0.0, _STEP, -_STEP)]
     peak, longer, shorter = law.amplification(stretched).tolist()
     sensitivity = -math.log(longer / shorter) / (2 * _STEP)
-    warnings = ["the law of moments predicts the primary alone: later waves of a train are not listed"]
+    warnings = ["The law of moments predicts only the leading wave. A simulation gives the later waves of a train."]
     bound = law.bound(pulse)
     if math.isinf(bound):
-        warnings.append("the shock is longer, or finer, than those on which the law was judged: simulate to know")
+        problem = "The shock is longer, or its record finer, than the shocks on which the law of moments was validated"
+        warnings.append(f"{problem}, so its error is not known. A simulation gives the accurate peak force.")
     return answer(shock, settings, peak, bound, sensitivity, warnings)
 
 
@@ -228,7 +243,7 @@ def answer(
     sensitivity: float | None,
     warnings: Sequence[str] = (),
 ) -> ScaledAnswer:
-    """The answer for a shock of which the primary alone is predicted, of amplification ``peak`` within ``bound``."""
+    """Answer with the leading wave only, of amplification ``peak`` with the relative error ``bound``."""
     kind, trace = regime(shock)
     return ScaledAnswer(
         kind,
@@ -245,7 +260,7 @@ def answer(
 
 
 def peaks(shocks: Shocks, settings: Settings) -> Peaks:
-    """The primaries of many shocks by the law."""
+    """Predict the leading waves of many shocks by the law."""
     law = moments_law()
     results = Peaks.of(len(shocks))
     results.method[:] = "moments"
@@ -257,15 +272,14 @@ def peaks(shocks: Shocks, settings: Settings) -> Peaks:
     return results
 
 
-#: The model as it is registered.
+#: The registered model.
 MODEL = Model(predict, peaks)
 
 
 def _ejection(shock: ScaledShock, peak: float) -> ScaledEjection:
-    """The virtual rise time of (5g), and as added momentum what the primary has beyond the shock's impulse.
+    """Virtual rise time of (5g), and as added momentum the excess of the leading wave over the shock's impulse.
 
-    A single wave leaves that to the rebounding granules, as momentum the other way: 0.1383 of the impulse of a short
-    shock.
+    For a single wave the rebounding granules carry the opposite momentum: 0.1383 of the impulse of a short shock.
     """
     virtual = shock.momentum_parameter / shock.areas.total
     window = 1 - shock.impulse / shock.momentum_parameter

@@ -1,4 +1,4 @@
-"""Results of predictions and their text: of one shock, a frozen class per regime; of many shocks, arrays."""
+"""Results of predictions and their text: a frozen class per regime for one shock, arrays for many shocks."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from shockwave.quadrature import FloatArray
 from shockwave.scene_summary import Scene
 from shockwave.text import alarm, facts, limits, notes, range_text, si, significant_digits, strong, table
 
-# Listed figures of a wave, with their units.
+# Printed quantities of a wave, with their units.
 _WAVE = {"peak_force": "N", "momentum": "N s", "energy": "J", "speed": "m/s", "width": "s"}
 _REGIMES = {
     "ejection": "one wave, and the first granule rebounds",
@@ -30,9 +30,9 @@ _RELATIONS = {"less": "less than", "equal": "about equal to", "greater": "greate
 
 @frozen
 class Exponents:
-    """Local powers with which the primary's peak force depends on the granules: d ln F / d ln of each.
+    """Local scaling exponents of the peak force of the leading wave: d ln F / d ln of each property of the granules.
 
-    ``radius`` -1.6 says that doubling R divides the force by 2^1.6, all else and the shock being equal.
+    For example, with ``radius`` -1.6 the peak force scales as R^-1.6 for a given shock.
     """
 
     radius: float
@@ -41,7 +41,7 @@ class Exponents:
 
     @classmethod
     def of(cls, sensitivity: float) -> Exponents:
-        """From d ln F / d ln A, as A scales as R^(4/3) rho^(1/2) E^(-1/3), eq. (4c)."""
+        """Make the exponents from d ln F / d ln A; A scales as R^(4/3) rho^(1/2) E^(-1/3), eq. (4c)."""
         return cls(4 / 3 * sensitivity, sensitivity / 2, -sensitivity / 3)
 
 
@@ -51,41 +51,41 @@ def _plain(_: object, __: object, value: Any) -> Any:
 
 @frozen(kw_only=True)
 class Outcome:
-    """A prediction; its class is its regime.
+    """A prediction; its class corresponds to its regime.
 
     Attributes
     ----------
     scenario, model : str or None, str
-        Name of the scenario, if it came from one; name of the model.
+        Name of the scenario, if there is one; name of the model.
     method, reason : str
-        The method by which the peak force was found: the model itself, unless that chooses; then why, in a sentence.
+        Method that gave the peak force: the model itself, or the method that it selected, with the reason.
     relation : str
-        ``less``, ``equal`` or ``greater``: the primary's peak against the shock's, (5d) or (5e).
+        ``less``, ``equal`` or ``greater``: peak force of the leading wave relative to that of the shock, (5d) or (5e).
     peak_force : float
-        Of the primary [N].
+        Peak force of the leading wave [N].
     amplification : float
-        ``peak_force`` over the shock's.
+        Peak force of the leading wave over that of the shock.
     waves : tuple of SolitaryWave
-        Primary first.
+        Waves, leading wave first.
     applied_momentum : float
         Impulse of the shock [N s].
     conditions : tuple of Condition
-        The inequalities (3).
+        Conditions (3).
     expected_error : tuple of float or None
-        Lowest and highest relative error of ``peak_force`` to be expected of such a shock, from simulated ones; None
-        where nothing was measured or the errors have no useful bound.
+        Range of the relative error of ``peak_force``, lowest and highest, observed in simulations of similar shocks;
+        None if no errors were measured or they have no useful bound.
     warnings : tuple of str
-        What a reader must know before using the figures.
+        Sentences on the limits of the prediction.
     trace : tuple of Inequality
-        The inequalities that decided; both sides in seconds.
+        Inequalities that decided; both sides in seconds.
     exponents : Exponents or None
-        How the answer depends on radius, density and stiffness; None where the relation has no derivative.
+        Scaling with radius, density and stiffness; None where the relation has no derivative.
     areas : Areas
-        a1 and a2, with their errors.
+        Areas a1 and a2 with their errors, eq. (3).
     momentum_coefficient : float
-        The leading number of A.
+        Leading number of A, eq. (4c).
     scene : Scene
-        The shock and the chain as they were understood.
+        Summary of shock and chain.
     """
 
     regime: ClassVar[Regime]
@@ -114,7 +114,7 @@ class Outcome:
         return 0.3 if self.expected_error is None else max(map(abs, self.expected_error))
 
     def to_dict(self) -> dict[str, Any]:
-        """The document that ``predict --json`` prints: SI floats, no NaN."""
+        """Document printed by ``predict --json``: SI floats, no NaN."""
         values = asdict(self, value_serializer=_plain)
         own = {"regime": self.regime, "reason": self.reason or None, "ejection": None, "scene": self.scene.to_dict()}
         return {**values, **own}
@@ -125,16 +125,16 @@ class Outcome:
 
 @frozen(kw_only=True)
 class EjectionOutcome(Outcome):
-    """One wave, weaker than the shock, and the first granule rebounds (4.2.2).
+    """One wave, weaker than the shock, and the first granule rebounds (section 4.2.2).
 
     Attributes
     ----------
     virtual_rise_time : float
-        The rise time with which the wave would match the shock's peak force, (5g) [s].
+        Rise time of the virtual shock, whose wave has the peak force of the shock, (5g) [s].
     added_momentum : float
-        Momentum that the ejected granule leaves to the others, (5h) [N s].
+        Momentum that the ejected granule transfers to the others, (5h) [N s].
     window_ratio : float
-        Share of the virtual shock from which it is taken; measured errors are ordered by it.
+        Duration of the window of (5h) over that of the virtual shock; measured errors are ordered by it.
     """
 
     regime: ClassVar[Regime] = "ejection"
@@ -152,19 +152,19 @@ class EjectionOutcome(Outcome):
 
 @frozen(kw_only=True)
 class SingleOutcome(Outcome):
-    """One wave that takes the whole impulse (4.2.3)."""
+    """One wave that takes the whole impulse (section 4.2.3)."""
 
     regime: ClassVar[Regime] = "single"
 
 
 @frozen(kw_only=True)
 class TrainOutcome(Outcome):
-    """A train of waves (4.2.4, 4.2.5).
+    """A wave train (sections 4.2.4 and 4.2.5).
 
     Attributes
     ----------
     roots : tuple of float
-        Every peak force [N] that satisfies the relation read for the primary; one unless alpha is literal.
+        All peak forces [N] that satisfy the relation for the leading wave; with constant alpha there is one.
     """
 
     regime: ClassVar[Regime] = "train"
@@ -249,22 +249,22 @@ def outcome_details(outcome: Outcome) -> Iterator[tuple[str, str]]:
 
 @frozen(kw_only=True, eq=False)
 class Predictions:
-    """The primaries of many shocks, in their order.
+    """Leading waves of many shocks, in the order of the shocks.
 
     Attributes
     ----------
     model : str
         Name of the model.
     peak_force, amplification : numpy.ndarray, shape (shocks,)
-        Of the primary [N]; over the peak force of the shock. NaN for a shock among ``failures``.
+        Peak force of the leading wave [N], and the same over that of the shock; NaN for a shock in ``failures``.
     expected_error : numpy.ndarray, shape (shocks, 2)
-        Lowest and highest relative error of ``peak_force`` to be expected; infinite where it is not known.
+        Lowest and highest expected relative error of ``peak_force``; infinite if it is not known.
     method : numpy.ndarray of str, shape (shocks,)
-        The method by which each was found; empty for a shock among ``failures``.
+        Method that gave each answer; empty for a shock in ``failures``.
     failures : tuple of (int, str)
-        Indices of shocks that have no answer, ascending, each with the reason.
+        Indices of the shocks without an answer, ascending, each with the reason.
     warnings : tuple of str
-        What a reader must know before using the figures.
+        Sentences on the limits of the predictions.
     """
 
     model: str
@@ -279,7 +279,7 @@ class Predictions:
         return isinstance(other, Predictions) and self.to_dict() == other.to_dict()
 
     def to_dict(self) -> dict[str, Any]:
-        """Lists of SI floats, None where there is no number."""
+        """Lists of SI floats, with None for unknown numbers."""
         return {
             "model": self.model,
             "peak_force": _numbers(self.peak_force),

@@ -1,4 +1,4 @@
-"""The predictor: shocks and chains in, outcomes out, without solving the equations of motion."""
+"""The predictor: outcomes of shocks on chains without integration of the equations of motion."""
 
 from __future__ import annotations
 
@@ -23,20 +23,21 @@ from shockwave.profiles.shock import Shock
 from shockwave.registry import blame, find, load
 from shockwave.scene_summary import Scene
 
+#: Leading number of A by name.
 MOMENTUM_COEFFICIENTS = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
 _RTOL = "relative error allowed of the primary's peak force; for model auto, 1e-3 unless given"
 MOMENTUM_COEFFICIENT = Quantity("", "leading number of A", at_least=0.01, at_most=1000)
-# Of one shock, whereas a plugin at fault ends all predictions.
+# Errors that concern one shock; a faulty plugin ends all predictions.
 _NO_ANSWER = (InvalidValueError, NumericalError)
 
 
 def coefficient_of(choice: str | float) -> float:
-    """The leading number of A for ``"exact"``, ``"paper"`` or a number between 0.01 and 1000.
+    """Leading number of A, eq. (4c), for ``"exact"``, ``"paper"`` or a number between 0.01 and 1000.
 
     Raises
     ------
     InvalidValueError
-        For anything else.
+        For any other value.
     """
     if isinstance(choice, str) and choice in MOMENTUM_COEFFICIENTS:
         return MOMENTUM_COEFFICIENTS[choice]
@@ -48,30 +49,30 @@ def coefficient_of(choice: str | float) -> float:
 
 @frozen
 class Predictor:
-    """Predicts the solitary waves that a shock makes, by section 4 of Hasan & Nemat-Nasser.
+    """Predict the solitary waves that a shock generates, by section 4 of Hasan & Nemat-Nasser or another model.
 
     Parameters
     ----------
     model : str
         Name of a registered model.
     rtol : float, optional
-        Relative error allowed of the primary's peak force, 1e-8 to 0.5, for a model that chooses by it, as ``auto``
-        does (left out, 1e-3); the others refuse it.
+        Allowed relative error of the peak force of the leading wave, 1e-8 to 0.5, for a model that selects a method by
+        it, such as ``auto`` (default 1e-3). Other models refuse it.
     momentum_coefficient : "exact", "paper" or float
-        The leading number of A, eq. (4c): 4.344507853978653, 13/3, or another.
+        Leading number of A, eq. (4c): 4.344507853978653, 13/3, or another number.
     alpha : "constant" or "literal"
-        The alpha of section 4.1, which matches simulation, or eq. (5c) as printed, which gives all its roots.
+        alpha of section 4.1, which agrees with simulations, or eq. (5c) as printed, of which all roots are given.
     equal_tolerance : float
-        How far two sides may differ, relatively, to be called equal.
+        Relative difference up to which two sides are called equal.
     wave_threshold : float
-        A later wave is listed down to this share of the primary's peak force.
+        Least peak force of the later waves that are listed, over that of the leading wave.
     quadrature : str, optional
-        Name of a quadrature for all integrals, even those with closed forms.
+        Name of a registered quadrature, which is used for all integrals, including those with closed forms.
 
     Raises
     ------
     InvalidValueError, UnknownNameError
-        When a setting is out of range or a name unknown.
+        If a setting is out of range or a name unknown.
     """
 
     model: str = "section-4"
@@ -96,14 +97,14 @@ class Predictor:
                 raise InvalidValueError.of(name, f"{rule} (got {value!r})")
 
     def predict(self, shock: Shock, chain: Chain) -> Outcome:
-        """The outcome of ``shock`` on ``chain``.
+        """Predict the outcome of ``shock`` on ``chain``.
 
         Parameters
         ----------
         shock : Shock
-            Profile, peak force, rise time.
+            Profile, peak force and rise time.
         chain : Chain
-            Material, radius; of one with a stated number of granules the error may not be known.
+            Material and radius; for a finite chain the expected error may not be known.
 
         Returns
         -------
@@ -113,7 +114,7 @@ class Predictor:
         Raises
         ------
         NumericalError
-            When a root of the train relations is not found, or no method has an answer.
+            If a root of the relations for trains is not found, or no method has an answer.
         """
         areas = shock.profile.areas(self.quadrature)
         ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
@@ -127,7 +128,7 @@ class Predictor:
         scales = Scales.of(chain, shock.peak_force)
         coefficient = coefficient_of(self.momentum_coefficient)
         checked = conditions(scaled.areas, shock.profile.duration_ratio)
-        error, doubts = expected_error(answer, scaled, checked)
+        error, why_unknown = expected_error(answer, scaled, checked)
         of_chain = chain_warnings(chain, answer.states_error)
         peaks = [amplitude * shock.peak_force for amplitude in answer.amplitudes]
         steps = [evolve(step, left=step.left * scales.time, right=step.right * scales.time) for step in answer.trace]
@@ -148,7 +149,7 @@ class Predictor:
             "areas": scaled.areas,
             "momentum_coefficient": coefficient,
             "scene": Scene.of(shock, chain),
-            "warnings": (*shock.profile.notes, *answer.warnings, *doubts, *of_chain),
+            "warnings": (*shock.profile.notes, *answer.warnings, *why_unknown, *of_chain),
         }
         if answer.ejection is not None:
             return EjectionOutcome(
@@ -162,26 +163,26 @@ class Predictor:
         return SingleOutcome(**common)
 
     def predict_many(self, shocks: Iterable[Shock], chain: Chain | Sequence[Chain]) -> Predictions:
-        """The primaries of many shocks, as arrays.
+        """Predict the leading waves of many shocks, as arrays.
 
-        Whatever depends on the shape alone is computed once for shocks that share a profile, or have equal ones.
+        Quantities that depend only on the shape are computed once for all shocks with equal profiles.
 
         Parameters
         ----------
         shocks : iterable of Shock
             The shocks.
         chain : Chain or sequence of Chain
-            One for all of them, or one each.
+            One chain for all shocks, or one for each shock.
 
         Returns
         -------
         Predictions
-            In the order of the shocks. One without an answer is listed among its ``failures``.
+            Results in the order of the shocks; ``failures`` lists the shocks without an answer.
 
         Raises
         ------
         InvalidValueError
-            When there are not as many chains as shocks.
+            If the number of chains differs from that of the shocks.
         """
         shocks = list(shocks)
         chains = [chain] * len(shocks) if isinstance(chain, Chain) else list(chain)
@@ -206,10 +207,10 @@ class Predictor:
         )
 
     def _together(self, model: Model, shocks: list[Shock], chains: list[Chain]) -> Peaks:
-        """The primaries by a model for many shocks; each shape is integrated once."""
+        """Evaluate a model for many shocks; each shape is integrated once."""
         results = Peaks.of(len(shocks))
         scales = cache(Scales.of)
-        # by the profile, or by the identity of one that is no value
+        # keys: the profile, or its identity if equal profiles may differ in their values
         shapes: dict[object, tuple[int, ShockProfile, Areas]] = {}
         given: dict[int, tuple[int, float]] = {}  # index of a shock -> number of its shape, rise time
         for index, (shock, chain) in enumerate(zip(shocks, chains, strict=True)):
@@ -239,7 +240,7 @@ class Predictor:
         return results
 
     def _one_by_one(self, shocks: list[Shock], chains: list[Chain]) -> Peaks:
-        """The primaries by a model for one shock at a time."""
+        """Evaluate a model for one shock at a time."""
         results = Peaks.of(len(shocks))
         for index, (shock, chain) in enumerate(zip(shocks, chains, strict=True)):
             try:

@@ -1,6 +1,6 @@
-"""Section 4 of Hasan & Nemat-Nasser, as a decision.
+"""The decision procedure of section 4 of Hasan & Nemat-Nasser.
 
-All quantities are scaled: force by F0, time by T0. With tA = A F0^(-1/6) and L the shock's impulse:
+All quantities are scaled: force by F0, time by T0. With tA = A F0^(-1/6) and the impulse L of the shock:
 
 ==================================  =========  =======================================
 condition                           regime     peak force
@@ -10,8 +10,8 @@ alphaF0 tA >= n t0 and L < tA       ejection   (5h): (5f) with the momentum of (
 alphaF0 tA >= n t0 and L >= tA      single     (5f)
 ==================================  =========  =======================================
 
-The relation to the shock's peak force is decided before that, by (5d) for a train and (5e) otherwise.
-``unit`` stands for A F0^(-1/6), the momentum of a wave of peak force 1.
+The relation to the shock's peak force is decided beforehand, by (5d) for a train and by (5e) otherwise. In the code
+``unit`` is A F0^(-1/6), the momentum of a wave of peak force 1.
 """
 
 from __future__ import annotations
@@ -32,14 +32,16 @@ from shockwave.prediction.model_interface import (
     Settings,
 )
 
+# Largest number of later waves in a train.
 _MOST_WAVES = 1000
+# Points of the scan for roots of (5c) towards each end of rise and decay.
 _SCAN_POINTS = 150
-# A remainder of the impulse below this share is rounding, not a wave.
+# A remaining fraction of the impulse below this is a rounding error and does not form a wave.
 _NOTHING_LEFT = 1e-12
 
 
 def regime(shock: ScaledShock) -> tuple[Regime, tuple[Inequality, ...]]:
-    """The regime of a scaled shock, by the table above, and the inequalities that decide it."""
+    """Regime of a scaled shock by the table above, with the inequalities that decide it."""
     time_of_wave = shock.momentum_parameter
     long_enough = constant_alpha(shock) * time_of_wave
     statement = "alphaF0 A F0^(-1/6) {} n t0"
@@ -54,14 +56,14 @@ def regime(shock: ScaledShock) -> tuple[Regime, tuple[Inequality, ...]]:
 
 
 def relation_of(ratio: float, tolerance: float) -> Relation:
-    """The relation of a primary to the shock, from one over the other."""
+    """Relation of the leading wave to the shock, from the ratio of the former to the latter."""
     if abs(ratio - 1) <= tolerance:
         return "equal"
     return "greater" if ratio > 1 else "less"
 
 
 def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
-    """Section 4's answer for a scaled shock; the table above is its logic."""
+    """Answer of section 4 for a scaled shock, by the table above."""
     kind, (split, *momentum) = regime(shock)
     statement, share = "whole impulse over F0 against A F0^(-1/6)", shock.impulse
     if kind == "train":
@@ -79,14 +81,14 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
 
 
 def _length(shock: ScaledShock) -> float:
-    """Duration over the time in which a wave of the shock's peak force gathers its impulse."""
+    """Duration over the time in which a wave of the shock's peak force collects its impulse."""
     return shock.duration / (constant_alpha(shock) * shock.momentum_parameter)
 
 
 def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Inequality, ...]) -> ScaledAnswer:
-    """One wave and rebounding granules, by (5g) and (5h)."""
+    """Answer with one wave and rebounding granules, by (5g) and (5h)."""
     ratio = shock.impulse / shock.momentum_parameter
-    # (5g) is linear in the virtual rise time, so it needs no iteration: t0 / virtual is the ratio itself.
+    # (5g) is linear in the virtual rise time, so no iteration is needed: t0 / virtual equals the ratio.
     virtual = shock.momentum_parameter / shock.areas.total
     window = 1 - ratio  # (virtual - t0) / virtual
     n = shock.profile.duration_ratio
@@ -94,14 +96,14 @@ def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Inequality, .
     begin = max(n - window, 0.0) * virtual
     added = 2 * (as_virtual.impulse - as_virtual.impulse_until(begin))
     total = ratio + added / shock.momentum_parameter
-    # d/d ln A: the ratio falls as 1/A, and the window grows with it by F at its beginning.
+    # d/d ln A: the ratio decreases as 1/A, and the window grows at its beginning, where the force is F.
     slope = -ratio * (1 - 2 * as_virtual.force_at(begin) / shock.areas.total)
     warnings: tuple[str, ...] = ()
     amplitude = total**1.2  # (5h)
     if amplitude > 1 and relation == "less":
         warnings = (
-            "(5h) puts the primary above the shock's peak force while (5e) puts it below: "
-            "the added momentum of the virtual pulse is out of proportion here",
+            "The peak force of the leading wave by (5h) is above that of the shock, in contradiction to (5e): the added"
+            " momentum is too large here. A simulation gives the accurate peak force.",
         )
     return ScaledAnswer(
         "ejection",
@@ -116,7 +118,7 @@ def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Inequality, .
 
 
 def constant_alpha(shock: ScaledShock) -> float:
-    """alpha^F0 of section 4.1: 2 less the deviation of the areas from a triangle's."""
+    """Coefficient alpha^F0 of section 4.1: 2 minus the deviations of the areas from those of a triangle."""
     return 2 - _deviation(shock.areas.rise.value) - _deviation(_decay_share(shock))
 
 
@@ -124,7 +126,7 @@ def constant_alpha(shock: ScaledShock) -> float:
 
 
 def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tuple[Inequality, ...]) -> ScaledAnswer:
-    """The primary by (5a), with alpha^F0 or with (5c) as printed, and the later waves by (5i)."""
+    """Answer with the leading wave by (5a), with alpha^F0 or (5c) as printed, and the later waves by (5i)."""
     literal = settings.alpha == "literal"
     alpha = constant_alpha(shock)
     if literal:
@@ -135,14 +137,20 @@ def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tu
         primary = (alpha * shock.momentum_parameter / end) ** 6
         roots, warnings, reach = (primary,), [], -1 / 6
     if end >= shock.duration:
-        warnings.append("the primary takes the whole impulse: the time it needs ends after the shock")
+        warnings.append(
+            "The leading wave takes the whole impulse, because the time in which it collects impulse ends after the"
+            " shock. A simulation gives the later waves, if there are any."
+        )
     later = _later_waves(shock, settings.wave_threshold * primary, end)
     highest = max(later, default=0.0)
     if highest > primary:
-        warnings.append("(5i) puts a later wave above the primary: the rise is too slow for section 4")
+        warnings.append(
+            "A later wave by (5i) is stronger than the leading wave: the rise is too slow for section 4. A simulation"
+            " gives the accurate peak forces."
+        )
     if len(later) == _MOST_WAVES:
-        warnings.append(f"only the first {_MOST_WAVES} later waves were counted")
-    # Implicit derivative of A F^(5/6) = I(t), t = alpha(F) A F^(-1/6); ``reach`` is d ln t / d ln F at fixed A.
+        warnings.append(f"Only the first {_MOST_WAVES} later waves are listed; a larger wave_threshold omits more.")
+    # Implicit derivative of A F^(5/6) = I(t), t = alpha(F) A F^(-1/6); ``reach`` is d ln t / d ln F for constant A.
     weight = 0.0 if end >= shock.duration else end * shock.force_at(end) / shock.impulse_until(end)
     slope = 5 / 6 - weight * reach
     return ScaledAnswer(
@@ -151,7 +159,7 @@ def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tu
         (primary, *later),
         trace,
         sensitivity=(weight - 1) / slope if abs(slope) > 1e-6 else None,
-        # Errors of the literal reading were not measured by range: it has no trustworthy root.
+        # No errors were measured for the literal alpha, which has no reliable root.
         trust=None if literal or highest > primary else _length(shock),
         roots=roots,
         warnings=tuple(warnings),
@@ -167,10 +175,10 @@ def _decay_share(shock: ScaledShock) -> float:
 
 
 def _wave_end(shock: ScaledShock, start: float, alpha: float) -> float:
-    """When a wave that begins to gather impulse at ``start`` has its own, (5a) and (5i).
+    """Time at which a wave that collects impulse from ``start`` on is complete, (5a) and (5i).
 
-    With d its time, the wave's peak force is (alpha unit / d)^6 and the impulse in d is unit F^(5/6). The
-    impulse grows with d and the wave's momentum falls, so there is one root.
+    If the wave collects impulse for the time d, its peak force is F = (alpha unit / d)^6 and its momentum unit F^(5/6).
+    The impulse increases with d and the momentum decreases, so there is exactly one root.
     """
     unit = shock.momentum_parameter
     before = shock.impulse_until(start)
@@ -178,7 +186,7 @@ def _wave_end(shock: ScaledShock, start: float, alpha: float) -> float:
     def excess(time: float) -> float:
         return shock.impulse_until(start + time) - before - unit * (alpha * unit / time) ** 5
 
-    # Below, even the full peak force would give too little; above, the rest of the impulse is enough.
+    # Below ``lower`` even the full peak force gives too little impulse; at ``upper`` the remaining impulse suffices.
     lower = 0.99 * unit * alpha ** (5 / 6)
     enough = alpha * unit * (unit / (shock.impulse - before)) ** 0.2
     upper = 1.01 * max(shock.duration - start, enough, lower)
@@ -186,7 +194,7 @@ def _wave_end(shock: ScaledShock, start: float, alpha: float) -> float:
 
 
 def _later_waves(shock: ScaledShock, least: float, end: float) -> list[float]:
-    """Peak forces of the waves behind the one that ends at ``end``, down to ``least``, by (5i)."""
+    """Peak forces, by (5i), of the waves behind the one that ends at ``end``, down to ``least``."""
     alpha = (8 - math.sqrt(2)) / 4 - _deviation(_decay_share(shock))
     waves: list[float] = []
     while len(waves) < _MOST_WAVES and shock.impulse - shock.impulse_until(end) > _NOTHING_LEFT * shock.impulse:
@@ -199,14 +207,14 @@ def _later_waves(shock: ScaledShock, least: float, end: float) -> list[float]:
 
 
 def _literal_primary(shock: ScaledShock) -> tuple[float, float, tuple[float, ...], list[str]]:
-    """Peak force and time by (5c) as printed, alpha = 2 F/F0 - deviation; with all roots."""
+    """Peak force and end of the leading wave by (5c) as printed, alpha = 2 F/F0 - deviation; all roots; warnings."""
     unit, deviation = shock.momentum_parameter, 2 - constant_alpha(shock)
 
     def time(force: float) -> float:
         return unit * (2 * force - deviation) * math.pow(force, -1 / 6)
 
     def force_at(end: float) -> float:
-        # Above the deviation the time exceeds unit F^(5/6), which gives the upper end of the bracket.
+        # For F above the deviation the time exceeds unit F^(5/6), which gives the upper end of the bracket.
         upper = 1.01 * max(deviation, math.pow(end / unit, 1.2))
         return bracketed_root(lambda force: time(force) - end, upper * 1e-15, upper, "force of a time in (5c)")
 
@@ -218,19 +226,25 @@ def _literal_primary(shock: ScaledShock) -> tuple[float, float, tuple[float, ...
     signs = [missing(force) for force in grid]
     changes = [i for i in range(len(grid) - 1) if signs[i] * signs[i + 1] < 0 or signs[i] == 0]
     roots = tuple(bracketed_root(missing, grid[i], grid[i + 1], "a root of (5c) as printed") for i in changes)
-    # Only a root whose time lies within the shock is a train; rounding may put the end itself just inside.
+    # Only a root with a time within the shock is a train; rounding errors may place the end itself just inside.
     inside = [root for root in roots if time(root) < shock.duration * (1 - 1e-9)]
     if not inside:
         whole = (shock.impulse / unit) ** 1.2
-        sentence = "(5c) as printed has no root within the shock: the primary is given the whole impulse"
+        sentence = (
+            "(5c) as printed has no root within the shock, so the leading wave is assumed to take the whole impulse."
+            " alpha: constant, or a simulation, gives a reliable peak force."
+        )
         return whole, shock.duration, roots, [sentence]
     listed = ", ".join(f"{root:.6g}" for root in roots)
-    sentence = f"(5c) as printed has the roots {listed} (times the peak force); the last within the shock is used"
+    sentence = (
+        f"(5c) as printed has the roots {listed} (times the peak force of the shock), of which the last one within the"
+        " shock is used. alpha: constant, or a simulation, gives a reliable peak force."
+    )
     return inside[-1], time(inside[-1]), roots, [sentence]
 
 
 def _scan_times(shock: ScaledShock) -> list[float]:
-    """Times between which a root may lie: dense at both ends of rise and decay, where roots crowd."""
+    """Times between which roots are sought, dense towards both ends of rise and decay, where roots are close."""
     share = np.concatenate((np.geomspace(1e-6, 0.5, _SCAN_POINTS), 1 - np.geomspace(0.5, 1e-6, _SCAN_POINTS)[1:]))
     decay = 1 + (shock.profile.duration_ratio - 1) * share
     points = np.concatenate((share, [1.0], decay, [shock.profile.duration_ratio]))

@@ -1,4 +1,4 @@
-"""Integrals of a whole shock: its measures, and the few impulses that have the same first moments."""
+"""Integrals of a shock: its measures, and a few impulses with the same lowest moments."""
 
 from __future__ import annotations
 
@@ -14,42 +14,44 @@ from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.guard import kept
 from shockwave.quadrature import FloatArray
 
-# Pieces of a smooth part of the force halve towards both its ends so many times, for infinite slopes and steep decays.
+# Number of times that pieces of a smooth part are halved towards its ends, for infinite slopes and steep decays.
 _HALVINGS = 36
-# A record of more parts than this needs no halving.
+# Most parts of a smooth profile; a profile with more parts is a record, whose pieces need no halving.
 _SMOOTH_PARTS = 16
-# Of a record of more parts than this, not every sample is used.
+# Most parts of a record of which every sample is used.
 _MOST_PARTS = 2048
-# Pieces wider than this share of a part lie in its middle.
+# Pieces wider than this fraction of a part lie in its middle.
 _MIDDLE = 0.05
-# Points may miss this share of the impulse; a pulse of which they miss more is too fine for them.
+# Largest fraction of the impulse that the points may miss; if they miss more, the pulse is too fine for them.
 _MOST_MISSED = 1e-3
-# Impulses that stand for pulses that last up to so many times of their wave.
+# (longest duration, number of impulses) that represent a pulse; durations are in times of its wave.
 _INSTANTS = ((0.5, 8), (1.5, 12), (3.0, 16), (10.0, 32), (35.0, 64), (math.inf, 128))
-# Longer pulses, in times of their wave, are cut to the strongest stretch.
+# Longest pulse, in times of its wave, that is represented as a whole; a longer one by its strongest section.
 _LONGEST = 50.0
-# The cells on which that stretch is searched.
+# Number of cells in which that section is sought.
 _CELLS = 400
-_HIGHEST = 2.36  # amplification of a step, to a per cent
+# Amplification of a step force, accurate to one per cent.
+_HIGHEST = 2.36
+# Norm of a Lanczos vector below which the recurrence has terminated.
 _ROUNDING = 1e-14
 
 
 @frozen
 class Measures:
-    """Integrals of a shock by which simulated peak forces are ordered.
+    """Integrals of a shock on which the laws for simulated peak forces depend.
 
     Attributes
     ----------
     strength : float
-        S, impulse over that of a wave of the shock's peak force, L / (A F0^(5/6)) with A exact.
+        S, impulse over that of a wave of the shock's peak force, L / (A F0^(5/6)) with the exact A.
     spread : float
-        tau, standard deviation of the force as a density in time, over A F0^(-1/6) S^(-1/5), the time that a wave of
-        the shock's impulse takes to pass.
+        tau, standard deviation of the force as a density in time, over A F0^(-1/6) S^(-1/5), the passage time of a wave
+        with the impulse of the shock.
     skewness : float
-        Of that density.
+        Skewness of that density.
     mean_force, cubic_mean_force : float
-        Mean and cubic mean of the force over F0, each instant counting with its impulse: int F^2 / int F, and the
-        cube root of int F^4 / int F.
+        Mean and cubic mean of the force over F0, weighted with the impulse: int F^2 / int F, and the cube root of
+        int F^4 / int F.
     duration : float
         n t0/T0.
     """
@@ -67,7 +69,7 @@ class Measures:
 
 
 def measures(shock: ScaledShock) -> Measures | None:
-    """The measures of ``shock``; None where it is too fine, or too extreme, to have them to three digits."""
+    """Measures of ``shock``; None if they cannot be computed to three digits because it is too fine or too extreme."""
     s, weights = points(shock.profile)
     force = shock.profile.force(s)
     with np.errstate(all="ignore"):
@@ -96,16 +98,23 @@ def points(
     profile : ShockProfile
         The profile; its breakpoints are the ends of the parts.
     halvings : int
-        How many times the pieces of a smooth part halve towards both its ends.
+        Number of times that the pieces of a smooth part are halved towards both its ends.
     middle, outer : int
-        Nodes of Gauss and Legendre on the wide pieces in the middle of a smooth part, and on the others.
+        Number of Gauss-Legendre nodes on the wide pieces in the middle of a smooth part, and on the other pieces.
+
+    Returns
+    -------
+    numpy.ndarray, shape (points,)
+        Points s.
+    numpy.ndarray, shape (points,)
+        Weights.
     """
     breakpoints = profile.breakpoints
     parts = len(breakpoints) - 1
     if parts > _MOST_PARTS:
         breakpoints = (*breakpoints[: -1 : -(-parts // _MOST_PARTS)], breakpoints[-1])
     edges = np.array(breakpoints, dtype=float)
-    # Between the samples of a record the force is linear: three nodes are exact for its fourth power.
+    # Between the samples of a record the force is linear, so three nodes are exact for its fourth power.
     nodes, weights = gauss_legendre(halvings, middle, outer) if parts <= _SMOOTH_PARTS else gauss_legendre(0, 3, 3)
     widths = np.diff(edges)[:, None]
     return (edges[:-1, None] + widths * nodes).ravel(), (widths * weights).ravel()
@@ -113,7 +122,7 @@ def points(
 
 @cache
 def gauss_legendre(halvings: int, middle: int, outer: int) -> tuple[FloatArray, FloatArray]:
-    """Gauss-Legendre nodes and weights on [0, 1], on `pieces`; wide ones have ``middle`` nodes, others ``outer``."""
+    """Gauss-Legendre nodes and weights on the `pieces` of [0, 1], ``middle`` on wide pieces and ``outer`` on others."""
     edges = pieces(halvings)
     nodes, weights = [], []
     for begin, width in zip(edges[:-1], np.diff(edges), strict=True):
@@ -124,7 +133,7 @@ def gauss_legendre(halvings: int, middle: int, outer: int) -> tuple[FloatArray, 
 
 
 def pieces(halvings: int) -> FloatArray:
-    """Edges of pieces of [0, 1] that halve so many times towards both ends."""
+    """Edges of pieces of [0, 1] that are halved ``halvings`` times towards both ends."""
     if not halvings:
         return np.array([0.0, 1.0])
     towards = np.append(0.0, 0.5 ** np.arange(halvings, 0, -1))
@@ -136,10 +145,10 @@ def pieces(halvings: int) -> FloatArray:
 
 @frozen(eq=False)
 class Pulse:
-    """A pulse as a few impulses: instants, shape (k,), over A F0^(-1/6), and impulses, over those of a wave of F0.
+    """A pulse as a few impulses.
 
-    ``spread`` is tau, the standard deviation of the force in time over A F0^(-1/6) S^(-1/5); ``known`` says whether
-    its points missed nothing, and nothing was cut off it.
+    ``times``, over A F0^(-1/6), and ``impulses``, over that of a wave of peak force F0, have shape (k,). ``spread`` is
+    tau of `Measures`. ``known`` is True if they represent the whole pulse accurately.
     """
 
     times: FloatArray
@@ -148,19 +157,19 @@ class Pulse:
     known: bool
 
     def stretched(self, factor: float) -> Pulse:
-        """The pulse ``factor`` times as long, of the same peak force."""
+        """Pulse with ``factor`` times the duration and the same peak force."""
         return Pulse(self.times * factor, self.impulses * factor, self.spread * factor**1.2, self.known)
 
 
 def gauss(times: FloatArray, impulses: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
-    """The at most ``count`` instants and impulses with the same first 2 ``count`` moments, by Lanczos' recurrence.
+    """Instants and impulses, at most ``count``, with the same 2 ``count`` lowest moments, by Lanczos' recurrence.
 
     Parameters
     ----------
     times, impulses : numpy.ndarray, shape (points,)
-        A pulse as many impulses; those that are not above zero are left out.
+        A pulse as many impulses; impulses that are not positive are ignored.
     count : int
-        How many to make of them.
+        Number of impulses to compute.
     """
     times, impulses = times[impulses > 0], impulses[impulses > 0]
     total = impulses.sum()
@@ -173,7 +182,7 @@ def gauss(times: FloatArray, impulses: FloatArray, count: int) -> tuple[FloatArr
         vectors[row] = vector
         following = position * vector
         diagonal[row] = vector @ following
-        for _ in range(2):  # once more, against rounding
+        for _ in range(2):  # twice, because of rounding errors
             following -= (vectors[: row + 1] @ following) @ vectors[: row + 1]
         beside[row] = np.linalg.norm(following)
         if beside[row] < _ROUNDING:
@@ -186,7 +195,7 @@ def gauss(times: FloatArray, impulses: FloatArray, count: int) -> tuple[FloatArr
 
 
 def pulse_of(shock: ScaledShock) -> Pulse:
-    """The pulse of a scaled shock; the exact A, whatever its ``momentum_parameter``."""
+    """Represent a scaled shock by a few impulses, with the exact A irrespective of its ``momentum_parameter``."""
     unit, strength = shock.rise_time / MOMENTUM, shock.impulse / MOMENTUM
     force = min(IMPULSE_LIMIT * strength**1.2, _HIGHEST)
     length = shock.duration / MOMENTUM * force ** (1 / 6)
@@ -201,7 +210,7 @@ def pulse_of(shock: ScaledShock) -> Pulse:
 
 
 def _strongest(shock: ScaledShock, length: float) -> tuple[FloatArray, FloatArray]:
-    """Instants s and impulses of the stretch of about this length, in s, that holds the largest impulse."""
+    """Instants s and impulses of the section of about this length, in s, that contains the largest impulse."""
     begin, end = 0.0, float(shock.profile.duration_ratio)
     while True:
         edges = np.linspace(begin, end, _CELLS + 1)
@@ -216,7 +225,7 @@ def _strongest(shock: ScaledShock, length: float) -> tuple[FloatArray, FloatArra
 
 @kept
 def _discrete(profile: ShockProfile, area: float, count: int) -> tuple[FloatArray, FloatArray, float, float, bool]:
-    """Instants s and impulses, mean and standard deviation in s, and whether the points miss no impulse."""
+    """Instants s, impulses, mean and standard deviation in s, and whether the points capture the whole impulse."""
     few = len(profile.breakpoints) <= 5
     s, weights = points(profile, halvings=12, middle=24 if few else 12, outer=6 if few else 4)
     density = weights * profile.force(s)

@@ -1,20 +1,20 @@
-r"""The law of moments for short shocks, written out: four integrals of the shape, three coefficients.
+r"""The explicit form of the law of moments for short shocks: four integrals of the shape, three coefficients.
 
-A shock much shorter than its wave hands its impulse to the first granule. What differs from a blow of no duration is
-the momentum that the first contact passes on meanwhile: with s = t/t0, X(s) the path of a free granule, the double
-integral of the force, over the impulse a, and s' the centroid of the force, the contact feels X^(3/2) instead of
-(s - s')^(3/2). What it takes up while the force acts is
+A shock that is much shorter than its wave transfers its impulse to the first granule. The difference from an
+instantaneous impulse is the momentum that the first contact transmits during the shock. Let s = t/t0, let X(s) be the
+displacement of a free granule (the double integral of the force) over the impulse a, and s' the centroid of the force.
+The contact force is then proportional to X^(3/2) instead of (s - s')^(3/2), and the additional momentum is
 
-    q = sqrt(a) int_0^n X^(3/2) - max(s - s', 0)^(3/2) ds,
+    q = sqrt(a) int_0^n X^(3/2) - max(s - s', 0)^(3/2) ds.
 
-and a shock of the impulse S, in that of a wave of its peak force, falls short of the impulse limit by
+The peak force of a shock with the impulse S, relative to that of a wave of its peak force, is below the impulse limit:
 
     F = 1.168181738 F0 S^(6/5) exp(-x / (1 + x (p0 + p1 g + p2 g^2))),   x = 1.1445 q (t0/T0)^3,
 
-where g is the skewness of the force as a density in time. The first power of x is known, with the cube of the duration;
-the denominator is fitted, and has no zero. The error stays below c sqrt(h) x^(3/2), with h the kurtosis of that
-density, which orders the errors of pulses with far tails. ``short_shock_law.json`` holds the coefficients,
-``docs/fit_short.py`` makes them, ``docs/auto.md`` reports how they were judged.
+where g is the skewness of the force as a density in time. The term linear in x, with the cube of the rise time, is
+known; the denominator is fitted and has no zero. The error is below c sqrt(h) x^(3/2), where the kurtosis h of that
+density accounts for pulses with long tails. ``short_shock_law.json`` contains the coefficients, ``docs/fit_short.py``
+computes them, and ``docs/auto.md`` describes their validation.
 """
 
 from __future__ import annotations
@@ -40,27 +40,31 @@ from shockwave.quadrature.gauss_legendre import interpolation
 #: Name of the file with the coefficients, beside this one.
 RESOURCE = "short_shock_law.json"
 
-#: As of `shockwave.chain.solitary_wave`, to all digits that simulation at rtol 1e-12 gives, for seven shapes.
+#: Impulse limit of `shockwave.chain.solitary_wave` to more digits, simulated with rtol 1e-12 for seven shapes.
 IMPULSE_LIMIT = 1.168181738
-#: Simulated at rtol 1e-12 for sixteen shapes that last a tenth of T0: 1.14440 to 1.14455.
+#: Coefficient of q (t0/T0)^3, simulated with rtol 1e-12 for sixteen shapes of duration T0/10: 1.14440 to 1.14455.
 CORRECTION = 1.1445
-# What the last digit leaves open.
+# Relative uncertainty of the impulse limit.
 _LIMIT_ERROR = 3e-9
-# How the integrals of a shape are taken: halvings of its parts towards both their ends, the share of the impulse that
-# may be missed, the most parts. A record is straight between its samples, and may do without halvings; so must shapes
-# of very many parts.
+# Rules for the integrals of a shape, tried in this order: halvings of its parts towards both their ends, fraction of
+# the impulse that may be missed, most parts. Records are linear between samples and need no halvings; shapes with very
+# many parts cannot have any.
 _RULES = ((0, 1e-9, 100_000), (5, 1e-5, 16), (12, 1e-5, 64))
 # Nodes on each piece.
 _NODES = 4
-# A rule of so many nodes must give nearly the same: q relative to itself, skewness and kurtosis to the latter.
+# Nodes of the rule with which the results are compared.
 _FEWER = 3
+# Allowed difference of q between the two rules, over q.
 _AGREED = 1e-3
+# Allowed difference of skewness and kurtosis between the two rules, over the kurtosis.
 _NEAR = 1e-2
-# For all digits of q: halvings, for shapes of so few parts, and nodes.
+# Halvings for q to ten digits.
 _FINE = 20
+# Most parts of a shape that gets these halvings; the parts of other shapes are short.
 _SMOOTH_PARTS = 8
+# Nodes on each piece for q to ten digits.
 _FINE_NODES = 8
-# Parts that are worked on together.
+# Largest number of parts that are evaluated together, to limit the memory.
 _MOST_TOGETHER = 20_000
 
 
@@ -71,11 +75,11 @@ class ShortLaw:
     Attributes
     ----------
     coefficients : numpy.ndarray, shape (3,)
-        p0, p1, p2.
+        Coefficients p0, p1 and p2.
     error : float
-        Relative error to be expected, over x^(3/2) and the root of the kurtosis.
+        Expected relative error over x^(3/2) and the square root of the kurtosis.
     farthest : float
-        Of x; the law was judged up to there.
+        Largest x for which the law was validated.
     """
 
     coefficients: FloatArray = field(converter=np.array)
@@ -83,12 +87,12 @@ class ShortLaw:
     farthest: float
 
     def slope(self, x: FloatArray, skewness: FloatArray | float) -> FloatArray:
-        """The denominator."""
+        """Denominator of the exponent."""
         p0, p1, p2 = self.coefficients
         return np.asarray(1 + x * (p0 + skewness * (p1 + skewness * p2)))
 
     def amplification(self, strength: FloatArray, x: FloatArray, skewness: FloatArray | float) -> FloatArray:
-        """F/F0 of pulses, given their integrals; arrays of one shape.
+        """Amplification F/F0 of pulses from their integrals, which are arrays of the same shape.
 
         Parameters
         ----------
@@ -97,17 +101,20 @@ class ShortLaw:
         x : numpy.ndarray
             1.1445 q (t0/T0)^3.
         skewness : numpy.ndarray or float
-            g.
+            Skewness g.
         """
         return np.asarray(IMPULSE_LIMIT * np.exp(1.2 * np.log(strength) - x / self.slope(x, skewness)))
 
     def bound(self, x: FloatArray, tails: FloatArray | float) -> FloatArray:
-        """Relative error to be expected, infinite where the law was not judged; ``tails`` is the kurtosis."""
+        """Expected relative error, infinite where the law was not validated; ``tails`` is the kurtosis."""
         error = self.error * np.sqrt(tails) * x * np.sqrt(x) + _LIMIT_ERROR
         return np.where(x <= self.farthest, error, np.inf)
 
     def of(self, shocks: Shocks) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """F/F0, bound, and d ln(F/F0) / d ln t0 of shocks; the bound is infinite where the shape is too fine."""
+        """F/F0, error bound, and d ln(F/F0) / d ln t0 of shocks, shape (shocks,) each.
+
+        The bound is infinite where the shape is too fine for its integrals to be computed.
+        """
         areas = [areas.total for areas in shocks.areas]
         first, skewness, tails = integrals(shocks.profiles, areas)[shocks.shapes].T
         x = CORRECTION * first * shocks.rise_times**3
@@ -119,16 +126,16 @@ class ShortLaw:
 
 @cache
 def short_law() -> ShortLaw:
-    """The law, read once."""
+    """Law from the file of coefficients, read once."""
     text = resources.files(__package__).joinpath(RESOURCE).read_text(encoding="utf-8")
     return ShortLaw(**json.loads(text)["law"])
 
 
-# ---------------------------------------------------------------- the integrals of shapes
+# ---------------------------------------------------------------- integrals of shapes
 
 
 def integrals(profiles: Sequence[ShockProfile], areas: Sequence[float]) -> FloatArray:
-    """q, g and h of shapes with these areas a1 + a2, shape (shapes, 3); NaN where one is too fine to have them."""
+    """q, g and h of shapes with the areas a1 + a2, shape (shapes, 3); NaN for a shape that is too fine."""
     return _of_one(profiles[0], areas[0]) if len(profiles) == 1 else _integrals(profiles, areas)
 
 
@@ -138,7 +145,7 @@ def _of_one(profile: ShockProfile, area: float) -> FloatArray:
 
 
 def correction(profile: ShockProfile) -> float:
-    """q to ten digits or so: pieces halve until they do not matter, unless there are so many that each is short."""
+    """q to about ten digits; the pieces of a shape with few parts are halved towards the ends of its parts."""
     halvings = _FINE if len(profile.breakpoints) - 1 <= _SMOOTH_PARTS else 0
     return float(_by_rule([profile], [profile.breakpoints], halvings, _FINE_NODES)[1][0])
 
@@ -156,7 +163,7 @@ def _integrals(profiles: Sequence[ShockProfile], areas: Sequence[float]) -> Floa
             whole, *found = _by_rule(*shapes, _NODES)
             _, *fewer = _by_rule(*shapes, _FEWER)
             good = (np.abs(whole / [areas[index] for index in where] - 1) <= missed) & (found[0] > 0)
-            # the area alone may be right by chance
+            # the area alone could agree by chance
             off = np.abs(np.subtract(fewer, found))
             good &= (off[0] <= _AGREED * found[0]) & (off[1:] <= _NEAR * np.maximum(found[2], 1)).all(axis=0)
             result[where[good]] = np.transpose(found)[good]
@@ -164,7 +171,7 @@ def _integrals(profiles: Sequence[ShockProfile], areas: Sequence[float]) -> Floa
 
 
 def _alike(left: Indices, parts: Indices) -> Iterator[Indices]:
-    """Of the indices ``left`` those of shapes with equally many parts, and not too many at once."""
+    """Yield groups of the indices ``left`` of shapes with the same number of parts, limited in size."""
     for count in np.unique(parts[left]).tolist():
         where = left[parts[left] == count]
         size = max(1, _MOST_TOGETHER // count)
@@ -174,7 +181,7 @@ def _alike(left: Indices, parts: Indices) -> Iterator[Indices]:
 def _by_rule(
     profiles: Sequence[ShockProfile], breakpoints: Sequence[Sequence[float]], halvings: int, count: int
 ) -> tuple[FloatArray, ...]:
-    """Areas, q, g and kurtosis of shapes with equally many parts, shape (shapes,) each."""
+    """Areas, q, skewness and kurtosis of shapes with the same number of parts, shape (shapes,) each."""
     nodes, _ = gauss_legendre(halvings, count, count)
     weights, running = _running(count)
     edges = np.array(breakpoints, dtype=float)
@@ -185,14 +192,14 @@ def _by_rule(
         rising = parts.index(1.0)
         here[:rising] = guarded(profile, "rise", at[:rising])
         here[rising:] = guarded(profile, "decay", at[rising:])
-    # below, the pieces of all parts share one axis
+    # from here on the pieces of all parts are on one axis
     s, force = (values.reshape(len(edges), -1, count) for values in (s, force))
     widths = (widths * np.diff(pieces(halvings))).reshape(len(edges), -1, 1)
     weights = widths * weights
     with np.errstate(all="ignore"):
         impulse, area = _integral(force, widths, weights, running)
         path, whole = _integral(impulse, widths, weights, running)
-        # the time from the centroid to the end, after which the path is a straight line
+        # time from the centroid to the end
         after = whole / area
         path = np.maximum(path / area[:, None, None], 0)
         held = (weights * path * np.sqrt(path)).sum(axis=(1, 2))
@@ -205,7 +212,7 @@ def _by_rule(
 
 
 def _integral(values: FloatArray, widths: FloatArray, weights: FloatArray, running: FloatArray) -> Any:
-    """Running integrals at the nodes, shape (shapes, pieces, nodes), and total integrals, shape (shapes,)."""
+    """Running integrals at the nodes, shape (shapes, pieces, nodes), and whole integrals, shape (shapes,)."""
     wholes = (weights * values).sum(axis=2)
     ends = np.cumsum(wholes, axis=1)
     return (ends - wholes)[:, :, None] + widths * product(values, running), ends[:, -1]
@@ -215,9 +222,9 @@ def _integral(values: FloatArray, widths: FloatArray, weights: FloatArray, runni
 def _running(count: int) -> tuple[FloatArray, FloatArray]:
     """Weights, shape (count,), and matrix, shape (count, count), of a rule on a piece of width 1.
 
-    A row of values at the nodes times the matrix gives the integrals from the start of the piece to each node.
+    A row of values at the nodes times the matrix gives the integrals from the beginning of the piece to each node.
     """
     share, weights = gauss_legendre(0, count, count)
-    # integrals of the Lagrange polynomials of the nodes, from 0 to each node, by the same rule
+    # integrals of the Lagrange polynomials from 0 to each node, by the same rule
     at = interpolation(share, np.outer(share, share).ravel()).reshape(count, count, count)
     return weights, share * (weights[:, None] * at).sum(axis=1).T

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 _DEFAULT_QUADRATURE = "gauss-legendre"
-# Rounding of a closed form: a few units in the last place.
+# Relative rounding error of a closed form: a few units in the last place.
 _ROUNDING = 4 * float(np.finfo(float).eps)
 
 
@@ -49,18 +49,18 @@ class ShockProfile(abc.ABC):
        a float array of any shape and return one of the same shape. They are not called outside their range.
        Both are pure: the same s gives the same value, in any array and in every process.
     3. Values are finite, never negative, and at most 1; ``rise(1)`` and ``decay(1)`` are 1.
-    4. ``breakpoints`` ascends from 0 to n, contains 1 and every s at which the force or one of its first few
-       derivatives jumps. The default is (0, 1, n).
+    4. ``breakpoints`` ascends from 0 to n and contains 1 and every s at which the force or one of its first few
+       derivatives is discontinuous. The default is (0, 1, n).
     5. ``closed_areas``, ``closed_running_impulse`` and ``closed_double_integral`` return None (the default: the
        integral is computed by quadrature) or the exact integral, accurate to a few units in the last place.
        ``closed_free_path`` returns None (the default: polynomials are fitted to the force) or the table of
        impulse and displacement on [0, n], as accurate.
-    6. ``recorded_peak_force`` and ``recorded_rise_time`` are None (the default), or the newtons and seconds
-       of the measurement that the shape was read from.
-    7. ``notes`` are sentences on what was changed in the given data; none by default.
+    6. ``recorded_peak_force`` and ``recorded_rise_time`` are None (the default), or the peak force [N] and the rise
+       time [s] of the measurement that the shape was read from.
+    7. ``notes`` are sentences that state the changes made to the given data; none by default.
 
-    A subclass writes only these; every other method is final. Values that the profile of a plugin or a script returns
-    are checked as they are used; a violation is a `PluginError`.
+    A subclass overrides only these members; every other method is final. The values that a profile of a plugin or a
+    script returns are checked when they are used; a violation raises a `PluginError`.
     """
 
     duration_ratio: float
@@ -75,38 +75,38 @@ class ShockProfile(abc.ABC):
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
-        """Ascending s at which the force is not smooth, from 0 to n."""
+        """Values of s, from 0 to n in ascending order, at which the force is not smooth."""
         return (0.0, 1.0, self.duration_ratio)
 
     @property
     def recorded_peak_force(self) -> float | None:
-        """Peak force of the record behind the profile [N], if there is one."""
+        """Peak force of the underlying record [N]; None for a profile that is not a record."""
         return None
 
     @property
     def recorded_rise_time(self) -> float | None:
-        """Rise time of the record behind the profile [s], if there is one."""
+        """Rise time of the underlying record [s]; None for a profile that is not a record."""
         return None
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Changes made to the given data, in sentences."""
+        """Sentences that state the changes made to the given data."""
         return ()
 
     def closed_areas(self) -> tuple[float, float] | None:
-        """(a1, a2) exactly, or None."""
+        """Exact areas (a1, a2) of eq. (3), or None."""
         return None
 
     def closed_running_impulse(self, s: FloatArray) -> FloatArray | None:
-        """Integral of the force from 0 to s, 0 <= s <= n, exactly, or None."""
+        """Exact integral of the force from 0 to s, 0 <= s <= n, or None; same shape as ``s``."""
         return None
 
     def closed_double_integral(self, s: FloatArray) -> FloatArray | None:
-        """Integral of the running impulse from 0 to s, 0 <= s <= n, exactly, or None."""
+        """Exact integral of the running impulse from 0 to s, 0 <= s <= n, or None; same shape as ``s``."""
         return None
 
     def closed_free_path(self) -> FreePath | None:
-        """Exact table of impulse and displacement, or None."""
+        """Exact table of impulse and displacement on [0, n], or None."""
         return None
 
     # ---------------------------------------------------------------- final methods
@@ -127,13 +127,13 @@ class ShockProfile(abc.ABC):
         Parameters
         ----------
         quadrature : str, optional
-            Name of a registered quadrature, used even where a closed form exists. Left out: the
-            closed form, else Gauss-Legendre.
+            Name of a registered quadrature, which is used even where a closed form exists. By default the closed form
+            is used where there is one, otherwise Gauss-Legendre.
 
         Raises
         ------
         UnknownNameError
-            When no quadrature has that name.
+            If no quadrature has this name.
         """
         closed = self.closed_areas() if quadrature is None else None
         if closed is None:
@@ -152,8 +152,8 @@ class ShockProfile(abc.ABC):
     def double_integral(self, s: npt.ArrayLike, quadrature: str | None = None) -> FloatArray:
         """Integral of the running impulse from 0 to ``s``, in units of F0 t0^2.
 
-        It is the displacement of a free granule of unit mass under the force, linear after n. ``quadrature`` as in
-        `areas`. Same shape as ``s``.
+        This is the displacement of a free granule of unit mass under the force; after n it is linear in ``s``.
+        ``quadrature`` as in `areas`. Same shape as ``s``.
         """
         s = np.asarray(s, dtype=float)
         inside = np.clip(s, 0.0, self.duration_ratio)
@@ -170,15 +170,15 @@ class ShockProfile(abc.ABC):
         Raises
         ------
         NumericalError
-            When the force is not finite somewhere.
+            If the force is not finite somewhere.
         """
         closed = self.closed_free_path()
         return _fitted(self) if closed is None else closed
 
     def integral_to(self, end: float, quadrature: str | None, double: bool) -> Integral:
-        """The running impulse, or the double integral, at one s, 0 <= s <= n, by quadrature."""
+        """Running impulse, or with ``double`` its integral, at s = ``end``, 0 <= s <= n, by quadrature."""
         points = [p for p in self.breakpoints if p < end] + [end]
-        # Cauchy's formula reduces two integrations to one, without a difference of large numbers.
+        # Cauchy's formula for repeated integration avoids the difference of large numbers.
         integrand = (lambda s: (end - s) * self.force(s)) if double else self.force
         return _integral(quadrature, integrand, points)
 
@@ -196,7 +196,7 @@ def _areas(profile: ShockProfile, quadrature: str | None) -> Areas:
 
 @kept
 def _fitted(profile: ShockProfile) -> FreePath:
-    # Only a simulation needs it.
+    # Imported late because only simulations need it.
     from shockwave.profiles.free_path import fitted
 
     return fitted(profile.force, profile.breakpoints)

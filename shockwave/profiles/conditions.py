@@ -7,7 +7,7 @@ from attrs import frozen
 
 from shockwave.profiles.base import Areas, ShockProfile
 
-#: Margins above -TOLERANCE * n count as met: every row of the paper's Table 2 meets one with equality.
+#: A condition holds if its margin is at least -TOLERANCE * n: each row of the paper's Table 2 has one margin of zero.
 TOLERANCE = 1e-9
 
 
@@ -15,8 +15,8 @@ TOLERANCE = 1e-9
 class Condition:
     """One inequality of (3).
 
-    ``margin`` is its left side less its right side, in units of the rise time: negative where it fails,
-    up to a tolerance of 1e-9 n. ``statement`` is the inequality.
+    ``statement`` is the inequality. ``margin`` is the difference of its two sides in units of the rise time, negative
+    if the inequality is violated. ``holds`` allows for a tolerance of 1e-9 n.
     """
 
     name: str
@@ -26,14 +26,14 @@ class Condition:
 
 
 def conditions(areas: Areas, duration_ratio: float) -> tuple[Condition, ...]:
-    """The three conditions (3), inclusive, with a tolerance.
+    """Evaluate the three conditions (3), which include equality, with a tolerance.
 
     Parameters
     ----------
     areas : Areas
-        a1 and a2 of the profile.
+        Areas a1 and a2 of the profile.
     duration_ratio : float
-        n.
+        n, whole duration over rise time.
     """
     a1, a2 = areas.rise.value, areas.decay.value
     tolerance = TOLERANCE * duration_ratio + areas.rise.error + areas.decay.error
@@ -46,9 +46,10 @@ def conditions(areas: Areas, duration_ratio: float) -> tuple[Condition, ...]:
 
 
 def reversal(profile: ShockProfile) -> float:
-    """How far the force falls back while it rises, or rises again while it decays, over its peak.
+    """Largest drop of the force during the rise, or largest increase during the decay, over the peak force.
 
-    Zero for a shock with one peak; taken at the breakpoints and at some hundred points of rise and decay.
+    It is zero for a shock with one peak. The force is sampled at the breakpoints and at 129 points each of rise and
+    decay.
     """
     n = profile.duration_ratio
     points = np.unique(np.concatenate((profile.breakpoints, np.linspace(0, 1, 129), np.linspace(1, n, 129))))

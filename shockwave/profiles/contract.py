@@ -1,4 +1,4 @@
-"""The contract of `ShockProfile` as a list of clauses, checked when a plugin's profile is used and by the test kit."""
+"""Clauses of the contract of `ShockProfile`, checked by the test kit and when a profile of a plugin is used."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.guard import ROUNDING, ViolationError, array_of, blamed, guarded, kept, trusted
 from shockwave.quadrature import FloatArray, Integral
 
-#: A closed integral that is further than this from the quadrature, relatively, is not that of the force.
+# Largest relative difference between a closed form and the quadrature; a larger one is an error in the formula.
 _MISPRINT = 1e-6
 _QUADRATURE = "gauss-legendre"
 _RATIO = Quantity("", "n", above=1)
@@ -23,12 +23,12 @@ _RECORDED = Quantity("", "newtons or seconds", above=0, optional=True)
 
 @kept
 def examine(profile: ShockProfile) -> None:
-    """Check the contract of a profile that is not shockwave's own, before it is used.
+    """Check the contract of a profile that is not built in, before it is used.
 
     Raises
     ------
     ViolationError
-        When it breaks the contract.
+        If the profile violates the contract.
     """
     if not trusted(profile):
         for check in CLAUSES.values():
@@ -37,14 +37,14 @@ def examine(profile: ShockProfile) -> None:
 
 @cache
 def _shares() -> FloatArray:
-    """Shares of rise and decay at which values are checked: regular, irregular, and close to both ends."""
+    """Fractions of rise and decay at which values are checked: regular, irregular, and close to both ends."""
     golden = np.arange(1, 234) * ((5**0.5 - 1) / 2) % 1.0
     near = 10.0 ** np.arange(-12.0, -1.0)
     return np.unique(np.concatenate((np.linspace(0, 1, 17), golden, near, 1.0 - near)))
 
 
 def _branches(profile: ShockProfile) -> tuple[tuple[str, FloatArray], ...]:
-    """Rise and decay with the times at which values are checked."""
+    """Names of rise and decay with the times s at which values are checked."""
     n = float(profile.duration_ratio)
     return ("rise", _shares()), ("decay", np.append(1.0 + _shares()[:-1] * (n - 1), n))
 
@@ -55,11 +55,11 @@ def _require(holds: object, profile: ShockProfile, problem: str, s: float | None
 
 
 def _value(profile: ShockProfile, name: str) -> Any:
-    with blamed(profile, f"{name} must be a property or a field, and not raise"):
+    with blamed(profile, f"{name} must be a property or a field that does not raise"):
         return getattr(profile, name)
 
 
-# ---------------------------------------------------------------- the clauses
+# ---------------------------------------------------------------- clauses
 
 
 def _check_duration_ratio(profile: ShockProfile) -> None:
@@ -82,7 +82,7 @@ def _check_vectorised(profile: ShockProfile) -> None:
         for places in (np.arange(s.size), few.reshape(2, 3), few[:1], few[4], few[:0]):
             values = array_of(profile, name, np.asarray(s[places]))
             same = np.allclose(values, row[places], rtol=0, atol=ROUNDING, equal_nan=True)
-            _require(same, profile, f"{name}(s) must depend on s alone, not on the array that it stands in")
+            _require(same, profile, f"{name}(s) must depend on s only, not on the rest of the array")
 
 
 def _check_values(profile: ShockProfile) -> None:
@@ -95,26 +95,26 @@ def _check_values(profile: ShockProfile) -> None:
 def check_closed_integrals(
     profile: ShockProfile, error: float = _MISPRINT, shares: Sequence[float] = (0.3, 1.0)
 ) -> None:
-    """Raise a `ViolationError` where a closed form is further than ``error``, relatively, from the quadrature.
+    """Raise a `ViolationError` if a closed form differs from the quadrature by more than ``error``, relatively.
 
-    ``shares`` are those of rise and decay up to which the integrals are compared.
+    The integrals are compared at the fractions ``shares`` of rise and decay.
     """
     exact = profile.areas(_QUADRATURE)
-    with blamed(profile, "closed_areas() must return a1 and a2, and not raise"):
+    with blamed(profile, "closed_areas() must return a1 and a2 without raising"):
         areas = profile.areas()
     for name, area, right in (("rise", areas.rise, exact.rise), ("decay", areas.decay, exact.decay)):
         _require_near(profile, f"closed_areas(): area under the {name}", area.value, right, error * right.value)
     s = np.array([*shares, *(1.0 + (profile.duration_ratio - 1) * share for share in shares)])
-    with blamed(profile, "closed_free_path() must return a FreePath, and not raise"):
+    with blamed(profile, "closed_free_path() must return a FreePath without raising"):
         table = profile.closed_free_path()
         columns = (None, None) if table is None else np.transpose([table.at(end) for end in s.tolist()])
     for name, column in zip(("double_integral", "running_impulse"), columns, strict=True):
-        with blamed(profile, f"closed_{name}(s) must take an array of any shape, and not raise"):
+        with blamed(profile, f"closed_{name}(s) must accept an array of any shape without raising"):
             values = np.append(getattr(profile, name)(s[:-1]), getattr(profile, name)(s[-1]))
         known = [profile.integral_to(end, _QUADRATURE, name == "double_integral") for end in s.tolist()]
         whole = error * known[-1].value
         for index, (end, right) in enumerate(zip(s.tolist(), known, strict=True)):
-            # In the decay sums over the whole are subtracted; near 0 no digit need be lost.
+            # The decay involves differences of integrals over the whole pulse; near 0 no digits need be lost.
             allowed = error * right.value if end <= 1 else whole
             _require_near(profile, f"closed_{name}(s)", values[index], right, allowed, end)
             if column is not None:
@@ -122,10 +122,10 @@ def check_closed_integrals(
 
 
 def _require_near(
-    profile: ShockProfile, what: str, value: float, right: Integral, allowed: float, s: float | None = None
+    profile: ShockProfile, name: str, value: float, right: Integral, allowed: float, s: float | None = None
 ) -> None:
     near = abs(value - right.value) <= allowed + right.error
-    _require(near, profile, f"{what} must be {right.value:.12g}, by quadrature (got {float(value)!r})", s)
+    _require(near, profile, f"{name} must be {right.value:.12g}, the value by quadrature (got {float(value)!r})", s)
 
 
 def _check_records(profile: ShockProfile) -> None:
@@ -140,7 +140,7 @@ def _check_notes(profile: ShockProfile) -> None:
     _require(good, profile, f"notes must be a tuple of sentences (got {text_of(notes)})")
 
 
-#: Every clause that is checked when a profile is first used; each may rely on those before it.
+#: Checks in the order in which they run when a profile is first used; each may rely on the preceding ones.
 CLAUSES: dict[str, Callable[[ShockProfile], None]] = {
     "clause 1, duration ratio": _check_duration_ratio,
     "clause 4, breakpoints": _check_points,

@@ -1,4 +1,4 @@
-"""The exponential profile: rise and decay by exponentials, cut to a finite duration."""
+"""The exponential profile: exponential rise and decay of finite duration."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.boundary_layers import edges
 from shockwave.quadrature import FloatArray
 
-# Below this argument a Taylor series is exact to rounding where the closed form cancels.
+# Argument below which the Taylor series is used, because the closed form suffers from cancellation.
 _SMALL = 2.0
+# Terms of that series: the remainder at _SMALL is below the rounding error.
 _TERMS = 30
 
 
@@ -25,9 +26,9 @@ class Exponential(ShockProfile):
     Parameters
     ----------
     rise_rate, decay_rate : float
-        k1 and k2, of either sign; 0 is the triangle.
+        Rates k1 and k2, at least -700 and at most 1e6; with both 0 the profile is a triangle.
     duration_ratio : float
-        n, above 1.
+        n, whole duration over rise time, above 1.
     """
 
     rise_rate: float = quantity("", "k1, rate of the rise", at_least=-700, at_most=1e6)
@@ -38,7 +39,7 @@ class Exponential(ShockProfile):
         return _ramp(self.rise_rate, s, 0)
 
     def decay(self, s: FloatArray) -> FloatArray:
-        # Seen from its end the decay is a rise with the opposite rate: no difference of near-equal numbers.
+        # Reversed in time, the decay is a rise with the opposite rate; this avoids cancellation near n.
         return _ramp(-self.decay_rate, 1.0 - self._share(s), 0)
 
     @property
@@ -52,33 +53,33 @@ class Exponential(ShockProfile):
         return float(_ramp(self.rise_rate, one, 1)), (self.duration_ratio - 1) * fading
 
     def closed_running_impulse(self, s: FloatArray) -> FloatArray:
-        to_come = (self.duration_ratio - 1) * _ramp(-self.decay_rate, 1.0 - self._share(s), 1)
-        # Exactly zero while the force rises: a difference would drown the first moments in rounding.
-        decayed = np.where(s > 1, self.closed_areas()[1] - to_come, 0.0)
+        remaining = (self.duration_ratio - 1) * _ramp(-self.decay_rate, 1.0 - self._share(s), 1)
+        # Exactly zero during the rise: the rounding error of a difference would exceed the small impulse at first.
+        decayed = np.where(s > 1, self.closed_areas()[1] - remaining, 0.0)
         return np.asarray(_ramp(self.rise_rate, np.minimum(s, 1.0), 1) + decayed)
 
     def closed_double_integral(self, s: FloatArray) -> FloatArray:
         rising = _ramp(self.rise_rate, np.minimum(s, 1.0), 2)
         whole = float(_ramp(-self.decay_rate, np.ones(()), 2))
-        to_come = whole - _ramp(-self.decay_rate, 1.0 - self._share(s), 2)
-        decaying = sum(self.closed_areas()) * (s - 1.0) - (self.duration_ratio - 1) ** 2 * to_come
+        passed = whole - _ramp(-self.decay_rate, 1.0 - self._share(s), 2)
+        decaying = sum(self.closed_areas()) * (s - 1.0) - (self.duration_ratio - 1) ** 2 * passed
         return np.asarray(rising + np.where(s > 1, decaying, 0.0))
 
     def _share(self, s: FloatArray) -> FloatArray:
-        """Share of the decay that has passed, 0 before the peak."""
+        """Elapsed fraction of the decay, 0 before the peak."""
         return np.asarray(np.clip((s - 1.0) / (self.duration_ratio - 1), 0.0, 1.0))
 
 
 def _ramp(rate: float, s: FloatArray, integrals: int) -> FloatArray:
-    """expm1(-k s)/expm1(-k) on [0, 1], integrated from 0 to s none, once or twice."""
+    """expm1(-k s)/expm1(-k) on [0, 1] with k = ``rate``, integrated 0, 1 or 2 times from 0 to s."""
     power = math.prod([s] * (1 + integrals))
     shape = power * _phi(rate * s, integrals) / _phi(np.asarray(rate), 0)
     return np.asarray(shape if rate >= 0 else shape * elementwise(math.exp, rate * (1 - s)))
 
 
 def _phi(x: FloatArray, order: int) -> FloatArray:
-    """Sum of (-x)^j / (j + 1 + order)! over j >= 0, times e^x where x is negative: it never overflows."""
-    if order == 0:  # nothing cancels
+    """Sum of (-x)^j / (j + 1 + order)! over j >= 0, multiplied by e^x for negative x to prevent overflow."""
+    if order == 0:  # no cancellation
         size = np.where(x == 0, 1.0, np.abs(x))
         return np.asarray(np.where(x == 0, 1.0, -elementwise(math.expm1, -size) / size))
     small = np.abs(x) < _SMALL

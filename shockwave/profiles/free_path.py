@@ -1,6 +1,6 @@
-"""Free-particle displacement: the motion of a granule that only the shock moves, as a table of polynomials and powers.
+"""Free-particle displacement: the motion of a free granule under the shock, as a table of polynomials and powers.
 
-Profiles with closed forms have exact tables; of any other force the table is fitted.
+For profiles with closed forms the table is exact; for any other force it is fitted.
 """
 
 from __future__ import annotations
@@ -21,32 +21,33 @@ from shockwave.numerics import elementwise, product, running_sums
 from shockwave.quadrature import FloatArray, Integrand
 
 _EPSILON = float(np.finfo(float).eps)
-# Rounding of the evaluation of a piece, relative to the greatest value.
+# Rounding error of the evaluation of a piece, relative to the largest value.
 _ROUNDING = 8 * _EPSILON
-# Roundings of (n - s)/(n - 1), in units of the machine epsilon: two differences and a quotient, half a unit each.
+# Rounding error of (n - s)/(n - 1) in machine epsilons: two differences and a quotient, half a unit each.
 _SHARE_ROUNDINGS = 1.5
-# Exponents of the displacement at which a polynomial takes less time than a power.
+# Exponents of the displacement for which a polynomial is faster than a power.
 _POLYNOMIALS = range(2, 7)
 
-# Degree of the polynomials of a fit.
+# Degree of the fitted polynomials.
 _DEGREE = 32
-# So many of the last coefficients show what is missing. A jump moves each of them; fewer may vanish by symmetry.
+# Number of last coefficients that estimate the truncation error. A jump changes all of them; by symmetry some can
+# vanish.
 _TAIL = 6
-# Allowed error of a piece, as a share of the impulse and displacement at the end of rise or decay.
+# Allowed error of a piece, relative to impulse and displacement at the end of rise or decay.
 _TOLERANCE = 1e-15
-# Coefficients below such a share are dropped.
+# Coefficients below this fraction of the same scale are dropped.
 _DROPPED = 5e-17
-# Most pieces of rise or decay that a rough force is cut into, beside those between breakpoints.
+# Largest number of pieces of rise or decay, in addition to those between breakpoints.
 _MOST_PIECES = 2048
-# A piece next to a breakpoint that did not fit so often has, it seems, an infinite slope there.
+# After this number of unsuccessful halvings a piece next to a breakpoint probably has an infinite slope there.
 _PATIENCE = 2
-# It is halved towards the breakpoint so many times more at once.
+# Number of further halvings towards that breakpoint that are then made at once.
 _GRADES = 8
-# Narrower pieces, in units of the spacing of numbers, have no room for distinct nodes.
+# Least width of a piece, in units of the spacing of floats, that has room for distinct nodes.
 _NARROWEST = 32.0
-# Coefficients that have come down to such a share of the force are rounding, and stay so on shorter pieces.
+# Coefficients below this fraction of the force are rounding errors, which shorter pieces do not reduce.
 _NOISE = 2 * _EPSILON
-# Roundings of one value of the force, in units of the machine epsilon.
+# Rounding error of one value of the force, in machine epsilons.
 _ROUNDINGS = 4.0
 
 
@@ -54,27 +55,26 @@ _ROUNDINGS = 4.0
 class FreePath:
     """Running impulse and displacement of a free granule of unit mass, for unit peak force and rise time.
 
-    The force is integrated once (impulse) and twice (path), on 0 <= s <= n. On one piece, begin <= s <= end, with
-    z = (2 s - begin - end)/(end - begin) and u = abs(s - anchor)/scale::
+    ``impulse`` is the integral of the force on 0 <= s <= n, and ``path``, the free-particle displacement, is the
+    integral of the impulse. On one piece, begin <= s <= end, with z = (2 s - begin - end)/(end - begin) and
+    u = abs(s - anchor)/scale::
 
         path    = sum_k c_k T_k(z) + amplitude u**exponent
         impulse = sum_k d_k T_k(z) +- (amplitude exponent/scale) u**(exponent - 1)
 
-    where the sign is + if anchor <= begin, else -, and T_k are Chebyshev's polynomials.
-
-    The path is the free-particle displacement.
+    where the sign is + if anchor <= begin, else -, and T_k are the Chebyshev polynomials.
 
     Attributes
     ----------
     rows : array of float, shape (m, 8)
-        Of each piece: begin, end, offset, count, amplitude, exponent, anchor, scale. Pieces ascend and join; the
-        piece of s is the last with begin <= s. Its polynomials are ``coefficients[offset : offset + count]``.
-        Where amplitude is 0 there is no power.
+        For each piece: begin, end, offset, count, amplitude, exponent, anchor, scale. Pieces are contiguous and in
+        ascending order; the piece of s is the last one with begin <= s. Its coefficients are
+        ``coefficients[offset : offset + count]``. The amplitude is 0 if the piece has no power.
     coefficients : array of float, shape (K, 2)
         c_k and d_k of all pieces.
     error : float
-        Estimate of the error, meant to bound it: the greater of the errors of path and impulse, each over its
-        value at n. Pieces in closed form have a rounding.
+        Conservative error estimate: the larger of the errors of path and impulse, each relative to its value at n.
+        For closed forms it is the rounding error.
     """
 
     rows: FloatArray
@@ -85,7 +85,7 @@ class FreePath:
         """(path, impulse) at one s, 0 <= s <= n."""
         begins, rows, paths, impulses = self._plain
         begin, end, start, count, amplitude, exponent, anchor, scale = rows[bisect_right(begins, s) - 1]
-        # Differences of neighbours are exact: narrow pieces far from 0 keep their digits.
+        # Differences of close numbers are exact, so narrow pieces far from 0 lose no digits.
         z = ((s - begin) - (end - s)) / (end - begin)
         path = impulse = 0.0
         if count:
@@ -106,7 +106,7 @@ class FreePath:
 
     @functools.cached_property
     def _plain(self) -> tuple[Any, ...]:
-        """Begins, rows, c_k and d_k as lists, which Python reads faster than arrays."""
+        """Begins, rows, c_k and d_k as lists, which are faster to index than arrays."""
         columns = (self.rows[:, 0], self.rows, *self.coefficients.T)
         return tuple(column.tolist() for column in columns)
 
@@ -115,7 +115,10 @@ class FreePath:
 
 
 def of_powers(rise_exponent: float, decay_exponent: float, n: float) -> FreePath:
-    """The table of F1 = s^eta1, F2 = ((n - s)/(n - 1))^eta2: a power and, in the decay, a line; or a polynomial."""
+    """Table of F1 = s^eta1, F2 = ((n - s)/(n - 1))^eta2.
+
+    The rise is a power, and the decay a power and a line; low integer powers become polynomials.
+    """
     a1, decay, p, q = 1 / (1 + rise_exponent), n - 1, 2 + rise_exponent, 2 + decay_exponent
     a2 = decay / (1 + decay_exponent)
     rise_power, fall_power = a1 / p, a2 * decay / q
@@ -136,16 +139,16 @@ def of_powers(rise_exponent: float, decay_exponent: float, n: float) -> FreePath
         [0.0, 1.0, 0.0, count, rise_power, p, 0.0, 1.0],
         [1.0, n, count, len(falling), fall_power, q, n, decay],
     ]
-    # The share of the decay that is left is rounded, and its high powers multiply that.
+    # High powers amplify the rounding error of the remaining fraction of the decay.
     rounding = _ROUNDING + _SHARE_ROUNDINGS * _EPSILON * decay / (a1 + a2)
     return FreePath(np.array(rows), np.concatenate((rising, falling)), rounding)
 
 
 def of_samples(knots: FloatArray, forces: FloatArray, impulses: FloatArray, paths: FloatArray) -> FreePath:
-    """The table of a force that is linear between its knots, given force, impulse and path at each; all (k,)."""
+    """Table of a force that is linear between its knots, from force, impulse and path at the knots, each shape (k,)."""
     widths, left, rise = np.diff(knots), forces[:-1], np.diff(forces)
     gain, square = 0.5 * widths * impulses[:-1], widths**2
-    # I + w (f y + r y^2/2) and its integral in Chebyshev's polynomials of z, where y = (1 + z)/2.
+    # I + w (f y + r y^2/2) and its integral in Chebyshev polynomials of z, where y = (1 + z)/2.
     path = (
         paths[:-1] + gain + square * (3 / 16 * left + 5 / 96 * rise),
         gain + square * (left / 4 + 5 / 64 * rise),
@@ -163,7 +166,7 @@ def of_samples(knots: FloatArray, forces: FloatArray, impulses: FloatArray, path
 
 
 def _rows(begin: FloatArray, end: FloatArray, count: npt.NDArray[np.int64]) -> FloatArray:
-    """Rows of pieces without powers, which have ``count`` coefficients each."""
+    """Rows of pieces without powers; ``count`` has the number of coefficients of each piece."""
     none, one = np.zeros_like(begin), np.ones_like(begin)
     return np.column_stack((begin, end, count.cumsum() - count, count, none, one, none, one))
 
@@ -180,14 +183,14 @@ def _power(exponent: int, slope: float) -> FloatArray:
 
 @functools.cache
 def _rule() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Chebyshev's points of [-1, 1], and the matrices that turn values at them into coefficients and integrals.
+    """Chebyshev points of [-1, 1], and matrices that convert values at them to coefficients and integrals.
 
-    The points; the matrix from values to coefficients; weights that integrate over [-1, 1] (Clenshaw & Curtis, 1960);
-    the matrices from coefficients to those of the integral and double integral from -1.
+    Returns the points; the matrix from values to coefficients; the weights of the integral over [-1, 1] (Clenshaw &
+    Curtis, 1960); and the matrices from coefficients to those of the integral and the double integral from -1.
     """
     k = np.arange(_DEGREE + 1)
     nodes = elementwise(math.sin, np.pi / (2 * _DEGREE) * (2 * k - _DEGREE))
-    # Multiples of the angle are reduced to one turn: no digits are lost in large arguments.
+    # Multiples of the angle are reduced to one period, so that large arguments lose no digits.
     cosines = elementwise(math.cos, np.pi / _DEGREE * (np.outer(_DEGREE - k, k) % (2 * _DEGREE)))
     ends = np.where((k == 0) | (k == _DEGREE), 0.5, 1.0)
     to_coefficients = cosines * np.outer(ends, ends) * (2 / _DEGREE)
@@ -199,9 +202,9 @@ def _rule() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 class _Piece:
     """The force on one piece.
 
-    ``area`` and ``moment`` are integrals of abs(F) and (stop - s) abs(F), ``stop`` being the end of rise or decay;
-    ``missing`` is the error of the impulse by the limited degree, ``rounding`` that by rounded values and nodes, and
-    ``scale`` is what these are compared with.
+    ``area`` and ``moment`` are the integrals of abs(F) and (stop - s) abs(F), where ``stop`` is the end of rise or
+    decay. ``missing`` and ``rounding`` are the truncation error and the rounding error of the impulse; ``scale`` is the
+    impulse to which they are compared.
     """
 
     begin: float
@@ -215,7 +218,7 @@ class _Piece:
 
 
 def fitted(force: Integrand, breakpoints: Sequence[float]) -> FreePath:
-    """The table of impulse and displacement from values of the force on 0 <= s <= n."""
+    """Fit the table of impulse and displacement to values of the force on 0 <= s <= n."""
     n = breakpoints[-1]
     rising = _fit(force, [point for point in breakpoints if point <= 1])
     impulse = sum(piece.area for piece in rising)
@@ -225,7 +228,7 @@ def fitted(force: Integrand, breakpoints: Sequence[float]) -> FreePath:
 
 
 def _fit(force: Integrand, edges: Sequence[float], impulse: float = 0.0, path: float = 0.0) -> list[_Piece]:
-    """Ascending pieces that fit the rise, or the decay, before which there are an ``impulse`` and its ``path``."""
+    """Pieces that fit the rise or the decay; ``impulse`` and ``path`` are those of what precedes it."""
     waiting = [(_sampled(force, begin, end, edges[-1]), 0) for begin, end in pairwise(edges)][::-1]
     impulse += sum(piece.area for piece, _ in waiting)
     path += sum(piece.moment for piece, _ in waiting)
@@ -244,7 +247,7 @@ def _fit(force: Integrand, edges: Sequence[float], impulse: float = 0.0, path: f
 
 
 def _cut(begin: float, end: float, steep: Sequence[float]) -> list[float]:
-    """Edges of the halves of a piece, next to a point of ``steep`` halved many times towards it."""
+    """Edges of the halves of a piece; a half next to a point of ``steep`` is halved repeatedly towards that point."""
     half = 0.5 * (end - begin)
     wide = half > _NARROWEST * 2**_GRADES * _EPSILON * end
     shrink = [half * 0.5**grade for grade in range(1, _GRADES + 1)] if wide else []
@@ -257,14 +260,14 @@ def _sampled(force: Integrand, begin: float, end: float, stop: float) -> _Piece:
     nodes, to_coefficients, weights, *_ = _rule()
     half = 0.5 * (end - begin)
     s = (begin + half) + half * nodes
-    # At the very ends the force may jump: 0**eta is 0, however small eta.
+    # The force may be discontinuous at the ends of a piece: 0**eta is 0 for every eta > 0.
     s[0], s[-1] = math.nextafter(begin, end), math.nextafter(end, begin)
     values = force(s)
     coefficients, weighted = product(values[None], to_coefficients)[0], half * np.abs(values) * weights
     area, moment = float(weighted.sum()), float(((stop - s) * weighted).sum())
     missing = half * float(np.abs(coefficients[-_TAIL:]).sum())
-    # Nodes moved by a spacing move the integral by the variation times the spacing; a decay that is seen from its end
-    # has the spacing of n everywhere.
+    # Rounding a node changes the integral by the spacing of floats times the variation of the force. A decay computed
+    # from n - s has the spacing of n everywhere.
     rounding = _EPSILON * (_ROUNDINGS * area + stop * float(np.abs(np.diff(values)).sum()))
     return _Piece(begin, end, coefficients, area, moment, missing, rounding)
 
@@ -278,7 +281,7 @@ def _assembled(pieces: Sequence[_Piece]) -> FreePath:
     scales = np.array([piece.scale for piece in pieces])
     width = end - begin
     half = 0.5 * width
-    # The most that the rest of the series after each coefficient adds; negligible rests are dropped.
+    # Bound on the remainder of the series after each coefficient; negligible remainders are dropped.
     rest = half[:, None] * np.abs(series[:, ::-1]).cumsum(axis=1)[:, ::-1]
     kept = rest > _DROPPED * scales[:, None]
     error += np.where(kept, 0.0, rest).max(axis=1)

@@ -1,6 +1,6 @@
-"""Guard of plugin profiles: values of rise and decay are checked as they are used, and results cached for equal ones.
+"""Run-time checks of the values that profiles of plugins return, and caches for results of equal profiles.
 
-The profiles of shockwave are checked by its tests; those of plugins and scripts are checked here.
+The built-in profiles are checked by the tests of the package.
 """
 
 from __future__ import annotations
@@ -22,15 +22,16 @@ from shockwave.registry import owner_of
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
-#: How far a value may be off a bound, or from its like: what rounding does to formulas written without much care.
+#: Allowed absolute rounding error of a value of rise or decay: more than carelessly written formulas need.
 ROUNDING = 1e-9
-# Scenes of one shape come in series.
+# Results kept for each cached function: series of scenes often share a few shapes.
 _MOST_KEPT = 256
+# Folders whose frames are left out when the line of the plugin that failed is sought.
 _LIBRARIES = tuple(str(Path(file).parent) + os.sep for file in (Path(__file__).parent, np.__file__, attrs.__file__))
 
 
 class ViolationError(PluginError):
-    """A violation of the contract of `ShockProfile` by ``profile``, at the time ``s`` if that is known."""
+    """A violation of the contract of `ShockProfile` by ``profile``, at the scaled time ``s`` if that is known."""
 
     def __init__(self, profile: object, problem: str, s: float | None = None) -> None:
         at = "" if s is None else f" at s = {s:.6g}"
@@ -38,12 +39,12 @@ class ViolationError(PluginError):
 
 
 def trusted(profile: object) -> bool:
-    """Whether its class is shockwave's own."""
+    """Whether the class of ``profile`` is built in."""
     return type(profile).__module__.startswith("shockwave.")
 
 
 def is_value(profile: object) -> bool:
-    """Whether equal profiles give equal results: with hash and equality that leave out no parameter."""
+    """Whether equal profiles give equal results: hash and equality take every parameter into account."""
     cls: Any = type(profile)
     if trusted(profile) or not attrs.has(cls):
         return trusted(profile)
@@ -55,7 +56,7 @@ def is_value(profile: object) -> bool:
 
 
 def kept(function: _Function) -> _Function:
-    """Cache the last results of a function of a profile, for profiles that are values."""
+    """Cache the latest results of a function of a profile, for profiles with `is_value`."""
     keeping = lru_cache(maxsize=_MOST_KEPT)(function)
 
     @wraps(function)
@@ -67,17 +68,17 @@ def kept(function: _Function) -> _Function:
 
 
 def guarded(profile: object, name: str, s: FloatArray) -> FloatArray:
-    """``profile.rise`` or ``.decay`` at ``s``: finite, from 0 to 1, of the shape of ``s``.
+    """Values of the method ``name``, rise or decay, at ``s``: finite, from 0 to 1, of the shape of ``s``.
 
     Raises
     ------
     ViolationError
-        When they are not, and the profile is not shockwave's own.
+        If a value of a profile that is not built in violates this.
     """
     if trusted(profile):
         return np.asarray(getattr(profile, name)(s))
     values = array_of(profile, name, s)
-    wrong = ~((values >= -ROUNDING) & (values <= 1 + ROUNDING))  # NaN is wrong too
+    wrong = ~((values >= -ROUNDING) & (values <= 1 + ROUNDING))  # true for NaN
     if wrong.any():
         first = np.flatnonzero(wrong)[0]
         value = values.ravel()[first]
@@ -87,14 +88,14 @@ def guarded(profile: object, name: str, s: FloatArray) -> FloatArray:
 
 
 def array_of(profile: object, name: str, s: FloatArray) -> FloatArray:
-    """Values of the method ``name`` at ``s``, as an array of the shape of ``s``.
+    """Values of the method ``name`` at ``s``, as a float array of the shape of ``s``.
 
     Raises
     ------
     ViolationError
-        When it raises or returns something else.
+        If the method raises or returns anything else.
     """
-    with blamed(profile, f"{name}(s) must take an array of any shape, and not raise"):
+    with blamed(profile, f"{name}(s) must accept an array of any shape without raising"):
         values = np.asarray(getattr(profile, name)(s.copy()))
     if values.shape != s.shape or values.dtype.kind not in "fiub":
         got = f"{values.dtype} of shape {values.shape} for s of shape {s.shape}"
@@ -104,7 +105,7 @@ def array_of(profile: object, name: str, s: FloatArray) -> FloatArray:
 
 @contextmanager
 def blamed(profile: object, rule: str) -> Iterator[None]:
-    """Turn what the profile's own code raises into a violation of ``rule``, with the line of that code."""
+    """Convert an exception of the profile's own code to a violation of ``rule`` that states the line of that code."""
     try:
         yield
     except ShockwaveError:

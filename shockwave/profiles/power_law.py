@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Powers(ShockProfile):
-    """F1 = s^eta1 and F2 = ((n - s)/(n - 1))^eta2; a subclass states eta1, eta2 and n."""
+    """F1 = s^eta1 and F2 = ((n - s)/(n - 1))^eta2; a subclass defines eta1, eta2 and n."""
 
     rise_exponent: float
     decay_exponent: float
@@ -31,7 +31,7 @@ class Powers(ShockProfile):
     @property
     def breakpoints(self) -> tuple[float, ...]:
         n = self.duration_ratio
-        # a high power is an exponential next to its peak
+        # close to its peak a high power is nearly an exponential
         return (0.0, *edges(0.0, 1.0, -self.rise_exponent, n), 1.0, *edges(1.0, n, self.decay_exponent, n), n)
 
     def closed_areas(self) -> tuple[float, float]:
@@ -55,21 +55,22 @@ class Powers(ShockProfile):
         return of_powers(self.rise_exponent, self.decay_exponent, self.duration_ratio)
 
     def _left(self, s: FloatArray) -> FloatArray:
-        """Share of the decay still to come, 1 before the peak."""
+        """Remaining fraction of the decay, 1 before the peak."""
         n = self.duration_ratio
         return np.asarray(np.clip((n - s) / (n - 1), 0.0, 1.0))
 
 
 @frozen(kw_only=True)
 class PowerLaw(Powers):
-    """F1 = s^eta1 and F2 = ((n - s)/(n - 1))^eta2, the caption of Table 1.
+    """F1 = s^eta1 and F2 = ((n - s)/(n - 1))^eta2, as in the caption of Table 1.
 
     Parameters
     ----------
     rise_exponent, decay_exponent : float
-        eta1 and eta2, 0 to 1e6. At 0 the force is constant and jumps at the end.
+        Exponents eta1 and eta2, 0 to 1e6. With the exponent 0 the force is constant and jumps at the beginning of the
+        rise or at the end of the decay.
     duration_ratio : float
-        n, above 1.
+        n, whole duration over rise time, above 1.
     """
 
     rise_exponent: float = quantity("", "eta1, exponent of the rise", at_least=0, at_most=1e6)

@@ -1,4 +1,4 @@
-"""Force records as an oscilloscope or a load cell writes them: text with a time and a force column."""
+"""Force records in text files with a time and a force column, as oscilloscopes and data loggers write them."""
 
 from __future__ import annotations
 
@@ -18,16 +18,18 @@ from shockwave.fields import text_of
 from shockwave.files import read_text
 from shockwave.quadrature import FloatArray
 
-# Beyond these a file is no force record, and reading it would only exhaust memory.
+# Largest file [bytes]: a larger one is not a force record, and reading it would exhaust the memory.
 _MOST_BYTES = 128 * 2**20
+# Longest line [characters], for the same reason.
 _LONGEST_LINE = 10_000
+# Errors that are reported for one file: more would not help to correct it.
 _MOST_FAULTS = 20
 
 _ROW_OF_NUMBERS = re.compile(r'(?i)["\s]*[+-]?(?:[.,]?[0-9]|(?:nan|inf|infinity)\b)')
-# Products and single-digit powers of words only: a longer expression could keep a parser busy for ever.
+# Only products and single-digit powers of words: parsing a longer expression could take unbounded time.
 _FACTOR = r"[A-Za-zµμ]{1,20}(?:(?:\*\*|\^)-?[0-9])?"
 _UNIT = re.compile(rf"{_FACTOR}(?: ?[*·/] ?{_FACTOR}){{0,4}}")
-# Units that are known as such even without brackets around them.
+# Units that are recognised without brackets.
 _BARE_UNITS = "s|ms|us|µs|μs|ns|N|mN|kN|MN|lbf|kgf"
 # time [us], time (us), time/us, time_us, us or time
 _LABEL = re.compile(rf"(.*?)\s*(?:\[([^\[]*)\]|\(([^(]*)\)|/([^\[(]*)|(?:^|[_ ])({_BARE_UNITS}))?")
@@ -63,7 +65,7 @@ class Record:
 
 @frozen
 class _Text:
-    """The lines of a file, the separator of its columns, and where its numbers begin."""
+    """The lines of a file, the column separator, and the index of the first row of numbers."""
 
     path: pathlib.Path
     lines: list[str]
@@ -76,11 +78,11 @@ class _Text:
         return [index for index, row in rows if row and not row.startswith(_COMMENTS)]
 
     def fault(self, index: int, name: str, problem: str) -> Fault:
-        """A fault of the line ``index``, counted from 0."""
+        """Error in the line ``index``, counted from 0."""
         return Fault(name, problem, location=f"{self.path}:{index + 1}")
 
     def refuse(self, index: int, name: str, problem: str) -> NoReturn:
-        """Raise the one fault of the line ``index``, counted from 0."""
+        """Raise an error in the line ``index``, counted from 0."""
         raise InvalidValueError([self.fault(index, name, problem)])
 
     @property
@@ -96,21 +98,21 @@ def read_record(path: pathlib.Path) -> Record:
     Parameters
     ----------
     path : pathlib.Path
-        UTF-8 text. Columns are separated by commas, semicolons, tabs or blanks; with semicolons or tabs a
-        decimal comma is understood. A header line may name the columns and, in brackets or after a
-        slash, their units. Blank lines and comments (``#``, ``%``, ``//``) may stand anywhere.
+        UTF-8 text. Columns are separated by commas, semicolons, tabs or spaces; with semicolons or tabs the decimal
+        sign can be a comma. A header line can name the columns and, in brackets or after a slash, their units. Blank
+        lines and comments (``#``, ``%``, ``//``) are ignored.
 
     Returns
     -------
     Record
-        Times [s] and forces [N], with notes on assumptions.
+        Times [s] and forces [N], with notes that state the assumptions.
 
     Raises
     ------
     FileAccessError
-        When the file is missing, no regular file, not UTF-8, or larger than 128 MiB.
+        If the file is missing, not a regular file, not UTF-8, or larger than 128 MiB.
     InvalidValueError
-        When it holds no two columns of finite numbers in units of time and force; each fault names its line.
+        If the file does not have a time and a force column of finite numbers; each error states its line.
     """
     text = _text(pathlib.Path(path))
     notes: list[str] = []
@@ -123,11 +125,11 @@ def read_record(path: pathlib.Path) -> Record:
 
 
 def _text(path: pathlib.Path) -> _Text:
-    """Find the first row of numbers, and in it the separator."""
+    """Read the file and find its first row of numbers and its column separator."""
     lines = read_text(path, _MOST_BYTES).replace("\r\n", "\n").replace("\r", "\n").split("\n")
     first = next((index for index, line in enumerate(lines) if _ROW_OF_NUMBERS.match(line)), None)
     if first is None:
-        problem = "must be numbers, a time and a force in each (got no row of numbers)"
+        problem = "must be numbers, with a time and a force in each row (got no row of numbers)"
         raise InvalidValueError([Fault("rows", problem, str(path))])
     separator = next((mark for mark in (";", "\t", ",") if mark in lines[first].strip()), "")
     text = _Text(path, lines, separator, first)
@@ -138,13 +140,13 @@ def _text(path: pathlib.Path) -> _Text:
 
 
 def _cells(line: str, separator: str) -> list[str]:
-    """The cells of a line, without quotes, and without the empty one after a separator at the end."""
+    """Cells of a line, without quotes and without the empty cell after a trailing separator."""
     cells = [cell.strip("\"' \t") for cell in line.strip().split(separator or None)]
     return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
 
 
 def _number(cell: str, decimal: str = ".") -> float:
-    """The number in a cell; NaN where there is none."""
+    """The number in a cell; NaN if the cell is not a number."""
     if "_" in cell or (decimal == "," and "." in cell):
         return math.nan
     try:
@@ -157,22 +159,22 @@ def _number(cell: str, decimal: str = ".") -> float:
 
 
 def _header(text: _Text, notes: list[str]) -> tuple[int, list[str], list[str]]:
-    """Index of the header line, counted from 0; names and units of the columns, empty where there are none."""
+    """Index of the header line, counted from 0, with names and units of the columns, empty if not given."""
     headers = text.kept(0, text.first)
     count = len(_cells(text.lines[text.first], text.separator))
     if len(headers) > 1:
         got = f"got {text_of(text.lines[headers[1]])}; put # before text"
-        text.refuse(headers[1], "row", f"must be numbers, after at most one header line ({got})")
+        text.refuse(headers[1], "row", f"must be numbers: only one header line is allowed ({got})")
     if not headers:
         headers = _header_in_comment(text, count)
-        notes += [f"the header was read from the comment in line {index + 1}" for index in headers]
+        notes += [f"The column names were read from the comment in line {index + 1}." for index in headers]
     if not headers:
         return text.first, [""] * count, [""] * count
     (index,) = headers
     cells = _labels(text, index)
     if any(math.isfinite(_number(cell)) for cell in cells):
         got = text_of(text.lines[index])
-        text.refuse(index, "row", f"must be names of columns, or numbers alone (got {got})")
+        text.refuse(index, "row", f"must be either column names or numbers, not both (got {got})")
     if len(cells) != count:
         got = f"got {len(cells)} names; line {text.first + 1} has {count}{text.comma_hint}"
         text.refuse(index, "header", f"must name every column ({got})")
@@ -181,16 +183,16 @@ def _header(text: _Text, notes: list[str]) -> tuple[int, list[str], list[str]]:
 
 
 def _labels(text: _Text, index: int) -> list[str]:
-    """The cells of a header line, which may use another separator than the numbers do."""
+    """Cells of a header line, whose separator can differ from that of the numbers."""
     line = text.lines[index].strip().lstrip("#%/;")
     mark = next((mark for mark in (text.separator, ";", "\t", ",") if mark and mark in line), "")
-    if not mark:  # blanks separate the columns, but not a name from its unit
+    if not mark:  # spaces separate the columns, but not a name from its unit
         line = re.sub(r"\s+(?=[\[(/])|(?<=/)\s+", "", line)
     return _cells(line, mark)
 
 
 def _header_in_comment(text: _Text, count: int) -> list[int]:
-    """The comment right above the numbers, where it names a time and a force: NumPy writes such headers."""
+    """The comment directly above the numbers if it names a time and a force column, as in files written by NumPy."""
     above = [index for index in range(text.first) if text.lines[index].strip()][-1:]
     names = [_name_and_unit(cell)[0] for index in above for cell in _labels(text, index)]
     found = len(_named(names, _TIME_NAMES)) == len(_named(names, _FORCE_NAMES)) == 1
@@ -203,12 +205,12 @@ def _name_and_unit(cell: str) -> tuple[str, str]:
 
 
 def _named(names: Sequence[str], known: frozenset[str]) -> list[int]:
-    """Columns in whose name one of the known words occurs."""
+    """Indices of the columns whose name contains one of the ``known`` words."""
     return [i for i, name in enumerate(names) if known.intersection(re.findall(r"[^\W\d_]+", name.lower()))]
 
 
 def _picks(text: _Text, names: Sequence[str], notes: list[str]) -> list[int]:
-    """The columns of time and force: by their names, or in this order where there are but two."""
+    """Columns of time and force: by their names, or in this order if there are only two."""
     times = _named(names, _TIME_NAMES)
     forces = _named(names, _FORCE_NAMES)
     plain = (times, forces) == ([0], [1])
@@ -217,24 +219,25 @@ def _picks(text: _Text, names: Sequence[str], notes: list[str]) -> list[int]:
         forces = [1 - times[0]]
     if not len(times) == len(forces) == 1 or times == forces:
         shown = ", ".join(map(text_of, names[:12])) if any(names) else "no header"
-        hint = f"write a header such as 'time [s]' and 'force [N]' over those two{text.comma_hint}"
-        problem = f"must be one column of time and one of force (got {len(names)}: {shown}; {hint})"
+        hint = f"name these columns in a header, such as 'time [s]' and 'force [N]'{text.comma_hint}"
+        problem = f"must include one time and one force column (got {len(names)} columns: {shown}; {hint})"
         text.refuse(text.first, "columns", problem)
     if any(names) and not plain:
-        notes.append(f"time and force are the columns {names[times[0]]!r} and {names[forces[0]]!r}")
+        notes.append(f"The time column is {names[times[0]]!r}, the force column {names[forces[0]]!r}.")
     return times + forces
 
 
 def _factors(text: _Text, header: int, units: Sequence[str], notes: list[str]) -> list[float]:
-    """Factors that convert the two columns to SI; errors of both are raised together."""
+    """Factors that convert the two columns to SI units; errors in both are raised together."""
     factors = []
     faults = []
     for unit, (base, name, assumed) in zip(units, _SI_UNITS, strict=True):
         if not unit:
-            notes.append(f"the {name} has no unit: {assumed} are assumed")
+            hint = f"A header such as '{name} [{base}]' states the unit."
+            notes.append(f"The {name} column has no unit: {assumed} are assumed. {hint}")
         factors.append(_factor(unit or base, base))
         if math.isnan(factors[-1]):
-            problem = f"must be a unit of {name} (got {text_of(unit)}; write [{base}], for example)"
+            problem = f"must be a unit of {name} (got {text_of(unit)}; for example, write [{base}])"
             faults.append(text.fault(header, f"unit of {name}", problem))
     if faults:
         raise InvalidValueError(faults)
@@ -242,15 +245,15 @@ def _factors(text: _Text, header: int, units: Sequence[str], notes: list[str]) -
 
 
 def _factor(unit: str, base: str) -> float:
-    """The size of ``unit`` in SI; NaN when it is no unit of that dimension."""
+    """SI value of ``unit``; NaN if it is not a unit of the dimension of ``base``."""
     if unit == base:
         return 1.0
     if len(unit) <= 40 and _UNIT.fullmatch(unit):
-        import pint  # only a header with other units than s and N needs it
+        import pint  # needed only for units other than s and N
 
-        # A unit that is not known as written may be known without its capitals: 'Seconds', 'Sec'.
+        # A unit such as 'Seconds' or 'Sec' is recognised in lower case.
         for spelling in (unit, unit.lower()):
-            with suppress(AttributeError, TypeError, ValueError):  # unknown, wrong dimension, no unit at all
+            with suppress(AttributeError, TypeError, ValueError):  # unknown unit, or wrong dimension
                 return float(pint.Quantity(1.0, spelling).to(base).magnitude)
     return math.nan
 
@@ -259,8 +262,8 @@ def _factor(unit: str, base: str) -> float:
 
 
 def _numbers(text: _Text, rows: Sequence[int], count: int, picks: Sequence[int]) -> FloatArray:
-    """The time and the force column of the lines ``rows``, shape (k, 2), finite."""
-    # plain numbers, at once; anything else is read line by line, to say where it stands
+    """Time and force columns of the lines ``rows``, shape (k, 2), finite."""
+    # Plain numbers are read at once; anything else line by line, so that errors state their line.
     with suppress(ValueError):
         lines = [text.lines[index] for index in rows]
         plain = np.loadtxt(lines, comments=None, delimiter=text.separator or None, ndmin=2)
@@ -268,7 +271,7 @@ def _numbers(text: _Text, rows: Sequence[int], count: int, picks: Sequence[int])
             return plain[:, picks]
     comma = text.separator in (";", "\t") and any("," in text.lines[index] for index in rows)
     decimal = "," if comma else "."
-    remedy = "use the decimal comma as in other rows" if comma else "mend or delete the row"
+    remedy = "use the decimal comma as in the other rows" if comma else "correct or delete the row"
     table = []
     faults = []
     for index in rows:

@@ -1,4 +1,4 @@
-"""The shock: a profile with its peak force and rise time, eq. (2)."""
+"""The shock: a profile with a peak force and a rise time, eq. (2)."""
 
 from __future__ import annotations
 
@@ -9,29 +9,29 @@ from shockwave.fields import Quantity, quantity, text_of
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.contract import examine
 
-#: The whole duration, which may stand in place of the rise time.
-DURATION = Quantity("s", "whole duration n t0, in place of the rise time", above=0)
+#: The whole duration, which can be given instead of the rise time.
+DURATION = Quantity("s", "whole duration n t0, instead of the rise time", above=0)
 
 
 @frozen(kw_only=True)
 class Shock:
-    """A force pulse F(t) = F0 F1(t/t0) while it rises and F0 F2(t/t0) while it decays, eq. (2).
+    """A force pulse, F(t) = F0 F1(t/t0) during the rise and F0 F2(t/t0) during the decay, eq. (2).
 
     Parameters
     ----------
     profile : ShockProfile
-        The shape.
+        Shape of the shock.
     peak_force : float, optional
-        F0 [N], above 0; a record brings its own.
+        F0 [N], above 0; by default that of the record, for a profile that is one.
     rise_time : float, optional
-        t0 [s], above 0; a record brings its own.
+        t0 [s], above 0; by default that of the record, for a profile that is one.
 
     Raises
     ------
     InvalidValueError
-        When a value is out of range, or missing for a profile that is not a record.
+        If a value is out of range, or missing for a profile that is not a record.
     PluginError
-        When the profile is not shockwave's own and breaks the contract of `ShockProfile`.
+        If a profile that is not built in violates the contract of `ShockProfile`.
     """
 
     profile: ShockProfile = field()
@@ -44,17 +44,17 @@ class Shock:
             if getattr(self, name) is None:
                 recorded = getattr(self.profile, f"recorded_{name}")
                 if recorded is None:
-                    raise InvalidValueError.of(name, "must be given: this profile is not a record that brings one")
+                    raise InvalidValueError.of(name, "must be given, because this profile is not a record")
                 object.__setattr__(self, name, recorded)
 
     @classmethod
     def of_duration(cls, *, profile: ShockProfile, duration: float, peak_force: float | None = None) -> Shock:
-        """The shock that lasts ``duration`` [s], n t0: its rise time is the n-th part of that.
+        """Make a shock from its whole duration n t0 [s] instead of its rise time t0.
 
         Raises
         ------
         InvalidValueError
-            When a value is out of range.
+            If a value is out of range.
         """
         problem = DURATION.problem(duration)
         if problem is not None:
@@ -65,7 +65,7 @@ class Shock:
 
     @property
     def duration(self) -> float:
-        """n t0 [s]."""
+        """Whole duration n t0 [s]."""
         return self.profile.duration_ratio * self.rise_time
 
 

@@ -1,4 +1,4 @@
-"""The profile of a force record: cleaned of baseline and quiet ends, and linear between its samples."""
+"""The profile of a force record, without its baseline and quiet ends, linear between samples."""
 
 from __future__ import annotations
 
@@ -22,22 +22,25 @@ from shockwave.quadrature import FloatArray
 if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath
 
-# Share of the peak from which on a pulse has certainly begun.
+# Force, over the peak force, above which the pulse has certainly begun.
 _BEGUN = 0.05
-# Share of the peak down to which it has certainly not ended.
+# Force, over the peak force, above which the pulse has certainly not ended.
 _ENDED = 0.01
-# A baseline is smaller, as a share of the peak.
+# Largest baseline, over the peak force.
 _HIGHEST_BASELINE = 0.2
-# The noise of a baseline is smaller, as such a share.
+# Largest standard deviation of the noise of a baseline, over the peak force.
 _WIDEST_NOISE = 0.02
+# Forces below this fraction of the peak force are rounding errors.
 _ROUNDING = 1e-12
-# Standard deviations of the lead within which all is quiet.
+# Samples within this number of standard deviations of the noise are quiet.
 _QUIET = 3
-# Those beyond which it is certainly not. A long tail holds a chance sample beyond 3, but none beyond 5.
+# Samples beyond this number are certainly not noise: a long tail has random samples beyond 3, but not beyond 5.
 _CERTAIN = 5
+# Fewest samples before the pulse from which a baseline can be determined.
 _SHORTEST_LEAD = 5
-# Rise times that a pulse lasts at most: the square of more is no number.
+# Longest pulse in rise times: the square of a longer one overflows.
 _LONGEST = 1e150
+# Errors that are reported for one record: more would not help to correct it.
 _MOST_FAULTS = 20
 
 
@@ -76,10 +79,10 @@ class Pulse:
 
 @frozen(slots=False)
 class Tabulated(ShockProfile):
-    """A force record, linear between its samples; peak force, rise time and n are read off it.
+    """A force record, linear between its samples, with its own peak force, rise time and duration ratio n.
 
-    The rise ends at the first sample of the highest force; a plateau belongs to the decay. A baseline,
-    forces below zero and the quiet before and after the pulse are removed, as `notes` state.
+    The rise ends at the first sample with the highest force; a plateau is part of the decay. A baseline, negative
+    forces, and quiet samples before and after the pulse are removed; `notes` state what was removed.
 
     Parameters
     ----------
@@ -88,18 +91,18 @@ class Tabulated(ShockProfile):
     forces : array_like of float, shape (k,)
         Forces [N]; the highest is above zero, and neither the first nor the last.
     duration_ratio : float, optional
-        n of eq. (2), > 1: the decay is stretched in time to have it. Left out, n is the record's.
+        n of eq. (2), above 1, to which the decay is stretched in time. By default n is that of the record.
 
     Raises
     ------
     InvalidValueError
-        When the samples are no pulse; each fault names its sample.
+        If the samples are not a pulse; each error states its sample.
     """
 
     times: Any = _column("s", "sample times, ascending")  # noqa: RUF009
     forces: Any = _column("N", "forces at these times")  # noqa: RUF009
     duration_ratio: float = quantity(
-        "", "whole duration over rise time, stretches the decay", above=1.0, optional=True, default=None
+        "", "whole duration over rise time; the decay is stretched to it", above=1.0, optional=True, default=None
     )
     _pulse: Pulse = attrs.field(init=False, repr=False, eq=False)
     _assumed: tuple[str, ...] = attrs.field(init=False, repr=False, eq=False, default=())
@@ -111,21 +114,21 @@ class Tabulated(ShockProfile):
 
     @classmethod
     def from_file(cls, path: str | os.PathLike[str], duration_ratio: float | None = None) -> Tabulated:
-        """The profile of a record in a text file with a time and a force column; see `read_record`.
+        """Read the profile from a text file with a time and a force column; see `read_record`.
 
         Parameters
         ----------
         path : path-like
-            The file. Its header may name units; without any, seconds and newtons are assumed.
+            The file. Its header can name units; without units, seconds and newtons are assumed.
         duration_ratio : float, optional
             As for the class.
 
         Raises
         ------
         FileAccessError
-            When the file cannot be read.
+            If the file cannot be read.
         InvalidValueError
-            When it holds no pulse; each fault names its line.
+            If the file does not contain a pulse; each error states its line.
         """
         record = read_record(pathlib.Path(path))
         try:
@@ -186,21 +189,21 @@ class Tabulated(ShockProfile):
         impulses = running_sums(areas)
         paths = running_sums(widths * (impulses[:-1] + widths * (2.0 * left + right) / 6.0))
         peak = int(np.argmax(self._pulse.values))
-        # The decay is summed for itself: the difference of two sums would lose digits of a short one.
+        # The decay is summed separately: a difference of two sums would lose digits of a short decay.
         return impulses, paths, (float(impulses[peak]), float(running_sums(areas[peak:])[-1]))
 
     def _at(self, s: FloatArray) -> tuple[Any, Any, Any]:
-        """Index of the sample before ``s``, distance from it, and the force at ``s``."""
+        """Index of the sample before ``s``, distance from it, and force at ``s``, each of the shape of ``s``."""
         knots, values = self._pulse.knots, self._pulse.values
         before = np.clip(np.searchsorted(knots, s, side="right") - 1, 0, knots.size - 2)
         step = s - knots[before]
         left, right = values[before], values[before + 1]
-        # A share of the step, not a slope: it stays finite however close two samples are.
+        # A fraction of the interval instead of a slope, which could overflow for close samples.
         return before, step, left + step / (knots[before + 1] - knots[before]) * (right - left)
 
 
 def _placed(fault: Fault, path: str | os.PathLike[str], record: Record) -> Fault:
-    """The fault of a sample with the line on which the sample stands."""
+    """``fault`` with the line of the sample that it concerns."""
     index = re.search(r"\[(\d+)\]", fault.path)
     line = record.lines[int(index[1])] if index else record.lines[0]
     return attrs.evolve(fault, location=f"{path}:{line}")
@@ -210,7 +213,7 @@ def _placed(fault: Fault, path: str | os.PathLike[str], record: Record) -> Fault
 
 
 def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None) -> Pulse:
-    """The pulse of a record.
+    """Extract the pulse of a record.
 
     Parameters
     ----------
@@ -222,26 +225,26 @@ def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None) -> Puls
     Raises
     ------
     InvalidValueError
-        When the samples are no pulse; each fault names its sample.
+        If the samples are not a pulse; each error states its sample.
     """
     _check_samples(times, forces)
     values, peak_force, start, notes = _cleaned(times, forces)
     peak = int(np.argmax(values))
     if peak in (0, values.size - 1):
         part, where = ("rise", "before") if peak == 0 else ("decay", "after")
-        problem = f"must not be the peak, for then there is no {part} (got {peak_force:g} N; "
-        remedy = f"put a sample of zero force {where} it)"
+        problem = f"must not be the peak, because then there is no {part} (got {peak_force:g} N; "
+        remedy = f"add a sample of zero force {where} it)"
         raise InvalidValueError.of(f"forces[{start + peak}]", problem + remedy)
-    # Times of absurd size overflow.
+    # Extremely large times overflow.
     with np.errstate(over="ignore", invalid="ignore"):
         elapsed = times[start : start + values.size] - times[start]
         knots = elapsed / elapsed[peak]
         if ratio is not None and ratio != knots[-1]:
-            notes.append(f"the decay was stretched in time: n is {ratio:g}, that of the record {knots[-1]:g}")
+            notes.append(f"The decay was stretched in time: n is {ratio:g}, that of the record {knots[-1]:g}.")
             knots[peak + 1 :] = 1.0 + (knots[peak + 1 :] - 1.0) * ((ratio - 1.0) / (knots[-1] - 1.0))
             knots[-1] = ratio
         if not (np.diff(knots) > 0).all() or not knots[-1] < _LONGEST:
-            rule = f"must differ by more than rounding, and last less than {_LONGEST:g} rise times"
+            rule = f"must differ by more than rounding errors and span less than {_LONGEST:g} rise times"
             raise InvalidValueError.of("times", f"{rule} (got n = {knots[-1]:g})")
     return Pulse(knots, values, peak_force, float(elapsed[peak]), tuple(notes))
 
@@ -254,25 +257,31 @@ def _check_samples(times: FloatArray, forces: FloatArray) -> None:
         problem = f"must have one force for each time (got {forces.size} forces and {times.size} times)"
         faults.append(Fault("forces", problem))
     elif times.size < 3:
-        faults.append(Fault("times", f"must have at least three samples, start, peak and end (got {times.size})"))
+        faults.append(Fault("times", f"must have at least three samples: beginning, peak and end (got {times.size})"))
     for index in (np.flatnonzero(times[1:] <= times[:-1])[:_MOST_FAULTS] + 1).tolist():
-        got = f"got {times[index]:g} s after {times[index - 1]:g} s; sort the samples, and drop repeated ones"
+        got = f"got {times[index]:g} s after {times[index - 1]:g} s; sort the samples and remove repeated ones"
         faults.append(Fault(f"times[{index}]", f"must be greater than times[{index - 1}] ({got})"))
     if forces.size and forces.max() <= 0:
-        got = f"got at most {forces.max():g} N; turn the sign, if pressure is negative"
+        got = f"got at most {forces.max():g} N; if compression is negative, change the sign"
         faults.append(Fault("forces", f"must be > 0 N somewhere ({got})"))
     if faults:
         raise InvalidValueError(faults)
 
 
 def _number_faults(name: str, unit: str, values: FloatArray) -> list[Fault]:
-    """Faults of the ``values`` that are no finite numbers."""
+    """Errors for the ``values`` that are not finite numbers."""
     wrong = np.flatnonzero(~np.isfinite(values))[:_MOST_FAULTS]
-    return [Fault(f"{name}[{at}]", f"must be a finite number {unit} (got {values[at]:g})") for at in wrong.tolist()]
+    return [Fault(f"{name}[{at}]", f"must be a finite number of {unit} (got {values[at]:g})") for at in wrong.tolist()]
 
 
 def _cleaned(times: FloatArray, forces: FloatArray) -> tuple[FloatArray, float, int, list[str]]:
-    """(force over peak force of the pulse alone, peak force [N], index of its first sample, notes)."""
+    """Remove everything but the pulse.
+
+    Returns
+    -------
+    tuple
+        Force over peak force, shape (samples of the pulse,); peak force [N]; index of the first sample; notes.
+    """
     baseline, noise, count = _quiet_lead(forces)
     above = forces - baseline if baseline else forces
     peak_force = float(above.max())
@@ -280,35 +289,35 @@ def _cleaned(times: FloatArray, forces: FloatArray) -> tuple[FloatArray, float, 
     values = np.maximum(above, 0.0) / peak_force
     start, stop = _ends(values, noise / peak_force)
     pulse = values[start : stop + 1].copy()
-    # What lies within the noise of a quiet lead is as good as zero.
+    # Forces within the noise of the quiet lead are zero.
     pulse[[0, -1]] *= pulse[[0, -1]] > _QUIET * noise / peak_force
     impulse = _impulse(times[start : stop + 1], pulse)
 
     notes = []
 
-    def note(what: str, part: float) -> None:
-        notes.append(f"{what} ({100 * abs(part) / impulse:.2g} % of the impulse)")
+    def note(change: str, part: float) -> None:
+        notes.append(f"{change} ({100 * abs(part) / impulse:.2g} % of the impulse).")
 
     if times[0] != 0:
-        notes.append(f"the times start at {times[0]:g} s, and were shifted to start at zero")
+        notes.append(f"The times begin at {times[0]:g} s and were shifted to begin at zero.")
     if baseline:
-        found = f"a baseline of {baseline:.4g} N, the mean of the {count} samples before the pulse,"
+        found = f"A baseline of {baseline:.4g} N, the mean of the {count} samples before the pulse,"
         note(f"{found} was subtracted", baseline / peak_force * (times[stop] - times[start]))
     if below.any():
-        note(f"samples below zero, set to zero: {np.count_nonzero(below)} of {forces.size}", _impulse(times, below))
+        note(f"Negative samples were set to zero: {np.count_nonzero(below)} of {forces.size}", _impulse(times, below))
     for cut, where in ((slice(0, start + 1), "before"), (slice(stop, None), "after")):
         number = times[cut].size - 1
         if number:
-            note(f"quiet samples {where} the pulse, cut off: {number}", _impulse(times[cut], values[cut]))
-    for end, verb in ((0, "starts"), (-1, "ends")):
+            note(f"Quiet samples {where} the pulse were removed: {number}", _impulse(times[cut], values[cut]))
+    for end, verb in ((0, "begins"), (-1, "ends")):
         if pulse[end] > _ROUNDING:
             size = f"{pulse[end] * peak_force:.4g} N, {100 * pulse[end]:.2g} % of its peak"
-            notes.append(f"the record {verb} at {size}: the force jumps there")
+            notes.append(f"The record {verb} at {size}: the force is discontinuous there.")
     return pulse, peak_force, start, notes
 
 
 def _ends(values: FloatArray, noise: float) -> tuple[int, int]:
-    """First and last sample of the pulse: the zeros around what certainly belongs to it."""
+    """Indices of the first and last sample of the pulse: the zeros next to the part that certainly belongs to it."""
     begun = int(np.argmax(values >= max(_BEGUN, _CERTAIN * noise)))
     ended = values.size - 1 - int(np.argmax(values[::-1] >= max(_ENDED, _CERTAIN * noise)))
     before = np.flatnonzero(values[:begun] <= _QUIET * noise)
@@ -320,13 +329,13 @@ def _ends(values: FloatArray, noise: float) -> tuple[int, int]:
 
 
 def _quiet_lead(forces: FloatArray) -> tuple[float, float, int]:
-    """Baseline [N], noise [N] and number of the samples before the pulse; zeros where it starts at once."""
+    """Baseline [N], noise [N] and number of the samples before the pulse; zeros if there are too few of them."""
     peak, mean = forces.max(), np.median(forces[:_SHORTEST_LEAD])
     noise, least = forces[:_SHORTEST_LEAD].std(), _BEGUN * (peak - mean)
-    for _ in range(2):  # five samples give but a first idea of the noise that the pulse must exceed
+    for _ in range(2):  # the first five samples give only a rough estimate of the noise
         count = int(np.argmax(forces - mean >= max(least, _CERTAIN * noise)))
         while count >= _SHORTEST_LEAD and not _is_flat(forces[:count], peak):
-            count = 3 * count // 4  # the beginning of a slow rise is no part of the lead
+            count = 3 * count // 4  # the beginning of a slow rise is not part of the lead
         if count < _SHORTEST_LEAD:
             return 0.0, 0.0, 0
         mean, noise, least = forces[:count].mean(), forces[:count].std(ddof=1), 0.0
@@ -334,17 +343,17 @@ def _quiet_lead(forces: FloatArray) -> tuple[float, float, int]:
             return float(forces[0]), 0.0, count
     if abs(mean) > _CERTAIN * noise / np.sqrt(count):
         return float(mean), float(noise), count
-    # Without a baseline, noise has both signs; a clean record has not.
+    # Without a baseline, noise has both signs; a record without noise does not.
     return 0.0, float(noise) if forces[:count].min() < 0 else 0.0, count
 
 
 def _is_flat(lead: FloatArray, peak: float) -> bool:
-    """Whether samples scatter about one level, as those of a slowly rising force do not."""
+    """Whether samples scatter about a constant level, unlike those of a slowly rising force."""
     mean, spread, steps = abs(lead.mean()), lead.std(), np.diff(lead)
     if spread <= _ROUNDING * peak:
         return bool(mean < _HIGHEST_BASELINE * peak)
-    # Von Neumann's ratio is 2 for independent samples and near 0 for a smooth curve. Noise that passed a
-    # filter is smooth too: it is known by a level far above its spread, which a curve from zero cannot have.
+    # Von Neumann's ratio is 2 for independent samples and near 0 for a smooth curve. Filtered noise is smooth, too; it
+    # differs from a curve that begins at zero by a level far above its standard deviation.
     rough = np.mean(steps**2) >= spread**2
     level = mean > 4 * spread and steps.min() < 0 < steps.max()
     small = mean < _HIGHEST_BASELINE * peak and spread < _WIDEST_NOISE * peak

@@ -1,4 +1,4 @@
-"""The triangular profile, from which the paper derives alpha, eq. (5b)."""
+"""The triangular profile, for which the paper derives alpha, eq. (5b)."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from shockwave.profiles.power_law import Powers
 
 @frozen(kw_only=True)
 class Triangular(Powers):
-    """Linear rise, linear decay.
+    """Linear rise and linear decay.
 
     Parameters
     ----------
     duration_ratio : float
-        n, above 1.
+        n, whole duration over rise time, above 1.
     """
 
     rise_exponent = decay_exponent = 1.0

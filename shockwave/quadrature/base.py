@@ -1,4 +1,4 @@
-"""Base class of quadratures: definite integrals with an error estimate and a count of evaluations."""
+"""Base class of quadratures: definite integrals with an error estimate and the number of evaluations."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ FloatArray: TypeAlias = npt.NDArray[np.float64]
 Integrand: TypeAlias = Callable[[FloatArray], FloatArray]
 
 EPSILON = float(np.finfo(float).eps)
-# Roundings of one value and of its product with a weight, in units of the machine epsilon.
+# Rounding error of a value and of its product with a weight, in units of the machine epsilon.
 ROUNDINGS = 4.0
 
 
 @frozen
 class Integral:
-    """The value of a definite integral and how far to trust it.
+    """Value and absolute error of a definite integral.
 
-    ``error`` is an estimate of the absolute error that is meant to bound it; ``evaluations`` counts
-    the points at which the integrand was taken; ``method`` names the quadrature.
+    ``error`` is an estimate that is intended as a bound; ``evaluations`` is the number of points at which the integrand
+    was evaluated, and ``method`` the name of the quadrature.
     """
 
     value: float
@@ -35,40 +35,39 @@ class Integral:
 
 
 class Quadrature(abc.ABC):
-    """Base class of quadratures; `integrate` is what callers use.
+    """Base class of quadratures; callers use `integrate`.
 
     Contract for implementers
     -------------------------
-    1. ``name`` is the name under which the class is registered.
-    2. ``_piece(integrand, lower, upper, tolerance)`` integrates over one interval with
-       ``lower < upper``, inside which the integrand is smooth. At the two ends its derivatives may be
-       unbounded; the integrand itself is bounded.
-    3. The integrand is vectorised: it takes a one-dimensional array and returns one of equal shape.
-       Abscissae outside ``(lower, upper)`` are moved inside.
-    4. ``tolerance`` is the absolute error to aim at. The returned error estimate bounds the true
-       error, rounding included, whether or not the tolerance was reached.
-    5. The work is bounded: a piece ends after a fixed number of refinements and states what it has
-       reached. It keeps no state between calls.
+    1. ``name`` is the registered name of the class.
+    2. ``_piece(integrand, lower, upper, tolerance)`` integrates over one interval with ``lower < upper``. The integrand
+       is bounded, and smooth inside the interval; its derivatives may be unbounded at the ends.
+    3. The integrand is vectorised: it takes a one-dimensional array and returns an array of the same shape. Abscissae
+       outside ``(lower, upper)`` are moved inside.
+    4. ``tolerance`` is the requested absolute error. The returned error estimate bounds the true error, including
+       rounding, even if the tolerance was not reached.
+    5. The work is bounded: a piece ends after a fixed number of refinements and returns the error that was reached. It
+       has no state between calls.
     """
 
     name: str
 
     def integrate(self, integrand: Integrand, points: Sequence[float], tolerance: float = 1e-14) -> Integral:
-        """The integral over ``[points[0], points[-1]]``, taken piece by piece between the points.
+        """Integrate over ``[points[0], points[-1]]``, piece by piece between the points.
 
         Parameters
         ----------
         integrand : callable
             Maps an array of abscissae, shape (k,), to values, shape (k,).
         points : sequence of float
-            Ascending: the two limits and, between them, every kink or jump of the integrand.
+            The two limits and, between them, all kinks and jumps of the integrand, in ascending order.
         tolerance : float
-            Absolute error to aim at, relative to an integrand of order one.
+            Requested absolute error, for an integrand of order one.
 
         Returns
         -------
         Integral
-            An empty or reversed interval gives zero.
+            Zero for an empty or reversed interval.
         """
         pieces = [
             self._piece(_inside(integrand, lower, upper), float(lower), float(upper), tolerance)
@@ -84,10 +83,10 @@ class Quadrature(abc.ABC):
 
     @abc.abstractmethod
     def _piece(self, integrand: Integrand, lower: float, upper: float, tolerance: float) -> Integral:
-        """The integral over one smooth piece; see the contract."""
+        """Integrate over one smooth piece; see the contract."""
 
 
 def _inside(integrand: Integrand, lower: float, upper: float) -> Integrand:
-    # At the very ends the integrand may jump: 0**eta is 0, however small eta.
+    # The integrand may jump at the ends: 0**eta is 0 for any eta > 0.
     first, last = math.nextafter(lower, upper), math.nextafter(upper, lower)
     return lambda s: np.asarray(integrand(np.clip(s, first, last)), dtype=float)

@@ -1,4 +1,4 @@
-"""QAGS of QUADPACK through SciPy (Piessens et al. 1983), both ends smoothed."""
+"""QAGS of QUADPACK from SciPy (Piessens et al. 1983), with smoothed ends."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ import scipy.integrate
 
 from shockwave.quadrature.base import EPSILON, ROUNDINGS, Integral, Integrand, Quadrature
 
-# Intervals that QAGS may divide a piece into.
+# Largest number of intervals of a piece.
 _INTERVALS = 200
-# Where the second run is cut: at no binary fraction, so that it shares no interval with the first.
+# Point that divides the second run; not a binary fraction, so that both runs have no interval in common.
 _CUT = (3 - math.sqrt(5)) / 2
 
 
 class Quadpack(Quadrature):
-    """QUADPACK's QAGS: Gauss-Kronrod 10-21 on intervals, the worst of which is halved time and again.
+    """QAGS of QUADPACK: Gauss-Kronrod 10-21 with bisection of the interval with the largest error.
 
-    The integral is taken over x, s = lower + (upper - lower) (10 x^3 - 15 x^4 + 6 x^5), counted from the nearer end:
-    at both ends ds/dx vanishes as the square of the distance, and with it any unbounded derivative.
+    The integration variable is x, with s = lower + (upper - lower) (10 x^3 - 15 x^4 + 6 x^5), computed from the nearer
+    end. At both ends ds/dx vanishes as the square of the distance, which removes unbounded derivatives.
 
-    The sum over the intervals is taken, not what QAGS extrapolates from it: with both ends smoothed it is
-    as good, and its error is known interval by interval, whatever made QAGS stop. A jump between an end of
-    an interval and the first node is not seen by either rule; where one interval did not do, a second run
-    on other intervals shows it, and the difference is part of the estimate.
+    The result is the sum over the intervals, not the extrapolation of QAGS. With smoothed ends the sum is as accurate,
+    and its error is known for each interval, whatever made QAGS stop. Neither rule detects a jump between the end of an
+    interval and the first node. If more than one interval was needed, a second run with other intervals is made, and
+    the difference is part of the error estimate.
 
     References
     ----------
@@ -47,10 +47,10 @@ class Quadpack(Quadrature):
             return seen[-1][1] * width * 30 * (near * (1 - near)) ** 2
 
         def integrated(*edges: float) -> tuple[float, float, int]:
-            """Sum over the intervals that QAGS ends with, of their errors, and the number of intervals."""
+            """Sum of the final intervals of QAGS, sum of their errors, and number of intervals."""
             intervals, target = [], max(tolerance * min(1.0, width), float(np.finfo(float).tiny))
             for begin, end in itertools.pairwise(edges):
-                # With full_output SciPy returns its complaints in place of warning; they add nothing to the errors.
+                # full_output suppresses the warnings of SciPy, which are contained in the errors.
                 found = scipy.integrate.quad(
                     smoothed, begin, end, epsabs=target, epsrel=0.0, limit=_INTERVALS, full_output=1
                 )[2]
@@ -62,10 +62,10 @@ class Quadpack(Quadrature):
         if count > 1:
             other = integrated(0.0, _CUT, 1.0)
             difference = abs(other[0] - value)
-            # The run with the larger error is the one that may have seen what the other has not.
+            # The run with the larger error may have detected what the other has missed.
             value, error, _ = max((value, error, count), other, key=lambda run: run[1])
             error += 2 * difference
-        # Nodes, and their distances from the ends that the integrand may make use of, are off by the spacing.
+        # Rounding error of the nodes and of their distances from the ends, which the integrand may use.
         variation = math.fsum(abs(b[1] - a[1]) for a, b in itertools.pairwise(sorted(seen)))
         rounding = ROUNDINGS * EPSILON * abs(value) + EPSILON * max(abs(lower), abs(upper)) * variation
         return Integral(value, error + rounding, len(seen), self.name)

@@ -1,4 +1,4 @@
-"""The tanh-sinh quadrature, a double exponential rule (Takahasi & Mori 1974)."""
+"""Tanh-sinh quadrature, a double exponential rule (Takahasi & Mori 1974)."""
 
 from __future__ import annotations
 
@@ -10,38 +10,40 @@ import numpy.typing as npt
 
 from shockwave.quadrature.base import EPSILON, ROUNDINGS, FloatArray, Integral, Integrand, Quadrature
 
-# The outermost nodes are this far from the ends, in units of the piece: what lies beyond is below rounding.
+# Distance of the outermost nodes from the ends, in units of the piece; the rest is smaller than rounding errors.
 _OUTERMOST = 1e-22
+# First step in t.
 _COARSEST_STEP = 0.5
-# With 9 halvings a piece is seen at some 7000 points at most.
+# Largest number of times that the step is halved; about 7000 points.
 _HALVINGS = 9
-# Where halving has not settled the sum, the largest of so many last changes is taken for the error.
+# Number of last changes whose maximum is the error estimate if the sum has not converged.
 _CHANGES = 5
 
 
 @functools.cache
 def _level(halvings: int) -> tuple[FloatArray, npt.NDArray[np.bool_], FloatArray]:
-    """The nodes that one halving of the step adds, ascending.
+    """The nodes that are added when the step is halved, in ascending order.
 
-    Distances from the nearer end, in units of the piece; which are from the upper end; weights, with the step.
+    Returns their distances from the nearer end in units of the piece, whether that is the upper end, and their weights
+    times the step.
     """
     step = _COARSEST_STEP / 2**halvings
     last = math.asinh(-math.log(_OUTERMOST) / math.pi)
     half = np.arange(step, last, step if halvings == 0 else 2 * step)
     t = np.concatenate((-half[::-1], [0.0] if halvings == 0 else [], half))
-    # (1 + tanh(pi/2 sinh t))/2, written for the end that t points to: no difference of near-equal numbers.
+    # (1 + tanh(pi/2 sinh t))/2 as a distance from the nearer end, which avoids cancellation.
     small = np.exp(-math.pi * np.sinh(np.abs(t)))
     return small / (1 + small), t > 0, step * math.pi * np.cosh(t) * small / (1 + small) ** 2
 
 
 class TanhSinh(Quadrature):
-    """Trapezoidal rule in t, s being (1 + tanh(pi/2 sinh t))/2 of a piece; steps halve till the sum settles.
+    """Trapezoidal rule in t with s = (1 + tanh(pi/2 sinh t))/2; the step is halved until the sum converges.
 
-    Nodes gather at both ends double exponentially, so that unbounded derivatives there do no harm. Every
-    halving doubles the digits, so that a change is a safe estimate of the remaining error, if the one before agrees.
-    Where the sum does not settle, as with a jump inside, the error falls with the step only: there the largest of the
-    last changes is taken, as a single one may vanish by chance. `scipy.integrate.tanhsinh` estimates less than the
-    error there.
+    The nodes cluster double exponentially at both ends, so that unbounded derivatives there are integrated accurately.
+    Every halving doubles the number of correct digits, so two consecutive small changes bound the remaining error. If
+    the sum does not converge, as with a jump inside, the error decreases only linearly with the step. The estimate is
+    then the largest of the last changes, because a single one may vanish by chance. `scipy.integrate.tanhsinh`
+    underestimates the error in this case.
 
     References
     ----------
@@ -53,7 +55,7 @@ class TanhSinh(Quadrature):
 
     def _piece(self, integrand: Integrand, lower: float, upper: float, tolerance: float) -> Integral:
         width = upper - lower
-        # Nodes, and their distances from the ends that the integrand may make use of, are off by the spacing.
+        # Rounding error of the nodes and of their distances from the ends, which the integrand may use.
         spacing = EPSILON * max(abs(lower), abs(upper))
         value = magnitude = 0.0
         evaluations = 0

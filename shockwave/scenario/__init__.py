@@ -1,1 +1,1 @@
-"""Scenarios: one file, one shock on one chain, and what is asked about it."""
+"""Scenario files: one shock on one chain, with the settings of prediction and simulation."""

@@ -1,7 +1,7 @@
-"""Keys of every block of a scenario, in one description for loader, schema and template.
+"""Keys of all blocks of a scenario, described once for the loader, the schema and the template.
 
-A key is declared once: by the attrs field of the class that the block describes. From that field come its
-type, unit, range and meaning, for the built-in classes and for those of plugins alike.
+A key is declared by an attrs field of the class that its block describes. The field gives its type, unit, range and
+meaning, for built-in classes and for those of plugins alike.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import DURATION, Shock
 from shockwave.registry import load
 
-#: The profile whose samples may stand in a file.
+#: The profile whose samples may come from a file.
 RECORD = "tabulated"
 _RATIO = Quantity("", "n, whole duration over rise time", above=1, example="10")
 _DIAMETER = Quantity("m", "diameter 2 R of the granules", above=0)
@@ -34,8 +34,8 @@ _DIAMETER = Quantity("m", "diameter 2 R of the granules", above=0)
 class Key:
     """A key of a block.
 
-    ``annotation`` counts where there is no ``spec``; ``default`` is that of the constructor; ``kind`` is that of the
-    registry whose names are its values. The key may stand in place of those that it is ``instead_of``.
+    ``annotation`` is the type of a key without a ``spec``; ``default`` is that of the constructor; ``kind`` is the
+    registry whose names are its values. The key may replace those in ``instead_of``.
     """
 
     name: str
@@ -56,7 +56,7 @@ class Key:
 
     @property
     def may_be_none(self) -> bool:
-        """Whether a file may give it without a value."""
+        """Whether a file may contain it without a value."""
         return self.default is None if self.spec is None else self.spec.optional
 
 
@@ -65,7 +65,7 @@ class Key:
 
 @cache
 def keys_of(cls: type) -> tuple[Key, ...]:
-    """The parameters of a constructor, which for an attrs class are its fields."""
+    """Parameters of the constructor of ``cls``; for an attrs class, its fields."""
     fields = attrs.fields(cls) if attrs.has(cls) else ()
     specs = {field.alias: quantity_of(field) for field in fields}
     hints, meanings, keys = _hints(cls), _meanings(cls), []
@@ -80,7 +80,7 @@ def keys_of(cls: type) -> tuple[Key, ...]:
 def _hints(cls: Any) -> dict[str, Any]:
     try:
         return typing.get_type_hints(cls if "__attrs_attrs__" in vars(cls) else cls.__init__)
-    except Exception:  # an annotation may name what is imported for type checkers alone
+    except Exception:  # an annotation may use a name that is imported for type checkers only
         return {}
 
 
@@ -91,7 +91,7 @@ def _meanings(cls: type) -> dict[str, str]:
 
 
 def _needed(name: str, example: str) -> Key:
-    """The key of a field of `Shock` that may come from the profile; as a value of a file it is a number."""
+    """Key of a field of `Shock` that may come from the profile; in a file it is a number."""
     spec = quantity_of(attrs.fields_dict(Shock)[name])
     assert spec is not None
     return Key(name, spec=evolve(spec, optional=False, example=example))
@@ -105,33 +105,33 @@ def _settings(cls: type) -> tuple[Key, ...]:
 # ---------------------------------------------------------------- keys of blocks
 
 SCENARIO = (
-    Key("name", annotation=str, meaning="what the scenario is called; left out, the name of the file"),
+    Key("name", annotation=str, meaning="name of the scenario; if omitted, the name of the file"),
     Key("chain", required=True, meaning="a mapping of material, diameter, granules"),
     Key("shock", required=True, meaning="a mapping of profile, peak_force, rise_time, duration_ratio, parameters"),
-    Key("predict", default=None, meaning="how the waves are to be predicted"),
-    Key("simulate", default=None, meaning="how the scene is to be simulated"),
+    Key("predict", default=None, meaning="settings of the prediction"),
+    Key("simulate", default=None, meaning="settings of the simulation"),
     Key("requires", annotation=list[str], default=None, meaning="distributions that must be installed"),
-    Key("published", default=None, meaning="figures printed in a source, shown beside ours"),
-    Key("sweep", default=None, meaning="a mapping of grid, zip or points: the scenario stands for many"),
-    Key("uncertainty", default=None, meaning="a mapping of dotted names to how well these values are known"),
+    Key("published", default=None, meaning="results printed in a source, shown beside those of shockwave"),
+    Key("sweep", default=None, meaning="a mapping of grid, zip or points, for many scenes"),
+    Key("uncertainty", default=None, meaning="a mapping of dotted names to probability distributions"),
 )
 _, _RADIUS, _GRANULES = keys_of(Chain)
 CHAIN = (
-    Key("material", required=True, kind="materials", meaning="a name of the material library, or a mapping"),
+    Key("material", required=True, kind="materials", meaning="a name from `shockwave list materials`, or a mapping"),
     Key("diameter", required=True, spec=_DIAMETER),
     evolve(_RADIUS, required=False, instead_of=("diameter",)),
     _GRANULES,
 )
-#: What depends on the profile is added when it is known.
+#: Keys for an unknown profile; `shock_keys` gives those for a known one.
 SHOCK = (
-    Key("profile", required=True, annotation=str, kind="profiles", meaning="a name of the profile registry"),
+    Key("profile", required=True, annotation=str, kind="profiles", meaning="a name from `shockwave list profiles`"),
     _needed("peak_force", "100 N"),
     _needed("rise_time", "15 us"),
     Key("duration", spec=evolve(DURATION, example="150 us"), instead_of=("rise_time",)),
     Key("duration_ratio", spec=_RATIO),
-    Key("parameters", default=None, meaning="what the profile takes besides"),
+    Key("parameters", default=None, meaning="parameters of the profile"),
 )
-#: Blocks whose values have dotted names, but for the parameters of the profile.
+#: Blocks whose values have dotted names, without the parameters of the profile.
 BLOCKS = {
     "chain": (evolve(CHAIN[0], annotation=str), *CHAIN[1:]),
     "chain.material": tuple(key for key in keys_of(Material) if key.spec is not None),
@@ -142,30 +142,30 @@ BLOCKS = {
 
 
 def profile_class(name: str) -> type[ShockProfile]:
-    """The class of the profile called ``name``; see `shockwave.registry.load` for what is raised."""
+    """Class of the profile ``name``; raises the errors of `shockwave.registry.load`."""
     cls: type[ShockProfile] = load("profiles", name)
     return cls
 
 
 @cache
 def shock_keys(cls: type[ShockProfile] | None) -> tuple[Key, ...]:
-    """Keys of the block ``shock`` for profiles of ``cls``; None stands for an unknown profile.
+    """Keys of the block ``shock`` for profiles of the class ``cls``, or for an unknown profile if it is None.
 
-    What may come from a record, or may be a profile's own, is optional.
+    A value that the profile may define itself, as a record does, is optional.
     """
     if cls is None:
         return SHOCK
     own = {key.name: key for key in keys_of(cls) if key.name == "duration_ratio"}
     for key in SHOCK:
-        brought = f"recorded_{key.name}"
-        if hasattr(ShockProfile, brought) and getattr(cls, brought) is getattr(ShockProfile, brought):
+        recorded = f"recorded_{key.name}"
+        if hasattr(ShockProfile, recorded) and getattr(cls, recorded) is getattr(ShockProfile, recorded):
             own[key.name] = evolve(key, required=True)
     return tuple(own.get(key.name, key) for key in SHOCK)
 
 
 @cache
 def parameters_of(profile: str, cls: type[ShockProfile]) -> tuple[Key, ...]:
-    """Keys of the block ``parameters``: all that the class takes besides ``duration_ratio``."""
+    """Keys of the block ``parameters``: the parameters of ``cls`` except ``duration_ratio``."""
     keys = tuple(key for key in keys_of(cls) if key.name != "duration_ratio")
     if profile != RECORD:
         return keys

@@ -17,7 +17,7 @@ from shockwave.scenario.value_conversion import WrongsError, converted, gathered
 
 @frozen
 class Variable:
-    """A value of a scenario that may be another in another scene.
+    """A value of a scenario that can be varied.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Variable:
 
     @property
     def unit(self) -> str | None:
-        """SI unit, empty for a number without one; None for what is no number."""
+        """SI unit, empty for a dimensionless number; None for a value that is not a number."""
         if self.key.spec is not None:
             return None if self.key.spec.samples else self.key.spec.unit
         kinds = set(typing.get_args(self.key.annotation)) - {type(None)} or {self.key.annotation}
@@ -44,16 +44,16 @@ class Variable:
         return self.key.annotation is int if self.key.spec is None else self.key.spec.whole
 
     def converted(self, given: Any) -> Any:
-        """``given``, as a scenario would write it, converted; raises ValueError for a wrong one."""
+        """``given``, as written in a scenario, converted; raises ValueError if it is wrong."""
         return converted(self.key, given)
 
     def value(self, given: Any) -> Any:
-        """``given``, as a scenario would write it, converted: a float in SI units where there is a unit.
+        """``given``, as written in a scenario, converted: a float in SI units if it has a unit.
 
         Raises
         ------
         InvalidValueError
-            When it is of another dimension or kind, or out of range.
+            When it is of another dimension or type, or out of range.
         """
         try:
             return gathered([(self.name, given)], {self.name: self.converted})[self.name]
@@ -62,16 +62,16 @@ class Variable:
 
 
 def variable(name: str, data: Mapping[str, Any], fits: Callable[[str], bool] = bool) -> Variable:
-    """The variable called ``name``.
+    """The variable ``name``.
 
     Parameters
     ----------
     name : str
         Its dotted name.
     data : mapping
-        The content of the document: the parameters of a shock depend on its profile.
+        Content of the document, because the parameters of a shock depend on its profile.
     fits : callable
-        Which names the caller can use: a message lists these.
+        Whether the caller can use a name; messages list only such names.
 
     Raises
     ------
@@ -87,13 +87,13 @@ def variable(name: str, data: Mapping[str, Any], fits: Callable[[str], bool] = b
 
 
 def variables(data: Mapping[str, Any], profiles: Sequence[Any] = ()) -> dict[str, Variable]:
-    """All variables by their names; with the parameters of other ``profiles`` too."""
+    """All variables by their names, including the parameters of further ``profiles``."""
     shock = data.get("shock")
     own = shock.get("profile") if isinstance(shock, Mapping) else None
     of_shock: list[Key] = []
     parameters: list[Key] = []
     for name in (own, *profiles):
-        with suppress(ShockwaveError):  # reported where the name stands
+        with suppress(ShockwaveError):  # reported at the place of the name
             if isinstance(name, str):
                 cls = profile_class(name)
                 of_shock += shock_keys(cls)

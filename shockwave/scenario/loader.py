@@ -1,4 +1,4 @@
-"""The loader: a scenario file to a shock, a chain and settings, or to all its errors."""
+"""Loader of scenario files: a shock, a chain and settings, or a report of all errors."""
 
 from __future__ import annotations
 
@@ -38,48 +38,49 @@ from shockwave.scenario.yaml_document import Document, Steps, read_document
 
 _PARAMETERS: Steps = ("shock", "parameters")
 _STEP = re.compile(r"([^.\[\]]+)|\[([0-9]{1,9})\]")
+# Errors that are listed; the number of the others is stated.
 _MOST_FAULTS = 100
 _SIZES = ("peak_force", "rise_time", "duration")
 
 
 def load_scenario(path: str | os.PathLike[str]) -> Scenario:
-    """The scenario in a file.
+    """Load the scenario in a file.
 
     Parameters
     ----------
     path : path-like
-        A YAML file; messages call it by this name. Files that it names are looked for in its folder.
+        A YAML file; messages use this name. Files that it names are searched in its folder.
 
     Raises
     ------
     FileAccessError
-        When it, or the record that it names, cannot be read.
+        When the file, or the record that it names, cannot be read.
     ScenarioError
-        When it is not valid; every fault is listed, in the order of the file.
+        When it is not valid; all errors are listed, in the order of the file.
     PluginError
-        When a plugin that it names is at fault.
+        When a plugin that it uses is faulty.
     """
     return scenario_of(read_document(path), Path(path))
 
 
 def scenario_of(document: Document, path: Path | None, tries: slice = slice(None)) -> Scenario:
-    """The scenario that ``document`` describes; see `load_scenario`.
+    """Scenario that ``document`` describes; see `load_scenario`.
 
-    Of a sweep it is the first scene that can be, out of ``tries`` of `beginnings`; if there is none, the faults are
-    those of the first try.
+    For a sweep it is the first valid scene among ``tries`` of `beginnings`; if there is none, the reported errors are
+    those of the first of them.
     """
     sweep = None
-    brought: set[Steps] = set()
+    varied: set[Steps] = set()
     wrongs: Sequence[Wrong] = ()
     if document.data.get("sweep") is not None:
         try:
             sweep = read_sweep(document.data)
         except WrongsError as error:
             wrongs = error.wrongs
-            brought = names(document.data["sweep"])
+            varied = names(document.data["sweep"])
     problem: ShockwaveError | None = None
     for index in beginnings(sweep)[tries]:
-        loading = _Loading(first(document, sweep, index), list(document.faults), path, brought)
+        loading = _Loading(first(document, sweep, index), list(document.faults), path, varied)
         loading.report(("sweep",), wrongs)
         try:
             return loading.scenario(document, sweep)
@@ -91,16 +92,16 @@ def scenario_of(document: Document, path: Path | None, tries: slice = slice(None
 
 @define(eq=False)
 class _Loading:
-    """Builds the parts of the scene in ``document``, each as far as it can be, and keeps all ``faults``.
+    """Builds the parts of the scene in ``document``, each as far as possible, and collects all ``faults``.
 
-    A sweep with faults would have ``brought`` some values: they are not missing. ``access`` is the error of another
-    file that the scenario names and that cannot be read; ``plugin`` says that one of the faults is a plugin's.
+    Values at the paths ``varied`` come from a sweep with errors, and are not reported as missing. ``access`` is
+    the error of a file that cannot be read; ``plugin`` is true if a fault is that of a plugin.
     """
 
     document: Document
     faults: list[Fault]
     path: Path | None
-    brought: Collection[Steps] = ()
+    varied: Collection[Steps] = ()
     access: FileAccessError | None = None
     plugin: bool = False
 
@@ -109,7 +110,7 @@ class _Loading:
     def add(self, path: Steps, problem: object, at_key: bool = False) -> None:
         """Add the fault at ``path`` of the document."""
         self.plugin |= getattr(problem, "exit_code", 0) == PluginError.exit_code
-        if path not in self.brought:
+        if path not in self.varied:
             self.faults.append(self.document.fault(path, str(problem), at_key))
 
     def report(self, path: Steps, wrongs: Sequence[Wrong]) -> None:
@@ -118,44 +119,44 @@ class _Loading:
             self.add((*path, *wrong.path), wrong.problem, wrong.at_key)
 
     def finish(self) -> None:
-        """Raise what was found, in the order of the file, each once."""
+        """Raise all faults, in the order of the file and without repetition."""
         if not self.faults:
             return
         if self.access is not None and len(self.faults) == 1:
             raise FileAccessError(str(self.faults[0])) from self.access
         faults = sorted(dict.fromkeys(self.faults), key=self._order)
         if len(faults) > _MOST_FAULTS:
-            rest = Fault("", f"and {len(faults) - _MOST_FAULTS} more faults", self.document.name)
+            rest = Fault("", f"and {len(faults) - _MOST_FAULTS} more errors", self.document.name)
             faults = [*faults[:_MOST_FAULTS], rest]
         if self.plugin:
             raise PluginError("\n".join(map(str, faults)), faults)
         raise ScenarioError(faults)
 
     def _order(self, fault: Fault) -> tuple[float, ...]:
-        """Line and column; those of another file last."""
+        """Line and column of ``fault``; faults in another file come last."""
         name, _, place = fault.location.partition(f"{self.document.name}:")
         return tuple(map(int, place.split(":"))) if place and not name else (float("inf"),)
 
     # ---------------------------------------------------------------- blocks
 
     def values(self, path: Steps, given: Any, keys: Sequence[Key]) -> tuple[dict[str, Any], bool]:
-        """The sound values of the block at ``path``, and whether nothing is wrong with it."""
+        """Valid values of the block at ``path``, and whether the block has no errors."""
         try:
             return structure(given, keys), True
         except WrongsError as error:
             self.report(path, error.wrongs)
-            return error.sound, False
+            return error.valid, False
 
     def block(self, name: str, given: Any, cls: type) -> Any:
-        """The object of the block ``name`` whose keys are arguments of ``cls``; None where something is wrong."""
+        """Instance of ``cls`` from the block ``name``, whose keys are its arguments; None if the block has errors."""
         path = tuple(name.split("."))
         keys = BLOCKS[name] if name in ("predict", "simulate") else keys_of(cls)
-        values, sound = self.values(path, given, keys)
+        values, valid = self.values(path, given, keys)
         if not {key.name for key in keys if key.required} <= values.keys():
             return None
-        # What the constructor has to say about the other values is reported as well.
+        # Errors that the constructor finds in the other values are reported as well.
         made = self.build(cls, values, path)
-        return made if sound else None
+        return made if valid else None
 
     def build(
         self,
@@ -165,10 +166,10 @@ class _Loading:
         elsewhere: Mapping[str, Steps] | None = None,
         owner: Any = Scenario,
     ) -> Any:
-        """The object that ``make`` makes of ``values``, or None, with the faults it finds.
+        """Return ``make(**values)``, or None if it raises an error, which is added to the faults.
 
-        They are below ``path``, but for arguments that are given ``elsewhere``; an empty name stands for all of them.
-        Whatever else it raises is the fault of who wrote ``owner``.
+        Faults are located below ``path``, except those of arguments with another place in ``elsewhere``, where an empty
+        name stands for all arguments. An unexpected exception counts as an error of the plugin that defines ``owner``.
         """
         elsewhere = elsewhere or {}
         try:
@@ -185,7 +186,7 @@ class _Loading:
         return None
 
     def _place(self, fault: Fault, path: Steps, elsewhere: Mapping[str, Steps]) -> None:
-        """Add a fault that a constructor has found at a path such as ``times[3]``."""
+        """Add a fault that a constructor reports for a path such as ``times[3]``."""
         if fault.location:  # in a record, a file of its own
             self.faults.append(fault)
             return
@@ -197,7 +198,7 @@ class _Loading:
     # ---------------------------------------------------------------- scene
 
     def scenario(self, whole: Document, sweep: Sweep | None) -> Scenario:
-        """The scenario of one scene of ``sweep``, which the document ``whole`` holds."""
+        """Scenario of one scene of ``sweep``; ``whole`` is the document with all of its blocks."""
         data, _ = self.values((), self.document.data, SCENARIO)
         published = data.get("published")
         parts = {
@@ -227,14 +228,15 @@ class _Loading:
             try:
                 version(name)
             except (PackageNotFoundError, ValueError):
-                self.add(("requires", index), f"must be installed (got {text_of(name)}; install it if you trust it)")
+                problem = f"must be an installed distribution (got {text_of(name)}; install it if you trust it)"
+                self.add(("requires", index), problem)
 
     # ---------------------------------------------------------------- chain
 
     def _chain(self, data: Any) -> Any:
-        values, sound = self.values(("chain",), data, CHAIN)
+        values, valid = self.values(("chain",), data, CHAIN)
         material = self._material(values["material"]) if "material" in values else None
-        if not sound or material is None:
+        if not valid or material is None:
             return None
         values["material"] = material
         elsewhere = {"radius": ("chain", "diameter")} if "diameter" in values else {}
@@ -257,32 +259,32 @@ class _Loading:
     def _shock(self, data: Any) -> Any:
         given = data if isinstance(data, dict) else {}
         cls = self._loaded("profiles", given.get("profile"), ("shock", "profile"))
-        values, sound = self.values(("shock",), data, shock_keys(cls))
+        values, valid = self.values(("shock",), data, shock_keys(cls))
         if cls is None:
             return None
-        # The profile is built even where another key is at fault, for what its constructor has to say.
+        # The profile is built even if another key has an error, so that errors of its constructor are reported too.
         profile = self._profile(cls, given, values)
-        if profile is None or not sound:
+        if profile is None or not valid:
             return None
         sizes: dict[str, Any] = {key: values[key] for key in _SIZES if key in values}
         make = Shock.of_duration if "duration" in sizes else Shock
         return self.build(make, {"profile": profile, **sizes}, ("shock",), {"": ("shock", "profile")}, cls)
 
     def _profile(self, cls: Any, given: Mapping[str, Any], shock: Mapping[str, Any]) -> Any:
-        """The profile of a block, of whose values ``shock`` are sound; None where something is wrong with it."""
+        """Profile of the block ``given`` with the valid values ``shock``; None if the profile has errors."""
         name = given["profile"]
-        values, sound = self.values(_PARAMETERS, given.get("parameters"), parameters_of(name, cls))
+        values, valid = self.values(_PARAMETERS, given.get("parameters"), parameters_of(name, cls))
         own = [key for key in keys_of(cls) if key.name == "duration_ratio"]
         if "duration_ratio" not in shock:
-            # one that is wrong, or missing, is reported with the keys of the block
-            sound = sound and "duration_ratio" not in given and not any(key.required for key in own)
+            # a wrong or missing one is reported with the keys of the block
+            valid = valid and "duration_ratio" not in given and not any(key.required for key in own)
         elif own:
             values["duration_ratio"] = shock["duration_ratio"]
         else:
-            problem = f"must be left out, as profile {name!r} has its own (got {shock['duration_ratio']:g})"
+            problem = f"must be left out, because profile {name!r} has its own (got {shock['duration_ratio']:g})"
             self.add(("shock", "duration_ratio"), problem)
-            sound = False
-        if not sound:
+            valid = False
+        if not valid:
             return None
         make: Callable[..., Any] = cls
         if name == RECORD and "file" in values:
@@ -293,10 +295,10 @@ class _Loading:
         return self.build(make, values, _PARAMETERS, {"duration_ratio": ("shock", "duration_ratio")}, cls)
 
     def _file(self, name: str) -> Path | None:
-        """The file called ``name`` in the scenario's folder, or below it."""
+        """File ``name`` in the scenario's folder or below it; None, with a fault, if it is elsewhere."""
         folder = self.path.parent if self.path is not None else Path()
         file = folder / name
-        # an absolute name leads elsewhere too
+        # an absolute name may lead elsewhere, too
         if name.strip() and file.resolve().is_relative_to(folder.resolve()):
             return file
         problem = f"must be a file in the scenario's folder or below it (got {text_of(name)}; copy it there)"

@@ -1,4 +1,4 @@
-"""The scenario: one shock on one chain, and what is asked about it."""
+"""The scenario: one shock on one chain, with the settings of prediction and simulation."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from shockwave.scenario.yaml_document import Document
 
 @frozen(kw_only=True)
 class Published:
-    """Figures printed in a source for the same scene, to be shown beside ours.
+    """Results printed in a source for the same scene, for comparison.
 
     Parameters
     ----------
     source : str
-        Where they are printed.
+        Source in which they are printed.
     relation : "less", "equal" or "greater", optional
-        Primary's peak force against the shock's.
+        Peak force of the leading wave relative to that of the shock.
     virtual_rise_time : float, optional
-        [s].
+        Virtual rise time [s].
     error : float, optional
-        Relative error of the peak force.
+        Relative error of the predicted peak force.
     """
 
     source: str
@@ -42,30 +42,30 @@ class Published:
 
 @frozen(kw_only=True)
 class Scenario:
-    """One scene, and what is asked about it.
+    """One scene, with the settings of prediction and simulation.
 
     Attributes
     ----------
     name : str
-        Its name: the file's name without its suffix, unless it says otherwise.
+        Name; by default the name of the file without its suffix.
     path : pathlib.Path or None
-        The file.
+        File from which it was read.
     shock : Shock
         Profile, peak force, rise time.
     chain : Chain
         Material, radius, number of granules.
     predictor : Predictor
-        As the block ``predict`` wants it.
+        Predictor with the settings of the block ``predict``.
     simulate : SimulateOptions
-        As the block ``simulate`` wants it.
+        Options of the block ``simulate``.
     published : Published or None
-        Figures of a source for the same scene.
+        Results that a source prints for the same scene.
     sweep : Sweep or None
-        The scenes that it stands for; shock, chain and settings are then those of the first that can be.
+        The scenes of a sweep; shock, chain and settings are then those of its first valid scene.
     uncertainty : tuple of Spread
-        How well values are known; none where nothing is said of it.
+        Probability distributions of values; empty without a block ``uncertainty``.
     document : Document or None
-        The document that it was read from, without the blocks ``sweep`` and ``uncertainty``.
+        Document from which it was read, without the blocks ``sweep`` and ``uncertainty``.
     """
 
     name: str
@@ -81,7 +81,7 @@ class Scenario:
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """Files that the scenario was read from: its own and that of its record."""
+        """Files from which the scenario was read: its own and that of its record."""
         if self.path is None or self.document is None:
             return ()
         shock = self.document.data["shock"]

@@ -1,4 +1,4 @@
-"""Families: scenes that differ from that of a scenario in some of its values."""
+"""Families of scenes that differ in some values from the scene of a scenario."""
 
 from __future__ import annotations
 
@@ -18,17 +18,18 @@ from shockwave.registry import load
 from shockwave.scenario.loader import scenario_of
 from shockwave.scenario.scenario import Scenario
 
+# Shocks that are kept: a bound on the memory of a long sweep.
 _MOST_KNOWN = 1024
 
 
 @define(eq=False)
 class Family:
-    """Scenes that differ from ``base`` in values called by their dotted names.
+    """Scenes that differ from ``base`` in values given by their dotted names.
 
     Parameters
     ----------
     base : Scenario
-        The scenario. One that was not read from a document takes no other profile.
+        The scenario. If it was not read from a file, its profile cannot be replaced.
     """
 
     base: Scenario
@@ -45,9 +46,9 @@ class Family:
         Raises
         ------
         ScenarioError, InvalidValueError
-            When there is no such scene.
+            When the values give no valid scene.
         PluginError
-            When the fault is a plugin's.
+            When a plugin is faulty.
         """
         parts: defaultdict[str, dict[str, Any]] = defaultdict(dict)
         shape = {}
@@ -71,7 +72,7 @@ class Family:
         )
 
     def _reshaped(self, values: Mapping[str, Any]) -> Shock:
-        """The shock with another profile; kept, as a grid comes back to it."""
+        """The shock with another profile; kept, because a grid uses it repeatedly."""
         key = repr(sorted(values.items()))
         if key not in self._known:
             if len(self._known) >= _MOST_KNOWN:
@@ -92,7 +93,7 @@ def _shock(shock: Shock, values: dict[str, Any]) -> Shock:
     return made
 
 
-@lru_cache(maxsize=64)  # most points of a sweep share it
+@lru_cache(maxsize=64)  # most points of a sweep share their chain
 def _chain(chain: Chain, sizes: tuple[tuple[str, Any], ...], constants: tuple[tuple[str, float], ...]) -> Chain:
     values = dict(sizes)
     if isinstance(values.get("material"), str):
@@ -107,7 +108,7 @@ def _chain(chain: Chain, sizes: tuple[tuple[str, Any], ...], constants: tuple[tu
 
 
 def _located(block: str, part: Any, values: Mapping[str, Any]) -> Any:
-    """``part`` with ``values``; faults name them by their block."""
+    """``part`` with ``values``; the paths of faults begin with ``block``."""
     try:
         return evolve(part, **values) if values else part
     except InvalidValueError as error:
@@ -115,9 +116,9 @@ def _located(block: str, part: Any, values: Mapping[str, Any]) -> Any:
 
 
 def _of_profile(shock: Shock, values: Mapping[str, Any]) -> Shock:
-    """The shock with other parameters of its profile, where there is no document to read it from."""
+    """The shock with other parameters of its profile, for a scene without a document."""
     if "shock.profile" in values or not attrs.has(type(shock.profile)):
-        problem = "must be values of a scenario file here (got a scene made in Python; load one from a file)"
+        problem = "must be values of a scenario file (got a scene made in Python; load a scenario from a file)"
         raise InvalidValueError.of(", ".join(values), problem)
     own = {name.rpartition(".")[2]: value for name, value in values.items()}
     return evolve(shock, profile=_located("shock.parameters.", shock.profile, own))

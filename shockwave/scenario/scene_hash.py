@@ -1,4 +1,4 @@
-"""The content of a scenario in one form and in SI units, and the hash of that."""
+"""Normalised form of a scenario in SI units, and its hash."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from shockwave.profiles.base import ShockProfile
 from shockwave.scenario.block_keys import keys_of
 from shockwave.scenario.scenario import Scenario
 
-# Digits that a change of units leaves alone; the last ones are its rounding.
+# Significant digits; the last digits of a float depend on the units in which a value was written.
 _DIGITS = 12
-# Longer lists stand as their hash.
+# Length of a list; a longer one is represented by its hash.
 _LONGEST = 64
-# Where a profile that keeps no parameters is looked at: so many points of rise and decay each.
+# Points of the rise, and of the decay, that represent a profile without stored parameters.
 _POINTS = 129
 
 
@@ -29,10 +29,10 @@ def scene_hash(scenario: Scenario) -> str:
 
 
 def normalised(scenario: Scenario) -> str:
-    """The scenario as canonical JSON: sorted keys, SI units, numbers to 12 digits, defaults written out.
+    """Scenario as canonical JSON: sorted keys, SI units, numbers to 12 digits, defaults written out.
 
-    It holds what the answers depend on. Names, comments, sources and printed figures are left out, and it makes no
-    difference in which units the scenario was written. Lists of more than 64 numbers stand as their length and hash.
+    It contains everything on which the results depend. Names, comments, sources and published results are left out, and
+    the units of the file do not matter. A list of more than 64 numbers is represented by its length and hash.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def normalised(scenario: Scenario) -> str:
 
 
 def parameters(profile: ShockProfile) -> dict[str, Any]:
-    """Arguments of the profile's constructor; its force at some points, if it does not keep them."""
+    """Arguments of the profile's constructor; if it does not store them, its force at some points."""
     names = [key.name for key in keys_of(type(profile))]
     if all(hasattr(profile, name) for name in names):
         return {name: getattr(profile, name) for name in names}
@@ -80,7 +80,7 @@ def _canonical(value: Any) -> Any:
     if value is None or isinstance(value, bool | str):
         return value
     if isinstance(value, int | float):
-        # adding zero takes the sign from a zero
+        # adding zero removes the sign of a zero
         return float(f"{value:.{_DIGITS - 1}e}") + 0.0
     if isinstance(value, Mapping):
         return {str(key): _canonical(inner) for key, inner in value.items()}

@@ -1,7 +1,7 @@
-"""Schema: the keys of a scenario and the values of each, as JSON Schema (draft-07), for editors.
+"""JSON Schema (draft-07) of the keys of a scenario and their values, for editors.
 
-It is derived from the keys that the loader reads, and admits whatever the loader does. Rules over several values, units
-and files are left to the loader.
+It is derived from the keys of the loader and accepts everything that the loader accepts. Rules on several values, on
+units and on files are left to the loader.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _ABOUT = (
     "One shock on one chain of equal elastic spheres. A bare number is in SI units; text is a number with a unit"
     " of the same dimension, such as 15 us."
 )
-# How the text of a quantity begins. A unit is not looked at: there are more spellings than a pattern can hold.
+# Beginning of the text of a quantity. Units are not checked: a pattern cannot cover all their spellings.
 _NUMBER = r"^\s*[-+]?\.?[0-9]"
 
 _BOUNDS = {"exclusiveMinimum": "above", "minimum": "at_least", "exclusiveMaximum": "below", "maximum": "at_most"}
@@ -44,13 +44,13 @@ Form = dict[str, Any]
 
 
 def schema() -> Form:
-    """The JSON Schema of a scenario with what is installed, plugins included.
+    """JSON Schema of a scenario, including installed plugins.
 
     Returns
     -------
     dict
-        Plain data for `json.dumps`, the same for the same installation. A profile that cannot be imported may be
-        named in a scenario, with any parameters.
+        Plain data for `json.dumps`, the same for the same installation. A profile that cannot be imported is accepted
+        with any parameters.
     """
     forms = {key.name: _value(key) for key in SCENARIO}
     forms["chain"] |= _mapping(CHAIN)
@@ -70,8 +70,8 @@ def schema() -> Form:
     forms["uncertainty"] |= _or_null(_dotted()) | _never(TWINS)
     return {
         "$schema": _DRAFT,
-        "$comment": f"Of shockwave {__version__}. To be written anew when another plugin is installed.",
-        "title": "Scenario of shockwave",
+        "$comment": f"Written by shockwave {__version__}. Write it again after the installation of a plugin.",
+        "title": "shockwave scenario",
         "description": _ABOUT,
         "type": "object",
         "properties": forms,
@@ -94,21 +94,21 @@ def _complete(of_profiles: list[Form]) -> Form:
 
 
 def _mapping(own: Sequence[Key]) -> Form:
-    """A mapping of these keys and nothing else, without two keys for one value."""
+    """A mapping with these keys only, and without two keys for one value."""
     properties = {key.name: _value(key) for key in own}
     form: Form = {"type": "object", "properties": properties, "additionalProperties": False}
     return form | _never([(key.name, other) for key in own for other in key.instead_of])
 
 
 def _never(pairs: Sequence[tuple[str, str]]) -> Form:
-    """Keys of which a mapping must not have both."""
+    """Pairs of keys of which a mapping must not have both."""
     doubled = [{"required": list(pair)} for pair in pairs]
-    # `required` alone accepts everything that is no mapping
+    # `required` alone accepts everything that is not a mapping
     return {"not": {"type": "object", "anyOf": doubled}} if doubled else {}
 
 
 def _required(own: Sequence[Key]) -> Form:
-    """Keys that a mapping of these must have; one key may stand in place of another."""
+    """Keys that a mapping must have, where one key may replace another."""
     substitutes = {name: key.name for key in own for name in key.instead_of}
     names = [key.name for key in own if key.required]
     either = [(name, substitutes[name]) for name in names if name in substitutes]
@@ -132,7 +132,7 @@ def _of_profile(name: str) -> tuple[Form, Form]:
         form, needed, of_shock = _or_null(_mapping(parameters)), _required(parameters), _required(shock_keys(cls))
         rules: Form = {"duration_ratio": _value(ratios[0]) if ratios else {"not": {}}, "parameters": form}
     except Exception as error:  # a plugin's class may be anything
-        unknown = f"parameters of {name}, which are not known ({' '.join(str(error).split())})"
+        unknown = f"parameters of {name}, which are unknown ({' '.join(str(error).split())})"
         return {"properties": {"parameters": {"type": ["object", "null"], "description": unknown}}}, {}
     if any(key.required for key in parameters):
         of_shock["required"].append("parameters")
@@ -167,7 +167,7 @@ def _value(key: Key) -> Form:
 
 
 def _quantity(spec: Quantity) -> Form:
-    """A number in the range of ``spec``, or text that begins with one; bounds count for numbers alone."""
+    """A number in the range of ``spec``, or text that begins with a number; bounds apply to numbers only."""
     bounds = {name: getattr(spec, bound) for name, bound in _BOUNDS.items()}
     form: Form = {name: bound for name, bound in bounds.items() if bound is not None}
     return form | {"type": ["integer" if spec.whole else "number", "string"], "pattern": _NUMBER}
@@ -183,7 +183,7 @@ _KINDS: Final[dict[Any, Form]] = {
 
 
 def _of_kind(annotation: Any) -> Form:
-    """Values that the loader takes for an annotated type; any for one that it leaves to the constructor."""
+    """Values that the loader accepts for an annotated type; any value if it leaves the check to the constructor."""
     origin = typing.get_origin(annotation) or annotation
     members = typing.get_args(annotation)
     if origin is Literal:
@@ -205,5 +205,5 @@ def _or_null(form: Form) -> Form:
 
 
 def _names(kind: str) -> list[str]:
-    """Names of a registry; one that two plugins claim stands once."""
+    """Names of a registry, without repetition."""
     return list(dict.fromkeys(entry.name for entry in registry.entries(kind)))

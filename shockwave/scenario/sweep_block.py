@@ -1,4 +1,4 @@
-"""The block ``sweep`` of a scenario, which stands for many scenes."""
+"""The block ``sweep`` of a scenario, which describes many scenes."""
 
 from __future__ import annotations
 
@@ -21,33 +21,34 @@ from shockwave.scenario.yaml_document import Document, Steps
 
 Run = Literal["predict", "simulate", "compare"]
 _MATERIAL: Steps = ("chain", "material")
+# Scenes of a sweep, and values on an axis: bounds on its memory.
 _MOST_POINTS = 10**7
 _MOST_VALUES = 10**6
-# So many points, out of all, are tried until one has a scene.
+# Number of points that are tried until one gives a valid scene.
 _MOST_TRIES = 100
 _LENGTH = Key("number", spec=Quantity("", "number of values", at_least=1, at_most=_MOST_VALUES, whole=True))
 _SPACINGS: dict[str, Callable[[float, float, int], np.ndarray]] = {"linspace": np.linspace, "logspace": np.geomspace}
-_VALUES = "must be a list of values, or for numbers {linspace: [first, last, number]} or {logspace: ...}"
+_VALUES = "must be a list of values or, for numbers, {linspace: [first, last, number]} or {logspace: ...}"
 
 #: Keys of the block.
 SWEEP = (
-    Key("run", annotation=Run, meaning="what is done at every point; left out, what the scenario has a block for"),
-    Key("grid", meaning="dotted names and their values: every value with every other"),
-    Key("zip", meaning="dotted names and as many values each: the first with the first, and so on"),
+    Key("run", annotation=Run, meaning="command for every point; if omitted, that of the scenario's block"),
+    Key("grid", meaning="dotted names and their values, in all combinations"),
+    Key("zip", meaning="dotted names with equally many values each: the first values belong together, and so on"),
     Key("points", meaning="a list of mappings of dotted names to one value each"),
 )
 
 
 @frozen
 class Axis:
-    """Variables that go through their values together.
+    """Variables that are varied together.
 
     Attributes
     ----------
     variables : tuple of Variable
         One, unless it comes from ``zip`` or ``points``.
     values : tuple of tuple
-        For each position the values of the variables, numbers in SI units.
+        Values of the variables for each position, numbers in SI units.
     """
 
     variables: tuple[Variable, ...]
@@ -64,7 +65,7 @@ class Axis:
 
 @frozen
 class Sweep:
-    """Many scenes: the product of axes, of which the last one is gone through first.
+    """Many scenes: the product of axes, of which the last one varies fastest.
 
     Attributes
     ----------
@@ -91,7 +92,7 @@ class Sweep:
         return math.prod(self.shape)
 
     def point(self, index: int) -> dict[str, Any]:
-        """Dotted names and values of a point, counted from 0."""
+        """Dotted names and values of a point; points are numbered from 0."""
         found: dict[str, Any] = {}
         stride = len(self)
         for axis in self.axes:
@@ -105,12 +106,12 @@ class Sweep:
 
 
 def read(data: Mapping[str, Any]) -> Sweep:
-    """The block ``sweep`` of the document ``data``.
+    """Sweep of the block ``sweep`` of the document ``data``.
 
     Raises
     ------
     WrongsError
-        With everything that is wrong.
+        When the block is not valid; it contains all errors.
     """
     given = data["sweep"]
     if not isinstance(given, dict):
@@ -128,13 +129,13 @@ def read(data: Mapping[str, Any]) -> Sweep:
     sweep = Sweep(run, tuple(axis for axes in found.values() for axis in axes))
     if not 0 < len(sweep) <= _MOST_POINTS or not sweep.axes:
         got = len(sweep) if sweep.axes else "nothing"
-        problem = f"must have a grid, a zip or points, of 1 to {_MOST_POINTS:g} scenes in all (got {got})"
+        problem = f"must have a grid, a zip or points with 1 to {_MOST_POINTS:g} scenes in all (got {got})"
         raise WrongsError([Wrong((), problem)])
     return sweep
 
 
 def _run(data: Mapping[str, Any]) -> Run:
-    """The command that the scenario has a block for, or else both side by side."""
+    """Command for which the scenario has a block; with both blocks or none, ``compare``."""
     predict, simulate = (data.get(name) is not None for name in ("predict", "simulate"))
     if predict == simulate:
         return "compare"
@@ -142,7 +143,7 @@ def _run(data: Mapping[str, Any]) -> Run:
 
 
 def _varied(block: Any) -> Iterator[tuple[str, str, list[Any]]]:
-    """Part, dotted name and values of everything that a block varies, whether it is sound or not."""
+    """Part, dotted name and values of everything that a block varies, whether valid or not."""
     for part, content in block.items() if isinstance(block, dict) else ():
         for mapping in content if isinstance(content, list) else [content]:
             for name, values in mapping.items() if isinstance(mapping, dict) else ():
@@ -150,7 +151,7 @@ def _varied(block: Any) -> Iterator[tuple[str, str, list[Any]]]:
 
 
 def _repeated(varied: list[tuple[str, str, list[Any]]]) -> Iterator[Wrong]:
-    """Names that stand in several parts of the block."""
+    """Errors of names that occur in several parts of the block."""
     parts: dict[str, str] = {}
     for part, name, _ in varied:
         first = parts.setdefault(name, part)
@@ -159,7 +160,7 @@ def _repeated(varied: list[tuple[str, str, list[Any]]]) -> Iterator[Wrong]:
 
 
 def names(block: Any) -> set[Steps]:
-    """The paths of the values that a block varies, whether it is sound or not."""
+    """Paths of the values that a block varies, whether valid or not."""
     return {tuple(name.split(".")) for _, name, _ in _varied(block)}
 
 
@@ -181,7 +182,7 @@ def _zip(known: Mapping[str, Variable], given: Any) -> list[Axis]:
     variables, columns = zip(*_columns(known, given), strict=True)
     if len({len(values) for values in columns}) > 1:
         counts = ", ".join(f"{len(values)} of {of.name}" for of, values in zip(variables, columns, strict=True))
-        raise ValueError(f"must have as many values of each (got {counts})")
+        raise ValueError(f"must have equally many values of each name (got {counts})")
     return [Axis(variables, tuple(zip(*columns, strict=True)))]
 
 
@@ -203,10 +204,10 @@ def _points(known: Mapping[str, Variable], given: Any) -> list[Axis]:
 
 
 def _values(of: Variable, given: Any) -> list[Any]:
-    """The values that ``given`` stands for."""
+    """Values that the list or the spacing ``given`` describes."""
     if isinstance(given, list):
         if not given or len(given) > _MOST_VALUES:
-            raise ValueError(f"must be 1 to {_MOST_VALUES} values (got {len(given)})")
+            raise ValueError(f"must be a list of 1 to {_MOST_VALUES} values (got {len(given)})")
         return items(given, partial(_value, of))
     kind, parts = next(iter(given.items())) if isinstance(given, dict) and len(given) == 1 else (None, None)
     listed = isinstance(parts, list) and len(parts) == 3 and None not in parts
@@ -217,7 +218,7 @@ def _values(of: Variable, given: Any) -> list[Any]:
 
 
 def _value(of: Variable, given: Any) -> Any:
-    """A value of ``of`` in SI units; a material without a name is a mapping."""
+    """Value of ``of`` in SI units; a material may be a mapping."""
     if of.name == "chain.material" and isinstance(given, dict):
         return structure(given, keys_of(Material))
     return of.converted(given)
@@ -228,12 +229,12 @@ def _spaced(of: Variable, kind: str, parts: list[Any]) -> list[Any]:
     first, last, number = gathered(enumerate(parts), dict(enumerate(converters))).values()
     if kind == "logspace" and not first * last > 0:
         raise ValueError(f"must have ends of the same sign, other than 0 (got {text_of(parts)}; use linspace)")
-    # where both ends are in its range, so is what is between
+    # values between two valid ends are valid, too
     found: list[Any] = _SPACINGS[kind](first, last, number).tolist()
     if not of.whole:
         return found
     if any(value != int(value) for value in found):
-        raise ValueError(f"must give whole numbers (got {text_of(parts)}; list them)")
+        raise ValueError(f"must give whole numbers (got {text_of(parts)}; list the values)")
     return [int(value) for value in found]
 
 
@@ -241,20 +242,20 @@ def _spaced(of: Variable, kind: str, parts: list[Any]) -> list[Any]:
 
 
 def beginnings(sweep: Sweep | None) -> range:
-    """The points to begin with, one after the other until one has a scene."""
+    """Points that are tried in turn until one gives a valid scene."""
     count = len(sweep) if sweep is not None else 1
     return range(0, count, -(-count // _MOST_TRIES))
 
 
 def first(document: Document, sweep: Sweep | None, index: int = 0) -> Document:
-    """One of the scenes that the document stands for, as one that stands for itself."""
+    """Document of the single scene at the point ``index`` of the sweep."""
     rest = {name: value for name, value in document.data.items() if name not in ("sweep", "uncertainty")}
     document = evolve(document, data=rest)
     if sweep is None:
         return document
     values: dict[Steps, Any] = {tuple(name.split(".")): value for name, value in sweep.point(index).items()}
     place = document.keys.get(("sweep",))
-    # the material first, for constants that are swept of it
+    # the material first, because its constants may be varied too
     if _MATERIAL in values:
         document = document.having({_MATERIAL: values.pop(_MATERIAL)}, place)
     if any(steps[:-1] == _MATERIAL for steps in values):
@@ -263,7 +264,7 @@ def first(document: Document, sweep: Sweep | None, index: int = 0) -> Document:
 
 
 def _constants(document: Document) -> dict[Steps, Any]:
-    """The material of a document as a mapping, if it is given by its name."""
+    """Constants of the material of a document, if it is given by its name."""
     chain = document.data.get("chain")
     name = chain.get("material") if isinstance(chain, dict) else None
     if not isinstance(name, str):

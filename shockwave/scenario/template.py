@@ -1,6 +1,6 @@
-"""Templates: a scenario to begin with, every key with its meaning.
+"""Templates: scenarios to start from, with every key and its meaning.
 
-The blocks are in ``template.yaml``; what depends on the profile is written from its keys.
+The blocks are in ``template.yaml``; the lines that depend on the profile are written from its keys.
 """
 
 from __future__ import annotations
@@ -17,43 +17,64 @@ from shockwave import OWN_DISTRIBUTION
 from shockwave.fields import Quantity
 from shockwave.registry import find
 from shockwave.scenario.block_keys import RECORD, Key, keys_of, parameters_of, profile_class, shock_keys
+from shockwave.text import wrapped
 
 _RECORD_EXAMPLES = {"file": "pulse.csv", "times": "[0 s, 15 us, 150 us]", "forces": "[0 N, 100 N, 0 N]"}
 _BY_KIND: dict[Any, Any] = {bool: False, int: 1, float: 1, str: "text", list: [], tuple: []}
+# Columns of a line, and least columns of a comment.
+_WIDTH = 80
+_NARROW = 20
+# A line with a comment behind a value, and a line that is a comment.
+_COMMENTED = re.compile(r"( *(?:# *)?[^#]*?  # |# )(.+)")
+# A sign and the blank before its number, which a line does not end with.
+_BOUND = re.compile(r"([<>]=?) ")
 _PLAIN = re.compile(r"(?!(?i:true|false|null)\Z)[A-Za-z_][A-Za-z0-9_-]*")
 
 
 def template(profile: str | None = None) -> str:
-    """The text of a scenario with every key, its meaning, and a value to begin with.
+    """Text of a scenario with every key, its meaning, and a value to start from.
 
     Parameters
     ----------
     profile : str, optional
-        Name of a registered profile, of a plugin too. Left out: ``power-law``.
+        Name of a registered profile, which may come from a plugin. Default: ``power-law``.
 
     Raises
     ------
     UnknownNameError
         When no profile has the name.
     PluginError
-        When the plugin that has it is at fault.
+        When the plugin that registers it is faulty.
     """
     name = profile or "power-law"
     cls = profile_class(name)
     owner = find("profiles", name).distribution
     text = resources.files(__package__).joinpath("template.yaml").read_text(encoding="utf-8")
-    return string.Template(text).substitute(
+    whole = string.Template(text).substitute(
         profile=_text(name),
         shock="\n".join([*_sizes(cls), *_parameters(name, cls)]),
         distribution=_text(owner),
         comment="# " if owner == OWN_DISTRIBUTION else "",
     )
+    return "".join(f"{part}\n" for line in whole.splitlines() for part in _wrapped(line))
+
+
+def _wrapped(line: str) -> list[str]:
+    """``line`` with a long comment continued below itself."""
+    match = _COMMENTED.fullmatch(line)
+    if len(line) <= _WIDTH or match is None:
+        return [line]
+    column = len(match[1]) - 2
+    kept = _BOUND.sub("\\1\xa0", match[2])
+    first, *rest = wrapped(kept, max(_WIDTH - len(match[1]), _NARROW))
+    lines = [match[1] + first, *(" " * column + "# " + part for part in rest)]
+    return [part.replace("\xa0", " ") for part in lines]
 
 
 def _sizes(cls: Any) -> Iterator[str]:
-    """Lines of peak force, rise time, duration and their ratio, where the profile takes them."""
+    """Lines of peak force, rise time, duration and duration ratio, as far as the profile takes them."""
     own, keys = keys_of(cls), shock_keys(cls)
-    # One that can bring its own force and time, but does not as it stands here.
+    # A profile that can define its own force and time, but does not with its defaults.
     brings_none = not any(key.required for key in (*keys[1:], *own)) and cls().recorded_rise_time is None
     for key in keys[1:-1]:
         if key.name != "duration_ratio" or key in own:
@@ -80,7 +101,7 @@ def _stated(key: Key) -> bool:
 
 
 def _example(key: Key) -> str:
-    """A value that ``key`` takes, as YAML: its default, an example, or else any."""
+    """A value that ``key`` accepts, as YAML: its default, its example, or any other."""
     if _stated(key):
         return _text(key.default)
     if key.spec is not None:
@@ -98,7 +119,7 @@ def _fitting(spec: Quantity) -> float:
 
 
 def _text(value: Any) -> str:
-    """``value`` in YAML, of which JSON is a part; names need no quotes."""
+    """``value`` in YAML, which includes JSON; names need no quotes."""
     if isinstance(value, str) and _PLAIN.fullmatch(value):
         return value
     if isinstance(value, float) and abs(value) < 1e6 and value == int(value):

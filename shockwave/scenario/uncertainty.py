@@ -1,4 +1,4 @@
-"""Uncertainties: the block of a scenario with the distributions of its values."""
+"""The block ``uncertainty`` of a scenario, with probability distributions of its values."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from shockwave.text import si
 
 Kind = Literal["relative", "sd", "factor", "between"]
 
-_RELATIVE = Key("relative", spec=Quantity("", "standard deviation over the value", above=0, at_most=1))
+_RELATIVE = Key("relative", spec=Quantity("", "relative standard deviation", above=0, at_most=1))
 _FACTOR = Key("factor", spec=Quantity("", "factor within which two thirds of the values lie", above=1, at_most=100))
 _RULE = "must be a percentage such as 5 %, or a mapping {sd: ...}, {between: [..., ...]} or {factor: ...}"
 #: Pairs of names for one value.
@@ -25,16 +25,16 @@ TWINS: Final = (("chain.diameter", "chain.radius"), ("shock.duration", "shock.ri
 
 @frozen
 class Spread:
-    """The distribution of a value about that of the scenario.
+    """Probability distribution of a value.
 
     Attributes
     ----------
     variable : Variable
         The value.
     kind : "relative", "sd", "factor" or "between"
-        Normal with a standard deviation over the value, or with one in SI units; lognormal; uniform.
+        Normal with a relative standard deviation, normal with one in SI units, lognormal, or uniform.
     numbers : tuple of float
-        One number, for ``between`` two.
+        One number; two for ``between``.
     """
 
     variable: Variable
@@ -57,12 +57,12 @@ class Spread:
 
 
 def is_continuous(of: Variable) -> bool:
-    """Whether a variable is a value of the chain or the shock that can lie anywhere in a range."""
+    """Whether a variable is a continuous value of the chain or the shock."""
     return of.unit is not None and not of.whole and of.name.startswith(("chain.", "shock."))
 
 
 def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
-    """The spreads of a block.
+    """Distributions of the block ``uncertainty``.
 
     Parameters
     ----------
@@ -74,13 +74,13 @@ def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
     Raises
     ------
     WrongsError
-        With everything that is wrong.
+        When the block is not valid; it contains all errors.
     """
     if not isinstance(given, Mapping) or not given:
         problem = f"must be a mapping of dotted names to distributions (got {text_of(given)})"
         raise WrongsError([Wrong((), problem)])
     twins = [
-        Wrong((one,), f"must be left out where {other} is given (got both; delete one)", at_key=True)
+        Wrong((one,), f"must be left out if {other} is given (got both; delete one)", at_key=True)
         for one, other in TWINS
         if one in given and other in given
     ]
@@ -90,7 +90,7 @@ def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
 
 def _spread(of: Variable, given: Any) -> Spread:
     if not is_continuous(of):
-        problem = f"must be a value of the chain or the shock that can lie anywhere in a range (got {of.name})"
+        problem = f"must be a continuous value of the chain or the shock (got {of.name})"
         raise WrongsError([Wrong((), problem, at_key=True)])
     if isinstance(given, str) and given.strip().endswith("%"):
         return Spread(of, "relative", (converted(_RELATIVE, given),))
@@ -106,15 +106,15 @@ def _spread(of: Variable, given: Any) -> Spread:
 
 
 def ends_of(of: Variable, given: Any) -> tuple[float, ...]:
-    """The least and the greatest value of an interval.
+    """Lower and upper end of an interval.
 
     Raises
     ------
     ValueError, WrongsError
-        When it is no pair of values in ascending order.
+        When it is not a pair of values in ascending order.
     """
     if not isinstance(given, list | tuple) or len(given) != 2:
-        raise ValueError(f"must be a list of the least and the greatest value (got {text_of(given)})")
+        raise ValueError(f"must be a list of two values, the least and the greatest (got {text_of(given)})")
     ends = items(given, of.converted)
     if not ends[0] < ends[1]:
         raise ValueError(f"must ascend (got {text_of(given)})")

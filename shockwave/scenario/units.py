@@ -1,4 +1,4 @@
-"""Units: a number, or text such as ``15 us``, to a float in SI units."""
+"""Conversion of a number, or of text such as ``15 us``, to a float in SI units."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from typing import Any
 
 from shockwave.fields import text_of
 
+# Characters of a quantity.
 _LONGEST = 80
 _NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?"
-# Exponents are short numbers of named units, never of powers: a parser can spend for ever on 9**9**9.
+# Exponents are short numbers and apply to units only: a parser can spend forever on 9**9**9.
 _FACTOR = r"[A-Za-zµμ°%Ω_]{1,30}(?: ?(?:\*\*|\^) ?-?[0-9]{1,2}(?:\.[0-9]{1,2})?|⁻?[¹²³⁴⁵⁶])?"
 _BY = r"(?: ?[*/·] ?| )"
 _TERM = rf"(?:{_FACTOR}|\( ?{_FACTOR}(?:{_BY}{_FACTOR})* ?\))"
@@ -27,7 +28,7 @@ _NAMES = {
     "kg/m**3": "a density, such as '7958 kg/m**3'",
 }
 
-# The usual units, as pint has them: so most scenarios do without its import, which costs more than the rest.
+# Common units, with the values of pint: most scenarios then need no import of pint, which takes longer than the rest.
 _USUAL = {
     "": {"%": "0.01"},
     "s": {"s": "1", "ms": "1e-3", "us": "1e-6", "µs": "1e-6", "μs": "1e-6", "ns": "1e-9"},
@@ -44,9 +45,9 @@ def to_si(value: int | float | str, unit: str) -> float:
     Parameters
     ----------
     value : int, float or str
-        A bare number is SI already. Text is a number, or a number with a unit of the same dimension.
+        A bare number is in SI units. Text is a number, or a number with a unit of the same dimension.
     unit : str
-        The SI unit, in pint's spelling; empty where there is no dimension, and then ``5 %`` is 0.05.
+        SI unit in the spelling of pint; empty for a dimensionless number, where ``5 %`` is 0.05.
 
     Returns
     -------
@@ -56,7 +57,7 @@ def to_si(value: int | float | str, unit: str) -> float:
     Raises
     ------
     ValueError
-        When it is no such quantity, or not finite. The message begins with ``must be``.
+        When it is not such a quantity, or not finite. The message begins with ``must be``.
     """
     got = "nothing" if value is None else text_of(value)
     try:
@@ -74,8 +75,8 @@ def to_si(value: int | float | str, unit: str) -> float:
 
 
 def _from_text(text: str, unit: str) -> float:
-    """The number that ``text`` is; raises ValueError with a reason, if there is one to give."""
-    # The length first, so that the pattern does not deal with a long text.
+    """Number in ``text``; raises ValueError, with a reason if there is one."""
+    # the pattern must not process a long text
     match = _QUANTITY.fullmatch(" ".join(text.split())) if len(text) <= _LONGEST else None
     if match is None:
         raise ValueError
@@ -96,14 +97,14 @@ def _factor(of_unit: str, unit: str) -> Decimal:
         # a product of one with a zero point of its own, such as degC, raises
         factor: Decimal = (1 * registry.Quantity(Decimal(1), spelling)).to(unit or "dimensionless").magnitude
         return factor
-    except Exception as error:  # whatever pint raises, the text is no unit to it
+    except Exception as error:  # whatever pint raises, the text is not a unit
         undefined = type(error).__name__ == "UndefinedUnitError"
-        raise ValueError("; there is no such unit" if undefined else "") from None
+        raise ValueError("; unknown unit" if undefined else "") from None
 
 
 @cache
 def _registry() -> Any:
-    import pint  # only a unit that is not among the usual ones brings it in
+    import pint  # needed only for units that are not in _USUAL
 
     # Decimal factors: with floats 15 us would not be 15e-6, nor 7.958 g/cm**3 be 7958 kg/m**3.
     return pint.UnitRegistry(non_int_type=Decimal)

@@ -1,4 +1,4 @@
-"""Conversion of the values of a block to what constructors take, with everything that is wrong with them."""
+"""Conversion of the values of a block to arguments of constructors, with all errors."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _NUMBERS = {int: Quantity("", "", whole=True), float: Quantity("", "")}
 
 
 class Wrong(NamedTuple):
-    """An error in a block: ``problem``, a text or an error, at ``path`` below it, or with the key there."""
+    """Error in a block: ``problem``, a text or an exception, of the value at ``path`` below it, or of its key."""
 
     path: Steps
     problem: object
@@ -28,28 +28,28 @@ class Wrong(NamedTuple):
 
 
 class WrongsError(ValueError):
-    """The errors of a block, of whose values ``sound`` are the others."""
+    """All errors of a block; ``valid`` are its valid values."""
 
-    def __init__(self, wrongs: Sequence[Wrong], sound: Mapping[Any, Any] | None = None) -> None:
+    def __init__(self, wrongs: Sequence[Wrong], valid: Mapping[Any, Any] | None = None) -> None:
         super().__init__()
         self.wrongs = wrongs
-        self.sound = dict(sound or {})
+        self.valid = dict(valid or {})
 
 
 def structure(data: Any, keys: Sequence[Key]) -> dict[str, Any]:
-    """The values of a block, converted to what constructors take.
+    """Values of a block, converted to arguments of constructors.
 
     Parameters
     ----------
     data : object
-        The content of the document. None stands for an empty block.
+        Content of the block. None stands for an empty block.
     keys : sequence of Key
         Its keys.
 
     Raises
     ------
     WrongsError
-        With everything that is wrong.
+        When the block is not valid; it contains all errors.
     """
     given = {} if data is None else data
     if not isinstance(given, dict):
@@ -59,11 +59,11 @@ def structure(data: Any, keys: Sequence[Key]) -> dict[str, Any]:
 
 
 def _of_keys(given: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Wrong]:
-    """Keys that are missing, and those given twice under different names."""
+    """Errors of missing keys, and of values given twice under different keys."""
     substitutes = [(name, key.name) for key in keys for name in key.instead_of]
     for name, other in substitutes:
         if name in given and other in given:
-            yield Wrong((other,), f"must be left out where {name} is given (got both; delete one)", at_key=True)
+            yield Wrong((other,), f"must be left out if {name} is given (got both; delete one)", at_key=True)
     for key in keys:
         other = dict(substitutes).get(key.name, "")
         if key.required and key.name not in given and other not in given:
@@ -76,12 +76,12 @@ def gathered(
     converters: Mapping[Any, Callable[[Any], Any]],
     found: Iterable[Wrong] = (),
 ) -> dict[Any, Any]:
-    """Values converted each by the function of its key or index.
+    """Values, each converted by the function of its key or index.
 
     Raises
     ------
     WrongsError
-        With everything that is wrong, and what was ``found`` before.
+        When a conversion fails, or when errors were ``found`` before.
     """
     values: dict[Any, Any] = {}
     wrongs: list[Wrong] = []
@@ -102,13 +102,13 @@ def gathered(
 
 
 def items(values: Sequence[Any], convert: Callable[[Any], Any]) -> list[Any]:
-    """All values converted; raises `WrongsError` where some cannot be."""
+    """All values, converted; raises `WrongsError` with all errors."""
     found = gathered(enumerate(values), dict.fromkeys(range(len(values)), convert))
     return list(found.values())
 
 
 def _unknown(name: str, known: Sequence[str]) -> Wrong:
-    hint = f"{nearest(name[:60], known)}known: {', '.join(known)}" if known else "there are none here"
+    hint = f"{nearest(name[:60], known)}known: {', '.join(known)}" if known else "no keys are allowed here"
     return Wrong((name,), f"unknown key (got {text_of(name)}; {hint})", at_key=True)
 
 
@@ -116,7 +116,7 @@ def _unknown(name: str, known: Sequence[str]) -> Wrong:
 
 
 def converted(key: Key, value: Any) -> Any:
-    """The value of ``key`` as the constructor takes it; raises ValueError or UnknownNameError for a wrong one."""
+    """Value of ``key`` as an argument of the constructor; raises ValueError or UnknownNameError if it is wrong."""
     spec = key.spec
     if value is None and key.may_be_none:
         return None
@@ -130,7 +130,7 @@ def converted(key: Key, value: Any) -> Any:
 
 
 def _quantity(value: Any, spec: Quantity) -> int | float:
-    # A whole number stays one: a float would round a large one.
+    # a float would round a large whole number
     si = value if spec.whole and type(value) is int else to_si(value, spec.unit)
     if spec.problem(si) is not None:
         raise ValueError(f"must be {spec.rule} (got {_shown(value)})")
@@ -138,7 +138,7 @@ def _quantity(value: Any, spec: Quantity) -> int | float:
 
 
 def _of_kind(value: Any, annotation: Any) -> Any:
-    """``value`` as an annotated type; as it is, where the type is the class's own: its constructor judges."""
+    """``value`` as an annotated type; unchanged if the type is unknown here, because the constructor then checks it."""
     origin = typing.get_origin(annotation) or annotation
     members = typing.get_args(annotation)
     if origin in _NUMBERS:
@@ -159,13 +159,13 @@ def _of_kind(value: Any, annotation: Any) -> Any:
 
 
 def _list(value: Any, convert: Callable[[Any], Any]) -> list[Any]:
-    if not isinstance(value, list | tuple):  # a tuple is one that was converted before
+    if not isinstance(value, list | tuple):  # a tuple was converted before
         raise ValueError(f"must be a list (got {_shown(value)})")
     return items(value, convert)
 
 
 def _any_of(value: Any, members: Sequence[Any]) -> Any:
-    """A value of a union: text is taken as text only where it is no number."""
+    """Value of a union; text counts as text only if it is not a number."""
     if value is None and type(None) in members:
         return None
     rest = [member for member in members if member is not type(None)]

@@ -1,7 +1,7 @@
-"""The reader: YAML text to plain data, each value with its line and column.
+"""Reader of YAML text: plain data, with the line and column of each value.
 
-Only what a scenario needs of YAML is accepted: one document, a mapping of names; scalars are text, decimal numbers,
-truth values and null; no anchors, aliases or tags.
+Only the part of YAML that a scenario needs is accepted: one document, which is a mapping of names; scalars are text,
+decimal numbers, truth values and null; anchors, aliases and tags are errors.
 """
 
 from __future__ import annotations
@@ -18,12 +18,14 @@ from shockwave.errors import Fault, ScenarioError
 from shockwave.fields import text_of
 from shockwave.files import open_regular
 
-#: The way from the top of a document to a value: keys of mappings and indices of lists.
+#: Path from the top of a document to a value: keys of mappings and indices of lists.
 Steps: TypeAlias = tuple[str | int, ...]
 
+# Size of a file [bytes]; longer records belong in a CSV file.
 _MOST_BYTES = 2**20
+# Values in a document: a bound on the time of the parser.
 _MOST_VALUES = 100_000
-#: Digits of a whole number; a longer one is a float.
+# Digits of a whole number; a longer one is a float.
 _MOST_DIGITS = 300
 _HINTS = {
     r"'\t'": "use spaces",
@@ -33,7 +35,7 @@ _HINTS = {
     "recursion": "nest fewer levels",
 }
 _BREAK = re.compile(r"\r\n|\r|\n")
-# What breaks lines for some programs and not for others is unprintable too, so that all count the same lines.
+# Characters that only some programs treat as line breaks count as unprintable: line numbers are then unambiguous.
 _UNPRINTABLE = re.compile("[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _PLAIN_KEY = re.compile(r"[\w-]{1,60}")
 
@@ -51,18 +53,18 @@ def dotted(path: Steps) -> str:
 
 @define(eq=False)
 class Document:
-    """A document that was read.
+    """A document in YAML.
 
     Attributes
     ----------
     name : str
-        The name of the file in messages.
+        Name of the file in messages.
     data : dict
         Plain mappings, lists, text, numbers, truth values and None.
     faults : list of Fault
-        Those that leave the rest readable, in their order in the text.
+        Errors that leave the rest readable, in their order in the text.
     values, keys : dict
-        Where each value and each key begins.
+        Places at which the values and the keys begin.
     """
 
     name: str
@@ -72,7 +74,7 @@ class Document:
     keys: dict[Steps, yaml.Mark] = Factory(dict)
 
     def fault(self, path: Steps, problem: str, at_key: bool = False) -> Fault:
-        """The fault of the value at ``path``, or of its key; it is located there, or at the nearest above it."""
+        """Fault of the value at ``path``, or of its key; located there, or at the nearest block above it."""
         for end in range(len(path), -1, -1):
             mark = (self.keys.get(path[:end]) if at_key else None) or self.values.get(path[:end])
             if mark is not None:
@@ -80,10 +82,10 @@ class Document:
         return Fault(dotted(path), problem, f"{self.name}:1:1")
 
     def having(self, values: Mapping[Steps, Any], place: yaml.Mark | None = None) -> Document:
-        """The document with other ``values`` at their paths; mappings on the way are made where there is nothing.
+        """The document with other ``values`` at their paths; missing mappings on the way are created.
 
-        A value below something else than a mapping is left out: what is wrong there is found without it. ``place`` is
-        where the values stand, if not where what is above them does.
+        A value below something that is not a mapping is ignored, because the loader reports an error there anyway.
+        ``place`` is the place of the values; by default it is that of the block above them.
         """
         data = dict(self.data)
         for path, value in values.items():
@@ -102,25 +104,26 @@ class Document:
 
 
 def read_document(path: str | os.PathLike[str]) -> Document:
-    """The document in a file.
+    """Document in a file.
 
     Parameters
     ----------
     path : path-like
-        A regular file of UTF-8 text, at most 1 MiB; messages call it by this name.
+        A regular file of UTF-8 text, at most 1 MiB; messages use this name.
 
     Raises
     ------
     FileAccessError
         When the file cannot be read.
     ScenarioError
-        When it is larger, or its text is no mapping in YAML.
+        When it is larger, or when its text is not a mapping in YAML.
     """
     name = os.fspath(path)
     with open_regular(path) as file:
         data = file.read(_MOST_BYTES + 1)
     if len(data) > _MOST_BYTES:
-        raise _error(name, "", "must be at most 1 MiB (put a long record in a CSV file, and name it under `file`)")
+        hint = "put a long record into a CSV file and give its name as `file`"
+        raise _error(name, "", f"must be at most 1 MiB (got more; {hint})")
     try:
         text = data.decode()
     except UnicodeDecodeError as error:
@@ -131,12 +134,12 @@ def read_document(path: str | os.PathLike[str]) -> Document:
 
 
 def parse_document(text: str, name: str) -> Document:
-    """The document in ``text``, which messages call ``name``.
+    """Document in ``text``; messages use ``name`` for it.
 
     Raises
     ------
     ScenarioError
-        When the text is no mapping in YAML.
+        When the text is not a mapping in YAML.
     """
     if bad := _UNPRINTABLE.search(text):
         problem = f"must be printable text (got the character U+{ord(bad[0]):04X}; delete it)"
@@ -157,7 +160,7 @@ def _location(name: str, mark: yaml.Mark) -> str:
 
 
 def _error(name: str, before: str, problem: str) -> ScenarioError:
-    """The error of one fault, which stands behind the text ``before``."""
+    """Error with one fault, which follows the text ``before``."""
     *lines, last = _BREAK.split(before)
     return ScenarioError([Fault("", problem, f"{name}:{len(lines) + 1}:{len(last) + 1}")])
 
@@ -166,7 +169,7 @@ def _error(name: str, before: str, problem: str) -> ScenarioError:
 
 
 class _Loader(yaml.SafeLoader):
-    """The parser in Python: unlike libyaml's it is the same wherever this runs, in its messages too."""
+    """The parser written in Python; unlike libyaml's, it gives the same messages on all systems."""
 
     yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}  # type: ignore[misc]
 
@@ -187,16 +190,16 @@ for _tag, _pattern, _first in (
 
 
 def _composed(text: str, name: str) -> yaml.Node | None:
-    """The node at the top, if there is one."""
+    """Node at the top of the document, if there is one."""
     loader = _Loader(text)
     try:
-        if text.count(",") + text.count("\n") > _MOST_VALUES:  # one of these stands behind nearly every value
-            raise ValueError(f"more than {_MOST_VALUES} values; put a long record in a CSV file")
+        if text.count(",") + text.count("\n") > _MOST_VALUES:  # nearly every value is followed by one of these
+            raise ValueError(f"more than {_MOST_VALUES} values; put a long record into a CSV file")
         found: yaml.Node | None = loader.get_single_node()
         return found
-    # PyYAML recurses without a limit, and makes characters of escapes without asking whether there are such.
+    # PyYAML recurses without a limit, and converts escape sequences without checking that the character exists.
     except (yaml.MarkedYAMLError, RecursionError, ValueError, OverflowError) as error:
-        got = str(getattr(error, "problem", None) or error)
+        got = str(getattr(error, "problem", None) or error).removeprefix("but ")
         hint = next((f"; {hint}" for part, hint in _HINTS.items() if part in got), "")
         mark = getattr(error, "problem_mark", None) or loader.get_mark()
         raise ScenarioError([Fault("", f"must be YAML (got: {got}{hint})", _location(name, mark))]) from None
@@ -206,14 +209,14 @@ def _composed(text: str, name: str) -> yaml.Node | None:
 
 
 def _value(document: Document, node: yaml.Node, path: Steps) -> Any:
-    """The data of a node, whose places ``document`` gets."""
+    """Data of a node; its places are added to ``document``."""
     document.values[path] = node.start_mark
     if isinstance(node, yaml.SequenceNode):
         return [_value(document, inner, (*path, index)) for index, inner in enumerate(node.value)]
     if isinstance(node, yaml.MappingNode):
         return _mapping(document, node, path)
     if node.tag == _TEXT and _UNPRINTABLE.search(node.value):
-        problem = "must be printable text (got an escape of a character that is not)"
+        problem = "must be printable text (got the escape sequence of an unprintable character)"
         document.faults.append(document.fault(path, problem))
         return ""
     return _scalar(node.tag, node.value)
@@ -228,9 +231,9 @@ def _mapping(document: Document, node: yaml.Node, path: Steps) -> dict[str, Any]
             data[key.value] = _value(document, inner, below)
             continue
         if key.tag == _TEXT:
-            problem = f"must be given once (got it again; first in line {document.keys[below].line + 1}; delete one)"
+            problem = f"must be given once (got it twice, first in line {document.keys[below].line + 1}; delete one)"
         else:
-            problem = f"must have names as keys (got {text_of(key.value)}; put it in quotes if it is one)"
+            problem = f"must have names as keys (got {text_of(key.value)}; put it in quotes if it is a name)"
         where = dotted(below if key.tag == _TEXT else path)
         document.faults.append(Fault(where, problem, _location(document.name, key.start_mark)))
     return data

@@ -1,1 +1,1 @@
-"""The right column: the equations of motion (1), integrated."""
+"""Numerical integration of the equations of motion (1)."""

@@ -1,11 +1,11 @@
-/* The march of many shocks into their chains, a shock a lane: the compiled twin of numpy_backend.py.
+/* Search for the leading wave of several shocks, one per lane: the algorithm of numpy_backend.py in C.
 
-   Scaled units: mass and contact stiffness 1. Row j of an array holds granule j of every lane, so with LANES lanes
-   element e = j * lanes + lane; neighbours are `lanes` elements apart. The arithmetic of an element does not depend on
-   the number of lanes, so a shock alone and a shock among others come out alike to the last bit (as long as
-   products and sums are not fused: see setup.py).
+   Scaled units: mass and contact stiffness 1. Row j of an array contains granule j of all lanes, so that the element
+   of granule j is e = j * lanes + lane; neighbours are `lanes` elements apart. The arithmetic does not depend on the
+   number of lanes: the results of a shock are identical to the last bit, whether it runs alone or among others (as
+   long as products and sums are not fused, see setup.py).
 
-   The functions take buffers of float64 and keep no state; the interpreter's lock is released while they run. */
+   The functions take buffers of float64 and have no state; the global interpreter lock is released while they run. */
 
 #ifndef Py_LIMITED_API
 #define Py_LIMITED_API 0x030B0000
@@ -17,26 +17,26 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* One source, compiled for each width of vector that processors have; the loader takes the widest. */
+/* Compiled for several vector widths; the loader selects the widest that the processor supports. */
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
 #define WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define WIDE
 #endif
 
-#define BLOCK 8       /* elements worked on at a time: the lanes of one granule, or eight granules of one lane */
-#define LEAST 1e-40   /* overlaps below it are none: no number may become so small that processors slow down */
-#define MOST_STAGES 17
-#define ROW 8         /* columns of a piece of the free path */
+#define BLOCK 8           /* elements processed at a time: the lanes of one granule, or eight granules of one lane */
+#define MIN_OVERLAP 1e-40 /* smaller overlaps count as zero: arithmetic with subnormal numbers is slow */
+#define MAX_STAGES 17
+#define ROW 8             /* columns of a piece of the table of the free-particle displacement */
 
-/* A block as one value: GCC and Clang turn it into whatever vectors the processor has. */
+/* A block as one value, which GCC and Clang map to the vectors of the processor. */
 typedef double Vector __attribute__((vector_size(BLOCK * sizeof(double)), aligned(sizeof(double)), may_alias));
 typedef long long Choice __attribute__((vector_size(BLOCK * sizeof(double))));
 #define VECTOR(address) (*(Vector *)(address))
 #define MAGNITUDE 0x7fffffffffffffffLL
 #define ABSOLUTE(v) ((Vector)((Choice)(v) & (Choice){MAGNITUDE, MAGNITUDE, MAGNITUDE, MAGNITUDE, \
                                                      MAGNITUDE, MAGNITUDE, MAGNITUDE, MAGNITUDE}))
-/* the greater of two; a NaN stays */
+/* the larger of two values; a NaN is kept */
 #define GREATER(one, other) ((Vector)(((Choice)(one) & ((other) <= (one))) | ((Choice)(other) & ~((other) <= (one)))))
 #if defined(__clang__)
 #define NEXT_ELEMENTS(one, other) __builtin_shufflevector(one, other, 1, 2, 3, 4, 5, 6, 7, 8)
@@ -56,7 +56,7 @@ typedef struct {
 static int method_of(const double *data, Py_ssize_t size, Method *method)
 {
     int s;
-    if (size < 3 || !(data[0] >= 2 && data[0] <= MOST_STAGES && data[1] >= 0 && data[1] < 100)) return 0;
+    if (size < 3 || !(data[0] >= 2 && data[0] <= MAX_STAGES && data[1] >= 0 && data[1] < 100)) return 0;
     s = (int)data[0];
     if (size != 3 + s * (s + 5)) return 0;
     method->stages = s;
@@ -71,7 +71,7 @@ static int method_of(const double *data, Py_ssize_t size, Method *method)
     return 1;
 }
 
-/* ---------------------------------------------------------------- the path of a free granule under the shock */
+/* ---------------------------------------------------------------- free-particle displacement */
 
 typedef struct {
     const double *rows, *coefficients;
@@ -79,7 +79,7 @@ typedef struct {
     double rise_time, force;
 } Path;
 
-/* Path and impulse at time t: a Chebyshev series (Clenshaw) and a power on each piece. */
+/* Displacement and impulse at time t: a Chebyshev series (Clenshaw) and a power on each piece. */
 static void free_path(Path *path, double t, double *g, double *impulse)
 {
     double s = t / path->rise_time, z, b1 = 0, b2 = 0, d1 = 0, d2 = 0, next;
@@ -117,11 +117,11 @@ static void free_path(Path *path, double t, double *g, double *impulse)
 
 /* ---------------------------------------------------------------- one step of all lanes */
 
-/* Arrays of a window; each has `lanes` zeros before its first element and spare ones behind its last. */
+/* Arrays of a window, each with at least `lanes` zeros before its first element and spare elements after its last. */
 typedef struct {
-    long lanes, room;            /* room: elements of each array */
+    long lanes, room; /* room: number of elements of each array */
     double *block;
-    double *x, *v, *x1, *v1, *f, *late, *since, *k[MOST_STAGES];
+    double *x, *v, *x1, *v1, *f, *late, *since, *k[MAX_STAGES];
 } Window;
 
 static int window_of(Window *w, long lanes, long rows)
@@ -131,19 +131,20 @@ static int window_of(Window *w, long lanes, long rows)
     const long named = (long)(sizeof arrays / sizeof *arrays);
     double *at;
     w->block = NULL;
-    if (rows > (LONG_MAX / (named + MOST_STAGES) - 3 * pad) / lanes) return 0;
+    if (rows > (LONG_MAX / (named + MAX_STAGES) - 3 * pad) / lanes) return 0;
     w->lanes = lanes;
     w->room = rows * lanes;
-    w->block = calloc((size_t)((named + MOST_STAGES) * (w->room + 3 * pad)), sizeof(double));
+    w->block = calloc((size_t)((named + MAX_STAGES) * (w->room + 3 * pad)), sizeof(double));
     if (!w->block) return 0;
     at = w->block + pad;
-    for (i = 0; i < named + MOST_STAGES; i++, at += w->room + 3 * pad)
+    for (i = 0; i < named + MAX_STAGES; i++, at += w->room + 3 * pad)
         *(i < named ? arrays[i] : &w->k[i - named]) = at;
     return 1;
 }
 
-/* Accelerations k[terms] at the positions x + c h v + h^2 sum of a_j k_j, j < terms, with h of shape (BLOCK,). Positions
-   and contact forces live in registers alone, one block ahead and one behind. `shift` is what the first row lacks. */
+/* Accelerations k[terms] at the positions x + c h v + h^2 sum of a_j k_j, j < terms, with h of shape (BLOCK,).
+   Positions and contact forces are kept in registers, one block ahead and one behind. `shift` is added to the first
+   row. */
 WIDE static void stage(long n, long lanes, int terms, double c, const double *a, const double *h, const double *shift,
                        const double *x, const double *v, double *const *k)
 {
@@ -153,7 +154,7 @@ WIDE static void stage(long n, long lanes, int terms, double c, const double *a,
     long e;
     int j, l;
     for (e = -BLOCK; e < n; e += BLOCK) {
-        /* beyond the window granules are at rest */
+        /* granules beyond the window are at rest */
         next = VECTOR(x + e + BLOCK);
         if (e + BLOCK < n) {
             sum = square - square;
@@ -163,7 +164,7 @@ WIDE static void stage(long n, long lanes, int terms, double c, const double *a,
         if (e < 0) { now += next; continue; }
         before = force;
         overlap = now - (lanes == 1 ? NEXT_ELEMENTS(now, next) : next);
-        overlap = (Vector)((Choice)overlap & (overlap > LEAST));
+        overlap = (Vector)((Choice)overlap & (overlap > MIN_OVERLAP));
         VECTOR(closed) = overlap;
 #pragma GCC unroll 1
         for (l = 0; l < BLOCK; l++) root[l] = sqrt(closed[l]);
@@ -173,7 +174,7 @@ WIDE static void stage(long n, long lanes, int terms, double c, const double *a,
     }
 }
 
-/* The new state x1, v1, and the greatest difference of the embedded method's from it at each element of a block. */
+/* The new state x1, v1, and its largest difference from the embedded method for each element of a block. */
 WIDE static void combine(long n, const Method *m, const double *h, const double *x, const double *v,
                          double *const *k, double *x1, double *v1, double *worst)
 {
@@ -201,8 +202,8 @@ WIDE static void combine(long n, const Method *m, const double *h, const double 
     VECTOR(worst) = most;
 }
 
-/* Tries a step of sizes h from x, v with accelerations k[0]. `shift`: stages x BLOCK, the free path at the stages.
-   Afterwards x1, v1 are the new state, `worst` the greatest error of each element of a block. */
+/* Attempts a step of sizes h from x, v with accelerations k[0]. `shift`, stages x BLOCK, is the free-particle
+   displacement at the stages. Sets x1, v1 to the new state and `worst` to the largest error of each element. */
 static void attempt(const Method *m, Window *w, long n, const double *h, const double *shift, double *worst)
 {
     int i;
@@ -212,48 +213,49 @@ static void attempt(const Method *m, Window *w, long n, const double *h, const d
 }
 
 
-/* ---------------------------------------------------------------- a lane: one shock on its way */
+/* ---------------------------------------------------------------- a lane: one shock */
 
-/* Columns of a job, and of what is found for it; primary.py writes them. */
-enum { RISE_TIME, FORCE, DURATION, GRANULES, TOLERANCE, DOUBT, MOST_CONTACTS, MOST_WORK, REAR, KNOWN_FROM,
+/* Columns of a job and of its result; see primary_search.py. */
+enum { RISE_TIME, FORCE, DURATION, GRANULES, TOLERANCE, DOUBT, MAX_CONTACTS, MAX_WORK, REAR, EARLIEST_TIME,
        GROWING, ABOVE, FIRST_PIECE = ABOVE + 10, PIECES,
        FIRST_COEFFICIENT, FIRST_STOP, FIRST_WANTED, WANTED, JOB };
-enum { WANTED_CONTACT, WANTED_TIME, WANTED_FORCE, PASSAGE };   /* contacts ascend */
+enum { WANTED_CONTACT, WANTED_TIME, WANTED_FORCE, PASSAGE };   /* contacts in ascending order */
 enum { STATUS, PEAK, LAST, CONTACT, TIME, DOUBT_LEFT, SPEED, MOMENTUM, ENERGY, FOOT, CHAIN_MOMENTUM, CHAIN_ENERGY, WORK,
        IMPULSE, FREE_PATH, STEPS, EVALUATIONS, FOUND };
 enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 
-#define MOST_COUNT ((double)(LONG_MAX / 8)) /* a larger number is not a valid count or index */
-#define STRIDE 4      /* contacts between the peaks that are followed to their limit */
-#define KEPT 5        /* how many of them are kept */
-#define SLOW 200       /* differences that hardly fall may add up to so many of the last */
-#define NOISE 0.2      /* share of the doubt allowed below which peaks that rise and fall are at their limit */
-#define STEADY 1.002   /* by how much the ratio of the differences may seem to rise */
-#define MOST_RATIO 0.98 /* slower approaches cannot be told from noise */
-#define AT_REST 1e-16
-#define WALL 1e30      /* where a granule out of reach stands in for the free end */
-#define FEW 2         /* lanes that are not worth a whole vector */
-#define FLOOR 1e-4
-#define WEAK 0.2      /* overlap of what does not count behind the front */
-#define REACH 8       /* contacts from which a free end is felt */
+/* See peak_limit.py and numpy_backend.py for the meaning of the constants of the same names. */
+#define MAX_COUNT ((double)(LONG_MAX / 8)) /* largest valid count or index */
+#define STRIDE 4       /* contacts between the peaks that are used for the limit */
+#define KEPT 5         /* number of these peaks */
+#define SLOW 200       /* assumed sum of a slowly converging series, in units of its last term */
+#define NOISE 0.2      /* fraction of the permitted uncertainty below which alternating differences are noise */
+#define STEADY 1.002   /* apparent growth of the ratio that counts as noise */
+#define MAX_RATIO 0.98 /* largest ratio of consecutive differences */
+#define AT_REST 1e-16  /* largest displacement and velocity of a granule at rest */
+#define FAR 1e30       /* position of the granule beyond a free end, out of reach */
+#define FEW 2          /* largest number of lanes that run faster one by one */
+#define FLOOR 1e-4     /* smallest peak force */
+#define WEAK 0.2       /* smallest overlap of a peak behind the front */
+#define REACH 8        /* number of contacts that a free end affects */
 #define FIRST_STEP 0.05
 #define LONGEST_STEP 1.0
-#define SAFETY 0.9
-#define SLACK 0.1     /* force of a contact that may be cut, over the primary */
-#define TREND 4        /* contacts over which its change is taken: a single one tells little more than noise */
-#define RECENT 6.0    /* a wave passes from one contact to the next in less */
-/* Error of a step in which a contact opens or closes, over its length and the 3/2 power of the change of the overlap:
-   the force is only once differentiable there, which the difference from the embedded method may not show. */
+#define SAFETY 0.9     /* safety factor of the step size */
+#define SLACK 0.1      /* largest force of a contact at which the chain may be cut, over that of the front */
+#define TREND 4        /* number of contacts over which the growth of a wave is measured */
+#define RECENT 6.0     /* longest time in which a wave passes from one contact to the next */
+/* error of a step in which a contact opens or closes, over its length and the 3/2 power of the change of the overlap: the
+   force has no second derivative there, which the embedded method may not detect */
 #define KINK 0.03
-#define TALLER 0.999  /* a wave of this share of the primary may be as tall as it */
-#define RIVAL 2.0     /* error of the primary, over what another wave exceeds it by */
-#define UNASKED 2e6   /* contact forces between two calls of `expired`: tens of milliseconds */
+#define TALLER 0.999   /* fraction of the peak force of the front above which a wave may be as strong */
+#define RIVAL 2.0      /* error of the front, over the amount by which another wave exceeds it */
+#define INTERVAL 2e6   /* number of contact forces between two calls of `expired`: tens of milliseconds */
 
 typedef struct {
     long job, base, count, head, granules, stop, wanted, last_wanted, steps, evaluations;
     int driven, status, kept, rejected;
     double t, h, until, impulse, free_path, duration, tolerance;
-    double effort, bank_momentum, bank_energy, work;
+    double effort, removed_momentum, removed_energy, work;
     double peak[KEPT], time[KEPT];
     long contact[KEPT];
     Path path;
@@ -270,7 +272,7 @@ typedef struct {
 
 static double overlap_force(double d) { return d > 0 ? d * sqrt(d) : 0; }
 
-/* Room for so many rows; what the arrays hold is kept. */
+/* Enlarges the arrays to this number of rows, and keeps their contents. */
 static int make_room(Window *w, long rows)
 {
     Window larger;
@@ -285,13 +287,13 @@ static int make_room(Window *w, long rows)
     memcpy(larger.v1, w->v1, size);
     memcpy(larger.late, w->late, size);
     memcpy(larger.since, w->since, size);
-    for (i = 0; i < MOST_STAGES; i++) memcpy(larger.k[i], w->k[i], size);
+    for (i = 0; i < MAX_STAGES; i++) memcpy(larger.k[i], w->k[i], size);
     free(w->block);
     *w = larger;
     return 1;
 }
 
-/* Clears lane l from a row on: in the state, and in what will become the state. */
+/* Sets lane l to zero from a row on, in the present and the new state. */
 static void clear(const Method *m, Window *w, long row, int l)
 {
     double *const arrays[] = {w->x, w->v, w->k[0], w->x1, w->v1, w->k[m->stages - 1], w->late, w->since};
@@ -301,17 +303,17 @@ static void clear(const Method *m, Window *w, long row, int l)
         for (e = row * w->lanes + l; e < w->room; e += w->lanes) arrays[i][e] = 0;
 }
 
-/* Beyond a free end granules stand out of reach. */
-static void wall(Window *w, const Lane *lane, int l)
+/* Moves the elements beyond a free end out of reach. */
+static void set_free_end(Window *w, const Lane *lane, int l)
 {
     const long row = lane->granules - lane->base;
     long e;
     if (!lane->granules || row >= w->room / w->lanes) return;
-    for (e = row * w->lanes + l; e < w->room; e += w->lanes) w->x[e] = w->x1[e] = WALL;
+    for (e = row * w->lanes + l; e < w->room; e += w->lanes) w->x[e] = w->x1[e] = FAR;
 }
 
-/* Takes up the next job in lane l, or leaves it idle. */
-static void take_up(const Method *m, Batch *batch, Window *w, Lane *lane, int l)
+/* Starts the next job in lane l, or leaves the lane idle. */
+static void start_job(const Method *m, Batch *batch, Window *w, Lane *lane, int l)
 {
     const double *job;
     clear(m, w, 0, l);
@@ -336,17 +338,17 @@ static void take_up(const Method *m, Batch *batch, Window *w, Lane *lane, int l)
     lane->until = batch->stops[lane->stop];
     lane->wanted = (long)job[FIRST_WANTED];
     lane->last_wanted = lane->wanted + (long)job[WANTED];
-    wall(w, lane, l);
+    set_free_end(w, lane, l);
 }
 
-/* Force on contact j of lane l in state x. */
+/* Force at contact j of lane l in state x. */
 static double contact_force(const Window *w, const double *x, long j, int l)
 {
     return overlap_force(x[j * w->lanes + l] - x[(j + 1) * w->lanes + l]);
 }
 
-/* What may still outgrow the front, over its peak: the tallest wave behind it, or a granule in free flight as fast. */
-static double tallest(const double *job, const Window *w, const Lane *lane, int l)
+/* Peak force that a wave or a granule in free flight behind the front may reach, over that of the front. */
+static double strongest_behind(const double *job, const Window *w, const Lane *lane, int l)
 {
     const long front = lane->head - lane->base - 2;
     double most = 0;
@@ -354,7 +356,7 @@ static double tallest(const double *job, const Window *w, const Lane *lane, int 
     for (j = 0; j < front; j++) {
         const long e = j * w->lanes + l;
         const double force = contact_force(w, w->x, j, l);
-        /* what it may grow to, from its change over the last contacts: one that shrinks gives to another */
+        /* largest peak force the wave may reach, from its change over the last contacts */
         long back = 0;
         double change, grown;
         while (back < TREND && j > back && w->since[e - (back + 1) * w->lanes] < w->since[e - back * w->lanes]
@@ -371,19 +373,19 @@ static double tallest(const double *job, const Window *w, const Lane *lane, int 
     return most / lane->peak[KEPT - 1];
 }
 
-/* How far behind the front granules may be cut off. A force f that lasts makes a first wave of about 2.33 f and others
-   nearly as tall, which feel one another for long: as long as the force is near what the front could come from. */
+/* Number of granules to keep behind the front. A constant force f makes a first wave of about 2.33 f and others that
+   are nearly as strong, which interact for as long as the force exceeds 1/2.33 of the peak of the front. */
 static long rear_of(const double *job, const Lane *lane)
 {
     const double level = 0.9 * lane->peak[KEPT - 1] / (2.33 * job[FORCE]);
     const int tenth = level < 0.9 ? (int)(10 * level) : 8;
     const double share = level < 0.9 ? 10 * level - tenth : 1, *above = job + ABOVE + tenth;
     const double rear = job[REAR] + 1.25 * (above[0] + share * (above[1] - above[0]));
-    return rear < MOST_COUNT ? (long)rear : (long)MOST_COUNT;
+    return rear < MAX_COUNT ? (long)rear : (long)MAX_COUNT;
 }
 
-/* Drops granules far behind the front, and books what they hold: at a contact that is all but open, for else what is cut
-   off would have been felt, and only if nothing behind may outgrow the front. */
+/* Removes granules far behind the front, and adds up their momentum and energy: at a contact with almost no force, so
+   that they have no influence, and only if no wave behind the front can become stronger than it. */
 static void cut(const Method *m, const double *job, Window *w, Lane *lane, int l)
 {
     const long most = lane->head - lane->base - rear_of(job, lane);
@@ -391,7 +393,7 @@ static void cut(const Method *m, const double *job, Window *w, Lane *lane, int l
     double least = SLACK * lane->peak[KEPT - 1];
     long rows = 0, left, j;
     int i;
-    if (most < BLOCK || tallest(job, w, lane, l) > TALLER) return;
+    if (most < BLOCK || strongest_behind(job, w, lane, l) > TALLER) return;
     for (j = most; j > most - BLOCK; j--) {
         const double force = contact_force(w, w->x, j - 1, l);
         if (force < least) { least = force; rows = j; }
@@ -400,29 +402,30 @@ static void cut(const Method *m, const double *job, Window *w, Lane *lane, int l
     left = w->room / w->lanes - rows;
     for (j = 0; j < rows; j++) {
         const double v = w->v[j * w->lanes + l], d = w->x[j * w->lanes + l] - w->x[(j + 1) * w->lanes + l];
-        lane->bank_momentum += v;
-        lane->bank_energy += 0.5 * v * v + 0.4 * overlap_force(d) * (d > 0 ? d : 0);
+        lane->removed_momentum += v;
+        lane->removed_energy += 0.5 * v * v + 0.4 * overlap_force(d) * (d > 0 ? d : 0);
     }
     for (i = 0; i < 5; i++)
         for (j = 0; j < left; j++) state[i][j * w->lanes + l] = state[i][(j + rows) * w->lanes + l];
     clear(m, w, lane->count - rows, l);
-    w->k[0][l] = -contact_force(w, w->x, 0, l); /* the first granule has lost its neighbour */
+    w->k[0][l] = -contact_force(w, w->x, 0, l); /* no neighbour behind */
     lane->base += rows;
     lane->count -= rows;
-    wall(w, lane, l);
+    set_free_end(w, lane, l);
 }
 
 /* ---------------------------------------------------------------- peaks */
 
-/* Where in a step, as a share of it, a contact stops closing, and how far it has closed till then: its velocity as the
-   cubic through velocities and slopes at both ends. */
+/* Fraction of a step at which a contact stops closing, and its closure up to then, over the size of the step. The
+   velocity is interpolated by the cubic through values and slopes at both ends. */
 static double crossing(double v0, double v1, double slope0, double slope1, double *closed)
 {
     const double c = 3 * (v1 - v0) - 2 * slope0 - slope1, d = slope0 + slope1 - 2 * (v1 - v0);
     double share = v0 / (v0 - v1), low = 0, high = 1;
     int i;
     for (i = 0; i < 2; i++) {
-        const double v = v0 + share * (slope0 + share * (c + share * d)), slope = slope0 + share * (2 * c + share * 3 * d);
+        const double v = v0 + share * (slope0 + share * (c + share * d));
+        const double slope = slope0 + share * (2 * c + share * 3 * d);
         if (v > 0) low = share; else high = share;
         share -= v / slope;
         if (!(share > low && share < high)) share = (low + high) / 2;
@@ -431,7 +434,7 @@ static double crossing(double v0, double v1, double slope0, double slope1, doubl
     return share;
 }
 
-/* The applied force at time t, from the impulse about it, within the step of size h. */
+/* Applied force at time t in a step of size h, from the difference of the impulse. */
 static double applied(Lane *lane, double t, double h)
 {
     const double about = 1e-4 * h, end = lane->t + h;
@@ -442,14 +445,15 @@ static double applied(Lane *lane, double t, double h)
     return to > from ? (after - before) / (to - from) : 0;
 }
 
-/* Reads the peak at local contact j of lane l by stepping again, from the state before a step of size h, to where the
-   contact stops closing. A step moves nothing further than its stages, so a part of the window is enough. */
+/* Computes the peak at local contact j of lane l by repeated steps, from the state before a step of size h to the time
+   at which the contact stops closing. The domain of dependence of a step is one granule per stage, so a part of the
+   window is sufficient. */
 static int read_peak(const Method *m, Window *w, Window *part, Lane *lane, int l, long j, double h, double share,
                      double *time, double *force)
 {
     const long first = j > m->stages ? j - m->stages : 0, rows = j - first + m->stages + 2, at = j - first;
     const long n = (rows + BLOCK - 1) / BLOCK * BLOCK;
-    double step[BLOCK], worst[BLOCK], shift[MOST_STAGES * BLOCK] = {0}, g = 0, impulse = 0, d = 0, v, a, left;
+    double step[BLOCK], worst[BLOCK], shift[MAX_STAGES * BLOCK] = {0}, g = 0, impulse = 0, d = 0, v, a, left;
     long r;
     int i, turn;
     if (!make_room(part, n)) return 0;
@@ -489,14 +493,14 @@ static int read_peak(const Method *m, Window *w, Window *part, Lane *lane, int l
     return 1;
 }
 
-/* What is left to the limit of four peaks whose differences fall by a ratio, which may fall itself if it `bends`. */
+/* Distance to the limit of four peaks with geometric differences, whose ratio decreases if it `bends`. */
 static double rest(const double *p, int bends)
 {
     const double second = p[2] - p[1], last = p[3] - p[2], older = second / (p[1] - p[0]), newer = last / second;
     const double fall = bends && newer < older ? newer / older : 1;
     double sum = 0, term = last, ratio = newer;
     int i;
-    if (!(older > 0 && newer > 0 && newer < MOST_RATIO)) return INFINITY;
+    if (!(older > 0 && newer > 0 && newer < MAX_RATIO)) return INFINITY;
     for (i = 0; i < 100 && fabs(term) > 1e-17; i++) {
         ratio *= fall;
         term *= ratio;
@@ -505,8 +509,7 @@ static double rest(const double *p, int bends)
     return sum;
 }
 
-/* What is doubted of the limit of the last peaks p, and what is `left` to it: half of what the last peak has changed, half
-   of what the bend of the ratio makes, and a hundredth of the way that is left. */
+/* Uncertainty of the limit of the last peaks p, and the distance `left` to it; see peak_limit.py. */
 static double doubt_of(const double *p, double *left, int *steady)
 {
     const double first = p[2] - p[1], second = p[3] - p[2], last = p[4] - p[3];
@@ -514,23 +517,23 @@ static double doubt_of(const double *p, double *left, int *steady)
     *left = 0;
     *steady = first * second > 0 && second * last > 0;
     if (!*steady) return doubt;
-    if (!(last / second < MOST_RATIO)) return SLOW * fabs(last);
+    if (!(last / second < MAX_RATIO)) return SLOW * fabs(last);
     *left = rest(p + 1, 1);
     doubt = 0.5 * fabs(last + *left - rest(p, 1)) + 0.5 * fabs(*left - rest(p + 1, 0)) + 0.01 * fabs(*left);
-    /* a ratio that rises is on its way to another */
+    /* the ratio has not yet settled */
     return last * first > STEADY * second * second ? doubt + fabs(*left) : doubt;
 }
 
-/* Whether the peaks of the front have come to their limit; if it is to `end`, how near they are. */
+/* Checks whether the peaks of the front have reached their limit; at the `end` states how near they are. */
 static void judge(const double *job, const Window *w, Lane *lane, int l, double *found, int end)
 {
     const double *p = lane->peak, allowed = job[DOUBT] * p[KEPT - 1];
     double left, doubt, other;
     int steady;
-    if (lane->kept < KEPT || lane->driven || lane->t < job[KNOWN_FROM]) return;
+    if (lane->kept < KEPT || lane->driven || lane->t < job[EARLIEST_TIME]) return;
     doubt = doubt_of(p, &left, &steady);
     if (!end && !(doubt <= (steady ? allowed : NOISE * allowed))) return;
-    other = tallest(job, w, lane, l) - TALLER;
+    other = strongest_behind(job, w, lane, l) - TALLER;
     if (end) doubt = doubt / NOISE + (other > 0 ? RIVAL * other * p[KEPT - 1] : 0);
     if (end ? !(doubt < p[KEPT - 1]) : other > 0) return;
     found[PEAK] = p[KEPT - 1] + left;
@@ -542,8 +545,8 @@ static void judge(const double *job, const Window *w, Lane *lane, int l, double 
     if (!end) lane->status = KNOWN;
 }
 
-/* Whether the force at local contact j has passed a maximum within a step of size h, and what follows; `before` and
-   `after`: path and impulse of the free granule at its ends. */
+/* Checks whether the force at local contact j has a maximum within a step of size h, and processes it. `before` and
+   `after` are displacement and impulse of the free granule at the ends of the step. Returns 0 without memory. */
 static int observe(const Method *m, const Batch *batch, Window *w, Window *part, Lane *lane, int l, long j, double h,
                    const double *before, const double *after)
 {
@@ -587,7 +590,7 @@ static int observe(const Method *m, const Batch *batch, Window *w, Window *part,
     return 1;
 }
 
-/* Marks the contacts, ones in `mark`, that closed before a step and do so no longer: all but those of the first row. */
+/* Sets `mark` to 1 for contacts, except in the first row, that stop closing within a step. */
 WIDE static void passed(long n, long lanes, const double *v, const double *v1, const double *x1, double *mark)
 {
     long e;
@@ -595,12 +598,12 @@ WIDE static void passed(long n, long lanes, const double *v, const double *v1, c
         mark[e] = (v[e] > v[e + lanes]) & (v1[e] <= v1[e + lanes]) & (x1[e] - x1[e + lanes] > 1e-3) ? 1 : 0;
 }
 
-/* ---------------------------------------------------------------- the march */
+/* ---------------------------------------------------------------- integration */
 
-/* Books the end of a lane. */
+/* Writes the result of a lane. */
 static void finish(const Batch *batch, const Window *w, const Lane *lane, int l)
 {
-    double *found = batch->found + FOUND * lane->job, momentum = lane->bank_momentum, energy = lane->bank_energy;
+    double *found = batch->found + FOUND * lane->job, momentum = lane->removed_momentum, energy = lane->removed_energy;
     double wave_momentum = 0, wave_energy = 0;
     long j, from = lane->head - lane->base;
     while (from > 0 && contact_force(w, w->x, from - 1, l) < contact_force(w, w->x, from, l)) from--;
@@ -632,7 +635,7 @@ static void finish(const Batch *batch, const Window *w, const Lane *lane, int l)
     found[EVALUATIONS] = (double)lane->evaluations;
 }
 
-/* The size of the next step, so that none is left a sliver before the next stop. */
+/* Size of the next step, which avoids a very short step before the next stop. */
 static double next_size(const Lane *lane)
 {
     const double left = lane->until - lane->t;
@@ -640,7 +643,7 @@ static double next_size(const Lane *lane)
     return lane->h > left / 2 ? left / 2 : lane->h;
 }
 
-/* Takes over the step of size h in lane l; `after`: path and impulse of the free granule at its end. */
+/* Accepts the step of size h in lane l; `after` are displacement and impulse of the free granule at its end. */
 static void accept(const Method *m, const Batch *batch, Window *w, Lane *lane, int l, double h, int at_stop,
                    const double *after)
 {
@@ -666,11 +669,11 @@ static void accept(const Method *m, const Batch *batch, Window *w, Lane *lane, i
     if (!lane->driven) cut(m, job, w, lane, l);
     if (lane->status != RUNNING) return;
     if (lane->granules && lane->head >= lane->granules - 1 - REACH) lane->status = AT_END;
-    if ((double)lane->head > job[MOST_CONTACTS] || lane->effort > job[MOST_WORK]) lane->status = TOO_LONG;
+    if ((double)lane->head > job[MAX_CONTACTS] || lane->effort > job[MAX_WORK]) lane->status = TOO_LONG;
 }
 
-/* What the free granules do in the steps h: at the stages `shift` and `impulses`, stages x BLOCK; path and impulse at
-   begin and end of the step in `path`. */
+/* Displacements and impulses of the free granules: at the stages in `shift` and `impulses`, stages x BLOCK, and at
+   beginning and end of the step in `path`. */
 static void drive(const Method *m, const Window *w, Lane *lanes, const double *h, const int *stop, double (*path)[4],
                   double *shift, double *impulses)
 {
@@ -690,8 +693,7 @@ static void drive(const Method *m, const Window *w, Lane *lanes, const double *h
     }
 }
 
-/* The size of the next step in a lane, after one of size h with this error, and this error where contacts open or
-   close; whether that one holds. */
+/* Chooses the next step size in a lane from the errors of the last; returns whether the last step is accepted. */
 static int control(const Method *m, const double *job, Lane *lane, double h, double worst, double kink, int at_stop)
 {
     const double error = worst / lane->tolerance, jolt = kink / lane->tolerance;
@@ -706,7 +708,7 @@ static int control(const Method *m, const double *job, Lane *lane, double h, dou
     if (!(error <= 1)) {
         lane->h = h * (factor > 0.2 && factor < 1 ? factor : 0.2);
         lane->rejected = 1;
-        if (lane->effort > job[MOST_WORK]) lane->status = TOO_LONG;
+        if (lane->effort > job[MAX_WORK]) lane->status = TOO_LONG;
         if (lane->h < 1e-14 * (1 + lane->t)) lane->status = FAILED;
         return 0;
     }
@@ -725,15 +727,15 @@ static void swap(double **one, double **other)
     *other = kept;
 }
 
-/* A step that is being tried in all lanes: sizes, whether it ends at a stop, whether it holds, and the free granules. */
+/* A trial step of all lanes: sizes, whether it ends at a stop, whether it is accepted, and the free granules. */
 typedef struct {
-    double h[BLOCK], worst[BLOCK], kink[BLOCK], shift[MOST_STAGES * BLOCK], impulses[MOST_STAGES * BLOCK];
-    int stop[BLOCK], holds[BLOCK];
+    double h[BLOCK], worst[BLOCK], kink[BLOCK], shift[MAX_STAGES * BLOCK], impulses[MAX_STAGES * BLOCK];
+    int stop[BLOCK], accepted[BLOCK];
     long n;
 } Trial;
 
-/* The error that contacts make which open or close within the step, by lanes. Only while the force acts: behind the wave
-   of a single hump they do so as well, but nothing catches up with it from there. */
+/* Errors due to contacts that open or close within the step, by lanes. They are needed only while the force acts: nothing
+   catches up with a wave from the contacts that open behind it. */
 static void find_kinks(const Window *w, const Lane *lanes, double (*path)[4], Trial *trial)
 {
     const long width = w->lanes;
@@ -751,7 +753,7 @@ static void find_kinks(const Window *w, const Lane *lanes, double (*path)[4], Tr
     }
 }
 
-/* Chooses the steps, and tries them. Returns 0 when memory is short. */
+/* Chooses the step sizes and attempts the steps. Returns 0 without memory. */
 static int try_steps(const Method *m, Window *w, Lane *lanes, double (*path)[4], Trial *trial)
 {
     const size_t used = (size_t)(m->stages * BLOCK) * sizeof(double);
@@ -768,7 +770,7 @@ static int try_steps(const Method *m, Window *w, Lane *lanes, double (*path)[4],
     for (l = width; l < BLOCK; l++) trial->h[l] = trial->h[0];
     if ((rows + 24) * width > w->room) {
         if (!make_room(w, rows + 24)) return 0;
-        for (l = 0; l < width; l++) if (lanes[l].job >= 0) wall(w, lanes + l, l);
+        for (l = 0; l < width; l++) if (lanes[l].job >= 0) set_free_end(w, lanes + l, l);
     }
     trial->n = ((rows + 1) * width + BLOCK - 1) / BLOCK * BLOCK;
     memset(trial->shift, 0, used);
@@ -781,15 +783,16 @@ static int try_steps(const Method *m, Window *w, Lane *lanes, double (*path)[4],
     return 1;
 }
 
-/* Looks for peaks in the lanes whose step holds. Returns 0 when memory is short. */
-static int watch(const Method *m, const Batch *batch, Window *w, Window *part, Lane *lanes, double (*path)[4],
+/* Finds peaks in the lanes whose step is accepted. Returns 0 without memory. */
+static int find_peaks(const Method *m, const Batch *batch, Window *w, Window *part, Lane *lanes, double (*path)[4],
                  const Trial *trial)
 {
     const int width = (int)w->lanes;
     long e, j;
     int l, b;
     for (l = 0; l < width; l++)
-        if (trial->holds[l] && !observe(m, batch, w, part, lanes + l, l, 0, trial->h[l], path[l], path[l] + 2)) return 0;
+        if (trial->accepted[l]
+            && !observe(m, batch, w, part, lanes + l, l, 0, trial->h[l], path[l], path[l] + 2)) return 0;
     passed(trial->n, width, w->v, w->v1, w->x1, w->f);
     for (e = 0; e < trial->n; e += BLOCK) {
         double any = 0;
@@ -797,20 +800,20 @@ static int watch(const Method *m, const Batch *batch, Window *w, Window *part, L
         for (b = 0; any > 0 && b < BLOCK; b++) {
             j = (e + b) / width;
             l = (int)((e + b) % width);
-            if (w->f[e + b] == 0 || j == 0 || j + 1 >= lanes[l].count || !trial->holds[l]) continue;
+            if (w->f[e + b] == 0 || j == 0 || j + 1 >= lanes[l].count || !trial->accepted[l]) continue;
             if (!observe(m, batch, w, part, lanes + l, l, j, trial->h[l], path[l], path[l])) return 0;
         }
     }
     return 1;
 }
 
-/* Makes the new state the state, except in lanes whose step does not hold. */
-static void take_over(const Method *m, Window *w, const Trial *trial)
+/* Replaces the state by the new state, except in lanes whose step is rejected. */
+static void replace_state(const Method *m, Window *w, const Trial *trial)
 {
     long e;
     int l;
     for (l = 0; l < w->lanes; l++)
-        for (e = l; !trial->holds[l] && e < trial->n; e += w->lanes) {
+        for (e = l; !trial->accepted[l] && e < trial->n; e += w->lanes) {
             w->x1[e] = w->x[e];
             w->v1[e] = w->v[e];
             w->k[m->stages - 1][e] = w->k[0][e];
@@ -820,9 +823,9 @@ static void take_over(const Method *m, Window *w, const Trial *trial)
     swap(&w->k[0], &w->k[m->stages - 1]);
 }
 
-/* Work of the force by parts, I u1 + I^2/2 less the integral of I times the first granule's acceleration. Of an impulse
-   that is too rough for the stages, the exact integral is put in place of theirs, under the mean acceleration. */
-static void book_work(const Method *m, const Window *w, Lane *lane, int l, const Trial *trial, const double *path)
+/* Adds the work of the force, integrated by parts: I u1 + I^2/2 minus the integral of I a1. With the mean acceleration,
+   the quadrature of I over the stages is replaced by its exact integral. */
+static void add_work(const Method *m, const Window *w, Lane *lane, int l, const Trial *trial, const double *path)
 {
     double mean = 0, summed = 0;
     int i;
@@ -835,11 +838,11 @@ static void book_work(const Method *m, const Window *w, Lane *lane, int l, const
     lane->work -= mean * ((path[2] - path[0]) - trial->h[l] * summed);
 }
 
-/* Asks Python at intervals of work whether to stop: when the time is up, or after Ctrl-C. Returns 0 when it is so. */
+/* Asks Python at intervals of work whether to stop: at the time limit, or after Ctrl-C. Returns 0 if so. */
 static int go_on(Batch *batch, double work)
 {
     PyObject *answer;
-    if ((batch->work += work) < UNASKED) return 1;
+    if ((batch->work += work) < INTERVAL) return 1;
     batch->work = 0;
     PyEval_RestoreThread(batch->thread);
     answer = PyErr_CheckSignals() < 0 ? NULL : PyObject_CallFunctionObjArgs(batch->expired, NULL);
@@ -849,38 +852,38 @@ static int go_on(Batch *batch, double work)
     return !batch->stopped;
 }
 
-/* One attempt in every lane, and what follows from it. Returns 0 when memory is short, or the computation is to stop. */
-static int turn(const Method *m, Batch *batch, Window *w, Window *part, Lane *lanes, double (*path)[4])
+/* Attempts a step in all lanes and processes it. Returns 0 without memory, or if the computation is to stop. */
+static int step_lanes(const Method *m, Batch *batch, Window *w, Window *part, Lane *lanes, double (*path)[4])
 {
     Trial trial;
     int l;
     if (!try_steps(m, w, lanes, path, &trial)) return 0;
     for (l = 0; l < w->lanes; l++) {
         Lane *lane = lanes + l;
-        trial.holds[l] = lane->job >= 0
+        trial.accepted[l] = lane->job >= 0
             && control(m, batch->jobs + JOB * lane->job, lane, trial.h[l], trial.worst[l], trial.kink[l], trial.stop[l]);
-        if (trial.holds[l] && lane->driven) book_work(m, w, lane, l, &trial, path[l]);
+        if (trial.accepted[l] && lane->driven) add_work(m, w, lane, l, &trial, path[l]);
     }
-    if (!watch(m, batch, w, part, lanes, path, &trial)) return 0;
-    take_over(m, w, &trial);
+    if (!find_peaks(m, batch, w, part, lanes, path, &trial)) return 0;
+    replace_state(m, w, &trial);
     for (l = 0; l < w->lanes; l++) {
         Lane *lane = lanes + l;
         if (lane->job < 0) continue;
-        if (trial.holds[l]) {
+        if (trial.accepted[l]) {
             accept(m, batch, w, lane, l, trial.h[l], trial.stop[l], path[l] + 2);
             path[l][0] = lane->driven ? path[l][2] : 0;
             path[l][1] = lane->driven ? path[l][3] : 0;
         }
         if (lane->status == RUNNING) continue;
         finish(batch, w, lane, l);
-        take_up(m, batch, w, lane, l);
+        start_job(m, batch, w, lane, l);
         memset(path[l], 0, sizeof path[l]);
     }
     return go_on(batch, (double)(trial.n * m->stages));
 }
 
-/* Goes on with lane l of a wide window in a window of its own. */
-static int narrow(const Window *wide, int l, Window *w)
+/* Copies lane l of a wide window to a window of its own. */
+static int copy_lane(const Window *wide, int l, Window *w)
 {
     const long rows = wide->room / wide->lanes;
     long j;
@@ -897,37 +900,37 @@ static int narrow(const Window *wide, int l, Window *w)
     return 1;
 }
 
-/* Runs all jobs to their end. Returns 0 when memory is short, or the computation is to stop. */
+/* Runs all jobs. Returns 0 without memory, or if the computation is to stop. */
 static int run(const Method *m, Batch *batch, long width)
 {
     Window w, part, single;
     Lane lanes[BLOCK];
     double path[BLOCK][4] = {{0}};
-    int l, busy = (int)width, fine;
+    int l, busy = (int)width, ok;
     memset(&part, 0, sizeof part);
     part.lanes = 1;
-    fine = window_of(&w, width, 64);
-    for (l = 0; fine && l < width; l++) take_up(m, batch, &w, lanes + l, l);
-    /* a few late shocks are better off alone */
-    while (fine && (width == 1 ? busy : busy > FEW)) {
-        fine = turn(m, batch, &w, &part, lanes, path);
+    ok = window_of(&w, width, 64);
+    for (l = 0; ok && l < width; l++) start_job(m, batch, &w, lanes + l, l);
+    /* the last few shocks run faster one by one */
+    while (ok && (width == 1 ? busy : busy > FEW)) {
+        ok = step_lanes(m, batch, &w, &part, lanes, path);
         for (l = busy = 0; l < width; l++) busy += lanes[l].job >= 0;
     }
-    for (l = 0; fine && l < width; l++) {
+    for (l = 0; ok && l < width; l++) {
         if (lanes[l].job < 0) continue;
-        fine = narrow(&w, l, &single);
-        if (fine) wall(&single, lanes + l, 0);
-        while (fine && lanes[l].job >= 0) fine = turn(m, batch, &single, &part, lanes + l, path + l);
+        ok = copy_lane(&w, l, &single);
+        if (ok) set_free_end(&single, lanes + l, 0);
+        while (ok && lanes[l].job >= 0) ok = step_lanes(m, batch, &single, &part, lanes + l, path + l);
         free(single.block);
     }
     free(w.block);
     free(part.block);
-    return fine;
+    return ok;
 }
 
-/* ---------------------------------------------------------------- for Python */
+/* ---------------------------------------------------------------- Python interface */
 
-/* Whether `count` pieces that begin at `first` lie in the table, and their series among its `terms` coefficients. */
+/* Whether `count` pieces from `first` are in the table, and their series within its `terms` coefficients. */
 static int pieces_fit(const double *rows, Py_ssize_t all, double first, double count, double offset, Py_ssize_t terms)
 {
     Py_ssize_t k;
@@ -939,15 +942,15 @@ static int pieces_fit(const double *rows, Py_ssize_t all, double first, double c
     return 1;
 }
 
-/* Whether everything that a job points to is there: its pieces, a stop at its end, the contacts wanted. */
+/* Whether all parts of a job exist: its pieces, a stop at its end, the requested contacts. */
 static int job_fits(const double *job, const Py_buffer *view)
 {
     const Py_ssize_t unit = sizeof(double), stops = view[4].len / unit, wanted = view[5].len / (PASSAGE * unit);
     const double *stop = view[4].buf;
     Py_ssize_t k;
     for (k = 0; k < JOB; k++) if (!(job[k] >= 0 && job[k] < 1e300)) return 0;
-    for (k = FIRST_PIECE; k < JOB; k++) if (job[k] > MOST_COUNT) return 0;
-    if (job[GRANULES] > MOST_COUNT) return 0;
+    for (k = FIRST_PIECE; k < JOB; k++) if (job[k] > MAX_COUNT) return 0;
+    if (job[GRANULES] > MAX_COUNT) return 0;
     if (!(job[RISE_TIME] > 0 && job[DURATION] > 0 && job[TOLERANCE] > 0 && job[GRANULES] != 1 && job[REAR] >= BLOCK)) return 0;
     if (!pieces_fit(view[2].buf, view[2].len / (ROW * unit), job[FIRST_PIECE], job[PIECES], job[FIRST_COEFFICIENT],
                     view[3].len / (2 * unit))) return 0;
@@ -956,7 +959,7 @@ static int job_fits(const double *job, const Py_buffer *view)
     return 0;
 }
 
-/* Buffers of float64, contiguous; the last `writable` of them to be written. Releases them on failure. */
+/* Contiguous buffers of float64, the last `writable` of them writable. Releases them on failure. */
 static int buffers_of(PyObject *args, Py_ssize_t count, Py_ssize_t writable, Py_buffer *views)
 {
     Py_ssize_t i;
@@ -979,8 +982,8 @@ static int jobs_fit(const Py_buffer *view, long count)
 }
 
 PyDoc_STRVAR(primary_doc, "primary(method, jobs, rows, coefficients, stops, wanted, found, lanes, expired)\n--\n\n"
-             "Runs every job (a row of `jobs`) until the primary is known; fills `wanted` and `found`. See lanes.py.\n"
-             "Jobs that have not ended when `expired()` is true are left as they are.");
+             "Runs every job (a row of `jobs`) until the leading wave is known; fills `wanted` and `found`.\n"
+             "Jobs that have not ended when `expired()` is true are left as they are. See primary_search.py.");
 
 static PyObject *primary(PyObject *self, PyObject *args)
 {
@@ -988,7 +991,7 @@ static PyObject *primary(PyObject *self, PyObject *args)
     Method method;
     Batch batch = {0};
     long lanes;
-    int i, fine;
+    int i, ok;
     (void)self;
     if (PyTuple_Size(args) != 9) return PyErr_Format(PyExc_TypeError, "primary takes 9 arguments");
     lanes = PyLong_AsLong(PyTuple_GetItem(args, 7));
@@ -1009,17 +1012,17 @@ static PyObject *primary(PyObject *self, PyObject *args)
     batch.found = view[6].buf;
     batch.expired = PyTuple_GetItem(args, 8);
     batch.thread = PyEval_SaveThread();
-    fine = run(&method, &batch, lanes);
+    ok = run(&method, &batch, lanes);
     PyEval_RestoreThread(batch.thread);
     for (i = 0; i < 7; i++) PyBuffer_Release(view + i);
     if (PyErr_Occurred()) return NULL;
-    if (!fine && !batch.stopped) return PyErr_NoMemory();
+    if (!ok && !batch.stopped) return PyErr_NoMemory();
     Py_RETURN_NONE;
 }
 
 PyDoc_STRVAR(attempt_doc, "attempt(method, rows, coefficients, state, after, time, size, rise_time, force)\n--\n\n"
-             "One step of a chain; `state` and `after` hold x, v and accelerations, one after the other.\n"
-             "Without rows there is no force. Returns the greatest difference from the embedded method.");
+             "One step of a chain; `state` and `after` contain x, v and the accelerations, one after the other.\n"
+             "Without rows there is no force. Returns the largest difference from the embedded method.");
 
 static PyObject *attempt_once(PyObject *self, PyObject *args)
 {
@@ -1027,9 +1030,9 @@ static PyObject *attempt_once(PyObject *self, PyObject *args)
     Method m;
     Window w;
     Path path = {0};
-    double number[4], h[BLOCK], shift[MOST_STAGES * BLOCK] = {0}, worst[BLOCK], impulse, *state, *after;
+    double number[4], h[BLOCK], shift[MAX_STAGES * BLOCK] = {0}, worst[BLOCK], impulse, *state, *after;
     long n, padded;
-    int i, fine;
+    int i, ok;
     (void)self;
     if (PyTuple_Size(args) != 9) return PyErr_Format(PyExc_TypeError, "attempt takes 9 arguments");
     for (i = 0; i < 4; i++) {
@@ -1038,14 +1041,14 @@ static PyObject *attempt_once(PyObject *self, PyObject *args)
     }
     if (!buffers_of(args, 5, 1, view)) return NULL;
     n = (long)(view[3].len / (Py_ssize_t)(3 * sizeof(double)));
-    fine = method_of(view[0].buf, view[0].len / (Py_ssize_t)sizeof(double), &m) && n > 1 && view[4].len == view[3].len && view[3].len == n * (Py_ssize_t)(3 * sizeof(double))
+    ok = method_of(view[0].buf, view[0].len / (Py_ssize_t)sizeof(double), &m) && n > 1 && view[4].len == view[3].len && view[3].len == n * (Py_ssize_t)(3 * sizeof(double))
         && (view[1].len == 0 || pieces_fit(view[1].buf, view[1].len / (Py_ssize_t)(ROW * sizeof(double)), 0,
                                            (double)(view[1].len / (Py_ssize_t)(ROW * sizeof(double))), 0,
                                            view[2].len / (Py_ssize_t)(2 * sizeof(double))));
     padded = (n + BLOCK) / BLOCK * BLOCK;
-    if (!fine || !window_of(&w, 1, padded + BLOCK)) {
+    if (!ok || !window_of(&w, 1, padded + BLOCK)) {
         for (i = 0; i < 5; i++) PyBuffer_Release(view + i);
-        return fine ? PyErr_NoMemory() : PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
+        return ok ? PyErr_NoMemory() : PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
     }
     path.rows = view[1].buf;
     path.coefficients = view[2].buf;
@@ -1057,14 +1060,14 @@ static PyObject *attempt_once(PyObject *self, PyObject *args)
     memcpy(w.x, state, (size_t)n * sizeof(double));
     memcpy(w.v, state + n, (size_t)n * sizeof(double));
     memcpy(w.k[0], state + 2 * n, (size_t)n * sizeof(double));
-    for (i = 0; n + i < w.room; i++) w.x[n + i] = WALL;
+    for (i = 0; n + i < w.room; i++) w.x[n + i] = FAR;
     for (i = 0; i < BLOCK; i++) h[i] = number[1];
     for (i = 1; i < m.stages && path.pieces; i++)
         free_path(&path, number[0] + m.c[i] * number[1], shift + i * BLOCK, &impulse);
     attempt(&m, &w, padded, h, shift, worst);
     for (i = 1; i < BLOCK; i++) if (!(worst[i] <= worst[0])) worst[0] = worst[i];
     if (!m.last_is_next) {
-        /* the state at the end, as that at the beginning of the next */
+        /* accelerations at the end of the step */
         stage(padded, 1, 0, 0, m.a, h, shift + (m.stages - 1) * BLOCK, w.x1, w.v1, w.k);
         memcpy(w.k[m.stages - 1], w.k[0], (size_t)n * sizeof(double));
     }
@@ -1083,7 +1086,7 @@ static PyMethodDef functions[] = {
 };
 
 static struct PyModuleDef module = {
-    PyModuleDef_HEAD_INIT, "_compiled", "The march of shocks into chains, compiled.", 0, functions, NULL, NULL, NULL, NULL,
+    PyModuleDef_HEAD_INIT, "_compiled", "Compiled search for the leading waves of shocks.", 0, functions, NULL, NULL, NULL, NULL,
 };
 
 PyMODINIT_FUNC PyInit__compiled(void)

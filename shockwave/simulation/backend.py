@@ -1,4 +1,4 @@
-"""The choice between the two codes that step a chain: the compiled file, or NumPy."""
+"""Choice between the two backends, compiled code and NumPy."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ with suppress(ImportError):  # built without a C compiler
 
 Backend: TypeAlias = Literal["compiled", "numpy"]
 
-#: Name -> what it is.
+#: Descriptions by name.
 BACKENDS = {
     "compiled": "one C file, eight shocks side by side",
     "numpy": "NumPy alone, the reference",
@@ -24,19 +24,19 @@ BACKENDS = {
 
 
 def lack() -> str:
-    """Why there is no compiled code; empty where there is."""
+    """Reason why the compiled code is not available; empty if it is."""
     if compiled is not None:
         return ""
-    return "not built: needs a C compiler, and is not available on Windows or free-threaded Python"
+    return "not built: needs a C compiler; not available on Windows or free-threaded Python"
 
 
 def chosen(backend: str) -> ModuleType | None:
-    """The compiled module for ``auto`` (if it was built) and ``compiled``, None for ``numpy``.
+    """The compiled module for ``compiled`` and, if it was built, for ``auto``; None for NumPy.
 
     Raises
     ------
     InvalidValueError
-        When the name is unknown, or ``compiled`` is asked for and was not built.
+        If the name is unknown, or is ``compiled`` and the compiled code was not built.
     """
     if backend not in ("auto", *BACKENDS):
         raise InvalidValueError.of("backend", f"must be auto, compiled or numpy (got {backend!r})")

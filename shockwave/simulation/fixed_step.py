@@ -1,4 +1,4 @@
-"""Methods of fixed step: velocity Verlet, PEFRL and the classical Runge-Kutta method."""
+"""Methods with a fixed step size: velocity Verlet, PEFRL and the classical Runge-Kutta method."""
 
 from __future__ import annotations
 
@@ -10,20 +10,21 @@ from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Acceleration
 from shockwave.simulation.one_step import Attempt, OneStep, Scalar
 
+# Coefficients of PEFRL (Omelyan, Mryglod & Folk 2002, eq. 20), dimensionless.
 _XI = 0.1786178958448091
 _LAMBDA = -0.2123418310626054
 _CHI = -0.06626458266981849
-# Shares of the step, in turn of the path and of the velocity; the method is its own mirror image. The last kick
-# is none: the acceleration there is that at the end.
+# Fractions of the step in the alternating drifts and kicks; the method is symmetric. The last kick is zero: it only
+# evaluates the acceleration at the end of the step.
 _DRIFTS = (_XI, _CHI, 1 - 2 * (_CHI + _XI), _CHI, _XI)
 _KICKS = (0.5 - _LAMBDA, _LAMBDA, _LAMBDA, 0.5 - _LAMBDA, 0.0)
 
 
 @define
 class Verlet(OneStep):
-    """Velocity Verlet (Stoermer's method, leapfrog), the method of molecular dynamics and of discrete elements.
+    """Velocity Verlet (Stoermer's method), as used in molecular dynamics and discrete element codes.
 
-    x + h v + h^2 a / 2, then v + h (a + a_end) / 2: one evaluation a step.
+    x + h v + h^2 a / 2, then v + h (a + a_end) / 2. One evaluation per step.
     """
 
     name: ClassVar[str] = "verlet"
@@ -42,10 +43,10 @@ class Verlet(OneStep):
 
 @define
 class Pefrl(OneStep):
-    """The position-extended Forest-Ruth-like method of Omelyan, Mryglod & Folk, Comput. Phys. Commun. 146 (2002) 188.
+    """Position-extended Forest-Ruth-like method of Omelyan, Mryglod & Folk, Comput. Phys. Commun. 146 (2002) 188.
 
-    Drifts and kicks in turn: one kick more than Forest & Ruth's method, for a far smaller error. Four evaluations a
-    step, and one for the acceleration at its end.
+    Alternating drifts and kicks; one more kick than in the method of Forest & Ruth makes the error much smaller. Four
+    evaluations per step, and one for the acceleration at its end.
     """
 
     name: ClassVar[str] = "pefrl"
@@ -67,7 +68,7 @@ class Pefrl(OneStep):
 
 @define
 class Rk4(OneStep):
-    """Kutta's method for x' = v, v' = a(t, x), with the stages of x' = v written out: four evaluations a step."""
+    """Classical Runge-Kutta method for x' = v, v' = a(t, x), with explicit stages of x. Four evaluations per step."""
 
     name: ClassVar[str] = "rk4"
     order: ClassVar[int] = 4

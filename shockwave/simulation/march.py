@@ -1,4 +1,4 @@
-"""The march of a shock into the chain: steps that end on kinks, on a window that grows with the front."""
+"""Integration of a shock on a chain: steps that end on kinks, on a window that grows with the front."""
 
 from __future__ import annotations
 
@@ -16,24 +16,26 @@ from shockwave.simulation.integrator import Integrator, Step
 from shockwave.simulation.problem import ChainAcceleration, ChainProblem, overlaps
 from shockwave.simulation.time_limit import expired
 
+# First number of granules in the window, and by how many it grows.
 _FIRST_WINDOW = 12
 _GROWTH = 16
-# A granule this near to the window's end must still be at rest. The displacement ahead of it falls off as the power
-# 3/2 of itself from granule to granule, or faster: the last one has moved by 1e-36 at most.
+# Number of granules at the end of the window that must be at rest. From granule to granule the displacement decreases
+# at least to its power 3/2, so the last one has moved by at most 1e-36.
 _MARGIN = 4
+# Largest scaled displacement and velocity of a granule at rest.
 _AT_REST = 1e-16
-# How far to integrate at a stretch once the force has ended.
+# Interval between the ends of integrations after the force has ended, in characteristic times.
 _STRETCH = 50.0
-# After so many steps it is seen which granules have come free.
+# Number of steps between the checks for granules in free flight.
 _PARTING = 16
 
 
 @frozen(eq=False)
 class Span:
-    """One step of the chain, in true positions (the free path of the first granule put back).
+    """One step of the chain in true positions, with the free-particle displacement of the first granule added.
 
-    ``x0, v0`` and ``x1, v1`` are positions and velocities at its ends, shape (granules,); ``at(time)`` gives them
-    within, as exactly as the integrator does.
+    ``x0, v0`` and ``x1, v1`` are positions and velocities at its ends, shape (granules,); ``at(time)`` returns them
+    within the step, as accurately as the integrator.
     """
 
     begin: float
@@ -47,10 +49,10 @@ class Span:
 
 @frozen(eq=False)
 class Stretch:
-    """Spans that follow one another, as arrays of the states where they meet.
+    """Consecutive spans, as arrays of the states at their ends.
 
-    ``times`` has shape (spans + 1,), ``x`` and ``v`` (spans + 1, granules); granules that a window did not hold yet
-    are at rest.
+    ``times`` has shape (spans + 1,), ``x`` and ``v`` (spans + 1, granules); granules outside an earlier window are at
+    rest.
     """
 
     spans: tuple[Span, ...]
@@ -60,7 +62,7 @@ class Stretch:
 
     @classmethod
     def of(cls, *spans: Span) -> Stretch:
-        """The stretch of these spans, one at least."""
+        """The stretch of one or more spans."""
         first, last = spans[0], spans[-1]
         x, v = np.zeros((2, len(spans) + 1, len(last.x1)))
         x[0, : len(first.x0)], v[0, : len(first.x0)] = first.x0, first.v0
@@ -70,21 +72,21 @@ class Stretch:
 
     @property
     def end(self) -> float:
-        """When the last span ends."""
+        """End of the last span."""
         return self.spans[-1].end
 
 
 def march(problem: ChainProblem, integrator: Integrator, until: float | None = None) -> Iterator[Span]:
-    """Steps of the chain from rest, up to ``until`` or without end: the caller stops when it knows enough.
+    """Yield the steps of the chain from rest to ``until``, or without end.
 
-    Granules ahead of the front are at rest exactly, so the chain is only as long as the front needs; with
-    ``problem.granules`` it never grows beyond them. Once the force has ended, granules that have come free at the
-    loaded end fly on at constant velocity, and only the others are integrated.
+    Granules ahead of the front are exactly at rest, so the window needs to extend only slightly beyond the front; it
+    never exceeds ``problem.granules``. After the force has ended, granules at the loaded end that have lost contact
+    move at constant velocity, and only the others are integrated.
 
     Raises
     ------
     NumericalError
-        When the integrator cannot go on.
+        If the integrator fails.
     """
     window = min(_FIRST_WINDOW, problem.granules or _FIRST_WINDOW)
     course = _Course(problem, integrator, np.zeros(window), np.zeros(window), _Frame(problem))
@@ -97,17 +99,17 @@ def march(problem: ChainProblem, integrator: Integrator, until: float | None = N
 
 
 def free_granules(x: FloatArray, v: FloatArray) -> int:
-    """How many granules at the loaded end fly free: out of contact, and no two of them closing in."""
+    """Number of granules in free flight at the loaded end: out of contact, and not approaching one another."""
     apart = (overlaps(x) <= 0) & (v[:-1] <= v[1:])
     return int(np.argmin(apart)) if not apart.all() else len(x)
 
 
 @frozen(eq=False)
 class _Frame:
-    """Conversion to true positions: by the shock's free-particle displacement, or the granules that have flown off.
+    """Conversion to true positions: adds the free-particle displacement, or the granules in free flight.
 
-    ``problem`` is None once the force has ended; ``x`` and ``v`` are positions at ``time`` and velocities of those that
-    fly.
+    ``problem`` is None after the force has ended; ``x`` are the positions at ``time`` and ``v`` the velocities of the
+    granules in free flight.
     """
 
     problem: ChainProblem | None = None
@@ -127,7 +129,7 @@ class _Frame:
         return x, v
 
     def meets(self, step: Step, before: float) -> bool:
-        """Whether the last granule that flies may have been met, which had velocity ``before`` behind it."""
+        """Whether the last granule in free flight may be hit by the next, which had velocity ``before``."""
         if not len(self.x):
             return False
         gap = step.x[0] - self.x[-1] - (step.end - self.time) * self.v[-1]
@@ -136,7 +138,7 @@ class _Frame:
 
 @define
 class _Course:
-    """Where the march has come to: ``y``, ``w`` are positions and velocities as they are integrated."""
+    """Current state: ``y``, ``w`` are the integrated positions and velocities."""
 
     problem: ChainProblem
     integrator: Integrator
@@ -147,7 +149,7 @@ class _Course:
     size: float | None = None
 
     def release(self) -> None:
-        """Follow the first granule in its true position from here on: the force has ended, or it has been met."""
+        """Integrate true positions from now on: the force has ended, or a granule in free flight has been hit."""
         self.y, self.w = self.frame.true(self.time, self.y, self.w)
         self.frame = _Frame()
 
@@ -159,11 +161,11 @@ class _Course:
                 self.y, self.w = np.append(self.y, np.zeros(room)), np.append(self.w, np.zeros(room))
 
     def _some(self, until: float) -> Iterator[Span]:
-        """Steps until the granules to be integrated are others."""
+        """Steps until the set of integrated granules changes."""
         frame = self.frame
         x, v = frame.true(self.time, self.y, self.w)
         acceleration = ChainAcceleration(self.problem, frame.problem is not None)
-        # what goes wrong with the steps of a plugin is its own fault
+        # errors in the steps of a plugin are reported as errors of the plugin
         with blame("integrators", type(self.integrator)):
             steps = self.integrator.steps(acceleration, self.time, until, self.y, self.w, self.size)
             for count, step in enumerate(steps, start=1):
@@ -184,7 +186,7 @@ class _Course:
                     return
 
     def _room(self) -> int:
-        """How many granules the window lacks: none while those near its end are at rest."""
+        """Number of granules by which the window must grow: none while those near its end are at rest."""
         last = -min(_MARGIN, len(self.y))
         if not max(abs(self.y[last]), abs(self.w[last])) > _AT_REST:
             return 0
@@ -192,7 +194,7 @@ class _Course:
         return _GROWTH if granules is None else min(_GROWTH, granules - len(self.frame.x) - len(self.y))
 
     def _part(self, x: FloatArray, v: FloatArray) -> None:
-        """Let granules fly that have come free; two are left to be integrated."""
+        """Remove granules in free flight from the integration, of which at least two remain."""
         free = min(free_granules(x, v), len(x) - 2)
         if free > len(self.frame.x):
             self.frame = _Frame(None, self.time, x[:free], v[:free])

@@ -1,4 +1,4 @@
-"""The search for the primary in NumPy: the readable twin of the compiled code, step for step."""
+"""Search for the leading wave in NumPy, with the same algorithm as the compiled code."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from attrs import define, field
 
+from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.one_step import Attempt
@@ -15,55 +16,61 @@ from shockwave.simulation.peak_limit import KEPT, NOISE, STRIDE, crossing, hertz
 from shockwave.simulation.problem import Passage, Primary, Request, Status, chain_acceleration, contact_forces
 from shockwave.simulation.time_limit import expired
 
-#: A window begins with so many granules, and grows by as many.
+# All lengths, times and forces are in scaled units.
+
+# First number of granules in the window, and by how many it grows.
 _ROWS = 8
 _FIRST_STEP = 0.05
 _LONGEST_STEP = 1.0
+# Safety factor and limits of the ratio of consecutive step sizes.
 _SAFETY = 0.9
-# Error of a step in which a contact opens or closes, over its length and the 3/2 power of the change of the overlap: the
-# force is only once differentiable there, which the difference from the embedded method may not show.
+# Error of a step in which a contact opens or closes, over its length and the 3/2 power of the change of the overlap.
+# The force has no second derivative there, which the embedded method may not detect.
 _KINK = 0.03
-_LEAST_FACTOR = 0.2
-_MOST_FACTOR = 3.0
-# A granule that has moved by less is at rest: the window need not grow.
+_MIN_FACTOR = 0.2
+_MAX_FACTOR = 3.0
+# Largest displacement and velocity of a granule at rest.
 _AT_REST = 1e-16
-# Weaker peaks are none, nor are contacts with less overlap looked at.
+# Smallest peak force and smallest overlap of a peak.
 _FLOOR = 1e-4
 _SLIGHT = 1e-3
-# Behind the front a smaller overlap does not count.
+# Smallest overlap of a peak behind the front.
 _WEAK = 0.2
-# A free end is felt so many contacts away.
+# Number of contacts at the free end that it affects.
 _REACH = 8
-# A wave passes from one contact to the next in less time.
+# Longest time in which a wave passes from one contact to the next.
 _RECENT = 6.0
-# Contacts over which the change of a wave is taken: a single one shows little more than noise.
+# Number of contacts over which the growth of a wave is measured; over a single one it is mostly noise.
 _TREND = 4
-# Force of a contact at which the window may be cut, over the primary.
+# Largest force of a contact at which the window may be cut, over the peak force of the front.
 _SLACK = 0.1
-# A wave of this share of the primary may be as tall as it.
+# Fraction of the peak force of the front above which a wave may be as strong.
 _TALLER = 0.999
-# Error of the primary, over what another wave exceeds it by.
+# Error of the leading wave, over the amount by which another wave exceeds it.
 _RIVAL = 2.0
-# A granule in free flight at velocity v makes a wave of less than this times v^1.2.
+# A granule in free flight with velocity v makes a wave of less than this times v^1.2.
 _FREE_FLIGHT = 2.4
-# A granule out of reach stands in for the free end.
-_WALL = 1e30
+# Position of the granule beyond a free end, out of reach of all others.
+_FAR = 1e30
 
 
 def search(request: Request, method: Nystroem) -> Primary:
-    """The primary of one shock."""
+    """Find the leading wave of one shock."""
     window = _Window(request, method)
     with np.errstate(over="ignore", invalid="ignore"):
         while window.status is Status.RUNNING and not expired():
             window.step()
+            if not window.steps % 64:  # rarely enough to cost nothing
+                progressed("leading wave", window.steps)
+    progressed("leading wave", window.steps, window.steps)
     return window.primary()
 
 
 @define
 class _Force:
-    """Accelerations of the window; keeps the impulse and the first granule's acceleration of each stage.
+    """Accelerations of the window; stores the impulse and the acceleration of the first granule at each stage.
 
-    Begin and size of a step may add up to a rounding less or more than its ``end``: to ``rounded_end``.
+    ``rounded_end`` is the sum of beginning and size of a step, which may differ from its ``end`` by rounding.
     """
 
     path: Callable[[float], tuple[float, float]] | None
@@ -85,10 +92,9 @@ class _Force:
 class _Window:
     """The granules near the front; local row j is granule ``base + j``.
 
-    ``x``, ``v``, ``a`` are positions, velocities and accelerations of ``count`` granules and of the next, which is at
-    rest; ``late`` and ``since`` are force and time of the last peak at each contact that the front has left behind.
-    While the force acts, ``free`` are path and impulse that it would have given to a free granule by now, which the
-    first granule has in addition.
+    ``x``, ``v``, ``a`` are positions, velocities and accelerations of the granules and of the next one, which is at
+    rest; ``late`` and ``since`` are force and time of the last peak at each contact behind the front. While the force
+    acts, ``free`` are displacement and impulse of a free granule, which are added to those of the first granule.
     """
 
     def __init__(self, request: Request, method: Nystroem) -> None:
@@ -108,8 +114,8 @@ class _Window:
         self.free = (0.0, 0.0)
         self.applied = (0.0, 0.0)
         self.work = 0.0
-        self.bank_momentum = 0.0
-        self.bank_energy = 0.0
+        self.removed_momentum = 0.0
+        self.removed_energy = 0.0
         self.steps = 0
         self.effort = 0
         self.evaluations = 0
@@ -122,7 +128,7 @@ class _Window:
         rows = int(min(rows, granules - self.base - len(self.x) + 1))
         self._set([np.append(array, np.zeros(rows)) for array in self._arrays()])
         if self.base + len(self.x) - 1 == granules:
-            self.x[-1] = _WALL
+            self.x[-1] = _FAR
 
     def _arrays(self) -> tuple[FloatArray, ...]:
         return self.x, self.v, self.a, self.late, self.since
@@ -133,9 +139,9 @@ class _Window:
     # ---------------------------------------------------------------- steps
 
     def step(self) -> None:
-        """One attempt, and what follows from it."""
+        """Attempt a step and process it."""
         left = self.stops[0] - self.time
-        # no step is left a sliver before the next stop
+        # avoids a very short last step before the next stop
         size = left if self.size >= left else min(self.size, left / 2)
         at_stop = size >= left
         end = self.stops[0] if at_stop else self.time + size
@@ -151,10 +157,9 @@ class _Window:
         self._accept(end, at_stop, free, tried)
 
     def _kink(self, size: float, path: float, x: FloatArray) -> float:
-        """The error that contacts make which open or close within the step; ``path`` is as of `_add_work`.
+        """Error due to contacts that open or close within the step, with ``path`` as in `_add_work`.
 
-        Only while the force acts: behind the wave of a single hump they do so as well, but nothing catches up with it
-        from there.
+        It is needed only while the force acts: nothing catches up with a wave from the contacts that open behind it.
         """
         before, after = self.x[:-2] - self.x[1:-1], x[:-2] - x[1:-1]
         before[0] += self.free[0]
@@ -163,7 +168,7 @@ class _Window:
         return _KINK * change * math.sqrt(change) * size
 
     def _control(self, size: float, error: float, kink: float, at_stop: bool) -> bool:
-        """Choose the step after one of ``size`` with these errors over the tolerance; whether that one holds."""
+        """Choose the next step size from both errors, in units of the tolerance; whether the step is accepted."""
         tableau = self.method.tableau
         self.effort += (len(self.x) - 1) * (len(tableau.nodes) + 1)
         self.evaluations += tableau.evaluations
@@ -174,24 +179,24 @@ class _Window:
             self.rejected = True
             return False
         if not error <= 1:
-            self.size = size * (factor if _LEAST_FACTOR < factor < 1 else _LEAST_FACTOR)
+            self.size = size * (factor if _MIN_FACTOR < factor < 1 else _MIN_FACTOR)
             self.rejected = True
-            if self.effort > self.request.most_work:
+            if self.effort > self.request.max_work:
                 self.status = Status.TOO_LONG
             if self.size < 1e-14 * (1 + self.time):
                 self.status = Status.FAILED
             return False
-        factor = min(factor, 1.0 if self.rejected else _MOST_FACTOR)
+        factor = min(factor, 1.0 if self.rejected else _MAX_FACTOR)
         self.rejected = False
         if not (at_stop and size * factor < self.size):
             self.size = min(size * factor, _LONGEST_STEP)
         return True
 
     def _add_work(self, size: float, path: float, force: _Force) -> None:
-        """Work of the force by parts, I u1 + I^2/2 less the integral of I times the first granule's acceleration.
+        """Add the work of the force, integrated by parts: I u1 + I^2/2 minus the integral of I a1.
 
-        Of an impulse that is too rough for the stages, the exact integral is put in place of theirs, under the mean
-        acceleration; ``path`` is that of the free granule at the end of the step.
+        I is the impulse, u1 and a1 are velocity and acceleration of the first granule. With the mean acceleration, the
+        quadrature of I over the stages is replaced by its exact integral; ``path`` is that at the end of the step.
         """
         impulses = [self.free[1], *force.impulses]
         rates = [self.a.item(0), *force.first]
@@ -218,11 +223,11 @@ class _Window:
             return
         if self.head >= (self.problem.granules or math.inf) - 1 - _REACH:
             self.status = Status.AT_END
-        elif self.head > self.request.most_contacts or self.effort > self.request.most_work:
+        elif self.head > self.request.max_contacts or self.effort > self.request.max_work:
             self.status = Status.TOO_LONG
 
     def _release(self) -> None:
-        """The force is over: from here on the first granule is followed in its true position."""
+        """Integrate the true position of the first granule from now on: the force has ended."""
         path, impulse = self.applied = self.free
         self.driven = False
         self.work += impulse * self.v.item(0) + 0.5 * impulse**2
@@ -231,29 +236,29 @@ class _Window:
         self.free = (0.0, 0.0)
 
     def _cut(self) -> None:
-        """Drop granules far behind the front, and keep account of their momentum and energy.
+        """Remove granules far behind the front, and add up their momentum and energy.
 
-        The cut runs through a contact that is all but open, for else what is cut off would have been felt, and is made
-        only if nothing behind may outgrow the front.
+        The chain is cut at a contact with almost no force, so that the removed granules have no influence, and only if
+        no wave behind the front can become stronger than it.
         """
         most = self.head - self.base - self.request.rear_of(self.peaks[-1].force) if self.peaks else 0
         if most < _ROWS:
             return
         forces = contact_forces(self.x[most - _ROWS : most + 1])[::-1]
         weakest = int(np.argmin(forces))
-        if not forces[weakest] < _SLACK * self.peaks[-1].force or self._tallest() > _TALLER:
+        if not forces[weakest] < _SLACK * self.peaks[-1].force or self._strongest_behind() > _TALLER:
             return
         rows = most - weakest
-        self.bank_momentum += math.fsum(self.v[:rows].tolist())
-        self.bank_energy += _energy(self.x[: rows + 1], self.v[:rows])
+        self.removed_momentum += math.fsum(self.v[:rows].tolist())
+        self.removed_energy += _energy(self.x[: rows + 1], self.v[:rows])
         self._set([array[rows:].copy() for array in self._arrays()])
-        self.a[0] = -hertz(self.x.item(0) - self.x.item(1))  # it has lost its neighbour
+        self.a[0] = -hertz(self.x.item(0) - self.x.item(1))  # no neighbour behind
         self.base += rows
 
     # ---------------------------------------------------------------- peaks
 
     def _find_peaks(self, size: float, free: tuple[float, float], tried: Attempt) -> None:
-        """Contacts whose force has passed a maximum within the step."""
+        """Find contacts whose force has a maximum within the step."""
         before, after = self.v[:-2] - self.v[1:-1], tried.v[:-2] - tried.v[1:-1]
         before[0] += self.free[1]
         after[0] += free[1]
@@ -271,7 +276,7 @@ class _Window:
                 self._add_peak(j, size, share, force)
 
     def _add_peak(self, j: int, size: float, share: float, force: float) -> None:
-        """A peak at local contact j: of the front, or of something behind it."""
+        """Process a peak at local contact j, of the front or behind it."""
         contact = self.base + j
         if contact <= self.head:
             self.late[j] = force
@@ -289,9 +294,9 @@ class _Window:
             self._judge()
 
     def _read_peak(self, j: int, size: float, share: float) -> Passage:
-        """Step again, from the state before, to where the contact stops closing.
+        """Compute the peak by repeated steps from the previous state to the time at which the contact stops closing.
 
-        A step moves nothing further than its stages, so a part of the window is enough.
+        The domain of dependence of a step is one granule per stage, so a part of the window is sufficient.
         """
         stages = len(self.method.tableau.nodes) + 1
         first, last = max(j - stages, 0), j + stages + 2
@@ -323,33 +328,33 @@ class _Window:
         return Passage(self.base + j, time, hertz(overlaps[at]))
 
     def _applied_force(self, time: float, size: float) -> float:
-        """The applied force, from the impulse about ``time``, within the step of this size."""
+        """Applied force at ``time`` in a step of this size, from the difference of the impulse."""
         about = 1e-4 * size
         before, after = max(time - about, self.time), min(time + about, self.time + size)
         gained = self.problem.free(after)[1] - self.problem.free(before)[1]
         return gained / (after - before) if after > before else 0.0
 
     def _judge(self, end: bool = False) -> None:
-        """Whether the peaks of the front have come to their limit; if it is to ``end``, how near they are."""
-        if len(self.peaks) < KEPT or self.driven or self.time < self.request.known_from:
+        """Check whether the peaks of the front have reached their limit; at the ``end`` state how near they are."""
+        if len(self.peaks) < KEPT or self.driven or self.time < self.request.earliest_time:
             return
         peak = self.peaks[-1].force
         allowed = peak if end else self.request.doubt * peak
         value, doubt = limit([passage.force for passage in self.peaks[-KEPT:]], math.inf if end else allowed)
         if end:
-            doubt = doubt / NOISE + _RIVAL * max(self._tallest() - _TALLER, 0.0) * peak
-        elif doubt <= allowed and self._tallest() <= _TALLER:
+            doubt = doubt / NOISE + _RIVAL * max(self._strongest_behind() - _TALLER, 0.0) * peak
+        elif doubt <= allowed and self._strongest_behind() <= _TALLER:
             self.status = Status.KNOWN
         if doubt < allowed if end else self.status is Status.KNOWN:
             self.limit = value, doubt / peak
 
-    def _tallest(self) -> float:
-        """What may still outgrow the front, over its peak: the tallest wave behind it, or a granule in free flight."""
+    def _strongest_behind(self) -> float:
+        """Peak force that a wave or a granule in free flight behind the front may reach, over that of the front."""
         front = self.head - self.base - 2
         if front <= 0 or not self.peaks:
             return 0.0
         late, since = self.late[:front], self.since[:front]
-        # What a wave may grow to, from its change over the last contacts: one that shrinks gives to another.
+        # Largest peak force a wave may reach, from its change over the last contacts; a decrease feeds another wave.
         change, same = np.zeros(front), np.ones(front, dtype=bool)
         for back in range(1, min(_TREND, front - 1) + 1):
             same[back:] &= (since[:-back] < since[1 : front - back + 1]) & (late[:-back] > 0)
@@ -364,7 +369,7 @@ class _Window:
         return float(np.max([recent, forces, thrown])) / self.peaks[-1].force
 
     def primary(self) -> Primary:
-        """The balances, and the wave: from the least force behind the head on."""
+        """The leading wave, from the smallest force behind its peak, and the balances of the chain."""
         v = self.v[:-1]
         forces = contact_forces(self.x).tolist()
         foot = max(self.head - self.base, 0)
@@ -386,8 +391,8 @@ class _Window:
             momentum=math.fsum(v[foot + 1 :].tolist()),
             energy=_energy(self.x[foot + 1 :], v[foot + 1 :]),
             foot=forces[foot],
-            chain_momentum=self.bank_momentum + math.fsum(v.tolist()),
-            chain_energy=self.bank_energy + _energy(self.x, v),
+            chain_momentum=self.removed_momentum + math.fsum(v.tolist()),
+            chain_energy=self.removed_energy + _energy(self.x, v),
             work=self.work,
             impulse=self.applied[1],
             free_path=self.applied[0],
@@ -398,6 +403,6 @@ class _Window:
 
 
 def _energy(x: FloatArray, v: FloatArray) -> float:
-    """Of granules with velocities v, and of the contact of each with the next; x has one more."""
+    """Energy of granules with velocities v and of their contacts; x contains one more granule."""
     closed = np.maximum(x[:-1] - x[1:], 0.0)
     return math.fsum((0.5 * v * v + 0.4 * closed * closed * np.sqrt(closed)).tolist())

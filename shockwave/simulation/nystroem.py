@@ -1,4 +1,4 @@
-"""Embedded Runge-Kutta-Nystroem methods: x'' = a(t, x) is taken as it stands, no stage is spent on x' = v."""
+"""Embedded Runge-Kutta-Nystroem methods, which integrate x'' = a(t, x) directly."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from shockwave.simulation.one_step import Attempt, OneStep, Scalar
 from shockwave.simulation.problem import ChainAcceleration
 
 _NONE = np.empty(0)
-#: Name of a method -> nodes ``c``, weights ``a`` of the stages, a row for each, weights ``b_prime`` of the velocity and
-#: ``error_b_prime``, their excess over those of the embedded method: exact fractions.
+#: Exact coefficients by name of the method: nodes ``c``, rows ``a`` of the stages, weights ``b_prime`` of the velocity,
+#: and ``error_b_prime``, their difference from those of the embedded method.
 _EXACT = json.loads(resources.files(__package__).joinpath("tableaux.json").read_text(encoding="utf-8"))
 
 
@@ -29,16 +29,16 @@ class Tableau:
     Attributes
     ----------
     nodes : array, shape (stages - 1,)
-        c of each stage after the first, in units of the step; the last is 1.
+        c of each stage after the first, in units of the step; the last one is 1.
     stages : tuple of arrays
         a_i1, ..., a_i,i-1 of each stage after the first.
     weights : array, shape (4, stages)
-        b and b' of position and velocity, and their excess over those of the embedded method.
+        b and b' of position and velocity, and their differences from those of the embedded method.
     last_is_first : bool
-        Whether the last stage is the acceleration at the end, hence the first stage of the next step.
+        Whether the last stage is the acceleration at the end of the step, and so the first stage of the next step.
     packed : array
-        All of it in a row, for the compiled code: number of stages, order of the embedded method, last_is_first, c, a
-        as a square, the weights.
+        One-dimensional array for the compiled code: number of stages, order of the embedded method, last_is_first, c,
+        the square matrix a, and the weights.
     """
 
     nodes: FloatArray
@@ -49,7 +49,7 @@ class Tableau:
 
     @property
     def evaluations(self) -> int:
-        """Evaluations of the acceleration in a step, that at its begin not counted."""
+        """Evaluations of the acceleration in a step, without that at its beginning."""
         return len(self.nodes) + (not self.last_is_first)
 
     @classmethod
@@ -69,24 +69,25 @@ class Tableau:
 
 
 def _fractions(texts: list[str]) -> np.ndarray:
-    """Exact fractions, in an array of objects."""
+    """Array of exact fractions."""
     return np.array([Fraction(text) for text in texts])
 
 
 @define
 class Nystroem(OneStep):
-    """Base class of the embedded pairs; with step h and stages k_i at x_i = x + c_i h v + h^2 sum_j a_ij k_j,
+    """Base class of the embedded pairs.
 
-    they lead to x + h v + h^2 sum_i b_i k_i and v + h sum_i b'_i k_i.
+    With step h and stages k_i at x_i = x + c_i h v + h^2 sum_j a_ij k_j, the new state is x + h v + h^2 sum_i b_i k_i
+    and v + h sum_i b'_i k_i.
     """
 
     adaptive: ClassVar[bool] = True
     symplectic: ClassVar[bool] = False
     tableau: ClassVar[Tableau]
-    #: Tolerance of a step over the relative error that is asked of a peak force.
+    #: Ratio of the tolerance of a step to the requested relative error of a peak force.
     caution: ClassVar[float] = 1.0
 
-    #: The compiled module, to step a chain with, or None.
+    #: The compiled module, or None for NumPy.
     compiled: ModuleType | None = field(default=None, repr=False)
 
     def attempt(
@@ -99,7 +100,7 @@ class Nystroem(OneStep):
         rates, terms = np.empty((2, len(tableau.nodes) + 1, *x.shape))
         column = (-1,) + (1,) * x.ndim
         square = size * size
-        # Sums run term after term, as in the compiled code: the two agree to the last bit.
+        # Same order of summation as in the compiled code: the results are identical to the last bit.
         coasting = x + tableau.nodes.reshape(column) * size * v
         rates[0] = a
         for row, weights in enumerate(tableau.stages, start=1):
@@ -118,7 +119,7 @@ class Nystroem(OneStep):
     def _compiled_attempt(
         self, compiled: ModuleType, chain: ChainAcceleration, time: float, size: float, state: FloatArray
     ) -> Attempt:
-        """As `attempt`, from a ``state`` of positions, velocities and accelerations in a row."""
+        """`attempt` by compiled code, from a one-dimensional ``state`` of positions, velocities and accelerations."""
         problem = chain.problem
         tables = (problem.path.rows, problem.path.coefficients) if chain.driven else (_NONE, _NONE)
         after = np.empty_like(state)
@@ -131,7 +132,7 @@ class Nystroem(OneStep):
 
 @define
 class Rkn64(Nystroem):
-    """RKN6(4)6FM of Dormand & Prince: five evaluations a step."""
+    """RKN6(4)6FM of Dormand & Prince; five evaluations per step."""
 
     name: ClassVar[str] = "rkn64"
     order: ClassVar[int] = 6
@@ -142,7 +143,7 @@ class Rkn64(Nystroem):
 
 @define
 class Rkn86(Nystroem):
-    """RKN8(6)9FM of Dormand, El-Mikkawy & Prince: eight evaluations a step."""
+    """RKN8(6)9FM of Dormand, El-Mikkawy & Prince; eight evaluations per step."""
 
     name: ClassVar[str] = "rkn86"
     order: ClassVar[int] = 8
@@ -152,7 +153,7 @@ class Rkn86(Nystroem):
 
 @define
 class Rkn1210(Nystroem):
-    """RKN12(10)17M of Dormand, El-Mikkawy & Prince: seventeen evaluations a step, for tight tolerances."""
+    """RKN12(10)17M of Dormand, El-Mikkawy & Prince, for tight tolerances; seventeen evaluations per step."""
 
     name: ClassVar[str] = "rkn1210"
     order: ClassVar[int] = 12

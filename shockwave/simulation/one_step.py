@@ -1,4 +1,4 @@
-"""Methods that can try a step of any size from any state: step-size control and interpolation for all of them."""
+"""Base class of one-step methods, with step-size control and interpolation."""
 
 from __future__ import annotations
 
@@ -15,25 +15,26 @@ from shockwave.errors import NumericalError
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import LONGEST_STEP, Acceleration, Counted, Integrator, Step
 
-#: A number, or an array of shape (batch,) with one for each chain of a batch.
+#: A number, or an array of shape (batch,) with a number for each chain of a batch.
 Scalar: TypeAlias = "float | FloatArray"
 
+# Safety factor and limits of the ratio of consecutive step sizes (Hairer, Norsett & Wanner, section II.4).
 _SAFETY = 0.9
-_LEAST_FACTOR = 0.2
-_MOST_FACTOR = 5.0
-# Below this share of the time (or of its unit) a step is lost in rounding.
-_LEAST_STEP = 1e-14
-# A whole number of steps stays so, whatever the rounding of their sum.
+_MIN_FACTOR = 0.2
+_MAX_FACTOR = 5.0
+# Smallest step relative to the time, or to its unit: shorter steps are lost in rounding.
+_MIN_STEP = 1e-14
+# Allows for rounding where the interval is a whole number of steps.
 _SLACK = 1 - 1e-9
-# Stands for an error of nothing, which asks for the greatest factor.
+# Replaces an error of zero, which leads to the largest factor.
 _NO_ERROR = 1e-300
 
 
 class Attempt(NamedTuple):
-    """A step that was tried: the state at its end and an estimate of its error.
+    """A trial step: the state at its end and an error estimate.
 
-    ``error`` is the greatest absolute error of any position or velocity, 0 where the method has no estimate;
-    a number, or shape (batch,).
+    ``error`` is the largest absolute error of any position or velocity, 0 if the method has no error estimate;
+    a number or an array of shape (batch,).
     """
 
     x: FloatArray
@@ -44,17 +45,18 @@ class Attempt(NamedTuple):
 
 @define
 class OneStep(Integrator):
-    """Base class of methods of one step: a subclass writes ``attempt`` and nothing else.
+    """Base class of one-step methods; a subclass only defines ``attempt``.
 
-    Contract for implementers, beside that of `Integrator`
-    -------------------------------------------------------
-    1. ``attempt(acceleration, time, size, x, v, a)`` tries a step of ``size`` from the state ``x, v`` at ``time``, at
-       which the acceleration is known to be ``a``. It calls ``acceleration`` within the step alone, and leaves
-       counting, step-size control and numbers that are not finite to the caller. Arrays that it returns are new.
-    2. ``x``, ``v``, ``a`` are of shape (granules,), or (granules, batch) with ``time`` and ``size`` numbers or of shape
-       (batch,): the last axis is a batch of chains, each with a step of its own. ``size`` may be 0: nothing moves.
-    3. ``error_order`` is the order of the embedded method: the estimate scales as the step to the power of it plus 1.
-       A method of fixed step leaves it out.
+    Contract for implementers, in addition to that of `Integrator`
+    ---------------------------------------------------------------
+    1. ``attempt(acceleration, time, size, x, v, a)`` computes a step of ``size`` from the state ``x, v`` at ``time``,
+       where the acceleration is ``a``. It calls ``acceleration`` only at times within the step, and leaves the count
+       of evaluations, step-size control and the check for finite numbers to the caller. It returns new arrays.
+    2. ``x``, ``v``, ``a`` have shape (granules,), or (granules, batch); then ``time`` and ``size`` are numbers or have
+       shape (batch,). The last axis is a batch of chains, each with its own step. A step of ``size`` 0 changes
+       nothing.
+    3. ``error_order`` is the order of the embedded method: the error estimate scales as the step to the power
+       ``error_order + 1``. Methods with a fixed step do not set it.
     """
 
     error_order: ClassVar[int] = 0
@@ -63,7 +65,7 @@ class OneStep(Integrator):
     def attempt(
         self, acceleration: Acceleration, time: Scalar, size: Scalar, x: FloatArray, v: FloatArray, a: FloatArray
     ) -> Attempt:
-        """One step, tried; see the contract."""
+        """One trial step; see the contract."""
 
     @final
     def steps(
@@ -80,8 +82,8 @@ class OneStep(Integrator):
         a = counted(time, x)
         size = self._first_size(until - begin, first_size) if self.adaptive else self.size
         while time < until:
-            least = _LEAST_STEP * max(1.0, abs(time))
-            end = self._end(time, until, max(size, least))
+            smallest = _MIN_STEP * max(1.0, abs(time))
+            end = self._end(time, until, max(size, smallest))
             tried = self._try(counted, time, end - time, x, v, a)
             good = _finite(tried)
             if self.adaptive:
@@ -90,19 +92,19 @@ class OneStep(Integrator):
                 interpolate = partial(self._interpolate, counted, time, x, v, a)
                 yield Step(time, end, tried.x, tried.v, tried.a, interpolate, size)
                 time, x, v, a = end, tried.x, tried.v, tried.a
-            elif not self.adaptive or size < least:
-                reason = "its error stays above the tolerance" if good else "not finite"
-                hint = "" if self.adaptive else "; give a smaller step"
+            elif not self.adaptive or size < smallest:
+                reason = "the error remains above the tolerance" if good else "values are not finite"
+                hint = "" if self.adaptive else "; use a smaller step"
                 raise NumericalError(f"{self.name} cannot step beyond t = {time:g} T0 ({reason}{hint})")
 
     def _next_size(self, size: float, error: float, good: bool) -> float:
         if not good:
-            return _LEAST_FACTOR * size
+            return _MIN_FACTOR * size
         factor: float = _SAFETY * (self.tolerance / max(error, _NO_ERROR)) ** (1 / (self.error_order + 1))
-        return min(size * min(max(factor, _LEAST_FACTOR), _MOST_FACTOR), LONGEST_STEP)
+        return min(size * min(max(factor, _MIN_FACTOR), _MAX_FACTOR), LONGEST_STEP)
 
     def _end(self, time: float, until: float, size: float) -> float:
-        """Where a step of at most ``size`` ends: steps of fixed size are equal, others leave no sliver at the end."""
+        """End of a step of at most ``size``; fixed steps are equal, others do not leave a very short last step."""
         left = until - time
         count = math.ceil(left / size * _SLACK)
         if count <= 1:
@@ -112,7 +114,7 @@ class OneStep(Integrator):
     def _try(
         self, acceleration: Acceleration, time: float, size: float, x: FloatArray, v: FloatArray, a: FloatArray
     ) -> Attempt:
-        # A trial step may lead anywhere; what is not finite is looked for afterwards.
+        # A trial step may overflow; the caller checks for finite values.
         with np.errstate(over="ignore", invalid="ignore"):
             return self.attempt(acceleration, time, size, x, v, a)
 
@@ -123,6 +125,6 @@ class OneStep(Integrator):
 
 
 def _finite(tried: Attempt) -> bool:
-    # A sum of squares is finite if all of them are, at a fraction of the cost of asking each.
+    # The sum of squares is finite if all values are, and is faster to compute than a check of each value.
     arrays = (tried.x, tried.v, tried.a)
     return math.isfinite(float(tried.error)) and all(math.isfinite(np.vdot(array, array)) for array in arrays)

@@ -1,6 +1,6 @@
-"""The search for the primary: the front is followed until the limit of its peak force is known.
+"""Search for the leading wave: the front is followed until the limit of its peak force is known.
 
-Two codes do the same: the compiled one, which takes many shocks at once, and `numpy_backend`.
+The compiled code, which runs several shocks at a time, and `numpy_backend` implement the same algorithm.
 """
 
 from __future__ import annotations
@@ -16,21 +16,22 @@ from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.problem import Passage, Primary, Request
 from shockwave.simulation.time_limit import expired
 
-# Shocks that run side by side in the compiled code.
+# Number of shocks that the compiled code runs at a time.
 _WIDTH = 8
+# Shorter shocks take about as long as one of this duration, in characteristic times.
 _SHORT = 16.0
 
 
 def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled: ModuleType | None) -> list[Primary]:
-    """The primary of each request, in their order; ``compiled`` is the compiled module, or None for NumPy.
+    """The leading wave for each request, in order; ``compiled`` is the compiled module, or None for NumPy.
 
-    Those that the time limit cuts short have the status RUNNING.
+    A search that reaches the time limit has the status RUNNING.
     """
     if compiled is None:
         from shockwave.simulation.numpy_backend import search
 
         return [search(request, method()) for request in requests]
-    # Shocks that take about as long side by side, and those that take far longer apart: none waits for another.
+    # Shocks with similar run times are grouped, so that none waits for a much longer one.
     groups: dict[int, list[int]] = {}
     for index, request in enumerate(requests):
         groups.setdefault(int(math.log(max(request.problem.duration, _SHORT), 4)), []).append(index)
@@ -43,7 +44,7 @@ def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled
 
 
 def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: list[Request]) -> list[Primary]:
-    """The primaries of these requests by the compiled code, which takes tables: `_compiled.c` names their columns."""
+    """The leading waves by the compiled code, from tables with the columns that `_compiled.c` defines."""
     jobs: list[float] = []
     stops: list[float] = []
     wanted: list[int] = []
@@ -52,8 +53,8 @@ def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: lis
         problem = request.problem
         path = problem.path
         jobs += (problem.rise_time, problem.peak_force, problem.duration, problem.granules or 0)
-        jobs += (request.tolerance, request.doubt, request.most_contacts, request.most_work)
-        jobs += (request.rear, request.known_from, request.growing, *request.above)
+        jobs += (request.tolerance, request.doubt, request.max_contacts, request.max_work)
+        jobs += (request.rear, request.earliest_time, request.growing, *request.above)
         jobs += (pieces, len(path.rows), terms, len(stops), len(wanted), len(request.contacts))
         pieces += len(path.rows)
         terms += len(path.coefficients)
@@ -65,7 +66,8 @@ def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: lis
     passages = np.full((len(wanted), 3), math.nan)
     passages[:, 0] = wanted
     lanes = 1 if len(requests) < _WIDTH else _WIDTH
-    compiled.primary(method.tableau.packed, np.array(jobs), rows, coefficients, np.array(stops), passages, found, lanes, expired)
+    tables = np.array(jobs), rows, coefficients, np.array(stops), passages, found
+    compiled.primary(method.tableau.packed, *tables, lanes, expired)
     triples = iter(passages.tolist())
     answers = []
     for numbers, request in zip(found.tolist(), requests, strict=True):

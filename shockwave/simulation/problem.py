@@ -1,10 +1,10 @@
-"""The scaled problem: eq. (1) with mass and contact stiffness 1, and the shock's force taken out of it.
+"""The scaled problem: eq. (1) with mass and contact stiffness 1, and the force of the shock eliminated.
 
-The first granule is written as x1 = y1 + g(t), where g'' is the applied force: g is the path of a free granule
-under the shock, known exactly. What is left to integrate contains no force, only the smooth shift g in the
-first overlap, so neither a kink nor an infinite slope of the force reaches the integrator's order.
+The position of the first granule is x1 = y1 + g(t), where g'' is the applied force: g is the free-particle
+displacement, which is known exactly. The equation for y1 contains no force, only the smooth shift g in the first
+overlap, so that kinks and infinite slopes of the force do not reduce the order of the integrator.
 
-`Request` and `Primary` are the input and the answer of the search for the primary.
+`Request` and `Primary` are the input and the result of the search for the leading wave.
 """
 
 from __future__ import annotations
@@ -22,33 +22,36 @@ from shockwave.quadrature import FloatArray
 if TYPE_CHECKING:
     from shockwave.profiles.free_path import FreePath
 
-# More knots than this are a sampled record: its kinks are too small and too many to end steps on.
-_MOST_STOPS = 64
-# Shocks of at least this duration are long.
+# Largest number of breakpoints on which steps end; a sampled record has more, but smaller, kinks.
+_MAX_STOPS = 64
+# Duration of the shortest long shock, in characteristic times.
 _LONG = 10.0
-# Samples of the force, and the share of its peak that is a little.
+# Number of samples of the force.
 _SAMPLES = 200
-_LITTLE = 0.05
+# Least rise of the force that counts as a second rise, in units of the peak force.
+_SECOND_RISE = 0.05
 
-# Contacts that a front may pass: so many, and so many for each unit of time that the force lasts.
-_MOST_CONTACTS = 20_000
+# Largest number of contacts that a front may pass, and its increase per characteristic time of the shock.
+_MAX_CONTACTS = 20_000
 _CONTACT_RATE = 400
-# Evaluations of a contact force: at most seconds of the compiled code, minutes of NumPy.
+# Largest number of evaluations of a contact force, its increase with the square of the duration, and its upper limit:
+# seconds for the compiled code, minutes for NumPy.
 _WORK = 3e7
 _WORK_RATE = 3e4
-_MOST_WORK = 2e9
-# How far behind the front granules are still followed once the force has ended: so many, and if the shock is long some
-# more for the time that its force was near what the front may come from, a 2.33rd of its peak. Less would change peaks
-# by more than the tolerance.
+_MAX_WORK = 2e9
+# Number of granules behind the front that are integrated after the force has ended. Fewer would change the peaks by
+# more than the tolerance.
 _REAR = 16
+# The same for long shocks, with the smallest tolerance of a step for which it is sufficient.
+_LONG_REARS = ((1e-7, 18), (1e-10, 24), (0.0, 32))
+# Increase of this number per characteristic time during which a long force exceeds 1/2.33 of the peak of the front; a
+# constant force makes a front of 2.33 times its value.
 _LASTING = 2.33
 _RATE = 1.25
-# Of a long shock, by the least tolerance of a step for which it will do.
-_LONG_REARS = ((1e-7, 18), (1e-10, 24), (0.0, 32))
-# Contacts over which a wave may go on changing as it did over the last few: of a shock that rises again, long.
+# Number of contacts over which a wave may continue to grow at its present rate, without and with a second rise.
 _GROWING = 20.0
 _GROWING_AGAIN = 200.0
-# The margin allows for rounding of a power that should equal a tenth.
+# Tenths of the peak force, with a margin for rounding.
 _TENTHS = np.arange(10) / 10 * (1 + 1e-9)
 
 
@@ -61,9 +64,9 @@ class ChainProblem:
     profile : ShockProfile
         Shape of the shock.
     rise_time, peak_force : float
-        In the units of the problem.
+        In scaled units.
     granules : int or None
-        Their number; None for a chain without end.
+        Number of granules; None for an infinite chain.
     """
 
     profile: ShockProfile
@@ -73,44 +76,44 @@ class ChainProblem:
 
     @cached_property
     def duration(self) -> float:
-        """When the force ends."""
+        """Duration of the force."""
         return float(self.profile.duration_ratio) * self.rise_time
 
     @cached_property
     def stops(self) -> tuple[float, ...]:
-        """Times at which steps must end: kinks of the force and, last of them, its end."""
+        """Times on which steps must end: the kinks and the end of the force."""
         points = self.profile.breakpoints
-        if len(points) > _MOST_STOPS:
+        if len(points) > _MAX_STOPS:
             points = (0.0, 1.0, self.profile.duration_ratio)
         return (*(point * self.rise_time for point in points[1:-1]), self.duration)
 
     @cached_property
     def path(self) -> FreePath:
-        """Path and impulse of a free granule under the force, as a table in units of the profile."""
+        """Table of displacement and impulse of a free granule under the force, in units of the profile."""
         return self.profile.free_path()
 
     @cached_property
     def course(self) -> FloatArray:
         """The force over its peak at equal intervals, shape (200,)."""
-        # Midpoints, so that neither end is a point of its own.
+        # Midpoints, so that both ends are excluded.
         shares = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
         return self.profile.force(shares * float(self.profile.duration_ratio))
 
     @property
     def is_long(self) -> bool:
-        """Whether the first waves are nearly alike, and part slowly."""
+        """Whether the first waves of the train are nearly equal and separate slowly."""
         return self.duration >= _LONG
 
     @cached_property
     def rises_again(self) -> bool:
-        """Whether a long force rises once more after it has fallen, by more than a little."""
+        """Whether a long force rises again after it has decreased."""
         if not self.is_long:
             return False
         fallen = np.maximum.accumulate(self.course) - self.course
-        return bool((np.maximum.accumulate(fallen) - fallen).max() > _LITTLE)
+        return bool((np.maximum.accumulate(fallen) - fallen).max() > _SECOND_RISE)
 
     def free(self, time: float) -> tuple[float, float]:
-        """Path and velocity of a free granule under the force; the velocity is the impulse applied so far."""
+        """Displacement and velocity of a free granule under the force; the velocity equals the impulse so far."""
         late = time > self.duration
         path, impulse = self.path.at(float(self.profile.duration_ratio) if late else time / self.rise_time)
         if late:
@@ -121,9 +124,9 @@ class ChainProblem:
 
 @frozen(eq=False)
 class ChainAcceleration:
-    """y'' of eq. (1) as a function of time and positions, shape (granules,), which the compiled step knows too.
+    """y'' of eq. (1) as a function of time and positions, shape (granules,); the compiled code implements it too.
 
-    While it is ``driven`` the first granule is at y1 + g.
+    If ``driven``, the first granule is at y1 + g.
     """
 
     problem: ChainProblem
@@ -134,7 +137,7 @@ class ChainAcceleration:
 
 
 def chain_acceleration(y: FloatArray, shift: float = 0.0) -> FloatArray:
-    """Accelerations of granules at ``y``, the first of them at ``y[0] + shift``; shape (granules,)."""
+    """Accelerations of granules at ``y``, with the first at ``y[0] + shift``; shape (granules,)."""
     forces = np.zeros(len(y) + 1)
     contacts = forces[1:-1]
     np.subtract(y[:-1], y[1:], out=contacts)
@@ -146,7 +149,7 @@ def chain_acceleration(y: FloatArray, shift: float = 0.0) -> FloatArray:
 
 
 def overlaps(x: FloatArray) -> FloatArray:
-    """Overlap at each contact, negative where it is open; shape (granules - 1,)."""
+    """Overlap at each contact, negative if it is open; shape (granules - 1,)."""
     return np.asarray(x[:-1] - x[1:])
 
 
@@ -162,15 +165,15 @@ def contact_energies(x: FloatArray) -> FloatArray:
 
 
 def chain_energy(x: FloatArray, v: FloatArray) -> float:
-    """Energy of the granules and of their contacts."""
+    """Total energy of granules and contacts."""
     return float(0.5 * np.sum(v * v) + np.sum(contact_energies(x)))
 
 
-# ---------------------------------------------------------------- the search for the primary
+# ---------------------------------------------------------------- search for the leading wave
 
 
 class Status(IntEnum):
-    """How a search ended; TOO_LONG: the limit was not known after as many contacts as there may be."""
+    """Status of a search; TOO_LONG: the limit was not known after the largest number of contacts."""
 
     RUNNING = 0
     KNOWN = 1
@@ -180,7 +183,7 @@ class Status(IntEnum):
 
 
 class Passage(NamedTuple):
-    """The peak of the front at a contact, counted from 0, in scaled units."""
+    """Peak of the front at a contact, counted from 0, in scaled units."""
 
     contact: int
     time: float
@@ -189,11 +192,11 @@ class Passage(NamedTuple):
 
 @frozen(eq=False, slots=False)
 class Request:
-    """Input of the search for the primary.
+    """Input of the search for the leading wave.
 
-    ``tolerance`` is the absolute error allowed in a step, ``doubt`` how far the peak may be from its limit,
-    relatively; ``contacts`` ascend: passages of the front that are wanted too. ``patience`` multiplies the work that it
-    may take.
+    ``tolerance`` is the absolute error allowed in a step, ``doubt`` the permitted relative extrapolation uncertainty of
+    the peak force. ``contacts``, in ascending order, are those at which the passage of the front is requested.
+    ``patience`` multiplies the limit on the work.
     """
 
     problem: ChainProblem
@@ -203,16 +206,16 @@ class Request:
     patience: float = 1.0
 
     @property
-    def most_contacts(self) -> float:
-        return _MOST_CONTACTS + _CONTACT_RATE * self.problem.duration
+    def max_contacts(self) -> float:
+        return _MAX_CONTACTS + _CONTACT_RATE * self.problem.duration
 
     @property
-    def most_work(self) -> float:
-        return min(self.patience * (_WORK + _WORK_RATE * self.problem.duration**2), _MOST_WORK)
+    def max_work(self) -> float:
+        return min(self.patience * (_WORK + _WORK_RATE * self.problem.duration**2), _MAX_WORK)
 
     @property
-    def known_from(self) -> float:
-        """Time before which the primary is not taken as known: a later pulse of the shock must have made its wave."""
+    def earliest_time(self) -> float:
+        """Earliest time at which the leading wave is accepted: later pulses must have made their waves."""
         return (2 if self.problem.rises_again else 1) * self.problem.duration
 
     @property
@@ -227,7 +230,7 @@ class Request:
 
     @cached_property
     def above(self) -> list[float]:
-        """How long the force is above 0, 1, ... 9 tenths of its peak; zeros for a short shock."""
+        """Times during which the force exceeds 0, 0.1, ... 0.9 of its peak; zeros for a short shock."""
         problem = self.problem
         if not problem.is_long:
             return [0.0] * 10
@@ -236,7 +239,7 @@ class Request:
         return times
 
     def rear_of(self, peak: float) -> int:
-        """How far behind a front of this peak force granules may be cut off."""
+        """Number of granules to keep behind a front of this peak force."""
         level = min(10 * (0.9 * peak / (_LASTING * self.problem.peak_force)), 9.0)
         tenth = min(int(level), 8)
         above, further = self.above[tenth : tenth + 2]
@@ -244,13 +247,13 @@ class Request:
 
 
 class Primary(NamedTuple):
-    """The primary that was found, in scaled units.
+    """The leading wave, in scaled units.
 
-    ``peak`` is the limit along the chain, ``doubt`` a bound on its relative error as such; ``last`` and ``time`` are
-    those of the peak at ``contact``, the last that was read, ``speed`` that of the front there. ``momentum`` and
-    ``energy`` are those of the wave down to the least force behind it, ``foot``. ``chain_momentum`` and
-    ``chain_energy`` are those of all granules, against ``impulse`` and ``work`` of the force; ``free_path`` is how far
-    it would have moved a granule by itself.
+    ``peak`` is the limit of the peak force along the chain, ``doubt`` its relative extrapolation uncertainty. ``last``,
+    ``time`` and ``speed`` are peak force, arrival time and speed of the front at ``contact``, the last one that was
+    evaluated. ``momentum`` and ``energy`` are those of the wave, which extends to the smallest force behind it, the
+    residual force ``foot``. ``chain_momentum`` and ``chain_energy`` are those of all granules, to be compared with
+    ``impulse`` and ``work`` of the force; ``free_path`` is the free-particle displacement.
     """
 
     status: float
@@ -274,10 +277,10 @@ class Primary(NamedTuple):
 
     @property
     def energy_defect(self) -> float:
-        """Energy in the chain against the work of the force, relative."""
+        """Relative difference between the energy of the chain and the work of the force."""
         return abs(self.chain_energy / self.work - 1)
 
     @property
     def momentum_defect(self) -> float:
-        """Momentum in the chain against the impulse, relative."""
+        """Relative difference between the momentum of the chain and the impulse."""
         return abs(self.chain_momentum / self.impulse - 1)

@@ -1,4 +1,4 @@
-"""SciPy's solvers of first-order systems as integrators, Dop853 and Radau: the state is (x, v)."""
+"""Integrators that use SciPy solvers of first-order systems, with the state (x, v)."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from shockwave.errors import NumericalError
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import LONGEST_STEP, Acceleration, Counted, Integrator, Step
 
-# SciPy's least: the error is to be absolute, in units in which a wave is of order one.
+# Smallest relative tolerance that SciPy accepts; the absolute tolerance controls the error.
 _RELATIVE = 2.3e-14
 
 
 @define
 class ScipySolver(Integrator):
-    """Base class: a subclass names the solver and declares its order."""
+    """Base class; a subclass defines the solver and its order."""
 
     adaptive: ClassVar[bool] = True
     symplectic: ClassVar[bool] = False
@@ -28,7 +28,7 @@ class ScipySolver(Integrator):
     solver: ClassVar[Any]
 
     def _settings(self, granules: int) -> dict[str, Any]:
-        """Further arguments of the solver for so many granules."""
+        """Additional arguments of the solver for this number of granules."""
         return {}
 
     def steps(
@@ -46,8 +46,8 @@ class ScipySolver(Integrator):
         def derivative(time: float, state: FloatArray) -> FloatArray:
             return np.concatenate((state[granules:], counted(time, state[:granules])))
 
-        # Without a first step SciPy looks for one, and never ends where the acceleration is not finite; what is not
-        # finite is looked for afterwards.
+        # Without a first step SciPy searches for one, endlessly if the acceleration is not finite. Values are checked
+        # after each step.
         with np.errstate(over="ignore", invalid="ignore"):
             solver = self.solver(
                 derivative,
@@ -78,12 +78,13 @@ class ScipySolver(Integrator):
 
     def _check(self, solver: Any, time: float, message: str | None) -> None:
         if message is not None or not np.all(np.isfinite((solver.y, solver.f))):
-            raise NumericalError(f"{self.name} cannot step beyond t = {time:g} T0 ({message or 'not finite'})")
+            reason = message or "values are not finite"
+            raise NumericalError(f"{self.name} cannot step beyond t = {time:g} T0 ({reason})")
 
 
 @define
 class Dop853(ScipySolver):
-    """Hairer, Norsett & Wanner's DOP853, of order 8 with dense output of order 7."""
+    """DOP853 of Hairer, Norsett & Wanner, of order 8 with dense output of order 7."""
 
     name: ClassVar[str] = "dop853"
     order: ClassVar[int] = 8
@@ -92,7 +93,7 @@ class Dop853(ScipySolver):
 
 @define
 class Radau(ScipySolver):
-    """Hairer & Wanner's Radau IIA, for stiff equations; forces between neighbours make its Jacobian sparse."""
+    """Radau IIA of Hairer & Wanner, for stiff equations, with the sparse Jacobian of forces between neighbours."""
 
     name: ClassVar[str] = "radau"
     order: ClassVar[int] = 5

@@ -1,9 +1,9 @@
 """Adaptive fit of piecewise Chebyshev polynomials to a function that is expensive to evaluate.
 
-On every piece the nodes are Leja's: the next is where the product of the distances to all before is greatest, so the
-polynomial through those before is checked where it is least certain, and no evaluation is lost (Reichel, "Newton
-interpolation at Leja points", BIT 30, 1990). A piece whose checks do not improve is halved, and its halves use the
-evaluations made before.
+The nodes of each piece are Leja points: each new node maximises the product of the distances to the previous nodes. So
+the polynomial through the previous nodes is checked where it is least certain, and every evaluation is used (Reichel,
+"Newton interpolation at Leja points", BIT 30, 1990). A piece whose checks do not converge is halved, and the halves
+reuse its evaluations.
 """
 
 from __future__ import annotations
@@ -17,36 +17,42 @@ from attrs import evolve, frozen
 from numpy.polynomial import Chebyshev, chebyshev
 
 from shockwave.errors import NumericalError
+from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 
-# A root of a derivative is real if its imaginary part, over the width of the piece, is rounding.
+# Imaginary parts of roots below this fraction of the width of the piece are rounding errors.
 _REAL = 5e-8
-# The error of a slope is this times the error of the polynomial, over its width and times its degree: on four shapes at
-# rtol 1e-3 to 1e-5 the factor was at most 3.6.
-_SLOPE_CAUTION = 4.0
-# Where the first pieces join, over the range. A shock that ends abruptly gives ripples of one period in time: in its
-# logarithm they crowd together at the end.
-_JOINTS = (0.0, 0.4, 0.7, 1.0)
-# The fewest nodes of a polynomial,
-_LEAST = 7
-# those after which one whose last checks exceed the allowed error by this factor is given up,
-_PATIENT = 18
+# Factor of the slope error over error * degree / width of the polynomial; at most 3.6 was measured, on four shapes at
+# rtol 1e-3 to 1e-5.
+_SLOPE_SAFETY = 4.0
+# Edges of the first pieces, as fractions of the range. A shock that ends abruptly causes ripples with one period in
+# time; as a function of the logarithm of time they are densest at the end.
+_EDGES = (0.0, 0.4, 0.7, 1.0)
+# Smallest number of nodes of a polynomial.
+_FEWEST_NODES = 7
+# Number of nodes from which a piece is halved if its last checks exceed the allowed error by the factor below.
+_NODES_BEFORE_HALVING = 18
 _FAR = 5.0
-# and the most.
-_MOST = 24
-# So many checks in a row must be within this share of the tolerance. Below the tight tolerance weak kinks show, as
-# where a contact opens: polynomials improve slowly, and more checks are due.
+# Greatest number of nodes of a polynomial.
+_MOST_NODES = 24
+# Number of consecutive checks that must be within the allowed error.
 _CHECKS = 3
+# The same for tolerances below `_TIGHT`, where weak kinks are significant, such as where a contact opens: there
+# polynomials converge slowly.
 _MORE_CHECKS = 6
 _TIGHT = 5e-5
-_SHARE = 0.32
-# An earlier evaluation serves as the next node where its product of distances is this share of the greatest.
-_NEAR = 0.5
-_FINE = np.cos(np.linspace(np.pi, 0.0, 401))
-# Width to which a kink or a jump is enclosed; the error of that piece covers it.
+# Allowed error of the checks, over the tolerance.
+_ALLOWED = 0.32
+# A known evaluation becomes the next node if its product of distances is at least this fraction of the maximum.
+_NEAR_MAXIMUM = 0.5
+# Candidates for the next node, on [-1, 1].
+_CANDIDATES = np.cos(np.linspace(np.pi, 0.0, 401))
+# Width to which pieces with a kink or a jump are halved; the error of such a piece includes the jump.
 _NARROWEST = 1e-3
-# What takes more evaluations is too rough for polynomials; the roughest of 95 curves to 1e-6 took 203.
+# Greatest number of evaluations; the roughest of 95 curves to 1e-6 took 203.
 _BUDGET = 1000
+# Name of the work whose progress is reported.
+_WORK = "simulations of the fit"
 
 
 @frozen
@@ -56,11 +62,11 @@ class Piece:
     Attributes
     ----------
     begin, end : float
-        Where it holds.
+        Interval of the piece.
     coefficients : tuple of float
-        Of the Chebyshev polynomials of u = (2 x - begin - end)/(end - begin), lowest first.
+        Coefficients of the Chebyshev polynomials of u = (2 x - begin - end)/(end - begin), lowest degree first.
     error : float
-        Bound on its distance from the function, as checked.
+        Bound on the difference from the function, from the checks.
     """
 
     begin: float
@@ -76,10 +82,10 @@ class Piece:
     @property
     def slope_error(self) -> float:
         """Estimate of the error of the polynomial's derivative."""
-        return _SLOPE_CAUTION * self.error * (len(self.coefficients) - 1) / (self.end - self.begin)
+        return _SLOPE_SAFETY * self.error * (len(self.coefficients) - 1) / (self.end - self.begin)
 
     def turns(self, slope: float) -> list[float]:
-        """Ascending x inside, at which ``slope`` x and this polynomial together turn."""
+        """Extrema of the polynomial plus ``slope`` x inside the interval, ascending."""
         roots = (self.polynomial.deriv() + slope).trim().roots()
         inside = (self.begin < roots.real) & (roots.real < self.end)
         real = np.abs(roots.imag) < _REAL * (self.end - self.begin)
@@ -87,33 +93,33 @@ class Piece:
 
 
 def evaluated(pieces: Sequence[Piece], x: FloatArray) -> FloatArray:
-    """Values of adjoining pieces at ``x``, of any shape, within their range."""
+    """Values of adjoining pieces at ``x``, an array of any shape within their range."""
     where = np.searchsorted([piece.end for piece in pieces[:-1]], x)
     return np.piecewise(x, [where == k for k in range(len(pieces))], [piece.polynomial for piece in pieces])
 
 
 def fitted(function: Callable[[float], float], begin: float, end: float, tolerance: float) -> tuple[Piece, ...]:
-    """Adjoining pieces that follow ``function`` on [begin, end], refined until checks agree to ``tolerance``.
+    """Fit adjoining pieces to ``function`` on [begin, end], refined until the checks agree to ``tolerance``.
 
     Parameters
     ----------
     function : callable
-        Of a number; it is called once for each x.
+        Function of one number; it is evaluated once at each x.
     begin, end : float
-        The range, in order.
+        The interval, with ``begin < end``.
     tolerance : float
-        Absolute, above 0.
+        Allowed absolute error, above 0.
 
     Returns
     -------
     tuple of Piece
-        The error of a piece is the greatest that its last checks have shown. It exceeds the tolerance only where the
-        function jumps or nearly does: such a piece is narrower than a thousandth.
+        The error of a piece is the greatest error of its last checks. It exceeds the tolerance only at a jump or near
+        jump of the function; such a piece is narrower than 1e-3.
 
     Raises
     ------
     NumericalError
-        When too many evaluations would be needed.
+        If more than 1000 evaluations are required.
     """
     known: dict[float, float] = {}
 
@@ -121,81 +127,89 @@ def fitted(function: Callable[[float], float], begin: float, end: float, toleran
         if x not in known:
             if len(known) >= _BUDGET:
                 raise NumericalError(
-                    f"{_BUDGET} simulations do not make it smooth enough (allow a greater error, or narrow the range)"
+                    f"the fit does not converge within {_BUDGET} simulations (increase rtol or narrow the interval)"
                 )
+            progressed(_WORK, len(known))
             known[x] = function(x)
         return known[x]
 
-    demanded = _MORE_CHECKS if tolerance < _TIGHT else _CHECKS
-    edges = [*(begin + (end - begin) * share for share in _JOINTS[:-1]), end]
+    checks = _MORE_CHECKS if tolerance < _TIGHT else _CHECKS
+    edges = [*(begin + (end - begin) * fraction for fraction in _EDGES[:-1]), end]
     left = list(pairwise(edges))[::-1]
     done: list[Piece] = []
     while left:
         low, high = left.pop()
-        spare = [x for x in known if low < x < high]
-        piece = _piece(value, low, high, spare, _SHARE * tolerance, demanded)
+        inside = [x for x in known if low < x < high]
+        piece = _piece(value, low, high, inside, _ALLOWED * tolerance, checks)
         if piece is not None:
             done.append(piece)
         else:
             middle = (low + high) / 2
             left += [(middle, high), (low, middle)]
+    progressed(_WORK, len(known), len(known))
     return tuple(done)
 
 
 def _piece(
-    value: Callable[[float], float], begin: float, end: float, spare: list[float], allowed: float, demanded: int
+    value: Callable[[float], float], begin: float, end: float, known: list[float], allowed: float, checks: int
 ) -> Piece | None:
-    """The polynomial whose last checks are within ``allowed``, or None where the piece must be halved."""
-    nodes, heights, checks = [begin, end], [value(begin), value(end)], [np.inf]
+    """Fit a polynomial whose last ``checks`` are within ``allowed``; None if the piece must be halved.
+
+    ``known`` are places where the function has been evaluated before; those that become nodes are removed from it.
+    """
+    nodes = [begin, end]
+    heights = [value(begin), value(end)]
+    errors = [np.inf]
     piece = _through(nodes, heights)
     narrow = end - begin < _NARROWEST
     while True:
-        new = _next(nodes, spare)
+        new = _next(nodes, known)
         nodes.append(new)
         heights.append(value(new))
-        checks.append(abs(float(piece.polynomial(new)) - heights[-1]))
+        errors.append(abs(float(piece.polynomial(new)) - heights[-1]))
         piece = _through(nodes, heights)
-        worst = max(checks[-demanded:])
-        hopeless = len(nodes) >= _MOST or (len(nodes) >= _PATIENT and max(checks[-2:]) > _FAR * allowed)
-        if len(nodes) >= _LEAST and (worst <= allowed or (narrow and hopeless)):
-            unused = np.array([value(x) for x in spare])
-            off = float(np.abs(piece.polynomial(np.array(spare)) - unused).max(initial=0.0))
-            # these are many, and the last checks few
-            if narrow or off <= 2 * allowed:
-                return evolve(piece, error=max(worst, off / 2))
+        worst = max(errors[-checks:])
+        slow = len(nodes) >= _NODES_BEFORE_HALVING and max(errors[-2:]) > _FAR * allowed
+        hopeless = slow or len(nodes) >= _MOST_NODES
+        if len(nodes) >= _FEWEST_NODES and (worst <= allowed or (narrow and hopeless)):
+            unused = np.array([value(x) for x in known])
+            unused_error = float(np.abs(piece.polynomial(np.array(known)) - unused).max(initial=0.0))
+            # twice the limit: these points are more numerous than the last checks
+            if narrow or unused_error <= 2 * allowed:
+                return evolve(piece, error=max(worst, unused_error / 2))
         if hopeless:
             return None
 
 
 def _through(nodes: Sequence[float], heights: Sequence[float]) -> Piece:
-    """The polynomial through these points, of which the first two are the ends."""
-    coefficients = np.linalg.solve(chebyshev.chebvander(_shares(nodes), len(nodes) - 1), heights)
+    """The polynomial through these points; the first two nodes are the ends of the interval."""
+    coefficients = np.linalg.solve(chebyshev.chebvander(_places(nodes), len(nodes) - 1), heights)
     return Piece(nodes[0], nodes[1], tuple(coefficients.tolist()), np.inf)
 
 
-def _shares(nodes: Sequence[float]) -> FloatArray:
-    """Where the nodes lie between the first two, -1 to 1."""
+def _places(nodes: Sequence[float]) -> FloatArray:
+    """Positions of the nodes on [-1, 1], where the first two nodes are the ends."""
     begin, end = nodes[:2]
-    shares = (2 * np.array(nodes) - begin - end) / (end - begin)
-    # exactly, as rounding would decide between two places that are equally far
-    shares[:2] = -1.0, 1.0
-    return shares
+    places = (2 * np.array(nodes) - begin - end) / (end - begin)
+    # exact values: otherwise rounding would decide between two equally distant candidates
+    places[:2] = -1.0, 1.0
+    return places
 
 
-def _next(nodes: Sequence[float], spare: list[float]) -> float:
-    """The next node; one of ``spare``, which it then leaves, if that is about as good."""
+def _next(nodes: Sequence[float], known: list[float]) -> float:
+    """The next node; a point of ``known`` if its product of distances is near the maximum, which is removed from it."""
     begin, end = nodes[:2]
-    shares = _shares(nodes)
+    places = _places(nodes)
 
-    def remoteness(at: FloatArray) -> FloatArray:
-        # twice the distances, for their product neither vanishes nor overflows on an interval of length 2
-        return np.asarray(np.abs(2 * (at[:, None] - shares)).prod(axis=1))
+    def products(at: FloatArray) -> FloatArray:
+        # twice the distances: on an interval of length 2 their product neither underflows nor overflows
+        return np.asarray(np.abs(2 * (at[:, None] - places)).prod(axis=1))
 
-    fine = remoteness(_FINE)
-    best = int(fine.argmax())
-    if spare:
-        known = remoteness((2 * np.array(spare) - begin - end) / (end - begin))
-        index = int(known.argmax())
-        if known[index] >= _NEAR * fine[best]:
-            return spare.pop(index)
-    return float(begin + (1 + _FINE[best]) / 2 * (end - begin))
+    new = products(_CANDIDATES)
+    best = int(new.argmax())
+    if known:
+        old = products((2 * np.array(known) - begin - end) / (end - begin))
+        index = int(old.argmax())
+        if old[index] >= _NEAR_MAXIMUM * new[best]:
+            return known.pop(index)
+    return float(begin + (1 + _CANDIDATES[best]) / 2 * (end - begin))

@@ -16,12 +16,12 @@ CURVE_FILES = (".json", *PICTURES)
 
 
 def check_output(output: str, endings: tuple[str, ...]) -> None:
-    """Refuse a file with another ending, before anything is computed.
+    """Check the ending of the name of an output file, before anything is computed.
 
     Raises
     ------
     InvalidValueError
-        When it has none of these endings.
+        If it has none of these endings.
     """
     if pathlib.Path(output).suffix.lower() not in endings:
         rule = f"must end in {', '.join(endings[:-1])} or {endings[-1]}"
@@ -29,7 +29,7 @@ def check_output(output: str, endings: tuple[str, ...]) -> None:
 
 
 def write_curve(curve: UniversalCurve, output: str | os.PathLike[str], mark: float | None = None) -> None:
-    """Write ``curve`` as JSON or a picture, by the ending of the file; ``mark`` is a t0/T0 to mark in the picture."""
+    """Write ``curve`` as JSON or as a picture, by the ending of ``output``; a picture marks the t0/T0 ``mark``."""
     path = pathlib.Path(output)
     if path.suffix.lower() == ".json":
         curve.save(path)
@@ -40,7 +40,7 @@ def write_curve(curve: UniversalCurve, output: str | os.PathLike[str], mark: flo
 
 
 def write_design(found: Design, output: str) -> None:
-    """Draw the target property along the table of ``found``, with the solutions."""
+    """Draw the target property at the rows of the table and at the solutions of ``found``."""
     sheet, (ax,) = figure()
     value, target = (name.replace("_", " ") for name in (found.vary.rpartition(".")[2], found.target.name))
     options = sorted((*found.table, *found.solutions), key=lambda option: float(option.value))

@@ -1,4 +1,4 @@
-"""The result of a design: target, options, the outcome, and its text."""
+"""The result of a design: target, options, solutions, and their text."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from shockwave.scenario.block_keys import Key
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.value_conversion import converted
 from shockwave.studies.scaling_exponents import Exponents
-from shockwave.text import notes, si, table
+from shockwave.text import facts, limits, paragraph, si, significant_digits, strong, table
 
-#: Properties of the primary that a design can ask for -> SI unit.
+#: Properties of the leading wave that can be the target -> SI unit.
 TARGETS = {
     "peak_force": "N",
     "amplification": "",
@@ -27,18 +27,24 @@ TARGETS = {
     "width": "s",
     "granule_velocity": "m/s",
 }
+# Columns of the table that a narrow screen leaves out, the last named first.
+_SPARE = ("peak force", "chain", "speed", "width", "amplification", "granule", "simulated")
+_LEGEND = (
+    "(+-: error of the value; error: bound on the relative error of the target property by the curve; simulated: "
+    "relative difference of the simulation from the curve; granule, chain: masses)"
+)
 
 
 @frozen
 class Target:
-    """A property of the primary and its wanted value.
+    """Target property of the leading wave and its value.
 
     Attributes
     ----------
     name : str
         One of `TARGETS`.
     value : float
-        In its SI unit.
+        Value in the SI unit.
     """
 
     name: str
@@ -46,20 +52,20 @@ class Target:
 
     @classmethod
     def of(cls, given: Any) -> Target:
-        """Convert a mapping of one name to a number or a text with a unit.
+        """Convert a mapping of one name to a number or to text with a unit.
 
         Raises
         ------
         InvalidValueError
-            When the name is unknown or the value is not above 0.
+            If the name is unknown or the value is not above 0.
         """
         if not isinstance(given, Mapping) or len(given) != 1:
-            rule = 'must be one quantity and its value, {"peak_force": "60 N"}'
+            rule = 'must be one property and its value, such as {"peak_force": "60 N"}'
             raise InvalidValueError.of("target", f"{rule} (got {text_of(given)})")
         ((name, value),) = given.items()
         if name not in TARGETS:
             hint = nearest(str(name), TARGETS)
-            rule = "must be a quantity of the primary"
+            rule = "must be a property of the leading wave"
             raise InvalidValueError.of("target", f"{rule} (got {text_of(name)}; {hint}known: {', '.join(TARGETS)})")
         key = Key(name, spec=Quantity(TARGETS[name], "", above=0))
         try:
@@ -73,17 +79,17 @@ class Target:
         return TARGETS[self.name].replace("*", " ")
 
     def reached(self, peak_force: float, scenario: Scenario) -> float:
-        """The property in a scene whose primary has this peak force [N]."""
+        """The property in a scene whose leading wave has this peak force [N]."""
         if self.name == "amplification":
             return peak_force / scenario.shock.peak_force
         return float(getattr(SolitaryWave.of(peak_force, scenario.chain), self.name))
 
     def distance(self, option: Option) -> float:
-        """Absolute logarithm of the ratio of reached to wanted value."""
+        """Absolute logarithm of the ratio of the reached value to the target value."""
         return abs(math.log(option.reached / self.value))
 
     def power(self, scenario: Scenario) -> float:
-        """Power of the peak force of the primary with which the property scales."""
+        """Power of the peak force of the leading wave with which the property scales."""
         return abs(math.log2(self.reached(2.0, scenario) / self.reached(1.0, scenario)))
 
 
@@ -94,11 +100,11 @@ class Simulated:
     Attributes
     ----------
     reached : float
-        The target property.
+        Value of the target property.
     peak_force : float
-        Of the primary [N].
+        Peak force of the leading wave [N].
     error_estimate : float
-        Relative, of the peak force.
+        Estimate of the relative error of the peak force.
     """
 
     reached: float
@@ -108,32 +114,32 @@ class Simulated:
 
 @frozen(kw_only=True)
 class Option:
-    """A scene that differs from the scenario in one value.
+    """A scene that differs from the scenario in one parameter.
 
     Attributes
     ----------
     value : float or str
-        That value: in SI units, or the name of a material.
+        Value of the parameter in SI units, or the name of a material.
     reached : float
-        The target property.
+        Value of the target property.
     peak_force, amplification : float
-        Of the primary [N], and over that of the shock.
+        Peak force of the leading wave [N], and its ratio to that of the shock.
     error, reached_error : float
-        Bounds on the relative error of these two, and of ``reached``.
+        Bounds on the relative error of the peak force and of ``reached``.
     momentum, energy, speed, width, granule_velocity : float
-        Of the primary [N s], [J], [m/s], [s], [m/s]; as of `SolitaryWave`.
+        Properties of the leading wave [N s], [J], [m/s], [s], [m/s]; see `SolitaryWave`.
     rise_time : float
-        t0/T0, of the shock over the characteristic time of the chain.
+        t0/T0, rise time of the shock over the characteristic time of the chain.
     granule_mass, mass_per_length : float
-        Of one granule [kg], of the chain [kg/m].
+        Mass of one granule [kg], mass of the chain over its length [kg/m].
     chain_mass : float or None
-        Of all granules [kg], if their number is given.
+        Mass of all granules [kg], if their number is given.
     exponents : Exponents
-        Powers with which the peak force scales with what makes the scene.
+        Exponents of the peak force with respect to the parameters of the chain and the shock.
     simulated : Simulated or None
-        Of the scene itself, for solutions and for the nearest.
+        Simulation of the scene, for solutions and for the nearest option.
     value_error : float or None
-        Error of ``value`` in its unit, for numeric solutions; None where it is unknown.
+        Error of ``value`` in its unit, for numeric solutions; None if it is unknown.
     """
 
     value: float | str
@@ -158,30 +164,30 @@ class Option:
 
 @frozen(kw_only=True)
 class Design:
-    """The outcome of a design.
+    """The result of a design.
 
     Attributes
     ----------
     scenario : str
         Name of the scenario, if it has one.
     vary, unit : str
-        Dotted name of the varied value, and its unit.
+        Dotted name of the varied parameter, and its unit.
     target : Target
-        The wanted property of the primary.
+        Target property of the leading wave.
     between : tuple of float, or None
-        The interval of the value; None for materials.
+        Interval of the parameter; None for materials.
     solutions : tuple of Option
-        All values in the interval that meet the target, ascending; each was simulated. Ends and turning points that
-        miss it by no more than the allowed error are included, with a warning. Materials count within that error too,
-        the nearest first.
+        All values in the interval that meet the target, ascending; each was simulated. Ends and extrema that miss the
+        target by no more than the allowed error are included, with a warning. Materials are solutions within this error
+        too, the nearest first.
     nearest : Option or None
-        The option nearest to the target where there is no solution; for materials always.
+        Option nearest to the target, if there is no solution; always given for materials.
     least, most : Option
-        Where the target property is least and greatest: what can be reached.
+        Options with the least and the greatest value of the target property: the reachable range.
     table : tuple of Option
-        For a trade-off: values over the interval, ascending; or materials, the nearest first.
+        Trade-off: values over the interval, ascending; or materials, the nearest first.
     warnings : tuple of str
-        Limits of the answer, in sentences.
+        Limits of the result, in sentences.
     """
 
     scenario: str
@@ -198,29 +204,28 @@ class Design:
 
     @property
     def reachable(self) -> bool:
-        """Whether anything meets the target."""
+        """Whether there is a solution."""
         return bool(self.solutions)
 
     @property
     def spanned(self) -> bool:
-        """Whether the target lies between the least and the greatest, met or not."""
+        """Whether the target lies in the reachable range."""
         return self.least.reached <= self.target.value <= self.most.reached
 
     @property
     def why(self) -> str:
-        """Why there is no solution, in a sentence; empty where there is one."""
+        """The reason why there is no solution, in a sentence; empty if there is one."""
         if self.reachable:
             return ""
         wanted = _si(self.target.value, self.target.unit)
         if self.spanned and self.between is None:
-            return f"no material meets {wanted}, which lies between the least and the greatest"
-        if self.spanned and self.nearest and self.nearest.simulated:
-            made = _si(self.nearest.simulated.reached, self.target.unit)
-            rule = f"{wanted} is met by a chain without end alone; simulated as it is, the chain makes {made}"
-            return f"{rule} at {self._shown(self.nearest)} (it is too short for this search)"
+            return f"no material meets {wanted}, although it is within the reachable range"
+        if self.spanned and self.nearest:
+            simulated = f"its simulation gives {self._simulated(self.nearest)} at {self._value(self.nearest)}"
+            return f"{wanted} is met only by an endless chain; this chain is too short for the search: {simulated}"
         if self.target.value < self.least.reached:
             return f"{wanted} is out of reach: the least is {self._at(self.least)}"
-        return f"{wanted} is out of reach: the most is {self._at(self.most)}"
+        return f"{wanted} is out of reach: the greatest is {self._at(self.most)}"
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``design --json`` prints: SI floats."""
@@ -229,53 +234,88 @@ class Design:
         return {**document, "reachable": self.reachable, "why": self.why}
 
     def __str__(self) -> str:
-        wanted = f"{self.target.name.replace('_', ' ')} {_si(self.target.value, self.target.unit)}"
-        of = f" of {self.scenario}" if self.scenario else ""
         # materials are in the table already
-        found = () if self.between is None else self.solutions or filter(None, [self.nearest])
-        rows = [self._row(option) for option in (*found, *self.table)]
+        first = {} if self.between is None else {option.value: option for option in self._found}
+        options = first | {option.value: option for option in self.table} | first
+        rows = [self._row(option) for option in options.values()]
+        target = self.target.name.replace("_", " ")
+        reachable = f"{self._at(self.least)} to {self._at(self.most)}"
+        decided = (("reason", self.why), ("reachable", reachable), ("scenario", self.scenario))
         lines = [
-            f"design{of}: {self.vary} for {wanted}",
-            f"  reachable         {self._at(self.least)} to {self._at(self.most)}",
-            f"  solutions         {len(self.solutions) or f'none: {self.why}'}",
-        ]
-        if not self.solutions and self.nearest is not None:
-            lines.append(f"  nearest           {self._at(self.nearest)}")
-        lines += [
+            *map(strong, paragraph("", self._answer, 2)),
+            *limits(self.warnings),
+            *facts(pair for pair in decided if pair[1]),
             "",
-            table(list(rows[0]), [list(row.values()) for row in rows]),
-            "  (within: error of the value; error: relative bound of the curve; simulated: relative difference)",
+            table(list(rows[0]), [list(row.values()) for row in rows], [name for name in _SPARE if name != target]),
+            *paragraph("  ", _LEGEND, 2),
         ]
-        return "\n".join(lines + notes(self.warnings))
+        return "\n".join(lines)
 
-    def _shown(self, option: Option, digits: int = 5) -> str:
-        return option.value if isinstance(option.value, str) else _si(option.value, self.unit, digits)
+    @property
+    def _found(self) -> tuple[Option, ...]:
+        """The solutions, or else the nearest option."""
+        return self.solutions or tuple(filter(None, [self.nearest]))
+
+    @property
+    def _answer(self) -> str:
+        values = " or ".join(map(self._value, self._found))
+        simulated = f"(simulated {', '.join(map(self._simulated, self._found))})"
+        name = self.target.name.replace("_", " ")
+        article = "an" if name.startswith(("a", "e")) else "a"
+        wanted = f"{article} {name} of {_si(self.target.value, self.target.unit)}"
+        if self.solutions:
+            return f"{self._varied} {values} gives {wanted} {simulated}"
+        return f"no {self._varied} gives {wanted}; nearest {values} {simulated}"
+
+    @property
+    def _varied(self) -> str:
+        return self.vary.rpartition(".")[2].replace("_", " ")
+
+    def _value(self, option: Option) -> str:
+        """The value of an option with its error."""
+        if isinstance(option.value, str):
+            return option.value
+        if option.value_error is None:
+            return _si(option.value, self.unit)
+        relative = option.value_error / abs(option.value) if option.value else 1.0
+        # the error has as many decimals as the value
+        return f"{_si(option.value, self.unit, relative)} +- {_si(option.value_error, self.unit, 0.99)}"
+
+    def _simulated(self, option: Option) -> str:
+        """The simulated target property and peak force of an option, as accurate as its curve."""
+        assert option.simulated is not None  # a solution, or the nearest option
+        reached = _si(option.simulated.reached, self.target.unit, option.reached_error)
+        if self.target.name == "peak_force":
+            return reached
+        return f"{reached}, peak force {si(option.simulated.peak_force, 'N', error=option.error)}"
 
     def _at(self, option: Option) -> str:
-        return f"{_si(option.reached, self.target.unit, 5)} at {self._shown(option)}"
+        return f"{_si(option.reached, self.target.unit, option.reached_error)} at {self._value(option)}"
 
     def _row(self, option: Option) -> dict[str, str]:
         """The columns of an option."""
-        known = option.simulated
-        error = option.value_error
+        value, _, error = self._value(option).partition(" +- ")
+        simulated = option.simulated
         mass = f"{si(1e3 * option.mass_per_length, 'g', 4)}/m"
         if option.chain_mass is not None:
             mass = si(1e3 * option.chain_mass, "g", 4)
         return {
-            self.vary.rpartition(".")[2]: self._shown(option, 8),
-            "within": "-" if error is None else _si(float(f"{error:.0e}"), self.unit, 3),
-            self.target.name.replace("_", " "): _si(option.reached, self.target.unit),
+            self._varied: value,
+            **({} if self.between is None else {"+-": error or "-"}),
+            self.target.name.replace("_", " "): _si(option.reached, self.target.unit, option.reached_error),
             "error": f"{option.reached_error:.0e}",
-            "simulated": "-" if known is None else f"{known.reached / option.reached - 1:+.0e}",
-            "peak force": si(option.peak_force, "N", 6),
-            "amplification": f"{option.amplification:.5g}",
-            "speed": si(option.speed, "m/s"),
-            "width": si(option.width, "s"),
+            "simulated": "-" if simulated is None else f"{simulated.reached / option.reached - 1:+.0e}",
+            "peak force": si(option.peak_force, "N", error=option.error),
+            "amplification": f"{option.amplification:.{significant_digits(option.amplification, option.error)}g}",
+            "speed": si(option.speed, "m/s", error=option.error),
+            "width": si(option.width, "s", error=option.error),
             "granule": si(1e3 * option.granule_mass, "g", 4),
             "chain": mass,
         }
 
 
-def _si(value: float, unit: str, digits: int = 6) -> str:
-    """``value`` with an SI prefix, or bare where there is no unit."""
-    return si(value, unit, digits) if unit else f"{value:.{digits}g}"
+def _si(value: float, unit: str, error: float | None = None) -> str:
+    """``value`` with the digits that its relative ``error`` supports, and an SI prefix if there is a unit."""
+    if unit:
+        return si(value, unit, 6, error)
+    return f"{value:.{6 if error is None else significant_digits(value, error)}g}"

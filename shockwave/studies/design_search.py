@@ -1,11 +1,11 @@
-"""Design: search for all values of one kind that give the primary the target property, or the nearest."""
+"""Design: search for all values of one parameter that give the leading wave a target property."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from attrs import asdict, evolve, frozen
@@ -17,6 +17,7 @@ from shockwave.fields import Quantity, text_of
 from shockwave.measurement.simulate import simulate
 from shockwave.numerics import crossings
 from shockwave.profiles.shock import Shock
+from shockwave.progress import progressed
 from shockwave.registry import entries, find
 from shockwave.scenario.dotted_names import Variable, variable
 from shockwave.scenario.scenario import Scenario
@@ -29,18 +30,20 @@ from shockwave.studies.design_result import Design, Option, Simulated, Target
 from shockwave.studies.universal_curve import UniversalCurve
 from shockwave.text import si
 
+_Item = TypeVar("_Item")
 _MATERIAL = "chain.material"
 _POINTS = Quantity("", "number of rows", at_least=2, at_most=1000, whole=True)
-_RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)
-# A target missed by less is met: rounding.
+_RTOL = Quantity("", "allowed relative error", at_least=1e-7, at_most=1e-2)
+# Relative difference from the target that is rounding.
 _ROUNDING = 1e-9
 # Tolerance of the simulations of solutions.
-_VERIFIED = 1e-8
-# A simulation that differs from the curve by more than this many errors is of a chain too short for the curve.
-_FAR = 5.0
-# Values that span more than this factor are spaced by equal ratios.
+_SIMULATION_RTOL = 1e-8
+# Greatest difference between a simulation and the curve, over the error of the curve, for a solution: in shorter chains
+# the wave has not formed.
+_LARGEST_DIFFERENCE = 5.0
+# Intervals with a greater ratio of their ends are divided by equal ratios.
 _WIDE = 3.0
-# Step of a difference, over the whole interval.
+# Step of a finite difference, over the interval.
 _STEP = 1e-5
 
 
@@ -55,45 +58,46 @@ def design(
     points: int = 9,
     rtol: float = 1e-4,
 ) -> Design:
-    """Every value of a scene that gives the primary the target property; all other values are kept.
+    """All values of one parameter of a scene that give the leading wave a target property.
 
     Parameters
     ----------
     scene : Scenario or Shock
-        A scenario, or the shock on ``chain``.
+        A scenario, or a shock on ``chain``.
     chain : Chain, optional
-        Where ``scene`` is a shock.
+        The chain, if ``scene`` is a shock.
     vary : str
-        Dotted name of the value: a number of the chain or the shock, such as ``chain.radius``, or ``chain.material``.
+        Dotted name of the parameter: a number of the chain or the shock, such as ``chain.radius``, or
+        ``chain.material``.
     target : mapping
-        One property of the primary and its value, a number in SI units or text: ``{"peak_force": "60 N"}``. The
+        One property of the leading wave and its value, a number in SI units or text: ``{"peak_force": "60 N"}``. The
         properties are peak_force, amplification, momentum, energy, speed, width, granule_velocity.
     between : pair, optional
-        The interval of a number: its ends in SI units, or as text.
+        Ends of the interval of a number, in SI units or as text.
     among : sequence of str, optional
-        Materials to be compared; left out, all of the library.
+        Materials to compare; by default, all materials of the library.
     points : int
-        Rows of the table, 2 to 1000.
+        Number of rows of the table, 2 to 1000.
     rtol : float
-        Relative error allowed of the curve, 1e-7 to 1e-2.
+        Allowed relative error of the curve, 1e-7 to 1e-2.
 
     Returns
     -------
     Design
-        In SI units.
+        The solutions, or the nearest option, in SI units.
 
     Raises
     ------
     InvalidValueError, UnknownNameError
-        When a name is unknown or a value out of range.
+        If a name is unknown or a value is out of range.
     NumericalError
-        When a simulation fails.
+        If a simulation fails.
     """
     for name, spec, value in (("points", _POINTS, points), ("rtol", _RTOL, rtol)):
         if problem := spec.problem(value):
             raise InvalidValueError.of(name, problem)
     scenario = varied_scenes.scenario_of(scene, chain)
-    wanted = Target.of(target)
+    requested = Target.of(target)
     try:
         varied = variable(
             vary, varied_scenes.data_of(scenario), fits=lambda name: name.startswith(("chain.", "shock."))
@@ -102,8 +106,8 @@ def design(
         raise InvalidValueError.of("vary", error.faults[0].problem) from None
     unused, given = ("between", between) if vary == _MATERIAL else ("among", among)
     if given is not None:
-        raise InvalidValueError.of(unused, f"must be left out for {vary} (got {text_of(given)})")
-    search = _Search(Family(scenario), vary, wanted, rtol)
+        raise InvalidValueError.of(unused, f"must be omitted for {vary} (got {text_of(given)})")
+    search = _Search(Family(scenario), vary, requested, rtol)
     if vary == _MATERIAL:
         return search.among(among)
     return search.along(varied.unit or "", _interval(varied, between), int(points))
@@ -111,10 +115,10 @@ def design(
 
 def _interval(varied: Variable, given: Sequence[Any] | None) -> tuple[float, float]:
     if not is_continuous(varied):
-        rule = f"must be a value of the chain or shock with a range, or {_MATERIAL}"
+        rule = f"must be a number of the chain or the shock that varies continuously, or {_MATERIAL}"
         raise InvalidValueError.of("vary", f"{rule} (got {varied.name})")
     if given is None:
-        raise InvalidValueError.of("between", "must be the least and the greatest value (got nothing)")
+        raise InvalidValueError.of("between", "must be the least and the greatest value of the interval (got nothing)")
     try:
         ((low, high),) = gathered([("between", given)], {"between": partial(ends_of, varied)}).values()
     except WrongsError as error:
@@ -124,18 +128,18 @@ def _interval(varied: Variable, given: Sequence[Any] | None) -> tuple[float, flo
 
 @frozen
 class Line:
-    """The target property as a function of one value.
+    """The target property as a function of one parameter.
 
     Attributes
     ----------
     height : callable
-        Logarithm of the property at a value.
+        Logarithm of the property as a function of the parameter.
     error : float
-        Error of that logarithm.
+        Error of this logarithm.
     landmarks : tuple of float
-        Ends of the interval and values at which the property turns, ascending; it is monotone between them.
+        Ends of the interval and extrema of the property, ascending; it is monotone between them.
     curve : UniversalCurve or None
-        The curve for the whole line; None where the shape varies.
+        The curve of the shape; None if the shape varies.
     """
 
     height: Callable[[float], float]
@@ -144,7 +148,7 @@ class Line:
     curve: UniversalCurve | None
 
     def slope(self, value: float) -> float:
-        """Absolute change of the height over the value."""
+        """Absolute derivative of the height with respect to the parameter."""
         low, high = self.landmarks[0], self.landmarks[-1]
         step = _STEP * (high - low)
         begin = max(value - step, low)
@@ -153,21 +157,21 @@ class Line:
 
 
 def line_along(scenario: Scenario, name: str, target: Target, between: tuple[float, float], rtol: float) -> Line:
-    """The line of the value called ``name``, for an endless chain.
+    """The target property as a function of the parameter ``name``, for an endless chain.
 
-    Turning points are those of a piecewise polynomial that follows the line to ``rtol``.
+    Extrema are those of a piecewise polynomial fitted to ``rtol``.
 
     Raises
     ------
     InvalidValueError
-        When a value makes no scene, or a shock longer than curves reach.
+        If a scene is not possible, or its shock is longer than curves cover.
     NumericalError
-        When a simulation fails.
+        If a simulation fails.
     """
     endless = evolve(scenario, chain=evolve(scenario.chain, granules=None))
     family = varied_scenes.family_of(endless, [name])
     ends = [family.scenario({name: value}) for value in between]
-    # where a curve fails, along the shape too, this is found before the search
+    # if there is no curve, the error is raised before the search; this includes parameters of the shape
     curves = [varied_scenes.curve_of(end.shock.profile, rtol, varied_scenes.duration_of(end)) for end in ends]
     curve = max(curves, key=lambda one: one.longest) if varied_scenes.keep_shape([name]) else None
 
@@ -198,10 +202,18 @@ def line_along(scenario: Scenario, name: str, target: Target, between: tuple[flo
 
 
 def _spaced(between: tuple[float, float], count: int) -> list[float]:
-    """Values between two, both included; by equal ratios where they span a wide range."""
+    """Values that divide an interval evenly, by equal ratios if it is wide; both ends are included."""
     space = np.geomspace if _is_wide(between) else np.linspace
     values: list[float] = space(*between, count).tolist()
     return values
+
+
+def _counted(work: str, items: Sequence[_Item]) -> Iterator[_Item]:
+    """The items, with a report of progress before each."""
+    for done, item in enumerate(items):
+        progressed(work, done, len(items))
+        yield item
+    progressed(work, len(items), len(items))
 
 
 def _is_wide(between: tuple[float, float]) -> bool:
@@ -210,7 +222,7 @@ def _is_wide(between: tuple[float, float]) -> bool:
 
 @frozen
 class _Search:
-    """The options of one value, each by the curve of its shape."""
+    """Options with different values of one parameter, each from the curve of its shape."""
 
     family: Family
     name: str
@@ -218,11 +230,11 @@ class _Search:
     rtol: float
 
     def among(self, names: Iterable[str] | None) -> Design:
-        """Rank materials by their distance from the target; simulate the nearest and all that meet it."""
-        known = list(names or [entry.name for entry in entries("materials")])
-        for name in known:
+        """Rank materials by their distance from the target; simulate the nearest and those that meet the target."""
+        compared = list(dict.fromkeys(names or [entry.name for entry in entries("materials")]))
+        for name in compared:
             find("materials", name)
-        options = [self.option(name) for name in dict.fromkeys(known)]
+        options = [self.option(name) for name in _counted("materials", compared)]
         first, *others = sorted(options, key=self.target.distance)
         ranked = [self.simulated(first), *(self.simulated(one) if self.near(one) else one for one in others)]
         return Design(
@@ -239,22 +251,23 @@ class _Search:
 
     def along(self, unit: str, between: tuple[float, float], points: int) -> Design:
         """Find all values in the interval that meet the target."""
-        wanted = math.log(self.target.value)
+        height = math.log(self.target.value)
         try:
             line = line_along(self.family.base, self.name, self.target, between, self.rtol)
             least = self.option(min(line.landmarks, key=line.height), line.curve)
             most = self.option(max(line.landmarks, key=line.height), line.curve)
-            met = crossings(lambda value: line.height(value) - wanted, line.landmarks, lambda _: line.error)
+            met = crossings(lambda value: line.height(value) - height, line.landmarks, lambda _: line.error)
             found = [self.solution(value, line) for value in met]
-            table = tuple(self.option(value, line.curve) for value in _spaced(between, points))
+            table = tuple(self.option(value, line.curve) for value in _counted("rows", _spaced(between, points)))
         except InvalidValueError as error:
-            raise InvalidValueError.of("between", f"must give possible scenes ({error.faults[0]})") from None
-        checked = [self.simulated(one) for one in found or [min(least, most, key=self.target.distance)]]
+            raise InvalidValueError.of("between", f"must contain only possible scenes ({error.faults[0]})") from None
+        to_simulate = found or [min(least, most, key=self.target.distance)]
+        checked = [self.simulated(one) for one in _counted("simulations", to_simulate)]
         solutions = tuple(one for one in checked if found and self.meets(one))
         near_misses = [
-            f"{si(value, unit)} is an end or a turning point: it misses the target by {miss:+.1e}, within the error"
+            f"{si(value, unit)} is an end or an extremum: it misses the target by {miss:+.0e}, within the error"
             for value in met
-            if value in line.landmarks and abs(miss := math.expm1(line.height(value) - wanted)) > _ROUNDING
+            if value in line.landmarks and abs(miss := math.expm1(line.height(value) - height)) > _ROUNDING
         ]
         return Design(
             scenario=self.family.base.name,
@@ -271,15 +284,15 @@ class _Search:
         )
 
     def solution(self, value: float, line: Line) -> Option:
-        """The option with this value, and the error of the value."""
+        """The option with this value and its error."""
         option = self.option(value, line.curve)
         slope = line.slope(value)
-        # where the shape varies each simulation has the error of the line
+        # if the shape varies, each simulation has the error of the line
         error = max(option.reached_error, 0.0 if line.curve else line.error)
         return evolve(option, value_error=error / slope if slope else None)
 
     def option(self, value: float | str, curve: UniversalCurve | None = None) -> Option:
-        """The option with this value, by ``curve`` or that of its own shape."""
+        """The option with this value, from ``curve`` or from the curve of its shape."""
         scenario = self.family.scenario({self.name: value})
         shock = scenario.shock
         chain = scenario.chain
@@ -306,17 +319,18 @@ class _Search:
     def simulated(self, option: Option) -> Option:
         """The option with the simulation of its scene."""
         scene = self.family.scenario({self.name: option.value})
-        result = simulate(scene.shock, scene.chain, rtol=_VERIFIED, waves="primary")
+        result = simulate(scene.shock, scene.chain, rtol=_SIMULATION_RTOL, waves="primary")
         reached = self.target.reached(result.peak_force, scene)
-        known = Simulated(reached=reached, peak_force=result.peak_force, error_estimate=result.error_estimate)
-        return evolve(option, simulated=known)
+        simulated = Simulated(reached=reached, peak_force=result.peak_force, error_estimate=result.error_estimate)
+        return evolve(option, simulated=simulated)
 
     def near(self, option: Option) -> bool:
-        """Whether the option meets the target but for the error of its curve."""
+        """Whether the option meets the target within the error of its curve."""
         return self.target.distance(option) <= max(option.reached_error, self.rtol)
 
     def meets(self, option: Option) -> bool:
-        """Whether the simulation meets the target but for the errors of curve and simulation."""
+        """Whether the simulation meets the target within the errors of curve and simulation."""
         assert option.simulated is not None
-        off = abs(option.simulated.reached / self.target.value - 1)
-        return off <= _FAR * max(option.reached_error, self.rtol) + option.simulated.error_estimate
+        difference = abs(option.simulated.reached / self.target.value - 1)
+        curve_error = max(option.reached_error, self.rtol)
+        return difference <= _LARGEST_DIFFERENCE * curve_error + option.simulated.error_estimate

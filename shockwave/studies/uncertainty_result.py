@@ -1,4 +1,4 @@
-"""The distribution of the primary where values of the scene are uncertain: plain data and its text."""
+"""Distribution of the peak force for uncertain parameters: the data and their text."""
 
 from __future__ import annotations
 
@@ -10,33 +10,42 @@ from attrs import asdict, field, frozen
 
 from shockwave.quadrature import FloatArray
 from shockwave.studies.scaling_exponents import Exponents
-from shockwave.text import notes, table
+from shockwave.text import facts, limits, paragraph, significant_digits, strong, table
+
+# Columns of the variance table that a narrow screen leaves out, the last named first.
+_SPARE = ("spread", "exponent", "amplification: alone, %", "amplification: total, %")
+_VARIANCE_LEGEND = (
+    "(alone, total: shares of the variance of the peak force that a parameter causes alone, and including its "
+    "interactions; +-: half the 95 % confidence interval of sampling)"
+)
+_STATISTICS_LEGEND = "(sd: standard deviation; linear sd: to first order, from the exponents)"
 
 
 @frozen
 class Estimate:
-    """A number and its error: half the 95 % confidence interval of sampling, from the scatter of the batches."""
+    """A number and its sampling error: half the 95 % confidence interval, from the scatter of the batches."""
 
     value: float
     error: float
 
     def __str__(self) -> str:
-        decimals = max(1 - math.floor(math.log10(self.error)), 0) if self.error > 0 else 6
-        return f"{self.value:.{decimals}f} +- {self.error:.{decimals}f}"
+        decimals = -math.floor(math.log10(self.error / 3)) if self.error > 0 else 6
+        shown = (f"{round(number, decimals):.{max(decimals, 0)}f}" for number in (self.value, self.error))
+        return " +- ".join(shown)
 
 
 @frozen(kw_only=True)
 class Statistics:
-    """Statistics of a quantity.
+    """Statistics of one quantity.
 
     Attributes
     ----------
     nominal : float
-        For the values of the scenario.
+        Value for the parameters of the scenario.
     mean, sd : Estimate
         Mean and standard deviation.
     quantiles : mapping of float to Estimate
-        Values below which these shares lie.
+        Quantiles by their probabilities.
     linear_sd : float
         Standard deviation to first order, from the exponents at the nominal scene.
     """
@@ -50,22 +59,22 @@ class Statistics:
 
 @frozen(kw_only=True)
 class Sensitivity:
-    """The effect of the uncertainty of one value.
+    """Effect of the uncertainty of one parameter.
 
     Attributes
     ----------
     name, unit : str
-        Dotted name of the value, and its unit.
+        Dotted name of the parameter, and its unit.
     spread : str
-        Its distribution, in words.
+        Description of its distribution.
     value, sd : float
-        The value of the scenario, and the standard deviation of its distribution.
+        Value in the scenario, and standard deviation of the distribution.
     exponent : float or None
-        d ln F / d ln of the value at the nominal scene; None where the value is 0.
+        d ln F / d ln of the parameter at the nominal scene; None if its value is 0.
     exponent_error : float or None
-        Estimate of its absolute error.
+        Estimate of the absolute error of the exponent.
     peak_force_first, peak_force_total, amplification_first, amplification_total : Estimate
-        Sobol indices: the share of the variance that the value causes alone, and together with all others.
+        Sobol indices: the fraction of the variance caused by the parameter alone, and including its interactions.
     """
 
     name: str
@@ -83,30 +92,30 @@ class Sensitivity:
 
 @frozen(kw_only=True)
 class Uncertainty:
-    """Distribution of the primary's peak force where values of the scene are uncertain.
+    """Distribution of the peak force of the leading wave for uncertain parameters.
 
     Attributes
     ----------
     scenario : str
         Name of the scenario, if it has one.
     draws, seed, evaluations : int
-        Scenes of the distribution; seed; scenes including those for the indices.
+        Number of scenes drawn; seed; number of scenes including those for the Sobol indices.
     method : "curve" or "simulation"
-        The source of the peak forces.
+        Source of the peak forces.
     peak_force, amplification : Statistics
-        Of the primary [N], and over the peak force of the shock.
+        Peak force of the leading wave [N], and its ratio to that of the shock.
     sensitivities : tuple of Sensitivity
-        In the order in which they were given.
+        One for each uncertain parameter, in the given order.
     exponents : Exponents
-        At the nominal scene.
+        Exponents at the nominal scene.
     model_error : float
-        Greatest bound on the relative error of a single peak force; errors of sampling are separate.
+        Greatest bound on the relative error of a single peak force; the sampling error is separate.
     warnings : tuple of str
-        Limits of the answer, in sentences.
+        Limits of the result, in sentences.
     values : mapping of str to ndarray, shape (draws,)
-        The draws.
+        Values of the parameters that were drawn.
     peak_forces : ndarray, shape (draws,)
-        Their peak forces [N].
+        Peak forces of the scenes that were drawn [N].
     """
 
     scenario: str
@@ -132,38 +141,52 @@ class Uncertainty:
         return document
 
     def __str__(self) -> str:
-        of = f" of {self.scenario}" if self.scenario else ""
+        force = self.peak_force
+        low, high = (str(force.quantiles[share]) for share in (0.05, 0.95))
         sources = {"curve": "the universal curve of the shape", "simulation": "simulations, as the shape is uncertain"}
-        forces = _column(self.peak_force)
-        ratios = _column(self.amplification)
-        indices = ("peak_force_first", "peak_force_total", "amplification_first", "amplification_total")
-        rows = []
-        for one in self.sensitivities:
-            exponent = "-" if one.exponent is None else f"{one.exponent:.3f}"
-            shares = (str(getattr(one, index)) for index in indices)
-            rows.append((one.name, one.spread, exponent, *shares))
-        header = ("value", "spread", "exponent", "peak force: first", "total", "amplification: first", "total")
+        ranked = sorted(self.sensitivities, key=lambda one: one.peak_force_total.value, reverse=True)
+        forces = self._column(force)
+        ratios = self._column(self.amplification)
+        details = [
+            ("peak forces", f"from {sources[self.method]}, each accurate to {self.model_error:.0e}"),
+            ("scales as", f"{self.exponents} at the nominal scene, each accurate to {self.exponents.error:.0e}"),
+            ("draws", f"{self.draws}, seed {self.seed}; {self.evaluations} scenes including those for the variance"),
+            ("scenario", self.scenario or "-"),
+        ]
         lines = [
-            f"uncertainty{of}: {self.draws} draws, seed {self.seed}",
-            f"  each peak force   within {self.model_error:.0e} relative, by {sources[self.method]}",
-            f"  scales as         {self.exponents} at the nominal scene, each within {self.exponents.error:.0e}",
+            *map(strong, paragraph("", f"peak force: mean {force.mean} N, 90 % between {low} and {high} N", 2)),
+            *limits(self.warnings),
+            "",
+            table(list(_row(ranked[0])), [list(_row(one).values()) for one in ranked], _SPARE),
+            *paragraph("  ", _VARIANCE_LEGEND, 2),
             "",
             table(("", "peak force, N", "amplification"), [(name, forces[name], ratios[name]) for name in forces]),
-            "  (+-: half the 95 % confidence interval of sampling; linear sd: from the exponents)",
+            *paragraph("  ", _STATISTICS_LEGEND, 2),
             "",
-            table(header, rows),
-            "  (first, total: shares of the variance that a value causes alone, and together with the others)",
+            *facts(details),
         ]
-        return "\n".join(lines + notes(self.warnings))
+        return "\n".join(lines)
+
+    def _column(self, one: Statistics) -> dict[str, str]:
+        """Printed statistics of one quantity."""
+        nominal = f"{one.nominal:.{significant_digits(one.nominal, self.model_error)}g}"
+        quantiles = {f"{100 * share:g} % below": str(estimate) for share, estimate in one.quantiles.items()}
+        moments = {"nominal": nominal, "mean": str(one.mean), "sd": str(one.sd), "linear sd": f"{one.linear_sd:.4g}"}
+        return moments | quantiles
 
 
-def _column(one: Statistics) -> dict[str, str]:
-    """Statistics in printed form."""
-    quantiles = {f"{100 * share:g} % below": str(estimate) for share, estimate in one.quantiles.items()}
+def _row(one: Sensitivity) -> dict[str, str]:
+    """The columns of one parameter."""
     return {
-        "nominal": f"{one.nominal:.6g}",
-        "mean": str(one.mean),
-        "sd": str(one.sd),
-        "linear sd": f"{one.linear_sd:.4g}",
-        **quantiles,
+        "cause of variance": one.name,
+        "alone, %": _percent(one.peak_force_first),
+        "total, %": _percent(one.peak_force_total),
+        "spread": one.spread,
+        "exponent": "-" if one.exponent is None else f"{one.exponent:.3f}",
+        "amplification: alone, %": _percent(one.amplification_first),
+        "amplification: total, %": _percent(one.amplification_total),
     }
+
+
+def _percent(share: Estimate) -> str:
+    return str(Estimate(100 * share.value, 100 * share.error))

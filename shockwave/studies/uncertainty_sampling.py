@@ -1,8 +1,8 @@
-"""Uncertainty of the primary, by seeded quasi-Monte Carlo.
+"""Uncertainty of the peak force of the leading wave, by quasi-Monte Carlo sampling.
 
-Points are scrambled Sobol points in sixteen independent batches: the scatter of the batches gives the error of
-sampling, which is reported with every number. The indices are computed by Saltelli's scheme. Distributions are
-truncated to the range of their value.
+The samples are scrambled Sobol points in sixteen independent batches. The scatter of the batches gives the sampling
+error, which is reported with every number. Sobol indices are computed by Saltelli's scheme. Distributions are truncated
+to the range of their parameter.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from shockwave.chain.chain import Chain
 from shockwave.errors import Fault, InvalidValueError
 from shockwave.fields import Quantity
 from shockwave.profiles.shock import Shock
+from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.uncertainty import Spread, read
@@ -29,17 +30,24 @@ from shockwave.studies.uncertainty_result import Estimate, Sensitivity, Statisti
 
 _DRAWS = Quantity("", "number of draws", at_least=1024, at_most=2**18, whole=True)
 _SEED = Quantity("", "seed", at_least=0, at_most=2**63 - 1, whole=True)
-_RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)
+_RTOL = Quantity("", "allowed relative error", at_least=1e-7, at_most=1e-2)
+# Number of independent batches of samples.
 _BATCHES = 16
-# Student's t for 95 % and fifteen degrees of freedom, of a mean over the batches.
+# Half the 95 % confidence interval of a mean over the batches, over their standard deviation: Student's t for fifteen
+# degrees of freedom over the root of their number.
 _CONFIDENCE = 2.1314 / math.sqrt(_BATCHES)
-# Least share cut off that is reported.
+# Smallest probability of a truncated part that is reported.
 _LEAST_CUT = 1e-6
+# Probabilities of the reported quantiles.
 _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
-# Step of a difference over the standard deviation, the tolerance of its simulations, and that of a curve for its slope.
+# Step of a finite difference, over the standard deviation of the parameter.
 _STEP = 1e-2
-_TIGHT = 1e-10
-_SLOPE = 1e-6
+# Tolerance of the simulations of a finite difference.
+_DIFFERENCE_RTOL = 1e-10
+# Tolerance of a curve whose slope is used.
+_SLOPE_RTOL = 1e-6
+# Name of the work whose progress is reported.
+_WORK = "scenes"
 
 
 def uncertainty(
@@ -51,34 +59,34 @@ def uncertainty(
     seed: int = 0,
     rtol: float = 1e-4,
 ) -> Uncertainty:
-    """Distribution of the primary's peak force where values of the scene are uncertain.
+    """Distribution of the peak force of the leading wave for uncertain parameters.
 
     Parameters
     ----------
     scene : Scenario or Shock
-        A scenario, or the shock on ``chain``.
+        A scenario, or a shock on ``chain``.
     chain : Chain, optional
-        Where ``scene`` is a shock.
+        The chain, if ``scene`` is a shock.
     spreads : mapping, optional
-        Dotted names and distributions, as in the block ``uncertainty``, in place of that of the scenario.
+        Dotted names and distributions, as in the block ``uncertainty``, which they replace.
     draws : int
-        Scenes to draw, a power of 2 from 1024 to 262144.
+        Number of scenes to draw, a power of 2 from 1024 to 262144.
     seed : int
-        The same seed gives the same digits.
+        Seed of the random numbers; the same seed gives the same digits.
     rtol : float
-        Relative error allowed of one peak force, 1e-7 to 1e-2.
+        Allowed relative error of one peak force, 1e-7 to 1e-2.
 
     Returns
     -------
     Uncertainty
-        In SI units.
+        Statistics in SI units, with their sampling errors.
 
     Raises
     ------
     InvalidValueError
-        When a value is out of range, nothing is uncertain, or a scene that is drawn does not exist.
+        If a value is out of range, no parameter is uncertain, or a scene that is drawn is not possible.
     NumericalError
-        When a scene cannot be simulated.
+        If a simulation fails.
     """
     for name, spec, value in (("draws", _DRAWS, draws), ("seed", _SEED, seed), ("rtol", _RTOL, rtol)):
         if problem := spec.problem(value):
@@ -89,17 +97,19 @@ def uncertainty(
     scenario = varied_scenes.scenario_of(scene, chain)
     drawn = [Distribution.of(spread, scenario) for spread in _spreads(scenario, spreads)]
     nominal = {one.name: np.array([one.value]) for one in drawn}
-    # for a shock without a curve this raises before anything is drawn
-    curve = varied_scenes.curve_of(scenario.shock.profile, min(rtol, _SLOPE), varied_scenes.duration_of(scenario))
+    total = draws * (len(drawn) + 2)
+    progressed(_WORK, 0, total)
+    # if the shock has no curve, the error is raised before anything is drawn
+    curve = varied_scenes.curve_of(scenario.shock.profile, min(rtol, _SLOPE_RTOL), varied_scenes.duration_of(scenario))
     exponents = varied_scenes.exponents_of(scenario, curve)
     (amplification,), (force,), (error,) = varied_scenes.primaries(scenario, nominal, rtol)
     try:
         points, outputs, errors = _sampled(scenario, drawn, draws, seed, rtol)
     except InvalidValueError as wrong:
-        problem = f"must draw possible scenes ({wrong.faults[0]}; narrow the spreads, or give a {{factor: ...}})"
+        problem = f"must give only possible scenes ({wrong.faults[0]}; narrow the distributions or use {{factor: ...}})"
         raise InvalidValueError.of("uncertainty", problem) from None
     slopes = [slopes_at(scenario, exponents, one, nominal) for one in drawn]
-    # shape (2 indices, values, 2 outputs, value and error)
+    # shape (2 indices, parameters, 2 outputs, value and error)
     indices = _estimates(_indices, outputs)
     forces, ratios = outputs[:, 0, 0], outputs[:, 1, 0]
     moves = np.array([[slope.value * one.sd for slope in both] for one, both in zip(drawn, slopes, strict=True)])
@@ -108,7 +118,7 @@ def uncertainty(
         scenario=scenario.name,
         draws=draws,
         seed=seed,
-        evaluations=draws * (len(drawn) + 2),
+        evaluations=total,
         method="curve" if varied_scenes.keep_shape(nominal) else "simulation",
         peak_force=_statistics(forces, float(amplification * force), moves[:, 0]),
         amplification=_statistics(ratios, float(amplification), moves[:, 1]),
@@ -117,7 +127,7 @@ def uncertainty(
         model_error=max(float(error), errors),
         warnings=(
             *varied_scenes.notes_of(scenario),
-            *(f"{one.cut:.2g} of the distribution of {one.name} is out of range and cut off" for one in cuts),
+            *(f"{one.cut:.2g} of the distribution of {one.name} is out of range and truncated" for one in cuts),
         ),
         values={one.name: column for one, column in zip(drawn, points, strict=True)},
         peak_forces=forces.ravel(),
@@ -129,7 +139,7 @@ def _spreads(scenario: Scenario, given: Mapping[str, Any] | None) -> tuple[Sprea
         return scenario.uncertainty
     if given is None:
         remedy = "add a block such as uncertainty: {shock.peak_force: 5 %}"
-        raise InvalidValueError.of("uncertainty", f"must name the uncertain values (got nothing; {remedy})")
+        raise InvalidValueError.of("uncertainty", f"must name the uncertain parameters (got nothing; {remedy})")
     try:
         return read(given, varied_scenes.data_of(scenario))
     except WrongsError as error:
@@ -142,20 +152,20 @@ def _spreads(scenario: Scenario, given: Mapping[str, Any] | None) -> tuple[Sprea
 
 @frozen
 class Distribution:
-    """A truncated normal or lognormal distribution about the value of the scene, or a uniform one.
+    """Truncated normal or lognormal distribution about the value of the scenario, or a uniform distribution.
 
     Attributes
     ----------
     spread : Spread
-        As it was given.
+        The given distribution.
     value : float
-        Of the scene.
+        Value in the scenario.
     bounds : (float, float)
-        The range of the value, or the ends of a uniform distribution.
+        Range of the parameter, or the ends of a uniform distribution.
     law : object
-        Frozen distribution of SciPy; for a ``factor`` that of the logarithm.
+        Frozen distribution of SciPy; for a ``factor``, the distribution of the logarithm.
     cut : float
-        Share of the distribution that lay outside the range.
+        Probability of the truncated part outside the range.
     """
 
     spread: Spread
@@ -171,7 +181,7 @@ class Distribution:
         Raises
         ------
         InvalidValueError
-            When a share of the value is asked for that is 0, or a factor of one that is not above 0.
+            If a percentage is given for the value 0, or a factor for a value that is not above 0.
         """
         from scipy.stats import norm, truncnorm, uniform
 
@@ -196,12 +206,12 @@ class Distribution:
 
     @property
     def name(self) -> str:
-        """Dotted name of the value."""
+        """Dotted name of the parameter."""
         return self.spread.name
 
-    def at(self, shares: FloatArray) -> FloatArray:
-        """The values below which these shares of the distribution lie, each above 0 and below 1."""
-        values = self.law.ppf(shares)
+    def at(self, probabilities: FloatArray) -> FloatArray:
+        """Quantiles at these probabilities, each above 0 and below 1."""
+        values = self.law.ppf(probabilities)
         if self.spread.kind == "factor":
             values = np.exp(values)
         return np.asarray(np.clip(values, *self.bounds))
@@ -211,14 +221,14 @@ class Distribution:
         """Standard deviation of the truncated distribution."""
         if self.spread.kind != "factor":
             return float(self.law.std())
-        # by the midpoint rule in the share, which the tails of a normal distribution leave right to four digits
+        # midpoint rule in the probability, accurate to four digits in spite of the tails
         count = 100_000
         return float(np.std(self.at((np.arange(count) + 0.5) / count)))
 
 
 def _range(spread: Spread) -> tuple[float, float]:
     spec = spread.variable.key.spec
-    assert spec is not None  # a spread is of a number
+    assert spec is not None  # an uncertain parameter is a number
     low = spec.above if spec.at_least is None else spec.at_least
     high = spec.below if spec.at_most is None else spec.at_most
     return -math.inf if low is None else low, math.inf if high is None else high
@@ -230,10 +240,10 @@ def _range(spread: Spread) -> tuple[float, float]:
 def _sampled(
     scenario: Scenario, drawn: Sequence[Distribution], draws: int, seed: int, rtol: float
 ) -> tuple[FloatArray, FloatArray, float]:
-    """Draws, shape (values, draws); peak forces and amplifications; and the greatest error.
+    """Samples, shape (parameters, draws); peak forces and amplifications; and the greatest error bound.
 
-    These are of shape (batches, 2 outputs, values + 2, draws of a batch): for the draws A, for others B, and for A with
-    each value of B in turn.
+    Peak forces and amplifications have the shape (batches, 2 outputs, parameters + 2, draws of a batch): for the sample
+    A, for a second sample B, and for A with each column of B in turn.
     """
     points = []
     outputs = []
@@ -247,17 +257,18 @@ def _sampled(
         points.append(mixed[0])
         outputs.append(both.reshape(2, len(mixed), -1))
         errors.append(float(error.max()))
+        progressed(_WORK, len(errors) * force.size, _BATCHES * force.size)
     return np.concatenate(points, axis=-1), np.array(outputs), max(errors)
 
 
 def _mixed(drawn: Sequence[Distribution], rng: np.random.Generator, count: int) -> FloatArray:
-    """Values of the draws A, of B, and of A with each value of B in turn, shape (values + 2, values, count)."""
+    """Samples A, B, and A with each column of B in turn, shape (parameters + 2, parameters, count)."""
     from scipy.stats import qmc
 
     size = len(drawn)
-    shares = qmc.Sobol(d=2 * size, scramble=True, seed=rng).random(count).T
-    # a scrambled point may be 0
-    halves = np.clip(shares, 2.0**-53, 1 - 2.0**-53).reshape(2, size, count)
+    points = qmc.Sobol(d=2 * size, scramble=True, seed=rng).random(count).T
+    # excludes 0, where quantiles may be infinite
+    halves = np.clip(points, 2.0**-53, 1 - 2.0**-53).reshape(2, size, count)
     first, second = (np.array([one.at(row) for one, row in zip(drawn, half, strict=True)]) for half in halves)
     mixed = np.repeat(first[None], size, axis=0)
     mixed[range(size), range(size)] = second
@@ -268,14 +279,17 @@ def _mixed(drawn: Sequence[Distribution], rng: np.random.Generator, count: int) 
 
 
 def _estimates(statistic: Callable[[FloatArray], Any], batches: FloatArray) -> FloatArray:
-    """A statistic of all draws together and its error as the batches differ, along a new last axis."""
+    """A statistic of all draws and its error from the scatter of the batches, along a new last axis."""
     errors = _CONFIDENCE * np.std([statistic(batch) for batch in batches], axis=0, ddof=1)
     pooled = np.concatenate(list(batches), axis=-1)
     return np.stack([statistic(pooled), errors], axis=-1)
 
 
 def _statistics(batches: FloatArray, nominal: float, moves: FloatArray) -> Statistics:
-    """Of draws of shape (batches, draws); ``moves`` are those of the logarithm by one deviation of each value."""
+    """Statistics of draws of shape (batches, draws of a batch).
+
+    ``moves`` are the first-order changes of the logarithm for one standard deviation of each parameter.
+    """
     return Statistics(
         nominal=nominal,
         mean=Estimate(*_estimates(np.mean, batches).tolist()),
@@ -286,21 +300,21 @@ def _statistics(batches: FloatArray, nominal: float, moves: FloatArray) -> Stati
 
 
 def _quantile(batches: FloatArray, share: float) -> Estimate:
-    """A quantile, with its error from the share below it in each batch (Woodruff, J. Am. Stat. Assoc. 47, 1952).
+    """A quantile and its error, from the fraction below it in each batch (Woodruff, J. Am. Stat. Assoc. 47, 1952).
 
-    Quantiles of the batches differ by less than the error, as their points are so even.
+    The scatter of the quantiles of the batches would be too small an error, because Sobol points are evenly spaced.
     """
     pooled = batches.ravel()
     value = float(np.quantile(pooled, share, method="hazen"))
     below = np.mean(batches <= value, axis=-1)
-    # at least one draw, as the share may be a whole number of draws in each batch
-    off = math.hypot(_CONFIDENCE * float(np.std(below, ddof=1)), 1 / len(pooled))
-    low, high = np.quantile(pooled, [share - off, share + off], method="hazen").tolist()
+    # at least one draw, as the fraction may be a whole number of draws in each batch
+    half = math.hypot(_CONFIDENCE * float(np.std(below, ddof=1)), 1 / len(pooled))
+    low, high = np.quantile(pooled, [share - half, share + half], method="hazen").tolist()
     return Estimate(value, max(high - value, value - low))
 
 
 def _sensitivity(one: Distribution, slopes: tuple[Estimate, Estimate], indices: FloatArray) -> Sensitivity:
-    """The sensitivity to one value, of indices of shape (2 indices, 2 outputs, value and error)."""
+    """Sensitivity to one parameter, from its indices of shape (2 indices, 2 outputs, value and error)."""
     (force_first, first), (force_total, total) = indices.tolist()
     exponent = slopes[0]
     return Sensitivity(
@@ -319,13 +333,13 @@ def _sensitivity(one: Distribution, slopes: tuple[Estimate, Estimate], indices: 
 
 
 def _indices(outputs: FloatArray) -> FloatArray:
-    """First and total indices, shape (2, values, outputs), of outputs of shape (outputs, values + 2, n)."""
+    """First and total indices, shape (2, parameters, outputs), of outputs of shape (outputs, parameters + 2, n)."""
     from scipy.stats import sobol_indices
 
     own = outputs.copy()  # SciPy may subtract the mean in place
     parts: Any = {"f_A": own[:, 0], "f_B": own[:, 1], "f_AB": own[:, 2:].swapaxes(0, 1)}
     found = sobol_indices(func=parts, n=outputs.shape[-1])
-    # of one value they come without its axis
+    # for one parameter SciPy omits its axis
     return np.array([one.reshape(len(outputs), -1).T for one in (found.first_order, found.total_order)])
 
 
@@ -335,21 +349,21 @@ def _indices(outputs: FloatArray) -> FloatArray:
 def slopes_at(
     scenario: Scenario, exponents: Exponents, one: Distribution, nominal: Mapping[str, FloatArray]
 ) -> tuple[Estimate, Estimate]:
-    """d ln F and d ln (F/F0) over d of the value at the nominal scene, the other drawn values kept."""
+    """Derivatives of ln F and ln (F/F0) with respect to the parameter, at the nominal scene."""
     if one.name in POWERS:
-        value = one.value or math.inf  # for Poisson's ratio 0 the slope is 0
+        value = one.value or math.inf  # the slope vanishes at Poisson's ratio 0
         force = exponents.at(one.name) / value
         error = exponents.error / abs(value)
         own = 1 / value if one.name == "shock.peak_force" else 0.0
         return Estimate(force, error), Estimate(force - own, error)
     ends = np.clip(one.value + _STEP * one.sd * np.array([-1, -0.5, 0.5, 1]), *one.bounds)
     values = {name: np.repeat(value, len(ends)) for name, value in nominal.items()}
-    ratios, forces, _ = varied_scenes.primaries(scenario, values | {one.name: ends}, _TIGHT)
-    # a parameter of the shape may set the peak force of the shock too
+    ratios, forces, _ = varied_scenes.primaries(scenario, values | {one.name: ends}, _DIFFERENCE_RTOL)
+    # a parameter of the profile may change the peak force of the shock too
     return _difference(ends, np.log(ratios * forces)), _difference(ends, np.log(ratios))
 
 
 def _difference(ends: FloatArray, heights: FloatArray) -> Estimate:
     wide = (heights[3] - heights[0]) / (ends[3] - ends[0])
     narrow = (heights[2] - heights[1]) / (ends[2] - ends[1])
-    return Estimate(float(narrow), float(abs(wide - narrow) + 2 * _TIGHT / (ends[2] - ends[1])))
+    return Estimate(float(narrow), float(abs(wide - narrow) + 2 * _DIFFERENCE_RTOL / (ends[2] - ends[1])))

@@ -1,4 +1,4 @@
-"""The universal curve of a shape: amplification of the primary against t0/T0, from few simulations."""
+"""The universal curve of a shape: amplification as a function of t0/T0, from few simulations."""
 
 from __future__ import annotations
 
@@ -26,36 +26,36 @@ from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.studies.chebyshev_fit import Piece
 from shockwave.studies.universal_curve_fit import CurveData, fitted_curve
-from shockwave.text import si
+from shockwave.text import facts, paragraph, si, significant_digits, strong
 
 _RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)
 _LONGEST = Quantity("", "longest duration n t0/T0", at_least=1e-3, at_most=1e3)
 _TARGET = Quantity("", "amplification", above=0)
-# Below its end the law of short shocks errs by the error of its first term at most, which scales as the cube.
-_NEXT_POWER = 3
-# The third term scales as the ninth power: so many times its error is that of the slope.
-_SHORT_SLOPE = 9.0
-# Error of the constants of the law of short shocks.
-_DIGITS = 3e-9
-# A rise time may exceed the longest by rounding.
+# Power of t0/T0 with which the error of the law of short shocks decreases below its end: that of its first term.
+_ERROR_POWER = 3
+# Error of the slope over that of the law of short shocks: the power of t0/T0 of its third term.
+_SLOPE_FACTOR = 9.0
+# Relative error of the constants of the law of short shocks.
+_CONSTANTS_ERROR = 3e-9
+# Fraction by which a rise time may exceed the longest because of rounding.
 _ROUNDING = 1e-12
-# The search for a solution begins below that of an impulse by this share.
+# Fraction by which the search for a solution begins below the solution for an impulse.
 _MARGIN = 1e-9
 _HEADER = {"format": "shockwave universal curve", "version": 1}
-# Largest file [bytes]; a curve takes some thousands.
+# Size limit of a file [bytes]; a curve has some thousands.
 _MOST_BYTES = 2**24
 
 
 @frozen(kw_only=True)
 class CurveAnswer:
-    """The prediction of a curve for one shock on one chain.
+    """Prediction of a universal curve for one shock on one chain.
 
     Attributes
     ----------
     peak_force : float
-        Of the primary [N].
+        Peak force of the leading wave [N].
     amplification : float
-        Peak force of the primary over that of the shock.
+        Peak force of the leading wave over that of the shock.
     error : float
         Bound on the relative error of both.
     rise_time : float
@@ -68,13 +68,16 @@ class CurveAnswer:
     rise_time: float
 
     def __str__(self) -> str:
-        force = f"peak force {si(self.peak_force, 'N', 7)} within {self.error:.0e} relative"
-        return f"{force}, {self.amplification:.7g} times the shock's, at t0/T0 = {self.rise_time:.6g}"
+        amplification = f"{self.amplification:.{significant_digits(self.amplification, self.error)}g}"
+        force = si(self.peak_force, "N", error=self.error)
+        accuracy = f"accurate to {self.error:.0e} (t0/T0 = {self.rise_time:.6g})"
+        lines = paragraph("", f"amplification {amplification}, peak force {force}, {accuracy}", 2)
+        return "\n".join(map(strong, lines))
 
 
 @frozen(init=False, slots=False)
 class UniversalCurve(CurveData):
-    """Amplification of the primary as a function of t0/T0, for every chain and peak force.
+    """Amplification as a function of t0/T0, for every endless chain and every peak force.
 
     With S = (t0/T0) (a1 + a2)/1.652067 the amplification is 1.168181738 S^(6/5) e^g. For short shocks g is
     -q (t0/T0)^3 + w (t0/T0)^6 with q from `shockwave.prediction.short_shock_law`; for longer ones it is a piecewise
@@ -83,33 +86,33 @@ class UniversalCurve(CurveData):
     Parameters
     ----------
     profile : ShockProfile
-        The shape.
+        Shape of the shock.
     rtol : float
-        Relative error allowed of the amplification, 1e-7 to 1e-2.
+        Allowed relative error of the amplification, 1e-7 to 1e-2.
     longest : float
-        Longest duration n t0/T0 covered, 1e-3 to 1000. There is no shortest.
+        Longest duration n t0/T0 covered, 1e-3 to 1000. There is no shortest duration.
 
     Attributes
     ----------
     shape : Shape
-        The profile by name and by integrals.
+        Name and integrals of the profile.
     rtol, longest : float
-        As given.
+        The parameters above.
     short : ShortLaw
         g of short shocks.
     pieces : tuple of Piece
-        g of longer ones; empty where the law of short shocks covers all.
+        g of longer shocks; empty if the law of short shocks covers all durations.
     simulations : int
-        Number of simulations made.
+        Number of simulations.
     made_with : mapping
-        Versions of the programs that made it.
+        Versions of the programs that computed the curve.
 
     Raises
     ------
     InvalidValueError
-        When a value is out of range.
+        If an argument is out of range.
     NumericalError
-        When a simulation fails.
+        If a simulation fails.
     """
 
     def __init__(self, profile: ShockProfile, rtol: float = 1e-4, longest: float = 50.0) -> None:
@@ -125,19 +128,19 @@ class UniversalCurve(CurveData):
 
     @cached_property
     def _landmarks(self) -> FloatArray:
-        """All t0/T0 at which the amplification turns or two of its laws join, and the longest, ascending."""
+        """All t0/T0 of extrema and of joints between the laws, and the longest, ascending."""
         turns = [x for piece in self.pieces for x in (*piece.turns(1.2), piece.end)]
         return np.asarray(np.exp([self.short.end, *turns]) / self.shape.duration_ratio)
 
     @cached_property
     def highest(self) -> tuple[float, float]:
-        """t0/T0 of the greatest amplification, and that amplification."""
+        """t0/T0 of the greatest amplification, and this amplification."""
         heights = self.amplification(self._landmarks)
         most = int(heights.argmax())
         return float(self._landmarks[most]), float(heights[most])
 
     def amplification(self, rise_time: npt.ArrayLike) -> FloatArray:
-        """Peak force of the primary over that of the shock.
+        """Peak force of the leading wave over that of the shock.
 
         Parameters
         ----------
@@ -147,10 +150,9 @@ class UniversalCurve(CurveData):
         Raises
         ------
         InvalidValueError
-            When one is out of this range.
+            If a value is out of this range.
         """
         ratios = self._checked(rise_time)
-
         reduced = self._by_law(ratios, lambda x: self._of_short(x, 1, 1), lambda piece: piece.polynomial)
         limit = math.log(IMPULSE_LIMIT) + 1.2 * math.log(self.shape.area / MOMENTUM)
         return np.asarray(np.exp(limit + 1.2 * np.log(ratios) + reduced))
@@ -160,31 +162,26 @@ class UniversalCurve(CurveData):
         return self._by_law(self._checked(rise_time), self._error_of_short, lambda piece: piece.error)
 
     def slope(self, rise_time: npt.ArrayLike) -> FloatArray:
-        """Power of t0/T0 with which `amplification` scales there, d ln (F/F0) / d ln (t0/T0): 6/5 for short shocks."""
-
+        """Local exponent of `amplification`, d ln (F/F0) / d ln (t0/T0): 6/5 for short shocks."""
         ratios = self._checked(rise_time)
         return 1.2 + self._by_law(ratios, lambda x: self._of_short(x, 3, 6), lambda piece: piece.polynomial.deriv())
 
     def slope_error(self, rise_time: npt.ArrayLike) -> FloatArray:
-        """Estimate of the error of `slope`, absolute, for the same t0/T0."""
-        return self._by_law(
-            self._checked(rise_time),
-            lambda x: _SHORT_SLOPE * self._error_of_short(x),
-            lambda piece: piece.slope_error,
-        )
+        """Estimate of the absolute error of `slope`, for the same t0/T0."""
+        ratios = self._checked(rise_time)
+        return self._by_law(ratios, lambda x: _SLOPE_FACTOR * self._error_of_short(x), lambda piece: piece.slope_error)
 
     def answer(self, shock: Shock, chain: Chain) -> CurveAnswer:
-        """Peak force of the primary of ``shock`` on ``chain``, taken as endless.
+        """Peak force of the leading wave of ``shock`` on ``chain``, which is treated as endless.
 
         Raises
         ------
         InvalidValueError
-            When the shock has another shape, or is longer than the curve.
+            If the shock has another shape, or is longer than the curve covers.
         """
         if not self.shape.fits(shock.profile):
-            raise InvalidValueError.of(
-                "profile", f"must be of the shape {self.shape.profile} (got {text_of(shock.profile)})"
-            )
+            rule = f"must have the shape {self.shape.profile}"
+            raise InvalidValueError.of("profile", f"{rule} (got {text_of(shock.profile)})")
         ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
         value = float(self.amplification(ratio))
         return CurveAnswer(
@@ -195,39 +192,39 @@ class UniversalCurve(CurveData):
         )
 
     def peak_force(self, shock: Shock, chain: Chain) -> float:
-        """Peak force of the primary [N]; see `answer`."""
+        """Peak force of the leading wave [N]; see `answer`."""
         return self.answer(shock, chain).peak_force
 
     def solve(self, amplification: float) -> tuple[float, ...]:
-        """All t0/T0 with this amplification, ascending; none if it is out of reach.
+        """All t0/T0 with this amplification, ascending; an empty tuple if it is out of reach.
 
         Raises
         ------
         InvalidValueError
-            When it is not a finite number above 0.
+            If it is not a finite number above 0.
         """
         if problem := _TARGET.problem(amplification):
             raise InvalidValueError.of("amplification", problem)
         target = math.log(amplification)
-        # an impulse amplifies no less than any shock, so that no solution is shorter
+        # the impulse limit is an upper bound of the amplification: no solution is shorter than that of an impulse
         impulse = (amplification / IMPULSE_LIMIT) ** (1 / 1.2) * MOMENTUM / self.shape.area
         first, *others = self._landmarks.tolist()
         least = min(impulse, first) * (1 - _MARGIN)
         return tuple(crossings(lambda ratio: math.log(self.amplification(ratio)) - target, [least, first, *others]))
 
     def to_dict(self) -> dict[str, Any]:
-        """The curve as JSON holds it, with all digits: the shape stands beside the rest."""
+        """The document that `save` writes, with all digits; it holds the fields of the shape beside the others."""
         document = asdict(self)
         return {**_HEADER, **document.pop("shape"), **document}
 
     @classmethod
     def from_dict(cls, document: Mapping[str, Any]) -> UniversalCurve:
-        """The curve of which this is `to_dict`, equal to the last bit.
+        """The curve of a document of `to_dict`, equal to the last bit.
 
         Raises
         ------
         InvalidValueError
-            When it is not that of a curve.
+            If the document is not that of a curve.
         """
         from cattrs import BaseValidationError, structure, transform_error
 
@@ -245,19 +242,19 @@ class UniversalCurve(CurveData):
         return curve
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the curve to ``file`` as JSON; raises FileAccessError when that is not possible."""
+        """Write the curve to ``file`` as JSON; raises FileAccessError if the file cannot be written."""
         write_file(file, json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n")
 
     @classmethod
     def load(cls, file: str | os.PathLike[str]) -> UniversalCurve:
-        """The curve in ``file``, equal to the one saved.
+        """Read the curve in ``file``, which is equal to the saved one.
 
         Raises
         ------
         FileAccessError
-            When the file cannot be read.
+            If the file cannot be read.
         InvalidValueError
-            When it holds no curve.
+            If the file does not contain a curve.
         """
         document = parse_json(read_bytes(file, _MOST_BYTES), os.fspath(file))
         try:
@@ -267,25 +264,24 @@ class UniversalCurve(CurveData):
 
     def __str__(self) -> str:
         ratio, most = self.highest
-        worst = max([self.short.error + _DIGITS, *(piece.error for piece in self.pieces)])
-        later = f", then {len(self.pieces)} polynomials" if self.pieces else ""
-        lines = [
-            f"universal curve of {self.shape.profile}",
-            f"  durations      n t0/T0 up to {self.longest:g}, t0/T0 up to {self.longest_rise_time:g}",
-            f"  amplification  at most {most:.6g}, at t0/T0 = {ratio:.6g}",
-            f"  error          below {worst:.0e} relative (requested: {self.rtol:g})",
-            f"  made from      {self.simulations} simulations: the law of short shocks up to n t0/T0 ="
-            f" {math.exp(self.short.end):.3g}{later}",
-        ]
-        return "\n".join(lines)
+        worst = max([self.short.error + _CONSTANTS_ERROR, *(piece.error for piece in self.pieces)])
+        accuracy = f"accurate to {worst:.0e} (requested: {self.rtol:.0e})"
+        later = f", {len(self.pieces)} polynomials above" if self.pieces else ""
+        source = f"law of short shocks up to n t0/T0 = {math.exp(self.short.end):.3g}{later}"
+        lines = facts(
+            [
+                ("shape", self.shape.profile),
+                ("durations", f"n t0/T0 up to {self.longest:g}, t0/T0 up to {self.longest_rise_time:g}"),
+                ("amplification", f"at most {most:.{significant_digits(most, worst)}g}, at t0/T0 = {ratio:.6g}"),
+                ("computed from", f"{self.simulations} simulations: {source}"),
+            ]
+        )
+        return "\n".join([strong(f"universal curve {accuracy}"), *lines])
 
     def _by_law(
-        self,
-        ratios: FloatArray,
-        of_short: Callable[[FloatArray], FloatArray],
-        of_piece: Callable[[Piece], Any],
+        self, ratios: FloatArray, of_short: Callable[[FloatArray], FloatArray], of_piece: Callable[[Piece], Any]
     ) -> FloatArray:
-        """A function of x = ln (n t0/T0): by the law of short shocks, then by each piece."""
+        """A function of x = ln (n t0/T0), given for the law of short shocks and for each piece."""
         x = np.log(ratios * self.shape.duration_ratio)
         ends = [self.short.end, *(piece.end for piece in self.pieces)][: len(self.pieces)]
         law = np.searchsorted(ends, x)
@@ -293,14 +289,15 @@ class UniversalCurve(CurveData):
         return np.piecewise(x, [law == k for k in range(len(functions))], functions)
 
     def _of_short(self, x: FloatArray, first: float, second: float) -> FloatArray:
-        """The two terms of the law of short shocks, with these factors."""
+        """The two terms of the law of short shocks, multiplied by ``first`` and ``second``."""
         cube = np.exp(3 * x) / self.shape.duration_ratio**3
         return np.asarray(
             second * self.short.second_correction * cube**2 - first * CORRECTION * self.shape.correction * cube
         )
 
     def _error_of_short(self, x: FloatArray) -> FloatArray:
-        return np.asarray(self.short.error * np.exp(_NEXT_POWER * np.minimum(x - self.short.end, 0.0)) + _DIGITS)
+        decrease = np.exp(_ERROR_POWER * np.minimum(x - self.short.end, 0.0))
+        return np.asarray(self.short.error * decrease + _CONSTANTS_ERROR)
 
     def _checked(self, rise_time: npt.ArrayLike) -> FloatArray:
         most = self.longest_rise_time
@@ -308,20 +305,20 @@ class UniversalCurve(CurveData):
         wrong = ratios[~((ratios > 0) & (ratios <= most * (1 + _ROUNDING)))]
         if wrong.size:
             rule = f"must be t0/T0 > 0 and <= {most:g}"
-            raise InvalidValueError.of("rise_time", f"{rule} (got {wrong.flat[0]:g}; a longer curve goes further)")
+            raise InvalidValueError.of("rise_time", f"{rule} (got {wrong.flat[0]:g}; increase longest)")
         return np.asarray(np.minimum(ratios, most))
 
 
 def _problem(error: BaseException, kind: Any) -> str:
-    """The words of shockwave for its own errors, those of cattrs for others."""
+    """The message of an error of shockwave itself, or that of cattrs for others."""
     from cattrs.v import format_exception
 
     return str(error) if isinstance(error, InvalidValueError) else format_exception(error, kind)
 
 
 @kept
-def kept_curve(profile: ShockProfile, rtol: float, longest: float) -> UniversalCurve | NumericalError:
-    """The curve, or why there is none; kept for profiles that cannot change."""
+def cached_curve(profile: ShockProfile, rtol: float, longest: float) -> UniversalCurve | NumericalError:
+    """The curve, or the error of its computation; cached for immutable profiles."""
     try:
         return UniversalCurve(profile, rtol, longest)
     except NumericalError as error:

@@ -1,7 +1,4 @@
-"""Shape of a shock by its integrals, and the laws of its universal curve, fitted to simulations.
-
-One law holds for short shocks, polynomials for longer ones.
-"""
+"""Fit of a universal curve to simulations: an asymptotic law for short shocks, polynomials for longer ones."""
 
 from __future__ import annotations
 
@@ -22,50 +19,55 @@ from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT, corr
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.contract import examine
 from shockwave.profiles.shock import Shock
+from shockwave.progress import progressed
 from shockwave.studies.chebyshev_fit import Piece, fitted
 
-# Shapes whose integrals agree to this are the same: a record in other units differs by rounding. The correction is a
-# quadrature of its own.
+# Relative tolerances within which the integrals of equal shapes agree: a record in other units differs by rounding. The
+# correction is computed by another quadrature.
 _SAME = {"duration_ratio": 1e-8, "area": 1e-8, "centroid": 1e-8, "correction": 1e-6}
-# Error asked of a simulation, over that of the curve; and the tightest that is worth it.
-_SHARE = 0.03
+# Tolerance of a simulation, over that of the curve.
+_SIMULATION_RTOL = 0.03
+# Tightest tolerance of a simulation.
 _TIGHTEST = 1e-12
-# The law of short shocks is used while its second term is about so many times the tolerance: the third is far less. The
-# second is one to four times the square of the first.
-_SECOND = 2.0
+# The law of short shocks ends where its second term is this multiple of the tolerance; the third term is far smaller.
+_SECOND_TERM = 2.0
+# Estimate of the second term over the square of the first; the values measured are 1 to 4.
 _SQUARE = 1.4
-# Where it is checked, over the longest for which it is used; how much shorter that becomes if the check fails, and how
-# often at most.
+# Duration at which the law of short shocks is checked, over its longest duration.
 _CHECK = 0.8
-_SHORTER = 0.75
-_MOST = 40
-# Beyond this durations are tried by doubling: a simulation that does not report its error may take minutes, and longer
-# ones more.
-_PROBED = 50.0
-# Force evaluations of all simulations of a curve: some twenty seconds of the most expensive, where waves of nearly
-# equal height part slowly. Ordinary curves take a tenth of a million.
+# Factor by which the longest duration is reduced if the check fails.
+_REDUCTION = 0.75
+# Greatest number of reductions.
+_REDUCTIONS = 40
+# Beyond this duration [characteristic times], durations are tested by doubling: a simulation without an error estimate
+# may take minutes, and longer ones take more.
+_TESTED = 50.0
+# Greatest number of force evaluations of all simulations of a curve: about twenty seconds for the most expensive ones,
+# where waves of nearly equal height separate slowly. Ordinary curves take 1e5.
 _BUDGET = 3_000_000
-# The error is reported as so many times the greatest that checks have shown; measured on 95 shapes at rtol 1e-2 to
-# 1e-6, 99.9 % are covered at each.
-_CAUTION = 3.0
+# Reported error over the greatest error of the checks; covers 99.9 % of the errors of 95 shapes at each rtol from 1e-2
+# to 1e-6.
+_SAFETY = 3.0
+# Name of the work whose progress is reported.
+_WORK = "simulations of the curve"
 
 
 @frozen
 class Shape:
-    """A shape of shock: enough to evaluate a curve and to recognise its shocks.
+    """Shape of a shock by its integrals, from which a curve is evaluated and its shocks are recognised.
 
     Attributes
     ----------
     profile : str
-        Class and parameters.
+        Class and parameters of the profile.
     duration_ratio : float
         n.
     area : float
         a1 + a2, the impulse over F0 t0.
     centroid : float
-        Of the force, in units of t0.
+        Centroid of the force in time, in units of t0.
     correction : float
-        As of `shockwave.prediction.short_shock_law.correction`.
+        Leading correction of short shocks; see `shockwave.prediction.short_shock_law.correction`.
     """
 
     profile: str
@@ -81,7 +83,7 @@ class Shape:
         Raises
         ------
         PluginError
-            When the profile is not shockwave's own and breaks the contract of `ShockProfile`.
+            If a profile of a plugin violates the contract of `ShockProfile`.
         """
         examine(profile)
         n = float(profile.duration_ratio)
@@ -97,16 +99,16 @@ class Shape:
 
 @frozen(kw_only=True)
 class ShortLaw:
-    """The law of short shocks, g = -q (t0/T0)^3 + w (t0/T0)^6 with q known beforehand.
+    """Law of short shocks, g = -q (t0/T0)^3 + w (t0/T0)^6, where q is an integral of the shape.
 
     Attributes
     ----------
     second_correction : float
         w.
     end : float
-        Logarithm of n t0/T0 up to which it is used.
+        Logarithm of the greatest n t0/T0 for which the law is used.
     error : float
-        Bound on its relative error there.
+        Bound on its relative error at that duration.
     """
 
     second_correction: float
@@ -116,26 +118,26 @@ class ShortLaw:
 
 @frozen(kw_only=True)
 class CurveData:
-    """A universal curve as plain data; see `shockwave.UniversalCurve`."""
+    """Data of a universal curve; see `shockwave.UniversalCurve`."""
 
     shape: Shape
     rtol: float = quantity("", "relative error allowed", above=0)
     longest: float = quantity("", "longest duration n t0/T0", above=0)
-    simulations: int = quantity("", "number of simulations made", at_least=0, whole=True)
+    simulations: int = quantity("", "number of simulations", at_least=0, whole=True)
     made_with: Mapping[str, str] = field(hash=False)
     short: ShortLaw
     pieces: tuple[Piece, ...]
 
 
 def scaled_scene(profile: ShockProfile, rise_time: float) -> tuple[Shock, Chain]:
-    """A shock with this t0/T0 on a chain: any, as its units cancel."""
+    """A shock with this t0/T0, on a chain whose scales cancel in the amplification."""
     chain = Chain(material=Material(youngs_modulus=1e9, poisson_ratio=0.3, density=1e3), radius=1e-3)
     return Shock(profile=profile, peak_force=1.0, rise_time=rise_time * Scales.of(chain, 1.0).time), chain
 
 
 @define
 class _Simulated:
-    """g of a shape by simulation, at the logarithm of n t0/T0."""
+    """g of a shape by simulation, as a function of the logarithm of n t0/T0."""
 
     profile: ShockProfile
     shape: Shape
@@ -144,44 +146,47 @@ class _Simulated:
     estimates: dict[float, float] = field(factory=dict)
 
     def __call__(self, x: float) -> float:
+        progressed(_WORK, len(self.estimates))
         ratio = math.exp(x) / self.shape.duration_ratio
         result = simulate(*scaled_scene(self.profile, ratio), rtol=self.rtol, waves="primary")
         self.evaluations += result.cost.force_evaluations
         if result.error_estimate >= 1 or self.evaluations > _BUDGET:
-            known = max((math.exp(shorter) for shorter in self.estimates if shorter < x), default=0.0)
+            succeeded = max((math.exp(shorter) for shorter in self.estimates if shorter < x), default=0.0)
             raise NumericalError(
-                f"there is no curve so long: a simulation of {math.exp(x):.4g} characteristic times is too slow or"
-                f" has no error estimate (shorter ones succeed up to {known:.4g}; make the curve or the shock shorter)"
+                f"no curve covers this duration: a simulation of {math.exp(x):.4g} characteristic times is too slow or"
+                f" has no error estimate (durations up to {succeeded:.4g} succeed; shorten the curve or the shock)"
             )
         self.estimates[x] = result.error_estimate
         strength = ratio * self.shape.area / MOMENTUM
         return math.log(result.amplification / IMPULSE_LIMIT) - 1.2 * math.log(strength)
 
     def greatest_estimate(self, begin: float, end: float) -> float:
-        """The greatest error estimate in this range."""
+        """Greatest error estimate of the simulations in an interval."""
         return max((estimate for x, estimate in self.estimates.items() if begin <= x <= end), default=0.0)
 
 
 def fitted_curve(profile: ShockProfile, rtol: float, longest: float) -> CurveData:
-    """The curve of a shape: its law of short shocks, and the polynomials up to n t0/T0 = ``longest``."""
+    """Fit the law of short shocks of a shape and the polynomials up to n t0/T0 = ``longest``."""
     shape = Shape.of(profile)
-    simulated = _Simulated(profile, shape, max(_SHARE * rtol, _TIGHTEST))
+    simulated = _Simulated(profile, shape, max(_SIMULATION_RTOL * rtol, _TIGHTEST))
     end = math.log(longest)
     short = _short(simulated, rtol, end)
-    probe = math.log(_PROBED)
-    while probe < end:
-        simulated(probe)
-        probe += math.log(2)
+    tested = math.log(_TESTED)
+    while tested < end:
+        simulated(tested)
+        tested += math.log(2)
     pieces = fitted(simulated, short.end, end, rtol) if short.end < end else ()
     checked = (
-        evolve(piece, error=_CAUTION * piece.error + simulated.greatest_estimate(piece.begin, piece.end))
+        evolve(piece, error=_SAFETY * piece.error + simulated.greatest_estimate(piece.begin, piece.end))
         for piece in pieces
     )
+    count = len(simulated.estimates)
+    progressed(_WORK, count, count)
     return CurveData(
         shape=shape,
         rtol=rtol,
         longest=longest,
-        simulations=len(simulated.estimates),
+        simulations=count,
         made_with={"shockwave": __version__, "numpy": np.__version__},
         short=short,
         pieces=tuple(checked),
@@ -189,19 +194,19 @@ def fitted_curve(profile: ShockProfile, rtol: float, longest: float) -> CurveDat
 
 
 def _short(simulated: _Simulated, rtol: float, longest: float) -> ShortLaw:
-    """The law of short shocks, up to the logarithm of ``longest`` at the most."""
+    """Fit the law of short shocks, which ends at the logarithm ``longest`` or earlier."""
     first = CORRECTION * simulated.shape.correction
     n = simulated.shape.duration_ratio
-    # where the square of the first term is that of the tolerance
-    end = min(math.log(n) + math.log(math.sqrt(_SECOND / _SQUARE * rtol) / first) / 3, longest)
-    for _ in range(_MOST):
+    # where the estimate of the second term reaches its limit
+    end = min(math.log(n) + math.log(math.sqrt(_SECOND_TERM / _SQUARE * rtol) / first) / 3, longest)
+    for _ in range(_REDUCTIONS):
         cube = math.exp(3 * end) / n**3
         second = (simulated(end) + first * cube) / cube**2
         check = end + math.log(_CHECK)
         earlier = math.exp(3 * check) / n**3
-        off = abs(simulated(check) - earlier * (second * earlier - first))
-        error = _CAUTION * off + simulated.greatest_estimate(check, end)
+        difference = abs(simulated(check) - earlier * (second * earlier - first))
+        error = _SAFETY * difference + simulated.greatest_estimate(check, end)
         if error <= rtol / 2:
             return ShortLaw(second_correction=second, end=end, error=error)
-        end += math.log(_SHORTER)
-    raise NumericalError("the law of short shocks does not show, however short the shock: its force is too uneven")
+        end += math.log(_REDUCTION)
+    raise NumericalError("the law of short shocks does not hold for the shortest shock tested: the force is too rough")

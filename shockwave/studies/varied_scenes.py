@@ -1,10 +1,10 @@
-"""The primary in scenes that differ from a scenario in some values, for arrays of values.
+"""The leading wave in scenes that differ from a scenario in some parameters, for arrays of values.
 
-Of what makes a scene, all but the shape of the shock enters by one number,
+For one shape of shock, the amplification depends on all other parameters through one number,
 
     t0/T0 = t0 F0^(1/6) R^(-4/3) rho^(-1/2) (E / (1 - nu^2))^(1/3) times a constant,
 
-so that one curve answers for all of them. Another shape is simulated.
+so one universal curve covers all such scenes. Scenes with other shapes are simulated.
 """
 
 from __future__ import annotations
@@ -32,32 +32,36 @@ from shockwave.registry import entries
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_family import Family
 from shockwave.studies.scaling_exponents import POWERS, Exponents
-from shockwave.studies.universal_curve import UniversalCurve, kept_curve
+from shockwave.studies.universal_curve import UniversalCurve, cached_curve
 
-# Curves reach so far, or longer by powers of 2, up to the limit [characteristic times].
+# Longest duration of a curve [characteristic times]; doubled as often as a shock requires.
 _LONGEST = 50.0
+# Longest duration of any curve [characteristic times].
 _LIMIT = 1000.0
-# Where each scene is simulated none may last longer: thousands of such simulations take minutes to hours.
+# Longest duration if each scene is simulated [characteristic times]: thousands of longer simulations take hours.
 _LONGEST_SIMULATED = 300.0
+
+#: Amplification, peak force of the shock [N] and bound on the relative error, each of shape (n,).
+LeadingWaves = tuple[FloatArray, FloatArray, FloatArray]
 
 
 def scenario_of(scene: Scenario | Shock, chain: Chain | None) -> Scenario:
-    """The scenario that was given, or that of a shock on a chain.
+    """The given scenario, or a scenario of a shock on a chain.
 
     Raises
     ------
     InvalidValueError
-        When it is neither.
+        If neither is given.
     """
     if isinstance(scene, Scenario) and chain is None:
         return scene
     if isinstance(scene, Shock) and isinstance(chain, Chain):
         return Scenario(name="", path=None, shock=scene, chain=chain, predictor=Predictor(), simulate=SimulateOptions())
-    raise InvalidValueError.of("scene", f"must be a Scenario alone, or a Shock and a Chain (got {text_of(scene)})")
+    raise InvalidValueError.of("scene", f"must be a Scenario, or a Shock together with a Chain (got {text_of(scene)})")
 
 
 def data_of(scenario: Scenario) -> Mapping[str, Any]:
-    """The content of the document, or as much of it as names the profile."""
+    """The content of the document; without a document, the name of the profile only."""
     if scenario.document is not None:
         return scenario.document.data
     cls = type(scenario.shock.profile)
@@ -66,7 +70,7 @@ def data_of(scenario: Scenario) -> Mapping[str, Any]:
 
 
 def value_of(scenario: Scenario, name: str) -> float:
-    """The scenario's own value, in SI units."""
+    """Value of the parameter ``name`` in the scenario, in SI units."""
     if name == "chain.diameter":
         return 2 * scenario.chain.radius
     path = name.replace("shock.duration_ratio", "shock.profile.duration_ratio")
@@ -84,41 +88,41 @@ def duration_of(scenario: Scenario) -> float:
 
 
 def notes_of(scenario: Scenario) -> tuple[str, ...]:
-    """Notes on an answer of curves for the scenario."""
+    """Notes on results of curves for the scenario."""
     notes = tuple(scenario.shock.profile.notes)
     if scenario.chain.granules is None:
         return notes
-    return (*notes, f"the chain counts as one without end, not of {scenario.chain.granules} granules")
+    return (*notes, f"the chain of {scenario.chain.granules} granules is treated as endless")
 
 
 # ---------------------------------------------------------------- curves
 
 
 def curve_of(profile: ShockProfile, rtol: float, duration: float) -> UniversalCurve:
-    """The curve of a shape, as long as ``duration``, n t0/T0, needs; kept for profiles of shockwave.
+    """The curve of a shape that covers ``duration``, n t0/T0; cached for immutable profiles.
 
     Raises
     ------
     InvalidValueError
-        When no curve is so long.
+        If ``duration`` exceeds 1000.
     NumericalError
-        When a simulation fails, or does not report its error.
+        If a simulation fails, is too slow or has no error estimate.
     """
     if not duration <= _LIMIT:
         remedy = "shorten the shock, or soften or enlarge the granules"
         problem = f"must last at most {_LIMIT:g} characteristic times (got {duration:.4g}; {remedy})"
         raise InvalidValueError.of("shock", problem)
     doublings = max(math.ceil(math.log2(duration / _LONGEST)), 0)
-    found = kept_curve(profile, rtol, min(_LONGEST * 2**doublings, _LIMIT))
+    found = cached_curve(profile, rtol, min(_LONGEST * 2**doublings, _LIMIT))
     if isinstance(found, NumericalError):
-        found = kept_curve(profile, rtol, max(duration, 1.0))
+        found = cached_curve(profile, rtol, max(duration, 1.0))
     if isinstance(found, NumericalError):
         raise NumericalError(str(found))
     return found
 
 
 def exponents_of(scenario: Scenario, curve: UniversalCurve) -> Exponents:
-    """Exponents of the scene, by the curve of its shape."""
+    """Exponents of the scene from the curve of its shape."""
     ratio = rise_time_of(scenario)
     slope = float(curve.slope(ratio))
     return Exponents.of(slope, float(curve.slope_error(ratio)), scenario.chain.material.poisson_ratio)
@@ -128,54 +132,50 @@ def exponents_of(scenario: Scenario, curve: UniversalCurve) -> Exponents:
 
 
 def keep_shape(names: Iterable[str]) -> bool:
-    """Whether scenes that differ in the values called ``names`` share their shape: then one curve answers for them."""
+    """Whether scenes that differ in the parameters ``names`` have the same shape, so that one curve covers them."""
     return POWERS.keys() >= set(names)
 
 
 def family_of(scenario: Scenario, names: Iterable[str]) -> Family:
-    """Scenes with other values of ``names``: by the profile's constructor if the document gives it no more."""
+    """Scenes with other values of ``names``; by the constructor of the profile if it gives the same as the document."""
     shock = scenario.document.data.get("shock") if scenario.document is not None else None
     cls: type = type(scenario.shock.profile)
-    own = {name.rpartition(".")[2] for name in names if name not in POWERS}
+    parameters = {name.rpartition(".")[2] for name in names if name not in POWERS}
     fields = {field.name for field in attrs.fields(cls) if field.init} if attrs.has(cls) else set()
     explicit = isinstance(shock, Mapping) and {"profile", "peak_force", "rise_time"} <= shock.keys()
-    return Family(evolve(scenario, document=None) if explicit and own <= fields else scenario)
+    return Family(evolve(scenario, document=None) if explicit and parameters <= fields else scenario)
 
 
-def primaries(
-    scenario: Scenario, values: Mapping[str, FloatArray], rtol: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Primaries in scenes that differ from ``scenario`` in ``values``; a chain counts as one without end.
+def primaries(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float) -> LeadingWaves:
+    """Leading waves in scenes that differ from ``scenario`` in ``values``; chains are treated as endless.
 
     Parameters
     ----------
     scenario : Scenario
-        The scene that has all other values.
+        The scenario with all other values.
     values : mapping of str to ndarray, shape (n,)
-        Numbers by their dotted names.
+        Values by the dotted names of their parameters.
     rtol : float
-        Relative error allowed of a curve or a simulation.
+        Allowed relative error of a curve or a simulation.
 
     Returns
     -------
     tuple of ndarray, shape (n,)
-        Amplification, shock's peak force [N] and bound on the relative error.
+        Amplification, peak force of the shock [N] and bound on the relative error.
 
     Raises
     ------
     InvalidValueError
-        When there is no such scene, or its shock is longer than curves reach or, where each scene is simulated, than
-        300 characteristic times.
+        If a scene is not possible, or its shock is longer than 1000 characteristic times, or 300 if each scene is
+        simulated.
     NumericalError
-        When a simulation fails.
+        If a simulation fails.
     """
     endless = evolve(scenario, chain=evolve(scenario.chain, granules=None))
     return (_by_curve if keep_shape(values) else _by_simulation)(endless, values, rtol)
 
 
-def _by_curve(
-    scenario: Scenario, values: Mapping[str, FloatArray], rtol: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _by_curve(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float) -> LeadingWaves:
     n = float(scenario.shock.profile.duration_ratio)
     ratios: Any = rise_time_of(scenario)
     for name, given in values.items():
@@ -189,21 +189,19 @@ def _by_curve(
     return curve.amplification(ratios), forces, curve.error(ratios)
 
 
-def _by_simulation(
-    scenario: Scenario, values: Mapping[str, FloatArray], rtol: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _by_simulation(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float) -> LeadingWaves:
     family = family_of(scenario, values)
     rows = zip(*(given.tolist() for given in values.values()), strict=True)
     scenes = [family.scenario(dict(zip(values, row, strict=True))) for row in rows]
     longest = max(map(duration_of, scenes))
     if longest > _LONGEST_SIMULATED:
-        problem = f"must last at most {_LONGEST_SIMULATED:g} characteristic times where its shape is uncertain"
+        problem = f"must last at most {_LONGEST_SIMULATED:g} characteristic times if its shape is uncertain"
         raise InvalidValueError.of("shock", f"{problem} (got {longest:.4g})")
     chains = [scene.chain for scene in scenes]
     found = simulate_many([scene.shock for scene in scenes], chains, rtol=rtol, waves="primary")
     failed = [result for result in found if isinstance(result, ShockwaveError)]
     if failed:
-        raise NumericalError(f"{len(failed)} of {len(found)} scenes could not be simulated: {failed[0]}")
+        raise NumericalError(f"{len(failed)} of {len(found)} simulations failed; the first: {failed[0]}")
     results = [result for result in found if isinstance(result, SimulationResult)]
     amplifications = np.array([result.amplification for result in results])
     forces = np.array([result.shock.peak_force for result in results])

@@ -1,1 +1,1 @@
-"""Sweeps: all scenes that a scenario stands for, run on many cores, journalled, and their results."""
+"""Parameter sweeps: parallel runs of the scenes that a scenario describes, their journal and their results."""

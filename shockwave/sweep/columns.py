@@ -1,4 +1,4 @@
-"""Columns of a sweep: the quantities of every point, and where each is found in an answer."""
+"""Columns of a sweep: the quantities of every point, and their values in an answer."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from shockwave.sweep.definition import NOTES, Column
 
 
 class Answer(NamedTuple):
-    """The results at a point; None for what was not asked for.
+    """Results at a point; those that were not requested are None.
 
     ``rise_time`` and ``duration`` are in characteristic times of the chain.
     """
@@ -27,14 +27,14 @@ class Answer(NamedTuple):
 
 
 class Read(NamedTuple):
-    """A column, and its value for an answer."""
+    """A column and the function that returns its value for an answer."""
 
     column: Column
     of: Callable[[Any], Any]
 
 
 def _at(path: str) -> Callable[[Any], Any]:
-    """Read the value at a dotted path, such as ``simulated.waves.1.peak_force``; None where there is none."""
+    """Return a reader of the value at a dotted path, such as ``simulated.waves.1.peak_force``, or None."""
 
     def read(value: Any) -> Any:
         for step in path.split("."):
@@ -59,49 +59,54 @@ def _text(name: str, meaning: str, path: str) -> Read:
     return Read(Column(name, None, "text", meaning), _at(path))
 
 
-_RELATION = "primary's peak force less, equal or greater than the shock's"
-_EXPECTED = "relative error to be expected of the predicted peak force"
+_RELATION = "peak force of the leading wave less than, equal to or greater than that of the shock"
+_EXPECTED = "expected relative error of the predicted peak force"
 
 
 def _predicted(prefix: str) -> tuple[Read, ...]:
-    """The prediction of the primary."""
+    """Columns of the predicted leading wave."""
     return (
         _text(f"{prefix}regime", "predicted: ejection, single or train", "predicted.regime"),
         _text(f"{prefix}relation", f"predicted: {_RELATION}", "predicted.relation"),
-        _number(f"{prefix}peak_force", "N", "predicted, of the primary", "predicted.peak_force"),
-        _number(f"{prefix}amplification", "", "predicted, peak force over the shock's", "predicted.amplification"),
-        _number(f"{prefix}expected_error_low", "", f"lowest {_EXPECTED}", "predicted.expected_error.0"),
-        _number(f"{prefix}expected_error_high", "", f"highest {_EXPECTED}", "predicted.expected_error.1"),
+        _number(f"{prefix}peak_force", "N", "predicted, of the leading wave", "predicted.peak_force"),
+        _number(f"{prefix}amplification", "", "predicted, peak force / that of the shock", "predicted.amplification"),
+        _number(f"{prefix}expected_error_low", "", f"lower bound of the {_EXPECTED}", "predicted.expected_error.0"),
+        _number(f"{prefix}expected_error_high", "", f"upper bound of the {_EXPECTED}", "predicted.expected_error.1"),
     )
 
 
 _PREDICTED = (
-    _count("waves", "how many are predicted", lambda answer: len(answer.predicted.waves)),
+    _count("waves", "number of predicted waves", lambda answer: len(answer.predicted.waves)),
     _number("applied_momentum", "N s", "impulse of the shock", "predicted.applied_momentum"),
-    _number("virtual_rise_time", "s", "predicted, of an ejection", "predicted.virtual_rise_time"),
-    _number("added_momentum", "N s", "predicted, of an ejection", "predicted.added_momentum"),
+    _number("virtual_rise_time", "s", "predicted, in the regime ejection", "predicted.virtual_rise_time"),
+    _number("added_momentum", "N s", "predicted, in the regime ejection", "predicted.added_momentum"),
 )
 _SIMULATED = (
-    _number("peak_force", "N", "simulated, of the primary, accurate to error_estimate", "simulated.peak_force"),
-    _number("amplification", "", "simulated, peak force over the shock's", "simulated.amplification"),
-    _number("error_estimate", "", "relative, of the simulated peak force", "simulated.error_estimate"),
+    _number("peak_force", "N", "simulated, of the leading wave, accurate to error_estimate", "simulated.peak_force"),
+    _number("amplification", "", "simulated, peak force divided by that of the shock", "simulated.amplification"),
+    _number("error_estimate", "", "relative error of the simulated peak force, estimated", "simulated.error_estimate"),
 )
 _PRIMARY = (
-    _number("momentum", "N s", "of the primary, about as accurate as its peak force", "simulated.primary.momentum"),
-    _number("speed", "m/s", "of the primary, about as accurate as its peak force", "simulated.primary.speed"),
-    _number("width", "s", "of the primary, full width at half maximum of the force", "simulated.primary.width"),
+    _number("momentum", "N s", "of the leading wave, about as accurate as peak_force", "simulated.primary.momentum"),
+    _number("speed", "m/s", "of the leading wave, about as accurate as peak_force", "simulated.primary.speed"),
+    _number("width", "s", "full width at half maximum of the force of the leading wave", "simulated.primary.width"),
 )
 _TRAIN = (
-    _count("waves", "how many are stronger than the threshold", lambda answer: len(answer.simulated.waves)),
+    _count("waves", "number of waves above the threshold", lambda answer: len(answer.simulated.waves)),
     _number("second_peak_force", "N", "of the second strongest wave", "simulated.waves.1.peak_force"),
-    _number("second_error_estimate", "", "relative, of second_peak_force", "simulated.waves.1.error_estimate"),
+    _number(
+        "second_error_estimate",
+        "",
+        "relative error of second_peak_force, estimated",
+        "simulated.waves.1.error_estimate",
+    ),
     _number("recoil_momentum", "N s", "of the rebounding granules", "simulated.recoil_momentum"),
     _number("recoil_error", "N s", "error estimate of recoil_momentum", "simulated.recoil_error"),
-    _count("ejected_granules", "how many granules rebound", _at("simulated.ejected_granules")),
-    _number("momentum_defect", "", "momentum against impulse, relative", "simulated.momentum_defect"),
+    _count("ejected_granules", "number of rebounding granules", _at("simulated.ejected_granules")),
+    _number("momentum_defect", "", "relative difference of momentum and impulse", "simulated.momentum_defect"),
 )
 _COMPARED = (
-    _number("error", "", "relative, of the predicted peak force, accurate to error_estimate", "compared.error"),
+    _number("error", "", "relative error of the predicted peak force, accurate to error_estimate", "compared.error"),
     _text("relation", f"simulated: {_RELATION}", "compared.relation"),
 )
 
@@ -113,14 +118,14 @@ def _notes(answer: Answer) -> str | None:
 
 
 _LAST = (
-    _number("scaled_rise_time", "", "t0/T0, rise time over the characteristic time of the chain", "rise_time"),
-    _number("scaled_duration", "", "n t0/T0, whole duration over the characteristic time of the chain", "duration"),
-    Read(Column(NOTES, None, "text", "remarks on how far to trust the values"), _notes),
+    _number("scaled_rise_time", "", "t0/T0, rise time divided by the characteristic time of the chain", "rise_time"),
+    _number("scaled_duration", "", "n t0/T0, duration divided by the characteristic time of the chain", "duration"),
+    Read(Column(NOTES, None, "text", "warnings of the prediction and the simulation"), _notes),
 )
 
 
 def reads(run: Run, train: bool) -> tuple[Read, ...]:
-    """The columns of a sweep that does ``run`` at every point, and measures the ``train`` or the primary alone."""
+    """Return the columns of a sweep that does ``run`` and measures the whole ``train`` or the leading wave only."""
     more = _TRAIN if train else ()
     if run == "predict":
         return (*_predicted(""), *_PREDICTED, *_LAST)
@@ -130,7 +135,7 @@ def reads(run: Run, train: bool) -> tuple[Read, ...]:
 
 
 def row(columns: tuple[Read, ...], answer: Answer) -> list[Any]:
-    """The values of the columns for an answer: plain numbers and words, None for what does not apply."""
+    """Return the values of the columns for an answer as numbers and text; None where a column does not apply."""
     return [_plain(column.kind, of(answer)) for column, of in columns]
 
 

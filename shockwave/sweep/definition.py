@@ -1,4 +1,4 @@
-"""The definition of a sweep, which the file ``sweep.json`` holds: axes, columns, scenario and versions."""
+"""Definition of a sweep, stored in ``sweep.json``: axes, columns, scenario and versions."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from shockwave.fields import text_of
 from shockwave.files import parse_json, read_bytes, replacing
 
 DEFINITION = "sweep.json"
-#: The last column, whose sentences may differ at every point.
+#: Name of the last column, whose text may differ at every point.
 NOTES = "notes"
 _FORMAT = 2
-_REMEDY = "give a folder that `shockwave sweep FILE --out FOLDER` has written"
-# Largest file [bytes], enough for some hundred thousand values: parsing takes up to 25 times as much memory.
+_REMEDY = "choose a folder that `shockwave sweep FILE --out FOLDER` has written"
+# Largest file [bytes], enough for some hundred thousand values; parsing takes up to 25 times as much memory.
 _MOST_BYTES = 2**24
 # Most points of a sweep, as in `shockwave.scenario.sweep_block`.
 _MOST_POINTS = 10**7
-# Differences that a message lists.
+# Most differences that a message lists.
 _MOST_LISTED = 4
-# Names in arrays that a variable must not have.
-_TAKEN = {"status", "problem", "point"}
-# What results depend on.
+# Names of arrays that a variable must not have.
+_RESERVED = {"status", "problem", "point"}
+# Attributes on which the results depend.
 _CONTENT = ("format", "run", "axes", "columns", "scenario", "named", "versions")
 
 
@@ -45,11 +45,11 @@ class Column:
     name : str
         Its name.
     unit : str or None
-        SI unit, empty for a number without one; None for text.
+        SI unit, empty for a dimensionless number; None for text.
     kind : "number", "whole" or "text"
-        The type of its values.
+        Type of its values.
     meaning : str
-        One line for people.
+        Description in one line.
     """
 
     name: str
@@ -60,16 +60,16 @@ class Column:
 
 @frozen
 class SweepAxis:
-    """Variables that go through their values together.
+    """Variables that change together.
 
     Attributes
     ----------
     names : tuple of str
-        Dotted names of the variables: one, unless it comes from ``zip`` or ``points``.
+        Dotted names of the variables: one, unless the axis comes from ``zip`` or ``points``.
     units : tuple of str or None
-        SI unit of each, empty for a number without one; None for what is no number.
+        SI unit of each, empty for a dimensionless number; None if its values are not numbers.
     values : tuple of tuple
-        For each position the values of the variables.
+        Values of the variables for each position.
     """
 
     names: tuple[str, ...]
@@ -86,33 +86,35 @@ class SweepAxis:
         return len(self.values)
 
     def along(self, name: str) -> list[Any]:
-        """The values of the variable ``name``, position by position."""
+        """Return the values of the variable ``name``, position by position."""
         at = self.names.index(name)
         return [position[at] for position in self.values]
 
 
 @frozen(kw_only=True)
 class SweepDefinition:
-    """What was asked of every point, of which scenes, and by which versions.
+    """Scenes, task, columns and versions of a sweep.
 
     Attributes
     ----------
     format : int
-        Version of the form of the file.
+        Version of the file format.
     name : str
-        Name of the scenario, which makes no difference.
+        Name of the scenario, on which the results do not depend.
     run : str
-        What is done at every point: ``predict``, ``simulate`` or ``compare``.
+        Task at every point: ``predict``, ``simulate`` or ``compare``.
     axes : tuple of SweepAxis
-        In the order of the scenario; the last is gone through first.
+        Axes in the order of the scenario; the last one varies fastest.
     columns : tuple of Column
-        The quantities, with units and meanings.
+        Quantities, with units and descriptions.
     scenario : dict
         The scenario in SI units, without the sweep.
     named : dict of str to str
-        Hashes of the materials and files that the sweep names, which may change without a change of the scenario.
-    versions, earlier_versions : dict of str to str, tuple of these
-        Of what results depend on; of those with which the sweep was run before others were accepted.
+        Hashes of the materials and files among the values, which may change although the scenario does not.
+    versions : dict of str to str
+        Versions of the software on which the results depend.
+    earlier_versions : tuple of dict
+        Versions with which points were run before others were accepted.
     """
 
     format: int = field(default=_FORMAT, validator=in_([_FORMAT]))
@@ -131,7 +133,7 @@ class SweepDefinition:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Numbers of values along the axes."""
+        """Number of values of each axis."""
         return tuple(map(len, self.axes))
 
     @property
@@ -141,19 +143,19 @@ class SweepDefinition:
 
     @property
     def variables(self) -> dict[str, str | None]:
-        """Dotted names of all variables, and their units."""
+        """Units of all variables by their dotted names."""
         return {name: unit for axis in self.axes for name, unit in zip(axis.names, axis.units, strict=True)}
 
     @property
     def units(self) -> dict[str, str | None]:
-        """SI units of variables and columns by name: empty for a number without one, None for text."""
+        """SI units of variables and columns by name: empty for a dimensionless number, None for text."""
         return self.variables | {column.name: column.unit for column in self.columns}
 
     @property
     def short_names(self) -> dict[str, str]:
-        """Dotted names of the variables to names for arrays: their last part where no other has that."""
+        """Array names of the variables by dotted names: the last part, if it is unique."""
         lasts = [name.rpartition(".")[2] for name in self.variables]
-        taken = _TAKEN.union(column.name for column in self.columns)
+        taken = _RESERVED.union(column.name for column in self.columns)
         found = {}
         for dotted, last in zip(self.variables, lasts, strict=True):
             name = last if lasts.count(last) == 1 and last not in taken else dotted
@@ -162,24 +164,24 @@ class SweepDefinition:
 
     @property
     def key(self) -> str:
-        """SHA-256 over everything that results depend on."""
+        """SHA-256 of everything on which the results depend."""
         return hashlib.sha256(json.dumps(self._content(), sort_keys=True).encode()).hexdigest()
 
     @property
     def version_notes(self) -> list[str]:
-        """A sentence on earlier versions, if there are any."""
+        """A sentence that lists earlier versions, if there are any."""
         earlier = "; ".join(", ".join(map(" ".join, versions.items())) for versions in self.earlier_versions)
         return [f"points may have been run with other versions ({earlier})"] if earlier else []
 
     def point(self, index: int) -> dict[str, Any]:
-        """Dotted names and values of a point, counted from 0."""
+        """Return the values of the variables at a point, counted from 0, by their dotted names."""
         found: dict[str, Any] = {}
         for axis, position in zip(self.axes, np.unravel_index(index, self.shape), strict=True):
             found |= zip(axis.names, axis.values[position], strict=True)
         return found
 
     def _content(self) -> dict[str, Any]:
-        """Everything that results depend on, as JSON reads it."""
+        """Everything on which the results depend, in the form that JSON returns."""
         content = {name: getattr(self, name) for name in _CONTENT}
         found: dict[str, Any] = json.loads(json.dumps(cattrs.unstructure(content)))
         return found
@@ -188,42 +190,42 @@ class SweepDefinition:
 
     @classmethod
     def read(cls, folder: Path) -> SweepDefinition:
-        """The definition in ``folder``.
+        """Read the definition in ``folder``.
 
         Raises
         ------
         FileAccessError
-            When there is none that can be read.
+            If the file cannot be read.
         InvalidValueError
-            When it is none.
+            If it does not hold the definition of a sweep.
         """
         file = str(folder / DEFINITION)
         document = parse_json(read_bytes(file, _MOST_BYTES, _REMEDY), file, _REMEDY)
         try:
             return cattrs.structure(document, SweepDefinition)
-        except Exception as error:  # cattrs also raises what the values raise
+        except Exception as error:  # cattrs passes on the errors of the values
             reasons = "; ".join(cattrs.transform_error(error))
             problem = f"must be the definition of a sweep (got {reasons[:200]}; {_REMEDY})"
             raise InvalidValueError.of(file, problem) from None
 
     def write(self, folder: Path) -> None:
-        """Write the definition; raises FileAccessError when that is not possible."""
+        """Write the definition; raises FileAccessError if the file cannot be written."""
         names = {"name": self.name, "earlier_versions": self.earlier_versions}
         with replacing(folder / DEFINITION) as file:
             file.write(json.dumps(self._content() | names, indent=1) + "\n")
 
     def differences(self, other: SweepDefinition) -> dict[str, str]:
-        """Dotted names of what differs, with what it is here and in ``other``."""
+        """Return the differences from ``other`` by dotted names, with both values."""
         changes = _changes(self._content(), other._content())
         return {name: f"{text_of(here)}, now {text_of(there)}" for name, here, there in changes}
 
     def resumed(self, there: SweepDefinition, folder: Path, accept_versions: bool) -> SweepDefinition:
-        """The definition with which this sweep is resumed in ``folder``, which holds the definition ``there``.
+        """Return the definition with which this sweep resumes the one in ``folder``, with the definition ``there``.
 
         Raises
         ------
         InvalidValueError
-            When the folder holds another sweep, or one by other versions that are not to be accepted.
+            If the folder holds another sweep, or one of other versions and ``accept_versions`` is false.
         """
         changes = there.differences(self)
         if not changes:
@@ -231,16 +233,16 @@ class SweepDefinition:
         file = str(folder / DEFINITION)
         got = "; ".join([" ".join(change) for change in changes.items()][:_MOST_LISTED])
         if not all(name.startswith("versions.") for name in changes):
-            problem = f"must be of the requested sweep (got {got}; choose another folder)"
+            problem = f"must hold the requested sweep (got {got}; choose another folder)"
             raise InvalidValueError.of(file, problem)
         if not accept_versions:
-            remedy = "--accept-versions resumes with these, a new folder begins anew"
-            raise InvalidValueError.of(file, f"must be of the versions in use (got {got}; {remedy})")
+            remedy = "use --accept-versions to resume with the installed versions, or choose a new folder"
+            raise InvalidValueError.of(file, f"must hold the installed versions (got {got}; {remedy})")
         return evolve(self, earlier_versions=(*there.earlier_versions, there.versions))
 
 
 def _changes(there: Any, here: Any, name: str = "") -> Iterator[tuple[str, Any, Any]]:
-    """Dotted names of what differs, with what it was and what it is."""
+    """Dotted names of all differences, with both values."""
     if isinstance(there, Mapping) and isinstance(here, Mapping):
         for key in sorted(there.keys() | here.keys()):
             yield from _changes(there.get(key), here.get(key), f"{name}.{key}" if name else key)
@@ -249,5 +251,5 @@ def _changes(there: Any, here: Any, name: str = "") -> Iterator[tuple[str, Any, 
 
 
 def as_text(value: Any) -> str | None:
-    """A value that is no number as text; None for none."""
+    """Return a value that is not a number as text; None for None."""
     return value if value is None or isinstance(value, str) else json.dumps(value)

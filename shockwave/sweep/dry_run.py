@@ -1,4 +1,4 @@
-"""The dry run of a sweep: what there is to do, and about how long it takes."""
+"""Dry run of a sweep: number of points and estimated run time."""
 
 from __future__ import annotations
 
@@ -15,42 +15,48 @@ from typing import Any
 
 from attrs import asdict, frozen
 
+from shockwave.progress import progressed
 from shockwave.scenario.scenario import Scenario
 from shockwave.sweep.definition import DEFINITION, SweepDefinition
 from shockwave.sweep.journal import NOT_RUN, Journal
 from shockwave.sweep.runner import points_of
 from shockwave.sweep.workers import cores
-from shockwave.text import notes
+from shockwave.text import facts, limits, strong
 
-# Points that are run, and seconds after which no more are begun.
-_MOST = 64
-_LIMIT = 3.0
-# Points that are run side by side.
+# Most points that are run for the estimate.
+_MOST_MEASURED = 64
+# Time after which no further point is run [s].
+_TIME_LIMIT = 3.0
+# Points that are run in one call.
 _GROUP = 8
-# Seconds that start and tables add.
-_START = 1.0
+# Time to start the workers and to write the tables [s].
+_OVERHEAD = 1.0
 
 
 @frozen(kw_only=True)
 class SweepPlan:
-    """What a sweep would do.
+    """Work of a sweep, with an estimate of the run time.
 
     Attributes
     ----------
     run : str
-        What every point does.
+        Task at every point: ``predict``, ``simulate`` or ``compare``.
     axes : dict of str to int
-        Names of the variables of each axis, and how many values it has.
-    points, finished : int
-        All points; those that the folder has already.
-    measured, failed : int
-        Points that were run for the estimate; those of them that failed.
+        Number of values of each axis, by the names of its variables.
+    points : int
+        Number of points of the sweep.
+    finished : int
+        Points that earlier runs have finished.
+    measured : int
+        Points that were run for the estimate.
+    failed : int
+        Measured points that failed.
     problem : str or None
-        The error of the first of these.
+        Error of the first of these.
     workers : int
-        How many the estimate is for.
+        Number of workers assumed.
     seconds : (float, float)
-        Estimate of the wall time: two standard errors of the mean below and above.
+        Estimated wall time [s]: two standard errors of the mean below and above the estimate.
     """
 
     run: str
@@ -64,20 +70,21 @@ class SweepPlan:
     seconds: tuple[float, float]
 
     def to_dict(self) -> dict[str, Any]:
-        """The document that ``sweep --dry-run --json`` prints."""
+        """Return the document that ``sweep --dry-run --json`` prints."""
         return asdict(self)
 
     def __str__(self) -> str:
-        shape = ", ".join(f"{length} of {names}" for names, length in self.axes.items())
         low, high = (timedelta(seconds=math.ceil(seconds)) for seconds in self.seconds)
-        estimate = f"{low} to {high} on {self.workers} workers, measured on {self.measured} points"
-        lines = [
-            f"{self.points} points, {self.run}: {shape}",
-            f"  finished     {self.finished}",
-            f"  time         {estimate if self.measured else 'nothing to do'}",
+        time = f"{low} to {high}" if low < high else f"about {low}"
+        estimate = f"{time} on {self.workers} workers" if self.measured else "nothing to do"
+        answer = f"{self.points - self.finished} of {self.points} points to run: {estimate}"
+        failure = f"{self.failed} of the {self.measured} measured points failed: {self.problem}"
+        details = [
+            ("task", self.run),
+            ("axes", ", ".join(f"{length} values of {names}" for names, length in self.axes.items())),
+            ("estimated from", f"{self.measured} points"),
         ]
-        remark = f"{self.failed} of these {self.measured} points failed: {self.problem}"
-        return "\n".join(lines + notes([remark] if self.failed else []))
+        return "\n".join([strong(answer), *limits([failure] if self.failed else []), *facts(details)])
 
 
 def plan_sweep(
@@ -88,19 +95,19 @@ def plan_sweep(
     retry_failed: bool = False,
     accept_versions: bool = False,
 ) -> SweepPlan:
-    """The work that `run_sweep` would do, with an estimate from some points that are run; nothing is written.
+    """Estimate the run time of `run_sweep` from some points, without writing anything.
 
     Parameters
     ----------
     scenario, folder, workers, retry_failed, accept_versions
-        As of `run_sweep`; the points are run in this process.
+        As for `run_sweep`. The points are run in this process.
 
     Raises
     ------
     ScenarioError, InvalidValueError
-        When the scenario is not valid, has no sweep, or is not the one that ``folder`` is of.
+        If the scenario is invalid, has no sweep, or differs from that of ``folder``.
     FileAccessError
-        When the journal cannot be read.
+        If the journal cannot be read.
     """
     points = points_of(scenario)
     count = len(points.sweep)
@@ -111,21 +118,23 @@ def plan_sweep(
     if retry_failed:
         journal.reopen()
     left = journal.count(NOT_RUN)
-    # spread over the sweep, the same each time
-    sample = random.Random(0).sample(range(count), min(count, _MOST)) if left else []
+    # a reproducible sample of the whole sweep
+    sample = random.Random(0).sample(range(count), min(count, _MOST_MEASURED)) if left else []
+    progressed("measuring points", 0, len(sample))
     points.lines(sample[:1])  # loads the code
     begin = now = time.perf_counter()
     lines = ""
     measured = 0
     times = []
-    size = 1  # until it is known how long a point takes
-    while measured < len(sample) and now - begin < _LIMIT:
+    size = 1  # until the time of a point is known
+    while measured < len(sample) and now - begin < _TIME_LIMIT:
         group = sample[measured : measured + size]
         lines += points.lines(group)
         measured += len(group)
+        progressed("measuring points", measured, len(sample))
         before, now = now, time.perf_counter()
         times.append((now - before) / len(group))
-        size = _GROUP if times[-1] < _LIMIT / _GROUP else 1
+        size = _GROUP if times[-1] < _TIME_LIMIT / _GROUP else 1
     entries = [json.loads(line) for line in lines.splitlines()]
     errors = [entry["error"] for entry in entries if "error" in entry]
     workers = workers or cores()
@@ -138,14 +147,14 @@ def plan_sweep(
         failed=len(errors),
         problem=errors[0] if errors else None,
         workers=workers,
-        seconds=_span(times, left / workers),
+        seconds=_wall_time(times, left / workers),
     )
 
 
-def _span(times: Sequence[float], rounds: float) -> tuple[float, float]:
-    """The wall times between which so many points, one after the other, will take."""
+def _wall_time(times: Sequence[float], rounds: float) -> tuple[float, float]:
+    """Bounds of the wall time of ``rounds`` points in sequence [s]."""
     if not times:
         return 0.0, 0.0
     mean = statistics.fmean(times)
     error = statistics.stdev(times) / len(times) ** 0.5 if len(times) > 1 else mean / 2
-    return _START + max(mean - 2 * error, 0.0) * rounds, _START + (mean + 2 * error) * rounds
+    return _OVERHEAD + max(mean - 2 * error, 0.0) * rounds, _OVERHEAD + (mean + 2 * error) * rounds

@@ -1,4 +1,4 @@
-"""The journal of a sweep: one line for each finished point, written by one client at a time and read by anyone."""
+"""Journal of a sweep: one line for each finished point, written by one client at a time and readable by all."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ from filelock import FileLock, Timeout
 
 from shockwave.errors import FileAccessError
 from shockwave.files import lines_of, not_writable, open_regular
+from shockwave.progress import progressed
 from shockwave.sweep.definition import DEFINITION, Column, SweepDefinition
 
 JOURNAL = "journal.jsonl"
-#: The status of a point that has no line in the journal.
+#: Status of a point without a line in the journal.
 NOT_RUN = "not run"
-# A point is in the state that is the position of its status here.
+# The state of a point is the index of its status.
 _STATUSES = (NOT_RUN, "done", "failed", "crashed")
 _LOCK = "sweep.lock"
 # Longest line of the journal [bytes].
@@ -33,12 +34,12 @@ _TYPES: dict[str, Any] = {"number": float | int | None, "whole": int | None, "te
 
 
 def line_of(index: int, status: str, rest: str) -> str:
-    """A line of the journal; ``rest`` is JSON of its values or its error."""
+    """Return a line of the journal; ``rest`` is the JSON of its values or its error."""
     return f'{{"index": {index}, "status": "{status}", {rest}}}\n'
 
 
 class Row(NamedTuple):
-    """A point: its number, the values of its variables, its status, a value for each column, and the error."""
+    """A point: number, values of the variables, status, values of the columns, and error."""
 
     number: int
     point: tuple[Any, ...]
@@ -49,12 +50,12 @@ class Row(NamedTuple):
 
 @define(eq=False)
 class Journal:
-    """The journal in ``folder``, of a sweep of so many ``points``."""
+    """Journal in ``folder`` of a sweep with ``points`` points."""
 
     folder: Path
     points: int
     _states: bytearray = field(init=False)
-    # Where in the journal the last line of each point begins.
+    # Offset of the last line of each point [bytes].
     _offsets: npt.NDArray[np.int64] = field(init=False)
     _size: int = field(default=0, init=False)
     _file: BinaryIO | None = field(default=None, init=False)
@@ -65,50 +66,52 @@ class Journal:
 
     @property
     def path(self) -> Path:
-        """The file."""
+        """Path of the file."""
         return self.folder / JOURNAL
 
     def count(self, *statuses: str) -> int:
-        """How many points have one of these statuses."""
+        """Return the number of points with one of these statuses."""
         return sum(self._states.count(_STATUSES.index(status)) for status in statuses)
 
     def open_points(self) -> list[int]:
-        """The points that are not finished, in their order."""
+        """Return the numbers of the unfinished points in ascending order."""
         return [index for index, state in enumerate(self._states) if state == 0]
 
     def reopen(self) -> None:
-        """Count points that failed or crashed as not run."""
+        """Treat points that failed or crashed as not run."""
         for status in ("failed", "crashed"):
             self._states = self._states.replace(bytes([_STATUSES.index(status)]), b"\0")
 
     # ---------------------------------------------------------------- reading
 
     def read(self, columns: Sequence[Column]) -> list[str]:
-        """Take note of the finished points; warnings about lines that are left out. A damaged line counts for nothing.
+        """Read which points are finished, and return warnings about ignored lines.
 
         Raises
         ------
         FileAccessError
-            When it cannot be read.
+            If the journal cannot be read.
         """
         warnings = []
-        strange = 0
+        ignored = 0
         with self._opened() as file:
-            for line in lines_of(file, self.path, _LONGEST_LINE):
+            for number, line in enumerate(lines_of(file, self.path, _LONGEST_LINE)):
+                progressed("reading the journal", min(number, self.points - 1), self.points)
                 if line.endswith(b"\n"):
-                    strange += not self._note(line, columns)
+                    ignored += not self._record(line, columns)
                 else:
-                    warnings.append(f"the last line of {JOURNAL} was torn and is left out: its point is run again")
-        if strange:
-            warnings.append(f"lines of {JOURNAL} that are damaged or of no point, and are left out: {strange}")
+                    warnings.append(f"the last line of {JOURNAL} is incomplete and was ignored: its point is run again")
+        progressed("reading the journal", self.points, self.points)
+        if ignored:
+            warnings.append(f"ignored lines of {JOURNAL} that are damaged or belong to no point: {ignored}")
         return warnings
 
     def _opened(self) -> BinaryIO:
         # a sweep that was killed before its first point has no journal
         return open_regular(self.path) if self.path.exists() else BytesIO()
 
-    def _note(self, line: bytes, columns: Sequence[Column] | None = None) -> bool:
-        """Take note of a line at the end of those before; whether it is of a point, and fits ``columns``."""
+    def _record(self, line: bytes, columns: Sequence[Column] | None = None) -> bool:
+        """Record the next line, and return whether it belongs to a point and fits ``columns``."""
         match = _LINE.fullmatch(line)
         known = match is not None and int(match[1]) < self.points
         if known and columns is not None:
@@ -123,12 +126,12 @@ class Journal:
         return known
 
     def rows(self, definition: SweepDefinition) -> Iterator[Row]:
-        """All points in their order, one at a time.
+        """Yield all points in their order.
 
         Raises
         ------
         FileAccessError
-            When the journal cannot be read.
+            If the journal cannot be read.
         """
         places = product(*(axis.values for axis in definition.axes))
         nothing = [None] * len(definition.columns)
@@ -146,12 +149,12 @@ class Journal:
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Make the folder if need be, and keep other clients out of it.
+        """Create the folder if necessary, and lock it against other clients.
 
         Raises
         ------
         FileAccessError
-            When the folder cannot be written, is in use by another client or holds something else.
+            If the folder cannot be written, is in use by another client, or holds other files.
         """
         lock = FileLock(self.folder / _LOCK, timeout=0, thread_local=False)
         try:
@@ -159,7 +162,7 @@ class Journal:
             _refuse_others(self.folder)
             lock.acquire()
         except Timeout:
-            problem = "must be used by one client at a time (got another one at work; wait for it, or end it)"
+            problem = "must be used by one client at a time (got another one; wait until it ends, or stop it)"
             raise FileAccessError(f"{self.folder}: {problem}") from None
         except OSError as error:
             raise not_writable(self.folder, error) from error
@@ -171,16 +174,16 @@ class Journal:
             lock.release()
 
     def add(self, lines: str) -> None:
-        """Append whole lines. What the disk has no room for leaves no part of a line behind.
+        """Append complete lines; on a full disk no part of a line remains.
 
         Raises
         ------
         FileAccessError
-            When they cannot be written.
+            If the lines cannot be written.
         """
         if self._file is None:
             self._file = open_regular(self.path, mode="ab", buffering=0)
-            self._file.truncate(self._size)  # without a torn last line
+            self._file.truncate(self._size)  # removes an incomplete last line
         content = lines.encode()
         left = memoryview(content)
         try:
@@ -190,11 +193,11 @@ class Journal:
             self._file.truncate(self._size)
             raise not_writable(self.path, error) from error
         for line in content.splitlines(keepends=True):
-            self._note(line)
+            self._record(line)
 
 
 def _content(line: bytes, columns: Sequence[Column]) -> tuple[list[Any] | None, str | None]:
-    """Values or the error of a line; raises a KeyError, TypeError or ValueError where they do not fit the columns."""
+    """Values or error of a line; raises KeyError, TypeError or ValueError if the values do not fit the columns."""
     entry = json.loads(line)
     if entry["status"] != "done":
         return None, str(entry["error"])
@@ -206,9 +209,9 @@ def _content(line: bytes, columns: Sequence[Column]) -> tuple[list[Any] | None, 
 
 
 def _refuse_others(folder: Path) -> None:
-    """Refuse a folder that holds something else."""
+    """Refuse a folder that holds files but no sweep."""
     names = {file.name for file in folder.iterdir()}
     strange = sorted(name for name in names - {_LOCK} if not name.endswith(".part"))
     if strange and DEFINITION not in names:
-        got = f"got a folder with {strange[0]} in it; choose another"
-        raise FileAccessError(f"{folder}: must be new, or hold a sweep ({got})")
+        got = f"got a folder with {strange[0]}; choose another"
+        raise FileAccessError(f"{folder}: must be a new folder or hold a sweep ({got})")

@@ -1,4 +1,4 @@
-"""Axes of a sweep that are drawn: the points that `--at` leaves, the variables from left to right and upwards."""
+"""Axes of a plotted sweep: selection of points with `--at`, variables of the abscissa and the ordinate."""
 
 from __future__ import annotations
 
@@ -16,31 +16,31 @@ from shockwave.pictures.sweep import DrawnAxis
 from shockwave.scenario.units import to_si
 from shockwave.sweep.results import SweepResults
 
-# Six digits of a value are enough to name it.
+# Digits of a value in labels, and the relative tolerance for values given with `--at`.
 _DIGITS = 6
 _CLOSE = 1e-5
-# So many values are listed.
-_LISTED = 20
-# Letters in a line above the picture.
-_WIDTH = 90
+# Most values listed in a message.
+_MOST_LISTED = 20
+# Characters in a line of the caption.
+_CAPTION_WIDTH = 90
 
 
 @frozen(eq=False)
 class PlottedAxis:
-    """An axis of a sweep as it is drawn.
+    """An axis of a sweep that is drawn.
 
     Attributes
     ----------
     place : int
-        Which axis of the sweep it is.
+        Number of the axis of the sweep, counted from 0.
     name : str
-        The variable over which it is drawn.
+        Variable that is drawn.
     others : tuple of str
-        The variables that change along it, too.
+        Other variables that change along the axis.
     positions : array of int
-        The positions along the sweep's axis, in the order as drawn.
+        Positions along the axis of the sweep, in the order in which they are drawn.
     drawn : DrawnAxis
-        What is drawn.
+        The drawn axis.
     """
 
     place: int
@@ -51,14 +51,14 @@ class PlottedAxis:
 
 
 class PlottedAxes:
-    """One axis or two of a sweep, at the values in ``at`` of other variables.
+    """One or two axes of a sweep, with variables fixed at the values in ``at``.
 
     Raises
     ------
     UnknownNameError
-        When there is no such variable.
+        If there is no such variable.
     UsageError
-        When there are more axes, or none; when no point has the values that are held.
+        If no axis or more than two axes remain, or if no point has the fixed values.
     """
 
     def __init__(self, results: SweepResults, at: Mapping[str, Any], x: str | None) -> None:
@@ -70,15 +70,15 @@ class PlottedAxes:
             self.positions[place] = here[self._equal(name, value)]
         free = [place for place, here in enumerate(self.positions) if len(here) > 1]
         if not free:
-            got = "got one point; read it in results.csv, or leave out an --at"
-            raise UsageError(f"one axis or two can be drawn ({got})")
+            got = "got one point; see results.csv, or omit an --at"
+            raise UsageError(f"a plot must have one or two axes ({got})")
         if len(free) > 2:
             names = [self._longest(place) for place in free]
             known = "; ".join(f"{name}={self._listed(name, 3)}" for name in names)
-            hint = f"hold {len(free) - 2} of them at a value by --at NAME=VALUE: {known}"
-            raise UsageError(f"one axis or two can be drawn (got {len(free)}; {hint})")
+            hint = f"fix {len(free) - 2} of them with --at NAME=VALUE: {known}"
+            raise UsageError(f"a plot must have one or two axes (got {len(free)}; {hint})")
         if x is not None and self._count(x) < 2:
-            raise UsageError(f"{x} has one value: it cannot be drawn over it (choose another by --x)")
+            raise UsageError(f"--x: must be a variable with several values (got {x}, which has one)")
         across = self._place(x) if x else max(free, key=lambda place: len(self.positions[place]))
         names = [self._longest(place) for place in free if place != across]
         self.axes = [self._plotted(name) for name in (x or self._longest(across), *names)]
@@ -88,29 +88,29 @@ class PlottedAxes:
         return next(place for place, axis in enumerate(self.results.axes) if name in axis.names)
 
     def _values(self, name: str) -> npt.NDArray[Any]:
-        """The values of a variable at the positions that are drawn."""
+        """Values of a variable at the drawn positions."""
         return self.results.coordinate(name)[self.positions[self._place(name)]]
 
     def _count(self, name: str) -> int:
         return len(np.unique(self._values(name)))
 
     def _longest(self, place: int) -> str:
-        """The variable of an axis that takes the most values, of several the first."""
+        """The first variable of an axis with the most different values."""
         return max(self.results.axes[place].names, key=self._count)
 
     def _texts(self, name: str) -> list[str]:
-        """The values of a variable as text, at the positions that are drawn."""
+        """Values of a variable at the drawn positions, as text."""
         place = self._place(name)
         unit = self.results.units[name]
         values = self.results.axes[place].along(name)
         return [_text(values[position], unit, position) for position in self.positions[place].tolist()]
 
-    def _listed(self, name: str, most: int = _LISTED) -> str:
+    def _listed(self, name: str, most: int = _MOST_LISTED) -> str:
         texts = list(dict.fromkeys(self._texts(name)))
         return ", ".join(texts[:most] + ["..."] * (len(texts) > most))
 
     def _equal(self, name: str, value: Any) -> npt.NDArray[np.bool_]:
-        """At which positions the variable has this value."""
+        """Whether the variable has this value, for each drawn position."""
         unit = self.results.units[name]
         if unit is None or value == "none":
             found = np.array(self._texts(name)) == str(value)
@@ -139,7 +139,7 @@ class PlottedAxes:
         return PlottedAxis(place, name, others, here[order], drawn)
 
     def pick(self, name: str) -> npt.NDArray[Any]:
-        """A quantity at the points that are drawn, in the order of `axes`."""
+        """Return a quantity at the drawn points, in the order of `axes`."""
         chosen = [here[:1] for here in self.positions]
         for axis in self.axes:
             chosen[axis.place] = axis.positions
@@ -147,7 +147,7 @@ class PlottedAxes:
         return found if self.axes[0].place <= self.axes[-1].place else found.T
 
     def labels(self) -> list[str]:
-        """Names of lines for the values of the second axis: all variables that distinguish them."""
+        """Return a label for each value of the second axis, with all variables that change along it."""
         if len(self.axes) == 1:
             return [""]
         axis = self.axes[1]
@@ -157,7 +157,7 @@ class PlottedAxes:
         return [", ".join(texts[position] for texts in columns) for position in order]
 
     def caption(self) -> str:
-        """What is held, and what changes along axes without being drawn."""
+        """Return the fixed values and the variables that change along the axes without being drawn."""
         parts = []
         for axis in self.results.axes:
             for name in axis.names:
@@ -165,16 +165,16 @@ class PlottedAxes:
                     parts.append(f"{label_of(name)} {self._texts(name)[0]}")
         for one in self.axes:
             parts += [f"{label_of(other)} changes with {label_of(one.name)}" for other in one.others]
-        return textwrap.fill(", ".join(parts), _WIDTH)
+        return textwrap.fill(", ".join(parts), _CAPTION_WIDTH)
 
 
 def label_of(name: str) -> str:
-    """The name of a variable or a quantity in a picture."""
+    """Return the label of a variable or a quantity in a picture."""
     return name.rpartition(".")[2].replace("_", " ")
 
 
 def _text(value: Any, unit: str | None, position: int) -> str:
-    """A value as text; a mapping by its name, or else by its number among the values."""
+    """Return a value as text; for a mapping its name, or else its number among the values."""
     if value is None:
         return "none"
     if isinstance(value, Mapping):

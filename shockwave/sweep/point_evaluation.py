@@ -1,4 +1,4 @@
-"""Evaluation of the points of a sweep: scenes, results and lines of the journal, in batches as workers run them."""
+"""Evaluation of the points of a sweep: scenes, results and lines of the journal, in the batches of the workers."""
 
 from __future__ import annotations
 
@@ -35,34 +35,34 @@ from shockwave.sweep.definition import SweepAxis, SweepDefinition
 from shockwave.sweep.journal import line_of
 
 _Found = SimulationResult | BaseException
-# Most bytes of a record that are hashed; the reader of records has its own limit.
+# Largest record that is hashed [bytes]; the reader of records has its own limit.
 _MOST_RECORD = 2**28
-# Raised by the code of a plugin, these cost its point alone.
+# Exceptions of a plugin that let only its point fail.
 _POINT_ERRORS = (Exception, SystemExit)
-#: Seconds after which a worker answers, whether or not its batch is finished.
+#: Time after which a worker returns the finished points of its batch [s].
 SLICE = 0.5
-# Most points that a worker runs side by side.
-_MOST = 128
+# Most points that a worker simulates in one call.
+_MOST_TOGETHER = 128
 
 
 def error_text(error: BaseException) -> str:
-    """The message of an error of ours; the type and the message of any other."""
+    """Return the message of an error; for an error of other packages, with its type."""
     return str(error) if isinstance(error, ShockwaveError) else f"{type(error).__name__}: {error}"
 
 
 @define(eq=False)
 class Points:
-    """All points of the sweep in ``scenario``.
+    """All points of a sweep.
 
     Parameters
     ----------
     scenario : Scenario
-        With a sweep.
+        A scenario with a sweep.
     """
 
     scenario: Scenario
     sweep: Sweep = field(init=False)
-    #: Whether all waves are measured, or the primary alone.
+    #: Whether all waves are measured, or the leading wave only.
     train: bool = field(init=False)
     definition: SweepDefinition = field(init=False)
     _columns: tuple[Read, ...] = field(init=False)
@@ -91,7 +91,7 @@ class Points:
         )
 
     def lines(self, indices: Sequence[int]) -> str:
-        """Lines of the journal for some points."""
+        """Evaluate some points, and return their lines of the journal."""
         scenes: dict[int, Scenario] = {}
         found: dict[int, _Found] = {}
         for index in indices:
@@ -104,7 +104,7 @@ class Points:
         return "".join(self._line(index, scenes.get(index), found.get(index)) for index in indices)
 
     def _line(self, index: int, scene: Scenario | None, found: _Found | None) -> str:
-        """The line of a point; ``found`` is its result, if it is simulated, or its error."""
+        """Line of a point; ``found`` is its simulation, if any, or its error."""
         try:
             if isinstance(found, BaseException):
                 raise found
@@ -115,16 +115,18 @@ class Points:
         return line_of(index, "done", f'"values": {values}')
 
     def _simulated(self, scenes: Mapping[int, Scenario]) -> dict[int, _Found]:
-        """Results by the numbers of the points; scenes with the same options run side by side."""
-        asked: dict[SimulateOptions, list[int]] = {}
+        """Results by point number; scenes with the same options are simulated in one call."""
+        groups: dict[SimulateOptions, list[int]] = {}
         for index, scene in scenes.items():
-            asked.setdefault(scene.simulate, []).append(index)
+            groups.setdefault(scene.simulate, []).append(index)
         found: dict[int, _Found] = {}
-        for options, indices in asked.items():
-            found |= self._many(options, indices, scenes)
+        for options, indices in groups.items():
+            found |= self._together(options, indices, scenes)
         return found
 
-    def _many(self, options: SimulateOptions, indices: list[int], scenes: Mapping[int, Scenario]) -> dict[int, _Found]:
+    def _together(
+        self, options: SimulateOptions, indices: list[int], scenes: Mapping[int, Scenario]
+    ) -> dict[int, _Found]:
         try:
             found = simulate_many(
                 [scenes[index].shock for index in indices],
@@ -140,8 +142,8 @@ class Points:
         except _POINT_ERRORS as error:
             if len(indices) == 1:
                 return {indices[0]: error}
-            # of one of them: which one shows when they run one by one
-            return {index: self._many(options, [index], scenes)[index] for index in indices}
+            # run one by one, to find the point that raises the error
+            return {index: self._together(options, [index], scenes)[index] for index in indices}
         return dict(zip(indices, found, strict=True))
 
 
@@ -155,10 +157,10 @@ def _answer(run: str, scene: Scenario, simulated: SimulationResult | None) -> An
     return Answer(*times, predicted, simulated, compared)
 
 
-# ---------------------------------------------------------------- what results depend on
+# ---------------------------------------------------------------- versions and files on which the results depend
 
 
-# The variables that name something registered, and its kind.
+# Kind of the registered object that a variable names.
 _KINDS = {
     "shock.profile": "profiles",
     "chain.material": "materials",
@@ -169,7 +171,7 @@ _KINDS = {
 
 
 def _versions_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
-    """Versions, here, of what results depend on: packages, plugins in use, and the code that steps chains."""
+    """Versions of the packages and plugins of this process on which the results depend, and the backend."""
     found = {
         "shockwave": shockwave.__version__,
         "python": platform.python_version(),
@@ -185,7 +187,7 @@ def _versions_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
 
 
 def _used(scenario: Scenario, sweep: Sweep) -> set[tuple[str, Any]]:
-    """Kinds and names of what points use; the address of a profile's class, which may have no name."""
+    """Kinds and names of the registered objects in use; for a profile also the address of its class."""
     cls = type(scenario.shock.profile)
     used = {
         ("profiles", f"{cls.__module__}:{cls.__qualname__}"),
@@ -222,47 +224,47 @@ def _hash(content: bytes) -> str:
 
 # ---------------------------------------------------------------- batches, as workers run them
 
-# Of each thread: what a sweep keeps between batches is not made for several at once.
-_known = threading.local()
+# Points of the last sweep, for each thread: they are not safe to share.
+_cache = threading.local()
 
 
 def run_batch(content: bytes, indices: Sequence[int]) -> str:
-    """Lines of the journal for the first of some points of a sweep, as many as about half a second allows.
+    """Evaluate points of a sweep for about half a second, and return their lines of the journal.
 
-    What is not answered can be lost.
+    The remaining points of the batch are sent again by the client.
 
     Raises
     ------
     UsageError
-        When this worker has other versions, materials or files than the client.
+        If this worker has other versions, materials or files than the client.
     """
-    if getattr(_known, "content", None) != content:
-        _known.points = _received(content)
-        _known.content = content
+    if getattr(_cache, "content", None) != content:
+        _cache.points = _received(content)
+        _cache.content = content
     begin = time.perf_counter()
     lines = ""
     at = 0
     size = 1
     while not lines or (at < len(indices) and time.perf_counter() - begin < SLICE):
-        lines += _known.points.lines(indices[at : at + size])
+        lines += _cache.points.lines(indices[at : at + size])
         at += size
-        size = min(2 * size, _MOST)
+        size = min(2 * size, _MOST_TOGETHER)
     return lines
 
 
 def content_of(points: Points) -> bytes:
-    """A sweep in the form in which it is sent to workers.
+    """Serialise a sweep for the workers.
 
     Raises
     ------
     UsageError
-        When a scenario made in Python cannot be sent.
+        If a scenario made in Python cannot be serialised.
     """
     try:
         return pickle.dumps((points.scenario, points.definition))
-    except Exception as error:  # whatever pickle raises
+    except Exception as error:  # pickle raises errors of many types
         got = f"got {error_text(error)}; define its profile in a module"
-        raise UsageError(f"a scenario must be one that can be sent to other processes ({got})") from error
+        raise UsageError(f"the scenario must be serialisable for other processes ({got})") from error
 
 
 def _received(content: bytes) -> Points:
@@ -271,5 +273,6 @@ def _received(content: bytes) -> Points:
     changes = points.definition.differences(definition)
     if changes:
         got = "; ".join(" ".join(change) for change in changes.items())
-        raise UsageError(f"workers must have what the client has (got a worker with {got}; install or copy the same)")
+        remedy = "install the same versions, and copy the same files"
+        raise UsageError(f"workers must have the versions and files of the client (got a worker with {got}; {remedy})")
     return points

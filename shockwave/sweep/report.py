@@ -1,34 +1,41 @@
-"""The report on a sweep that has ended or was interrupted."""
+"""Progress and outcome of a sweep."""
 
 from __future__ import annotations
 
+import math
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
 from attrs import asdict, frozen
 
-from shockwave.text import notes
+from shockwave.text import facts, limits, notes, strong
 
 
 @frozen(kw_only=True)
 class SweepReport:
-    """How a sweep ended.
+    """Outcome of a sweep, or its progress.
 
     Attributes
     ----------
     folder : pathlib.Path
-        The place of journal and results.
-    points, done, failed, crashed : int
-        All points; those with a result; those with an error; those that ended the process that ran them.
+        Folder of the journal and the results.
+    points : int
+        Number of points of the sweep.
+    done : int
+        Points with a result.
+    failed : int
+        Points with an error.
+    crashed : int
+        Points that terminated the process that ran them.
     before : int
-        Points that were finished when it began.
+        Points that earlier runs had finished.
     seconds : float
-        Wall time.
+        Wall time of this run [s].
     files : tuple of pathlib.Path
-        Tables of results that were written.
+        Tables that were written.
     notes : tuple of str
-        Remarks that a reader must know.
+        Remarks on the journal and on versions.
     """
 
     folder: Path
@@ -43,12 +50,12 @@ class SweepReport:
 
     @property
     def left(self) -> int:
-        """Points that were not run."""
+        """Number of points that have not been run."""
         return self.points - self.done - self.failed - self.crashed
 
     @property
     def exit_code(self) -> int:
-        """Exit status of the command line: 1 if not every point has a result."""
+        """Exit status of the command line: 0 if every point has a result, else 1."""
         return 0 if self.done == self.points else 1
 
     def to_dict(self) -> dict[str, Any]:
@@ -60,26 +67,30 @@ class SweepReport:
     def __str__(self) -> str:
         others = {"failed": self.failed, "crashed": self.crashed, "not run": self.left}
         counts = [f", {count} {state}" for state, count in others.items() if count]
-        spent = timedelta(seconds=round(self.seconds))
         ran = self.points - self.left - self.before
-        lines = [
-            f"{self.folder}: {self.done} of {self.points} points are done{''.join(counts)}",
-            f"  now          {f'{ran} run in {spent}' if ran else 'nothing to do'}",
-        ]
+        spent = timedelta(seconds=math.ceil(self.seconds))
+        details = [("this run", f"{_points(ran)} in {spent}" if ran else "nothing to do")]
         if self.before:
-            lines.append(f"  before       {self.before}")
+            details.append(("earlier runs", _points(self.before)))
         if self.files:
-            lines.append(f"  written      {', '.join(file.name for file in self.files)}")
-        remarks = list(self.notes)
+            details.append(("tables", ", ".join(file.name for file in self.files)))
+        restrictions = []
         if self.failed or self.crashed:
-            remarks.append("errors stand in results.csv, column problem; --retry-failed runs these points again")
-        return "\n".join(lines + notes(remarks))
+            restrictions.append("column problem of results.csv has the errors; --retry-failed runs them again")
+        if self.left:
+            restrictions.append("the same command runs the missing points")
+        answer = f"{self.done} of {self.points} points done{''.join(counts)}; results in {self.folder}"
+        return "\n".join([strong(answer), *limits(restrictions), *facts(details), *notes(self.notes)])
+
+
+def _points(count: int) -> str:
+    return "1 point" if count == 1 else f"{count} points"
 
 
 class SweepInterrupt(KeyboardInterrupt):
-    """Raised when the user has stopped a sweep; ``report`` has its progress."""
+    """Raised when the user stops a sweep; ``report`` holds its progress."""
 
     def __init__(self, report: SweepReport) -> None:
-        finished = f"{report.points - report.left} of {report.points} points are finished and kept"
-        super().__init__(f"{finished}: the same command resumes the sweep")
+        saved = f"{report.points - report.left} of {report.points} points are saved"
+        super().__init__(f"{saved}; run the same command to resume")
         self.report = report

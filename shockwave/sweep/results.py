@@ -1,9 +1,10 @@
-"""Results of a sweep: arrays with an axis for each axis of the sweep."""
+"""Results of a sweep: arrays with one axis for each axis of the sweep."""
 
 from __future__ import annotations
 
 import importlib
 import json
+import math
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,28 +16,33 @@ import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.errors import UnknownNameError, UsageError
+from shockwave.progress import progressed
+from shockwave.sweep.accuracy import MAIN, accuracy_of
 from shockwave.sweep.definition import NOTES, SweepDefinition, as_text
 from shockwave.sweep.journal import NOT_RUN, Journal
-from shockwave.text import notes, si, table
+from shockwave.text import facts, limits, si, significant_digits, strong, table
 
-# Failed points, and words of a column, that are listed.
-_SHOWN = 5
+# Significant digits of variables, and of quantities without a known error.
+_VARIABLE_DIGITS = 5
+_USUAL_DIGITS = 3
+# Failed points, and different texts of a column, that are listed.
+_MOST_LISTED = 5
 
 
 @frozen
 class Failure:
-    """A point that has no result.
+    """A point without a result.
 
     Attributes
     ----------
     index : int
         Its number, counted from 0.
     point : dict
-        Dotted names and values.
+        Values of the variables by their dotted names.
     status : str
-        ``failed``, or ``crashed`` where it ended its process.
+        ``failed``, or ``crashed`` if it terminated its process.
     problem : str
-        What was wrong.
+        The error.
     """
 
     index: int
@@ -53,16 +59,16 @@ def _same(one: Mapping[str, npt.NDArray[Any]], other: Mapping[str, npt.NDArray[A
 
 @frozen(kw_only=True)
 class SweepResults(SweepDefinition):
-    """The results of a sweep so far, and its definition.
+    """Definition of a sweep, with the results so far.
 
     Attributes
     ----------
     failed : tuple of Failure
-        Points that have no result, in their order.
+        Points that failed or crashed, in the order of the points.
     warnings : tuple of str
-        What a reader must know before using the figures.
+        Remarks on missing points, damaged lines of the journal and other versions.
     folder : pathlib.Path
-        Where it was read.
+        Folder of the sweep.
     """
 
     failed: tuple[Failure, ...]
@@ -72,27 +78,27 @@ class SweepResults(SweepDefinition):
 
     @property
     def complete(self) -> bool:
-        """Whether every point was run, with a result or without."""
+        """Whether every point was run, with or without a result."""
         return NOT_RUN not in self._arrays["status"]
 
     def values(self, name: str) -> npt.NDArray[Any]:
-        """A quantity at every point.
+        """Return a quantity at every point.
 
         Parameters
         ----------
         name : str
-            A column; ``status``; or the dotted name of a variable.
+            Name of a column, ``status``, or dotted name of a variable.
 
         Returns
         -------
         array, shape ``shape``
-            Floats [the unit of the column], not a number where there is no value; or text, empty there. It cannot be
-            written to.
+            Read-only array of floats [unit of the column], NaN where there is no value; or of text, empty where there
+            is none.
 
         Raises
         ------
         UnknownNameError
-            When there is no such quantity.
+            If there is no such quantity.
         """
         if name in self._arrays:
             return self._arrays[name]
@@ -104,12 +110,12 @@ class SweepResults(SweepDefinition):
         raise UnknownNameError("quantity of the sweep", name, [*self._arrays, *self.variables])
 
     def coordinate(self, name: str) -> npt.NDArray[Any]:
-        """The values of the variable ``name`` along its axis; floats, or text, empty for none, if it is no number.
+        """Return the values of the variable ``name`` along its axis: floats, or text if they are not numbers.
 
         Raises
         ------
         UnknownNameError
-            When nothing of that name was varied.
+            If there is no such variable.
         """
         for axis in self.axes:
             if name in axis.names:
@@ -117,12 +123,12 @@ class SweepResults(SweepDefinition):
         raise UnknownNameError("variable of the sweep", name, self.variables)
 
     def to_pandas(self) -> Any:
-        """A `pandas.DataFrame` with a row for each point, indexed by the variables; ``attrs`` holds the units.
+        """Return a `pandas.DataFrame` with a row for each point, indexed by the variables; ``attrs`` holds the units.
 
         Raises
         ------
         UsageError
-            When pandas is not installed.
+            If pandas is not installed.
         """
         pd = _library("pandas")
         names = [*self.variables, *self._arrays]
@@ -132,15 +138,15 @@ class SweepResults(SweepDefinition):
         return frame
 
     def to_xarray(self) -> Any:
-        """A `xarray.Dataset`: arrays by named axes, with units.
+        """Return a `xarray.Dataset` of arrays with named axes and units.
 
-        Axes have the last part of the names of their variables; variables that go together share an axis ``point``.
-        ``long_name`` has the name in full.
+        An axis is named after the last part of its variable's name; variables that change together share an axis
+        ``point``. The attribute ``long_name`` holds the full name.
 
         Raises
         ------
         UsageError
-            When xarray is not installed.
+            If xarray is not installed.
         """
         xr = _library("xarray")
         short = self.short_names
@@ -170,35 +176,53 @@ class SweepResults(SweepDefinition):
         return {"long_name": meaning} | ({} if unit is None else {"units": unit or "1"})
 
     def __str__(self) -> str:
-        status = self.values("status")
-        done, run = (int(np.count_nonzero(of)) for of in (status == "done", status != NOT_RUN))
-        missing = "" if self.complete else ", the others not run yet"
-        columns = [column.name for column in self.columns if column.name != NOTES]
-        lines = [
-            f"sweep of {self.name}",
-            f"  run     {self.run}",
-            f"  points  {status.size}: {done} done, {run - done} failed{missing}",
-        ]
-        for kind, names in (("axis", self.variables), ("column", columns)):
+        done = int(np.count_nonzero(self.values("status") == "done"))
+        numbers = [column.name for column in self.columns if column.kind != "text"]
+        texts = [column.name for column in self.columns if column.kind == "text" and column.name != NOTES]
+        main = next((name for name in MAIN if name in numbers), numbers[0])
+        least, greatest, _ = self._range(main)
+        answer = f"{done} of {self.points} points done" + (f"; {main} {least} to {greatest}" if least else "")
+        failures = [f"{_point(failure.point)}: {failure.problem}" for failure in self.failed[:_MOST_LISTED]]
+        if len(self.failed) > _MOST_LISTED:
+            failures.append(f"{len(self.failed) - _MOST_LISTED} more points failed; the attribute failed lists all")
+        accuracy = accuracy_of(main, self.units, self.values).sentence
+        lines = [strong(answer), *facts([("accuracy", accuracy or "not known")])]
+        lines += [*limits([*failures, *self.warnings]), *facts([("sweep", self.name), ("task", self.run)])]
+        for kind, count, names in (("variable", "values", self.variables), ("quantity", "points", numbers)):
             rows = [(name, *self._range(name)) for name in names]
-            text = table((kind, "least", "greatest", "values"), rows, margin=0)
-            lines += ["", *(f"  {line}" for line in text.splitlines())]
-        remarks = [f"{_point(failure.point)}: {failure.problem}" for failure in self.failed[:_SHOWN]]
-        return "\n".join(lines + notes([*remarks, *self.warnings]))
+            lines += ["", table((kind, "least", "greatest", count), rows, spare=[count])]
+        if texts:
+            lines += ["", table(("result", "points"), [(name, self._counts(name)) for name in texts])]
+        return "\n".join(lines)
 
     def _range(self, name: str) -> tuple[str, str, str]:
-        """Least, greatest and number of values, as text."""
+        """Least value, greatest value and number of values, as text."""
         values = self.coordinate(name) if name in self.variables else self.values(name).ravel()
-        unit = self.units[name]
-        if unit is None:
-            words, counts = np.unique(values[values != ""], return_counts=True)
-            texts = [f"{count} {word}" for word, count in zip(words[:_SHOWN], counts, strict=False)]
-            return "", "", ", ".join(texts + ["..."] * (len(words) > _SHOWN))
-        known = values[np.isfinite(values)]
+        if self.units[name] is None:
+            return "", "", str(len(values))
+        known = np.flatnonzero(np.isfinite(values))
         if not known.size:
             return "", "", "0"
-        low, high = (si(float(value), unit) if unit else f"{value:.5g}" for value in (known.min(), known.max()))
-        return low, high, str(known.size)
+        ends = known[[values[known].argmin(), values[known].argmax()]].tolist()
+        least, greatest = (self._text(name, float(values[end]) + 0.0, end) for end in ends)  # no sign of zero
+        return least, greatest, str(known.size)
+
+    def _text(self, name: str, value: float, index: int) -> str:
+        """A value of a variable, or of a column at a point, with the digits that its error allows."""
+        digits = _VARIABLE_DIGITS
+        if name not in self.variables:
+            low, high, _, _ = accuracy_of(name, self.units, self.values)
+            error = max(abs(bound.flat[index] - value) for bound in (low, high)) / (abs(value) or 1.0)
+            digits = significant_digits(value, error) if math.isfinite(error) else _USUAL_DIGITS
+        unit = self.units[name]
+        return si(value, unit, digits) if unit else f"{value:.{digits}g}"
+
+    def _counts(self, name: str) -> str:
+        """Number of points with each of the most frequent texts of a column."""
+        values = self.values(name)
+        words, counts = np.unique(values[values != ""], return_counts=True)
+        most = np.argsort(-counts, kind="stable")[:_MOST_LISTED]
+        return ", ".join([f"{counts[at]} {words[at]}" for at in most] + ["..."] * (len(words) > _MOST_LISTED))
 
 
 def _point(values: Mapping[str, Any]) -> str:
@@ -210,23 +234,23 @@ def _library(name: str) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError as missing:
-        raise UsageError(f"this needs {name}: pip install {name}") from missing
+        raise UsageError(f"{name} must be installed (got {missing}; pip install {name})") from missing
 
 
 def load_sweep(folder: str | os.PathLike[str]) -> SweepResults:
-    """The results of a sweep, of one that is running or was interrupted as far as they go.
+    """Load the results of a sweep; of a running or interrupted one, the finished points.
 
     Parameters
     ----------
     folder : path-like
-        What ``shockwave sweep FILE --out FOLDER`` has written. The journal is read, not the tables.
+        Folder that ``shockwave sweep FILE --out FOLDER`` has written. The journal is read, not the tables.
 
     Raises
     ------
     FileAccessError
-        When it cannot be read.
+        If the folder cannot be read.
     InvalidValueError
-        When its definition or its journal is not that of a sweep.
+        If its definition or its journal is not that of a sweep.
     """
     place = Path(folder)
     definition = SweepDefinition.read(place)
@@ -234,7 +258,7 @@ def load_sweep(folder: str | os.PathLike[str]) -> SweepResults:
     warnings = [*journal.read(definition.columns), *definition.version_notes]
     left = journal.count(NOT_RUN)
     if left:
-        warnings.append(f"{left} of {journal.points} points are not done: run the sweep again to resume it")
+        warnings.append(f"{left} of {journal.points} points have not been run; run the sweep again to resume it")
     texts = {column.name: column.kind == "text" for column in definition.columns} | {"status": True}
     found: dict[str, list[Any]] = {name: [] for name in texts}
     failed = []
@@ -243,6 +267,7 @@ def load_sweep(folder: str | os.PathLike[str]) -> SweepResults:
             values.append(value)
         if row.problem is not None:
             failed.append(Failure(row.number, definition.point(row.number), row.status, row.problem))
+        progressed("loading results", row.number + 1, journal.points)
     arrays = {name: _array(values, texts[name]).reshape(definition.shape) for name, values in found.items()}
     for array in arrays.values():
         array.flags.writeable = False

@@ -1,4 +1,4 @@
-"""Running of a sweep: batches to workers, and lines to the journal."""
+"""Execution of a sweep: batches are sent to workers, and their lines are written to the journal."""
 
 from __future__ import annotations
 
@@ -24,32 +24,32 @@ from shockwave.sweep.report import SweepInterrupt, SweepReport
 from shockwave.sweep.tables import write_tables
 from shockwave.sweep.workers import LostError, Workers, workers_of
 
-# Most points in a batch: a worker answers after a while with those that are finished.
-_MOST = 512
-# Batches under way for each worker, so that none waits for the client.
+# Most points in a batch.
+_MOST_IN_BATCH = 512
+# Batches sent to each worker at a time, so that no worker waits for the client.
 _AHEAD = 2
-# Longest time between two looks at the number of workers [s].
-_LOOK = 5
-# Seconds that batches under way have to end when the sweep is stopped.
+# Time between two checks of the number of workers [s].
+_CHECK_INTERVAL = 5
+# Time that the current batches have to end when the sweep is stopped [s].
 _LAST = 1.5
-# Most bytes of a scenario that are copied; the reader of scenarios has its own limit.
+# Largest scenario file that is copied [bytes]; the reader of scenarios has its own limit.
 _MOST_SCENARIO = 2**24
-_CRASH = "the process that ran it has ended (a crash, or too little memory)"
+_CRASH = "its process terminated (a crash, or out of memory)"
 
 
 def points_of(scenario: Scenario | str | os.PathLike[str]) -> Points:
-    """The points of a scenario with a sweep, or of one in a file.
+    """Return the points of a scenario with a sweep, or of a scenario file.
 
     Raises
     ------
     InvalidValueError
-        When it has no sweep.
+        If the scenario has no sweep.
     """
     found = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     if found.sweep is None:
         problem = "must be given (got nothing; a mapping of grid, zip or points)"
         raise InvalidValueError.of(f"{found.path}: sweep" if found.path else "sweep", problem)
-    if found.path is not None:  # workers have folders of their own
+    if found.path is not None:  # workers may run in other folders
         found = evolve(found, path=found.path.absolute())
     return Points(found)
 
@@ -66,47 +66,47 @@ def run_sweep(
     accept_versions: bool = False,
     progress: Callable[[SweepReport], None] | None = None,
 ) -> SweepReport:
-    """Run every point of a sweep that is not finished, and write the results.
+    """Run all unfinished points of a sweep, and write the results.
 
-    Each finished point is a line of the journal in ``folder``. Run again, a sweep resumes where it was, however it
+    Each finished point is a line of the journal in ``folder``. A second call resumes the sweep, however the first one
     ended.
 
     Parameters
     ----------
     scenario : Scenario or path-like
-        With a block ``sweep``.
+        A scenario with a block ``sweep``.
     folder : path-like
-        Where it is kept: new, or of the same sweep.
+        Folder of the journal and the results: a new one, or that of the same sweep.
     executor : concurrent.futures.Executor or str, optional
-        What runs it: one that is there, or ``processes``, ``dask``, ``dask=ADDRESS``. Left out: processes.
+        An executor, or ``processes`` (default), ``dask`` or ``dask=ADDRESS``.
     workers : int, optional
-        How many; left out, as many as the executor has, or as there are cores.
+        Number of workers; default: that of the executor, or the number of cores.
     timeout : float, optional
-        Longest time of one point [s]: a point that takes longer is stopped and noted as failed. For processes only.
+        Time limit of a point [s]. A point that exceeds it is stopped and recorded as failed. For processes only.
     fail_fast : bool
         Stop at the first point that fails.
     retry_failed : bool
-        Run points again that failed or crashed before.
+        Run points again that failed or crashed in earlier runs.
     accept_versions : bool
-        Resume though versions differ from those that the sweep was begun with.
+        Resume although the versions differ from those of earlier runs.
     progress : callable, optional
-        Called with a report again and again.
+        Called with a `SweepReport` whenever points are finished.
 
     Returns
     -------
     SweepReport
-        How it ended. The results stand in ``folder``.
+        The outcome. The results are in ``folder``.
 
     Raises
     ------
     ScenarioError, InvalidValueError
-        When the scenario is not valid, has no sweep, or is not the one that ``folder`` is of.
+        If the scenario is invalid, has no sweep, or differs from that of ``folder``.
     FileAccessError
-        When a file cannot be read or written; the message names it, and what was finished is kept.
+        If a file cannot be read or written. The message names the file; finished points are kept.
     UsageError, ShockwaveError
-        When the executor is not available or breaks down.
+        If the executor is not available or breaks down.
     SweepInterrupt
-        A KeyboardInterrupt, after what was finished was written.
+        A KeyboardInterrupt, raised after the finished points have been saved.
     """
     begin = time.perf_counter()
     points = points_of(scenario)
@@ -141,7 +141,7 @@ def run_sweep(
 
 
 def _definition(journal: Journal, points: Points, accept_versions: bool) -> SweepDefinition:
-    """The definition of the sweep, which is written to the folder beside a copy of the scenario."""
+    """Definition of the sweep; it is written to the folder, with a copy of the scenario."""
     folder = journal.folder
     there = SweepDefinition.read(folder) if (folder / DEFINITION).exists() else None
     definition = points.definition.resumed(there, folder, accept_versions) if there else points.definition
@@ -156,7 +156,7 @@ def _definition(journal: Journal, points: Points, accept_versions: bool) -> Swee
 
 @define(eq=False)
 class _Dispatch:
-    """Sends batches of open points to workers until none is left, or until one fails if ``fail_fast``."""
+    """Sends batches of unfinished points to workers until all are finished, or one fails and ``fail_fast`` is set."""
 
     content: bytes
     journal: Journal
@@ -164,48 +164,50 @@ class _Dispatch:
     fail_fast: bool
     show: Callable[[], object]
     queue: deque[int] = field(init=False)
-    #: Points whose batch has ended its worker, until they are finished; and those of them that are to run alone.
+    #: Unfinished points of batches that have terminated their worker.
     suspects: set[int] = field(factory=set)
+    #: Suspects that are still to be run alone.
     alone: deque[int] = field(factory=deque)
-    flying: dict[Future[Any], list[int]] = field(factory=dict)
+    #: Batches that have been sent.
+    pending: dict[Future[Any], list[int]] = field(factory=dict)
 
     def run(self) -> None:
         self.queue = deque(self.journal.open_points())
         failed = self.journal.count("failed", "crashed")
         try:
             while self._send():
-                for future in wait(self.flying, _LOOK, FIRST_COMPLETED).done:
-                    self._take(future)
+                for future in wait(self.pending, _CHECK_INTERVAL, FIRST_COMPLETED).done:
+                    self._receive(future)
                 if self.fail_fast and self.journal.count("failed", "crashed") > failed:
                     break
         finally:
             self._end()
 
     def _send(self) -> bool:
-        """Send batches until every worker has enough; whether any are under way."""
+        """Send batches until every worker has enough, and return whether any are pending."""
         try:
             ahead = _AHEAD * self.workers.count
-            # a suspect runs alone where its end could be the fault of others
+            # a suspect runs alone if another batch could terminate the same worker
             most = 1 if self.suspects and not self.workers.isolates else ahead
-            while len(self.flying) < most and (self.queue or self.alone):
+            while len(self.pending) < most and (self.queue or self.alone):
                 batch = self._batch(ahead)
-                self.flying[self.workers.submit(self.content, batch)] = batch
-        except (OSError, RuntimeError) as error:  # it was shut down, or has broken down
+                self.pending[self.workers.submit(self.content, batch)] = batch
+        except (OSError, RuntimeError) as error:  # the executor was shut down or has broken down
             raise _lost(error) from error
-        return bool(self.flying)
+        return bool(self.pending)
 
     def _batch(self, ahead: int) -> list[int]:
-        """The next points; fewer towards the end, so that all workers end together."""
+        """Next batch; batches shrink towards the end, so that all workers finish together."""
         if self.alone:
             return [self.alone.popleft()]
         share = -(-self.journal.count(NOT_RUN) // (2 * ahead))
-        return [self.queue.popleft() for _ in range(min(share, _MOST, len(self.queue)))]
+        return [self.queue.popleft() for _ in range(min(share, _MOST_IN_BATCH, len(self.queue)))]
 
-    def _take(self, future: Future[Any]) -> None:
-        batch = self.flying.pop(future)
+    def _receive(self, future: Future[Any]) -> None:
+        batch = self.pending.pop(future)
         try:
             lines = future.result()
-        except UsageError:  # the worker cannot take part
+        except UsageError:  # the worker differs from the client
             raise
         except self.workers.renewed:
             self.queue.extendleft(reversed(batch))
@@ -223,28 +225,28 @@ class _Dispatch:
         self.show()
 
     def _blame(self, batch: list[int], late: bool) -> None:
-        """Have the points of a batch that has ended its worker run one by one; note one that does so again."""
+        """Run the points of a batch that terminated its worker one by one; record one that does so again."""
         error = _CRASH
         if late:
             limit = f"{self.workers.timeout:g} s"
-            error = f"must take at most {limit} (was stopped; a greater --timeout allows more)"
+            error = f"must take at most {limit} (was stopped; increase --timeout)"
         if len(batch) == 1 and (late or batch[0] in self.suspects):
             status = "failed" if late else "crashed"
             self._record(batch, line_of(batch[0], status, f'"error": {json.dumps(error)}'))
-        else:  # the first time may be somebody else's fault
+        else:  # the first time, another point may be the cause
             self.suspects.update(batch)
             self.alone.extend(batch)
 
     def _end(self) -> None:
-        """Write what still comes, in some seconds, of the batches under way."""
-        if not self.workers.isolates:  # to cancel would end the worker
-            for future in self.flying:
+        """Record the pending batches that end in time."""
+        if not self.workers.isolates:  # otherwise cancelling terminates the worker
+            for future in self.pending:
                 future.cancel()
-        for future in wait(self.flying, timeout=_LAST).done:
+        for future in wait(self.pending, timeout=_LAST).done:
             if not future.cancelled() and future.exception() is None:
                 self.journal.add(future.result())
 
 
 def _lost(error: BaseException) -> LostError:
-    got = f"got {error_text(error)}; run it again: what is finished is kept"
-    return LostError(f"the executor must go on running batches ({got})")
+    got = f"got {error_text(error)}; finished points are kept: run the sweep again"
+    return LostError(f"the executor must keep running ({got})")

@@ -1,4 +1,4 @@
-"""Tables of a sweep's results: CSV and JSON Lines."""
+"""Tables of the results of a sweep: CSV and JSON Lines."""
 
 from __future__ import annotations
 
@@ -7,17 +7,18 @@ import json
 from pathlib import Path
 
 from shockwave.files import replacing
+from shockwave.progress import progressed
 from shockwave.sweep.definition import SweepDefinition, as_text
 from shockwave.sweep.journal import Journal
 
 
 def write_tables(definition: SweepDefinition, journal: Journal) -> tuple[Path, ...]:
-    """Write ``results.csv`` and ``results.jsonl``: a row, or an object, for each point, in their order.
+    """Write ``results.csv`` and ``results.jsonl``, with a row or an object for each point in the order of the points.
 
     Raises
     ------
     FileAccessError
-        When a file cannot be read or written; a table that was there is left as it was.
+        If a file cannot be read or written. An existing table is then left unchanged.
     """
     files = (journal.folder / "results.csv", journal.folder / "results.jsonl")
     units = definition.units
@@ -26,11 +27,12 @@ def write_tables(definition: SweepDefinition, journal: Journal) -> tuple[Path, .
     with replacing(files[0]) as table, replacing(files[1]) as objects:
         writer = csv.writer(table, lineterminator="\n")
         writer.writerow([*heads, "status", "problem"])
-        # one point after the other: memory does not grow with their number
+        # point by point, so that memory does not grow with their number
         for row in journal.rows(definition):
             values = [*row.point, *row.values, row.status, row.problem]
-            # the writer gives floats all their digits
+            # the writer prints floats with all digits
             writer.writerow([value if isinstance(value, float) else as_text(value) for value in values])
             found = zip(names, [row.number, *values], strict=True)
             objects.write(json.dumps(dict(found)) + "\n")
+            progressed("writing tables", row.number + 1, journal.points)
     return files

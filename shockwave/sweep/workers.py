@@ -1,4 +1,4 @@
-"""Workers of a sweep: processes of this machine, those of a dask scheduler, or an executor of the caller."""
+"""Workers of a sweep: processes on this machine, workers of a dask scheduler, or an executor of the caller."""
 
 from __future__ import annotations
 
@@ -21,34 +21,34 @@ from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import ShockwaveError, UsageError
 from shockwave.sweep.point_evaluation import SLICE, run_batch
 
-# Seconds for a scheduler, and its first worker, to answer.
+# Time for a scheduler and its first worker to answer [s].
 _PATIENCE = 30
-# Seconds that a cluster may be without workers.
+# Time that a cluster may be without workers [s].
 _LONELY = 60
 
 
 class LostError(ShockwaveError):
-    """The executor has broken down, and not because of a point."""
+    """The executor has broken down, not because of a point."""
 
 
 class Workers:
-    """An executor that somebody else has made, and will end.
+    """An executor of the caller, who also shuts it down.
 
     Parameters
     ----------
     executor : object with the method ``submit`` of concurrent.futures.Executor
         Runs the batches.
     count : int
-        The number of workers.
+        Number of workers.
     """
 
-    #: Raised by the future of a batch whose worker has ended.
+    #: Exceptions of a batch whose worker has terminated.
     deaths: tuple[type[BaseException], ...] = ()
-    #: Raised where the executor broke down, and has been started anew.
+    #: Exceptions after which the executor is started again.
     renewed: tuple[type[BaseException], ...] = ()
-    #: Whether a death is the fault of this batch, not of another one that the same worker had.
+    #: Whether only the batch itself can have terminated its worker.
     isolates = False
-    #: Longest time of a point [s].
+    #: Time limit of a point [s].
     timeout: float | None = None
 
     def __init__(self, executor: Any, count: int) -> None:
@@ -56,46 +56,46 @@ class Workers:
         self.count = count
 
     def submit(self, content: bytes, indices: list[int]) -> Future[Any]:
-        """Have some points of a sweep run."""
+        """Submit points of a sweep."""
         found: Future[Any] = self.executor.submit(run_batch, content, indices)
         return found
 
 
 def cores() -> int:
-    """Cores that this process may use."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def check_executor(name: str) -> None:
-    """Refuse the name of an executor that there is not, with a `UsageError`."""
+    """Raise a `UsageError` if there is no such executor."""
     if name != "processes" and name.partition("=")[0] != "dask":
-        raise UsageError(f"executor must be processes, dask or dask=ADDRESS (got {name!r})")
+        raise UsageError(f"executor: must be processes, dask or dask=ADDRESS (got {name!r})")
 
 
 @contextmanager
 def workers_of(executor: Executor | str | None, count: int | None, timeout: float | None = None) -> Iterator[Workers]:
-    """The workers that ``executor`` stands for; those started here are ended, even if they are at work.
+    """Start or connect to the workers of ``executor``; workers started here are terminated at the end.
 
     Parameters
     ----------
     executor : concurrent.futures.Executor or str, optional
-        One that is there; or ``processes``, ``dask``, ``dask=ADDRESS``. Left out: processes.
+        An executor, or ``processes`` (default), ``dask`` or ``dask=ADDRESS``.
     count : int, optional
-        The number of workers. Left out, as many as there are cores, or as the executor has.
+        Number of workers; default: that of the executor, or the number of cores.
     timeout : float, optional
-        Longest time of a point [s]; for processes only.
+        Time limit of a point [s]; for processes only.
 
     Raises
     ------
     UsageError
-        When it is none of these, or what it needs is not installed.
+        If there is no such executor, or a package that it needs is not installed.
     LostError
-        When no worker starts.
+        If no worker starts.
     """
     if count is not None and count < 1:
-        raise UsageError(f"workers must be a whole number >= 1 (got {count!r})")
+        raise UsageError(f"workers: must be a whole number >= 1 (got {count!r})")
     if timeout is not None and not timeout > 0:
-        raise UsageError(f"timeout must be a number of seconds > 0 (got {timeout!r})")
+        raise UsageError(f"timeout: must be a number of seconds > 0 (got {timeout!r})")
     if executor is None or executor == "processes":
         _check_start()
         own = Processes(count or cores(), timeout)
@@ -104,8 +104,8 @@ def workers_of(executor: Executor | str | None, count: int | None, timeout: floa
         finally:
             own.close()
     elif timeout is not None:
-        problem = "only processes of this machine can be ended; leave it, or the executor, out"
-        raise UsageError(f"timeout must be left out with an executor (got {executor!r}; {problem})")
+        reason = "only processes on this machine can be stopped; omit the timeout or the executor"
+        raise UsageError(f"timeout: must be omitted with an executor (got {executor!r}; {reason})")
     elif isinstance(executor, str):
         check_executor(executor)
         with _dask(executor.partition("=")[2], count) as remote:
@@ -114,22 +114,22 @@ def workers_of(executor: Executor | str | None, count: int | None, timeout: floa
         yield Workers(executor, count or getattr(executor, "_max_workers", None) or cores())
 
 
-# ---------------------------------------------------------------- processes of this machine
+# ---------------------------------------------------------------- processes on this machine
 
 _START: Any = multiprocessing.get_context("forkserver" if sys.platform != "win32" else "spawn")
-# Times that the pool is begun anew.
+# Most times that the pool is started again.
 _RENEWALS = 20
-# Seconds after which the end of a process is reported.
+# Time after which the end of a process is reported [s].
 _LATE = 0.3
 
 
 class _Process(_START.Process):  # type: ignore[misc]
-    """A process whose end the pool cannot miss, even if it ends before the pool has read which batch it has begun."""
+    """A process whose end is reported late, so that the pool first reads which batch the process had started."""
 
     _end: float | None = None
 
     def is_alive(self) -> bool:
-        """Whether the process runs, or has only just ended."""
+        """Return whether the process runs, or ended less than `_LATE` ago."""
         if super().is_alive():
             return True
         self._end = self._end or time.monotonic()
@@ -137,7 +137,7 @@ class _Process(_START.Process):  # type: ignore[misc]
 
 
 class Processes(Workers):
-    """Processes of this machine. One that dies or exceeds the time limit costs its batch alone."""
+    """Processes on this machine. One that crashes or exceeds the time limit affects only its own batch."""
 
     deaths = (ProcessExpired, TimeoutError)
     renewed = (BrokenExecutor,)
@@ -155,35 +155,35 @@ class Processes(Workers):
         return ProcessPool(self.count, initializer=_begin, context=context)
 
     def submit(self, content: bytes, indices: list[int]) -> Future[Any]:
-        if not self.pool.active and self.renewals:  # it breaks down when an idle process is killed
+        if not self.pool.active and self.renewals:  # the pool breaks down when an idle process is killed
             self.close()
             self.renewals -= 1
             self.pool = self._start()
-        # points before the one that hangs take a slice, and those beside it twice as long
+        # the points before the one that hangs take a slice, those in the same call twice as long
         extra = 3 * SLICE if len(indices) > 1 else 0.0
         limit = self.timeout and self.timeout + extra
         return self.pool.schedule(run_batch, (content, indices), timeout=limit)
 
     def close(self) -> None:
-        """End the processes."""
+        """Terminate the processes."""
         self.pool.stop()  # type: ignore[no-untyped-call]
         self.pool.join()
 
 
 def _check_start() -> None:
-    """Raise a LostError if no process starts."""
+    """Raise a `LostError` if no process starts."""
     if sys.platform != "win32":
         _START.set_forkserver_preload(["shockwave.sweep.point_evaluation"])
     first = _START.Process(target=cores)
     first.start()
     first.join()
     if first.exitcode != 0:
-        remedy = "a program that calls run_sweep is a file, and does so under `if __name__ == '__main__':`"
+        remedy = "call run_sweep from a program in a file, under `if __name__ == '__main__':`"
         raise LostError(f"worker processes must start (got status {first.exitcode}; {remedy})")
 
 
 def _begin() -> None:
-    """Prepare a process: keep off the output of the client, and end with it."""
+    """Prepare a process: it does not write to the output of the client, and ends with the client."""
     os.dup2(2, 1)
     parent = multiprocessing.parent_process()
     if parent is not None:
@@ -199,41 +199,41 @@ def _end_with(sentinel: int) -> None:
 
 
 class DaskWorkers(Workers):
-    """Workers of a dask scheduler, each thread of a process being one; others may come and go meanwhile."""
+    """Workers of a dask scheduler, one for each thread; workers may join and leave during the sweep."""
 
-    def __init__(self, client: Any, asked: int | None, killed: type[BaseException]) -> None:
+    def __init__(self, client: Any, requested: int | None, killed: type[BaseException]) -> None:
         self.executor = client.get_executor(pure=False)
         self.client = client
-        self.asked = asked
+        self.requested = requested
         self.deaths = (killed,)
         self.seen = time.monotonic()
 
     @property
     def count(self) -> int:  # type: ignore[override]
-        """The number of workers to keep busy; raises a LostError when there has been none for a minute."""
+        """Number of workers to keep busy; raises a `LostError` if there has been no worker for a minute."""
         there = sum(self.client.nthreads().values())
         if there:
             self.seen = time.monotonic()
         elif time.monotonic() - self.seen > _LONELY:
-            remedy = "run the sweep again: what is finished is kept"
-            raise LostError(f"dask: a worker must be there (got none for {_LONELY} s; {remedy})")
-        return self.asked or max(there, 1)
+            remedy = "finished points are kept: run the sweep again"
+            raise LostError(f"dask: must have a worker (got none for {_LONELY} s; {remedy})")
+        return self.requested or max(there, 1)
 
 
 @contextmanager
 def _dask(address: str, count: int | None) -> Iterator[Workers]:
-    """The workers at ``address``, such as ``tcp://host:8786``; those of a cluster on this machine if it is empty."""
+    """Workers at ``address``, such as ``tcp://host:8786``, or of a new cluster on this machine if it is empty."""
     try:
         distributed: Any = import_module("distributed")
         cluster = None if address else _local_cluster(distributed, count or cores())
     except ImportError as error:
         remedy = f"python -m pip install '{OWN_DISTRIBUTION}[dask]'"
-        raise UsageError(f"executor dask must be installed (got {error}; {remedy})") from None
+        raise UsageError(f"executor: dask must be installed (got {error}; {remedy})") from None
     client: Any = None
     try:
         client = distributed.Client(cluster or address, timeout=_PATIENCE, set_as_default=False)
         client.wait_for_workers(1, timeout=_PATIENCE)
-        if cluster:  # interrupts of the terminal are for the client
+        if cluster:  # only the client handles Ctrl-C
             client.run(_ignore_interrupts)
     except (OSError, ValueError, TypeError) as error:
         name = address or "the local cluster"
@@ -250,9 +250,9 @@ def _ignore_interrupts() -> None:
 
 
 def _local_cluster(distributed: Any, count: int) -> Any:
-    """A cluster that only processes with its certificates can connect to, from this machine alone."""
+    """A cluster that accepts connections only from this machine and with its certificates."""
     dask: Any = import_module("dask")
-    # the sweep, not dask, repeats a batch whose worker dies
+    # the sweep, not dask, repeats the batches of a worker that terminates
     with dask.config.set({"distributed.scheduler.allowed-failures": 0}):
         return distributed.LocalCluster(
             n_workers=count,

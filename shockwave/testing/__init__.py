@@ -1,4 +1,4 @@
-"""Tests for plugins: the contract of a profile, an integrator or a quadrature, clause by clause, for pytest."""
+"""Tests of plugins with pytest: the contracts of profiles, integrators and quadratures, clause by clause."""
 
 from __future__ import annotations
 

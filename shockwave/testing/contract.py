@@ -1,4 +1,4 @@
-"""Base of the contract tests: a test per clause, run for each member of a list, with clauses left out for a reason."""
+"""Base class of contract tests: one test per clause, run for each member of a list."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from shockwave.registry import KINDS, find, load
 
 
 class Contract:
-    """Base class of the contracts: each clause is a test, which runs for each thing that the subclass lists."""
+    """Base class of contracts: each clause is a test, which runs for each member of the list in the subclass."""
 
-    #: Clauses or tests that are left out, each with its reason: ``{"clause 5": "closed forms are accurate to 1e-9"}``.
+    #: Omitted clauses or tests, with the reasons: ``{"clause 5": "closed forms are accurate to 1e-9"}``.
     leave_out: ClassVar[Mapping[str, str]] = {}
 
-    # Name of a member in the tests, and its type; the list is named in the plural.
+    # Name of a member in the tests, its type, and a description of the list, whose name is the plural.
     _member: ClassVar[str]
     _type: ClassVar[type] = type
     _wanted: ClassVar[str] = "classes"
@@ -33,7 +33,7 @@ class Contract:
         metafunc.parametrize(self._member, members, ids=_id)
 
     @pytest.fixture(autouse=True)
-    def _skip_what_is_left_out(self, request: pytest.FixtureRequest) -> None:
+    def _skip_omitted_tests(self, request: pytest.FixtureRequest) -> None:
         name = request.function.__name__
         clause = request.node.callspec.params.get("clause", "").partition(",")[0]
         for key, reason in self.leave_out.items():
@@ -43,16 +43,16 @@ class Contract:
 
 
 def _id(member: Any) -> str:
-    """Name of a class, or an object as it prints itself; the repr of plain objects differs between processes."""
+    """Name of a class, or repr of an object; the default repr differs between processes."""
     cls: Any = type(member)
     plain = isinstance(member, type) or cls.__repr__ is object.__repr__
     return getattr(member, "__name__", cls.__name__) if plain else text_of(member, 80)
 
 
 def check_registered(kind: str, cls: Any) -> None:
-    """Fail unless the class has a name and is registered under it."""
+    """Fail if the class has no name or is not registered by it."""
     name = getattr(cls, "name", None)
-    assert isinstance(name, str), f"name must be a text (got {name!r})"
+    assert isinstance(name, str), f"name must be a string (got {name!r})"
     remedy = f"return an Entry with it and the address of the class from shockwave_{kind} in your hooks, and install"
     try:
         found = load(kind, name)

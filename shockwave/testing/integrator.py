@@ -1,4 +1,4 @@
-"""Tests of an integrator against each clause of its contract, and of that of a method of one step."""
+"""Tests of integrators against each clause of the contracts of `Integrator` and `OneStep`."""
 
 from __future__ import annotations
 
@@ -16,27 +16,30 @@ from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Rkn1210
 from shockwave.simulation.one_step import Attempt, OneStep
 from shockwave.testing.contract import Contract, check_registered
-from shockwave.testing.known_motions import Watched, coupled, distance, hertz, path
+from shockwave.testing.known_motions import Watched, coupled, distance, hertz, smooth_motion
 
-# How far the slope of the error may be off the order.
+# Largest difference between the slope of the error and the order.
 _SLOPE = 0.75
-# The same for order 9 and more: the error sinks into rounding before its next term is gone.
+# The same for orders of at least 9, whose errors reach rounding before the asymptotic range.
 _HIGH_SLOPE = 1.25
 _TOLERANCES = (1e-4, 1e-7, 1e-10)
-# The errors of some ten steps add up.
+# Largest error of a run in units of the tolerance; the errors of about ten steps add up.
 _ADDED = 30.0
+# Size of fixed steps, in characteristic times.
 _STEP = 0.02
 _ROUNDING = 1e-12
-# A dense output of lower order may be some ten times worse than the steps.
+# Largest error of the interpolation in units of that of the steps; a dense output of lower order is about ten times
+# less accurate.
 _DENSE = 30.0
-# Where contacts open the force is smooth once only: fixed steps of 0.01 and tolerances of 1e-8 are better than this.
+# Largest error after contacts have opened, where the force has only one continuous derivative, with fixed steps of 0.01
+# or a tolerance of 1e-8.
 _OPENING = 2e-3
-# Steps of 0.02 of a method of order 2 are some 1e-4 off.
+# Largest relative error of a peak force; a method of order 2 with steps of 0.02 has about 1e-4.
 _PEAK = 1e-3
 
 
 class IntegratorContract(Contract):
-    """Tests of integrators against the contract of `Integrator`, and of `OneStep` where it is one.
+    """Tests of integrators against the contracts of `Integrator` and, for its subclasses, `OneStep`.
 
     ::
 
@@ -51,8 +54,8 @@ class IntegratorContract(Contract):
     integrators : list of type
         Classes, registered by an installed distribution.
     leave_out : dict of str
-        Clauses that are left out, each with the reason: ``{"clause 7": "linear between the steps, for pictures"}``,
-        ``{"one-step clause 2": "..."}``. They are shown as skipped. A test that is no clause goes by its name.
+        Omitted clauses, with the reasons: ``{"clause 7": "linear between the steps, for pictures"}``,
+        ``{"one-step clause 2": "..."}``. They are shown as skipped. Tests that are not clauses are given by name.
     """
 
     integrators: ClassVar[Sequence[type[Integrator]]]
@@ -75,24 +78,24 @@ class IntegratorContract(Contract):
     def test_clause_2_the_setting_of_its_kind_is_used(self, integrator: type[Integrator]) -> None:
         if integrator.adaptive:
             for tolerance in _TOLERANCES:
-                error = motion.off(motion.taken(integrator(tolerance=tolerance))[-1])
+                error = motion.step_error(motion.all_steps(integrator(tolerance=tolerance))[-1])
                 assert error <= _ADDED * tolerance, f"with tolerance = {tolerance:g} the error at t = 3 is {error:.1e}"
         else:
-            steps = motion.taken(integrator(size=0.025), until=1.0)
+            steps = motion.all_steps(integrator(size=0.025), until=1.0)
             longest = max(step.end - step.begin for step in steps)
             assert longest <= 0.025 * (1 + _ROUNDING), f"with size = 0.025 the longest step is {longest:.9g}"
 
-    # A length that is no multiple of any step; and 0.7 + (2.82 - 0.7) is a rounding error beyond 2.82.
+    # A length that is not a multiple of any step; and 0.7 + (2.82 - 0.7) exceeds 2.82 by a rounding error.
     @pytest.mark.parametrize(("begin", "until", "size"), [(0.1, 2.0 + 1 / 3, 0.05), (0.7, 2.82, 3.0)])
     def test_clause_3_steps_join_from_begin_to_until(
         self, integrator: type[Integrator], begin: float, until: float, size: float
     ) -> None:
         watched = Watched(coupled)
-        steps = motion.taken(integrator(size=size), watched, until, begin=begin)
+        steps = motion.all_steps(integrator(size=size), watched, until, begin=begin)
         ends = [begin, *(step.end for step in steps)]
         for step, end in zip(steps, ends, strict=False):
-            assert step.begin == end, f"a step begins at {step.begin!r}, the one before has ended at {end!r}"
-        assert ends[-1] == until, f"the last step ends at {ends[-1]!r}, and must end on until, {until!r}"
+            assert step.begin == end, f"a step begins at {step.begin!r}, and the one before ends at {end!r}"
+        assert ends[-1] == until, f"the last step must end at until = {until!r} (got {ends[-1]!r})"
         watched.check_within(begin, until)
         sizes = np.diff(ends)
         equal = integrator.adaptive or np.allclose(sizes, sizes[0], rtol=1e-9, atol=0)
@@ -100,95 +103,95 @@ class IntegratorContract(Contract):
 
     def test_clause_4_positions_are_given_whole(self, integrator: type[Integrator]) -> None:
         watched = Watched(hertz)
-        motion.taken(integrator(), watched, 0.2, motion.STRUCK)
+        motion.all_steps(integrator(), watched, 0.2, motion.STRUCK)
         shapes = set(watched.shapes)
-        assert shapes == {(5,)}, f"the acceleration is called with positions of shape {shapes}, the chain has (5,)"
+        assert shapes == {(5,)}, f"the acceleration is called with positions of shape {shapes} instead of (5,)"
 
     def test_clause_4_contacts_may_open(self, integrator: type[Integrator]) -> None:
         method = integrator(tolerance=1e-8, size=_STEP / 2)
-        step = motion.taken(method, hertz, motion.STRUCK_UNTIL, motion.STRUCK)[-1]
+        step = motion.all_steps(method, hertz, motion.STRUCK_UNTIL, motion.STRUCK)[-1]
         error = distance((step.x, step.v), motion.struck())
-        message = f"granules that come apart are off by {error:.1e}: rely on no second derivatives, and on new arrays"
+        message = f"the error after contacts have opened is {error:.1e}: do not use second derivatives, or old arrays"
         assert error <= _OPENING, message
 
     def test_clause_5_evaluations_are_counted(self, integrator: type[Integrator]) -> None:
         method, watched = integrator(), Watched(coupled)
         for until in (1.0, 2.0):
-            for step in motion.taken(method, watched, until):
+            for step in motion.all_steps(method, watched, until):
                 step.interpolate((step.begin + step.end) / 2)
         count = len(watched.times)
-        message = f"evaluations is {method.evaluations}, the acceleration was called {count} times (wrap it in Counted)"
+        message = f"evaluations is {method.evaluations}, but the acceleration was called {count} times (use Counted)"
         assert method.evaluations == count, message
 
     def test_clause_6_arrays_stay_as_they_were(self, integrator: type[Integrator]) -> None:
-        x, v = path(0.0)
+        x, v = smooth_motion(0.0)
         kept = []
         for step in integrator().steps(coupled, 0.0, 1.0, x, v, None):
             step.interpolate((step.begin + step.end) / 2)
             kept.append((step, np.array((step.x, step.v, step.a))))
-        assert np.array_equal((x, v), path(0.0)), "the arrays x, v that were given were changed"
+        assert np.array_equal((x, v), smooth_motion(0.0)), "the input arrays x, v were changed"
         for step, arrays in kept:
             same = np.array_equal((step.x, step.v, step.a), arrays)
             assert same, f"x, v or a of the step that ends at t = {step.end!r} was changed after it was yielded"
 
     def test_clause_7_interpolation_is_as_accurate_as_the_step(self, integrator: type[Integrator]) -> None:
-        steps = motion.taken(integrator(tolerance=1e-7, size=_STEP))
-        within = _DENSE * max(1e-7, *map(motion.off, steps))
-        before = path(0.0)
+        steps = motion.all_steps(integrator(tolerance=1e-7, size=_STEP))
+        within = _DENSE * max(1e-7, *map(motion.step_error, steps))
+        before = smooth_motion(0.0)
         for step in steps:
             between = [step.begin + share * (step.end - step.begin) for share in (0.2, 0.5, 0.8)]
-            cases = [(time, path(time), within) for time in between]
+            cases = [(time, smooth_motion(time), within) for time in between]
             cases += [(step.begin, before, _ROUNDING), (step.end, (step.x, step.v), _ROUNDING)]
             for time, state, allowed in cases:
-                off = distance(step.interpolate(time), state)
-                assert off <= allowed, f"interpolate({time!r}) is off by {off:.1e}; {allowed:.1e} is allowed"
+                error = distance(step.interpolate(time), state)
+                assert error <= allowed, f"the error of interpolate({time!r}) is {error:.1e} (limit {allowed:.1e})"
             before = step.x, step.v
 
     @pytest.mark.parametrize(("since", "value"), [(0.0, math.nan), (1.0, math.nan), (1.0, math.inf)])
     def test_clause_8_not_finite_is_an_error(self, integrator: type[Integrator], since: float, value: float) -> None:
         with pytest.raises(NumericalError):
-            motion.taken(integrator(), motion.broken(since, value))
+            motion.all_steps(integrator(), motion.broken(since, value))
 
     def test_clause_9_it_may_be_left_and_started_again(self, integrator: type[Integrator]) -> None:
         used = integrator()
         for left in islice(used.steps(hertz, 0.0, 3.0, np.linspace(0.5, 0.0, 12), np.ones(12), None), 2):
             left.interpolate(left.end)
-        again, fresh = ([[step.end, *step.x] for step in motion.taken(method)] for method in (used, integrator()))
-        assert again == fresh, "an object that was left after two steps takes other steps than a new one"
+        again, fresh = ([[step.end, *step.x] for step in motion.all_steps(method)] for method in (used, integrator()))
+        assert again == fresh, "an object that was used for two steps takes different steps than a new one"
 
     def test_one_step_clause_1_attempt_stays_within_the_step(self, integrator: type[Integrator]) -> None:
         method, watched = _one_step(integrator)(), Watched(coupled)
-        x, v = path(0.3)
+        x, v = smooth_motion(0.3)
         given = np.array((x, v, coupled(0.3, x)))
         before = given.copy()
         tried = method.attempt(watched, 0.3, 0.1, *given)
-        assert isinstance(tried, Attempt), f"attempt returns a {type(tried).__name__}"
+        assert isinstance(tried, Attempt), f"attempt must return an Attempt (got a {type(tried).__name__})"
         watched.check_within(0.3, 0.4 + _ROUNDING)
-        assert not method.evaluations, f"attempt counts {method.evaluations} evaluations, which is for the caller"
+        assert not method.evaluations, f"attempt must not count evaluations (got {method.evaluations})"
         new = np.array_equal(given, before) and not any(np.shares_memory(array, given) for array in tried[:3])
-        assert new, "it changes the arrays x, v, a given, or returns one"
-        off = distance(tried.a, coupled(0.4, tried.x))
-        assert off <= _ROUNDING, "the acceleration that it returns is not that at the end of the step"
-        with np.errstate(all="ignore"):  # the caller looks for such numbers
+        assert new, "attempt changes or returns the input arrays x, v, a"
+        error = distance(tried.a, coupled(0.4, tried.x))
+        assert error <= _ROUNDING, "the returned acceleration is not that at the end of the step"
+        with np.errstate(all="ignore"):  # the caller checks for such numbers
             method.attempt(motion.broken(0.0, math.nan), 0.3, 0.1, *given)
 
     def test_one_step_clause_2_a_batch_is_its_chains_side_by_side(self, integrator: type[Integrator]) -> None:
         method = _one_step(integrator)()
         times, sizes = np.array([0.0, 0.3, 1.1]), np.array([0.1, 0.25, 0.0])
-        x, v = path(times)
+        x, v = smooth_motion(times)
         batch = method.attempt(coupled, times, sizes, x, v, coupled(times, x))
         for chain, (time, size) in enumerate(zip(times.tolist(), sizes.tolist(), strict=True)):
-            x, v = path(time)
+            x, v = smooth_motion(time)
             alone = method.attempt(coupled, time, size, x, v, coupled(time, x))
-            off = distance(np.array(batch[:3])[..., chain], alone[:3])
-            assert off <= _ROUNDING, f"chain {chain} of a batch is off by {off:.1e} from what it is alone"
+            error = distance(np.array(batch[:3])[..., chain], alone[:3])
+            assert error <= _ROUNDING, f"chain {chain} of a batch differs by {error:.1e} from the same chain alone"
             still = size > 0 or distance((alone.x, alone.v), (x, v)) <= _ROUNDING
             assert still, "a step of size 0 moves the granules"
 
     def test_one_step_clause_3_the_estimate_shows_the_order_declared(self, integrator: type[Integrator]) -> None:
         cls = _one_step(integrator)
         if not cls.adaptive:
-            assert not cls.error_order, f"error_order is {cls.error_order}, and adaptive is False"
+            assert not cls.error_order, f"error_order must be 0 if adaptive is False (got {cls.error_order})"
             return
         slope = motion.slope_of_estimate(cls)
         message = f"error_order is {cls.error_order}, and the estimate scales as the step to the power {slope:.2f}"
@@ -197,10 +200,10 @@ class IntegratorContract(Contract):
     def test_it_simulates_a_chain(self, integrator: type[Integrator]) -> None:
         own = motion.peak_with(integrator(tolerance=1e-8, size=_STEP))
         best = motion.peak_with(Rkn1210(tolerance=1e-10))
-        assert own == pytest.approx(best, rel=_PEAK), "the peak force behind a triangular shock is wrong"
+        assert own == pytest.approx(best, rel=_PEAK), "the peak force of the leading wave is wrong"
 
 
 def _one_step(integrator: type[Integrator]) -> type[OneStep]:
     if not issubclass(integrator, OneStep):
-        pytest.skip(f"{integrator.__name__} is an Integrator, and no OneStep")
+        pytest.skip(f"{integrator.__name__} is not a OneStep")
     return integrator

@@ -1,4 +1,4 @@
-"""Motions with known solutions, on which integrators are tried."""
+"""Motions with known solutions for the tests of integrators."""
 
 from __future__ import annotations
 
@@ -18,57 +18,58 @@ from shockwave.simulation.nystroem import Rkn1210
 from shockwave.simulation.one_step import OneStep
 from shockwave.simulation.problem import ChainProblem
 
+# Phases of the granules in the smooth motion.
 _PHASES = np.arange(5) * 0.7
-# How long a motion is followed to measure the order of its error.
+# Duration of a run that measures the order.
 _SPAN = 6.0
-# Runs begin at several times: their mean error is not the accident of one.
+# Initial times of these runs, over which the error is averaged.
 _BEGINS = (0.0, 0.9, 2.3, 3.1, 4.7, 5.6)
-# Numbers of steps in a run, each the double of one before.
+# Numbers of steps in a run; most are twice another one.
 _COUNTS = (4, 5, 6, 7, 8, 10, 12, 14, 16, 24, 32, 64, 128, 256)
-# The fewest that show a slope.
-_FEWEST = 8
-# No method takes so many steps for what is asked of it here.
-_MOST_STEPS = 200_000
-# An error as small is rounding in part.
-_LEAST = 2e-13
-#: Granules at rest that the first one strikes: positions and velocities.
+# Smallest number of steps that shows a slope.
+_MIN_COUNT = 8
+# Largest number of steps of a run.
+_MAX_STEPS = 200_000
+# Smallest error that is not dominated by rounding.
+_MIN_ERROR = 2e-13
+#: Positions and velocities of a chain at rest that the first granule strikes.
 STRUCK = (np.zeros(5), np.array([1.0, 0.0, 0.0, 0.0, 0.0]))
-#: How long it takes them to come apart.
+#: Time after which all of its contacts have opened.
 STRUCK_UNTIL = 12.0
 
 
-def path(time: Any) -> tuple[FloatArray, FloatArray]:
-    """A motion chosen beforehand: positions and velocities, shape (granules,) and that of ``time``."""
+def smooth_motion(time: Any) -> tuple[FloatArray, FloatArray]:
+    """The smooth motion: positions and velocities, shape (granules,) and that of ``time``."""
     angle = time + _PHASES.reshape(-1, *[1] * np.ndim(time))
     return np.asarray(np.cos(angle) + 0.3 * np.sin(2 * angle)), np.asarray(0.6 * np.cos(2 * angle) - np.sin(angle))
 
 
 def _between_neighbours(x: FloatArray) -> FloatArray:
-    """A smooth force between neighbours."""
+    """Accelerations by a smooth force between neighbours."""
     return np.asarray(-np.diff(np.sin(x[:-1] - x[1:]), axis=0, prepend=0.0, append=0.0))
 
 
 def coupled(time: Any, x: FloatArray) -> FloatArray:
-    """The acceleration of a chain that is driven so that it takes the path."""
+    """Acceleration of a driven chain, of which the smooth motion is the solution."""
     angle = time + _PHASES.reshape(-1, *[1] * (x.ndim - 1))
     driven = np.cos(angle) + 1.2 * np.sin(2 * angle)
-    return np.asarray(_between_neighbours(x) - _between_neighbours(path(time)[0]) - driven)
+    return np.asarray(_between_neighbours(x) - _between_neighbours(smooth_motion(time)[0]) - driven)
 
 
 def hertz(_: Any, x: FloatArray) -> FloatArray:
-    """Eq. (1) without a force: contacts that open."""
+    """Accelerations of eq. (1) without an applied force; contacts can open."""
     force = np.maximum(x[:-1] - x[1:], 0.0) ** 1.5
     return np.asarray(-np.diff(force, prepend=0.0, append=0.0))
 
 
 def broken(since: float, value: float) -> Acceleration:
-    """An acceleration that is ``value`` from a time on."""
+    """An acceleration that equals ``value`` after the time ``since``."""
     return lambda time, x: coupled(time, x) if time < since else np.full_like(x, value)
 
 
 @define
 class Watched:
-    """An acceleration that keeps the times and shapes it was called with."""
+    """An acceleration that records the times and shapes of its arguments."""
 
     acceleration: Acceleration
     times: list[float] = field(factory=list)
@@ -77,84 +78,84 @@ class Watched:
     def __call__(self, time: Any, x: FloatArray) -> FloatArray:
         self.times.append(float(time))
         self.shapes.append(np.shape(x))
-        return self.acceleration(time, np.ravel(x))  # a wrong shape is found by its record, not by the motion
+        return self.acceleration(time, np.ravel(x))  # the record shows a wrong shape
 
     def check_within(self, begin: float, end: float) -> None:
-        """Fail unless it was called at times from ``begin`` to ``end`` only."""
+        """Fail if it was called at times outside ``begin`` to ``end``."""
         first, last = min(self.times), max(self.times)
-        assert begin <= first <= last <= end, f"a stage lies at t = {first!r} or {last!r}; mind rounding"
+        assert begin <= first <= last <= end, f"a stage lies at t = {first!r} or {last!r} (check for rounding)"
 
 
 # ---------------------------------------------------------------- runs
 
 
-def taken(
+def all_steps(
     method: Integrator,
     acceleration: Acceleration = coupled,
     until: float = 3.0,
     state: tuple[FloatArray, FloatArray] | None = None,
     begin: float = 0.0,
 ) -> list[Step]:
-    """All steps of a run; without a state, of the smooth motion."""
-    x, v = path(begin) if state is None else state
-    steps = list(islice(method.steps(acceleration, begin, until, x.copy(), v.copy(), None), _MOST_STEPS))
-    assert len(steps) < _MOST_STEPS, f"steps does not end: {_MOST_STEPS} up to t = {steps[-1].end!r}"
+    """All steps of a run, by default of the smooth motion."""
+    x, v = smooth_motion(begin) if state is None else state
+    steps = list(islice(method.steps(acceleration, begin, until, x.copy(), v.copy(), None), _MAX_STEPS))
+    assert len(steps) < _MAX_STEPS, f"steps does not end: {_MAX_STEPS} steps until t = {steps[-1].end!r}"
     return steps
 
 
 def distance(state: Any, other: Any) -> float:
-    """The greatest difference of two states."""
+    """Largest difference between two states."""
     return float(np.max(np.abs(np.subtract(state, other))))
 
 
-def off(step: Step) -> float:
-    """How far the end of a step is off the smooth motion."""
-    return distance((step.x, step.v), path(step.end))
+def step_error(step: Step) -> float:
+    """Error of the smooth motion at the end of a step."""
+    return distance((step.x, step.v), smooth_motion(step.end))
 
 
 # ---------------------------------------------------------------- order
 
 
 def slope(integrator: type[Integrator]) -> float:
-    """The power of the step with which the error of the smooth motion scales."""
+    """Exponent of the step size with which the error of the smooth motion scales."""
     if issubclass(integrator, OneStep):
         return _power(lambda size: _error_of_attempts(integrator(), size))
     if not integrator.adaptive:
-        return _power(lambda size: off(taken(integrator(size=size), until=_SPAN)[-1]))
-    loose, tight = (taken(integrator(tolerance=tolerance), until=20.0) for tolerance in (1e-6, 1e-9))
-    return math.log(off(loose[-1]) / off(tight[-1])) / math.log(max(len(tight) / len(loose), 1.001))
+        return _power(lambda size: step_error(all_steps(integrator(size=size), until=_SPAN)[-1]))
+    loose, tight = (all_steps(integrator(tolerance=tolerance), until=20.0) for tolerance in (1e-6, 1e-9))
+    return math.log(step_error(loose[-1]) / step_error(tight[-1])) / math.log(max(len(tight) / len(loose), 1.001))
 
 
 def slope_of_estimate(integrator: type[OneStep]) -> float:
-    """The power of the step with which the error estimate of one attempt scales."""
+    """Exponent of the step size with which the error estimate of one attempt scales."""
 
     def estimate(size: float) -> float:
-        states = ((begin, *path(begin)) for begin in _BEGINS)
+        states = ((begin, *smooth_motion(begin)) for begin in _BEGINS)
         return float(np.mean([integrator().attempt(coupled, t, size, x, v, coupled(t, x)).error for t, x, v in states]))
 
     return _power(estimate)
 
 
 def _power(error: Callable[[float], float]) -> float:
-    """The power of the step with which ``error`` scales: from the two last, one half the other, above rounding."""
+    """Exponent of the step size with which ``error`` scales, from the smallest step above rounding and its double."""
     errors: dict[int, float] = {}
     for count in _COUNTS:
         errors[count] = error(_SPAN / count)
-        if count > _FEWEST and not errors[count] > _LEAST:
+        if count > _MIN_COUNT and not errors[count] > _MIN_ERROR:
             break
-    fine = max((count for count in errors if count // 2 in errors and errors[count] > _LEAST), default=_FEWEST)
+    fine = max((count for count in errors if count // 2 in errors and errors[count] > _MIN_ERROR), default=_MIN_COUNT)
     before, last = errors[fine // 2], errors[fine]
     return math.log2(before / last) if last > 0 and before > 0 else math.nan
 
 
 def _error_of_attempts(method: OneStep, size: float) -> float:
-    """Error of the path after equal attempts, root mean square over the runs."""
+    """Error of the smooth motion after steps of equal size, root mean square over the runs."""
     count, squares = round(_SPAN / size), []
     for begin in _BEGINS:
-        (x, v), a = path(begin), coupled(begin, path(begin)[0])
+        (x, v), a = smooth_motion(begin), coupled(begin, smooth_motion(begin)[0])
         for index in range(count):
             x, v, a, _ = method.attempt(coupled, begin + index * size, size, x, v, a)
-        squares.append(np.mean(np.subtract((x, v), path(begin + count * size)) ** 2))
+        squares.append(np.mean(np.subtract((x, v), smooth_motion(begin + count * size)) ** 2))
     return float(np.sqrt(np.mean(squares)))
 
 
@@ -162,13 +163,13 @@ def _error_of_attempts(method: OneStep, size: float) -> float:
 
 
 def struck() -> tuple[FloatArray, FloatArray]:
-    """Positions and velocities of the granules that were struck, by the method of the highest order."""
-    last = taken(Rkn1210(tolerance=1e-13), hertz, STRUCK_UNTIL, STRUCK)[-1]
+    """Positions and velocities of the struck chain, by the method of the highest order."""
+    last = all_steps(Rkn1210(tolerance=1e-13), hertz, STRUCK_UNTIL, STRUCK)[-1]
     return last.x, last.v
 
 
 def peak_with(method: Integrator) -> float:
-    """Peak force of the primary behind a triangular shock of three characteristic times, over that of the shock."""
+    """Peak force of the leading wave of a triangular shock of three characteristic times, over that of the shock."""
     problem = ChainProblem(Triangular(duration_ratio=3), rise_time=1.0, peak_force=1.0)
     found = ChainRun(problem, method, wave_threshold=0.05, primary_doubt=1e-4, later_doubt=1e-2, most_contacts=200)
     return max(wave.peak_force for wave in found.finished().waves)

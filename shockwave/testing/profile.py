@@ -1,4 +1,4 @@
-"""Tests of a profile against each clause of its contract."""
+"""Tests of profiles against each clause of their contract."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from shockwave.quadrature.gauss_legendre import GaussLegendre
 from shockwave.scenario.units import to_si
 from shockwave.testing.contract import Contract
 
-# "Accurate to a few units in the last place", as far as a quadrature shows it.
+# Largest relative error of a closed form, near the accuracy of a quadrature.
 _CLOSED = 1e-11
-# Shares of rise and decay at which running integrals are compared; near 0, differences lose digits.
+# Fractions of rise and decay at which running integrals are compared.
 _SHARES = (1e-6, 1e-3, 0.1, 0.45, 0.8, 0.999, 1.0)
-# Panels next to a jump or a kink are narrower than this share of rise or decay.
+# Largest width of panels next to a jump or a kink, in units of rise or decay.
 _ROUGH = 1e-5
-# Where panels are cut at first.
+# First division of the intervals, as a fraction.
 _CUT = 0.4563
-# The scene in which a profile is tried: steel beads, and a shock [N] that lasts some characteristic times.
+# The scene of the tests: steel beads, peak force [N] and duration in characteristic times.
 _CHAIN = Chain(material=Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0), radius=4.75e-3)
 _FORCE = 100.0
 _DURATION = 3.0
@@ -50,25 +50,25 @@ class ProfileContract(Contract):
         class TestTrapezoid(ProfileContract):
             profiles = [Trapezoid(plateau=2, duration_ratio=5)]
 
-    A test whose clause relies on another that is broken is skipped: one fault fails one test.
+    If a clause is violated, tests of clauses that depend on it are skipped, so that one error fails one test.
 
     Attributes
     ----------
     profiles : list of ShockProfile
-        Objects, not classes: take the parameters at the ends of their ranges, too.
+        Objects, not classes; include parameters at the ends of their ranges.
     leave_out : dict of str
-        Clauses that are left out, each with the reason: ``{"clause 5": "the closed form is accurate to 1e-9"}``. They
-        are shown as skipped. A test that is no clause goes by its name.
+        Omitted clauses, with the reasons: ``{"clause 5": "the closed form is accurate to 1e-9"}``. They are shown as
+        skipped. Tests that are not clauses are given by name.
     """
 
     profiles: ClassVar[Sequence[ShockProfile]]
 
     _member = "profile"
     _type = ShockProfile
-    _wanted = "objects of subclasses of ShockProfile, and no classes"
+    _wanted = "objects (not classes) of subclasses of ShockProfile"
 
     def _check(self, profile: ShockProfile, clause: str = "") -> None:
-        """Fail if the profile breaks the clause; skip if it breaks one that is checked before, or any if ""."""
+        """Fail if the profile violates the clause; skip if it violates an earlier clause, or any if ""."""
         for name, check in CLAUSES.items():
             if name.partition(",")[0] in self.leave_out:
                 continue
@@ -88,14 +88,14 @@ class ProfileContract(Contract):
     def test_clause_1_fields_are_parameters_with_unit_and_meaning(self, profile: ShockProfile) -> None:
         specs = [quantity_of(field) for field in getattr(profile, "__attrs_attrs__", ()) if field.init]
         for spec in filter(None, specs):
-            assert spec.meaning, f"a field has no meaning: write  quantity({spec.unit!r}, 'what it means', ...)"
+            assert spec.meaning, f"a field has no description: write  quantity({spec.unit!r}, 'description', ...)"
             known = not spec.unit or to_si(f"1 {spec.unit}", spec.unit) == 1
-            assert known, f"the unit must be of SI (got {spec.unit!r})"
+            assert known, f"the unit must be an SI unit (got {spec.unit!r})"
 
     def test_clause_4_every_jump_and_kink_is_a_breakpoint(self, profile: ShockProfile) -> None:
         self._check(profile)
         at = rough_place(profile.force, profile.breakpoints)
-        assert at is None, f"the force has a jump or a kink at s = {at:.6g}, which is not among the breakpoints"
+        assert at is None, f"the force has a jump or a kink at s = {at:.6g}, which is not a breakpoint"
 
     def test_clause_5_closed_forms_agree_with_quadrature(self, profile: ShockProfile) -> None:
         self._check(profile)
@@ -104,8 +104,8 @@ class ProfileContract(Contract):
     def test_it_is_a_value(self, profile: ShockProfile) -> None:
         if type(profile).__eq__ is not object.__eq__:
             twin = copy.deepcopy(profile)
-            assert twin == profile, "a copy is not equal: arrays take eq=attrs.cmp_using(eq=numpy.array_equal)"
-            assert hash(twin) == hash(profile), "a copy has another hash: decorate the class with @attrs.frozen"
+            assert twin == profile, "a copy is not equal: for arrays use eq=attrs.cmp_using(eq=numpy.array_equal)"
+            assert hash(twin) == hash(profile), "a copy has a different hash: decorate the class with @attrs.frozen"
 
     def test_it_is_predicted(self, profile: ShockProfile) -> None:
         self._check(profile)
@@ -114,18 +114,18 @@ class ProfileContract(Contract):
     def test_it_is_simulated(self, profile: ShockProfile) -> None:
         self._check(profile)
         error = simulate(_shock(profile), _CHAIN, rtol=1e-3, waves="primary").error_estimate
-        assert error <= 1e-3, f"the peak force is accurate to {error:.1e} only: most often a breakpoint is missing"
+        assert error <= 1e-3, f"the error of the peak force is {error:.1e}: probably a breakpoint is missing"
 
 
 def rough_place(force: Integrand, breakpoints: Sequence[float]) -> float | None:
-    """Time, apart from breakpoints, at which a quadrature needs a panel as narrow as next to a jump or a kink."""
+    """Time of a jump or kink other than a breakpoint, where a quadrature needs a very narrow panel."""
     panels: list[tuple[float, float]] = []
 
     def watched(s: FloatArray) -> FloatArray:
         panels.append((s.min(), s.max()))
         return force(s)
 
-    # A kink at a simple fraction shall not fall between two panels.
+    # An uneven division, so that a kink at a simple fraction does not fall between two panels.
     between = [a + _CUT * (b - a) for a, b in pairwise(breakpoints)]
     GaussLegendre().integrate(watched, sorted([*breakpoints, *between]))
     begin, end = np.transpose(panels)

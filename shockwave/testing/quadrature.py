@@ -1,4 +1,4 @@
-"""Tests of a quadrature against each clause of its contract."""
+"""Tests of quadratures against each clause of their contract."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from attrs import define, field, frozen
 from shockwave.quadrature import FloatArray, Integral, Integrand, Quadrature
 from shockwave.testing.contract import Contract, check_registered
 
-# Error to expect of smooth integrands, in units of the interval.
+# Largest error for smooth integrands, in units of the interval.
 _SMOOTH = 1e-12
-# The same of integrands with unbounded derivatives at an end.
+# The same for integrands with unbounded derivatives at an end.
 _SINGULAR = 1e-6
 _TOLERANCES = (1e-14, 1e-8, 1e-4)
-# More points than any fixed number of refinements needs.
-_MOST_POINTS = 2_000_000
+# Largest number of points of a quadrature.
+_MAX_POINTS = 2_000_000
 
 
 @frozen
 class _Case:
-    """An integrand with its area over [lower, upper], and how many digits of it are to be expected."""
+    """An integrand, its integral over [lower, upper], and the permitted error."""
 
     text: str
     integrand: Integrand
@@ -50,19 +50,19 @@ _SINGULAR_CASES = (
     _Case("((3 - s)/2)**0.1", lambda s: ((3 - s) / 2) ** 0.1, 2 / 1.1, 1.0, 3.0, _SINGULAR),
     _Case("((1000 - s)/999)**0.5", lambda s: ((1000 - s) / 999) ** 0.5, 666.0, 1.0, 1000.0, _SINGULAR),
 )
-# No profile should be as rough; an estimate must hold even so.
+# Rougher than any profile; the error estimate must still be a bound.
 _ROUGH_CASES = (
     _Case("s < 0.3", lambda s: np.where(s < 0.3, 1.0, 0.0), 0.3),
     _Case("s < 0.123456789", lambda s: np.where(s < 0.123456789, 1.0, 0.0), 0.123456789),
     _Case("abs(s - 0.7)", lambda s: np.abs(s - 0.7), 0.29),
-    _Case("a saw with 500 teeth", lambda s: (500 * s) % 1.0, 0.5),
+    _Case("a sawtooth of 500 periods", lambda s: (500 * s) % 1.0, 0.5),
 )
 _each_case = pytest.mark.parametrize("case", [*_SMOOTH_CASES, *_SINGULAR_CASES], ids=str)
 
 
 @define
 class _Watched:
-    """An integrand that counts its points, and refuses more than any method needs."""
+    """An integrand that counts its points and limits their number."""
 
     integrand: Integrand
     dimensions: set[int] = field(factory=set)
@@ -71,12 +71,12 @@ class _Watched:
     def __call__(self, s: FloatArray) -> FloatArray:
         self.dimensions.add(np.ndim(s))
         self.count += np.size(s)
-        assert self.count <= _MOST_POINTS, f"clause 5: more than {_MOST_POINTS} points are taken"
+        assert self.count <= _MAX_POINTS, f"clause 5: more than {_MAX_POINTS} points are evaluated"
         return self.integrand(s)
 
 
 class QuadratureContract(Contract):
-    """Tests of quadratures against the contract of `Quadrature`; a subclass lists them.
+    """Tests of quadratures against the contract of `Quadrature`; a subclass lists the quadratures.
 
     ::
 
@@ -91,8 +91,7 @@ class QuadratureContract(Contract):
     quadratures : list of type
         Classes, registered by an installed distribution.
     leave_out : dict of str
-        Clauses that are left out, each with the reason: ``{"clause 2": "for smooth integrands only"}``. They are
-        shown as skipped.
+        Omitted clauses, with the reasons: ``{"clause 2": "for smooth integrands only"}``. They are shown as skipped.
     """
 
     quadratures: ClassVar[Sequence[type[Quadrature]]]
@@ -107,13 +106,13 @@ class QuadratureContract(Contract):
         self, quadrature: type[Quadrature], case: _Case
     ) -> None:
         found, _ = _integrated(quadrature(), case)
-        off, allowed = abs(found.value - case.area), case.error * (case.upper - case.lower)
-        assert off <= allowed, f"{case} is {found.value:.12g}, off by {off:.1e}; {allowed:.1e} is allowed"
+        error, allowed = abs(found.value - case.area), case.error * (case.upper - case.lower)
+        assert error <= allowed, f"{case} is {found.value:.12g}, with an error of {error:.1e} (limit {allowed:.1e})"
 
     @_each_case
     def test_clause_3_the_integrand_is_called_with_arrays(self, quadrature: type[Quadrature], case: _Case) -> None:
         _, watched = _integrated(quadrature(), case)
-        assert watched.dimensions == {1}, f"{case}: it is called with an s of other than one dimension"
+        assert watched.dimensions == {1}, f"{case}: s must have one dimension (got {watched.dimensions})"
 
     @pytest.mark.parametrize("tolerance", _TOLERANCES)
     @pytest.mark.parametrize("case", [*_SMOOTH_CASES, *_SINGULAR_CASES, *_ROUGH_CASES], ids=str)
@@ -121,22 +120,22 @@ class QuadratureContract(Contract):
         self, quadrature: type[Quadrature], case: _Case, tolerance: float
     ) -> None:
         found, _ = _integrated(quadrature(), case, tolerance)
-        # The area itself is a float.
-        off = abs(found.value - case.area) - 2 * math.ulp(case.area)
-        assert off <= found.error < math.inf, f"{case}: off by {off:.2e}, the estimate is {found.error:.2e}"
+        # Rounding error of the exact value.
+        error = abs(found.value - case.area) - 2 * math.ulp(case.area)
+        assert error <= found.error < math.inf, f"{case}: the error is {error:.2e}, its estimate {found.error:.2e}"
 
     @pytest.mark.parametrize("case", [*_SMOOTH_CASES[:2], *_SINGULAR_CASES[:2], *_ROUGH_CASES], ids=str)
     def test_clause_5_work_is_bounded_and_no_state_is_kept(self, quadrature: type[Quadrature], case: _Case) -> None:
         rule = quadrature()
         found, watched = _integrated(rule, case, 0.0)
-        message = f"{case}: evaluations is {found.evaluations}, {watched.count} points were taken"
+        message = f"{case}: evaluations is {found.evaluations}, but {watched.count} points were evaluated"
         assert found.evaluations == watched.count, message
         again, _ = _integrated(rule, case, 0.0)
-        assert again == found, f"{case}: first {found!r}, then {again!r}"
+        assert again == found, f"{case}: {found!r} at first, and {again!r} when repeated"
 
 
 def _integrated(rule: Quadrature, case: _Case, tolerance: float = 1e-14) -> tuple[Integral, _Watched]:
     watched = _Watched(case.integrand)
     found = rule.integrate(watched, (case.lower, case.upper), tolerance)
-    assert isinstance(found, Integral), f"{case} is {found!r}, and must be an Integral"
+    assert isinstance(found, Integral), f"{case}: must be an Integral (got {found!r})"
     return found, watched

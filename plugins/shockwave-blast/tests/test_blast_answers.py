@@ -62,7 +62,7 @@ def test_scenarios_meet_the_conditions_and_have_an_expected_error(file: Path) ->
     assert Predictor().predict(scenario.shock, scenario.chain).expected_error is not None
 
 
-def test_a_prediction_tells_what_is_assumed() -> None:
+def test_a_prediction_states_its_assumptions() -> None:
     scenario = load_scenario(next(file for file in FILES if file.stem == "microcharge"))
     warnings = Predictor().predict(scenario.shock, scenario.chain).warnings
     assert all(note in warnings for note in scenario.shock.profile.notes)
@@ -106,7 +106,7 @@ def test_the_default_rise_changes_the_primary_as_stated() -> None:
     assert default / shorter - 1 == pytest.approx(0.0017, abs=1e-5)
 
 
-def test_simulation_keeps_the_books() -> None:
+def test_simulation_conserves_momentum_and_energy() -> None:
     shock = shock_of(2.0, decay_coefficient=3.0)
     result = simulate(shock, CHAIN, rtol=1e-6)
     impulse = shock.profile.areas().total * PEAK_FORCE * shock.rise_time

@@ -103,7 +103,7 @@ def test_conditions_hold_over_the_whole_range_with_the_longest_rise(burst: Burst
         ),
         (
             {"standoff": 34.0, "burst": "free-air", "loading": "incident"},
-            r"standoff: must be where the wave has no more impulse than .*\(got 34 m.*go nearer",
+            r"standoff: must be in the range where the impulse is at most .*\(got 34 m.*reduce the standoff",
         ),
         ({"burst": "air"}, r"burst: must be 'surface' or 'free-air' \(got 'air'\)"),
         ({"loading": None}, r"loading: must be 'reflected' or 'incident' \(got None\)"),
@@ -134,13 +134,11 @@ def test_the_ends_of_the_range_are_taken(burst: Burst, mass: float) -> None:
         assert pulse(charge_mass=mass, standoff=standoff, burst=burst).decay_coefficient > 0
 
 
-def test_the_notes_tell_the_assumption_and_the_trust() -> None:
-    area, trust = pulse(loading="incident").notes
-    assert area.startswith(
-        "the incident pressure acts evenly and at once on the sphere's projected area, 0.007854 m^2"
-    )
-    assert "diffraction, clearing and drag are left out" in area
-    assert "2 m/kg^(1/3): other fits of them agree within 1 %" in trust
+def test_the_notes_state_assumptions_and_accuracy() -> None:
+    area, accuracy = pulse(loading="incident").notes
+    assert area.startswith("the incident pressure acts uniformly and instantaneously on the projected area")
+    assert "0.007854 m^2; diffraction, clearing and drag are neglected" in area
+    assert "2 m/kg^(1/3): other fits agree within 1 %" in accuracy
 
 
 def test_equal_charges_are_equal_profiles() -> None:

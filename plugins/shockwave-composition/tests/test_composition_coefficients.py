@@ -118,7 +118,7 @@ HALF = Fraction(1, 2)
 @pytest.mark.parametrize(
     ("kicks", "drifts", "message"),
     [
-        ((HALF, HALF), (HALF, HALF), r"kicks: must be one more than drifts \(got 2 kicks, 2 drifts; "),
+        ((HALF, HALF), (HALF, HALF), r"kicks: must be one more than the drifts \(got 2 kicks, 2 drifts; "),
         ((HALF, HALF + HALF), (Fraction(1),), r"kicks: must sum to 1 exactly \(got 3/2\)"),
         ((HALF, HALF), (HALF,), r"drifts: must sum to 1 exactly \(got 1/2\)"),
         ((HALF, 0 * HALF, HALF), (3 * HALF, -HALF), r"drifts: must end within the step \(got 1.5 of it\)"),
@@ -133,7 +133,7 @@ def test_shares_that_make_no_step_are_refused(
 
 
 def test_a_share_left_out_is_refused() -> None:
-    with pytest.raises(InvalidValueError, match=r"drifts: must be 2, for 6 in all \(got 1\)"):
+    with pytest.raises(InvalidValueError, match=r"drifts: must be 2 numbers for 6 in all \(got 1\)"):
         Shares.mirrored(stages=6, kicks="0.1 0.2 0.3", drifts="0.2")
 
 

@@ -60,7 +60,7 @@ def test_the_registry_loads_the_class_of_the_name(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_summary_and_setting_tell_order_and_traits(name: str) -> None:
+def test_summary_and_setting_state_order_and_properties(name: str) -> None:
     method, entry = load("integrators", name), find("integrators", name)
     order = re.search(r"order (\d+)", entry.summary)
     assert order is not None

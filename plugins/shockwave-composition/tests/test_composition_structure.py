@@ -71,7 +71,7 @@ def _there_and_back(method: type[OneStep]) -> float:
 
 
 @splitting
-def test_a_step_taken_back_leads_to_where_it_began(method: type[OneStep]) -> None:
+def test_a_step_backwards_returns_to_the_initial_state(method: type[OneStep]) -> None:
     # rounding
     assert _there_and_back(method) < 1e-14
 

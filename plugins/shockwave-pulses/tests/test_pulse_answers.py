@@ -123,7 +123,9 @@ def test_simulation_agrees_with_the_same_pulse_as_a_record(
 
 
 @EACH
-def test_simulation_keeps_the_books(profile: ShockProfile, chain: Chain, shock_of: ShockMaker) -> None:
+def test_simulation_conserves_momentum_and_energy(
+    profile: ShockProfile, chain: Chain, shock_of: ShockMaker
+) -> None:
     shock = shock_of(profile, RATIO)
     result = simulate(shock, chain, rtol=1e-6)
     impulse = profile.areas().total * PEAK_FORCE * shock.rise_time

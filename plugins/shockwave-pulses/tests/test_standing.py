@@ -64,7 +64,7 @@ def test_margins_are_those_of_the_formulas(profile: ShockProfile, margins: list[
 
 
 @pytest.mark.parametrize("name", NOT_MET)
-def test_a_prediction_tells_what_fails_and_by_how_much(name: str, chain: Chain) -> None:
+def test_a_prediction_states_what_fails_and_by_how_much(name: str, chain: Chain) -> None:
     outcome = Predictor().predict(Shock(profile=STANDING[name][0], peak_force=100.0, rise_time=2e-5), chain)
     assert any(NOT_MET[name] in warning for warning in outcome.warnings)
     assert outcome.expected_error is None

@@ -124,7 +124,7 @@ def test_without_a_plateau_rounding_makes_none(rise: float) -> None:
         (
             Trapezoid,
             {"rise_fraction": 0.6, "fall_fraction": 0.5},
-            "fall_fraction: must be <= 0.4, what the rise leaves (got 0.5)",
+            "fall_fraction: must be <= 0.4, the rest after the rise (got 0.5)",
         ),
         (Rectangular, {"rise_fraction": 0.2}, "rise_fraction: must be >= 1e-06 and <= 0.1 (got 0.2)"),
         (Rectangular, {"rise_fraction": 0}, "rise_fraction: must be >= 1e-06 and <= 0.1 (got 0)"),

@@ -1,1 +1,1 @@
-"""Pulses of explosions for shockwave: the Friedlander pulse, and the same by charge and standoff."""
+"""Pulses of explosions for shockwave: the Friedlander pulse, by its shape or by charge and standoff."""

@@ -1,11 +1,11 @@
-"""The curves of Kingery and Bulmash: what a charge of TNT does at a distance.
+"""The curves of Kingery and Bulmash: pressure, duration and impulse of a charge of TNT at a distance.
 
 Each curve is Y(U) with U = offset + slope log10(Z), a polynomial in U, and 10^Y in kPa, or in ms and kPa ms
 over the cube root of the charge in kg; Z = R/W^(1/3) is the scaled distance.
 
 Kingery, C. N. and Bulmash, G. (1984). Airblast parameters from TNT spherical air burst and hemispherical
 surface burst. ARBRL-TR-02555, US Army Ballistic Research Laboratory. The coefficients are those of the metric
-curves; the report's curves in feet and pounds, of other constants, give the same values within 4e-6.
+curves; the curves of the report in feet and pounds, with other constants, give the same values within 4e-6.
 """
 
 from __future__ import annotations
@@ -49,15 +49,16 @@ class BlastWave:
     impulse: float
 
 
-#: The greatest scaled distance of all curves, and the least that the duration has one for [m/kg^(1/3)].
+#: Greatest scaled distance of all curves [m/kg^(1/3)].
 FARTHEST = 40.0
+#: Least scaled distance of the curves of the duration [m/kg^(1/3)].
 NEAREST: Mapping[str, float] = MappingProxyType({"surface": 0.178, "free-air": 0.147})
 
 
 def blast_wave(charge_mass: float, standoff: float, burst: Burst, loading: Loading) -> BlastWave:
     """The blast wave of ``charge_mass`` [kg] TNT at ``standoff`` [m], between `NEAREST` and `FARTHEST`.
 
-    The duration is that of the incident wave, for a reflected wave too, as is the custom of the field.
+    The duration is that of the incident wave, for a reflected wave as well, as is usual in the field.
     """
     root = math.cbrt(charge_mass)
     distance = standoff / root

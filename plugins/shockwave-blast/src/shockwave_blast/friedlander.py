@@ -16,34 +16,36 @@ class Friedlander(BlastWaveform):
     """p = p0 (1 - t/td) exp(-b t/td), the positive phase of a blast, behind a short straight rise.
 
     With s = t/t0 and n = 1/rise_fraction: F1 = s, F2 = (1 - u) exp(-b u), u = (s - 1)/(n - 1). The shape has
-    a duration of its own, so a shock is best given by ``duration``, which the rise is part of.
+    a fixed duration ratio, so give the whole ``duration`` of a shock, which includes the rise.
 
     Parameters
     ----------
     decay_coefficient : float
         b, 0 to 100; 0 is a straight decay. The default, 1, is Friedlander's own waveform, which fits peaks of
-        about an atmosphere and less; above that b grows with the peak: Kingery and Bulmash's curves reach 17.
+        about an atmosphere and less; for higher peaks b is greater, up to 17 in the curves of Kingery and
+        Bulmash.
     rise_fraction : float
         Rise time over whole duration, 1e-6 to 0.5. The front of a blast wave rises within nanoseconds, but
-        eq. (2) has a rise. The default, 1e-3, is short: it raises the primary of a simulated chain by 0.1 %
-        at b = 1, 0.2 % at b = 3 and 0.8 % at b = 15, in proportion to itself.
+        eq. (2) requires a rise. The default, 1e-3, increases the peak force of the leading wave in a
+        simulation by 0.1 % at b = 1, 0.2 % at b = 3 and 0.8 % at b = 15; the increase is proportional to the
+        fraction.
 
     Notes
     -----
     The areas are a1 = 1/2 and a2 = (n - 1) g(b), with g(b) = (b - 1 + exp(-b))/b^2, 1/2 at b = 0 and about
-    (b - 1)/b^2 where b is large. Of the conditions (3) the second and third are met by any b:
+    (b - 1)/b^2 for large b. The second and third of the conditions (3) hold for every b:
 
     ===============  =====================================================
     condition        margin
     ===============  =====================================================
-    a2 >= a1         (n - 1) g(b) - 1/2: holds while n >= 1 + 1/(2 g(b))
+    a2 >= a1         (n - 1) g(b) - 1/2: holds for n >= 1 + 1/(2 g(b))
     a1 >= 1/2        0: holds, with equality
     a2 <= (n-1)/2    (n - 1) (1/2 - g(b)): holds, with equality at b = 0
     ===============  =====================================================
 
-    The first fails for a long rise with a fast decay: from n = 2 at b = 0, 2.36 at b = 1, 4.13 at b = 5 and
-    51.5 at b = 100 upwards it holds; with the default rise it holds for every b, with a margin of at least
-    9.39.
+    The first one fails for a long rise with a fast decay: it holds from n = 2 at b = 0, 2.36 at b = 1, 4.13
+    at b = 5 and 51.5 at b = 100 upwards; with the default rise it holds for every b, with a margin of at
+    least 9.39.
 
     References
     ----------

@@ -19,7 +19,7 @@ __all__ = ["KingeryBulmash"]
 
 
 def _one_of(names: Sequence[str]) -> Callable[[Any, attrs.Attribute[Any], Any], None]:
-    """The check of a field that holds one of ``names``."""
+    """Validator of a field whose value is one of ``names``."""
 
     def check(_: Any, attribute: attrs.Attribute[Any], value: Any) -> None:
         if not (isinstance(value, str) and value in names):
@@ -35,11 +35,11 @@ class KingeryBulmash(BlastWaveform):
 
     The curves give peak pressure p, duration td and impulse I at the scaled distance Z = R/W^(1/3). The shape
     is that of `Friedlander` with n = 1/rise_fraction; n t0 = td, and b is chosen so that the whole pulse,
-    rise included, has the impulse I: p td (r/2 + (1 - r) g(b)) = I, with r = rise_fraction and g(b) = (b - 1
-    + exp(-b))/b^2. As r goes to 0 this is the usual I = p td (1/b - (1 - exp(-b))/b^2).
+    including the rise, has the impulse I: p td (r/2 + (1 - r) g(b)) = I, with r = rise_fraction and g(b) = (b
+    - 1 + exp(-b))/b^2. As r goes to 0 this is the usual I = p td (1/b - (1 - exp(-b))/b^2).
 
-    The peak force is F0 = p pi a^2 with a = loaded_radius. A shock brings F0 and t0 with it: leave
-    ``peak_force``, ``rise_time`` and ``duration`` out.
+    The peak force is F0 = p pi a^2 with a = loaded_radius. The profile defines F0 and t0: omit
+    ``peak_force``, ``rise_time`` and ``duration``.
 
     Parameters
     ----------
@@ -49,16 +49,15 @@ class KingeryBulmash(BlastWaveform):
         R [m], from the centre of the charge to the sphere; 0.178 to 40 m/kg^(1/3) times W^(1/3) for a surface
         burst, from 0.147 for a free-air burst, the range in which the curves give a duration.
     burst : {"surface", "free-air"}
-        A hemisphere of TNT on hard ground, or a sphere of it far from any surface. Without a default: a
-        surface burst has about the effect of 1.8 times the charge.
+        A hemisphere of TNT on hard ground, or a sphere of TNT far from any surface. There is no default,
+        because a surface burst has about the effect of 1.8 times the charge.
     loading : {"reflected", "incident"}
-        Pressure on a large wall that faces the charge, or in the undisturbed wave (side-on). Without a
-        default: they differ by a factor of 2 (far) to above 10 (near).
+        Pressure on a large wall that faces the charge, or in the undisturbed wave (side-on). There is no
+        default, because they differ by a factor of 2 (far) to more than 10 (near).
     loaded_radius : float
-        a [m], above 0, of the sphere: the radius of the chain's spheres, which a profile does not know.
+        Radius a [m] of the spheres of the chain, above 0, which is unknown to a profile.
     rise_fraction : float
-        Rise time over whole duration, 1e-6 to 0.05. The front itself rises within nanoseconds; the default,
-        1e-3, raises the primary by 0.2 % at b = 15.
+        Rise time over whole duration, 1e-6 to 0.05. The front itself rises within nanoseconds.
 
     Attributes
     ----------
@@ -70,24 +69,24 @@ class KingeryBulmash(BlastWaveform):
     Raises
     ------
     InvalidValueError
-        When a value is out of range, or the wave has more impulse than a straight decay of its peak and
-        duration: so the incident wave of a free-air burst beyond Z = 33.47.
+        When a value is out of range, or when the wave has a larger impulse than a straight decay with its
+        peak and duration, as the incident wave of a free-air burst has beyond Z = 33.47.
 
     Notes
     -----
-    What is assumed: the pressure acts on the projected area pi a^2 evenly and all at once. Left out are the
-    diffraction of the wave round a sphere that is small beside it, the relief that comes in from the sides
-    (clearing, which takes about 3 a over the speed of sound), the pressure behind the sphere, the drag of the
-    wind, the negative phase, fragments and the fireball. A reflected pulse on a small sphere is an upper
-    bound; an incident pulse leaves out how much the wave is turned.
+    Assumptions: the pressure acts on the projected area pi a^2, uniformly and instantaneously. The model
+    neglects the diffraction of the wave around a sphere that is small compared with it, clearing (which takes
+    about 3 a over the speed of sound), the pressure behind the sphere, the drag of the wind, the negative
+    phase, fragments and the fireball. A reflected pulse on a small sphere is an upper bound; an incident
+    pulse neglects the reflection.
 
-    How far to trust it: Swisdak's fits of the same curves agree within 1 %, and pieces of one curve differ by
-    up to 1.81 % where they meet (duration of a surface burst at Z = 1.01). That is the error of the fit. The
-    surface curves rest on tests of 5 to 500 tons of TNT; single tests scatter by much more, most of all near
-    the charge, and grams are reached by cube-root scaling alone.
+    Accuracy: Swisdak's fits of the same curves agree within 1 %, and the pieces of a curve differ by up to
+    1.81 % where they meet (duration of a surface burst at Z = 1.01). These are errors of the fit. The surface
+    curves are based on tests with 5 to 500 tons of TNT; single tests scatter by much more, most of all near
+    the charge, and results for grams rest on cube-root scaling alone.
 
-    Conditions (3) are met by every value that is taken, with the margins that `Friedlander` states: b is at
-    most 17.1 with the default rise, where a2 - a1 is above 54, and at most 30 with the longest, where it is
+    The conditions (3) hold for all accepted values, with the margins that `Friedlander` states: b is at most
+    17.1 with the default rise, where a2 - a1 is above 54, and at most 30 with the longest rise, where it is
     above 0.11.
 
     References
@@ -102,9 +101,7 @@ class KingeryBulmash(BlastWaveform):
     standoff: float = quantity("m", "distance from the centre of the charge", above=0, example="10 cm")
     burst: Burst = attrs.field(validator=_one_of(get_args(Burst)))
     loading: Loading = attrs.field(validator=_one_of(get_args(Loading)))
-    loaded_radius: float = quantity(
-        "m", "radius of the loaded sphere, that of the chain's", above=0, example="4.75 mm"
-    )
+    loaded_radius: float = quantity("m", "radius of the spheres of the chain", above=0, example="4.75 mm")
     rise_fraction: float = quantity(
         "", "rise time over whole duration", default=1e-3, at_least=1e-6, at_most=0.05
     )
@@ -137,10 +134,11 @@ class KingeryBulmash(BlastWaveform):
     @property
     def notes(self) -> tuple[str, ...]:
         return (
-            f"the {self.loading} pressure acts evenly and at once on the sphere's projected area,"
-            f" {math.pi * self.loaded_radius**2:.4g} m^2: diffraction, clearing and drag are left out",
-            f"fits to Kingery and Bulmash's curves, at {self.scaled_distance:.4g} m/kg^(1/3): other fits of"
-            " them agree within 1 %, single explosions scatter by much more",
+            f"the {self.loading} pressure acts uniformly and instantaneously on the projected area of the"
+            f" sphere, {math.pi * self.loaded_radius**2:.4g} m^2; diffraction, clearing and drag are"
+            " neglected",
+            f"curves of Kingery and Bulmash at {self.scaled_distance:.4g} m/kg^(1/3): other fits agree within"
+            " 1 %, but single explosions scatter by much more",
         )
 
     def _check_distance(self) -> None:
@@ -156,15 +154,15 @@ class KingeryBulmash(BlastWaveform):
         raise InvalidValueError.of("standoff", f"{rule} ({got})")
 
     def _fitting_decay(self, wave: BlastWave) -> float:
-        """b, with which the pulse has the impulse of the wave."""
+        """Coefficient b for which the pulse has the impulse of the wave."""
         rise = self.rise_fraction
         area = (wave.impulse / (wave.pressure * wave.duration) - rise / 2) / (1 - rise)
         if area > 0.5:
             problem = (
-                "must be where the wave has no more impulse than a straight decay of its peak and duration"
+                "must be in the range where the impulse is at most that of a straight decay"
                 f" (got {self.standoff:g} m, scaled {self.scaled_distance:.4g} m/kg^(1/3), where it has"
-                f" {2 * area:.4g} times that; go nearer, or take the reflected pressure)"
+                f" {2 * area:.4g} times that; reduce the standoff or use the reflected pressure)"
             )
             raise InvalidValueError.of("standoff", problem)
-        # The area of the decay is below 1/b for every b.
+        # the area of the decay is below 1/b for every b
         return bracketed_root(lambda b: decay_area(b) - area, 0.0, 1 / area, "decay coefficient")

@@ -1,4 +1,4 @@
-"""The waveform of a blast: a short straight rise, then the decay of Friedlander, with exact integrals."""
+"""The waveform of a blast: a short straight rise and the decay of Friedlander, in closed form."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ from shockwave.quadrature import FloatArray
 
 __all__ = ["BlastWaveform", "decay_area"]
 
-# Below this argument the recurrence of the moments cancels, and so many terms of their series are exact.
+# Below this argument moments are computed by their series, because the recurrence cancels.
 _SMALL = 2.0
+# Terms of this series, for an error below rounding at x = _SMALL.
 _TERMS = 30
 
 
 class BlastWaveform(ShockProfile):
     """F1 = s, F2 = (1 - u) exp(-b u) with u = (s - 1)/(n - 1).
 
-    A subclass has ``decay_coefficient``, b >= 0, and ``duration_ratio``, n.
+    A subclass defines ``decay_coefficient``, b >= 0, and ``duration_ratio``, n.
     """
 
     decay_coefficient: float
@@ -40,11 +41,11 @@ class BlastWaveform(ShockProfile):
         return np.asarray(np.minimum(s, 1.0) ** 3 / 6 + after / 2 + decay_time**2 * self._decayed(s, 2))
 
     def _share(self, s: FloatArray) -> FloatArray:
-        """Share u of the decay that has passed, 0 before the peak."""
+        """Fraction u of the decay that has passed, 0 before the peak."""
         return np.asarray(np.clip((s - 1.0) / (self.duration_ratio - 1), 0.0, 1.0))
 
     def _decayed(self, s: FloatArray, times: int) -> FloatArray:
-        """The decay integrated once or twice from 0 to u: a sum of terms that are never negative.
+        """The decay integrated once or twice from 0 to u, as a sum of non-negative terms.
 
         With v = u t, 1 - v = (1 - u) + u (1 - t).
         """
@@ -59,13 +60,13 @@ def decay_area(decay_coefficient: float) -> float:
     Parameters
     ----------
     decay_coefficient : float
-        b, at least 0. The area falls from 1/2 at b = 0, as 1/b where b is large.
+        b, at least 0. The area decreases from 1/2 at b = 0, as 1/b for large b.
     """
     return float(_moment(np.asarray(float(decay_coefficient)), 1))
 
 
 def _moment(x: FloatArray, order: int) -> FloatArray:
-    """Integral of (1 - t)^k exp(-x t) over 0 <= t <= 1, for x >= 0 and k = 0, 1, 2, to rounding.
+    """Integral of (1 - t)^k exp(-x t) over 0 <= t <= 1, for x >= 0 and k = 0, 1, 2, without cancellation.
 
     The series is k! sum over j of (-x)^j/(j + k + 1)!; by parts, M_k = (1 - k M_(k-1))/x.
     """

@@ -1,8 +1,8 @@
 """Splitting methods of Blanes & Moan for x'' = a(t, x), from Table 3 of their paper.
 
-They need fewer stages for their order than splitting methods at large: the kinetic energy is a square of the
-velocities, so of the commutators that make up the error many vanish. Time runs with the drifts, and a force
-that depends on it changes nothing in that.
+They need fewer stages for their order than general splitting methods, because the kinetic energy is quadratic
+in the velocities, so that many commutators in the error vanish. The time advances with the drifts, so a force
+that depends on time does not reduce the order.
 
 References
 ----------
@@ -23,7 +23,7 @@ __all__ = ["BlanesMoan4", "BlanesMoan6", "BlanesMoan6Long"]
 
 @define
 class BlanesMoan4(Splitting):
-    """SRKN_6^b, order 4: six evaluations a step."""
+    """SRKN_6^b, order 4: six evaluations per step."""
 
     name: ClassVar[str] = "blanes-moan-4"
     order: ClassVar[int] = 4
@@ -36,7 +36,7 @@ class BlanesMoan4(Splitting):
 
 @define
 class BlanesMoan6(Splitting):
-    """SRKN_11^b, order 6: eleven evaluations a step."""
+    """SRKN_11^b, order 6: eleven evaluations per step."""
 
     name: ClassVar[str] = "blanes-moan-6"
     order: ClassVar[int] = 6
@@ -53,9 +53,9 @@ class BlanesMoan6(Splitting):
 
 @define
 class BlanesMoan6Long(Splitting):
-    """SRKN_14^a, order 6: fourteen evaluations a step, and one for the acceleration at its end.
+    """SRKN_14^a, order 6: fourteen evaluations per step, and one for the acceleration at its end.
 
-    It drifts first and last.
+    A step begins and ends with a drift.
     """
 
     name: ClassVar[str] = "blanes-moan-6-long"

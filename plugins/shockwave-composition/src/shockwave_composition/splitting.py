@@ -1,4 +1,4 @@
-"""Methods that drift and kick in turn, and how their coefficients are laid out."""
+"""Splitting methods, which alternate kicks and drifts, and their coefficients."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ __all__ = ["Shares", "Splitting"]
 
 @frozen
 class Shares:
-    """What a step is cut into: a kick, then a drift and a kick in turn.
+    """Division of a step into kicks and drifts: a kick, then alternately a drift and a kick.
 
     Attributes
     ----------
     kicks : tuple of Fraction, shape (drifts + 1,)
-        Shares of the step for which velocities change at fixed positions; the first uses the acceleration at
-        the beginning, the last that at the end. They sum to 1.
+        Fractions of the step in which velocities change at fixed positions; the first uses the acceleration
+        at the beginning, the last that at the end. Their sum is 1.
     drifts : tuple of Fraction
-        Shares for which positions change at fixed velocities. They sum to 1.
+        Fractions of the step in which positions change at fixed velocities. Their sum is 1.
     nodes : tuple of Fraction
-        Where each drift ends, in units of the step; within it.
+        Time at which each drift ends, in units of the step; from 0 to 1.
     turns : tuple of (float, float, float)
-        Each drift, its node and the kick there, rounded.
+        Each drift, its node and the kick there, as floats.
 
     Raises
     ------
     InvalidValueError
-        If the numbers do not match, a sum is not 1, or a drift leads out of the step.
+        If the numbers do not match, a sum is not 1, or a drift ends outside the step.
     """
 
     kicks: tuple[Fraction, ...]
@@ -54,7 +54,7 @@ class Shares:
     def __attrs_post_init__(self) -> None:
         if len(self.kicks) != len(self.drifts) + 1:
             numbers = f"{len(self.kicks)} kicks, {len(self.drifts)} drifts"
-            problem = f"must be one more than drifts (got {numbers}; where there is none, give 0)"
+            problem = f"must be one more than the drifts (got {numbers}; give 0 for no kick)"
             raise InvalidValueError.of("kicks", problem)
         for name, shares in (("kicks", self.kicks), ("drifts", self.drifts)):
             total = sum(shares, Fraction(0))
@@ -67,22 +67,21 @@ class Shares:
 
     @classmethod
     def mirrored(cls, *, stages: int, kicks: str, drifts: str, drift_first: bool = False) -> Self:
-        """A method that is its own mirror image, from the shares that its authors print.
+        """Time-symmetric method from the printed coefficients.
 
         Parameters
         ----------
         stages : int
-            Number of drifts; of kicks, where a step begins and ends with a drift.
+            Number of drifts; or number of kicks, if a step begins and ends with a drift.
         kicks, drifts : str
-            Decimals as printed, from the first on; those in the middle, two if the number is even, follow
-            from the sum.
+            Decimals as printed, from the first on; the one or two in the middle follow from the sum.
         drift_first : bool
-            Whether a step begins and ends with a drift: its first and last kick are then 0.
+            Whether a step begins and ends with a drift; its first and last kick are then 0.
 
         Raises
         ------
         InvalidValueError
-            If there are not as many decimals as so many stages need.
+            If the number of decimals does not fit the number of stages.
         """
         if drift_first:
             inner = _completed("kicks", kicks, stages)
@@ -91,11 +90,11 @@ class Shares:
 
 
 def _completed(name: str, printed: str, count: int) -> tuple[Fraction, ...]:
-    """``count`` shares, the same from both ends, that begin as ``printed`` and sum to 1."""
+    """``count`` symmetric coefficients that begin with ``printed`` and have the sum 1."""
     leading = [Fraction(number) for number in printed.split()]
     needed = (count - 1) // 2
     if len(leading) != needed:
-        raise InvalidValueError.of(name, f"must be {needed}, for {count} in all (got {len(leading)})")
+        raise InvalidValueError.of(name, f"must be {needed} numbers for {count} in all (got {len(leading)})")
     left = 1 - 2 * sum(leading, Fraction(0))
     middle = [left] if count % 2 else [left / 2, left / 2]
     return (*leading, *middle, *reversed(leading))
@@ -103,14 +102,14 @@ def _completed(name: str, printed: str, count: int) -> tuple[Fraction, ...]:
 
 @define
 class Splitting(OneStep):
-    """Base class of symmetric, symplectic methods of fixed step; a subclass states its order and ``shares``.
+    """Base class of symmetric, symplectic fixed-step methods; a subclass defines its order and ``shares``.
 
-    With shares b of the kicks and a of the drifts, a step h at time t is v <- v + b_0 h x''(t, x) and then,
-    for each i from 1,
+    With coefficients b of the kicks and a of the drifts, a step h at time t is v <- v + b_0 h x''(t, x) and
+    then, for each i from 1,
 
         x <- x + a_i h v,   v <- v + b_i h x''(t + (a_1 + ... + a_i) h, x).
 
-    It evaluates the acceleration as often as it drifts: that of its last kick serves the next step's first.
+    It evaluates the acceleration once per drift: that of the last kick is reused in the next step.
     """
 
     adaptive: ClassVar[bool] = False

@@ -1,4 +1,4 @@
-"""Velocity Verlet with Richardson extrapolation: Stoermer's rule after Gragg, Bulirsch & Stoer."""
+"""Velocity Verlet with Richardson extrapolation, after Stoermer, Gragg, Bulirsch & Stoer."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ __all__ = ["VerletRichardson", "extrapolation"]
 
 
 def extrapolation(counts: Sequence[int]) -> tuple[Fraction, ...]:
-    """Weights of results by n_j parts of a step, for the value at parts of length 0.
+    """Weights of the results with n_j substeps, for the extrapolation to substeps of length 0.
 
-    That value is the last entry of the scheme of Aitken and Neville for a polynomial in h^2, written out:
+    They follow from the scheme of Aitken and Neville for a polynomial in h^2:
 
         w_j = product over i != j of n_j^2 / (n_j^2 - n_i^2).
 
@@ -34,7 +34,7 @@ def extrapolation(counts: Sequence[int]) -> tuple[Fraction, ...]:
 
 _COUNTS = (1, 2, 3, 4)
 _WEIGHTS = tuple(map(float, extrapolation(_COUNTS)))
-# What the shortest sequence changes: T_44 - T_43.
+# Weights of the error estimate T_44 - T_43.
 _ERRORS = tuple(
     float(all_four - three)
     for all_four, three in zip(
@@ -45,11 +45,11 @@ _ERRORS = tuple(
 
 @define
 class VerletRichardson(OneStep):
-    """A step in 1, 2, 3 and 4 parts by Verlet, extrapolated to parts of no length: order 8, 11 evaluations.
+    """Verlet with 1, 2, 3 and 4 substeps, extrapolated to substeps of length 0: order 8, 11 evaluations.
 
-    Verlet is its own mirror image, so its error is a series in h^2, of positions and of velocities alike, and
-    each result gains two orders. The error is estimated by the difference from the same without the undivided
-    step, which is of order 6.
+    Verlet is time-symmetric, so the errors of positions and velocities are series in h^2, and each result
+    adds two orders. The error estimate is the difference from the extrapolation without the undivided step,
+    which has order 6.
 
     References
     ----------
@@ -73,10 +73,10 @@ class VerletRichardson(OneStep):
         a: FloatArray,
     ) -> Attempt:
         moved, error = np.zeros_like([x, v]), np.zeros_like([x, v])
-        for count, weight, doubt in zip(_COUNTS, _WEIGHTS, _ERRORS, strict=True):
+        for count, weight, change in zip(_COUNTS, _WEIGHTS, _ERRORS, strict=True):
             move = _moved(acceleration, time, size, count, x, v, a)
             moved += weight * move
-            error += doubt * move
+            error += change * move
         x, v = x + moved[0], v + moved[1]
         return Attempt(x, v, acceleration(time + size, x), np.abs(error).max(axis=(0, 1)))
 
@@ -90,9 +90,9 @@ def _moved(
     v: FloatArray,
     a: FloatArray,
 ) -> FloatArray:
-    """What ``count`` steps of Verlet add to positions and velocities, shape (2, *x.shape)."""
+    """Change of positions and velocities by ``count`` steps of Verlet, shape (2, *x.shape)."""
     part = size / count
-    # What is added is summed by itself: the weights multiply no rounding of the state.
+    # the changes are summed separately, so that the weights do not amplify rounding of the state
     path, gain = np.zeros_like(x), part / 2 * a
     for index in range(1, count + 1):
         path = path + part * (v + gain)

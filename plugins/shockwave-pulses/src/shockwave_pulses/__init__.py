@@ -1,1 +1,1 @@
-"""Pulses that shocks are specified by, for shockwave: sines, straight lines, the impact of a ball."""
+"""Standard pulses of shock testing for shockwave: sines, straight lines, and the impact of a ball."""

@@ -17,7 +17,7 @@ class FinalPeakSawtooth(StraightLines):
     Parameters
     ----------
     fall_fraction : float
-        Time of the fall over the whole duration, 1e-6 to 0.5, 0.5 excluded; 0.05 unless given.
+        Time of the fall over the whole duration, 1e-6 to below 0.5; default 0.05.
 
     Raises
     ------
@@ -26,7 +26,7 @@ class FinalPeakSawtooth(StraightLines):
 
     Notes
     -----
-    Areas are a1 = 1/2 and a2 = (n - 1)/2. Of the conditions (3) it breaks the first, in rise times:
+    Areas are a1 = 1/2 and a2 = (n - 1)/2. The first of the conditions (3) fails; margins in rise times:
 
     ===============  ==========  ====================================
     condition        margin      at fall_fraction 0.05, n = 1.053
@@ -36,8 +36,8 @@ class FinalPeakSawtooth(StraightLines):
     a2 <= (n-1)/2    0           0: holds, with equality
     ===============  ==========  ====================================
 
-    The ideal sawtooth falls at once. A shock of eq. (2) has n > 1, so that here the fall takes time: 5 % is
-    this class's choice. Whatever it is, the area is half of that of the rectangle.
+    The ideal sawtooth falls instantaneously. A shock of eq. (2) has n > 1, so the fall takes time here: 5 %
+    is the choice of this class. The area is half that of the rectangle for every fraction.
 
     References
     ----------

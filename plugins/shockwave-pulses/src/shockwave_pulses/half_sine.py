@@ -17,11 +17,11 @@ __all__ = ["HalfSine"]
 
 @frozen
 class HalfSine(ShockProfile):
-    """F1 = F2 = sin(pi s/2) on 0 <= s <= 2, symmetric about the peak: n = 2, and no parameter.
+    """F1 = F2 = sin(pi s/2) on 0 <= s <= 2, symmetric about the peak; n = 2, no parameters.
 
     Notes
     -----
-    Areas are a1 = a2 = 2/pi. Of the conditions (3) it meets two and breaks the third:
+    Areas are a1 = a2 = 2/pi. The third of the conditions (3) fails:
 
     ===============  ===========================
     condition        margin
@@ -31,7 +31,7 @@ class HalfSine(ShockProfile):
     a2 <= (n-1)/2    1/2 - 2/pi = -0.137: fails
     ===============  ===========================
 
-    So section 4 answers outside its assumptions: a prediction has a warning in place of an expected error.
+    Section 4 is therefore applied outside its assumptions: a prediction has a warning and no expected error.
 
     References
     ----------
@@ -46,14 +46,14 @@ class HalfSine(ShockProfile):
         return np.asarray(np.sin(math.pi / 2 * s))
 
     def decay(self, s: FloatArray) -> FloatArray:
-        # Seen from its end the decay is the rise: the last values keep their digits, and the very last is 0.
+        # seen from its end, the decay is the rise: no digits are lost near the end, and the last value is 0
         return self.rise(2.0 - s)
 
     def closed_areas(self) -> tuple[float, float]:
         return 2 / math.pi, 2 / math.pi
 
     def closed_running_impulse(self, s: FloatArray) -> FloatArray:
-        # (2/pi) (1 - cos(pi s/2)), without its difference of near-equal numbers.
+        # (2/pi) (1 - cos(pi s/2)), without cancellation
         return np.asarray(4 / math.pi * np.sin(math.pi / 4 * s) ** 2)
 
     def closed_double_integral(self, s: FloatArray) -> FloatArray:

@@ -17,13 +17,13 @@ __all__ = ["Haversine"]
 
 @frozen
 class Haversine(ShockProfile):
-    """F1 = F2 = sin^2(pi s/2) on 0 <= s <= 2, symmetric about the peak: n = 2, and no parameter.
+    """F1 = F2 = sin^2(pi s/2) on 0 <= s <= 2, symmetric about the peak; n = 2, no parameters.
 
-    It is (1 - cos(pi s))/2, half a versed sine, and is also called versed-sine pulse.
+    It is (1 - cos(pi s))/2, half a versed sine, and is also called the versed-sine pulse.
 
     Notes
     -----
-    Areas are a1 = a2 = 1/2, so all of the conditions (3) are met with equality:
+    Areas are a1 = a2 = 1/2, so all conditions (3) hold with equality:
 
     ===============  ========
     condition        margin
@@ -44,7 +44,7 @@ class Haversine(ShockProfile):
         return np.asarray(np.sin(math.pi / 2 * s) ** 2)
 
     def decay(self, s: FloatArray) -> FloatArray:
-        # Seen from its end the decay is the rise: the last values keep their digits, and the very last is 0.
+        # seen from its end, the decay is the rise: no digits are lost near the end, and the last value is 0
         return self.rise(2.0 - s)
 
     def closed_areas(self) -> tuple[float, float]:
@@ -55,6 +55,6 @@ class Haversine(ShockProfile):
         return np.asarray(less_sine(math.pi * s) / (2 * math.pi))
 
     def closed_double_integral(self, s: FloatArray) -> FloatArray:
-        # (x^2 - sin(x)^2)/pi^2 as a product: the difference of the squares would lose digits near 0.
+        # (x^2 - sin(x)^2)/pi^2 as a product, without cancellation near 0
         x = math.pi / 2 * s
         return np.asarray(less_sine(x) * (x + np.sin(x)) / math.pi**2)

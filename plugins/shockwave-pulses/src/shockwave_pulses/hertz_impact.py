@@ -1,4 +1,4 @@
-"""The force of a ball that strikes a body, by Hertz's law, with its integrals in closed form."""
+"""The contact force of a ball that strikes a body, by Hertz's law, with its integrals in closed form."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ __all__ = ["HertzImpact"]
 # Time to the greatest indentation over indentation/speed: (2/5) B(2/5, 1/2) = 1.4716.
 _TURN = 0.4 * math.gamma(0.4) * math.sqrt(math.pi) / math.gamma(0.9)
 _AREA = 0.8 / _TURN
-# Below this w the difference s - u/turn loses digits, and so many terms of its series are exact to rounding.
+# Below this w, s - u/turn is computed by its series, because the difference loses digits.
 _SMALL = 0.5
+# Terms of this series, for an error below rounding at w = _SMALL.
 _TERMS = 50
 _NEEDED = (
     "ball_mass",
@@ -34,7 +35,7 @@ _NEEDED = (
 
 @frozen(kw_only=True)
 class HertzImpact(ShockProfile):
-    """F1 = u^(3/2), u the ball's indentation over its greatest, u' = turn sqrt(1 - u^(5/2)); n = 2.
+    """F1 = u^(3/2), where u is the indentation over its maximum and u' = turn sqrt(1 - u^(5/2)); n = 2.
 
     The pulse is symmetric about its peak, and turn = (2/5) B(2/5, 1/2) = 1.4716 makes u(1) = 1. In closed
     form w = u^(5/2) is where the regularised incomplete beta function I_w(2/5, 1/2) has the value s.
@@ -42,42 +43,41 @@ class HertzImpact(ShockProfile):
     Parameters
     ----------
     ball_mass : float, optional
-        m [kg], above 0. This and all parameters below are given together or left out together.
+        Mass m [kg], above 0. Give this and all parameters below, or none of them.
     ball_speed : float, optional
-        v [m/s] at first touch, above 0.
+        Speed v [m/s] at first contact, above 0.
     ball_radius : float, optional
-        [m], above 0.
+        Radius [m], above 0.
     ball_youngs_modulus, struck_youngs_modulus : float, optional
-        E of ball and struck body [Pa], above 0.
+        Young's modulus E of ball and struck body [Pa], above 0.
     ball_poisson_ratio, struck_poisson_ratio : float, optional
-        nu of both, -1 to 0.5, both excluded.
+        Poisson's ratio nu of both, above -1 and below 0.5.
     struck_radius : float, optional
-        Radius of the struck body [m], above 0; left out, the body is flat.
+        Radius of the struck body [m], above 0; if omitted, the body is flat.
 
     Raises
     ------
     InvalidValueError
-        When a value is out of range, some are given and others not, or the force is beyond the range of a
-        float.
+        When a value is out of range or missing, or when the force is beyond the range of a float.
 
     Notes
     -----
-    If the ball is given, so are peak force and duration: with k = (4/3) E* sqrt(R*), the greatest
+    If the ball is given, peak force and duration follow: with k = (4/3) E* sqrt(R*), the greatest
     indentation is d = (5 m v^2/(4 k))^(2/5), the peak force k d^(3/2), the duration 2 turn d/v = 2.943 d/v.
 
-    The struck body is taken as held: only then does the ball leave as fast as it came. In a chain the first
-    granule gives way, and the heavier the ball, the smaller and shorter its force is than this pulse. For a
-    ball of the granules' material, the primary wave that the pulse makes has this peak force over that which
-    the ball makes:
+    The struck body is assumed to be fixed, so the ball leaves with its initial speed. In a chain the first
+    granule moves, and the actual force is smaller and shorter than this pulse, the more so the heavier the
+    ball. For a ball of the granules' material, the table lists the peak force of the leading wave from this
+    pulse, divided by that from the ball itself:
 
     =======================  =====  =====  =====  =====  =====  =====
     mass of ball / granule   0.02   0.05   0.1    0.2    0.5    1
-    peak force of primary    1.02   1.06   1.12   1.23   1.54   1.96
+    ratio of peak forces     1.02   1.06   1.12   1.23   1.54   1.96
     =======================  =====  =====  =====  =====  =====  =====
 
-    So take the pulse for a ball much lighter than a granule, and otherwise a measured force.
+    Use the pulse only for a ball much lighter than a granule, otherwise a measured force.
 
-    Areas are a1 = a2 = 0.8/turn = 0.5436. Of the conditions (3) it breaks the third:
+    Areas are a1 = a2 = 0.8/turn = 0.5436. The third of the conditions (3) fails:
 
     ===============  =========================
     condition        margin
@@ -98,7 +98,7 @@ class HertzImpact(ShockProfile):
         "kg", "mass of the ball", above=0, optional=True, default=None, example="0.11 g"
     )
     ball_speed: float | None = quantity(
-        "m/s", "speed of the ball at first touch", above=0, optional=True, default=None, example="2 m/s"
+        "m/s", "speed of the ball at first contact", above=0, optional=True, default=None, example="2 m/s"
     )
     ball_radius: float | None = quantity(
         "m", "radius of the ball", above=0, optional=True, default=None, example="1.5 mm"
@@ -111,7 +111,7 @@ class HertzImpact(ShockProfile):
     )
     struck_radius: float | None = quantity(
         "m",
-        "radius of the struck body, flat if left out",
+        "radius of the struck body; flat if omitted",
         above=0,
         optional=True,
         default=None,
@@ -136,10 +136,8 @@ class HertzImpact(ShockProfile):
         given = [name for name in (*_NEEDED, "struck_radius") if getattr(self, name) is not None]
         if not given:
             return
-        remedy = f"got nothing, but {given[0]}; give all of the impact, or none of it"
-        faults = [
-            Fault(name, f"must be given with the others ({remedy})") for name in _NEEDED if name not in given
-        ]
+        problem = f"must be given with {given[0]} (got nothing; give all values of the impact or none)"
+        faults = [Fault(name, problem) for name in _NEEDED if name not in given]
         if faults:
             raise InvalidValueError(faults)
         object.__setattr__(self, "_impact", _impact_of(self))
@@ -156,18 +154,18 @@ class HertzImpact(ShockProfile):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What peak force and duration rest on, if they come from the ball."""
+        """Assumption behind peak force and duration, if they follow from the ball."""
         if self._impact is None:
             return ()
         peak, half = self._impact
         figures = f"a peak force of {peak:.4g} N and a duration of {2 * half:.4g} s follow from the ball"
-        return (f"{figures}, as if the struck body were held: a granule that gives way gets less",)
+        return (f"{figures}, for a fixed body; the force on a movable granule is smaller",)
 
     def rise(self, s: FloatArray) -> FloatArray:
         return np.asarray(_energies(s)[0] ** 0.6)
 
     def decay(self, s: FloatArray) -> FloatArray:
-        # Seen from its end the decay is the rise: the last values keep their digits, and the very last is 0.
+        # seen from its end, the decay is the rise: no digits are lost near the end, and the last value is 0
         return self.rise(2.0 - s)
 
     def closed_areas(self) -> tuple[float, float]:
@@ -176,7 +174,7 @@ class HertzImpact(ShockProfile):
     def closed_running_impulse(self, s: FloatArray) -> FloatArray:
         stored, kinetic = _energies(np.minimum(s, 2.0 - s))
         speed = np.sqrt(kinetic)
-        # 1 - speed as a quotient keeps the digits of a small loss of speed.
+        # 1 - speed as a quotient, without cancellation for a small loss of speed
         return np.asarray(_AREA * np.where(s <= 1.0, stored / (1.0 + speed), 1.0 + speed))
 
     def closed_double_integral(self, s: FloatArray) -> FloatArray:
@@ -188,9 +186,9 @@ class HertzImpact(ShockProfile):
 
 
 def _energies(s: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Stored and kinetic energy over their sum, w = u^(5/2) and 1 - w, at 0 <= s <= 1; each to rounding."""
+    """Stored and kinetic energy over their sum, w = u^(5/2) and 1 - w, for 0 <= s <= 1; both accurate."""
     s = np.asarray(s, dtype=float)
-    # The lesser is inverted for, and the greater is what is left: no digits of either are lost.
+    # the smaller one is inverted, and the larger one is the remainder: neither loses digits
     early = s <= 0.5
     lesser = np.where(
         early,
@@ -216,7 +214,7 @@ def _impact_of(impact: HertzImpact) -> tuple[float, float]:
     """Peak force [N] and half the time of contact [s]."""
     try:
         peak, half = _peak_and_half(impact)
-    except ArithmeticError:  # a quotient or a power of numbers at the ends of their range
+    except ArithmeticError:  # overflow or underflow
         peak, half = math.nan, math.nan
     if not all(math.isfinite(value) and value > 0 for value in (peak, half)):
         got = f"got {peak:g} N for {2 * half:g} s"

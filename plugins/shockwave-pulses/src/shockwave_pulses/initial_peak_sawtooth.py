@@ -17,7 +17,7 @@ class InitialPeakSawtooth(StraightLines):
     Parameters
     ----------
     rise_fraction : float
-        Rise time over the whole duration, 1e-6 to 0.5; 0.05 unless given.
+        Rise time over the whole duration, 1e-6 to 0.5; default 0.05.
 
     Raises
     ------
@@ -26,7 +26,7 @@ class InitialPeakSawtooth(StraightLines):
 
     Notes
     -----
-    Areas are a1 = 1/2 and a2 = (n - 1)/2, so all of the conditions (3) are met, in rise times:
+    Areas are a1 = 1/2 and a2 = (n - 1)/2, so all conditions (3) hold; margins in rise times:
 
     ===============  ==========  ====================================
     condition        margin      at rise_fraction 0.05, n = 20
@@ -36,8 +36,8 @@ class InitialPeakSawtooth(StraightLines):
     a2 <= (n-1)/2    0           0: holds, with equality
     ===============  ==========  ====================================
 
-    It is the built-in profile ``triangular``, given by its duration. The ideal sawtooth rises at once, and a
-    shock of eq. (2) must have a rise: 5 % is this class's choice.
+    It is the built-in profile ``triangular``, given by its duration. The ideal sawtooth rises
+    instantaneously, but a shock of eq. (2) has a rise: 5 % is the choice of this class.
     """
 
     rise_fraction: float = quantity(

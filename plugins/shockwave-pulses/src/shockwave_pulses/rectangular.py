@@ -1,4 +1,4 @@
-"""The rectangular pulse, with ends as steep as they are wanted."""
+"""The rectangular pulse, with steep ends."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ __all__ = ["Rectangular"]
 class Rectangular(StraightLines):
     """A constant force with a steep rise and a steep fall, or a jump at its end; n = 1/rise_fraction.
 
-    The ideal rectangle has no rise, and a shock of eq. (2) must have one: it is given a short one.
+    The ideal rectangle has no rise, but a shock of eq. (2) has one, which is short here.
 
     Parameters
     ----------
     rise_fraction : float
-        Rise time over the whole duration, 1e-6 to 0.1; 0.01 unless given.
+        Rise time over the whole duration, 1e-6 to 0.1; default 0.01.
     fall_fraction : float
-        Time of the fall over the whole duration, 0 to 0.1; 0.01 unless given. At 0 the force jumps to zero.
+        Time of the fall over the whole duration, 0 to 0.1; default 0.01. With 0 the force jumps to zero.
 
     Raises
     ------
@@ -40,7 +40,7 @@ class Rectangular(StraightLines):
     a2 <= (n-1)/2    -(1 - r - f)/(2 r)    -49: fails
     ===============  ====================  =========================
 
-    It is `Trapezoid` with other defaults and bounds; ends of 1 % are this class's choice.
+    It is `Trapezoid` with other defaults and bounds; ends of 1 % are the choice of this class.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""Differences of sines that pulses are integrated with, to rounding."""
+"""Difference of argument and sine, for integrals of pulses, without cancellation."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from shockwave.quadrature import FloatArray
 
 __all__ = ["less_sine"]
 
-# Below this argument x - sin(x) loses digits, and so many terms of its series are exact to rounding.
+# Below this argument x - sin(x) is computed by its series, because the difference loses digits.
 _SMALL = 1.0
+# Terms of this series, for an error below rounding at x = _SMALL.
 _TERMS = 8
 
 
 def less_sine(x: FloatArray) -> FloatArray:
-    """x - sin(x) for x >= 0, to rounding; same shape as ``x``."""
+    """x - sin(x) for x >= 0, accurate to rounding; same shape as ``x``."""
     small = np.minimum(x, _SMALL)
     series = np.ones_like(small)
     for k in reversed(range(2, _TERMS + 2)):

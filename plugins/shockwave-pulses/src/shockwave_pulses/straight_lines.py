@@ -1,4 +1,4 @@
-"""Pulses of straight lines: a rise, perhaps a plateau, and a fall, with their integrals in closed form."""
+"""Pulses of straight lines: rise, optional plateau and fall, with their integrals in closed form."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 __all__ = ["STEEPEST", "StraightLines"]
 
-#: The shortest rise, as a share of the whole duration: its inverse n stays far from where digits are lost.
+#: The shortest rise as a fraction of the whole duration; its inverse n is small enough not to lose digits.
 STEEPEST = 1e-6
-# Shares that add up to 1 within so much leave no plateau: what is left is rounding.
+# Fractions whose sum differs from 1 by less leave no plateau; the difference is rounding.
 _ROUNDING = 4 * float(np.finfo(float).eps)
 
 
@@ -26,9 +26,9 @@ _ROUNDING = 4 * float(np.finfo(float).eps)
 class StraightLines(ShockProfile):
     """F1 = s; F2 = 1 up to the end p of the plateau, then (n - s)/(n - p); p = n is a jump at the end.
 
-    A subclass gives the shares of the whole duration that rise and fall take. The areas are a1 = 1/2 and
-    a2 = (n + p)/2 - 1. So the margins of the conditions (3) are (n + p - 3)/2, 0 and -(p - 1)/2: a plateau
-    breaks the third.
+    A subclass defines the fractions of the whole duration for rise and fall. The areas are a1 = 1/2 and
+    a2 = (n + p)/2 - 1. The margins of the conditions (3) are (n + p - 3)/2, 0 and -(p - 1)/2: with a plateau
+    the third one fails.
     """
 
     duration_ratio: float = attrs.field(init=False, repr=False)
@@ -64,7 +64,7 @@ class StraightLines(ShockProfile):
 
     def closed_running_impulse(self, s: FloatArray) -> FloatArray:
         rising, level, falling, share = self._parts(s)
-        # Every term grows with s: nothing cancels.
+        # every term grows with s, so nothing cancels
         return np.asarray(rising**2 / 2 + level + falling * (1 - share / 2))
 
     def closed_double_integral(self, s: FloatArray) -> FloatArray:
@@ -84,7 +84,7 @@ class StraightLines(ShockProfile):
         return of_samples(knots, forces, impulses, paths)
 
     def _parts(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Times spent until ``s`` in rise, plateau and fall, and the share of the fall that has passed."""
+        """Times up to ``s`` in rise, plateau and fall, and the fraction of the fall that has passed."""
         end = self._plateau_end
         fall = self.duration_ratio - end
         rising = np.minimum(s, 1.0)

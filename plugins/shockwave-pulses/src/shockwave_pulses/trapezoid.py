@@ -10,7 +10,7 @@ from shockwave_pulses.straight_lines import STEEPEST, StraightLines
 
 __all__ = ["Trapezoid"]
 
-# What the sum of two shares may be above 1 by rounding.
+# Rounding error of the sum of two fractions.
 _ROUNDING = 1e-15
 
 
@@ -21,10 +21,10 @@ class Trapezoid(StraightLines):
     Parameters
     ----------
     rise_fraction : float
-        Rise time over the whole duration, 1e-6 to 1, 1 excluded; 0.1 unless given.
+        Rise time over the whole duration, 1e-6 to below 1; default 0.1.
     fall_fraction : float
-        Time of the fall over the whole duration, 0 to 1 - rise_fraction; 0.1 unless given. At 0 the force
-        jumps to zero at the end.
+        Time of the fall over the whole duration, 0 to 1 - rise_fraction; default 0.1. With 0 the
+        force jumps to zero at the end.
 
     Raises
     ------
@@ -43,11 +43,10 @@ class Trapezoid(StraightLines):
     a2 <= (n-1)/2    -(1 - r - f)/(2 r)    -4: fails
     ===============  ====================  =========================
 
-    Every plateau breaks the third, by half its length. Without one, r + f = 1, it is met with equality; then
-    a rise that is longer than the fall breaks the first.
+    With a plateau the third condition fails, by half its length. Without one, r + f = 1, it holds with
+    equality, and the first one fails if the rise is longer than the fall.
 
-    Standards ask for short rises and falls and say by a band of tolerance how short; 10 % each is this
-    class's choice.
+    Standards require short rises and falls within a tolerance band; 10 % each is the choice of this class.
 
     References
     ----------
@@ -66,7 +65,7 @@ class Trapezoid(StraightLines):
     def __attrs_post_init__(self) -> None:
         most = 1 - self.rise_fraction
         if self.fall_fraction > most + _ROUNDING:
-            problem = f"must be <= {most:g}, what the rise leaves (got {self.fall_fraction:g})"
+            problem = f"must be <= {most:g}, the rest after the rise (got {self.fall_fraction:g})"
             raise InvalidValueError.of("fall_fraction", problem)
         StraightLines.__attrs_post_init__(self)
 

@@ -1,0 +1,113 @@
+"""Printed output fits the screen: 80 columns without a terminal, the columns of the terminal with one."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+import struct
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import pages
+from pages import PAGES, ROOT, Block, blocks_of
+from selection import keeping
+from test_docs import LONG, commands
+
+# Columns where there is no terminal.
+PIPED = 80
+# JSON is for programs; --wide asks for all columns; validate prints one line for each error, as editors expect.
+NOT_WRAPPED = ("--json", "--wide", "validate")
+STYLE = re.compile(r"\x1b\[[0-9;]*m")
+CONSOLES = [block for page in PAGES for block in blocks_of(page) if block.language == "console"]
+SCENE = str(ROOT / "profiles" / "paper" / "table2-row1.yaml")
+# Quick commands whose output has lines of more than 80 columns where there is room.
+WIDE = {
+    "predict": ["predict", SCENE],
+    "list": ["list", "integrators"],
+    "stress": ["stress", "rates-1e-12", "--backend", "numpy"],
+}
+PROGRAM = "import sys; from shockwave.cli import main; sys.exit(main())"
+
+
+def widest(text: str) -> int:
+    return max((len(STYLE.sub("", line)) for line in text.splitlines()), default=0)
+
+
+@pytest.fixture
+def patch(tmp_path: Path) -> Iterator[pytest.MonkeyPatch]:
+    """A working folder, which is the current one."""
+    with pages.workplace(tmp_path) as patch:
+        yield patch
+
+
+@pytest.mark.parametrize("block", keeping(CONSOLES, *(one for one in CONSOLES if one.page not in LONG)), ids=str)
+def test_commands_of_the_documentation_print_at_most_80_columns(
+    block: Block, tmp_path: Path, patch: pytest.MonkeyPatch
+) -> None:
+    pages.prepare(tmp_path, block, patch)
+    for command, _ in block.commands:
+        printed, _ = pages.run(command, 0, io.StringIO())
+        if not set(NOT_WRAPPED) & set(command.split()):
+            assert widest(printed) <= PIPED, f"$ {command}\n{printed}"
+
+
+@pytest.mark.parametrize("command", ["", *commands()])
+def test_help_fits_80_columns(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", str(PIPED))
+    printed, _ = pages.run(f"shockwave {command} --help", 0)
+    assert f"usage: shockwave {command}".rstrip() in printed
+    assert widest(printed) <= PIPED
+
+
+@pytest.mark.parametrize("profile", ["power-law", "triangular", "exponential", "tabulated"])
+def test_new_scenarios_have_at_most_80_columns(profile: str) -> None:
+    printed, _ = pages.run(f"shockwave new --profile {profile}", 0)
+    assert 0 < widest(printed) <= PIPED
+
+
+# ---------------------------------------------------------------- terminals
+
+
+def on_a_terminal(arguments: list[str], columns: int, **environment: str) -> str:
+    """Output of a command on a pseudo-terminal with this number of columns."""
+    pty, termios, fcntl = (pytest.importorskip(name) for name in ("pty", "termios", "fcntl"))  # those of POSIX
+    ours, theirs = pty.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 50, columns, 0, 0))
+    kept = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES", "NO_COLOR")}
+    command = [sys.executable, "-c", PROGRAM, *arguments]
+    printed = b""
+    with subprocess.Popen(command, stdout=theirs, env=kept | {"TERM": "xterm"} | environment) as process:
+        os.close(theirs)
+        with contextlib.suppress(OSError):  # on Linux, the end of the output is an input/output error
+            while part := os.read(ours, 1 << 16):
+                printed += part
+    os.close(ours)
+    assert process.returncode == 0
+    return printed.decode().replace("\r\n", "\n")
+
+
+@pytest.mark.parametrize("command", WIDE)
+def test_output_on_a_terminal_uses_its_width_and_has_colour(command: str) -> None:
+    broad = on_a_terminal(WIDE[command], 140)
+    assert PIPED < widest(broad) <= 140
+    assert STYLE.search(broad)
+    assert widest(on_a_terminal(WIDE[command], 60)) <= 60
+
+
+@pytest.mark.parametrize("command", WIDE)
+def test_no_color_turns_colour_off(command: str) -> None:
+    assert not STYLE.search(on_a_terminal(WIDE[command], 140, NO_COLOR="1"))
+
+
+@pytest.mark.parametrize("command", WIDE)
+def test_piped_output_has_80_columns_and_no_colour(command: str) -> None:
+    done = subprocess.run([sys.executable, "-c", PROGRAM, *WIDE[command]], stdout=subprocess.PIPE, check=True)
+    printed = done.stdout.decode()
+    assert 60 < widest(printed) <= PIPED
+    assert not STYLE.search(printed)
