@@ -11,7 +11,7 @@ import pytest
 
 import shockwave as sw
 from scenes import CASE_A, CHAIN, UNITS, power
-from shockwave.measurement.result import Recording
+from shockwave.measurement.recording import Recording
 
 CONTACTS = (0, 3, 5)
 INTERVAL = 0.05 * UNITS.time

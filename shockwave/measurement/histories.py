@@ -10,7 +10,8 @@ from attrs import evolve
 from shockwave.chain.solitary_wave import SPEED
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.measurement.peak_log import PeakLog
-from shockwave.measurement.result import Passage, Recording, SimulationResult
+from shockwave.measurement.recording import Recording
+from shockwave.measurement.result import Passage, SimulationResult
 from shockwave.measurement.simulation_setup import scaled, setup_of
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray

@@ -11,9 +11,9 @@ from attrs import asdict, evolve, field, frozen
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.errors import NumericalError
+from shockwave.measurement.recording import Recording, plain
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
-from shockwave.quadrature import FloatArray
 from shockwave.scene_summary import Scene
 from shockwave.simulation.problem import Primary
 from shockwave.text import printed
@@ -30,11 +30,6 @@ _UNITS = {
 }
 # JSON keys for the granules that leave the ends of the chain.
 _ENDS = ("recoil_momentum", "recoil_error", "recoil_velocities", "ejected_granules", "spall_velocities")
-
-
-def _plain(value: Any) -> Any:
-    """``value``, with tuples and arrays converted to lists."""
-    return value.tolist() if hasattr(value, "tolist") else list(value) if isinstance(value, tuple) else value
 
 
 @frozen(kw_only=True)
@@ -147,37 +142,6 @@ class Train:
     spall_velocities: tuple[float, ...] | None = None
     cost: Cost = Cost(steps=0, force_evaluations=0, seconds=0.0)
     warnings: tuple[str, ...] = ()
-
-
-@frozen(kw_only=True, eq=False)
-class Recording:
-    """Histories at equal time intervals, in SI units; histories that were not requested are None.
-
-    Attributes
-    ----------
-    times : array, shape (k,)
-        Times [s].
-    contacts : tuple of int
-        Contacts of the columns of ``forces``.
-    forces : array, shape (k, contacts), or None
-        Contact forces [N].
-    displacements, velocities : array, shape (k, granules), or None
-        Displacements [m] and velocities [m/s] of all granules that have moved by the end.
-    kinetic_energy, contact_energy : array, shape (k,), or None
-        Kinetic energy and contact energy of the chain [J].
-    """
-
-    times: FloatArray
-    contacts: tuple[int, ...]
-    forces: FloatArray | None = None
-    displacements: FloatArray | None = None
-    velocities: FloatArray | None = None
-    kinetic_energy: FloatArray | None = None
-    contact_energy: FloatArray | None = None
-
-    def to_dict(self) -> dict[str, Any]:
-        """Attributes by name, with arrays as lists of SI floats."""
-        return {name: _plain(value) for name, value in asdict(self).items()}
 
 
 @frozen(kw_only=True, slots=False)
@@ -396,7 +360,7 @@ class SimulationResult:
 
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``simulate --json``: SI floats, no NaN."""
-        ends = {name: _plain(getattr(self, name)) if self.options.waves == "train" else None for name in _ENDS}
+        ends = {name: plain(getattr(self, name)) if self.options.waves == "train" else None for name in _ENDS}
         return {
             "scenario": self.scenario,
             "peak_force": self.peak_force,

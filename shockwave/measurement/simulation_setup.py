@@ -174,8 +174,9 @@ def immeasurable(problem: ChainProblem) -> str:
     length = problem.duration + _NEAR_PEAK_FACTOR * near_peak
     if length <= _LONGEST_TRAIN:
         return ""
+    seconds = f"{_TRAIN_SECONDS * length:.0f} s or more"
     return (
-        f"The train is not integrated, because the shock lasts {problem.duration:.3g} characteristic times of its wave and"
-        f" is near its peak for {near_peak:.2g}: it would take about {_TRAIN_SECONDS * length:.0f} s or more, and most"
-        " waves would not separate (set a timeout to integrate it)."
+        f"The train is not integrated, because the shock lasts {problem.duration:.3g} characteristic times of its wave,"
+        f" {near_peak:.2g} of them near its peak: it would take about {seconds}, and most waves would not separate (set"
+        " a timeout to integrate it all the same)."
     )

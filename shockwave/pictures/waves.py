@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shockwave.errors import InvalidValueError
-from shockwave.measurement.result import Recording, SimulationResult
+from shockwave.measurement.recording import Recording
+from shockwave.measurement.result import SimulationResult
 from shockwave.pictures.drawing import (
     BLACK,
     BLUE,

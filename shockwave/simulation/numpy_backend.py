@@ -12,7 +12,7 @@ from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.one_step import Attempt
-from shockwave.simulation.peak_limit import KEPT, NOISE, STRIDE, crossing, hertz, limit
+from shockwave.simulation.peak_limit import KEPT, NOISE, STRIDE, crossing, hertz, limit, window_energy
 from shockwave.simulation.problem import Passage, Primary, Request, Status, chain_acceleration, contact_forces
 from shockwave.simulation.time_limit import expired
 
@@ -148,6 +148,7 @@ class _Window:
         force = _Force(self.problem.free if self.driven else None, self.time + size, end)
         tried = self.method.attempt(force, self.time, size, self.x, self.v, self.a)
         free = self.problem.free(end) if self.driven else (0.0, 0.0)
+        # only while the force acts: nothing catches up with a wave from the contacts that open behind it
         kink = self._kink(size, free[0], tried.x) if self.driven else 0.0
         if not self._control(size, float(tried.error) / self.request.tolerance, kink / self.request.tolerance, at_stop):
             return
@@ -157,10 +158,7 @@ class _Window:
         self._accept(end, at_stop, free, tried)
 
     def _kink(self, size: float, path: float, x: FloatArray) -> float:
-        """Error due to contacts that open or close within the step, with ``path`` as in `_add_work`.
-
-        It is needed only while the force acts: nothing catches up with a wave from the contacts that open behind it.
-        """
+        """Error due to contacts that open or close within the step, with ``path`` as in `_add_work`."""
         before, after = self.x[:-2] - self.x[1:-1], x[:-2] - x[1:-1]
         before[0] += self.free[0]
         after[0] += path
@@ -250,7 +248,7 @@ class _Window:
             return
         rows = most - weakest
         self.removed_momentum += math.fsum(self.v[:rows].tolist())
-        self.removed_energy += _energy(self.x[: rows + 1], self.v[:rows])
+        self.removed_energy += window_energy(self.x[: rows + 1], self.v[:rows])
         self._set([array[rows:].copy() for array in self._arrays()])
         self.a[0] = -hertz(self.x.item(0) - self.x.item(1))  # no neighbour behind
         self.base += rows
@@ -389,10 +387,10 @@ class _Window:
             doubt=self.limit[1],
             speed=0.0 if previous is none else STRIDE / float(last.time - previous.time),
             momentum=math.fsum(v[foot + 1 :].tolist()),
-            energy=_energy(self.x[foot + 1 :], v[foot + 1 :]),
+            energy=window_energy(self.x[foot + 1 :], v[foot + 1 :]),
             foot=forces[foot],
             chain_momentum=self.removed_momentum + math.fsum(v.tolist()),
-            chain_energy=self.removed_energy + _energy(self.x, v),
+            chain_energy=self.removed_energy + window_energy(self.x, v),
             work=self.work,
             impulse=self.applied[1],
             free_path=self.applied[0],
@@ -400,9 +398,3 @@ class _Window:
             evaluations=self.evaluations,
             passages=tuple(self.passages),
         )
-
-
-def _energy(x: FloatArray, v: FloatArray) -> float:
-    """Energy of granules with velocities v and of their contacts; x contains one more granule."""
-    closed = np.maximum(x[:-1] - x[1:], 0.0)
-    return math.fsum((0.5 * v * v + 0.4 * closed * closed * np.sqrt(closed)).tolist())

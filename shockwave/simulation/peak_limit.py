@@ -5,6 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
+from shockwave.quadrature import FloatArray
+
 #: Number of contacts between the peaks that are used for the limit.
 STRIDE = 4
 #: Number of peaks that are used for the limit.
@@ -85,3 +89,9 @@ def crossing(v0: float, v1: float, slope0: float, slope1: float) -> tuple[float,
 def hertz(overlap: float) -> float:
     """Contact force at an overlap, in scaled units."""
     return overlap * math.sqrt(overlap) if overlap > 0 else 0.0
+
+
+def window_energy(x: FloatArray, v: FloatArray) -> float:
+    """Energy of granules with velocities v and of their contacts; x contains one more granule."""
+    closed = np.maximum(x[:-1] - x[1:], 0.0)
+    return math.fsum((0.5 * v * v + 0.4 * closed * closed * np.sqrt(closed)).tolist())
