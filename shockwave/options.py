@@ -104,7 +104,7 @@ class SimulateOptions:
     record: tuple[Recorded, ...] = field(default=(), converter=_recorded)
     interval: float | None = quantity("s", "sampling interval of the histories", above=0, default=None)
     until: float | None = quantity("s", "end of the histories", above=0, default=None)
-    timeout: float | None = quantity("s", "longest computing time", above=0, default=None)
+    timeout: float | None = quantity("s", "maximum computing time", above=0, default=None)
 
     def __attrs_post_init__(self) -> None:
         if "forces" in self.record and not self.contacts:

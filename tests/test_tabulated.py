@@ -138,7 +138,8 @@ def test_a_record_is_cleaned_and_notes_state_it(times, forces, shape, note):
     profile = Tabulated(times, forces)
     assert profile.force(np.arange(len(shape))).tolist() == shape
     assert profile.duration_ratio == len(shape) - 1
-    assert len(profile.notes) == 1
+    # where the cleaning changes impulse or peak force, a second note states it
+    assert 1 <= len(profile.notes) <= 2
     assert note in profile.notes[0]
 
 
