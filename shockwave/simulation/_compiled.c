@@ -747,9 +747,9 @@ static void find_kinks(const Window *w, const Lane *lanes, double (*path)[4], Tr
         for (e = l; e < (lanes[l].count - 1) * width; e += width) {
             const double before = w->x[e] - w->x[e + width] + (e < width ? path[l][0] : 0);
             const double after = w->x1[e] - w->x1[e + width] + (e < width ? path[l][2] : 0);
-            const double change = fabs(after - before), kink = KINK * change * sqrt(change) * trial->h[l];
-            if (before * after < 0 && kink > trial->kink[l]) trial->kink[l] = kink;
+            if (before * after < 0 && fabs(after - before) > trial->kink[l]) trial->kink[l] = fabs(after - before);
         }
+        trial->kink[l] = KINK * trial->kink[l] * sqrt(trial->kink[l]) * trial->h[l];
     }
 }
 
