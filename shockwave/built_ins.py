@@ -14,7 +14,7 @@ _FIXED_STEP = "shockwave.simulation.fixed_step"
 _SCIPY = "shockwave.simulation.scipy_solver"
 _RELATIONS = "relations of section 4 of Hasan & Nemat-Nasser"
 _LAW = "law of moments: peak force from moments of the shock"
-_CHEAPEST = "cheapest of laws, universal curve and simulation within rtol"
+_CHEAPEST = "law of moments, universal curve or simulation: the cheapest within rtol"
 
 
 def _material(row: dict[str, str | float]) -> Entry:

@@ -108,7 +108,7 @@ class SimulateOptions:
 
     def __attrs_post_init__(self) -> None:
         if "forces" in self.record and not self.contacts:
-            raise InvalidValueError.of("contacts", "must be given where record has forces (got none)")
+            raise InvalidValueError.of("contacts", "must be given if record includes forces (got none)")
         takes = "rtol backend" if self.integrator is None else find("integrators", self.integrator).takes
         if takes:
             self.check(self.integrator or "the default integrator", takes.split())

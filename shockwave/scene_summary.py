@@ -24,7 +24,7 @@ class Scene:
     radius, youngs_modulus, poisson_ratio, density : float
         R [m], E [Pa], nu, rho [kg/m^3].
     granules : int or None
-        None for a chain as long as the answer needs.
+        None for a semi-infinite chain.
     notes : tuple of str
         Changes that were made to the given record.
     """
@@ -62,7 +62,7 @@ class Scene:
 
     def facts(self) -> list[tuple[str, str]]:
         """Label and text of the shock and of the chain."""
-        length = "as long as the answer needs" if self.granules is None else f"{self.granules} granules"
+        length = "semi-infinite" if self.granules is None else f"{self.granules} granules"
         peak = si(self.peak_force, "N")
         rise = si(self.rise_time, "s")
         duration = si(self.rise_time * self.duration_ratio, "s")

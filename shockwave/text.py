@@ -19,14 +19,19 @@ from attrs import frozen
 _UNFIT = re.compile(
     "[^\t\n\x20-\x7e\xa0-\u2029\u202f-\u2065\u206a-\ud7ff\ue000-\ufdcf\ufdf0-\ufffd\U00010000-\U0010fffd]"
 )
-_PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
+_PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T", 15: "P"}
 # Columns of a label and of the text's indent in `facts`.
 _LABEL = 20
 # Least width of a column of wrapped text.
 _NARROW = 12
+# Width to which the first column, of names, is wrapped before others are left out.
+_NAME = 24
 _STYLE = re.compile("\x1b\\[[0-9;]*m")
+# Codes of terminals for bold, and for bold and red.
 _STRONG = "1"
 _ALARM = "1;31"
+# Narrowest terminal that text is laid out for.
+_LEAST_COLUMNS = 40
 
 
 @frozen
@@ -52,7 +57,7 @@ def on_stdout(wide: bool = False) -> Iterator[None]:
     shown = Screen(wide=wide)
     if sys.stdout.isatty():
         colour = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
-        shown = Screen(max(40, shutil.get_terminal_size().columns), colour, wide)
+        shown = Screen(max(_LEAST_COLUMNS, shutil.get_terminal_size().columns), colour, wide)
     token = _screen.set(shown)
     try:
         yield
@@ -84,7 +89,8 @@ def si(value: float, unit: str, digits: int = 5, error: float | None = None) -> 
         return f"{value:g} {unit}"
     if error is not None:
         digits = significant_digits(value, error)
-    exponent = 3 * math.floor(math.log10(abs(value) * (1 + 1e-12)) / 3)
+    # rounding may carry over into the next prefix
+    exponent = 3 * math.floor(math.log10(abs(float(f"{value:.{digits}g}")) * (1 + 1e-12)) / 3)
     if exponent not in _PREFIXES or unit.startswith("kg") or "**" in unit:
         return f"{value:.{digits}g} {unit}"
     scaled = float(f"{value / 10**exponent:.{digits}g}")
@@ -121,17 +127,17 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], spare: Sequence[
     screen = _screen.get()
     room = sys.maxsize if screen.wide else screen.columns - margin
     out: list[str] = []
-    left = list(spare)
-    widths = _widths(lines)
-    while left and sum(widths) + 2 * (len(widths) - 1) > room:
+    left = [name for name in spare if name in header]
+    widths, over = _fitted(lines, room)
+    while left and over > 0:
         out.append(left.pop())
         column = lines[0].index(out[-1])
         lines = [line[:column] + line[column + 1 :] for line in lines]
-        widths = _widths(lines)
-    over = sum(widths) + 2 * (len(widths) - 1) - room
-    if over > 0:
+        widths, over = _fitted(lines, room)
+    while over > 0 and max(widths) > _NARROW:
         widest = widths.index(max(widths))
-        widths[widest] = max(widths[widest] - over, _NARROW)
+        widths[widest] -= 1
+        over -= 1
     shown = [*_cells(lines[0], widths), "  ".join("-" * width for width in widths)]
     for line in lines[1:]:
         shown += _cells(line, widths)
@@ -141,8 +147,13 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], spare: Sequence[
     return "\n".join(" " * margin + line for line in shown)
 
 
-def _widths(lines: Sequence[Sequence[str]]) -> list[int]:
-    return [max(len(_STYLE.sub("", line[column])) for line in lines) for column in range(len(lines[0]))]
+def _fitted(lines: Sequence[Sequence[str]], room: int) -> tuple[list[int], int]:
+    """Widths of the columns, the first one narrowed as far as need and `_NAME` go, and what is still too wide."""
+    widths = [max(len(_STYLE.sub("", line[column])) for line in lines) for column in range(len(lines[0]))]
+    over = sum(widths) + 2 * (len(widths) - 1) - room
+    saved = min(max(over, 0), max(widths[0] - _NAME, 0))
+    widths[0] -= saved
+    return widths, over - saved
 
 
 def _cells(line: Sequence[str], widths: Sequence[int]) -> list[str]:
@@ -170,7 +181,7 @@ def facts(pairs: Iterable[tuple[str, str]]) -> list[str]:
     """Lines of labels and texts, the texts below one another."""
     lines = []
     for label, text in pairs:
-        lines += paragraph(f"  {label:<{_LABEL - 2}}", text, _LABEL)
+        lines += paragraph(f"  {label:<{_LABEL - 3}} ", text, _LABEL)
     return lines
 
 
@@ -196,11 +207,18 @@ def limits(warnings: Iterable[str]) -> list[str]:
 
 def range_text(bounds: tuple[float, float] | None) -> str:
     """A range of relative errors, in percent unless it is far below, or that it is not known."""
-    if bounds is None:
+    if bounds is None or not all(map(math.isfinite, bounds)):
         return "not known"
     # more digits where these would show nothing
     form = "+.1%" if max(map(abs, bounds)) >= 5e-4 else "+.1e"
     return f"{bounds[0]:{form}} to {bounds[1]:{form}}"
+
+
+def error_text(error: float) -> str:
+    """A relative error, to three digits or so."""
+    if abs(error) < 5e-4:
+        return f"{error:+.1e}"
+    return f"{error:+.2%}" if abs(error) < 0.1 else f"{error:+.1%}"
 
 
 def printed(result: object, writer: str) -> str:

@@ -153,7 +153,7 @@ def test_an_unreachable_target_is_reported_with_the_range() -> None:
     assert not found.reachable
     assert found.nearest is not None
     assert found.nearest.value == 2e-3
-    assert re.fullmatch(r"1 kN is out of reach: the greatest is 1\d\d\.\d+ N at 2 mm", found.why)
+    assert re.fullmatch(r"1 kN is out of reach: the maximum is 1\d\d\.\d+ N at 2 mm", found.why)
     assert re.match(r"no radius gives a peak force of 1 kN; nearest 2 mm \(simulated 1\d\d\.\d+ N\)\n", str(found))
     inside = design("chain.material.poisson_ratio", peak_force=1.0)
     assert inside.least.value == 0.0
@@ -182,7 +182,7 @@ def test_a_chain_too_short_for_the_search_has_no_solution() -> None:
     assert found.nearest.simulated is not None
     # with three granules the peak force differs by more than 1 %
     assert abs(found.nearest.simulated.reached / 60 - 1) > 1e-2
-    simulated = re.search(r"60 N is met only by an endless chain; .* its simulation gives ([\d.]+) N at ", found.why)
+    simulated = re.search(r"60 N needs a semi-infinite chain; .* its simulation gives ([\d.]+) N at ", found.why)
     assert simulated
     assert float(simulated[1]) == pytest.approx(found.nearest.simulated.reached, rel=1e-4)
 
@@ -192,7 +192,7 @@ def test_a_chain_too_short_for_the_search_has_no_solution() -> None:
     [("shock.rise_time", (1e-5, 1.0)), ("shock.duration_ratio", (2, 1e4)), ("chain.radius", (1e-7, 1e-2))],
 )
 def test_an_interval_with_shocks_too_long_for_curves_is_refused(name: str, between: tuple[float, float]) -> None:
-    match = r"^between: must contain only possible scenes \(shock: must last at most 1000 characteristic times"
+    match = r"^between: must contain only valid cases \(shock: must last at most 1000 characteristic times"
     with pytest.raises(sw.InvalidValueError, match=match):
         design(name, between, peak_force=60.0)
 
@@ -235,7 +235,7 @@ def test_materials_within_the_error_are_solutions() -> None:
     assert met.reachable
     missed = sw.design(CASE_A, CHAIN, target={"peak_force": (low + high) / 2}, **given)
     assert missed.solutions == ()
-    assert "no material meets" in missed.why
+    assert "no material gives" in missed.why
 
 
 def test_progress_is_reported_for_each_material() -> None:
@@ -257,7 +257,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "target-unknown": ({"target": {"peak_fource": 1}}, "target: .* did you mean 'peak_force'"),
     "target-unit": ({"target": {"peak_force": "3 mm"}}, "target.peak_force: must be a force"),
     "target-zero": ({"target": {"peak_force": 0}}, "target.peak_force: must be > 0 N"),
-    "between-lacking": ({"between": None}, "between: must be the least and the greatest value"),
+    "between-lacking": ({"between": None}, "between: must be the lower and the upper end"),
     "materials-between": ({"vary": "chain.material"}, "between: must be omitted for chain.material"),
     "between-order": ({"between": (2e-2, 1e-3)}, "between: must ascend"),
     "between-range": ({"between": (-1.0, 1.0)}, "between: must be > 0 m"),
@@ -290,7 +290,7 @@ def test_the_command_prints_the_json_of_the_page(capsys: pytest.CaptureFixture[s
 
 
 def test_the_command_ranks_materials_whose_range_has_the_target(capsys: pytest.CaptureFixture[str]) -> None:
-    for force, status, sentence in (("110 N", 0, "no material meets"), ("9 kN", 1, "is out of reach")):
+    for force, status, sentence in (("110 N", 0, "no material gives"), ("9 kN", 1, "is out of reach")):
         arguments = ["--vary", "chain.material", "--among", "ptfe,brass-260", "--target", f"peak_force={force}"]
         assert cli.main(["design", FILE, *arguments]) == status
         printed = capsys.readouterr()

@@ -125,7 +125,7 @@ def test_the_decision_is_explained_step_by_step() -> None:
     steps = [plain(step) for step in re.findall("<li>(.*?)</li>", part, re.DOTALL)]
     assert len(steps) == 4
     assert "By (5e), the shock ends before its first wave has passed, and only one wave forms." in steps[0]
-    assert steps[2].startswith("Whole impulse over F0")
+    assert steps[2].startswith("Total impulse / F0")
     assert steps[2].endswith("and granules rebound.")
     assert steps[3].startswith("By (5h), the peak force of the leading wave is")
 

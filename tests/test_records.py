@@ -150,7 +150,10 @@ REFUSED: dict[str, tuple[str, list[str]]] = {
     "empty": ("", [": rows: must be numbers, with a time and a force"]),
     "word": ("# c\n\n0,0\n1,x\n", [f":4: force: {NUMBER} N (got 'x'; correct or delete the row)"]),
     "short": ("0,0\n1\n", [":2: row: must have 2 columns (got 1: '1'"]),
-    "long": ("0,0\n0,001,5\n", [":2: row: must have 2 columns (got 3: '0,001,5'; if the comma is the decimal sign"]),
+    "long": (
+        "0,0\n0,001,5\n",
+        [":2: row: must have 2 columns (got 3: '0,001,5'; if the comma is the decimal separator"],
+    ),
     "nan": ("0,0\nnan,1\n", [f":2: time: {NUMBER} s (got 'nan'; "]),
     "overflow": ("0,0\n1,1e999\n", [f":2: force: {NUMBER} N (got '1e999'; "]),
     "underscore": ("0,0\n1_0,1\n", [f":2: time: {NUMBER} s (got '1_0'; "]),

@@ -9,6 +9,7 @@ import re
 import struct
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,6 +18,7 @@ import pytest
 import pages
 from pages import PAGES, ROOT, Block, blocks_of
 from selection import keeping
+from shockwave.cli.output import ProgressBar
 from test_docs import LONG, commands
 
 # Columns where there is no terminal.
@@ -103,6 +105,19 @@ def test_output_on_a_terminal_uses_its_width_and_has_colour(command: str) -> Non
 @pytest.mark.parametrize("command", WIDE)
 def test_no_color_turns_colour_off(command: str) -> None:
     assert not STYLE.search(on_a_terminal(WIDE[command], 140, NO_COLOR="1"))
+
+
+def test_progress_shows_the_time_left_and_is_cleared(capsys: pytest.CaptureFixture[str]) -> None:
+    bar = ProgressBar()
+    bar("work", 0, 4)
+    bar("part of it", 1, 2)
+    time.sleep(1.1)  # a bar is shown after a second
+    bar("work", 3, 4)
+    assert re.search(r"work:  75%.* 3/4 \[00:01<00:0\d\]", capsys.readouterr().err)
+    bar.close()
+    cleared = capsys.readouterr().err
+    assert cleared.endswith("\r")
+    assert not cleared.strip()
 
 
 @pytest.mark.parametrize("command", WIDE)

@@ -1,4 +1,4 @@
-"""The block ``sweep``: which scenes it stands for, and every fault of it at its place."""
+"""The ``sweep`` block: which scenes it stands for, and every fault of it at its place."""
 
 from __future__ import annotations
 

@@ -290,11 +290,11 @@ CALLS: dict[str, tuple[dict[str, Any], str]] = {
     "rtol": ({"spreads": SPREADS, "rtol": 1.0}, "rtol: must be >= 1e-07"),
     "too-long": (
         {"spreads": {"shock.rise_time": {"factor": 50}}},
-        r"^uncertainty: must give only possible scenes \(shock: must last at most 1000 .*narrow the distributions",
+        r"^uncertainty: must give only valid samples \(shock: must last at most 1000 .*narrow the distributions",
     ),
     "too-slow": (
         {"spreads": {"shock.duration_ratio": {"between": [1.5, 1000]}}},
-        r"^uncertainty: must give only possible scenes \(shock: must last at most 300 characteristic times if .*narrow",
+        r"^uncertainty: must give only valid samples \(shock: must last at most 300 characteristic times if .*narrow",
     ),
 }
 
@@ -332,15 +332,16 @@ def test_a_fault_of_the_block_is_reported_with_its_file(tmp_path: Path, capsys: 
     file = tmp_path / "long.yaml"
     file.write_text(FILE.read_text().replace("between: [30 us, 50 us]", "factor: 50"))
     assert cli.main(["uncertainty", str(file)]) == 3
-    assert capsys.readouterr().err.startswith(f"{file}: uncertainty: must give only possible scenes")
+    assert capsys.readouterr().err.startswith(f"{file}: uncertainty: must give only valid samples")
 
 
 def test_numbers_have_the_digits_that_their_errors_leave() -> None:
     text = str(found())
     assert max(map(len, text.splitlines())) <= 80
     mean = next(line.split() for line in text.splitlines() if line.lstrip().startswith("mean"))
-    # one digit, or two digits if the first is 1 or 2
-    assert float(mean[3]) == pytest.approx(found().peak_force.mean.error, rel=0.2)
+    # sampling and the peak forces; one digit, or two digits if the first is 1 or 2
+    whole = math.hypot(found().peak_force.mean.error, found().model_error * found().peak_force.mean.value)
+    assert float(mean[3]) == pytest.approx(whole, rel=0.2)
     assert text.startswith(f"peak force: mean {mean[1]} +- {mean[3]} N, 90 % between ")
     assert not re.search(r"\+- \de[-+]", text)
     assert [str(Estimate(12345.6, error)) for error in (0.04, 1.3, 40.0)] == [
@@ -356,4 +357,4 @@ def test_a_scenario_with_a_sweep_is_refused(tmp_path: Path, capsys: pytest.Captu
     design = ["design", str(file), "--vary", "chain.radius", "--target", "speed=9", "--between", "1 mm", "2 mm"]
     for arguments in (["uncertainty", str(file)], design):
         assert cli.main(arguments) == 2
-        assert "delete the block sweep" in capsys.readouterr().err
+        assert "delete the `sweep` block" in capsys.readouterr().err

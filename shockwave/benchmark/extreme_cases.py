@@ -206,7 +206,7 @@ def like(case: Case, backend: Backend) -> Finding:
     finding = like_simulated(case, backend)
     finding = evolve(finding, outcome=f"{finding.outcome}; predicted {first:.4g} F0")
     wrong = not abs(first / second - 1) <= case.bound
-    return _with_fault(finding, wrong, f"the predictions are {first:.10g} F0, and {second:.10g} F0 for the other scene")
+    return _with_fault(finding, wrong, f"the predictions are {first:.10g} F0, and {second:.10g} F0 for the other case")
 
 
 def like_simulated(case: Case, backend: Backend) -> Finding:
@@ -282,7 +282,7 @@ def rebound(case: Case, backend: Backend) -> Finding:
 
 
 def flying_apart(case: Case, backend: Backend) -> Finding:
-    """The granules that leave both ends carry the whole impulse."""
+    """The granules that leave both ends carry the entire impulse."""
     result = _simulated(case, backend)
     spalls = result.spall_velocities or ()
     carried = result.chain.granule_mass * sum(spalls) + result.recoil_momentum

@@ -24,7 +24,7 @@ _SINGLE = 0.3
 
 @frozen
 class Row:
-    """Finding of a case with a backend, and its run time [s]; None if its process ended early."""
+    """Result of a case with a backend, and its run time [s]; None if its process ended early."""
 
     case: Case
     backend: str

@@ -28,7 +28,7 @@ class Chain:
     radius : float
         Radius R of the granules [m], above 0.
     granules : int, optional
-        Number of granules, at least 2. By default the chain is endless.
+        Number of granules, at least 2. By default the chain is semi-infinite.
 
     Raises
     ------

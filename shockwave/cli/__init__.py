@@ -23,7 +23,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser().parse_args(arguments)
     try:
         registry = _without_plugins() if options.no_plugins else nullcontext()
-        with on_stdout(options.wide), progress_on_stderr(), registry:
+        with on_stdout(getattr(options, "wide", False)), progress_on_stderr(), registry:
             module, _, name = options.command.partition(":")
             status: int = getattr(importlib.import_module(f"shockwave.cli.{module}"), name)(options)
             sys.stdout.flush()

@@ -12,7 +12,7 @@ from shockwave.cli.scenario_commands import loaded
 from shockwave.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
 
 # Hint in the error for a scenario with a sweep.
-_SWEPT = "delete the block sweep"
+_SWEPT = "delete the `sweep` block"
 
 
 def design(options: argparse.Namespace) -> int:
@@ -45,11 +45,12 @@ def design(options: argparse.Namespace) -> int:
     if options.output:
         write_design(found, options.output)
         print(f"{options.output}: written", file=sys.stderr)
-    if found.why:
-        print(f"{options.file}: {found.why}", file=sys.stderr)
     # the ranking of materials is a result if the target lies in their range
     ranked = found.between is None and found.spanned
-    return 1 if found.why and not ranked else 0
+    if not found.why or ranked:
+        return 0
+    print(f"{options.file}: {found.why}", file=sys.stderr)
+    return 1
 
 
 def uncertainty(options: argparse.Namespace) -> int:

@@ -38,15 +38,22 @@ def of_arguments(options: argparse.Namespace) -> Iterator[None]:
         raise UsageError("\n".join(f"--{fault}" for fault in error.faults)) from None
 
 
+def json_text(document: object) -> str:
+    return json.dumps(document, indent=2, allow_nan=False)
+
+
 def print_json(document: object) -> None:
-    print(json.dumps(document, indent=2, allow_nan=False))
+    print(json_text(document))
 
 
 def print_result(found: Any, as_json: bool) -> None:
-    if as_json:
-        print_json(found.to_dict())
-    else:
-        print(found)
+    text = json_text(found.to_dict()) if as_json else str(found)
+    _BAR_SHOWN.close()  # computing the text may have shown progress
+    print(text)
+
+
+# Bar of progress with the time left, for tqdm.
+_BAR = "{desc}: {percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} [{elapsed}<{remaining}]"
 
 
 class ProgressBar:
@@ -61,9 +68,13 @@ class ProgressBar:
             from tqdm import tqdm
 
             self._work = work
-            self._bar = tqdm(total=total, desc=work, file=sys.stderr, delay=1, leave=False, dynamic_ncols=True)
+            form = _BAR if total else "{desc}: {n_fmt} steps [{elapsed}]"
+            self._bar = tqdm(
+                total=total, desc=work, file=sys.stderr, delay=1, leave=False, dynamic_ncols=True, bar_format=form
+            )
         if work != self._work:
             return
+        self._bar.total = total
         self._bar.update(done - self._bar.n)
         if done == total:
             self.close()
@@ -74,16 +85,17 @@ class ProgressBar:
             self._bar = None
 
 
+_BAR_SHOWN = ProgressBar()
+
+
 @contextmanager
 def progress_on_stderr() -> Iterator[None]:
     """Show progress meanwhile, if stderr is a terminal."""
-    bar = ProgressBar() if sys.stderr.isatty() else None
-    with progress_shown(bar):
+    with progress_shown(_BAR_SHOWN if sys.stderr.isatty() else None):
         try:
             yield
         finally:
-            if bar is not None:
-                bar.close()
+            _BAR_SHOWN.close()
 
 
 def written(text: str, output: str | None, anew: bool = False) -> int:

@@ -66,7 +66,7 @@ _FILES = (["files"], {"nargs": "+", **_FILE[1]})
 _FORCE_RTOL = _option(
     "--rtol RTOL", "relative tolerance of a peak force (default: 1e-4)", type=_number(1e-7, 1e-2), default=1e-4
 )
-#: These override the keys of the scenario's block ``simulate``.
+#: These override the keys of the scenario's ``simulate`` block.
 _SIMULATE = [
     _option("--rtol RTOL", "relative tolerance, for adaptive methods", type=_number(1e-13, 1e-2)),
     _option("--step STEP", "step in characteristic times, for fixed-step methods", type=_number(1e-9, 1)),
@@ -87,7 +87,7 @@ _CURVE = [
     _option("-o --output FILE", "write a curve (.json) or picture (.svg, .png, .pdf)"),
 ]
 _SWEEP = [
-    _option("FILE", "scenario file (YAML) with a block sweep"),
+    _option("FILE", "scenario file (YAML) with a `sweep` block"),
     _option("-o --out FOLDER", "folder of the results (default: NAME-sweep)"),
     _option("--dry-run", "report the points and the estimated time; run nothing"),
     _option("--executor NAME", "processes (default), dask, or dask=ADDRESS"),
@@ -99,9 +99,9 @@ _SWEEP = [
     _option("--accept-versions", "resume even if versions of the software have changed"),
 ]
 _PLOT = [
-    _option("FOLDER", "folder written by the command sweep"),
+    _option("FOLDER", "folder written by `shockwave sweep`"),
     _option("--column NAME", "quantity to plot (default: the amplification)"),
-    _option("--x NAME", "horizontal axis (default: variable of most values)"),
+    _option("--x NAME", "horizontal axis (default: variable with the most values)"),
     _option("--at NAME=VALUE", "hold a variable at one of its values; may be repeated", **_MANY),
     _option("-o --output FILE", "picture (.svg, .png, .pdf; default: in FOLDER)"),
 ]
@@ -119,9 +119,9 @@ _DESIGN = [
 _UNCERTAINTY = [
     _FORCE_RTOL,
     _JSON,
-    _option("FILE", "scenario file (YAML) with a block uncertainty"),
-    _option("--draws N", "number of scenes to draw, a power of 2 (default: 4096)", type=int, default=4096),
-    _option("--seed N", "seed of the draws (default: 0)", type=int, default=0),
+    _option("FILE", "scenario file (YAML) with an `uncertainty` block"),
+    _option("--draws N", "number of samples, a power of 2 (default: 4096)", type=int, default=4096),
+    _option("--seed N", "seed of the samples (default: 0)", type=int, default=0),
 ]
 _BENCH = [
     _option("files", "scenario files to run instead of the named problems", nargs="*", metavar="FILE"),
@@ -132,7 +132,7 @@ _BENCH = [
 ]
 _STRESS = [
     _option("names", "cases or themes to run (default: all)", nargs="*", metavar="NAME"),
-    _option("--backend BACKEND", "run with this code only (default: both)", choices=_BACKENDS),
+    _option("--backend BACKEND", "run with this backend only (default: both)", choices=_BACKENDS),
 ]
 _LIST = [
     _option("KIND", f"{', '.join(KINDS)} (default: all)", nargs="?", choices=KINDS, metavar="KIND"),
@@ -144,6 +144,9 @@ _NEW = [
 ]
 _OUTPUT = _option("-o --output FILE", "write to FILE (default: stdout)")
 
+#: Commands that print no tables.
+_WITHOUT_TABLES = ("validate", "report", "plot", "new", "schema")
+
 # fmt: off
 #: Name, address of the function below `shockwave.cli`, summary, options.
 _COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
@@ -153,13 +156,13 @@ _COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
     ("validate", "scenario_commands:validate", "check scenario files and report all errors", [_FILES, _JSON]),
     ("report", "scenario_commands:report", "write a page on a scenario, with pictures", [_FILE, _OUTPUT]),
     ("curve", "scenario_commands:curve", "amplification as a function of the rise time", [_FILE, *_CURVE]),
-    ("sweep", "sweep:sweep", "run or resume all scenes of a scenario with a sweep", [*_SWEEP, _JSON]),
+    ("sweep", "sweep:sweep", "run or resume all cases of a sweep", [*_SWEEP, _JSON]),
     ("plot", "plot:plot", "plot the results of a sweep as lines or as a map", _PLOT),
     ("design", "design:design", "find values that give the leading wave a target property", _DESIGN),
     ("uncertainty", "design:uncertainty", "distribution of the leading wave for uncertain values", _UNCERTAINTY),
     ("bench", "benchmark_commands:bench", "measure error against run time of the methods", [*_BENCH, _JSON]),
     ("stress", "benchmark_commands:stress", "run the catalogue of extreme cases", [*_STRESS, _JSON]),
-    ("list", "registry_commands:list_registered", "list what is registered, built in or by plugins", [*_LIST, _JSON]),
+    ("list", "registry_commands:list_registered", "list the available profiles, integrators, ...", [*_LIST, _JSON]),
     ("new", "registry_commands:new", "write a scenario with every key and its meaning", _NEW),
     ("schema", "registry_commands:schema", "write a JSON Schema of scenarios for editors", [_OUTPUT]),
 ]
@@ -177,6 +180,7 @@ def parser() -> argparse.ArgumentParser:
     for name, address, summary, options in _COMMANDS:
         command = commands.add_parser(name, help=summary, description=summary, epilog=_EXITS)
         command.set_defaults(command=address)
-        for flags, settings in [_NO_PLUGINS, _WIDE, *options]:
+        common = [_NO_PLUGINS] if name in _WITHOUT_TABLES else [_NO_PLUGINS, _WIDE]
+        for flags, settings in [*common, *options]:
             command.add_argument(*flags, **settings)
     return made

@@ -13,7 +13,18 @@ from shockwave.cli.output import failure, of_arguments, print_json, written
 from shockwave.errors import Fault, ShockwaveError, UsageError
 from shockwave.files import refuse_inputs
 from shockwave.progress import progressed
-from shockwave.text import alarm, limits, notes, paragraph, range_text, si, significant_digits, strong, table
+from shockwave.text import (
+    alarm,
+    error_text,
+    limits,
+    notes,
+    paragraph,
+    range_text,
+    si,
+    significant_digits,
+    strong,
+    table,
+)
 
 if TYPE_CHECKING:
     from shockwave.measurement.result import SimulationResult
@@ -47,7 +58,7 @@ def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) ->
         scenarios.append(scenario)
         if scenario.sweep is not None:
             got = f"got a sweep of {len(scenario.sweep)}; {remedy or f'run `shockwave sweep {file}`'}"
-            errors.append(UsageError(f"{file}: must be a single scene ({got})"))
+            errors.append(UsageError(f"{file}: must describe a single case ({got})"))
     if errors:
         together = ShockwaveError("\n".join(map(str, errors)))
         together.exit_code = max(error.exit_code for error in errors)
@@ -67,11 +78,13 @@ def _run(
     status = 0
     done = []
     documents = []
+    problems = []
     scenarios = loaded(options.files)
     single = len(scenarios) == 1
-    for number, scenario in enumerate(scenarios, start=1):
+    work = options.command.partition(":")[2]
+    for number, scenario in enumerate(scenarios):
         if not single:
-            progressed(options.command.partition(":")[2], number - 1, len(scenarios))
+            progressed(work, number, len(scenarios))
         try:
             result = one(scenario)
             # parts of a result that are computed when they are used may fail, too
@@ -79,17 +92,21 @@ def _run(
             done.append(result)
         except Exception as error:
             text, code = failure(error)
-            print(f"{scenario.path}: {text}", file=sys.stderr)
+            problems.append(f"{scenario.path}: {text}")
             documents.append({"scenario": scenario.name, "error": text})
             status = max(status, code)
         except KeyboardInterrupt:
-            print(f"{scenario.path}: interrupted", file=sys.stderr)
+            problems.append(f"{scenario.path}: interrupted")
             status = 130
             break
+    if not single:
+        progressed(work, len(scenarios), len(scenarios))
+    for problem in problems:  # not earlier, for they would stand in the line of the progress
+        print(problem, file=sys.stderr)
     if options.json and documents:
         print_json(documents[0] if single else documents)
     elif done:
-        print(done[0] if single else _table([row(result) for result in done], documents, legend))
+        print(done[0] if single else _table([row(result) for result in done], done, legend))
     return status
 
 
@@ -123,7 +140,7 @@ def compare(options: argparse.Namespace) -> int:
 
 
 def _settings(options: argparse.Namespace, scenario: Scenario) -> SimulateOptions:
-    """The scenario's block ``simulate``, with the options of the command line in its place."""
+    """The scenario's ``simulate`` block, with the options of the command line in its place."""
     names = ("rtol", "step", "integrator", "backend", "contacts", "timeout")
     given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     if options.primary:
@@ -209,23 +226,32 @@ _SPARE = (
     "amplification",
     "simulation error",
 )
+_FAILS = "FAIL"
 _LEGEND = """\
-error: of the predicted peak force against the simulated one; expected error: range measured for such shocks; \
+error: relative error of the predicted peak force with respect to the simulation; expected error: range found for \
+similar shocks; \
 relation, waves: predicted / simulated (/ published)"""
 
 
-def _table(rows: Sequence[_Row], documents: Sequence[dict[str, Any]], legend: str) -> str:
+def _table(rows: Sequence[_Row], results: Sequence[Any], legend: str) -> str:
+    from shockwave.measurement.result import SimulationResult
+    from shockwave.studies.comparison import Comparison
+
     header = max(map(list, rows), key=len)
     cells = [[row.get(name, "-") for name in header] for row in rows]
-    spare = [name for name in _SPARE if name in header]
-    warnings = []
-    for document in documents:
-        for answer in (document, document.get("predicted", {}), document.get("simulated", {})):
-            warnings += [f"{document['scenario']}: {warning}" for warning in answer.get("warnings", ())]
-    lines = [table(header, cells, spare, margin=0)]
+    failed = any(_FAILS in cell for row in rows for cell in row.values())
+    spare = [name for name in _SPARE if name in header and not (failed and name == "(3)")]
+    limiting, others = [], []
+    for result in results:
+        for answer in (result.predicted, result.simulated) if isinstance(result, Comparison) else (result,):
+            warnings = answer.all_warnings if isinstance(answer, SimulationResult) else answer.warnings
+            named = {warning: f"{answer.scenario}: {warning}" for warning in warnings}
+            limiting += [named[warning] for warning in warnings if warning not in answer.scene.notes]
+            others += [named[warning] for warning in warnings if warning in answer.scene.notes]
+    lines = [table(header, cells, spare, margin=0), *limits(dict.fromkeys(limiting))]
     if legend:
         lines += ["", *paragraph("", legend)]
-    return "\n".join([*lines, *notes(dict.fromkeys(warnings))])
+    return "\n".join([*lines, *notes(dict.fromkeys(others))])
 
 
 def _outcome_row(outcome: Outcome) -> _Row:
@@ -260,7 +286,7 @@ def _comparison_row(both: Comparison) -> _Row:
         "scenario": predicted.scenario or "-",
         "predicted": si(predicted.peak_force, "N", error=predicted.shown_error),
         "simulated": si(simulated.peak_force, "N", error=simulated.error_estimate),
-        "error": f"{both.error:+.2%}",
+        "error": error_text(both.error),
         "expected error": range_text(predicted.expected_error),
         "(3)": _conditions(predicted),
         "regime": predicted.regime,
@@ -283,8 +309,7 @@ def _wave_count(result: SimulationResult) -> str:
 
 
 def _conditions(outcome: Outcome) -> str:
-    broken = ", ".join(condition.statement for condition in outcome.conditions if not condition.holds)
-    return alarm(f"{broken} FAILS") if broken else "hold"
+    return "hold" if all(condition.holds for condition in outcome.conditions) else alarm(_FAILS)
 
 
 def _virtual_rise_time(owner: object, error: float) -> str:

@@ -127,8 +127,8 @@ class Train:
         Velocities of the ejected granules [m/s], first granule first. Ejected granules rebound faster than a
         thousandth of the peak velocity of the granules in the leading wave.
     spall_velocities : tuple of float or None
-        Velocities of the granules that leave the free end [m/s], last granule first; None if the chain is endless or
-        the waves were not followed to its end.
+        Velocities of the granules that leave the free end [m/s], last granule first; None if the chain is semi-infinite
+        or the waves were not followed to its end.
     cost : Cost
         Cost of the two runs.
     warnings : tuple of str

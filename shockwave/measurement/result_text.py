@@ -8,10 +8,10 @@ from shockwave.measurement.result import MeasuredWave, Passage, SimulationResult
 from shockwave.text import facts, limits, notes, si, significant_digits, strong, table
 
 _WAVES = ("peak force", "error", "momentum", "energy", "speed", "width", "arrival", "contact", "residual")
-_SPARE_WAVES = ("width", "energy", "contact", "residual")
+_SPARE_WAVES = ("contact", "energy", "width", "residual")
 _PASSAGES = ("contact", "arrival", "peak force", "error", "from")
-# Digits of figures other than forces.
-_DIGITS = 5
+# Least relative error that the digits of figures other than forces show: five digits.
+_FINEST = 1e-4
 
 
 def result_text(result: SimulationResult) -> str:
@@ -21,7 +21,7 @@ def result_text(result: SimulationResult) -> str:
     lines = [
         strong(f"{name}peak force {peak_text(result)}"),
         *limits(result_limits(result)),
-        *facts(_answer(result)),
+        *facts(result_answer(result)),
         "",
         waves,
         "",
@@ -34,7 +34,7 @@ def result_text(result: SimulationResult) -> str:
 def peak_text(result: SimulationResult) -> str:
     """The peak force of the leading wave with its error estimate."""
     error = result.error_estimate
-    accuracy = f"relative error about {error:.0e}" if error < 1 else "error not known"
+    accuracy = f"estimated relative error {error:.0e}" if error < 1 else "error not known"
     return f"{si(result.peak_force, 'N', error=error)}, {accuracy}"
 
 
@@ -43,7 +43,8 @@ def result_limits(result: SimulationResult) -> list[str]:
     return [warning for warning in result.all_warnings if warning not in result.scene.notes]
 
 
-def _answer(result: SimulationResult) -> Iterator[tuple[str, str]]:
+def result_answer(result: SimulationResult) -> Iterator[tuple[str, str]]:
+    """Labels and texts of amplification, waves, rebounding granules and the free end."""
     digits = significant_digits(result.amplification, result.error_estimate)
     yield "amplification", f"{result.amplification:.{digits}g} times the shock's peak force"
     if result.options.waves != "train":
@@ -52,13 +53,19 @@ def _answer(result: SimulationResult) -> Iterator[tuple[str, str]]:
     threshold = f"above {result.options.wave_threshold:g} of the leading wave"
     yield "waves", f"{count} {'wave' if count == 1 else 'waves'} {threshold}"
     ejected = result.ejected_granules
-    rebound = f"{si(result.recoil_momentum, 'N s')} within {si(result.recoil_error, 'N s', 1)}"
     granules = f"{ejected} granule" if ejected == 1 else f"{ejected} granules"
-    yield "rebounding", f"{granules} ejected, momentum {rebound}"
+    yield "rebounding", f"{granules} ejected, momentum {_rebound(result)}"
     spalls = result.spall_velocities
     if spalls is not None:
         fastest = f", the last granule at {si(spalls[0], 'm/s')}" if spalls else ""
         yield "free end", f"granules that fly off: {len(spalls)}{fastest}"
+
+
+def _rebound(result: SimulationResult) -> str:
+    momentum, error = result.recoil_momentum, result.recoil_error
+    if error < abs(momentum):
+        return f"{si(momentum, 'N s', error=error / abs(momentum))} +- {si(error, 'N s', 1)}"
+    return f"below {si(error, 'N s', 1)}" if error else "0 N s"
 
 
 def wave_tables(result: SimulationResult) -> str:
@@ -97,14 +104,14 @@ def _wave_row(wave: MeasuredWave) -> tuple[str, ...]:
         _figure(wave.energy, "J", others),
         "-" if wave.speed is None else _figure(wave.speed, "m/s", others),
         _figure(wave.width, "s", others),
-        _figure(wave.arrival_time, "s", 0),
+        _figure(wave.arrival_time, "s", others),
         str(wave.contact),
         f"{wave.foot:.0e}",
     )
 
 
 def _figure(value: float, unit: str, error: float) -> str:
-    return si(value, unit, min(significant_digits(value, error), _DIGITS))
+    return si(value, unit, error=max(error, _FINEST))
 
 
 def _passage_row(passage: Passage) -> tuple[str, ...]:

@@ -225,7 +225,7 @@ def _missed(options: SimulateOptions, error_estimate: float) -> list[str]:
     """Warning if the peak force of the leading wave does not meet the tolerance, or the step is too large."""
     if options.rtol is not None and error_estimate > options.rtol:
         reached = f"the relative error of the peak force is estimated as {error_estimate:.1e}, not {options.rtol:.1e}"
-        advice = "A simulation with another integrator or rtol shows how much the peak force changes."
+        advice = "Simulate with another integrator or rtol to check the peak force."
         return [f"The tolerance was not met: {reached}. {advice}"]
     if options.rtol is None and error_estimate > _UNSETTLED:
         step = f"The step of {options.step:g} is too large for {options.integrator}: the result is not accurate"

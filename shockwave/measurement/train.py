@@ -47,7 +47,7 @@ def train_of(result: SimulationResult) -> Train:
     if apart > 10 * (result.error_estimate + (strongest.error_estimate or _UNSETTLED)):
         warning = (
             f"The strongest wave of the train differs from the leading wave by {apart:.0e}, more than their error"
-            " estimates: neither is more accurate than this. A smaller rtol may remove the difference."
+            " estimates: neither is known to better than this. A smaller rtol may remove the difference."
         )
         return evolve(train, warnings=(*train.warnings, warning))
     # The search for the leading wave is more accurate than the runs for all waves.

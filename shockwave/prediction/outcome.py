@@ -22,9 +22,11 @@ from shockwave.text import alarm, facts, limits, notes, range_text, si, signific
 _WAVE = {"peak_force": "N", "momentum": "N s", "energy": "J", "speed": "m/s", "width": "s"}
 _REGIMES = {
     "ejection": "one wave, and the first granule rebounds",
-    "single": "one wave with the whole impulse",
+    "single": "one wave that carries the entire impulse",
     "train": "{count} waves",
 }
+# A train of which only the leading wave is listed.
+_LONE = "1 wave; later waves are below wave_threshold or are not predicted"
 _RELATIONS = {"less": "less than", "equal": "about equal to", "greater": "greater than"}
 
 
@@ -152,7 +154,7 @@ class EjectionOutcome(Outcome):
 
 @frozen(kw_only=True)
 class SingleOutcome(Outcome):
-    """One wave that takes the whole impulse (section 4.2.3)."""
+    """One wave that carries the entire impulse (section 4.2.3)."""
 
     regime: ClassVar[Regime] = "single"
 
@@ -203,7 +205,7 @@ def decision_lines(outcome: Outcome) -> list[str]:
         "",
         table(("condition (3)", "margin", ""), conditions),
         "",
-        table(("decided by", "left", "right", "hence", "equation"), steps),
+        table(("decided by", "left", "right", "conclusion", "equation"), steps),
     ]
 
 
@@ -220,8 +222,9 @@ def _decision(outcome: Outcome) -> Iterator[tuple[str, str]]:
     error = outcome.shown_error
     count = len(outcome.waves)
     ratio = f"{outcome.amplification:.{significant_digits(outcome.amplification, error)}g}"
-    yield "regime", f"{outcome.regime}: {_REGIMES[outcome.regime].format(count=count)}"
-    yield "leading wave", f"{_RELATIONS[outcome.relation]} the shock's peak force ({ratio} times it)"
+    waves = _LONE if outcome.regime == "train" and count == 1 else _REGIMES[outcome.regime].format(count=count)
+    yield "regime", f"{outcome.regime}: {waves}"
+    yield "leading wave", f"{_RELATIONS[outcome.relation]} the shock's peak force (ratio {ratio})"
     if isinstance(outcome, EjectionOutcome):
         rise = si(outcome.virtual_rise_time, "s", error=error)
         added = si(outcome.added_momentum, "N s", error=error)
@@ -236,7 +239,8 @@ def _condition_row(condition: Condition) -> tuple[str, ...]:
 
 
 def _step_row(step: Inequality) -> tuple[str, ...]:
-    return step.statement, si(step.left, "s"), si(step.right, "s"), step.outcome, step.equation
+    equation = step.equation if step.equation.startswith("(") else f"sec. {step.equation}"
+    return step.statement, si(step.left, "s"), si(step.right, "s"), step.outcome, equation
 
 
 def outcome_details(outcome: Outcome) -> Iterator[tuple[str, str]]:

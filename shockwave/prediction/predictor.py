@@ -25,7 +25,7 @@ from shockwave.scene_summary import Scene
 
 #: Leading number of A by name.
 MOMENTUM_COEFFICIENTS = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
-_RTOL = "relative error allowed of the primary's peak force; for model auto, 1e-3 unless given"
+_RTOL = "relative tolerance of the peak force of the leading wave; for model auto, 1e-3 if omitted"
 MOMENTUM_COEFFICIENT = Quantity("", "leading number of A", at_least=0.01, at_most=1000)
 # Errors that concern one shock; a faulty plugin ends all predictions.
 _NO_ANSWER = (InvalidValueError, NumericalError)
@@ -80,7 +80,9 @@ class Predictor:
     momentum_coefficient: str | float = "exact"
     alpha: Literal["constant", "literal"] = "constant"
     equal_tolerance: float = quantity("", "relative difference called equal", at_least=0, below=1, default=0.05)
-    wave_threshold: float = quantity("", "weakest later wave listed, over the primary", above=0, below=1, default=5e-3)
+    wave_threshold: float = quantity(
+        "", "weakest later wave that is listed, relative to the leading wave", above=0, below=1, default=5e-3
+    )
     quadrature: str | None = None
 
     def __attrs_post_init__(self) -> None:
@@ -132,11 +134,11 @@ class Predictor:
         of_chain = chain_warnings(chain, answer.states_error)
         peaks = [amplitude * shock.peak_force for amplitude in answer.amplitudes]
         steps = [evolve(step, left=step.left * scales.time, right=step.right * scales.time) for step in answer.trace]
-        endless = ", on an endless chain" if answer.reason and chain.granules is not None else ""
+        chain_assumed = ", on a semi-infinite chain" if answer.reason and chain.granules is not None else ""
         common: dict[str, Any] = {
             "model": self.model,
             "method": answer.method or self.model,
-            "reason": answer.reason + endless,
+            "reason": answer.reason + chain_assumed,
             "peak_force": peaks[0],
             "amplification": answer.amplitudes[0],
             "relation": answer.relation,

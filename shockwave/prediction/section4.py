@@ -48,7 +48,7 @@ def regime(shock: ScaledShock) -> tuple[Regime, tuple[Inequality, ...]]:
     if long_enough < shock.duration:
         return "train", (Inequality(statement.format("<"), long_enough, shock.duration, "(5d)", "train"),)
     split = Inequality(statement.format(">="), long_enough, shock.duration, "(5e)", "one wave")
-    statement = "whole impulse over F0 {} A F0^(-1/6)"
+    statement = "total impulse / F0 {} A F0^(-1/6)"
     if shock.impulse < time_of_wave:
         step = Inequality(statement.format("<"), shock.impulse, time_of_wave, "4.2.2", "ejection")
         return "ejection", (split, step)
@@ -65,9 +65,9 @@ def relation_of(ratio: float, tolerance: float) -> Relation:
 def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     """Answer of section 4 for a scaled shock, by the table above."""
     kind, (split, *momentum) = regime(shock)
-    statement, share = "whole impulse over F0 against A F0^(-1/6)", shock.impulse
+    statement, share = "total impulse / F0 vs. A F0^(-1/6)", shock.impulse
     if kind == "train":
-        statement = "impulse up to alphaF0 A F0^(-1/6), over F0, against A F0^(-1/6)"
+        statement = "impulse / F0 until alphaF0 A F0^(-1/6) vs. A F0^(-1/6)"
         share = shock.impulse_until(split.left)
     unit = shock.momentum_parameter
     relation = relation_of(share / unit, settings.equal_tolerance)
@@ -81,7 +81,7 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
 
 
 def _length(shock: ScaledShock) -> float:
-    """Duration over the time in which a wave of the shock's peak force collects its impulse."""
+    """Duration over the time in which a wave of the shock's peak force forms."""
     return shock.duration / (constant_alpha(shock) * shock.momentum_parameter)
 
 
@@ -103,7 +103,7 @@ def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Inequality, .
     if amplitude > 1 and relation == "less":
         warnings = (
             "The peak force of the leading wave by (5h) is above that of the shock, in contradiction to (5e): the added"
-            " momentum is too large here. A simulation gives the accurate peak force.",
+            " momentum is too large here. Simulate to obtain an accurate peak force.",
         )
     return ScaledAnswer(
         "ejection",
@@ -138,15 +138,15 @@ def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tu
         roots, warnings, reach = (primary,), [], -1 / 6
     if end >= shock.duration:
         warnings.append(
-            "The leading wave takes the whole impulse, because the time in which it collects impulse ends after the"
-            " shock. A simulation gives the later waves, if there are any."
+            "The leading wave carries the entire impulse, because the wave is still forming when the shock ends."
+            " Simulate to obtain the later waves, if there are any."
         )
     later = _later_waves(shock, settings.wave_threshold * primary, end)
     highest = max(later, default=0.0)
     if highest > primary:
         warnings.append(
-            "A later wave by (5i) is stronger than the leading wave: the rise is too slow for section 4. A simulation"
-            " gives the accurate peak forces."
+            "A later wave by (5i) is stronger than the leading wave: the rise is too slow for section 4. Simulate to"
+            " obtain accurate peak forces."
         )
     if len(later) == _MOST_WAVES:
         warnings.append(f"Only the first {_MOST_WAVES} later waves are listed; a larger wave_threshold omits more.")
@@ -231,14 +231,14 @@ def _literal_primary(shock: ScaledShock) -> tuple[float, float, tuple[float, ...
     if not inside:
         whole = (shock.impulse / unit) ** 1.2
         sentence = (
-            "(5c) as printed has no root within the shock, so the leading wave is assumed to take the whole impulse."
-            " alpha: constant, or a simulation, gives a reliable peak force."
+            "(5c) as printed has no root within the shock, so the leading wave is assumed to carry the entire impulse."
+            " Set alpha: constant, or simulate, to obtain a reliable peak force."
         )
         return whole, shock.duration, roots, [sentence]
     listed = ", ".join(f"{root:.6g}" for root in roots)
     sentence = (
         f"(5c) as printed has the roots {listed} (times the peak force of the shock), of which the last one within the"
-        " shock is used. alpha: constant, or a simulation, gives a reliable peak force."
+        " shock is used. Set alpha: constant, or simulate, to obtain a reliable peak force."
     )
     return inside[-1], time(inside[-1]), roots, [sentence]
 

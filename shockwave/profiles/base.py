@@ -43,7 +43,7 @@ class ShockProfile(abc.ABC):
 
     Contract for implementers
     -------------------------
-    1. ``duration_ratio`` is n, the whole duration over the rise time, a number above 1: an attribute, a
+    1. ``duration_ratio`` is n, the total duration over the rise time, a number above 1: an attribute, a
        property or an attrs field. With attrs, every other field is a parameter of the profile.
     2. ``rise(s)`` is F1 on 0 <= s <= 1 and ``decay(s)`` is F2 on 1 <= s <= n. Both are vectorised: they take
        a float array of any shape and return one of the same shape. They are not called outside their range.

@@ -6,7 +6,7 @@ from __future__ import annotations
 _FOLDS = (2.0, 8.0, 36.0)
 # Least rate, in e-folds per rise or decay, of a force that has a boundary layer.
 _LEAST_RATE = 100.0
-# Least width of a layer, over the whole duration. A thinner layer is treated as a discontinuity.
+# Least width of a layer, over the total duration. A thinner layer is treated as a discontinuity.
 _LEAST_WIDTH = 1e-9
 
 
@@ -20,7 +20,7 @@ def edges(begin: float, end: float, rate: float, duration: float) -> tuple[float
     rate : float
         Rate of the decay. If it is positive, the layer lies at ``begin``, otherwise at ``end``.
     duration : float
-        n, whole duration over rise time.
+        n, total duration over rise time.
 
     Returns
     -------

@@ -33,7 +33,7 @@ def conditions(areas: Areas, duration_ratio: float) -> tuple[Condition, ...]:
     areas : Areas
         Areas a1 and a2 of the profile.
     duration_ratio : float
-        n, whole duration over rise time.
+        n, total duration over rise time.
     """
     a1, a2 = areas.rise.value, areas.decay.value
     tolerance = TOLERANCE * duration_ratio + areas.rise.error + areas.decay.error

@@ -28,12 +28,12 @@ class Exponential(ShockProfile):
     rise_rate, decay_rate : float
         Rates k1 and k2, at least -700 and at most 1e6; with both 0 the profile is a triangle.
     duration_ratio : float
-        n, whole duration over rise time, above 1.
+        n, total duration over rise time, above 1.
     """
 
     rise_rate: float = quantity("", "k1, rate of the rise", at_least=-700, at_most=1e6)
     decay_rate: float = quantity("", "k2, rate of the decay", at_least=-700, at_most=1e6)
-    duration_ratio: float = quantity("", "n, whole duration over rise time", above=1, at_most=1e12)
+    duration_ratio: float = quantity("", "n, total duration over rise time", above=1, at_most=1e12)
 
     def rise(self, s: FloatArray) -> FloatArray:
         return _ramp(self.rise_rate, s, 0)

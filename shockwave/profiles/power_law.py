@@ -70,9 +70,9 @@ class PowerLaw(Powers):
         Exponents eta1 and eta2, 0 to 1e6. With the exponent 0 the force is constant and jumps at the beginning of the
         rise or at the end of the decay.
     duration_ratio : float
-        n, whole duration over rise time, above 1.
+        n, total duration over rise time, above 1.
     """
 
     rise_exponent: float = quantity("", "eta1, exponent of the rise", at_least=0, at_most=1e6)
     decay_exponent: float = quantity("", "eta2, exponent of the decay", at_least=0, at_most=1e6)
-    duration_ratio: float = quantity("", "n, whole duration over rise time", above=1, at_most=1e12)
+    duration_ratio: float = quantity("", "n, total duration over rise time", above=1, at_most=1e12)

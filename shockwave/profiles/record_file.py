@@ -88,7 +88,7 @@ class _Text:
     @property
     def comma_hint(self) -> str:
         """Hint for a wrong number of columns."""
-        hint = "; if the comma is the decimal sign, separate the columns by semicolons"
+        hint = "; if the comma is the decimal separator, separate the columns by semicolons"
         return hint if self.separator == "," else ""
 
 

@@ -9,8 +9,8 @@ from shockwave.fields import Quantity, quantity, text_of
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.contract import examine
 
-#: The whole duration, which can be given instead of the rise time.
-DURATION = Quantity("s", "whole duration n t0, instead of the rise time", above=0)
+#: The total duration, which can be given instead of the rise time.
+DURATION = Quantity("s", "total duration n t0, instead of the rise time", above=0)
 
 
 @frozen(kw_only=True)
@@ -49,7 +49,7 @@ class Shock:
 
     @classmethod
     def of_duration(cls, *, profile: ShockProfile, duration: float, peak_force: float | None = None) -> Shock:
-        """Make a shock from its whole duration n t0 [s] instead of its rise time t0.
+        """Make a shock from its total duration n t0 [s] instead of its rise time t0.
 
         Raises
         ------

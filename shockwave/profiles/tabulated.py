@@ -107,7 +107,7 @@ class Tabulated(ShockProfile):
     times: Any = _column("s", "sample times, ascending")  # noqa: RUF009
     forces: Any = _column("N", "forces at these times")  # noqa: RUF009
     duration_ratio: float = quantity(
-        "", "whole duration over rise time; the decay is stretched to it", above=1.0, optional=True, default=None
+        "", "total duration over rise time; the decay is stretched to fit", above=1.0, optional=True, default=None
     )
     clean: bool = True
     _pulse: Pulse = attrs.field(init=False, repr=False, eq=False)

@@ -15,8 +15,8 @@ class Triangular(Powers):
     Parameters
     ----------
     duration_ratio : float
-        n, whole duration over rise time, above 1.
+        n, total duration over rise time, above 1.
     """
 
     rise_exponent = decay_exponent = 1.0
-    duration_ratio: float = quantity("", "n, whole duration over rise time", above=1, at_most=1e12)
+    duration_ratio: float = quantity("", "n, total duration over rise time", above=1, at_most=1e12)

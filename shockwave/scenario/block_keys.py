@@ -26,7 +26,7 @@ from shockwave.registry import load
 
 #: The profile whose samples may come from a file.
 RECORD = "tabulated"
-_RATIO = Quantity("", "n, whole duration over rise time", above=1, example="10")
+_RATIO = Quantity("", "n, total duration over rise time", above=1, example="10")
 _DIAMETER = Quantity("m", "diameter 2 R of the granules", above=0)
 
 
@@ -110,9 +110,9 @@ SCENARIO = (
     Key("shock", required=True, meaning="a mapping of profile, peak_force, rise_time, duration_ratio, parameters"),
     Key("predict", default=None, meaning="settings of the prediction"),
     Key("simulate", default=None, meaning="settings of the simulation"),
-    Key("requires", annotation=list[str], default=None, meaning="distributions that must be installed"),
+    Key("requires", annotation=list[str], default=None, meaning="Python packages that must be installed"),
     Key("published", default=None, meaning="results printed in a source, shown beside those of shockwave"),
-    Key("sweep", default=None, meaning="a mapping of grid, zip or points, for many scenes"),
+    Key("sweep", default=None, meaning="a mapping of grid, zip or points, for many cases"),
     Key("uncertainty", default=None, meaning="a mapping of dotted names to probability distributions"),
 )
 _, _RADIUS, _GRANULES = keys_of(Chain)
@@ -149,7 +149,7 @@ def profile_class(name: str) -> type[ShockProfile]:
 
 @cache
 def shock_keys(cls: type[ShockProfile] | None) -> tuple[Key, ...]:
-    """Keys of the block ``shock`` for profiles of the class ``cls``, or for an unknown profile if it is None.
+    """Keys of the ``shock`` block for profiles of the class ``cls``, or for an unknown profile if it is None.
 
     A value that the profile may define itself, as a record does, is optional.
     """
@@ -165,7 +165,7 @@ def shock_keys(cls: type[ShockProfile] | None) -> tuple[Key, ...]:
 
 @cache
 def parameters_of(profile: str, cls: type[ShockProfile]) -> tuple[Key, ...]:
-    """Keys of the block ``parameters``: the parameters of ``cls`` except ``duration_ratio``."""
+    """Keys of the ``parameters`` block: the parameters of ``cls`` except ``duration_ratio``."""
     keys = tuple(key for key in keys_of(cls) if key.name != "duration_ratio")
     if profile != RECORD:
         return keys

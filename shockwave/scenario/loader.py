@@ -148,7 +148,7 @@ class _Loading:
             return error.valid, False
 
     def block(self, name: str, given: Any, cls: type) -> Any:
-        """Instance of ``cls`` from the block ``name``, whose keys are its arguments; None if the block has errors."""
+        """Instance of ``cls`` from the ``name`` block, whose keys are its arguments; None if the block has errors."""
         path = tuple(name.split("."))
         keys = BLOCKS[name] if name in ("predict", "simulate") else keys_of(cls)
         values, valid = self.values(path, given, keys)
@@ -271,7 +271,7 @@ class _Loading:
         return self.build(make, {"profile": profile, **sizes}, ("shock",), {"": ("shock", "profile")}, cls)
 
     def _profile(self, cls: Any, given: Mapping[str, Any], shock: Mapping[str, Any]) -> Any:
-        """Profile of the block ``given`` with the valid values ``shock``; None if the profile has errors."""
+        """Profile of the ``given`` block with the valid values ``shock``; None if the profile has errors."""
         name = given["profile"]
         values, valid = self.values(_PARAMETERS, given.get("parameters"), parameters_of(name, cls))
         own = [key for key in keys_of(cls) if key.name == "duration_ratio"]

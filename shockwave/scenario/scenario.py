@@ -55,15 +55,15 @@ class Scenario:
     chain : Chain
         Material, radius, number of granules.
     predictor : Predictor
-        Predictor with the settings of the block ``predict``.
+        Predictor with the settings of the ``predict`` block.
     simulate : SimulateOptions
-        Options of the block ``simulate``.
+        Options of the ``simulate`` block.
     published : Published or None
         Results that a source prints for the same scene.
     sweep : Sweep or None
         The scenes of a sweep; shock, chain and settings are then those of its first valid scene.
     uncertainty : tuple of Spread
-        Probability distributions of values; empty without a block ``uncertainty``.
+        Probability distributions of values; empty without a ``uncertainty`` block.
     document : Document or None
         Document from which it was read, without the blocks ``sweep`` and ``uncertainty``.
     """

@@ -33,8 +33,8 @@ from shockwave.scenario.uncertainty import TWINS
 
 _DRAFT = "http://json-schema.org/draft-07/schema#"
 _ABOUT = (
-    "One shock on one chain of equal elastic spheres. A bare number is in SI units; text is a number with a unit"
-    " of the same dimension, such as 15 us."
+    "One shock on one chain of equal elastic spheres. A bare number is in SI units; a value with a unit,"
+    " such as 15 us, is converted."
 )
 # Beginning of the text of a quantity. Units are not checked: a pattern cannot cover all their spellings.
 _NUMBER = r"^\s*[-+]?\.?[0-9]"
@@ -124,7 +124,7 @@ def _where_profile(name: str, form: Form) -> Form:
 
 
 def _of_profile(name: str) -> tuple[Form, Form]:
-    """Values that the block ``shock`` admits for a profile, and keys that it must have."""
+    """Values that the ``shock`` block admits for a profile, and keys that it must have."""
     try:
         cls = profile_class(name)
         parameters = parameters_of(name, cls)

@@ -1,4 +1,4 @@
-"""The block ``sweep`` of a scenario, which describes many scenes."""
+"""The ``sweep`` block of a scenario, which describes many scenes."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _VALUES = "must be a list of values or, for numbers, {linspace: [first, last, nu
 SWEEP = (
     Key("run", annotation=Run, meaning="command for every point; if omitted, that of the scenario's block"),
     Key("grid", meaning="dotted names and their values, in all combinations"),
-    Key("zip", meaning="dotted names with equally many values each: the first values belong together, and so on"),
+    Key("zip", meaning="dotted names, all with the same number of values: the first values belong together, and so on"),
     Key("points", meaning="a list of mappings of dotted names to one value each"),
 )
 
@@ -106,7 +106,7 @@ class Sweep:
 
 
 def read(data: Mapping[str, Any]) -> Sweep:
-    """Sweep of the block ``sweep`` of the document ``data``.
+    """Sweep of the ``sweep`` block of the document ``data``.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def read(data: Mapping[str, Any]) -> Sweep:
     sweep = Sweep(run, tuple(axis for axes in found.values() for axis in axes))
     if not 0 < len(sweep) <= _MOST_POINTS or not sweep.axes:
         got = len(sweep) if sweep.axes else "nothing"
-        problem = f"must have a grid, a zip or points with 1 to {_MOST_POINTS:g} scenes in all (got {got})"
+        problem = f"must have a grid, a zip or points with 1 to {_MOST_POINTS:g} cases in all (got {got})"
         raise WrongsError([Wrong((), problem)])
     return sweep
 
@@ -182,7 +182,7 @@ def _zip(known: Mapping[str, Variable], given: Any) -> list[Axis]:
     variables, columns = zip(*_columns(known, given), strict=True)
     if len({len(values) for values in columns}) > 1:
         counts = ", ".join(f"{len(values)} of {of.name}" for of, values in zip(variables, columns, strict=True))
-        raise ValueError(f"must have equally many values of each name (got {counts})")
+        raise ValueError(f"must have the same number of values for each name (got {counts})")
     return [Axis(variables, tuple(zip(*columns, strict=True)))]
 
 

@@ -83,7 +83,7 @@ def _sizes(cls: Any) -> Iterator[str]:
 
 
 def _parameters(name: str, cls: Any) -> list[str]:
-    """Lines of the block ``parameters``."""
+    """Lines of the ``parameters`` block."""
     keys = parameters_of(name, cls)
     examples = {key.name: _example(key) for key in keys} | (_RECORD_EXAMPLES if name == RECORD else {})
     lines = [_line("    ", key.required or _stated(key), key, examples[key.name]) for key in keys]

@@ -1,4 +1,4 @@
-"""The block ``uncertainty`` of a scenario, with probability distributions of its values."""
+"""The ``uncertainty`` block of a scenario, with probability distributions of its values."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ from shockwave.text import si
 Kind = Literal["relative", "sd", "factor", "between"]
 
 _RELATIVE = Key("relative", spec=Quantity("", "relative standard deviation", above=0, at_most=1))
-_FACTOR = Key("factor", spec=Quantity("", "factor within which two thirds of the values lie", above=1, at_most=100))
+_FACTOR = Key(
+    "factor",
+    spec=Quantity("", "factor of the nominal value within which two thirds of the values lie", above=1, at_most=100),
+)
 _RULE = "must be a percentage such as 5 %, or a mapping {sd: ...}, {between: [..., ...]} or {factor: ...}"
 #: Pairs of names for one value.
 TWINS: Final = (("chain.diameter", "chain.radius"), ("shock.duration", "shock.rise_time"))
@@ -62,7 +65,7 @@ def is_continuous(of: Variable) -> bool:
 
 
 def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
-    """Distributions of the block ``uncertainty``.
+    """Distributions of the ``uncertainty`` block.
 
     Parameters
     ----------
@@ -114,7 +117,7 @@ def ends_of(of: Variable, given: Any) -> tuple[float, ...]:
         When it is not a pair of values in ascending order.
     """
     if not isinstance(given, list | tuple) or len(given) != 2:
-        raise ValueError(f"must be a list of two values, the least and the greatest (got {text_of(given)})")
+        raise ValueError(f"must be a list of two values, the lower and the upper limit (got {text_of(given)})")
     ends = items(given, of.converted)
     if not ends[0] < ends[1]:
         raise ValueError(f"must ascend (got {text_of(given)})")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import types
 import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -130,8 +131,13 @@ def converted(key: Key, value: Any) -> Any:
 
 
 def _quantity(value: Any, spec: Quantity) -> int | float:
-    # a float would round a large whole number
-    si = value if spec.whole and type(value) is int else to_si(value, spec.unit)
+    try:
+        # a float would round a large whole number
+        si = value if spec.whole and type(value) is int else to_si(value, spec.unit)
+    except ValueError:
+        if not spec.whole:
+            raise
+        si = math.nan
     if spec.problem(si) is not None:
         raise ValueError(f"must be {spec.rule} (got {_shown(value)})")
     return int(si) if spec.whole else si

@@ -18,8 +18,8 @@ Backend: TypeAlias = Literal["compiled", "numpy"]
 
 #: Descriptions by name.
 BACKENDS = {
-    "compiled": "one C file, eight shocks side by side",
-    "numpy": "NumPy alone, the reference",
+    "compiled": "compiled C, eight shocks in parallel (SIMD)",
+    "numpy": "pure NumPy reference implementation",
 }
 
 

@@ -49,7 +49,7 @@ class Tableau:
 
     @property
     def evaluations(self) -> int:
-        """Evaluations of the acceleration in a step, without that at its beginning."""
+        """Number of acceleration evaluations per step, excluding the one at its start."""
         return len(self.nodes) + (not self.last_is_first)
 
     @classmethod

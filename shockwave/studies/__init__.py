@@ -1,1 +1,1 @@
-"""Studies: questions about a scene that take many predictions or simulations."""
+"""Studies: analyses that require many predictions or simulations."""

@@ -8,7 +8,7 @@ from attrs import asdict, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.measurement.result import SimulationResult
-from shockwave.measurement.result_text import peak_text, result_details, result_limits, wave_tables
+from shockwave.measurement.result_text import peak_text, result_answer, result_details, result_limits, wave_tables
 from shockwave.measurement.simulate import simulate, simulate_with
 from shockwave.options import SimulateOptions
 from shockwave.prediction.model_interface import Relation
@@ -16,7 +16,7 @@ from shockwave.prediction.outcome import Outcome, decision_lines, outcome_detail
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
 from shockwave.scenario.scenario import Published
-from shockwave.text import facts, limits, notes, range_text, si, strong
+from shockwave.text import error_text, facts, limits, notes, range_text, si, strong
 
 
 @frozen(kw_only=True)
@@ -107,12 +107,12 @@ def comparison_text(both: Comparison) -> str:
     predicted, simulated = both.predicted, both.simulated
     name = f"{predicted.scenario}: " if predicted.scenario else ""
     waves = wave_tables(simulated)  # integrates the train, whose warnings and cost belong to the lines around
-    head = f"{name}error of the predicted peak force {both.error:+.2%}, expected "
+    head = f"{name}error of the predicted peak force {error_text(both.error)}, expected "
     warnings = dict.fromkeys([*outcome_limits(predicted), *result_limits(simulated)])
     answers = [
         ("simulated", peak_text(simulated)),
         ("predicted", f"{si(predicted.peak_force, 'N', error=predicted.shown_error)} by {predicted.model}"),
-        ("relation", f"predicted {predicted.relation}, simulated {both.relation} (leading wave to shock)"),
+        ("relation", f"predicted {predicted.relation}, simulated {both.relation} (leading wave relative to the shock)"),
     ]
     if both.published is not None:
         answers.append(("published", f"{_figures(both.published)} ({both.published.source})"))
@@ -126,6 +126,7 @@ def comparison_text(both: Comparison) -> str:
         wave_table(predicted),
         "",
         "  simulated",
+        *facts(result_answer(simulated)),
         waves,
         "",
         *facts({**dict(outcome_details(predicted)), **dict(result_details(simulated))}.items()),

@@ -219,13 +219,13 @@ class Design:
             return ""
         wanted = _si(self.target.value, self.target.unit)
         if self.spanned and self.between is None:
-            return f"no material meets {wanted}, although it is within the reachable range"
+            return f"no material gives {wanted}, although it is within the reachable range"
         if self.spanned and self.nearest:
             simulated = f"its simulation gives {self._simulated(self.nearest)} at {self._value(self.nearest)}"
-            return f"{wanted} is met only by an endless chain; this chain is too short for the search: {simulated}"
+            return f"{wanted} needs a semi-infinite chain; this chain is too short for the search: {simulated}"
         if self.target.value < self.least.reached:
-            return f"{wanted} is out of reach: the least is {self._at(self.least)}"
-        return f"{wanted} is out of reach: the greatest is {self._at(self.most)}"
+            return f"{wanted} is out of reach: the minimum is {self._at(self.least)}"
+        return f"{wanted} is out of reach: the maximum is {self._at(self.most)}"
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``design --json`` prints: SI floats."""

@@ -118,7 +118,7 @@ def _interval(varied: Variable, given: Sequence[Any] | None) -> tuple[float, flo
         rule = f"must be a number of the chain or the shock that varies continuously, or {_MATERIAL}"
         raise InvalidValueError.of("vary", f"{rule} (got {varied.name})")
     if given is None:
-        raise InvalidValueError.of("between", "must be the least and the greatest value of the interval (got nothing)")
+        raise InvalidValueError.of("between", "must be the lower and the upper end of the interval (got nothing)")
     try:
         ((low, high),) = gathered([("between", given)], {"between": partial(ends_of, varied)}).values()
     except WrongsError as error:
@@ -157,7 +157,7 @@ class Line:
 
 
 def line_along(scenario: Scenario, name: str, target: Target, between: tuple[float, float], rtol: float) -> Line:
-    """The target property as a function of the parameter ``name``, for an endless chain.
+    """The target property as a function of the parameter ``name``, for a semi-infinite chain.
 
     Extrema are those of a piecewise polynomial fitted to ``rtol``.
 
@@ -168,8 +168,8 @@ def line_along(scenario: Scenario, name: str, target: Target, between: tuple[flo
     NumericalError
         If a simulation fails.
     """
-    endless = evolve(scenario, chain=evolve(scenario.chain, granules=None))
-    family = varied_scenes.family_of(endless, [name])
+    semi_infinite = evolve(scenario, chain=evolve(scenario.chain, granules=None))
+    family = varied_scenes.family_of(semi_infinite, [name])
     ends = [family.scenario({name: value}) for value in between]
     # if there is no curve, the error is raised before the search; this includes parameters of the shape
     curves = [varied_scenes.curve_of(end.shock.profile, rtol, varied_scenes.duration_of(end)) for end in ends]
@@ -194,7 +194,7 @@ def line_along(scenario: Scenario, name: str, target: Target, between: tuple[flo
     turns = [x for piece in pieces for x in piece.turns(0.0)]
     landmarks = {*between, *(value_at(x) for x in (*joints, *turns))}
     if between[0] < 0 < between[1]:
-        landmarks.add(0.0)  # Poisson's ratio enters by its square
+        landmarks.add(0.0)  # Poisson's ratio enters only through its square
     if curve is None:
         polynomial = partial(evaluated, pieces)
         return Line(lambda value: float(polynomial(np.array(into(value)))), error, tuple(sorted(landmarks)), None)
@@ -260,7 +260,7 @@ class _Search:
             found = [self.solution(value, line) for value in met]
             table = tuple(self.option(value, line.curve) for value in _counted("rows", _spaced(between, points)))
         except InvalidValueError as error:
-            raise InvalidValueError.of("between", f"must contain only possible scenes ({error.faults[0]})") from None
+            raise InvalidValueError.of("between", f"must contain only valid cases ({error.faults[0]})") from None
         to_simulate = found or [min(least, most, key=self.target.distance)]
         checked = [self.simulated(one) for one in _counted("simulations", to_simulate)]
         solutions = tuple(one for one in checked if found and self.meets(one))

@@ -13,12 +13,15 @@ from shockwave.studies.scaling_exponents import Exponents
 from shockwave.text import facts, limits, paragraph, significant_digits, strong, table
 
 # Columns of the variance table that a narrow screen leaves out, the last named first.
-_SPARE = ("spread", "exponent", "amplification: alone, %", "amplification: total, %")
+_SPARE = ("spread", "exponent", "amplification: first-order, %", "amplification: total, %")
 _VARIANCE_LEGEND = (
-    "(alone, total: shares of the variance of the peak force that a parameter causes alone, and including its "
-    "interactions; +-: half the 95 % confidence interval of sampling)"
+    "(first-order, total: contribution of a parameter to the variance of the peak force, without and with its "
+    "interactions with other parameters; +-: half the 95 % confidence interval of sampling)"
 )
-_STATISTICS_LEGEND = "(sd: standard deviation; linear sd: to first order, from the exponents)"
+_STATISTICS_LEGEND = (
+    "(sd: standard deviation; linear sd: to first order, from the exponents; +-: half the 95 % confidence interval of "
+    "sampling, and the error of the peak forces)"
+)
 
 
 @frozen
@@ -29,7 +32,7 @@ class Estimate:
     error: float
 
     def __str__(self) -> str:
-        decimals = -math.floor(math.log10(self.error / 3)) if self.error > 0 else 6
+        decimals = -math.floor(math.log10(self.error / 3)) if 0 < self.error < math.inf else 6
         shown = (f"{round(number, decimals):.{max(decimals, 0)}f}" for number in (self.value, self.error))
         return " +- ".join(shown)
 
@@ -142,19 +145,22 @@ class Uncertainty:
 
     def __str__(self) -> str:
         force = self.peak_force
-        low, high = (str(force.quantiles[share]) for share in (0.05, 0.95))
+        mean, low, high = map(self._shown, (force.mean, force.quantiles[0.05], force.quantiles[0.95]))
         sources = {"curve": "the universal curve of the shape", "simulation": "simulations, as the shape is uncertain"}
         ranked = sorted(self.sensitivities, key=lambda one: one.peak_force_total.value, reverse=True)
         forces = self._column(force)
         ratios = self._column(self.amplification)
         details = [
             ("peak forces", f"from {sources[self.method]}, each accurate to {self.model_error:.0e}"),
-            ("scales as", f"{self.exponents} at the nominal scene, each accurate to {self.exponents.error:.0e}"),
-            ("draws", f"{self.draws}, seed {self.seed}; {self.evaluations} scenes including those for the variance"),
+            ("scales as", f"{self.exponents} at the nominal values, each accurate to {self.exponents.error:.0e}"),
+            (
+                "samples",
+                f"{self.draws}, seed {self.seed}; {self.evaluations} including those for the sensitivity indices",
+            ),
             ("scenario", self.scenario or "-"),
         ]
         lines = [
-            *map(strong, paragraph("", f"peak force: mean {force.mean} N, 90 % between {low} and {high} N", 2)),
+            *map(strong, paragraph("", f"peak force: mean {mean} N, 90 % between {low} and {high} N", 2)),
             *limits(self.warnings),
             "",
             table(list(_row(ranked[0])), [list(_row(one).values()) for one in ranked], _SPARE),
@@ -170,20 +176,29 @@ class Uncertainty:
     def _column(self, one: Statistics) -> dict[str, str]:
         """Printed statistics of one quantity."""
         nominal = f"{one.nominal:.{significant_digits(one.nominal, self.model_error)}g}"
-        quantiles = {f"{100 * share:g} % below": str(estimate) for share, estimate in one.quantiles.items()}
-        moments = {"nominal": nominal, "mean": str(one.mean), "sd": str(one.sd), "linear sd": f"{one.linear_sd:.4g}"}
+        quantiles = {_percentile(share): self._shown(estimate) for share, estimate in one.quantiles.items()}
+        linear = f"{one.linear_sd:.4g}"
+        moments = {"nominal": nominal, "mean": self._shown(one.mean), "sd": self._shown(one.sd), "linear sd": linear}
         return moments | quantiles
+
+    def _shown(self, estimate: Estimate) -> str:
+        """A statistic with its sampling error and the error of the peak forces together."""
+        return str(Estimate(estimate.value, math.hypot(estimate.error, self.model_error * estimate.value)))
+
+
+def _percentile(share: float) -> str:
+    return "median" if share == 0.5 else f"{100 * share:g}th percentile"
 
 
 def _row(one: Sensitivity) -> dict[str, str]:
     """The columns of one parameter."""
     return {
-        "cause of variance": one.name,
-        "alone, %": _percent(one.peak_force_first),
+        "source of variance": one.name,
+        "first-order, %": _percent(one.peak_force_first),
         "total, %": _percent(one.peak_force_total),
         "spread": one.spread,
         "exponent": "-" if one.exponent is None else f"{one.exponent:.3f}",
-        "amplification: alone, %": _percent(one.amplification_first),
+        "amplification: first-order, %": _percent(one.amplification_first),
         "amplification: total, %": _percent(one.amplification_total),
     }
 

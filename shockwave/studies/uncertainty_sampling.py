@@ -68,7 +68,7 @@ def uncertainty(
     chain : Chain, optional
         The chain, if ``scene`` is a shock.
     spreads : mapping, optional
-        Dotted names and distributions, as in the block ``uncertainty``, which they replace.
+        Dotted names and distributions, as in the ``uncertainty`` block, which they replace.
     draws : int
         Number of scenes to draw, a power of 2 from 1024 to 262144.
     seed : int
@@ -106,7 +106,7 @@ def uncertainty(
     try:
         points, outputs, errors = _sampled(scenario, drawn, draws, seed, rtol)
     except InvalidValueError as wrong:
-        problem = f"must give only possible scenes ({wrong.faults[0]}; narrow the distributions or use {{factor: ...}})"
+        problem = f"must give only valid samples ({wrong.faults[0]}; narrow the distributions or use {{factor: ...}})"
         raise InvalidValueError.of("uncertainty", problem) from None
     slopes = [slopes_at(scenario, exponents, one, nominal) for one in drawn]
     # shape (2 indices, parameters, 2 outputs, value and error)
@@ -349,7 +349,7 @@ def _indices(outputs: FloatArray) -> FloatArray:
 def slopes_at(
     scenario: Scenario, exponents: Exponents, one: Distribution, nominal: Mapping[str, FloatArray]
 ) -> tuple[Estimate, Estimate]:
-    """Derivatives of ln F and ln (F/F0) with respect to the parameter, at the nominal scene."""
+    """Derivatives of ln F and ln (F/F0) with respect to the parameter, at the nominal values."""
     if one.name in POWERS:
         value = one.value or math.inf  # the slope vanishes at Poisson's ratio 0
         force = exponents.at(one.name) / value

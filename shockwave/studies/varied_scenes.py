@@ -1,6 +1,6 @@
 """The leading wave in scenes that differ from a scenario in some parameters, for arrays of values.
 
-For one shape of shock, the amplification depends on all other parameters through one number,
+For a given shape of the shock, the amplification depends on all other parameters through one number,
 
     t0/T0 = t0 F0^(1/6) R^(-4/3) rho^(-1/2) (E / (1 - nu^2))^(1/3) times a constant,
 
@@ -92,7 +92,7 @@ def notes_of(scenario: Scenario) -> tuple[str, ...]:
     notes = tuple(scenario.shock.profile.notes)
     if scenario.chain.granules is None:
         return notes
-    return (*notes, f"the chain of {scenario.chain.granules} granules is treated as endless")
+    return (*notes, f"the chain of {scenario.chain.granules} granules is treated as semi-infinite")
 
 
 # ---------------------------------------------------------------- curves
@@ -147,7 +147,7 @@ def family_of(scenario: Scenario, names: Iterable[str]) -> Family:
 
 
 def primaries(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float) -> LeadingWaves:
-    """Leading waves in scenes that differ from ``scenario`` in ``values``; chains are treated as endless.
+    """Leading waves in scenes that differ from ``scenario`` in ``values``; chains are treated as semi-infinite.
 
     Parameters
     ----------
@@ -171,8 +171,8 @@ def primaries(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float)
     NumericalError
         If a simulation fails.
     """
-    endless = evolve(scenario, chain=evolve(scenario.chain, granules=None))
-    return (_by_curve if keep_shape(values) else _by_simulation)(endless, values, rtol)
+    semi_infinite = evolve(scenario, chain=evolve(scenario.chain, granules=None))
+    return (_by_curve if keep_shape(values) else _by_simulation)(semi_infinite, values, rtol)
 
 
 def _by_curve(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float) -> LeadingWaves:

@@ -186,6 +186,13 @@ class SweepDefinition:
         found: dict[str, Any] = json.loads(json.dumps(cattrs.unstructure(content)))
         return found
 
+    def _identity(self) -> dict[str, Any]:
+        """The content without the meanings of the columns, whose wording may change."""
+        found = self._content()
+        for column in found["columns"]:
+            del column["meaning"]
+        return found
+
     # ---------------------------------------------------------------- the file
 
     @classmethod
@@ -216,7 +223,7 @@ class SweepDefinition:
 
     def differences(self, other: SweepDefinition) -> dict[str, str]:
         """Return the differences from ``other`` by dotted names, with both values."""
-        changes = _changes(self._content(), other._content())
+        changes = _changes(self._identity(), other._identity())
         return {name: f"{text_of(here)}, now {text_of(there)}" for name, here, there in changes}
 
     def resumed(self, there: SweepDefinition, folder: Path, accept_versions: bool) -> SweepDefinition:

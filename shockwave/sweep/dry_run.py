@@ -31,6 +31,8 @@ _TIME_LIMIT = 3.0
 _GROUP = 8
 # Time to start the workers and to write the tables [s].
 _OVERHEAD = 1.0
+# Longest time that is printed in seconds [s].
+_LONGEST_IN_SECONDS = 120
 
 
 @frozen(kw_only=True)
@@ -74,10 +76,9 @@ class SweepPlan:
         return asdict(self)
 
     def __str__(self) -> str:
-        low, high = (timedelta(seconds=math.ceil(seconds)) for seconds in self.seconds)
-        time = f"{low} to {high}" if low < high else f"about {low}"
-        estimate = f"{time} on {self.workers} workers" if self.measured else "nothing to do"
-        answer = f"{self.points - self.finished} of {self.points} points to run: {estimate}"
+        workers = "1 worker" if self.workers == 1 else f"{self.workers} workers"
+        estimate = f", estimated time {self._time()} on {workers}" if self.measured else ""
+        answer = f"{self.points - self.finished} of {self.points} points to run{estimate}"
         failure = f"{self.failed} of the {self.measured} measured points failed: {self.problem}"
         details = [
             ("task", self.run),
@@ -85,6 +86,13 @@ class SweepPlan:
             ("estimated from", f"{self.measured} points"),
         ]
         return "\n".join([strong(answer), *limits([failure] if self.failed else []), *facts(details)])
+
+    def _time(self) -> str:
+        """The range of the estimated time, in seconds or as hours:minutes:seconds."""
+        low, high = (math.ceil(seconds) for seconds in self.seconds)
+        if high <= _LONGEST_IN_SECONDS:
+            return f"{low} to {high} s" if low < high else f"about {high} s"
+        return f"{timedelta(seconds=low)} to {timedelta(seconds=high)} h"
 
 
 def plan_sweep(

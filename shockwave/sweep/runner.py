@@ -74,7 +74,7 @@ def run_sweep(
     Parameters
     ----------
     scenario : Scenario or path-like
-        A scenario with a block ``sweep``.
+        A scenario with a ``sweep`` block.
     folder : path-like
         Folder of the journal and the results: a new one, or that of the same sweep.
     executor : concurrent.futures.Executor or str, optional

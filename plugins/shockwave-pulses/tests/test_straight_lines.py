@@ -14,7 +14,7 @@ from shockwave_pulses.rectangular import Rectangular
 from shockwave_pulses.straight_lines import StraightLines
 from shockwave_pulses.trapezoid import Trapezoid
 
-# Each with its corners: times over the whole duration, and the forces there.
+# Each with its corners: times over the total duration, and the forces there.
 SHAPES = {
     "trapezoid": (Trapezoid(), [0, 0.1, 0.9, 1], [0, 1, 1, 0]),
     "uneven trapezoid": (

@@ -1,1 +1,1 @@
-"""Pulses of explosions for shockwave: the Friedlander pulse, by its shape or by charge and standoff."""
+"""Blast waves for shockwave: the Friedlander pulse, by its shape or by charge and standoff."""

@@ -25,7 +25,7 @@ class Friedlander(BlastWaveform):
         about an atmosphere and less; for higher peaks b is greater, up to 17 in the curves of Kingery and
         Bulmash.
     rise_fraction : float
-        Rise time over whole duration, 1e-6 to 0.5. The front of a blast wave rises within nanoseconds, but
+        Rise time over total duration, 1e-6 to 0.5. The front of a blast wave rises within nanoseconds, but
         eq. (2) requires a rise. The default, 1e-3, increases the peak force of the leading wave in a
         simulation by 0.1 % at b = 1, 0.2 % at b = 3 and 0.8 % at b = 15; the increase is proportional to the
         fraction.
@@ -56,7 +56,7 @@ class Friedlander(BlastWaveform):
 
     decay_coefficient: float = quantity("", "b of exp(-b t/td)", default=1.0, at_least=0, at_most=100)
     rise_fraction: float = quantity(
-        "", "rise time over whole duration", default=1e-3, at_least=1e-6, at_most=0.5
+        "", "rise time over total duration", default=1e-3, at_least=1e-6, at_most=0.5
     )
     duration_ratio: float = attrs.field(init=False)
 

@@ -57,7 +57,7 @@ class KingeryBulmash(BlastWaveform):
     loaded_radius : float
         Radius a [m] of the spheres of the chain, above 0, which is unknown to a profile.
     rise_fraction : float
-        Rise time over whole duration, 1e-6 to 0.05. The front itself rises within nanoseconds.
+        Rise time over total duration, 1e-6 to 0.05. The front itself rises within nanoseconds.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ class KingeryBulmash(BlastWaveform):
     loading: Loading = attrs.field(validator=_one_of(get_args(Loading)))
     loaded_radius: float = quantity("m", "radius of the spheres of the chain", above=0, example="4.75 mm")
     rise_fraction: float = quantity(
-        "", "rise time over whole duration", default=1e-3, at_least=1e-6, at_most=0.05
+        "", "rise time over total duration", default=1e-3, at_least=1e-6, at_most=0.05
     )
     duration_ratio: float = attrs.field(init=False, repr=False)
     wave: BlastWave = attrs.field(init=False, repr=False)

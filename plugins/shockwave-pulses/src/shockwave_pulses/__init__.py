@@ -1,1 +1,1 @@
-"""Standard pulses of shock testing for shockwave: sines, straight lines, and the impact of a ball."""
+"""Standard shock-test pulses for shockwave: sines, straight lines, and the impact of a ball."""

@@ -1,4 +1,4 @@
-"""The final-peak or terminal-peak sawtooth of shock testing."""
+"""The final-peak or terminal-peak sawtooth used in shock testing."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ __all__ = ["FinalPeakSawtooth"]
 
 @frozen(kw_only=True)
 class FinalPeakSawtooth(StraightLines):
-    """A linear rise over nearly the whole duration and a steep linear fall; n = 1/(1 - fall_fraction).
+    """A linear rise over nearly the total duration and a steep linear fall; n = 1/(1 - fall_fraction).
 
     Parameters
     ----------
     fall_fraction : float
-        Time of the fall over the whole duration, 1e-6 to below 0.5; default 0.05.
+        Time of the fall over the total duration, 1e-6 to below 0.5; default 0.05.
 
     Raises
     ------
@@ -50,7 +50,7 @@ class FinalPeakSawtooth(StraightLines):
     """
 
     fall_fraction: float = quantity(
-        "", "time of the fall over the whole duration", at_least=STEEPEST, below=0.5, default=0.05
+        "", "time of the fall over the total duration", at_least=STEEPEST, below=0.5, default=0.05
     )
 
     @property

@@ -1,4 +1,4 @@
-"""The half-sine pulse of shock testing, with its integrals in closed form."""
+"""The half-sine pulse used in shock testing, with its integrals in closed form."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The haversine pulse of shock testing, with its integrals in closed form."""
+"""The haversine pulse used in shock testing, with its integrals in closed form."""
 
 from __future__ import annotations
 

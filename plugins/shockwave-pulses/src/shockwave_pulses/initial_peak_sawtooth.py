@@ -1,4 +1,4 @@
-"""The initial-peak sawtooth of shock testing."""
+"""The initial-peak sawtooth used in shock testing."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class InitialPeakSawtooth(StraightLines):
     Parameters
     ----------
     rise_fraction : float
-        Rise time over the whole duration, 1e-6 to 0.5; default 0.05.
+        Rise time over the total duration, 1e-6 to 0.5; default 0.05.
 
     Raises
     ------
@@ -41,7 +41,7 @@ class InitialPeakSawtooth(StraightLines):
     """
 
     rise_fraction: float = quantity(
-        "", "rise time over the whole duration", at_least=STEEPEST, at_most=0.5, default=0.05
+        "", "rise time over the total duration", at_least=STEEPEST, at_most=0.5, default=0.05
     )
 
     @property

@@ -19,9 +19,9 @@ class Rectangular(StraightLines):
     Parameters
     ----------
     rise_fraction : float
-        Rise time over the whole duration, 1e-6 to 0.1; default 0.01.
+        Rise time over the total duration, 1e-6 to 0.1; default 0.01.
     fall_fraction : float
-        Time of the fall over the whole duration, 0 to 0.1; default 0.01. With 0 the force jumps to zero.
+        Time of the fall over the total duration, 0 to 0.1; default 0.01. With 0 the force jumps to zero.
 
     Raises
     ------
@@ -48,10 +48,10 @@ class Rectangular(StraightLines):
     """
 
     rise_fraction: float = quantity(
-        "", "rise time over the whole duration", at_least=STEEPEST, at_most=0.1, default=0.01
+        "", "rise time over the total duration", at_least=STEEPEST, at_most=0.1, default=0.01
     )
     fall_fraction: float = quantity(
-        "", "time of the fall over the whole duration", at_least=0, at_most=0.1, default=0.01
+        "", "time of the fall over the total duration", at_least=0, at_most=0.1, default=0.01
     )
 
     @property

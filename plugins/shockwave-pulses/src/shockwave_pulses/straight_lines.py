@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["STEEPEST", "StraightLines"]
 
-#: The shortest rise as a fraction of the whole duration; its inverse n is small enough not to lose digits.
+#: The shortest rise as a fraction of the total duration; its inverse n is small enough not to lose digits.
 STEEPEST = 1e-6
 # Fractions whose sum differs from 1 by less leave no plateau; the difference is rounding.
 _ROUNDING = 4 * float(np.finfo(float).eps)
@@ -26,7 +26,7 @@ _ROUNDING = 4 * float(np.finfo(float).eps)
 class StraightLines(ShockProfile):
     """F1 = s; F2 = 1 up to the end p of the plateau, then (n - s)/(n - p); p = n is a jump at the end.
 
-    A subclass defines the fractions of the whole duration for rise and fall. The areas are a1 = 1/2 and
+    A subclass defines the fractions of the total duration for rise and fall. The areas are a1 = 1/2 and
     a2 = (n + p)/2 - 1. The margins of the conditions (3) are (n + p - 3)/2, 0 and -(p - 1)/2: with a plateau
     the third one fails.
     """
@@ -44,7 +44,7 @@ class StraightLines(ShockProfile):
     @property
     @abc.abstractmethod
     def shares(self) -> tuple[float, float]:
-        """Rise time and time of the fall over the whole duration."""
+        """Rise time and time of the fall over the total duration."""
 
     @property
     def breakpoints(self) -> tuple[float, ...]:

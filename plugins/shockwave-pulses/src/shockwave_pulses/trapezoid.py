@@ -1,4 +1,4 @@
-"""The trapezoidal pulse of shock testing."""
+"""The trapezoidal pulse used in shock testing."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class Trapezoid(StraightLines):
     Parameters
     ----------
     rise_fraction : float
-        Rise time over the whole duration, 1e-6 to below 1; default 0.1.
+        Rise time over the total duration, 1e-6 to below 1; default 0.1.
     fall_fraction : float
-        Time of the fall over the whole duration, 0 to 1 - rise_fraction; default 0.1. With 0 the
+        Time of the fall over the total duration, 0 to 1 - rise_fraction; default 0.1. With 0 the
         force jumps to zero at the end.
 
     Raises
@@ -56,10 +56,10 @@ class Trapezoid(StraightLines):
     """
 
     rise_fraction: float = quantity(
-        "", "rise time over the whole duration", at_least=STEEPEST, below=1, default=0.1
+        "", "rise time over the total duration", at_least=STEEPEST, below=1, default=0.1
     )
     fall_fraction: float = quantity(
-        "", "time of the fall over the whole duration", at_least=0, below=1, default=0.1
+        "", "time of the fall over the total duration", at_least=0, below=1, default=0.1
     )
 
     def __attrs_post_init__(self) -> None:
