@@ -161,9 +161,9 @@ def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
     cost = _COST * problem.duration**2
     if cost > _MAX_COST:
         raise NumericalError(
-            f"the shock lasts {problem.duration:.3g} characteristic times of its wave, which requires {cost:.1g} contact"
-            f" forces, and the maximum is {_MAX_COST:g}: the response to such a slow force is quasi-static (shorten the"
-            " shock, or use softer granules)"
+            f"the shock lasts {problem.duration:.3g} characteristic times of its wave, which requires {cost:.1g}"
+            f" contact forces, and the maximum is {_MAX_COST:g}: the response to such a slow force is quasi-static"
+            " (shorten the shock, or use softer granules)"
         )
     return problem, scales
 
