@@ -267,7 +267,8 @@ def _search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, _Answe
                 continue
             unknown[key] = primary
             if setup.rtol * 10.0 ** (repeats - decades) <= _LOOSEST or not repeats:
-                left[key] = decades - repeats
+                # while the force acts, rejected steps take most of the work: smaller ones take less
+                left[key] = decades - repeats if repeats or primary.impulse else 1
         repeats += 1
     for key, primary in unknown.items():
         if problems[key].duration > _WORTHWHILE and primary.impulse and primary.peak:
