@@ -77,6 +77,9 @@ class SimulateOptions:
     interval, until : float, optional
         Sampling interval of the histories and their end [s]. Default: a tenth of the characteristic time of the wave,
         and shortly after the leading wave has passed the last of ``contacts`` or was measured.
+    timeout : float, optional
+        Maximum computing time [s]. Without the leading wave by then the simulation fails; anything else that is missing
+        is left out with a warning. Default: no limit.
 
     Raises
     ------
@@ -101,6 +104,7 @@ class SimulateOptions:
     record: tuple[Recorded, ...] = field(default=(), converter=_recorded)
     interval: float | None = quantity("s", "sampling interval of the histories", above=0, default=None)
     until: float | None = quantity("s", "end of the histories", above=0, default=None)
+    timeout: float | None = quantity("s", "maximum computing time", above=0, default=None)
 
     def __attrs_post_init__(self) -> None:
         if "forces" in self.record and not self.contacts:

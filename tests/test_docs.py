@@ -121,10 +121,11 @@ def cells_of(key: keys.Key) -> list[str]:
     """The row of docs/scenarios.md on a key: name, type, unit, default, range."""
     kind, rule = kind_and_rule(key)
     unit = key.spec.unit if key.spec is not None and key.spec.unit else "-"
-    stated = key.default != "" and isinstance(key.default, str | float)
+    stated = key.default != "" and isinstance(key.default, str | float | bool)
     default = "required" if key.required else "-"
     if stated:
-        default = f"`{key.default:g}`" if isinstance(key.default, float) else f"`{key.default}`"
+        value = str(key.default).lower() if isinstance(key.default, bool) else key.default
+        default = f"`{value:g}`" if isinstance(value, float) else f"`{value}`"
     return [f"`{key.name}`", kind, unit, default, re.sub("a finite number( of)?", "-", rule)]
 
 
@@ -138,6 +139,8 @@ def kind_and_rule(key: keys.Key) -> tuple[str, str]:
     if choices:
         names = ", ".join(f"`{name}`" for name in typing.get_args(choices[0]))
         return "list of names" if listed else "name", names
+    if key.annotation is bool:
+        return "true or false", "-"
     if key.annotation is typing.Any:
         return "name or mapping" if key.name == "material" else "mapping", "-"
     if float in members:

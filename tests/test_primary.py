@@ -12,6 +12,7 @@ import shockwave as sw
 from scenes import CASE_A, CASE_B, CHAIN, FORCE, UNITS, power, random_pulses, triangle
 from selection import keeping
 from shockwave.chain.solitary_wave import SPEED
+from shockwave.options import Backend
 
 # Peak force and its time at contacts counted from 0, in scaled units, from two methods in quadruple precision that
 # agree to 20 digits.
@@ -179,3 +180,55 @@ def test_leading_wave_is_not_accepted_too_early(name: str, rtol: float) -> None:
     result = sw.simulate(sw.Shock(profile=record), CHAIN, rtol=rtol, waves="primary")
     # the references have nine digits; 14.58 us differs from the characteristic time in the fifth digit
     assert abs(result.amplification / amplification - 1) <= min(rtol, result.error_estimate) + 5e-8
+
+
+#: Times of two triangular humps with a gap, over T0, and the peak force of the second over that of the first.
+GAPS = {
+    "thrice": ([0, 1, 2, 22, 24, 26], 3.0),
+    "twice": ([0, 1.319, 2.638, 24.798, 26.125, 27.452], 2.152),
+    "late": ([0, 1.465, 2.929, 23.125, 24.344, 25.562], 3.157),
+}
+
+
+@pytest.mark.parametrize("backend", ["compiled", "numpy"])
+@pytest.mark.parametrize("rtol", [1e-6, 1e-8])
+@pytest.mark.parametrize("name", GAPS)
+def test_errors_of_contacts_that_open_and_close_are_estimated(name: str, rtol: float, backend: Backend) -> None:
+    times, height = GAPS[name]
+    profile = sw.Tabulated(times=np.array(times) * UNITS.time, forces=np.array([0, 1, 0, 0, height, 0]) * FORCE)
+    reference = sw.simulate(sw.Shock(profile=profile), CHAIN, rtol=1e-12, waves="primary").peak_force
+    found = sw.simulate(sw.Shock(profile=profile), CHAIN, rtol=rtol, waves="primary", backend=backend)
+    assert found.error_estimate <= rtol
+    assert abs(found.peak_force / reference - 1) <= found.error_estimate
+
+
+#: Two triangular humps of 8 T0 with a gap of 2 T0: the second wave is stronger and overtakes after 1500 contacts.
+OVERTAKEN = sw.Tabulated(
+    times=np.array([0, 4, 8, 10, 14, 18]) * UNITS.time, forces=FORCE * np.array([0, 1, 0, 0, 1, 0.0])
+)
+
+
+@pytest.mark.parametrize("rtol", [1e-6, pytest.param(1e-8, marks=pytest.mark.slow)])
+def test_a_tighter_tolerance_keeps_the_answer(rtol: float) -> None:
+    found = sw.simulate(sw.Shock(profile=OVERTAKEN), CHAIN, rtol=rtol, waves="primary")
+    assert found.error_estimate <= rtol
+    # the reference was found at rtol 1e-9, and at 1e-7 by the other pair
+    assert abs(found.amplification / 1.58840432704 - 1) <= found.error_estimate
+
+
+@pytest.mark.parametrize("backend", ["compiled", "numpy"])
+def test_a_search_without_enough_work_states_how_much_another_wave_is_stronger(
+    backend: Backend, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("shockwave.simulation.problem._MAX_WORK", 2e7)
+    found = sw.simulate(sw.Shock(profile=OVERTAKEN), CHAIN, rtol=1e-4, waves="primary", backend=backend)
+    assert 1e-3 < found.error_estimate < 0.2
+    assert abs(found.amplification / 1.588404327 - 1) <= found.error_estimate
+    assert "tolerance" in " ".join(found.warnings)
+
+
+def test_a_shock_that_is_too_long_is_refused_at_once_with_its_cost() -> None:
+    shock = sw.Shock(profile=sw.Triangular(duration_ratio=8), peak_force=100.0, rise_time=30e-3)
+    steel = sw.Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0)
+    with pytest.raises(sw.NumericalError, match="requires 5e\\+09 contact forces, and the maximum is 2e\\+09"):
+        sw.simulate(shock, sw.Chain(material=steel, radius=4.75e-3))

@@ -138,8 +138,21 @@ def test_a_record_is_cleaned_and_notes_state_it(times, forces, shape, note):
     profile = Tabulated(times, forces)
     assert profile.force(np.arange(len(shape))).tolist() == shape
     assert profile.duration_ratio == len(shape) - 1
-    assert len(profile.notes) == 1
+    # where the cleaning changes impulse or peak force, a second note states it
+    assert 1 <= len(profile.notes) <= 2
     assert note in profile.notes[0]
+
+
+def test_a_record_can_be_left_as_it_is():
+    times, forces = range(12), [1, 1, 1, 1, 1, 1, 5, 9, 7, 3, 1, 1]
+    kept = Tabulated(times, forces, clean=False)
+    assert (kept.recorded_peak_force, kept.duration_ratio) == (9, 11 / 7)
+    assert kept.areas().total * kept.recorded_rise_time * 9 == pytest.approx(31, rel=1e-14)  # trapezoids; rounding
+    # by the cleaning 31 N s become 20 N s, and 9 N become 8 N
+    changes = "Together this changes the impulse by -35 % and the peak force by -11 %"
+    assert any(note.startswith(changes) for note in Tabulated(times, forces).notes)
+    with pytest.raises(InvalidValueError, match=r"forces\[3\]: must be >= 0 N in a record that is not cleaned"):
+        Tabulated(range(6), [0, 4, 2, -1, 2, 0], clean=False)
 
 
 @pytest.mark.parametrize("lead", [[1.0] * 4, [25.0] * 6, [0, 0.4, 0.9, 1.3, 1.6, 2.0]], ids=["short", "high", "rising"])

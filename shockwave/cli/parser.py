@@ -74,6 +74,7 @@ _SIMULATE = [
     _option("--backend BACKEND", "code that integrates the chain (default: auto)", choices=_BACKENDS),
     _option("--contacts N,N", "report the leading wave at these contacts", type=_contacts),
     _option("--primary", "measure the leading wave only, not the whole train"),
+    _option("--timeout SECONDS", "maximum computing time (default: no limit)", type=_number(1e-3, 1e9)),
 ]
 _CURVE = [
     _FORCE_RTOL,

@@ -141,7 +141,7 @@ def compare(options: argparse.Namespace) -> int:
 
 def _settings(options: argparse.Namespace, scenario: Scenario) -> SimulateOptions:
     """The scenario's ``simulate`` block, with the options of the command line in its place."""
-    names = ("rtol", "step", "integrator", "backend", "contacts")
+    names = ("rtol", "step", "integrator", "backend", "contacts", "timeout")
     given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     if options.primary:
         given["waves"] = "primary"

@@ -10,6 +10,7 @@ from attrs import asdict, evolve, field, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import SolitaryWave
+from shockwave.errors import NumericalError
 from shockwave.measurement.recording import Recording, plain
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
@@ -290,10 +291,10 @@ class SimulationResult:
         passage: Passage = self.on_demand("passage", self, contact)
         return passage
 
-    @cached_property
+    @property
     def passages(self) -> tuple[Passage, ...]:
-        """Leading wave at the requested contacts."""
-        return tuple(self.passage(contact) for contact in self.options.contacts)
+        """Leading wave at the requested contacts, without those at which it has no peak."""
+        return self._passages[0]
 
     @cached_property
     def train(self) -> Train:
@@ -335,10 +336,29 @@ class SimulationResult:
         """Greatest contact force; None if the chain is semi-infinite."""
         return self.train.greatest_force
 
-    @cached_property
+    @property
     def recording(self) -> Recording | None:
-        """Requested histories, integrated at the first access."""
-        return self.on_demand("recording", self) if self.options.record else None
+        """Requested histories, integrated at the first access; None if they could not be computed."""
+        return self._recording[0]
+
+    @cached_property
+    def _passages(self) -> tuple[tuple[Passage, ...], tuple[str, ...]]:
+        """Passages, and a warning for each that could not be computed."""
+        passages, warnings = [], []
+        for contact in self.options.contacts:
+            try:
+                passages.append(self.passage(contact))
+            except NumericalError as error:
+                warnings.append(f"No passage at contact {contact}: {error}.")
+        return tuple(passages), tuple(warnings)
+
+    @cached_property
+    def _recording(self) -> tuple[Recording | None, tuple[str, ...]]:
+        """Histories, and a warning if they could not be computed."""
+        try:
+            return (self.on_demand("recording", self) if self.options.record else None), ()
+        except NumericalError as error:
+            return None, (f"No histories: {error}.",)
 
     @property
     def cost(self) -> Cost:
@@ -347,9 +367,14 @@ class SimulationResult:
         return own + self.train.cost if "train" in self.__dict__ and self.measured is None else own
 
     @property
-    def all_warnings(self) -> tuple[str, ...]:
+    def wave_warnings(self) -> tuple[str, ...]:
         """Warnings of the leading wave, and of the train if it was requested."""
         return self.warnings if self.options.waves == "primary" else (*self.warnings, *self.train.warnings)
+
+    @property
+    def all_warnings(self) -> tuple[str, ...]:
+        """Warnings of the waves, the passages and the histories."""
+        return (*self.wave_warnings, *self._passages[1], *self._recording[1])
 
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``simulate --json``: SI floats, no NaN."""

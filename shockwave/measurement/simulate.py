@@ -7,19 +7,21 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
+from threading import Event
 from typing import Any, NamedTuple
 
 from shockwave.chain.chain import Chain, Scales
-from shockwave.errors import InvalidValueError, ShockwaveError
+from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
 from shockwave.measurement.result import SimulationResult, Train
-from shockwave.measurement.simulation_setup import MEASURABLE, Setup, scaled, setup_of
+from shockwave.measurement.simulation_setup import Setup, immeasurable, scaled, setup_of
 from shockwave.options import Backend, Recorded, SimulateOptions, Waves
 from shockwave.profiles.shock import Shock
 from shockwave.progress import progressed
 from shockwave.simulation.primary_search import find_primaries
 from shockwave.simulation.problem import ChainProblem, Primary, Request, Status
+from shockwave.simulation.time_limit import expired, time_limit
 
-__all__ = ["MEASURABLE", "scaled", "setup_of", "simulate", "simulate_many", "simulate_with"]
+__all__ = ["immeasurable", "scaled", "setup_of", "simulate", "simulate_many", "simulate_with"]
 
 # Largest and least number of shocks that a thread takes at a time.
 _SHARE = 128
@@ -35,8 +37,12 @@ _TOLERANCE_SHARE = 0.3
 _ROUNDING = 2e-13
 # Relative rounding error of a float.
 _EPSILON = 2e-16
-# Largest number of repetitions of a search that does not meet its tolerance.
+# Largest number of repetitions of a search that does not meet its tolerance, each with a tolerance smaller by a decade.
+# A search that comes to no end is repeated with more work, and then also with larger tolerances, up to this one.
 _REPEATS = 2
+_LOOSEST = 1e-4
+# A search has come to no end if another wave may still exceed the leading wave by more than this fraction.
+_OUTGROWN = 1e-3
 # Longest shock, in characteristic times, that is measured on the whole chain if the search has failed; the waves of
 # longer shocks are too similar to be separated there.
 _WORTHWHILE = 60.0
@@ -58,6 +64,7 @@ def simulate(
     record: Iterable[Recorded] = (),
     interval: float | None = None,
     until: float | None = None,
+    timeout: float | None = None,
 ) -> SimulationResult:
     """Integrate eq. (1) and measure the solitary waves that form.
 
@@ -70,7 +77,7 @@ def simulate(
         Profile, peak force and rise time.
     chain : Chain
         Material, radius, and number of granules or None.
-    rtol, integrator, wave_threshold, step, waves, backend, contacts, record, interval, until
+    rtol, integrator, wave_threshold, step, waves, backend, contacts, record, interval, until, timeout
         As in `SimulateOptions`.
 
     Returns
@@ -83,7 +90,7 @@ def simulate(
     InvalidValueError, UnknownNameError
         If a setting is out of range or not used by the method, or a name is unknown.
     NumericalError
-        If the integrator fails, no wave forms, or the shock is too long.
+        If the integrator fails, no wave forms, the shock is too long, or the time limit is reached.
     """
     options = SimulateOptions(
         integrator=integrator,
@@ -96,6 +103,7 @@ def simulate(
         record=record,
         interval=interval,
         until=until,
+        timeout=timeout,
     )
     return simulate_with(options, shock, chain)
 
@@ -160,17 +168,26 @@ def simulate_many(
         threads = size = 1
     shares = [scenes[begin : begin + size] for begin in range(0, len(scenes), size)]
     results: list[_Outcome] = []
+    interrupted = Event()
     progressed("simulations", 0, len(scenes))
     # A thread does all the work for its share: while it runs the compiled code, which releases the global interpreter
     # lock, another thread prepares its problems.
     with ThreadPoolExecutor(threads) if threads > 1 else nullcontext() as pool:
-        for share in (pool.map if pool else map)(lambda share: _simulate(share, setup), shares):
-            results += share
-            progressed("simulations", len(results), len(scenes))
+        try:
+            for share in (pool.map if pool else map)(lambda share: _simulate(share, setup, interrupted), shares):
+                results += share
+                progressed("simulations", len(results), len(scenes))
+        finally:  # after Ctrl-C the other threads stop as well
+            interrupted.set()
     return results
 
 
-def _simulate(scenes: Sequence[tuple[Shock, Chain]], setup: Setup) -> list[_Outcome]:
+def _simulate(scenes: Sequence[tuple[Shock, Chain]], setup: Setup, interrupted: Event | None = None) -> list[_Outcome]:
+    with time_limit(setup.options.timeout, interrupted):
+        return _simulate_all(scenes, setup)
+
+
+def _simulate_all(scenes: Sequence[tuple[Shock, Chain]], setup: Setup) -> list[_Outcome]:
     begin = time.perf_counter()
     results: dict[int, _Outcome] = {}
     known: dict[int, tuple[ChainProblem, Scales]] = {}
@@ -185,7 +202,7 @@ def _simulate(scenes: Sequence[tuple[Shock, Chain]], setup: Setup) -> list[_Outc
         begin = time.perf_counter()
         shock, chain = scenes[index]
         try:
-            answer = answers.get(index) or _Answer(*_on_demand("primary", problem, scales, setup))
+            answer = answers.get(index) or _measured(problem, scales, setup)
         except ShockwaveError as error:
             results[index] = error
             continue
@@ -226,27 +243,49 @@ class _Answer(NamedTuple):
 
 
 def _search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, _Answer]:
-    """Leading waves found by the search, with the keys of their problems."""
+    """Leading waves found by the search, with the keys of their problems; the most accurate of several results."""
     found: dict[int, _Answer] = {}
     if setup.search is None:
         return found
-    left = list(problems)
-    for repeats in range(1 + _REPEATS):
-        requests = [setup.request(problems[key], repeats) for key in left]
+    left = dict.fromkeys(problems, 0)
+    unknown: dict[int, Primary] = {}
+    repeats = 0
+    while left and not expired():
+        requests = [setup.request(problems[key], decades, patient=repeats > 0) for key, decades in left.items()]
         primaries = find_primaries(requests, setup.search, setup.compiled)
-        requested, left = left, []
-        for key, request, primary in zip(requested, requests, primaries, strict=True):
-            if primary.status == Status.KNOWN:
+        requested, left = left, {}
+        for (key, decades), request, primary in zip(requested.items(), requests, primaries, strict=True):
+            if primary.status in (Status.KNOWN, Status.TOO_LONG) and primary.doubt < 1:
                 error = _error(primary, request)
                 if key not in found or error < found[key].error_estimate:
                     found[key] = _Answer(primary, error)
-                if found[key].error_estimate > setup.rtol:
-                    left.append(key)
-            elif primary.status == Status.TOO_LONG and repeats == 0:
-                left.append(key)
-            elif primary.status == Status.TOO_LONG and request.problem.duration > _WORTHWHILE:
-                found.setdefault(key, _Answer(primary, 1.0))
+                if primary.doubt < _OUTGROWN:
+                    if found[key].error_estimate > setup.rtol and 0 <= decades < _REPEATS:
+                        left[key] = decades + 1
+                    continue
+            elif primary.status not in (Status.TOO_LONG, Status.FAILED):
+                continue
+            unknown[key] = primary
+            if setup.rtol * 10.0 ** (repeats - decades) <= _LOOSEST or not repeats:
+                # while the force acts, rejected steps take most of the work: smaller ones take less
+                left[key] = decades - repeats if repeats or primary.impulse else 1
+        repeats += 1
+    for key, primary in unknown.items():
+        if problems[key].duration > _WORTHWHILE and primary.impulse and primary.peak:
+            found.setdefault(key, _Answer(primary, 1.0))
     return found
+
+
+def _measured(problem: ChainProblem, scales: Scales, setup: Setup) -> _Answer:
+    """The leading wave that the search has not found, measured on the whole chain."""
+    from shockwave.measurement.train import measure_primary
+
+    if expired():
+        raise NumericalError("the time limit was reached before the leading wave was known (increase timeout or rtol)")
+    if setup.search is not None and problem.granules is None and problem.duration > _WORTHWHILE:
+        lasts = f"the shock lasts {problem.duration:.3g} characteristic times of its wave"
+        raise NumericalError(f"the leading wave could not be found: {lasts} (shorten it)")
+    return _Answer(*measure_primary(problem, scales, setup))
 
 
 def _error(primary: Primary, request: Request) -> float:
@@ -257,15 +296,12 @@ def _error(primary: Primary, request: Request) -> float:
     return primary.doubt + control + request.problem.path.error + rounding
 
 
-def _on_demand(part: str, *arguments: Any) -> Any:
+def _on_demand(part: str, result: SimulationResult, *arguments: Any) -> Any:
     """Compute a part of a result that is rarely needed, by modules that are imported only then."""
     from shockwave.measurement.histories import passage_at, record
-    from shockwave.measurement.train import measure_primary, train_of
+    from shockwave.measurement.train import train_of
 
-    functions: dict[str, Callable[..., Any]] = {
-        "primary": measure_primary,
-        "train": train_of,
-        "passage": passage_at,
-        "recording": record,
-    }
-    return functions[part](*arguments)
+    functions: dict[str, Callable[..., Any]] = {"train": train_of, "passage": passage_at, "recording": record}
+    allowed = result.options.timeout
+    with time_limit(None if allowed is None else allowed - result.seconds):
+        return functions[part](result, *arguments)

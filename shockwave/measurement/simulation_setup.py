@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 from types import ModuleType
 
+import numpy as np
 from attrs import evolve, frozen
 
 from shockwave.chain.chain import Chain, Scales
@@ -48,10 +49,17 @@ _OTHERS = 3e-4
 _FIXED_RTOL = 1e-5
 # Significant digits of the scaled rise time.
 _DIGITS = 13
-# Longest shock, in characteristic times of its wave: the cost grows as the square.
-_LONGEST = 2e4
-#: Longest shock, in characteristic times of its wave, whose train is integrated: longer ones would take hours.
-MEASURABLE = 300.0
+# Number of contact forces to be computed for a shock, over the square of its duration in characteristic times of its
+# wave; and the largest permitted number: a minute or two of the compiled code.
+_COST = 20.0
+_MAX_COST = 2e9
+# Longest shock, in characteristic times of its wave, whose train is integrated.
+_LONGEST_TRAIN = 300.0
+# A time in which the force exceeds this fraction of its peak counts more by this factor: its waves are nearly equal.
+_NEAR_PEAK = 0.9
+_NEAR_PEAK_FACTOR = 4.0
+# Computing time of a train for each of these characteristic times [s].
+_TRAIN_SECONDS = 0.05
 
 
 @frozen
@@ -72,10 +80,12 @@ class Setup:
         """Requested relative error, or a substitute for a fixed-step method."""
         return self.options.rtol or _FIXED_RTOL
 
-    def request(self, problem: ChainProblem, repeats: int = 0, contacts: tuple[int, ...] = ()) -> Request:
-        """Make the request to the search for the leading wave, with a smaller tolerance for each repetition."""
+    def request(
+        self, problem: ChainProblem, decades: int = 0, contacts: tuple[int, ...] = (), patient: bool = False
+    ) -> Request:
+        """Make the request to the search for the leading wave, with a tolerance smaller by this number of decades."""
         rtol = min(self.rtol, _LONG_RTOL) if problem.is_long else self.rtol
-        tighter = _TIGHTER**repeats
+        tighter = _TIGHTER**decades
         if problem.rises_again:
             # Such a leading wave is examined late, when its changes are as small as the step errors.
             tighter *= _TIGHTER
@@ -85,7 +95,7 @@ class Setup:
             tolerance=max(min(caution * rtol, _LOOSEST_STEP) * tighter, _TIGHTEST_STEP),
             doubt=max(min(_DOUBT * rtol, _MOST_DOUBT) * max(tighter, 0.3), 2e-14),
             contacts=contacts,
-            patience=_PATIENCE if repeats else 1.0,
+            patience=_PATIENCE if patient else 1.0,
         )
 
     def integrator(self, factor: float = 1.0) -> Integrator:
@@ -148,9 +158,25 @@ def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
     force = min(1.0, strength**1.2)
     scales = own if force == 1.0 else Scales.of(chain, shock.peak_force * force)
     problem = ChainProblem(shock.profile, ratio * force ** (1 / 6), 1 / force, chain.granules)
-    if problem.duration > _LONGEST:
+    cost = _COST * problem.duration**2
+    if cost > _MAX_COST:
         raise NumericalError(
-            f"the shock lasts {problem.duration:.3g} characteristic times of its wave, and the maximum is {_LONGEST:g}:"
-            " the response to such a slow force is quasi-static (shorten the shock, or use softer granules)"
+            f"the shock lasts {problem.duration:.3g} characteristic times of its wave, which requires {cost:.1g}"
+            f" contact forces, and the maximum is {_MAX_COST:g}: the response to such a slow force is quasi-static"
+            " (shorten the shock, or use softer granules)"
         )
     return problem, scales
+
+
+def immeasurable(problem: ChainProblem) -> str:
+    """Reason not to integrate the train of a shock without a time limit; empty if there is none."""
+    near_peak = float(np.mean(problem.course > _NEAR_PEAK)) * problem.duration
+    length = problem.duration + _NEAR_PEAK_FACTOR * near_peak
+    if length <= _LONGEST_TRAIN:
+        return ""
+    seconds = f"{_TRAIN_SECONDS * length:.0f} s or more"
+    return (
+        f"The train is not integrated, because the shock lasts {problem.duration:.3g} characteristic times of its wave,"
+        f" {near_peak:.2g} of them near its peak: it would take about {seconds}, and most waves would not separate (set"
+        " a timeout to integrate it all the same)."
+    )

@@ -10,7 +10,7 @@ from shockwave.chain.chain import Scales
 from shockwave.errors import NumericalError
 from shockwave.measurement.chain_run import EJECTED, ChainRun
 from shockwave.measurement.result import ContactPeak, Cost, MeasuredWave, SimulationResult, Train
-from shockwave.measurement.simulation_setup import MEASURABLE, Setup, scaled, setup_of
+from shockwave.measurement.simulation_setup import Setup, immeasurable, scaled, setup_of
 from shockwave.simulation.problem import ChainProblem, Primary, Status
 from shockwave.text import si
 
@@ -36,9 +36,12 @@ _MOST_RATE = 10
 def train_of(result: SimulationResult) -> Train:
     """Integrate and measure the train of a result whose leading wave is known."""
     problem, scales = scaled(result.shock, result.chain)
-    if problem.duration > MEASURABLE:
-        return _too_long(result, problem)
-    train, _ = _train(problem, scales, setup_of(result.options))
+    if result.options.timeout is None and (reason := immeasurable(problem)):
+        return _primary_alone(result, reason)
+    try:
+        train, _ = _train(problem, scales, setup_of(result.options))
+    except NumericalError as error:
+        return _primary_alone(result, f"The train could not be measured: {error}.")
     strongest, *others = train.waves
     apart = abs(strongest.peak_force / result.peak_force - 1)
     if apart > 10 * (result.error_estimate + (strongest.error_estimate or _UNSETTLED)):
@@ -52,16 +55,12 @@ def train_of(result: SimulationResult) -> Train:
     return evolve(train, waves=(primary, *others))
 
 
-def _too_long(result: SimulationResult, problem: ChainProblem) -> Train:
-    """Train with only the leading wave, for a shock whose train would take too long to integrate."""
+def _primary_alone(result: SimulationResult, reason: str) -> Train:
+    """Train with only the leading wave, where the others are not known."""
     return Train(
         waves=(result.primary,),
         recoil_error=result.applied_momentum,
-        warnings=(
-            f"The train is not integrated, because the shock lasts {problem.duration:.3g} characteristic times of its"
-            f" wave, more than {MEASURABLE:g}. Later waves and rebounding granules are not known. A shorter shock of"
-            " the same shape shows how they develop.",
-        ),
+        warnings=(f"{reason} Later waves and rebounding granules are not known.",),
     )
 
 

@@ -9,7 +9,7 @@ from attrs import evolve, frozen
 
 from shockwave.errors import ShockwaveError
 from shockwave.measurement.result import Passage, SimulationResult
-from shockwave.measurement.simulate import MEASURABLE, scaled, simulate_with
+from shockwave.measurement.simulate import immeasurable, scaled, simulate_with
 from shockwave.prediction.outcome import Outcome
 from shockwave.progress import progressed
 from shockwave.scenario.scenario import Scenario
@@ -65,7 +65,7 @@ class Findings:
     def warnings(self) -> tuple[str, ...]:
         """Warnings of the prediction and the simulation, without duplicates."""
         predicted = () if self.predicted is None else self.predicted.warnings
-        simulated = () if self.simulated is None else self.simulated.all_warnings
+        simulated = () if self.simulated is None else self.simulated.wave_warnings
         return tuple(dict.fromkeys((*predicted, *simulated)))
 
 
@@ -114,7 +114,7 @@ def _simulate(scenario: Scenario) -> SimulationResult:
     """Simulate as requested, with the histories that are drawn."""
     shock, chain = scenario.shock, scenario.chain
     problem, scales = scaled(shock, chain)
-    if problem.duration > MEASURABLE:
+    if immeasurable(problem):
         primary = evolve(scenario.simulate, waves="primary", record=(), interval=None, until=None)
         return simulate_with(primary, shock, chain)
     until = max(_BEYOND * problem.duration, _PASSED)

@@ -32,6 +32,8 @@ _HIGHEST_BASELINE = 0.2
 _WIDEST_NOISE = 0.02
 # Forces below this fraction of the peak force are rounding errors.
 _ROUNDING = 1e-12
+# Smallest relative change of impulse and peak force by the cleaning that a note states.
+_NOTICEABLE = 1e-4
 # Samples within this number of standard deviations of the noise are quiet.
 _QUIET = 3
 # Samples beyond this number are certainly not noise: a long tail has random samples beyond 3, but not beyond 5.
@@ -82,7 +84,8 @@ class Tabulated(ShockProfile):
     """A force record, linear between its samples, with its own peak force, rise time and duration ratio n.
 
     The rise ends at the first sample with the highest force; a plateau is part of the decay. A baseline, negative
-    forces, and quiet samples before and after the pulse are removed; `notes` state what was removed.
+    forces, and quiet samples before and after the pulse are removed unless ``clean`` is False; `notes` state what was
+    removed, and by how much that changed the impulse and the peak force.
 
     Parameters
     ----------
@@ -92,6 +95,8 @@ class Tabulated(ShockProfile):
         Forces [N]; the highest is above zero, and neither the first nor the last.
     duration_ratio : float, optional
         n of eq. (2), above 1, to which the decay is stretched in time. By default n is that of the record.
+    clean : bool
+        Whether to remove what does not belong to the pulse. If not, the force must not be negative.
 
     Raises
     ------
@@ -104,23 +109,26 @@ class Tabulated(ShockProfile):
     duration_ratio: float = quantity(
         "", "total duration over rise time; the decay is stretched to fit", above=1.0, optional=True, default=None
     )
+    clean: bool = True
     _pulse: Pulse = attrs.field(init=False, repr=False, eq=False)
     _assumed: tuple[str, ...] = attrs.field(init=False, repr=False, eq=False, default=())
 
     def __attrs_post_init__(self) -> None:
-        pulse = pulse_of(self.times, self.forces, self.duration_ratio)
+        pulse = pulse_of(self.times, self.forces, self.duration_ratio, self.clean)
         object.__setattr__(self, "_pulse", pulse)
         object.__setattr__(self, "duration_ratio", float(pulse.knots[-1]))
 
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str], duration_ratio: float | None = None) -> Tabulated:
+    def from_file(
+        cls, path: str | os.PathLike[str], duration_ratio: float | None = None, clean: bool = True
+    ) -> Tabulated:
         """Read the profile from a text file with a time and a force column; see `read_record`.
 
         Parameters
         ----------
         path : path-like
             The file. Its header can name units; without units, seconds and newtons are assumed.
-        duration_ratio : float, optional
+        duration_ratio, clean
             As for the class.
 
         Raises
@@ -132,7 +140,7 @@ class Tabulated(ShockProfile):
         """
         record = read_record(pathlib.Path(path))
         try:
-            profile = cls(record.times, record.forces, duration_ratio)  # type: ignore[arg-type]
+            profile = cls(record.times, record.forces, duration_ratio, clean)  # type: ignore[arg-type]
         except InvalidValueError as error:
             raise InvalidValueError([_placed(fault, path, record) for fault in error.faults]) from None
         object.__setattr__(profile, "_assumed", record.notes)
@@ -212,7 +220,7 @@ def _placed(fault: Fault, path: str | os.PathLike[str], record: Record) -> Fault
 # ---------------------------------------------------------------- cleaning
 
 
-def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None) -> Pulse:
+def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, clean: bool = True) -> Pulse:
     """Extract the pulse of a record.
 
     Parameters
@@ -221,6 +229,8 @@ def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None) -> Puls
         Samples [s] and [N].
     ratio : float, optional
         Duration ratio to which the decay is stretched.
+    clean : bool
+        Whether to remove everything but the pulse.
 
     Raises
     ------
@@ -228,7 +238,8 @@ def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None) -> Puls
         If the samples are not a pulse; each error states its sample.
     """
     _check_samples(times, forces)
-    values, peak_force, start, notes = _cleaned(times, forces)
+    values, peak_force, start, notes = _cleaned(times, forces) if clean else _uncleaned(forces)
+    notes += _ends_notes(values, peak_force)
     peak = int(np.argmax(values))
     if peak in (0, values.size - 1):
         part, where = ("rise", "before") if peak == 0 else ("decay", "after")
@@ -309,11 +320,28 @@ def _cleaned(times: FloatArray, forces: FloatArray) -> tuple[FloatArray, float, 
         number = times[cut].size - 1
         if number:
             note(f"Quiet samples {where} the pulse were removed: {number}", _impulse(times[cut], values[cut]))
-    for end, verb in ((0, "begins"), (-1, "ends")):
-        if pulse[end] > _ROUNDING:
-            size = f"{pulse[end] * peak_force:.4g} N, {100 * pulse[end]:.2g} % of its peak"
-            notes.append(f"The record {verb} at {size}: the force is discontinuous there.")
+    before, highest = _impulse(times, forces), float(forces.max())
+    changes = impulse * peak_force / before - 1 if before else 1.0, peak_force / highest - 1
+    if max(map(abs, changes)) > _NOTICEABLE:
+        changed = f"the impulse by {100 * changes[0]:+.2g} % and the peak force by {100 * changes[1]:+.2g} %"
+        notes.append(f"Together this changes {changed} (clean: false keeps the record as it is).")
     return pulse, peak_force, start, notes
+
+
+def _uncleaned(forces: FloatArray) -> tuple[FloatArray, float, int, list[str]]:
+    """As `_cleaned`, for a record that is left as it is."""
+    negative = np.flatnonzero(forces < 0)[:_MOST_FAULTS].tolist()
+    if negative:
+        problem = "must be >= 0 N in a record that is not cleaned (got {:g} N; clean: true sets it to zero)"
+        raise InvalidValueError([Fault(f"forces[{at}]", problem.format(forces[at])) for at in negative])
+    return forces / forces.max(), float(forces.max()), 0, []
+
+
+def _ends_notes(pulse: FloatArray, peak_force: float) -> list[str]:
+    """Notes on a pulse that does not begin or end at zero."""
+    size = "{:.4g} N, {:.2g} % of its peak: the force is discontinuous there."
+    ends = [(end, verb) for end, verb in ((0, "begins"), (-1, "ends")) if pulse[end] > _ROUNDING]
+    return [f"The record {verb} at {size.format(pulse[end] * peak_force, 100 * pulse[end])}" for end, verb in ends]
 
 
 def _ends(values: FloatArray, noise: float) -> tuple[int, int]:

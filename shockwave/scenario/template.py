@@ -85,7 +85,7 @@ def _sizes(cls: Any) -> Iterator[str]:
 def _parameters(name: str, cls: Any) -> list[str]:
     """Lines of the ``parameters`` block."""
     keys = parameters_of(name, cls)
-    examples = _RECORD_EXAMPLES if name == RECORD else {key.name: _example(key) for key in keys}
+    examples = {key.name: _example(key) for key in keys} | (_RECORD_EXAMPLES if name == RECORD else {})
     lines = [_line("    ", key.required or _stated(key), key, examples[key.name]) for key in keys]
     return ["  parameters:", *lines] if lines else []
 

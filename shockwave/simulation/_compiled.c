@@ -244,7 +244,12 @@ enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 #define SLACK 0.1      /* largest force of a contact at which the chain may be cut, over that of the front */
 #define TREND 4        /* number of contacts over which the growth of a wave is measured */
 #define RECENT 6.0     /* longest time in which a wave passes from one contact to the next */
+/* error of a step in which a contact opens or closes, over its length and the 3/2 power of the change of the overlap: the
+   force has no second derivative there, which the embedded method may not detect */
+#define KINK 0.03
 #define TALLER 0.999   /* fraction of the peak force of the front above which a wave may be as strong */
+#define RIVAL 2.0      /* error of the front, over the amount by which another wave exceeds it */
+#define INTERVAL 2e6   /* number of contact forces between two calls of `expired`: tens of milliseconds */
 
 typedef struct {
     long job, base, count, head, granules, stop, wanted, last_wanted, steps, evaluations;
@@ -258,8 +263,11 @@ typedef struct {
 
 typedef struct {
     const double *jobs, *rows, *coefficients, *stops;
-    double *wanted, *found;
+    double *wanted, *found, work;
     long count, next;
+    PyObject *expired;
+    PyThreadState *thread;
+    int stopped;
 } Batch;
 
 static double overlap_force(double d) { return d > 0 ? d * sqrt(d) : 0; }
@@ -339,26 +347,30 @@ static double contact_force(const Window *w, const double *x, long j, int l)
     return overlap_force(x[j * w->lanes + l] - x[(j + 1) * w->lanes + l]);
 }
 
-/* Whether a wave or a granule in free flight behind the front can make a stronger wave. */
-static int can_be_overtaken(const double *job, const Window *w, const Lane *lane, int l)
+/* Peak force that a wave or a granule in free flight behind the front may reach, over that of the front. */
+static double strongest_behind(const double *job, const Window *w, const Lane *lane, int l)
 {
     const long front = lane->head - lane->base - 2;
+    double most = 0;
     long j;
     for (j = 0; j < front; j++) {
         const long e = j * w->lanes + l;
+        const double force = contact_force(w, w->x, j, l);
         /* largest peak force the wave may reach, from its change over the last contacts */
         long back = 0;
-        double change;
+        double change, grown;
         while (back < TREND && j > back && w->since[e - (back + 1) * w->lanes] < w->since[e - back * w->lanes]
                && w->late[e - (back + 1) * w->lanes] > 0) back++;
         change = back ? fabs(w->late[e] - w->late[e - back * w->lanes]) / (double)back : 0;
-        const double grown = w->late[e] + (job[GROWING] * change < w->late[e] ? job[GROWING] * change : w->late[e]);
-        if (lane->t - w->since[e] < RECENT && grown > TALLER * lane->peak[KEPT - 1]) return 1;
-        if (contact_force(w, w->x, j, l) > TALLER * lane->peak[KEPT - 1]) return 1;
-        if (w->v[e] > 0 && contact_force(w, w->x, j, l) == 0 && (j == 0 || contact_force(w, w->x, j - 1, l) == 0)
-            && 2.4 * pow(w->v[e], 1.2) > TALLER * lane->peak[KEPT - 1]) return 1;
+        grown = w->late[e] + (job[GROWING] * change < w->late[e] ? job[GROWING] * change : w->late[e]);
+        if (lane->t - w->since[e] < RECENT && grown > most) most = grown;
+        if (force > most) most = force;
+        if (w->v[e] > 0 && force == 0 && (j == 0 || contact_force(w, w->x, j - 1, l) == 0)) {
+            const double thrown = 2.4 * pow(w->v[e], 1.2);
+            if (thrown > most) most = thrown;
+        }
     }
-    return 0;
+    return most / lane->peak[KEPT - 1];
 }
 
 /* Number of granules to keep behind the front. A constant force f makes a first wave of about 2.33 f and others that
@@ -381,7 +393,7 @@ static void cut(const Method *m, const double *job, Window *w, Lane *lane, int l
     double least = SLACK * lane->peak[KEPT - 1];
     long rows = 0, left, j;
     int i;
-    if (most < BLOCK || can_be_overtaken(job, w, lane, l)) return;
+    if (most < BLOCK || strongest_behind(job, w, lane, l) > TALLER) return;
     for (j = most; j > most - BLOCK; j--) {
         const double force = contact_force(w, w->x, j - 1, l);
         if (force < least) { least = force; rows = j; }
@@ -497,29 +509,40 @@ static double rest(const double *p, int bends)
     return sum;
 }
 
-/* Checks whether the peaks of the front have reached their limit; see peak_limit.py for the uncertainty. */
-static void judge(const double *job, const Window *w, Lane *lane, int l, double *found)
+/* Uncertainty of the limit of the last peaks p, and the distance `left` to it; see peak_limit.py. */
+static double doubt_of(const double *p, double *left, int *steady)
+{
+    const double first = p[2] - p[1], second = p[3] - p[2], last = p[4] - p[3];
+    double doubt = fabs(last) + fabs(second);
+    *left = 0;
+    *steady = first * second > 0 && second * last > 0;
+    if (!*steady) return doubt;
+    if (!(last / second < MAX_RATIO)) return SLOW * fabs(last);
+    *left = rest(p + 1, 1);
+    doubt = 0.5 * fabs(last + *left - rest(p, 1)) + 0.5 * fabs(*left - rest(p + 1, 0)) + 0.01 * fabs(*left);
+    /* the ratio has not yet settled */
+    return last * first > STEADY * second * second ? doubt + fabs(*left) : doubt;
+}
+
+/* Checks whether the peaks of the front have reached their limit; at the `end` states how near they are. */
+static void judge(const double *job, const Window *w, Lane *lane, int l, double *found, int end)
 {
     const double *p = lane->peak, allowed = job[DOUBT] * p[KEPT - 1];
-    const double first = p[2] - p[1], second = p[3] - p[2], last = p[4] - p[3];
-    double left = 0, doubt = fabs(last) + fabs(second);
+    double left, doubt, other;
+    int steady;
     if (lane->kept < KEPT || lane->driven || lane->t < job[EARLIEST_TIME]) return;
-    if (first * second > 0 && second * last > 0) {
-        if (last / second < MAX_RATIO) {
-            left = rest(p + 1, 1);
-            doubt = 0.5 * fabs(last + left - rest(p, 1)) + 0.5 * fabs(left - rest(p + 1, 0)) + 0.01 * fabs(left);
-            /* the ratio has not yet settled */
-            if (last * first > STEADY * second * second) doubt += fabs(left);
-        } else doubt = SLOW * fabs(last);
-    } else if (doubt > NOISE * allowed) return;
-    if (!(doubt <= allowed) || can_be_overtaken(job, w, lane, l)) return;
+    doubt = doubt_of(p, &left, &steady);
+    if (!end && !(doubt <= (steady ? allowed : NOISE * allowed))) return;
+    other = strongest_behind(job, w, lane, l) - TALLER;
+    if (end) doubt = doubt / NOISE + (other > 0 ? RIVAL * other * p[KEPT - 1] : 0);
+    if (end ? !(doubt < p[KEPT - 1]) : other > 0) return;
     found[PEAK] = p[KEPT - 1] + left;
     found[LAST] = p[KEPT - 1];
     found[DOUBT_LEFT] = doubt / p[KEPT - 1];
     found[CONTACT] = (double)lane->contact[KEPT - 1];
     found[TIME] = lane->time[KEPT - 1];
     found[SPEED] = STRIDE / (lane->time[KEPT - 1] - lane->time[KEPT - 2]);
-    lane->status = KNOWN;
+    if (!end) lane->status = KNOWN;
 }
 
 /* Checks whether the force at local contact j has a maximum within a step of size h, and processes it. `before` and
@@ -563,7 +586,7 @@ static int observe(const Method *m, const Batch *batch, Window *w, Window *part,
     lane->time[i] = time;
     lane->contact[i] = contact;
     if (lane->kept < KEPT) lane->kept++;
-    judge(job, w, lane, l, batch->found + FOUND * lane->job);
+    judge(job, w, lane, l, batch->found + FOUND * lane->job, 0);
     return 1;
 }
 
@@ -592,12 +615,13 @@ static void finish(const Batch *batch, const Window *w, const Lane *lane, int l)
         if (j > from) { wave_momentum += v; wave_energy += held; }
     }
     found[STATUS] = lane->status;
-    if (lane->status != KNOWN && lane->kept == KEPT) {
+    if (lane->status != KNOWN) {
         found[PEAK] = found[LAST] = lane->peak[KEPT - 1];
         found[CONTACT] = (double)lane->contact[KEPT - 1];
         found[TIME] = lane->time[KEPT - 1];
-        found[SPEED] = STRIDE / (lane->time[KEPT - 1] - lane->time[KEPT - 2]);
+        found[SPEED] = lane->kept < 2 ? 0 : STRIDE / (lane->time[KEPT - 1] - lane->time[KEPT - 2]);
         found[DOUBT_LEFT] = 1;
+        judge(batch->jobs + JOB * lane->job, w, lane, l, found, 1);
     }
     found[MOMENTUM] = wave_momentum;
     found[ENERGY] = wave_energy;
@@ -669,17 +693,23 @@ static void drive(const Method *m, const Window *w, Lane *lanes, const double *h
     }
 }
 
-/* Chooses the next step size in a lane from the error of the last; returns whether the last step is accepted. */
-static int control(const Method *m, const double *job, Lane *lane, double h, double worst, int at_stop)
+/* Chooses the next step size in a lane from the errors of the last; returns whether the last step is accepted. */
+static int control(const Method *m, const double *job, Lane *lane, double h, double worst, double kink, int at_stop)
 {
-    const double error = worst / lane->tolerance;
+    const double error = worst / lane->tolerance, jolt = kink / lane->tolerance;
     double factor = SAFETY * pow(error > 1e-12 ? error : 1e-12, -1.0 / (m->error_order + 1));
     lane->effort += (double)lane->count * m->stages;
     lane->evaluations += m->stages - m->last_is_next;
+    if (error <= 1 && jolt > 1) {
+        lane->h = h * (jolt < 300 ? pow(jolt, -0.4) : 0.1); /* both velocity and length of the step make the change */
+        lane->rejected = 1;
+        return 0;
+    }
     if (!(error <= 1)) {
         lane->h = h * (factor > 0.2 && factor < 1 ? factor : 0.2);
         lane->rejected = 1;
-        if (lane->h < 1e-14 * (1 + lane->t) || lane->effort > job[MAX_WORK]) lane->status = FAILED;
+        if (lane->effort > job[MAX_WORK]) lane->status = TOO_LONG;
+        if (lane->h < 1e-14 * (1 + lane->t)) lane->status = FAILED;
         return 0;
     }
     if (factor > 3) factor = 3;
@@ -699,10 +729,29 @@ static void swap(double **one, double **other)
 
 /* A trial step of all lanes: sizes, whether it ends at a stop, whether it is accepted, and the free granules. */
 typedef struct {
-    double h[BLOCK], worst[BLOCK], shift[MAX_STAGES * BLOCK], impulses[MAX_STAGES * BLOCK];
+    double h[BLOCK], worst[BLOCK], kink[BLOCK], shift[MAX_STAGES * BLOCK], impulses[MAX_STAGES * BLOCK];
     int stop[BLOCK], accepted[BLOCK];
     long n;
 } Trial;
+
+/* Errors due to contacts that open or close within the step, by lanes. They are needed only while the force acts: nothing
+   catches up with a wave from the contacts that open behind it. */
+static void find_kinks(const Window *w, const Lane *lanes, double (*path)[4], Trial *trial)
+{
+    const long width = w->lanes;
+    long e;
+    int l;
+    memset(trial->kink, 0, sizeof trial->kink);
+    for (l = 0; l < width; l++) {
+        if (lanes[l].job < 0 || !lanes[l].driven) continue;
+        for (e = l; e < (lanes[l].count - 1) * width; e += width) {
+            const double before = w->x[e] - w->x[e + width] + (e < width ? path[l][0] : 0);
+            const double after = w->x1[e] - w->x1[e + width] + (e < width ? path[l][2] : 0);
+            if (before * after < 0 && fabs(after - before) > trial->kink[l]) trial->kink[l] = fabs(after - before);
+        }
+        trial->kink[l] = KINK * trial->kink[l] * sqrt(trial->kink[l]) * trial->h[l];
+    }
+}
 
 /* Chooses the step sizes and attempts the steps. Returns 0 without memory. */
 static int try_steps(const Method *m, Window *w, Lane *lanes, double (*path)[4], Trial *trial)
@@ -730,6 +779,7 @@ static int try_steps(const Method *m, Window *w, Lane *lanes, double (*path)[4],
     if (!m->last_is_next) stage(trial->n, width, 0, 0, m->a, trial->h, trial->shift, w->x, w->v, w->k);
     attempt(m, w, trial->n, trial->h, trial->shift, trial->worst);
     for (l = width; l < BLOCK; l++) if (!(trial->worst[l] <= trial->worst[0])) trial->worst[0] = trial->worst[l];
+    find_kinks(w, lanes, path, trial);
     return 1;
 }
 
@@ -788,7 +838,21 @@ static void add_work(const Method *m, const Window *w, Lane *lane, int l, const 
     lane->work -= mean * ((path[2] - path[0]) - trial->h[l] * summed);
 }
 
-/* Attempts a step in all lanes and processes it. Returns 0 without memory. */
+/* Asks Python at intervals of work whether to stop: at the time limit, or after Ctrl-C. Returns 0 if so. */
+static int go_on(Batch *batch, double work)
+{
+    PyObject *answer;
+    if ((batch->work += work) < INTERVAL) return 1;
+    batch->work = 0;
+    PyEval_RestoreThread(batch->thread);
+    answer = PyErr_CheckSignals() < 0 ? NULL : PyObject_CallFunctionObjArgs(batch->expired, NULL);
+    batch->stopped = !answer || PyObject_IsTrue(answer);
+    Py_XDECREF(answer);
+    batch->thread = PyEval_SaveThread();
+    return !batch->stopped;
+}
+
+/* Attempts a step in all lanes and processes it. Returns 0 without memory, or if the computation is to stop. */
 static int step_lanes(const Method *m, Batch *batch, Window *w, Window *part, Lane *lanes, double (*path)[4])
 {
     Trial trial;
@@ -797,7 +861,7 @@ static int step_lanes(const Method *m, Batch *batch, Window *w, Window *part, La
     for (l = 0; l < w->lanes; l++) {
         Lane *lane = lanes + l;
         trial.accepted[l] = lane->job >= 0
-            && control(m, batch->jobs + JOB * lane->job, lane, trial.h[l], trial.worst[l], trial.stop[l]);
+            && control(m, batch->jobs + JOB * lane->job, lane, trial.h[l], trial.worst[l], trial.kink[l], trial.stop[l]);
         if (trial.accepted[l] && lane->driven) add_work(m, w, lane, l, &trial, path[l]);
     }
     if (!find_peaks(m, batch, w, part, lanes, path, &trial)) return 0;
@@ -815,7 +879,7 @@ static int step_lanes(const Method *m, Batch *batch, Window *w, Window *part, La
         start_job(m, batch, w, lane, l);
         memset(path[l], 0, sizeof path[l]);
     }
-    return 1;
+    return go_on(batch, (double)(trial.n * m->stages));
 }
 
 /* Copies lane l of a wide window to a window of its own. */
@@ -836,7 +900,7 @@ static int copy_lane(const Window *wide, int l, Window *w)
     return 1;
 }
 
-/* Runs all jobs. Returns 0 without memory. */
+/* Runs all jobs. Returns 0 without memory, or if the computation is to stop. */
 static int run(const Method *m, Batch *batch, long width)
 {
     Window w, part, single;
@@ -917,9 +981,9 @@ static int jobs_fit(const Py_buffer *view, long count)
     return 1;
 }
 
-PyDoc_STRVAR(primary_doc, "primary(method, jobs, rows, coefficients, stops, wanted, found, lanes)\n--\n\n"
+PyDoc_STRVAR(primary_doc, "primary(method, jobs, rows, coefficients, stops, wanted, found, lanes, expired)\n--\n\n"
              "Runs every job (a row of `jobs`) until the leading wave is known; fills `wanted` and `found`.\n"
-             "See primary_search.py.");
+             "Jobs that have not ended when `expired()` is true are left as they are. See primary_search.py.");
 
 static PyObject *primary(PyObject *self, PyObject *args)
 {
@@ -929,7 +993,7 @@ static PyObject *primary(PyObject *self, PyObject *args)
     long lanes;
     int i, ok;
     (void)self;
-    if (PyTuple_Size(args) != 8) return PyErr_Format(PyExc_TypeError, "primary takes 8 arguments");
+    if (PyTuple_Size(args) != 9) return PyErr_Format(PyExc_TypeError, "primary takes 9 arguments");
     lanes = PyLong_AsLong(PyTuple_GetItem(args, 7));
     if (lanes == -1 && PyErr_Occurred()) return NULL;
     if (!buffers_of(args, 7, 2, view)) return NULL;
@@ -946,11 +1010,13 @@ static PyObject *primary(PyObject *self, PyObject *args)
     batch.stops = view[4].buf;
     batch.wanted = view[5].buf;
     batch.found = view[6].buf;
-    Py_BEGIN_ALLOW_THREADS
+    batch.expired = PyTuple_GetItem(args, 8);
+    batch.thread = PyEval_SaveThread();
     ok = run(&method, &batch, lanes);
-    Py_END_ALLOW_THREADS
+    PyEval_RestoreThread(batch.thread);
     for (i = 0; i < 7; i++) PyBuffer_Release(view + i);
-    if (!ok) return PyErr_NoMemory();
+    if (PyErr_Occurred()) return NULL;
+    if (!ok && !batch.stopped) return PyErr_NoMemory();
     Py_RETURN_NONE;
 }
 

@@ -9,10 +9,12 @@ from functools import partial
 import numpy as np
 from attrs import define, field, frozen
 
+from shockwave.errors import NumericalError
 from shockwave.quadrature import FloatArray
 from shockwave.registry import blame
 from shockwave.simulation.integrator import LONGEST_STEP, Integrator, Step
 from shockwave.simulation.problem import ChainAcceleration, ChainProblem, overlaps
+from shockwave.simulation.time_limit import expired
 
 # First number of granules in the window, and by how many it grows.
 _FIRST_WINDOW = 12
@@ -182,6 +184,9 @@ class _Course:
         with blame("integrators", type(self.integrator)):
             steps = self.integrator.steps(acceleration, self.time, until, self.y, self.w, self.size)
             for count, step in enumerate(steps, start=1):
+                if expired():
+                    at = f"at {self.time:.4g} characteristic times of the wave"
+                    raise NumericalError(f"the time limit was reached {at} (allow more, or loosen the tolerance)")
                 if frame.meets(step, self.w[0]):
                     self.release()
                     return

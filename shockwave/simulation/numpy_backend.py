@@ -12,8 +12,9 @@ from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.one_step import Attempt
-from shockwave.simulation.peak_limit import KEPT, STRIDE, crossing, hertz, limit
+from shockwave.simulation.peak_limit import KEPT, NOISE, STRIDE, crossing, hertz, limit, window_energy
 from shockwave.simulation.problem import Passage, Primary, Request, Status, chain_acceleration, contact_forces
+from shockwave.simulation.time_limit import expired
 
 # All lengths, times and forces are in scaled units.
 
@@ -23,6 +24,9 @@ _FIRST_STEP = 0.05
 _LONGEST_STEP = 1.0
 # Safety factor and limits of the ratio of consecutive step sizes.
 _SAFETY = 0.9
+# Error of a step in which a contact opens or closes, over its length and the 3/2 power of the change of the overlap.
+# The force has no second derivative there, which the embedded method may not detect.
+_KINK = 0.03
 _MIN_FACTOR = 0.2
 _MAX_FACTOR = 3.0
 # Largest displacement and velocity of a granule at rest.
@@ -42,6 +46,8 @@ _TREND = 4
 _SLACK = 0.1
 # Fraction of the peak force of the front above which a wave may be as strong.
 _TALLER = 0.999
+# Error of the leading wave, over the amount by which another wave exceeds it.
+_RIVAL = 2.0
 # A granule in free flight with velocity v makes a wave of less than this times v^1.2.
 _FREE_FLIGHT = 2.4
 # Position of the granule beyond a free end, out of reach of all others.
@@ -52,7 +58,7 @@ def search(request: Request, method: Nystroem) -> Primary:
     """Find the leading wave of one shock."""
     window = _Window(request, method)
     with np.errstate(over="ignore", invalid="ignore"):
-        while window.status is Status.RUNNING:
+        while window.status is Status.RUNNING and not expired():
             window.step()
             if not window.steps % 64:  # rarely enough to cost nothing
                 progressed("leading wave", window.steps)
@@ -141,24 +147,41 @@ class _Window:
         end = self.stops[0] if at_stop else self.time + size
         force = _Force(self.problem.free if self.driven else None, self.time + size, end)
         tried = self.method.attempt(force, self.time, size, self.x, self.v, self.a)
-        if not self._control(size, float(tried.error) / self.request.tolerance, at_stop):
-            return
         free = self.problem.free(end) if self.driven else (0.0, 0.0)
+        # only while the force acts: nothing catches up with a wave from the contacts that open behind it
+        kink = self._kink(size, free[0], tried.x) if self.driven else 0.0
+        if not self._control(size, float(tried.error) / self.request.tolerance, kink / self.request.tolerance, at_stop):
+            return
         if self.driven:
             self._add_work(size, free[0], force)
         self._find_peaks(size, free, tried)
         self._accept(end, at_stop, free, tried)
 
-    def _control(self, size: float, error: float, at_stop: bool) -> bool:
-        """Choose the next step size from ``error``, in units of the tolerance; whether the step is accepted."""
+    def _kink(self, size: float, path: float, x: FloatArray) -> float:
+        """Error due to contacts that open or close within the step, with ``path`` as in `_add_work`."""
+        before, after = self.x[:-2] - self.x[1:-1], x[:-2] - x[1:-1]
+        before[0] += self.free[0]
+        after[0] += path
+        change = float(np.abs(after - before)[before * after < 0].max(initial=0.0))
+        return _KINK * change * math.sqrt(change) * size
+
+    def _control(self, size: float, error: float, kink: float, at_stop: bool) -> bool:
+        """Choose the next step size from both errors, in units of the tolerance; whether the step is accepted."""
         tableau = self.method.tableau
         self.effort += (len(self.x) - 1) * (len(tableau.nodes) + 1)
         self.evaluations += tableau.evaluations
         factor = _SAFETY * max(error, 1e-12) ** (-1 / (self.method.error_order + 1)) if error == error else 0.0
+        if error <= 1 < kink:
+            # both velocity and length of the step make the change of the overlap
+            self.size = size * (kink**-0.4 if kink < 300 else 0.1)
+            self.rejected = True
+            return False
         if not error <= 1:
             self.size = size * (factor if _MIN_FACTOR < factor < 1 else _MIN_FACTOR)
             self.rejected = True
-            if self.size < 1e-14 * (1 + self.time) or self.effort > self.request.max_work:
+            if self.effort > self.request.max_work:
+                self.status = Status.TOO_LONG
+            if self.size < 1e-14 * (1 + self.time):
                 self.status = Status.FAILED
             return False
         factor = min(factor, 1.0 if self.rejected else _MAX_FACTOR)
@@ -221,11 +244,11 @@ class _Window:
             return
         forces = contact_forces(self.x[most - _ROWS : most + 1])[::-1]
         weakest = int(np.argmin(forces))
-        if not forces[weakest] < _SLACK * self.peaks[-1].force or self._can_be_overtaken():
+        if not forces[weakest] < _SLACK * self.peaks[-1].force or self._strongest_behind() > _TALLER:
             return
         rows = most - weakest
         self.removed_momentum += math.fsum(self.v[:rows].tolist())
-        self.removed_energy += _energy(self.x[: rows + 1], self.v[:rows])
+        self.removed_energy += window_energy(self.x[: rows + 1], self.v[:rows])
         self._set([array[rows:].copy() for array in self._arrays()])
         self.a[0] = -hertz(self.x.item(0) - self.x.item(1))  # no neighbour behind
         self.base += rows
@@ -309,23 +332,25 @@ class _Window:
         gained = self.problem.free(after)[1] - self.problem.free(before)[1]
         return gained / (after - before) if after > before else 0.0
 
-    def _judge(self) -> None:
-        """Check whether the peaks of the front have reached their limit."""
+    def _judge(self, end: bool = False) -> None:
+        """Check whether the peaks of the front have reached their limit; at the ``end`` state how near they are."""
         if len(self.peaks) < KEPT or self.driven or self.time < self.request.earliest_time:
             return
         peak = self.peaks[-1].force
-        allowed = self.request.doubt * peak
-        value, doubt = limit([passage.force for passage in self.peaks[-KEPT:]], allowed)
-        if doubt <= allowed and not self._can_be_overtaken():
+        allowed = peak if end else self.request.doubt * peak
+        value, doubt = limit([passage.force for passage in self.peaks[-KEPT:]], math.inf if end else allowed)
+        if end:
+            doubt = doubt / NOISE + _RIVAL * max(self._strongest_behind() - _TALLER, 0.0) * peak
+        elif doubt <= allowed and self._strongest_behind() <= _TALLER:
             self.status = Status.KNOWN
+        if doubt < allowed if end else self.status is Status.KNOWN:
             self.limit = value, doubt / peak
 
-    def _can_be_overtaken(self) -> bool:
-        """Whether a wave or a granule in free flight behind the front can make a stronger wave."""
+    def _strongest_behind(self) -> float:
+        """Peak force that a wave or a granule in free flight behind the front may reach, over that of the front."""
         front = self.head - self.base - 2
         if front <= 0 or not self.peaks:
-            return False
-        bound = _TALLER * self.peaks[-1].force
+            return 0.0
         late, since = self.late[:front], self.since[:front]
         # Largest peak force a wave may reach, from its change over the last contacts; a decrease feeds another wave.
         change, same = np.zeros(front), np.ones(front, dtype=bool)
@@ -334,14 +359,12 @@ class _Window:
             same[:back] = False
             change[same] = np.abs(late[same] - late[np.flatnonzero(same) - back]) / back
         grown = late + np.minimum(self.request.growing * change, late)
-        if np.any((self.time - since < _RECENT) & (grown > bound)):
-            return True
         forces = contact_forces(self.x[: front + 1])
-        if np.any(forces > bound):
-            return True
         v = self.v[:front]
         flying = (forces == 0) & (np.append(0.0, forces[:-1]) == 0) & (v > 0)
-        return bool(np.any(_FREE_FLIGHT * np.where(flying, v, 0.0) ** 1.2 > bound))
+        thrown = _FREE_FLIGHT * np.where(flying, v, 0.0) ** 1.2
+        recent = np.where(self.time - since < _RECENT, grown, 0.0)
+        return float(np.max([recent, forces, thrown])) / self.peaks[-1].force
 
     def primary(self) -> Primary:
         """The leading wave, from the smallest force behind its peak, and the balances of the chain."""
@@ -354,6 +377,7 @@ class _Window:
         previous, last = [none, none, *self.peaks][-2:]
         if self.status != Status.KNOWN:
             self.limit = last.force, 1.0
+            self._judge(end=True)
         return Primary(
             status=self.status,
             peak=self.limit[0],
@@ -363,10 +387,10 @@ class _Window:
             doubt=self.limit[1],
             speed=0.0 if previous is none else STRIDE / float(last.time - previous.time),
             momentum=math.fsum(v[foot + 1 :].tolist()),
-            energy=_energy(self.x[foot + 1 :], v[foot + 1 :]),
+            energy=window_energy(self.x[foot + 1 :], v[foot + 1 :]),
             foot=forces[foot],
             chain_momentum=self.removed_momentum + math.fsum(v.tolist()),
-            chain_energy=self.removed_energy + _energy(self.x, v),
+            chain_energy=self.removed_energy + window_energy(self.x, v),
             work=self.work,
             impulse=self.applied[1],
             free_path=self.applied[0],
@@ -374,9 +398,3 @@ class _Window:
             evaluations=self.evaluations,
             passages=tuple(self.passages),
         )
-
-
-def _energy(x: FloatArray, v: FloatArray) -> float:
-    """Energy of granules with velocities v and of their contacts; x contains one more granule."""
-    closed = np.maximum(x[:-1] - x[1:], 0.0)
-    return math.fsum((0.5 * v * v + 0.4 * closed * closed * np.sqrt(closed)).tolist())

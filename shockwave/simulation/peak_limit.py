@@ -5,6 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
+from shockwave.quadrature import FloatArray
+
 #: Number of contacts between the peaks that are used for the limit.
 STRIDE = 4
 #: Number of peaks that are used for the limit.
@@ -15,8 +19,8 @@ _MAX_RATIO = 0.98
 _MAX_TERMS = 100
 # Apparent growth of the ratio that counts as noise.
 _STEADY = 1.002
-# Fraction of the permitted uncertainty below which alternating differences count as noise.
-_NOISE = 0.2
+#: Fraction of the permitted uncertainty below which alternating differences count as noise.
+NOISE = 0.2
 # Assumed sum of a slowly converging series, in units of its last term.
 _SLOW = 200
 
@@ -32,7 +36,7 @@ def limit(peaks: Sequence[float], allowed: float) -> tuple[float, float]:
     first, second, last = p[2] - p[1], p[3] - p[2], p[4] - p[3]
     doubt = abs(last) + abs(second)
     if not (first * second > 0 and second * last > 0):
-        return p[4], doubt if doubt <= _NOISE * allowed else math.inf
+        return p[4], doubt if doubt <= NOISE * allowed else math.inf
     if not last / second < _MAX_RATIO:
         return p[4], _SLOW * abs(last)
     left = _rest(p[1:], bends=True)
@@ -85,3 +89,9 @@ def crossing(v0: float, v1: float, slope0: float, slope1: float) -> tuple[float,
 def hertz(overlap: float) -> float:
     """Contact force at an overlap, in scaled units."""
     return overlap * math.sqrt(overlap) if overlap > 0 else 0.0
+
+
+def window_energy(x: FloatArray, v: FloatArray) -> float:
+    """Energy of granules with velocities v and of their contacts; x contains one more granule."""
+    closed = np.maximum(x[:-1] - x[1:], 0.0)
+    return math.fsum((0.5 * v * v + 0.4 * closed * closed * np.sqrt(closed)).tolist())

@@ -14,6 +14,7 @@ import numpy as np
 
 from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.problem import Passage, Primary, Request
+from shockwave.simulation.time_limit import expired
 
 # Number of shocks that the compiled code runs at a time.
 _WIDTH = 8
@@ -22,7 +23,10 @@ _SHORT = 16.0
 
 
 def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled: ModuleType | None) -> list[Primary]:
-    """The leading wave for each request, in order; ``compiled`` is the compiled module, or None for NumPy."""
+    """The leading wave for each request, in order; ``compiled`` is the compiled module, or None for NumPy.
+
+    A search that reaches the time limit has the status RUNNING.
+    """
     if compiled is None:
         from shockwave.simulation.numpy_backend import search
 
@@ -62,7 +66,8 @@ def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: lis
     passages = np.full((len(wanted), 3), math.nan)
     passages[:, 0] = wanted
     lanes = 1 if len(requests) < _WIDTH else _WIDTH
-    compiled.primary(method.tableau.packed, np.array(jobs), rows, coefficients, np.array(stops), passages, found, lanes)
+    tables = np.array(jobs), rows, coefficients, np.array(stops), passages, found
+    compiled.primary(method.tableau.packed, *tables, lanes, expired)
     triples = iter(passages.tolist())
     answers = []
     for numbers, request in zip(found.tolist(), requests, strict=True):

@@ -38,7 +38,9 @@ _CONTACT_RATE = 400
 # seconds for the compiled code, minutes for NumPy.
 _WORK = 3e7
 _WORK_RATE = 3e4
-_MAX_WORK = 2e9
+_MAX_WORK = 5e8
+# The same over the square of the duration, for very long shocks: somewhat more than they need.
+_LEAST_RATE = 30.0
 # Number of granules behind the front that are integrated after the force has ended. Fewer would change the peaks by
 # more than the tolerance.
 _REAR = 16
@@ -211,7 +213,8 @@ class Request:
 
     @property
     def max_work(self) -> float:
-        return min(self.patience * (_WORK + _WORK_RATE * self.problem.duration**2), _MAX_WORK)
+        square = self.problem.duration**2
+        return min(self.patience * (_WORK + _WORK_RATE * square), max(_MAX_WORK, _LEAST_RATE * square))
 
     @property
     def earliest_time(self) -> float:

@@ -1,0 +1,78 @@
+"""Time limits and interrupts, and what remains of a result of which a part cannot be computed."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import shockwave as sw
+from scenes import CHAIN, FORCE, UNITS
+from shockwave.options import Backend
+
+
+def record(times: list[float], forces: list[float]) -> sw.Shock:
+    return sw.Shock(profile=sw.Tabulated(times=np.array(times) * UNITS.time, forces=np.array(forces) * FORCE))
+
+
+#: Takes far longer than any test waits.
+SLOW = record([0, 4, 8, 10, 14, 18], [0, 1, 0, 0, 1, 0])
+FLAT = record([0, 0.5, 99.5, 100], [0, 1, 1, 0])
+
+
+@pytest.mark.parametrize("backend", ["compiled", "numpy"])
+def test_a_time_limit_ends_a_simulation_with_an_error(backend: Backend) -> None:
+    begin = time.monotonic()
+    with pytest.raises(sw.NumericalError, match="the time limit was reached before the leading wave was known"):
+        sw.simulate(SLOW, CHAIN, rtol=1e-9, backend=backend, timeout=0.2)
+    assert time.monotonic() - begin < 3  # the computation looks at the clock every few tens of milliseconds
+
+
+def test_a_train_that_takes_too_long_leaves_the_leading_wave() -> None:
+    result = sw.simulate(record([0, 10, 30], [0, 1, 0]), CHAIN, timeout=0.3)
+    assert len(result.waves) == 1
+    assert any("the time limit was reached" in warning for warning in result.all_warnings)
+    assert result.to_dict()["peak_force"] == result.peak_force
+
+
+def test_the_train_of_a_flat_top_is_not_integrated_and_its_cost_is_stated() -> None:
+    from shockwave.measurement.simulate import immeasurable, scaled
+
+    assert "about 25 s or more" in immeasurable(scaled(FLAT, CHAIN)[0])
+    assert immeasurable(scaled(record([0, 33, 100], [0, 1, 0]), CHAIN)[0]) == ""
+
+
+INTERRUPTED: dict[str, Callable[[], object]] = {
+    "one": lambda: sw.simulate(SLOW, CHAIN, rtol=1e-9, waves="primary"),
+    "many": lambda: sw.simulate_many([SLOW] * 40, CHAIN, rtol=1e-9, waves="primary", threads=2),
+    "train": lambda: sw.simulate(record([0, 0.5, 59.5, 60], [0, 1, 1, 0]), CHAIN, rtol=1e-2).train,
+}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no signal can be sent to oneself there")
+@pytest.mark.parametrize("name", INTERRUPTED)
+def test_an_interrupt_ends_a_computation_within_a_second(name: str) -> None:
+    sent = []
+
+    def interrupt() -> None:
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Timer(0.5, interrupt).start()
+    with pytest.raises(KeyboardInterrupt):
+        INTERRUPTED[name]()
+    assert time.monotonic() - sent[0] < 1
+
+
+def test_a_contact_without_a_passage_leaves_the_others() -> None:
+    result = sw.simulate(record([0, 30, 60], [0, 1, 0]), CHAIN, rtol=1e-4, waves="primary", contacts=(0, 60))
+    with pytest.raises(sw.NumericalError, match="the force still rises there"):
+        result.passage(0)
+    assert [passage.contact for passage in result.passages] == [60]
+    assert any(warning.startswith("No passage at contact 0") for warning in result.all_warnings)
