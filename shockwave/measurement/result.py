@@ -241,16 +241,6 @@ class SimulationResult:
         return self.options.rtol
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """Same as ``warnings``."""
-        return self.warnings
-
-    @property
-    def wave_threshold(self) -> float:
-        """Least peak force of a wave, over that of the leading wave."""
-        return self.options.wave_threshold
-
-    @property
     def scene(self) -> Scene:
         """Summary of shock and chain."""
         return Scene.of(self.shock, self.chain)
