@@ -112,7 +112,7 @@ def test_warnings_of_a_point_are_in_its_notes(tmp_path: Path) -> None:
     file = written(tmp_path, "sweep: {run: compare, grid: {chain.granules: [3, 100]}}\n")
     swept(file, tmp_path / "out")
     notes = [json.loads(line)["notes"] for line in (tmp_path / "out" / "results.jsonl").read_text().splitlines()]
-    assert "The chain of 3 granules is too short for the leading wave to form" in notes[0]
+    assert "in a chain of 3 granules the leading wave does not form" in notes[0]
     assert "The largest contact force is" in notes[0]
     assert notes[1] is None or "too short" not in notes[1]
 

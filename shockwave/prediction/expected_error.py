@@ -23,6 +23,9 @@ from shockwave.profiles.conditions import Condition
 _GRANULES = 40
 _GRANULES_PER_TIME = 5
 
+#: Reason why there is no estimate of a shock on a semi-infinite chain.
+TOO_FAR = "the shock is longer, or finer, than those for which errors were measured"
+
 _Range = tuple[float, float] | None
 
 
@@ -82,23 +85,27 @@ def expected_error(
     if failed:
         return None, [f"Section 4 does not hold here: the shock violates the conditions (3) ({'; '.join(failed)})."]
     if estimate is None:
-        return None, ["The error is not known: the shock is longer, or finer, than those for which it was measured."]
+        return None, [warning_of(TOO_FAR)]
     peak = answer.amplitudes[0]
     return (peak / estimate.high - 1, peak / estimate.low - 1), []
 
 
-def chain_warnings(chain: Chain, duration: float, profile: ShockProfile) -> list[str]:
-    """Warnings for a finite chain in which the leading wave does not form; empty if it forms.
+def chain_problem(chain: Chain, duration: float, profile: ShockProfile) -> str:
+    """Reason why the leading wave does not form in a finite chain; empty if it forms.
 
     ``duration`` is that of the shock over T0. The waves of several peaks separate slowly, so for them no finite chain
     is long enough.
     """
     if chain.granules is None:
-        return []
-    needed = _GRANULES + _GRANULES_PER_TIME * duration
-    if chain.granules >= needed and not turns(profile):
-        return []
-    problem = f"is too short for the leading wave to form (it needs {math.ceil(needed)})"
+        return ""
     if turns(profile):
-        problem = "is finite, and the waves of a shock with several peaks separate slowly"
-    return [f"The chain of {chain.granules} granules {problem}, so the error is not known. Simulate the finite chain."]
+        return f"in a chain of {chain.granules} granules the waves of several peaks may not separate"
+    needed = math.ceil(_GRANULES + _GRANULES_PER_TIME * duration)
+    if chain.granules >= needed:
+        return ""
+    return f"in a chain of {chain.granules} granules the leading wave does not form (it needs {needed} granules)"
+
+
+def warning_of(problem: str) -> str:
+    """Warning that a ``problem`` leaves the error unknown."""
+    return f"The error is not known: {problem}. Simulate to obtain an accurate peak force."

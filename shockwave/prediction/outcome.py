@@ -93,6 +93,8 @@ class Outcome:
         Impulse of the shock [N s].
     conditions : tuple of Condition
         Conditions (3).
+    estimate, no_estimate : Estimate or None, str or None
+        Best a-priori estimate of the peak force; the reason why there is none.
     expected_error : tuple of float or None
         Range of the relative error of ``peak_force``, lowest and highest, observed in simulations of similar shocks;
         None if no errors were measured or they have no useful bound.
@@ -123,6 +125,7 @@ class Outcome:
     applied_momentum: float
     conditions: tuple[Condition, ...]
     estimate: Estimate | None
+    no_estimate: str | None
     expected_error: tuple[float, float] | None
     warnings: tuple[str, ...]
     trace: tuple[Inequality, ...]
@@ -215,7 +218,7 @@ def estimate_text(outcome: Outcome) -> str:
     """The estimated peak force with its range, or that there is none."""
     found = outcome.estimate
     if found is None:
-        return "peak force not known a priori: simulate"
+        return f"peak force not known a priori: {outcome.no_estimate}; simulate"
     peak, ends = estimate_figures(found)
     return f"peak force {peak}, range {ends} (method: {found.method})"
 
@@ -229,8 +232,9 @@ def estimate_figures(found: Estimate) -> tuple[str, str]:
 
 
 def outcome_limits(outcome: Outcome) -> list[str]:
-    """Warnings that limit the answer; notes on a record do not."""
-    return [warning for warning in outcome.warnings if warning not in outcome.scene.notes]
+    """Warnings that limit the answer; notes on a record do not, and the first line states why there is no estimate."""
+    stated = outcome.no_estimate or "\n"
+    return [warning for warning in outcome.warnings if warning not in outcome.scene.notes and stated not in warning]
 
 
 def decision_lines(outcome: Outcome) -> list[str]:

@@ -13,7 +13,7 @@ from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, MOMENTUM, PAPER_COEFFICIENT, SolitaryWave
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.fields import Quantity, quantity
-from shockwave.prediction.expected_error import chain_warnings, estimated, expected_error
+from shockwave.prediction.expected_error import TOO_FAR, chain_problem, estimated, expected_error, warning_of
 from shockwave.prediction.model_interface import Model, Peaks, ScaledAnswer, ScaledShock, Settings, Shocks
 from shockwave.prediction.outcome import (
     EjectionOutcome,
@@ -140,7 +140,7 @@ class Predictor:
         checked = conditions(scaled.areas, shock.profile.duration_ratio)
         found = estimated(answer, scaled, self.model)
         error, why_unknown = expected_error(answer, found, checked)
-        of_chain = chain_warnings(chain, scaled.duration, shock.profile)
+        of_chain = chain_problem(chain, scaled.duration, shock.profile)
         estimate = None
         if found is not None and not of_chain:
             peak, low, high = (value * shock.peak_force for value in (found.amplification, found.low, found.high))
@@ -160,12 +160,13 @@ class Predictor:
             "conditions": checked,
             "trace": tuple(steps),
             "estimate": estimate,
+            "no_estimate": None if estimate else of_chain or TOO_FAR,
             "expected_error": None if of_chain else error,
             "exponents": None if answer.sensitivity is None else Exponents.of(answer.sensitivity),
             "areas": scaled.areas,
             "momentum_coefficient": coefficient,
             "scene": Scene.of(shock, chain),
-            "warnings": (*shock.profile.notes, *answer.warnings, *why_unknown, *of_chain),
+            "warnings": (*shock.profile.notes, *answer.warnings, *why_unknown, *chain_warnings),
         }
         if answer.ejection is not None:
             return EjectionOutcome(
@@ -210,9 +211,10 @@ class Predictor:
         notes: dict[str, None] = {}
         for index, (shock, each) in enumerate(zip(shocks, chains, strict=True)):
             time = Scales.of(each, shock.peak_force).time
-            if of_chain := chain_warnings(each, shock.duration / time, shock.profile):
+            if of_chain := chain_problem(each, shock.duration / time, shock.profile):
                 found.low[index], found.high[index] = -np.inf, np.inf
-            notes.update(dict.fromkeys((*of_chain, *shock.profile.notes)))
+                notes[warning_of(of_chain)] = None
+            notes.update(dict.fromkeys(shock.profile.notes))
         return Predictions(
             model=self.model,
             peak_force=found.amplification * np.array([shock.peak_force for shock in shocks], dtype=float),
