@@ -145,6 +145,7 @@ class Predictor:
         if found is not None and not of_chain:
             peak, low, high = (value * shock.peak_force for value in (found.amplification, found.low, found.high))
             estimate = Estimate(peak, low, high, found.method)
+        chain_warnings = [warning_of(of_chain)] if of_chain else []
         peaks = [amplitude * shock.peak_force for amplitude in answer.amplitudes]
         steps = [evolve(step, left=step.left * scales.time, right=step.right * scales.time) for step in answer.trace]
         chain_assumed = ", on a semi-infinite chain" if answer.reason and chain.granules is not None else ""
