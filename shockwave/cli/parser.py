@@ -100,7 +100,7 @@ _SWEEP = [
 ]
 _PLOT = [
     _option("FOLDER", "folder written by `shockwave sweep`"),
-    _option("--column NAME", "quantity to plot (default: the amplification)"),
+    _option("--column NAME", "quantity to plot (default: an amplification)"),
     _option("--x NAME", "horizontal axis (default: variable with the most values)"),
     _option("--at NAME=VALUE", "hold a variable at one of its values; may be repeated", **_MANY),
     _option("-o --output FILE", "picture (.svg, .png, .pdf; default: in FOLDER)"),

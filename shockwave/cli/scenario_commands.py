@@ -229,7 +229,7 @@ _SPARE = (
 )
 _FAILS = "FAIL"
 _LEGEND = """\
-error: relative error of the predicted peak force with respect to the simulation; expected error: range found for \
+error: relative error of the model with respect to the simulation; expected error: range found for \
 similar shocks; \
 relation, waves: predicted / simulated (/ published)"""
 

@@ -21,7 +21,7 @@ def result_text(result: SimulationResult) -> str:
     waves = wave_tables(result)  # integrates the train, whose warnings and cost belong to the lines around
     leading = [("leading wave", peak_text(result))] if _greatest(result) else []
     lines = [
-        strong(f"{name}{_lead(result)}"),
+        strong(f"{name}{lead_text(result)}"),
         *limits(result_limits(result)),
         *facts([*leading, *result_answer(result)]),
         "",
@@ -33,7 +33,7 @@ def result_text(result: SimulationResult) -> str:
     return "\n".join(lines)
 
 
-def _lead(result: SimulationResult) -> str:
+def lead_text(result: SimulationResult) -> str:
     """Peak force of the leading wave, or the greatest contact force of a finite chain if that is larger."""
     return f"greatest force {_greatest(result)}" if _greatest(result) else f"peak force {peak_text(result)}"
 

@@ -218,9 +218,9 @@ def estimate_text(outcome: Outcome) -> str:
     """The estimated peak force with its range, or that there is none."""
     found = outcome.estimate
     if found is None:
-        return f"peak force not known a priori: {outcome.no_estimate}; simulate"
+        return f"leading wave not known a priori: {outcome.no_estimate}; simulate"
     peak, ends = estimate_figures(found)
-    return f"peak force {peak}, range {ends} (method: {found.method})"
+    return f"leading wave {peak}, range {ends} (method: {found.method})"
 
 
 def estimate_figures(found: Estimate) -> tuple[str, str]:
@@ -264,19 +264,21 @@ def wave_table(outcome: Outcome) -> str:
 def _decision(outcome: Outcome) -> Iterator[tuple[str, str]]:
     error = outcome.shown_error
     count = len(outcome.waves)
+    if outcome.reason:
+        yield "method", f"{outcome.method}: {outcome.reason}"
+    elif outcome.estimate is None or outcome.estimate.method != outcome.method:
+        peak = f"peak force {si(outcome.peak_force, 'N', error=error)}"
+        holds = all(condition.holds for condition in outcome.conditions)
+        expected = f"{peak}, expected error {range_text(outcome.expected_error)}"
+        yield outcome.model, expected if holds else alarm(f"does not hold here: {peak}, error not known")
     ratio = f"{outcome.amplification:.{significant_digits(outcome.amplification, error)}g}"
     waves = _LONE if outcome.regime == "train" and count == 1 else _REGIMES[outcome.regime].format(count=count)
     yield "regime", f"{outcome.regime}: {waves}"
-    yield "leading wave", f"{_RELATIONS[outcome.relation]} the shock's peak force (ratio {ratio})"
+    yield "relation", f"leading wave {_RELATIONS[outcome.relation]} the shock's peak force (ratio {ratio})"
     if isinstance(outcome, EjectionOutcome):
         rise = si(outcome.virtual_rise_time, "s", error=error)
         added = si(outcome.added_momentum, "N s", error=error)
         yield "ejection", f"virtual rise time {rise}, added momentum {added}"
-    if outcome.reason:
-        yield "method", f"{outcome.method}: {outcome.reason}"
-    elif outcome.estimate is None or outcome.estimate.method != outcome.method:
-        peak = si(outcome.peak_force, "N", error=error)
-        yield outcome.model, f"peak force {peak}, expected error {range_text(outcome.expected_error)}"
 
 
 def _condition_row(condition: Condition) -> tuple[str, ...]:

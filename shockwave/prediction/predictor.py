@@ -167,7 +167,7 @@ class Predictor:
             "areas": scaled.areas,
             "momentum_coefficient": coefficient,
             "scene": Scene.of(shock, chain),
-            "warnings": (*shock.profile.notes, *answer.warnings, *why_unknown, *chain_warnings),
+            "warnings": (*shock.profile.notes, *why_unknown, *answer.warnings, *chain_warnings),
         }
         if answer.ejection is not None:
             return EjectionOutcome(

@@ -8,7 +8,7 @@ from attrs import asdict, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.measurement.result import SimulationResult
-from shockwave.measurement.result_text import peak_text, result_answer, result_details, result_limits, wave_tables
+from shockwave.measurement.result_text import lead_text, result_answer, result_details, result_limits, wave_tables
 from shockwave.measurement.simulate import simulate, simulate_with
 from shockwave.options import SimulateOptions
 from shockwave.prediction.model_interface import Relation
@@ -117,13 +117,13 @@ def comparison_text(both: Comparison) -> str:
     warnings = dict.fromkeys([*outcome_limits(predicted), *result_limits(simulated)])
     answers = [
         ("estimate", estimate_text(predicted)),
-        ("error", f"{error_text(both.error)} of {predicted.model}"),
+        ("error", f"{predicted.model} {error_text(both.error)}"),
         ("relation", f"predicted {predicted.relation}, simulated {both.relation} (relative to the shock)"),
     ]
     if both.published is not None:
         answers.append(("published", f"{_figures(both.published)} ({both.published.source})"))
     lines = [
-        strong(f"{name}simulated peak force {peak_text(simulated)}"),
+        strong(f"{name}simulated {lead_text(simulated)}"),
         *limits(warnings),
         *facts(answers),
         *decision_lines(predicted),
