@@ -29,7 +29,7 @@ CHAIN = sw.Chain(material=sw.Material(youngs_modulus=193e9, poisson_ratio=0.3, d
 FORCE = 100.0
 TIME = Scales.of(CHAIN, FORCE).time
 SEED = 71
-COUNT = 500
+COUNT = 200
 # Range of the durations in T0, and its end for shocks with several peaks, whose waves separate slowly.
 DURATIONS = (1e-3, 300.0)
 LONGEST_TURNING = 20.0

@@ -56,11 +56,15 @@ _FARTHEST = 2000
 
 @define
 class _Reading:
-    """A wave that has settled: its last peak at that time, the probe ahead of it, and the bound on its deviation."""
+    """A wave that has settled: its last peak at that time, the probe ahead of it, and the bound on its deviation.
+
+    ``first`` is the wave at the front. It meets no other, so that its deviation decreases geometrically.
+    """
 
     head: Peak
     probe: Probe
     doubt: float
+    first: bool
     passed: bool = False
     wave: MeasuredWave | None = None
 
@@ -75,8 +79,10 @@ class _Reading:
         elif stretch.end - peak.time > _PASSED * characteristic_time(peak.force):
             self.passed = True
             # without a bound the wave may still collide with others
-            known = math.isfinite(self.doubt)
-            self.wave = self.probe.wave(peak, log, distance_from_limit(peak, log.tolerance) if known else math.inf)
+            distance = self.doubt
+            if math.isfinite(distance) and not self.first:
+                distance = distance_from_limit(peak, log.tolerance)
+            self.wave = self.probe.wave(peak, log, distance)
 
 
 @define(eq=False)
@@ -262,7 +268,7 @@ class ChainRun:
                 most, allowed = budget, self.later_doubt * math.sqrt(strongest / head.force)
             if front <= most and doubt > allowed:
                 return False
-            self._readings.append(_Reading(head, Probe(head.contact + _AHEAD, self.problem), doubt))
+            self._readings.append(_Reading(head, Probe(head.contact + _AHEAD, self.problem), doubt, not self._readings))
         self.settled = complete or front <= budget
         return complete or not self.settled
 

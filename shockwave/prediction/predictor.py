@@ -211,6 +211,8 @@ class Predictor:
         found = self._together(model, shocks, chains) if at_once else self._one_by_one(shocks, chains)
         notes: dict[str, None] = {}
         for index, (shock, each) in enumerate(zip(shocks, chains, strict=True)):
+            if index in found.failures:
+                continue
             time = Scales.of(each, shock.peak_force).time
             if of_chain := chain_problem(each, shock.duration / time, shock.profile):
                 found.low[index], found.high[index] = -np.inf, np.inf

@@ -34,7 +34,7 @@ _INSTANTS = ((0.5, 8), (1.5, 12), (3.0, 16), (10.0, 32), (35.0, 64), (math.inf, 
 _LONGEST = 50.0
 _BLOW = 6.0
 # Cells per blow, and most cells at once.
-_FINE = 12
+_FINE = 96
 _MOST_CELLS = 100_000
 # Smallest fall and rise of the force, over its peak, that counts as a second peak; less is noise.
 _TURNS = 0.05
