@@ -92,7 +92,7 @@ WRONG = {
     "word-for-contacts": (["simulate", "--contacts", "x", SCENE], "--contacts: must be whole numbers >= 0"),
     "no-worker": (["sweep", SCENE, "--workers", "0"], "--workers: must be >= 1 and <= 10000 (got 0)"),
     "no-executor": (["sweep", SCENE, "--dry-run", "--executor", "x"], "executor: must be processes, dask or"),
-    "check-of-profiles": (["list", "profiles", "--check"], "--check: must be used with plugins"),
+    "check-of-profiles": (["list", "profiles", "--check"], "--check: can be used only with plugins"),
     "range": (["simulate", "--rtol", "1e-20", SCENE], "--rtol: must be >= 1e-13 and <= 0.01 (got 1e-20)"),
     "contacts": (["simulate", "--contacts", "3,-1", SCENE], "--contacts: must be whole numbers >= 0"),
 }

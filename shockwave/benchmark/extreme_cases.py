@@ -274,7 +274,7 @@ def quickly(case: Case, backend: Backend) -> Finding:
         seconds.append(time.perf_counter() - begin)
     fastest = min(seconds)
     tight = simulate(*scene, 1e-10, backend=backend, waves="primary")
-    note = f"; predicted {predicted:.4g} F0, both in {fastest:.2g} s"
+    note = f"; predicted {predicted:.4g} F0; prediction and simulation took {fastest:.2g} s together"
     finding = _compared(case, result, tight.amplification, note)
     return _with_fault(finding, fastest > 1.0, f"prediction and simulation took {fastest:.2f} s")
 

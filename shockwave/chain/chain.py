@@ -10,7 +10,7 @@ from shockwave.chain.material import Material
 from shockwave.errors import InvalidValueError
 from shockwave.fields import quantity, text_of
 
-_LOOK_UP = "shockwave.registry.load('materials', 'ptfe') gives one of the library"
+_LOOK_UP = "shockwave.registry.load('materials', 'ptfe') loads one from the library"
 # Range of the energy scale [J] for which the energies of the weakest and the strongest wave are floats.
 _ENERGIES = (1e-200, 1e250)
 # Range of t0/T0 for which the double integrals of the shock and powers of it are floats.

@@ -160,7 +160,7 @@ _COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
     ("plot", "plot:plot", "plot the results of a sweep as lines or as a map", _PLOT),
     ("design", "design:design", "find values that give the leading wave a target property", _DESIGN),
     ("uncertainty", "design:uncertainty", "distribution of the leading wave for uncertain values", _UNCERTAINTY),
-    ("bench", "benchmark_commands:bench", "measure error against run time of the methods", [*_BENCH, _JSON]),
+    ("bench", "benchmark_commands:bench", "measure the error of each method against its run time", [*_BENCH, _JSON]),
     ("stress", "benchmark_commands:stress", "run the catalogue of extreme cases", [*_STRESS, _JSON]),
     ("list", "registry_commands:list_registered", "list the available profiles, integrators, ...", [*_LIST, _JSON]),
     ("new", "registry_commands:new", "write a scenario with every key and its meaning", _NEW),

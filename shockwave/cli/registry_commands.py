@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 def list_registered(options: argparse.Namespace) -> int:
     if options.check and options.kind not in (None, "plugins"):
-        raise UsageError(f"--check: must be used with plugins (got {options.kind}; shockwave list plugins --check)")
+        raise UsageError(
+            f"--check: can be used only with plugins (got {options.kind}; use shockwave list plugins --check)"
+        )
     kinds = [options.kind] if options.kind else KINDS
     document = {kind: _rows(kind, options.check) for kind in kinds}
     if options.json:
