@@ -51,7 +51,6 @@ def test_the_train_of_a_flat_top_is_not_integrated_and_its_cost_is_stated() -> N
 
 INTERRUPTED: dict[str, Callable[[], object]] = {
     "one": lambda: sw.simulate(SLOW, CHAIN, rtol=1e-9, waves="primary"),
-    "many": lambda: sw.simulate_many([SLOW] * 40, CHAIN, rtol=1e-9, waves="primary", threads=2),
     "train": lambda: sw.simulate(record([0, 0.5, 59.5, 60], [0, 1, 1, 0]), CHAIN, rtol=1e-2).train,
 }
 
