@@ -137,6 +137,8 @@ import multiprocessing, os, signal, sys
 import shockwave.cli.sweep
 from contextlib import contextmanager
 signal.signal(signal.SIGINT, {interrupt})
+if hasattr(signal, "SIGHUP"):  # ignored by what was started with nohup
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 @contextmanager
 def progress():
     def strike(report):
