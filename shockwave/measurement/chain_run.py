@@ -21,9 +21,8 @@ from shockwave.simulation.problem import ChainProblem, chain_energy
 EJECTED = 1e-3
 # Interval at which the waves are examined, in characteristic times.
 _INTERVAL = 4.0
-# Its share of the time: at least, and at most if no wave can have settled before.
-_SHARE = 0.05
-_LONGEST = 0.3
+# Its least share of the time.
+_SHARE = 0.12
 # Time for which steps are kept, in characteristic times of the weakest wave: from before until after a wave has passed.
 _KEPT = 2.5 * PASSED
 # Contacts that the front may pass before waves other than the leading one are measured even if they have not settled:
@@ -146,8 +145,7 @@ class ChainRun:
         self.work = chain_energy(stretch.x[-1], stretch.v[-1])
         self._driven_steps = self.steps
         while not self._has_seen_all(stretch):
-            wait = min(max(_SHARE * stretch.end, self._wait), _LONGEST * stretch.end)
-            stretch = self._advance(stretch.end + max(_INTERVAL, wait))
+            stretch = self._advance(stretch.end + max(_INTERVAL, _SHARE * stretch.end, self._wait))
         # Rounding errors grow when weak waves collide, so everything but the spall is measured now.
         x, v = stretch.x[-1], stretch.v[-1]
         if self._free_end is not None and self.reached_end:

@@ -117,12 +117,11 @@ class Outlook:
     def wait(self, wave: int, allowed: float) -> float:
         """Time that passes at least before the bound of a wave decreases to ``allowed``; 0 if it is not known."""
         trail = self.passed(wave)
-        contacts = 2 * _STRIDE + 1 - len(trail)
+        contacts: float = 2 * _STRIDE + 1 - len(trail)
         if contacts <= 0:
             doubt, before = _doubt(trail, self._noise), _doubt(trail[_STEP:], self._noise)
-            if not allowed < doubt < before < math.inf:
-                return 0.0
-            contacts = int(_STEP * math.log(doubt / allowed) / math.log(before / doubt))
+            known = allowed < doubt < before < math.inf
+            contacts = min(_STEP * math.log(doubt / allowed) / math.log(before / doubt), _STRIDE) if known else 0
         return contacts * characteristic_time(self.heads[wave].force) / SPEED
 
     def is_complete(self, x: FloatArray, v: FloatArray) -> bool:
