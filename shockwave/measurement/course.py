@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import abc
+import math
 from types import ModuleType
 from typing import cast, final
 
@@ -12,7 +13,7 @@ from shockwave.errors import NumericalError
 from shockwave.measurement.peak_log import PeakLog
 from shockwave.progress import progressed
 from shockwave.simulation.integrator import Integrator
-from shockwave.simulation.march import FIRST_WINDOW, Span, Stretch, march, overdue
+from shockwave.simulation.march import FIRST_WINDOW, March, Span, Stretch, overdue
 from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.problem import ChainProblem, Status
 from shockwave.simulation.time_limit import expired
@@ -50,6 +51,13 @@ class Course(abc.ABC):
     def advance(self, until: float) -> Stretch:
         """Integrate to the end of the first step at or after ``until`` or, in a long stretch, less far."""
 
+    @abc.abstractmethod
+    def shorten(self, granules: int) -> float:
+        """Remove all granules beyond these, after the force has ended. The last one is the new origin, which is returned.
+
+        Ahead of it the chain is at rest.
+        """
+
     @final
     def advance_to(self, until: float, label: str, total: float) -> Stretch:
         """Integrate to the end of the first step at or after ``until``, and report progress; the last stretch."""
@@ -64,7 +72,8 @@ class _StepByStep(Course):
 
     def __init__(self, problem: ChainProblem, integrator: Integrator) -> None:
         super().__init__(problem, integrator)
-        self._spans = march(problem, integrator)
+        self._march = March.of(problem, integrator)
+        self._spans = self._march.run(math.inf)
 
     def advance(self, until: float) -> Stretch:
         spans: list[Span] = []
@@ -74,6 +83,10 @@ class _StepByStep(Course):
         self.log.observe(stretch)
         self.now, self.steps = stretch.end, self.steps + len(spans)
         return stretch
+
+    def shorten(self, granules: int) -> float:
+        self._spans = self._march.run(math.inf)
+        return self._march.shorten(granules)
 
 
 class _Compiled(Course):
@@ -119,3 +132,10 @@ class _Compiled(Course):
         if kept:
             return Stretch((), times[:kept], *states[:, :kept, :granules])
         return Stretch((), np.array([begin, self.now]), *self._chain[:2, None, :granules])
+
+    def shorten(self, granules: int) -> float:
+        origin = self._chain.item(0, granules - 1)
+        self._chain[:, granules:] = 0.0
+        self._chain[0, :granules] -= origin
+        self._state |= {"granules": granules, "until": self.now}
+        return origin

@@ -64,11 +64,13 @@ class PeakLog:
 
     ``tolerance`` is the error tolerance of a step. Peaks are located on the integrator's interpolant if a polynomial
     between the ends of the step is less accurate than that; with 0 always. The first ``count`` rows of ``table`` are
-    the peaks, and ``last`` the index of the last peak at each contact.
+    the peaks, and ``last`` the index of the last peak at each contact. ``removed`` are the contact ahead of which waves
+    have been removed from the chain, the time, and the peak force of the strongest of them.
     """
 
     tolerance: float = 0.0
     strongest: float = 0.0
+    removed: tuple[int, float, float] = (0, -math.inf, 0.0)
     count: int = 0
     table: np.ndarray = field(factory=lambda: np.zeros(0, _ROW))
     last: np.ndarray = field(factory=lambda: np.zeros(0, np.int64))
@@ -142,12 +144,16 @@ class PeakLog:
 
         A peak is a head if the next contact has not had a peak since then but may still have one.
         """
+        contact, since, most = self.removed
         recent = np.flatnonzero(self.peaks["time"] >= now - _patience(_FLOOR * self.strongest))
         peaks = self.table[recent]
+        if most:
+            recent = recent[(peaks["contact"] <= contact) | (peaks["time"] > since)]
+            peaks = self.table[recent]
         time, force = peaks["time"], peaks["force"]
         under_way = now - time < 6.0 * np.maximum(force, 1e-30) ** (-1 / 6)
         # Weaker peaks must not hide the wave that has just passed.
-        strong = np.flatnonzero(force >= share * force[under_way].max(initial=0.0))
+        strong = np.flatnonzero(force >= share * force[under_way].max(initial=most))
         latest = np.full(peaks["contact"].max(initial=-1) + 2, -1)
         latest[peaks["contact"][strong]] = strong
         passed = np.where(latest >= 0, np.append(time, 0.0)[latest], -math.inf)
@@ -161,9 +167,10 @@ class PeakLog:
     def trail(self, head: Peak, contacts: int) -> list[Peak]:
         """Peaks of the wave at ``head`` and at the preceding ``contacts``, as far as it can be traced back."""
         trail = [peak := head]
+        longest = _patience(_SAME_WAVE * head.force)
         while len(trail) <= contacts and peak.behind >= 0:
             before, peak = peak.time, self.peak(peak.behind)
-            if before - peak.time > _patience(peak.force):
+            if before - peak.time > longest:
                 break
             trail.append(peak)
         return trail

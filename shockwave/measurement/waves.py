@@ -88,6 +88,7 @@ class Outlook:
         self._log, self._now, self._noise = log, now, noise
         self.heads = log.heads(now, _FOLLOWED * threshold)
         self.strongest = max((head.force for head in self.heads), default=0.0)
+        self.strongest = max(self.strongest, log.removed[2])
         self.least = threshold * self.strongest
         self._trails: dict[int, list[Peak]] = {}
 
@@ -129,7 +130,8 @@ class Outlook:
         weak = (wave for wave, head in enumerate(self.heads) if head.force < self.least)
         if any(self.least <= self.heads[wave].force * (1 + self.bound(wave)) for wave in weak):
             return False
-        return bool(self.heads) and _nothing_to_come(x, v, self.heads[-1].contact, self.least)
+        rearmost = self.heads[-1].contact if self.heads else self._log.removed[0]
+        return _nothing_to_come(x, v, rearmost, self.least)
 
 
 def _doubt(trail: list[Peak], noise: float) -> float:
