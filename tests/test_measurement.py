@@ -83,7 +83,7 @@ def test_distance_from_the_limit_covers_the_approach(forces: np.ndarray, distanc
     log = log_of(*((contact, 1.1 * contact, force) for contact, force in enumerate(forces.tolist(), start=30)))
     log.tolerance = 1e-9
     (peak,) = log.at(120)
-    assert len(log.trail(peak, 40)) == 41
+    assert len(log.trail(peak, 40).forces) == 41
     assert distance <= distance_from_limit(peak, log) <= most * distance
 
 

@@ -21,7 +21,7 @@ from shockwave.simulation.problem import ChainProblem, chain_energy
 #: Least backward velocity of an ejected granule, over the peak velocity of the granules in the leading wave.
 EJECTED = 1e-3
 # Interval at which the waves are examined, in characteristic times.
-_INTERVAL = 4.0
+_INTERVAL = 6.0
 # Its least share of the time.
 _SHARE = 0.12
 # Time for which steps are kept, in characteristic times of the weakest wave: from before until after a wave has passed.
@@ -121,7 +121,7 @@ class ChainRun:
     _ready: dict[int, tuple[Peak, float]] = field(factory=dict)
     _rearmost: int = 0
     _removed: int = 0
-    _lead: Peak = Peak(0, -1, -1, 0.0, 0.0)
+    _lead: Peak = field(init=False)
     _wait: float = 0.0
     _velocities: list[tuple[float, FloatArray]] = field(factory=list)
 
@@ -225,7 +225,7 @@ class ChainRun:
                 most, allowed = budget, self.later_doubt * math.sqrt(outlook.strongest / force)
             if place in self._ready or front > most:
                 continue
-            if not outlook.passed(wave) or outlook.bound(wave) > allowed:
+            if not outlook.passed(wave).indices or outlook.bound(wave) > allowed:
                 self._wait = outlook.wait(wave, allowed)
                 self._shorten(outlook, strong[: place - self._removed], stretch)
                 return False
@@ -243,8 +243,8 @@ class ChainRun:
 
     def _shorten(self, outlook: Outlook, settled: list[int], stretch: Stretch) -> None:
         """Measure the foremost waves, which have settled, and remove them, if the chain is at rest behind them."""
-        far = self.problem.granules is None or self.problem.granules - self.log.front > _FARTHEST
-        if not settled or not far:
+        near = self.problem.granules is not None and self.problem.granules - self.log.front <= _FARTHEST
+        if not settled or near:
             return
         x, v = stretch.x[-1], stretch.v[-1]
         last = settled[-1]
@@ -267,12 +267,13 @@ class ChainRun:
 
     def _measure(self, outlook: Outlook, waves: list[int]) -> None:
         """Measure these waves."""
-        passed = [(place, wave) for place, wave in enumerate(waves, start=self._removed) if outlook.passed(wave)]
-        self.waves += tuple(self._measured(outlook, place, wave) for place, wave in passed)
+        for place, wave in enumerate(waves, start=self._removed):
+            if outlook.passed(wave).indices:
+                self.waves += (self._measured(outlook, place, wave),)
 
     def _reading(self, outlook: Outlook, wave: int) -> tuple[Peak, float]:
         """The peak at which a wave is read, and a bound on its distance from the limit."""
-        peak, doubt = outlook.passed(wave)[0], outlook.bound(wave)
+        peak, doubt = self.log.peak(outlook.passed(wave).indices[0]), outlook.bound(wave)
         # The first wave meets no other, so that its deviation decreases geometrically. Without a bound a wave may still
         # collide with others.
         return peak, distance_from_limit(peak, self.log) if (wave or self._removed) and math.isfinite(doubt) else doubt
@@ -317,9 +318,9 @@ def rebounding(v: FloatArray, ejected: float) -> tuple[tuple[float, ...], float]
     They extend from the loaded end to the last ejected granule and the granules that follow it backwards. Further on,
     a backward drift is caused by passing waves.
     """
-    last = max(np.flatnonzero(v < -ejected), default=0)
-    forward = np.flatnonzero(v[last:] >= 0)
-    end = last + int(forward[0]) if len(forward) else len(v)
+    last = int(np.append(0, (v < -ejected).nonzero()[0])[-1])
+    forward = v[last:] >= 0
+    end = last + int(forward.argmax()) if forward.any() else len(v)
     region, beyond = v[:end], v[end:]
     loose = float(region[region > 0].sum() - beyond[beyond < 0].sum())
     return tuple(region[region < 0].tolist()), loose

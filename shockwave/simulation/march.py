@@ -165,7 +165,7 @@ class March:
             yield from self.spans(min(self.time + _STRETCH, until))
 
     def shorten(self, granules: int) -> float:
-        """Remove all granules beyond these, after the force has ended. The last one is the new origin, which is returned.
+        """Remove all granules beyond these, after the force has ended; the place of the last one, the new origin.
 
         Ahead of it the chain is at rest. A new `run` is necessary.
         """
