@@ -64,11 +64,11 @@ class Quantity:
         )
         return None if fits else f"must be {self.rule} (got {text_of(value)})"
 
-    def checked(self, value: Any, attribute: attrs.Attribute[Any]) -> Any:
-        """``value`` of ``attribute`` as a float or int; raises `InvalidValueError` if it is wrong."""
+    def checked(self, name: str, value: Any) -> Any:
+        """``value`` of ``name`` as a float or int; raises `InvalidValueError` if it is wrong."""
         problem = self.problem(value)
         if problem is not None:
-            raise InvalidValueError.of(attribute.name, problem)
+            raise InvalidValueError.of(name, problem)
         if value is None:
             return None
         return int(value) if self.whole else float(value)
@@ -94,7 +94,7 @@ def quantity(unit: str, meaning: str, *, default: Any = attrs.NOTHING, **declare
         Raised by the constructor of the class, when a value is out of range.
     """
     spec = Quantity(unit, meaning, **{"optional": default is None, **declared})
-    converter = attrs.Converter(spec.checked, takes_field=True)
+    converter: Any = attrs.Converter(lambda value, field: spec.checked(field.name, value), takes_field=True)
     return attrs.field(default=default, converter=converter, metadata={_KEY: spec})
 
 

@@ -81,18 +81,19 @@ def _styled(text: str, style: str) -> str:
 
 
 def si(value: float, unit: str, digits: int = 5, error: float | None = None) -> str:
-    """``value`` with an SI prefix, if ``unit`` takes one: ``si(1.5e-5, "s")`` is ``15 us``.
+    """``value`` with an SI prefix, if ``unit`` takes one: ``si(1.5e-5, "s")`` is ``15 us``, ``si(1.5e-5, "")`` 1.5e-05.
 
     With the relative ``error`` of the value, in `significant_digits`.
     """
-    if value == 0 or not math.isfinite(value):
-        return f"{value:g} {unit}"
     if error is not None:
         digits = significant_digits(value, error)
+    plain = f"{value:.{digits}g} {unit}".rstrip()
+    if not unit or unit.startswith("kg") or "**" in unit or not 0 < abs(value) < math.inf:
+        return plain
     # rounding may carry over into the next prefix
     exponent = 3 * math.floor(math.log10(abs(float(f"{value:.{digits}g}")) * (1 + 1e-12)) / 3)
-    if exponent not in _PREFIXES or unit.startswith("kg") or "**" in unit:
-        return f"{value:.{digits}g} {unit}"
+    if exponent not in _PREFIXES:
+        return plain
     scaled = float(f"{value / 10**exponent:.{digits}g}")
     if error is None:
         return f"{scaled:.{max(digits, 3)}g} {_PREFIXES[exponent]}{unit}"

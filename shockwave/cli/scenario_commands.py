@@ -21,7 +21,6 @@ from shockwave.text import (
     paragraph,
     range_text,
     si,
-    significant_digits,
     strong,
     table,
 )
@@ -283,7 +282,7 @@ def _simulation_row(result: SimulationResult) -> _Row:
         "scenario": result.scenario or "-",
         "peak force": si(result.peak_force, "N", error=error),
         "error": f"{error:.0e}",
-        "amplification": f"{result.amplification:.{significant_digits(result.amplification, error)}g}",
+        "amplification": si(result.amplification, "", error=error),
         "waves": _wave_count(result),
         "ejected": str(result.ejected_granules) if result.options.waves == "train" else "-",
     }

@@ -56,8 +56,7 @@ _NARROW = 0.12
 
 def si_label(value: float, unit: str, digits: int = 3, error: float | None = None) -> str:
     """Return ``value`` with an SI prefix like `si`, but with the micro sign."""
-    number, _, prefixed = si(value, unit, digits, error).partition(" ")
-    return f"{number} \N{MICRO SIGN}{unit}" if prefixed == f"u{unit}" else f"{number} {prefixed}"
+    return si(value, unit, digits, error).replace(f" u{unit}", f" \N{MICRO SIGN}{unit}")
 
 
 def literal(text: str) -> str:
@@ -79,7 +78,7 @@ def label_axis(ax: Axes, axis: Literal["x", "y"], name: str, unit: str = "") -> 
         chosen.set_minor_formatter(NullFormatter())
     if few or (unit and not logarithmic):
         largest = max(abs(low), abs(high))
-        number, unit = si_label(largest, unit, 9).split(" ", 1)
+        number, _, unit = si_label(largest, unit, 9).partition(" ")
         factor = 10.0 ** round(math.log10(largest / float(number)))
         chosen.set_major_formatter(FuncFormatter(lambda value, _: f"{value / factor:.6g}".replace("-", MINUS)))
     chosen.set_label_text(f"{name} ({unit})" if unit else name)

@@ -41,7 +41,7 @@ class Family:
         Parameters
         ----------
         values : mapping
-            Dotted names to values, numbers in SI units, as `shockwave.scenario.dotted_names.Variable.value` gives them.
+            Dotted names to values, numbers in SI units, as `Variable.converted` gives them.
 
         Raises
         ------

@@ -42,11 +42,11 @@ def write_curve(curve: UniversalCurve, output: str | os.PathLike[str], mark: flo
 def write_design(found: Design, output: str) -> None:
     """Draw the target property at the rows of the table and at the solutions of ``found``."""
     sheet, (ax,) = figure()
-    value, target = (name.replace("_", " ") for name in (found.vary.rpartition(".")[2], found.target.name))
+    labels = found.varied, found.target.label
     options = sorted((*found.table, *found.solutions), key=lambda option: float(option.value))
     values = [float(option.value) for option in options]
     solutions = [float(option.value) for option in found.solutions]
     units = found.unit, found.target.unit
     reached = [option.reached for option in options]
-    draw_design(ax, values, reached, found.target.value, solutions, labels=(value, target), units=units)
+    draw_design(ax, values, reached, found.target.value, solutions, labels=labels, units=units)
     save(sheet, output)

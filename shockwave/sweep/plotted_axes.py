@@ -179,6 +179,4 @@ def _text(value: Any, unit: str | None, position: int) -> str:
         return "none"
     if isinstance(value, Mapping):
         return str(value.get("name") or f"#{position + 1}")
-    if unit is None:
-        return str(value)
-    return si_label(value, unit, _DIGITS) if unit else f"{value:.{_DIGITS}g}"
+    return str(value) if unit is None else si_label(value, unit, _DIGITS)

@@ -31,7 +31,7 @@ from shockwave.scenario.sweep_block import Sweep
 from shockwave.simulation.backend import lack
 from shockwave.studies.comparison import beside
 from shockwave.sweep.columns import Answer, Read, reads, row
-from shockwave.sweep.definition import SweepAxis, SweepDefinition
+from shockwave.sweep.definition import SweepDefinition
 from shockwave.sweep.journal import line_of
 
 _Found = SimulationResult | BaseException
@@ -76,14 +76,10 @@ class Points:
         self.train = isinstance(given, dict) and given.get("waves") == "train"
         self._columns = reads(self.sweep.run, self.train)
         self._family = Family(self.scenario)
-        axes = []
-        for axis in self.sweep.axes:
-            units = tuple(variable.unit for variable in axis.variables)
-            axes.append(SweepAxis(axis.names, units, axis.values))
         self.definition = SweepDefinition(
             name=self.scenario.name,
             run=self.sweep.run,
-            axes=tuple(axes),
+            axes=self.sweep.axes,
             columns=tuple(read.column for read in self._columns),
             scenario=json.loads(normalised(self.scenario)),
             named=_named_here(self.scenario, self.sweep),
