@@ -9,9 +9,10 @@ import re
 import shutil
 import sys
 import textwrap
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from pathlib import Path
 
 from attrs import frozen
 
@@ -227,6 +228,22 @@ def printed(result: object, writer: str) -> str:
     module, _, name = writer.partition(":")
     text: str = getattr(importlib.import_module(module), name)(result)
     return text
+
+
+def html_of(template: Path, filters: Iterable[Callable[..., object]] = (), **values: object) -> str:
+    """A Jinja template, filled in with ``values``, which are escaped."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(template.parent),
+        autoescape=True,
+        undefined=StrictUndefined,
+        finalize=lambda value: admitted(value) if type(value) is str else value,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {function.__name__: function for function in filters}
+    return environment.get_template(template.name).render(values).lstrip() + "\n"
 
 
 def admitted(text: str) -> str:

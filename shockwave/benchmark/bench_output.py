@@ -10,7 +10,7 @@ from attrs import evolve
 from shockwave.benchmark.work_precision import Problem, Row, WorkPrecision
 from shockwave.errors import UsageError
 from shockwave.pictures import figure, svg, work_precision
-from shockwave.text import admitted, facts, limits, notes, si, strong, table
+from shockwave.text import facts, html_of, limits, notes, si, strong, table
 
 # Width and height of a diagram [in]: its text is readable on a phone too.
 _SIZE = (4.6, 4.8)
@@ -102,23 +102,9 @@ def check_output(output: str) -> None:
 
 
 def page(result: WorkPrecision) -> str:
-    """The page as HTML; all text is escaped, and nothing is loaded from other places."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("shockwave.benchmark", ""),
-        autoescape=True,
-        finalize=lambda value: admitted(value) if type(value) is str else value,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("bench_page.html").render(
-        result=result,
-        columns=_columns,
-        cells=_cells,
-        drawings=_drawings,
-    )
+    """The page as HTML; nothing is loaded from other places."""
+    template = Path(__file__).with_name("bench_page.html")
+    return html_of(template, result=result, columns=_columns, cells=_cells, drawings=_drawings)
 
 
 def _drawings(result: WorkPrecision, problem: Problem) -> list[str]:

@@ -12,18 +12,8 @@ from attrs import asdict, evolve
 from shockwave.cli.output import failure, of_arguments, print_json, written
 from shockwave.errors import Fault, ShockwaveError, UsageError
 from shockwave.files import refuse_inputs
-from shockwave.progress import progressed
-from shockwave.text import (
-    alarm,
-    error_text,
-    limits,
-    notes,
-    paragraph,
-    range_text,
-    si,
-    strong,
-    table,
-)
+from shockwave.progress import counted
+from shockwave.text import alarm, error_text, limits, notes, paragraph, range_text, si, strong, table
 
 if TYPE_CHECKING:
     from shockwave.measurement.result import SimulationResult
@@ -80,10 +70,7 @@ def _run(
     problems = []
     scenarios = loaded(options.files)
     single = len(scenarios) == 1
-    work = options.command.partition(":")[2]
-    for number, scenario in enumerate(scenarios):
-        if not single:
-            progressed(work, number, len(scenarios))
+    for scenario in scenarios if single else counted(options.command.partition(":")[2], scenarios):
         try:
             result = one(scenario)
             # parts of a result that are computed when they are used may fail, too
@@ -98,8 +85,6 @@ def _run(
             problems.append(f"{scenario.path}: interrupted")
             status = 130
             break
-    if not single:
-        progressed(work, len(scenarios), len(scenarios))
     for problem in problems:  # not earlier, for they would stand in the line of the progress
         print(problem, file=sys.stderr)
     if options.json and documents:

@@ -12,17 +12,7 @@ from attrs import evolve
 from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import InvalidValueError, ShockwaveError
 from shockwave.measurement.simulate import simulate_many
-from shockwave.pictures.drawing import (
-    BLACK,
-    BLUE,
-    COLOURS,
-    GREY,
-    LINES,
-    SKY,
-    VERMILION,
-    finish,
-    regime_spans,
-)
+from shockwave.pictures.drawing import BLACK, BLUE, GREY, SKY, VERMILION, finish, regime_spans, style
 from shockwave.pictures.maps import edges_of
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.predictor import Predictor
@@ -97,10 +87,8 @@ def amplification(
     regime_spans(ax, edges_of(fine, log=True), np.array([outcome.regime for outcome in outcomes]))
     _predictions(ax, fine, outcomes)
     shocks = [evolve(pattern, rise_time=ratio * unit) for ratio in ratios]
-    found = {}
-    for ratio, result in zip(ratios, simulate_many(shocks, chain, waves="primary"), strict=True):
-        if not isinstance(result, ShockwaveError):
-            found[ratio] = result.amplification
+    results = zip(ratios, simulate_many(shocks, chain, waves="primary"), strict=True)
+    found = {ratio: one.amplification for ratio, one in results if not isinstance(one, ShockwaveError)}
     lost = len(ratios) - len(found)
     label = "simulated" + (f" ({lost} of {len(ratios)} failed)" if lost else "")
     ax.plot(list(found), list(found.values()), "s", color=VERMILION, markersize=3, label=label)
@@ -153,11 +141,8 @@ def universal_curves(ax: Axes, curves: Mapping[str, Any], mark: float | None = N
     least = _SHORTEST * most
     for index, (label, one) in enumerate(curves.items()):
         # rounding must not move the last point out of the range
-        last = one.longest_rise_time
-        x = np.geomspace(least, last, _CURVE_POINTS).clip(max=last)
-        colour = COLOURS[index % len(COLOURS)]
-        style = LINES[index % len(LINES)]
-        ax.plot(x, one.amplification(x), linestyle=style, color=colour, linewidth=1.2, label=label)
+        x = np.geomspace(least, one.longest_rise_time, _CURVE_POINTS).clip(max=one.longest_rise_time)
+        ax.plot(x, one.amplification(x), linewidth=1.2, label=label, **style(index))
     highest = max(one.highest[1] for one in curves.values())
     return _frame(ax, least, most, highest, mark)
 

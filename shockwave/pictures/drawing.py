@@ -59,6 +59,12 @@ def si_label(value: float, unit: str, digits: int = 3, error: float | None = Non
     return si(value, unit, digits, error).replace(f" u{unit}", f" \N{MICRO SIGN}{unit}")
 
 
+def style(index: int, marked: bool = False) -> dict[str, Any]:
+    """Return colour, line style and, if it is ``marked``, marker of one line among others."""
+    marker = MARKERS[index % len(MARKERS)] if marked else ""
+    return {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)], "marker": marker}
+
+
 def literal(text: str) -> str:
     """Return ``text`` as a label in which a dollar sign does not begin a formula."""
     return text.replace("$", r"\$")
@@ -84,11 +90,12 @@ def label_axis(ax: Axes, axis: Literal["x", "y"], name: str, unit: str = "") -> 
     chosen.set_label_text(f"{name} ({unit})" if unit else name)
 
 
-def finish(ax: Axes, x: tuple[str, str], y: tuple[str, str]) -> Axes:
+def finish(ax: Axes, x: tuple[str, str], y: tuple[str, str], legend: bool = True) -> Axes:
     """Label both axes with a name and a unit, and add the legend."""
     label_axis(ax, "x", *x)
     label_axis(ax, "y", *y)
-    add_legend(ax, ax.get_legend_handles_labels()[0])
+    if legend:
+        add_legend(ax, ax.get_legend_handles_labels()[0])
     return ax
 
 
