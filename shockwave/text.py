@@ -12,6 +12,7 @@ import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from itertools import zip_longest
 from pathlib import Path
 
 from attrs import frozen
@@ -151,7 +152,7 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], spare: Sequence[
 
 def _fitted(lines: Sequence[Sequence[str]], room: int) -> tuple[list[int], int]:
     """Widths of the columns, the first one narrowed as far as need and `_NAME` go, and what is still too wide."""
-    widths = [max(len(_STYLE.sub("", line[column])) for line in lines) for column in range(len(lines[0]))]
+    widths = [max(map(_width, column)) for column in zip(*lines, strict=True)]
     over = sum(widths) + 2 * (len(widths) - 1) - room
     saved = min(max(over, 0), max(widths[0] - _NAME, 0))
     widths[0] -= saved
@@ -160,18 +161,18 @@ def _fitted(lines: Sequence[Sequence[str]], room: int) -> tuple[list[int], int]:
 
 def _cells(line: Sequence[str], widths: Sequence[int]) -> list[str]:
     """The lines of a row: cells that are too wide are wrapped."""
-    parts = []
-    for cell, width in zip(line, widths, strict=True):
-        fits = len(_STYLE.sub("", cell)) <= width
-        parts.append([cell] if fits else wrapped(cell, width))
+    parts = [
+        [cell] if _width(cell) <= width else wrapped(cell, width) for cell, width in zip(line, widths, strict=True)
+    ]
     shown = []
-    for number in range(max(map(len, parts))):
-        text = ""
-        for part, width in zip(parts, widths, strict=True):
-            cell = part[number] if number < len(part) else ""
-            text += cell + " " * (width - len(_STYLE.sub("", cell)) + 2)
-        shown.append(text.rstrip())
+    for cells in zip_longest(*parts, fillvalue=""):
+        padded = [cell + " " * (width - _width(cell)) for cell, width in zip(cells, widths, strict=True)]
+        shown.append("  ".join(padded).rstrip())
     return shown
+
+
+def _width(cell: str) -> int:
+    return len(_STYLE.sub("", cell))
 
 
 def wrapped(text: str, width: int, rest: str = "") -> list[str]:
@@ -181,10 +182,7 @@ def wrapped(text: str, width: int, rest: str = "") -> list[str]:
 
 def facts(pairs: Iterable[tuple[str, str]]) -> list[str]:
     """Lines of labels and texts, the texts below one another."""
-    lines = []
-    for label, text in pairs:
-        lines += paragraph(f"  {label:<{_LABEL - 3}} ", text, _LABEL)
-    return lines
+    return [line for label, text in pairs for line in paragraph(f"  {label:<{_LABEL - 3}} ", text, _LABEL)]
 
 
 def paragraph(label: str, text: str, indent: int = 0) -> list[str]:

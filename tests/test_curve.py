@@ -26,7 +26,6 @@ from shockwave.prediction import short_shock_law as short
 from shockwave.quadrature import FloatArray
 from shockwave.studies import universal_curve_fit
 from shockwave.studies.chebyshev_fit import evaluated, fitted
-from shockwave.studies.curve_and_design_files import write_curve
 from shockwave.studies.universal_curve import UniversalCurve
 from shockwave.studies.varied_scenes import curve_of
 
@@ -301,13 +300,12 @@ def test_a_file_without_a_document_is_refused(text: str | None, tmp_path: Path) 
 
 
 def test_a_curve_is_written_as_json_or_as_a_picture(tmp_path: Path) -> None:
-    write_curve(curve("triangle"), tmp_path / "curve.json")
-    assert UniversalCurve.load(tmp_path / "curve.json") == curve("triangle")
-    write_curve(curve("triangle"), tmp_path / "curve.svg")
-    write_curve(curve("triangle"), tmp_path / "marked.svg", mark=1.0)
-    plain, marked = ((tmp_path / name).read_text(encoding="utf-8") for name in ("curve.svg", "marked.svg"))
-    assert plain.startswith("<?xml")
-    assert len(marked) > len(plain)
+    file = str(ROOT / "profiles" / "examples" / "protector.yaml")
+    for name in ("curve.json", "curve.svg"):
+        assert cli.main(["curve", file, "-o", str(tmp_path / name)]) == 0
+    profile = sw.load_scenario(file).shock.profile
+    assert UniversalCurve.load(tmp_path / "curve.json") == UniversalCurve(profile)
+    assert (tmp_path / "curve.svg").read_text(encoding="utf-8").startswith("<?xml")
 
 
 def test_the_command_prints_the_curve_and_its_scene(capsys: pytest.CaptureFixture[str]) -> None:
@@ -323,7 +321,8 @@ def test_the_command_prints_the_curve_and_its_scene(capsys: pytest.CaptureFixtur
     assert "polynomials" not in printed
 
 
-def test_a_wrong_output_is_refused_first(capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(("command", "endings"), [("curve", ".json, .svg, .png or .pdf"), ("bench", ".html or .htm")])
+def test_a_wrong_output_is_refused_first(command: str, endings: str, capsys: pytest.CaptureFixture[str]) -> None:
     # the scenario is missing, which has status 5
-    assert cli.main(["curve", "none.yaml", "-o", "curve.txt"]) == 2
-    assert capsys.readouterr().err.startswith("--output: must end in .json, .svg, .png or .pdf")
+    assert cli.main([command, "none.yaml", "-o", "curve.txt"]) == 2
+    assert capsys.readouterr().err.startswith(f"--output: must end in {endings}")

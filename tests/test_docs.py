@@ -21,7 +21,7 @@ import shockwave as sw
 from distributions import install
 from pages import DOCS, PAGES, ROOT, Block, blocks_of, code_in, table
 from selection import keeping
-from shockwave import cli, registry
+from shockwave import built_ins, cli, registry
 from shockwave.cli.parser import KINDS, parser
 from shockwave.fields import quantity_of
 from shockwave.options import SimulateOptions
@@ -169,7 +169,7 @@ def test_tables_of_keys_are_those_of_the_loader(name: str) -> None:
 
 def test_table_of_profiles_is_the_registry() -> None:
     rows = {code_in(row[0])[0]: code_in(row[-1]) for row in table("docs/scenarios.md", "profiles")}
-    assert list(rows) == [entry.name for entry in registry.own_entries("profiles")]
+    assert list(rows) == [entry.name for entry in built_ins.ENTRIES["profiles"]]
     for profile in ("power-law", "triangular", "exponential"):
         fields = registry.load("profiles", profile).__attrs_attrs__
         own = [field.name for field in fields if field.name != "duration_ratio" and quantity_of(field)]

@@ -12,7 +12,7 @@ import pytest
 
 import shockwave as sw
 from pages import ROOT
-from shockwave import registry
+from shockwave import built_ins
 from shockwave.chain.chain import Chain
 from shockwave.chain.library import PAPER_STEEL
 from shockwave.chain.material import Material
@@ -22,7 +22,8 @@ from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock import Shock
 from shockwave.profiles.tabulated import Tabulated
-from shockwave.scenario.block_keys import CHAIN, SCENARIO, keys_of, parameters_of, profile_class, shock_keys
+from shockwave.registry import load
+from shockwave.scenario.block_keys import CHAIN, SCENARIO, keys_of, parameters_of, shock_keys
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Published, Scenario
 from shockwave.scenario.sweep_block import SWEEP
@@ -138,14 +139,14 @@ def test_a_missing_record_is_located_and_if_it_is_the_only_error_a_file_access_e
 # ---------------------------------------------------------------- templates
 
 
-@pytest.mark.parametrize("profile", [entry.name for entry in registry.own_entries("profiles")])
+@pytest.mark.parametrize("profile", [entry.name for entry in built_ins.ENTRIES["profiles"]])
 def test_templates_load_and_have_every_key(tmp_path: Path, profile: str) -> None:
     text = template(profile)
     scenario = _load(tmp_path, text)
-    assert type(scenario.shock.profile) is profile_class(profile)
+    assert type(scenario.shock.profile) is load("profiles", profile)
     assert (scenario.predictor, scenario.simulate) == (Predictor(), SimulateOptions())
-    parameters = parameters_of(profile, profile_class(profile))
-    blocks = [SCENARIO, SWEEP, CHAIN, parameters, shock_keys(profile_class(profile))[: None if parameters else -1]]
+    parameters = parameters_of(profile, load("profiles", profile))
+    blocks = [SCENARIO, SWEEP, CHAIN, parameters, shock_keys(load("profiles", profile))[: None if parameters else -1]]
     blocks += [keys_of(cls) for cls in (Material, Predictor, SimulateOptions, Published)]
     assert {key.name for block in blocks for key in block if f" {key.name}:" not in text.replace("\n", " ")} == set()
 

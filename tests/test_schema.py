@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from jsonschema import Draft7Validator
 
 from pages import PAGES, ROOT, Block, blocks_of, prepare, workplace
-from shockwave import registry
+from shockwave import built_ins
 from shockwave.errors import ShockwaveError
 from shockwave.scenario import block_keys as keys
 from shockwave.scenario.loader import load_scenario, scenario_of
@@ -95,7 +95,7 @@ ADMITTED = {
     "swept-parameters": CHAIN
     + SHOCK.replace("triangular", "exponential")
     + "sweep: {points: [{shock.parameters.rise_rate: 1, shock.parameters.decay_rate: 2}]}",
-    **{f"template-{entry.name}": template(entry.name) for entry in registry.own_entries("profiles")},
+    **{f"template-{entry.name}": template(entry.name) for entry in built_ins.ENTRIES["profiles"]},
     "empty-blocks": CHAIN + SHOCK + "predict:\nsimulate:\nrequires:\npublished:\n",
     "empty-settings": CHAIN + SHOCK + "predict: {}\nsimulate: {}\nrequires: []\n",
     "number-as-text": CHAIN.replace("1 mm", '"1e-3"') + SHOCK,

@@ -239,7 +239,7 @@ WRONG: dict[str, tuple[list[str], int, str]] = {
     "held-form": (["--at", "shock.duration_ratio"], 2, "--at: must be NAME=VALUE"),
     "held-both": (["--at", "shock.duration_ratio=1.5", "--at", "shock.rise_time=1 us"], 2, "(got one point; see"),
     "held-x": (["--at", "shock.rise_time=1 us", "--x", "shock.rise_time"], 2, "must be a variable with several values"),
-    "ending": (["-o", "map.gif"], 3, "--output: must end in .svg, .png, .pdf"),
+    "ending": (["-o", "map.gif"], 2, "--output: must end in .svg, .png or .pdf"),
     "place": (["-o", "nowhere/map.svg"], 5, "cannot be written"),
 }  # fmt: skip
 

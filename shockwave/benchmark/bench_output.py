@@ -8,7 +8,6 @@ from pathlib import Path
 from attrs import evolve
 
 from shockwave.benchmark.work_precision import Problem, Row, WorkPrecision
-from shockwave.errors import UsageError
 from shockwave.pictures import figure, svg, work_precision
 from shockwave.text import facts, html_of, limits, notes, si, strong, table
 
@@ -81,24 +80,9 @@ def _times(row: Row) -> tuple[str, str]:
     if row.seconds is None or row.least is None or row.most is None:
         return "-", "-"
     spread = (row.most - row.least) / row.seconds if row.runs > 1 else _SINGLE
-    median, least, most = (
-        si(time, "s", error=max(spread, _REPRODUCIBLE)) for time in (row.seconds, row.least, row.most)
-    )
+    error = max(spread, _REPRODUCIBLE)
+    median, least, most = (si(time, "s", error=error) for time in (row.seconds, row.least, row.most))
     return median, f"{least} .. {most}"
-
-
-def check_output(output: str) -> None:
-    """Check before a long run that the output can be written.
-
-    Raises
-    ------
-    UsageError
-        If its name does not end in .html, or matplotlib is missing.
-    """
-    path = Path(output)
-    if path.suffix.lower() not in (".html", ".htm"):
-        raise UsageError(f"output must end in .html (got {path.name!r})")
-    figure()
 
 
 def page(result: WorkPrecision) -> str:

@@ -180,8 +180,8 @@ def measured(problem: Problem, method: Method, limits: Limits) -> Iterator[Row]:
     """
     last = 0.0
     for value in method.values[:: limits.every]:
-        row = Row(problem.family, problem.name, method.name, method.text(value), value)
-        row = evolve(row, reference_error=problem.reference_error)
+        setting = method.text(value)
+        row = Row(problem.family, problem.name, method.name, setting, value, reference_error=problem.reference_error)
         if last * _GROWTH > limits.run:
             yield evolve(row, problem=f"left out: would exceed the time limit of {limits.run:g} s for a run")
             continue

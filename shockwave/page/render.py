@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import platform
-import sys
 from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
@@ -22,7 +21,7 @@ from shockwave.prediction.outcome import estimate_figures
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import conditions
 from shockwave.progress import counted
-from shockwave.registry import entries, find
+from shockwave.registry import entry_of, find
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_hash import parameters, scene_hash
 from shockwave.text import html_of
@@ -59,7 +58,7 @@ def written(found: Findings) -> str:
     shock, chain = found.scenario.shock, found.scenario.chain
     areas = shock.profile.areas()
     figures, not_drawn = drawn(found)
-    profile = _entry_of(shock.profile)
+    profile = entry_of("profiles", type(shock.profile))
     return html_of(
         Path(__file__).with_name("report.html.jinja"),
         (estimate_figures, formula, percent, quantity, small),
@@ -110,7 +109,8 @@ def _versions(found: Findings) -> Iterator[tuple[str, str]]:
 
 def parts_in_use(found: Findings) -> Iterator[tuple[str, str, str]]:
     """Yield kind, name and distribution of each registered object in use."""
-    used: list[tuple[str, Entry | None]] = [("profile", _entry_of(found.scenario.shock.profile))]
+    profile = type(found.scenario.shock.profile)
+    used: list[tuple[str, Entry | None]] = [("profile", entry_of("profiles", profile))]
     if found.predicted is not None:
         used.append(("model", find("models", found.predicted.model)))
     if found.simulated is not None:
@@ -118,12 +118,3 @@ def parts_in_use(found: Findings) -> Iterator[tuple[str, str, str]]:
     for kind, part in used:
         if part is not None:
             yield kind, part.name, f"{part.distribution} {metadata.version(part.distribution)}"
-
-
-def _entry_of(profile: ShockProfile) -> Entry | None:
-    """Registry entry of the class of the profile, if any."""
-    for entry in entries("profiles"):
-        module, _, name = entry.address.partition(":")
-        if getattr(sys.modules.get(module), name, None) is type(profile):
-            return entry
-    return None

@@ -11,7 +11,8 @@ from attrs import frozen
 
 from shockwave.errors import InvalidValueError, ShockwaveError, nearest
 from shockwave.fields import text_of
-from shockwave.scenario.block_keys import BLOCKS, SHOCK, Key, parameters_of, profile_class, shock_keys
+from shockwave.registry import load
+from shockwave.scenario.block_keys import BLOCKS, SHOCK, Key, parameters_of, shock_keys
 from shockwave.scenario.value_conversion import converted
 
 
@@ -82,7 +83,7 @@ def variables(data: Mapping[str, Any], profiles: Sequence[Any] = ()) -> dict[str
     for name in (own, *profiles):
         with suppress(ShockwaveError):  # reported at the place of the name
             if isinstance(name, str):
-                cls = profile_class(name)
+                cls = load("profiles", name)
                 of_shock += shock_keys(cls)
                 parameters += parameters_of(name, cls)
     found: dict[str, Variable] = {}

@@ -111,6 +111,10 @@ class Sweep:
     def __len__(self) -> int:
         return self.points
 
+    def pairs(self) -> Iterator[tuple[str, Any]]:
+        """Dotted name and value of everything that is varied."""
+        return ((name, value) for axis in self.axes for name in axis.names for value in axis.along(name))
+
     def point(self, index: int) -> dict[str, Any]:
         """Values of the variables at a point, counted from 0, by their dotted names."""
         found: dict[str, Any] = {}

@@ -94,9 +94,7 @@ def design(
     scenario = varied_scenes.scenario_of(scene, chain)
     requested = Target.of(target)
     try:
-        varied = variable(
-            vary, varied_scenes.data_of(scenario), fits=lambda name: name.startswith(("chain.", "shock."))
-        )
+        varied = variable(vary, varied_scenes.data_of(scenario), lambda name: name.startswith(("chain.", "shock.")))
     except InvalidValueError as error:
         raise InvalidValueError.of("vary", error.faults[0].problem) from None
     unused, given = ("between", between) if vary == _MATERIAL else ("among", among)

@@ -285,9 +285,8 @@ class UniversalCurve(CurveData):
     def _of_short(self, x: FloatArray, first: float, second: float) -> FloatArray:
         """The two terms of the law of short shocks, multiplied by ``first`` and ``second``."""
         cube = np.exp(3 * x) / self.shape.duration_ratio**3
-        return np.asarray(
-            second * self.short.second_correction * cube**2 - first * CORRECTION * self.shape.correction * cube
-        )
+        correction = CORRECTION * self.shape.correction
+        return np.asarray(second * self.short.second_correction * cube**2 - first * correction * cube)
 
     def _error_of_short(self, x: FloatArray) -> FloatArray:
         decrease = np.exp(_ERROR_POWER * np.minimum(x - self.short.end, 0.0))

@@ -35,6 +35,7 @@ from shockwave.sweep.definition import SweepDefinition
 from shockwave.sweep.journal import line_of
 
 _Found = SimulationResult | BaseException
+_Results = dict[int, _Found]
 # Largest record that is hashed [bytes]; the reader of records has its own limit.
 _MOST_RECORD = 2**28
 # Exceptions of a plugin that let only its point fail.
@@ -110,19 +111,17 @@ class Points:
             return line_of(index, "failed", f'"error": {json.dumps(error_text(error))}')
         return line_of(index, "done", f'"values": {values}')
 
-    def _simulated(self, scenes: Mapping[int, Scenario]) -> dict[int, _Found]:
+    def _simulated(self, scenes: Mapping[int, Scenario]) -> _Results:
         """Results by point number; scenes with the same options are simulated in one call."""
         groups: dict[SimulateOptions, list[int]] = {}
         for index, scene in scenes.items():
             groups.setdefault(scene.simulate, []).append(index)
-        found: dict[int, _Found] = {}
+        found: _Results = {}
         for options, indices in groups.items():
             found |= self._together(options, indices, scenes)
         return found
 
-    def _together(
-        self, options: SimulateOptions, indices: list[int], scenes: Mapping[int, Scenario]
-    ) -> dict[int, _Found]:
+    def _together(self, options: SimulateOptions, indices: list[int], scenes: Mapping[int, Scenario]) -> _Results:
         try:
             found = simulate_many(
                 [scenes[index].shock for index in indices],
@@ -194,9 +193,7 @@ def _used(scenario: Scenario, sweep: Sweep) -> set[tuple[str, Any]]:
     }
     if scenario.document is not None:
         used.add(("profiles", scenario.document.data["shock"]["profile"]))
-    for axis in sweep.axes:
-        for name, values in zip(axis.names, zip(*axis.values, strict=True), strict=True):
-            used |= {(_KINDS[name], value) for value in values if name in _KINDS and isinstance(value, str)}
+    used |= {(_KINDS[name], value) for name, value in sweep.pairs() if name in _KINDS and isinstance(value, str)}
     return used
 
 
@@ -204,13 +201,11 @@ def _named_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
     """Hashes of the materials and files among the values of the sweep."""
     folder = scenario.path.parent if scenario.path is not None else Path()
     found = {}
-    for axis in sweep.axes:
-        for position in axis.values:
-            for name, value in zip(axis.names, position, strict=True):
-                if name == "chain.material" and isinstance(value, str):
-                    found[f"material {value}"] = _hash(repr(load("materials", value)).encode())
-                elif name == "shock.parameters.file":
-                    found[f"file {value}"] = _hash(read_bytes(folder / value, _MOST_RECORD))
+    for name, value in sweep.pairs():
+        if name == "chain.material" and isinstance(value, str):
+            found[f"material {value}"] = _hash(repr(load("materials", value)).encode())
+        elif name == "shock.parameters.file":
+            found[f"file {value}"] = _hash(read_bytes(folder / value, _MOST_RECORD))
     return found
 
 
