@@ -251,11 +251,7 @@ def made(name: str = "<b>&", method: str = "simulate") -> WorkPrecision:
     formula = Row("predictors", name, "section-4", "-", None, {"peak force": 1e-2}, 1.23e-4, 1.1e-4, 1.5e-4, runs=3)
     absent = Row("predictors", name, "<absent>", problem="no <script>")
     front = evolve(row, family="integrators", errors={"peak force": 1e-3, "arrival time": None})
-    return WorkPrecision(
-        provenance={"os": "<x>"},
-        problems=(problem, other),
-        rows=(row, formula, absent, front),
-    )
+    return WorkPrecision(provenance={"os": "<x>"}, problems=(problem, other), rows=(row, formula, absent, front))
 
 
 def test_document_is_json_with_null_where_there_is_nothing() -> None:

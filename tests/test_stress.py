@@ -101,10 +101,7 @@ def crashed(name: str, backend: str) -> None:
 
 @pytest.mark.parametrize(
     ("work", "limit", "outcome"),
-    [
-        (hung, 0.1, "stopped at the time limit of 0.1 s"),
-        (crashed, 60.0, "the process ended with status -6"),
-    ],
+    [(hung, 0.1, "stopped at the time limit of 0.1 s"), (crashed, 60.0, "the process ended with status -6")],
     ids=["hangs", "crashes"],
 )
 def test_case_that_hangs_or_crashes_has_a_row_that_states_it(

@@ -134,20 +134,17 @@ def test_a_killed_worker_loses_no_results(scenario: Path, tmp_path: Path) -> Non
 
 CLIENT = """
 import multiprocessing, os, signal, sys
-import shockwave.cli.sweep
-from contextlib import contextmanager
+from shockwave.sweep import runner
 signal.signal(signal.SIGINT, {interrupt})
 if hasattr(signal, "SIGHUP"):  # ignored by what was started with nohup
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
-@contextmanager
-def progress():
-    def strike(report):
-        if 0 < report.done < report.points:
-            print(*(child.pid for child in multiprocessing.active_children()), flush=True)
-            for _ in range({times}):
-                os.kill(os.getpid(), {number:d})
-    yield strike
-shockwave.cli.sweep._progress = progress
+def strike(report):
+    if 0 < report.done < report.points:
+        print(*(child.pid for child in multiprocessing.active_children()), flush=True)
+        for _ in range({times}):
+            os.kill(os.getpid(), {number:d})
+run_sweep = runner.run_sweep
+runner.run_sweep = lambda *places, **settings: run_sweep(*places, **settings | {{"progress": strike}})
 from shockwave.cli import main
 sys.exit(main(["sweep", *sys.argv[1:]]))
 """

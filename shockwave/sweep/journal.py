@@ -12,8 +12,6 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
-from attrs import define, field
 from filelock import FileLock, Timeout
 
 from shockwave.errors import FileAccessError
@@ -48,26 +46,18 @@ class Row(NamedTuple):
     problem: str | None
 
 
-@define(eq=False)
 class Journal:
     """Journal in ``folder`` of a sweep with ``points`` points."""
 
-    folder: Path
-    points: int
-    _states: bytearray = field(init=False)
-    # Offset of the last line of each point [bytes].
-    _offsets: npt.NDArray[np.int64] = field(init=False)
-    _size: int = field(default=0, init=False)
-    _file: BinaryIO | None = field(default=None, init=False)
-
-    def __attrs_post_init__(self) -> None:
-        self._states = bytearray(self.points)
-        self._offsets = np.zeros(self.points, dtype=np.int64)
-
-    @property
-    def path(self) -> Path:
-        """Path of the file."""
-        return self.folder / JOURNAL
+    def __init__(self, folder: Path, points: int) -> None:
+        self.folder = folder
+        self.path = folder / JOURNAL
+        self.points = points
+        self._states = bytearray(points)
+        # Offset of the last line of each point [bytes].
+        self._offsets = np.zeros(points, dtype=np.int64)
+        self._size = 0
+        self._file: BinaryIO | None = None
 
     def count(self, *statuses: str) -> int:
         """Return the number of points with one of these statuses."""

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from attrs import define, field
 
 import shockwave
 from shockwave.chain.chain import Scales
@@ -30,7 +29,7 @@ from shockwave.scenario.scene_hash import normalised
 from shockwave.scenario.sweep_block import Sweep
 from shockwave.simulation.backend import lack
 from shockwave.studies.comparison import beside
-from shockwave.sweep.columns import Answer, Read, reads, row
+from shockwave.sweep.columns import Answer, reads, row
 from shockwave.sweep.definition import SweepDefinition
 from shockwave.sweep.journal import line_of
 
@@ -51,7 +50,6 @@ def error_text(error: BaseException) -> str:
     return str(error) if isinstance(error, ShockwaveError) else f"{type(error).__name__}: {error}"
 
 
-@define(eq=False)
 class Points:
     """All points of a sweep.
 
@@ -61,30 +59,22 @@ class Points:
         A scenario with a sweep.
     """
 
-    scenario: Scenario
-    sweep: Sweep = field(init=False)
-    #: Whether all waves are measured, or the leading wave only.
-    train: bool = field(init=False)
-    definition: SweepDefinition = field(init=False)
-    _columns: tuple[Read, ...] = field(init=False)
-    _family: Family = field(init=False)
-
-    def __attrs_post_init__(self) -> None:
-        assert self.scenario.sweep is not None
-        self.sweep = self.scenario.sweep
-        document = self.scenario.document
-        given = document.data.get("simulate") if document else None
+    def __init__(self, scenario: Scenario) -> None:
+        assert scenario.sweep is not None
+        self.scenario, self.sweep = scenario, scenario.sweep
+        given = scenario.document.data.get("simulate") if scenario.document else None
+        #: Whether all waves are measured, or the leading wave only.
         self.train = isinstance(given, dict) and given.get("waves") == "train"
         self._columns = reads(self.sweep.run, self.train)
-        self._family = Family(self.scenario)
+        self._family = Family(scenario)
         self.definition = SweepDefinition(
-            name=self.scenario.name,
+            name=scenario.name,
             run=self.sweep.run,
             axes=self.sweep.axes,
             columns=tuple(read.column for read in self._columns),
-            scenario=json.loads(normalised(self.scenario)),
-            named=_named_here(self.scenario, self.sweep),
-            versions=_versions_here(self.scenario, self.sweep),
+            scenario=json.loads(normalised(scenario)),
+            named=_named_here(scenario, self.sweep),
+            versions=_versions_here(scenario, self.sweep),
         )
 
     def lines(self, indices: Sequence[int]) -> str:
