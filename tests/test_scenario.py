@@ -103,9 +103,6 @@ def test_published_figures_and_requirements(tmp_path: Path) -> None:
     assert found.published == expected
 
 
-# ---------------------------------------------------------------- records
-
-
 def test_a_record_defines_peak_force_rise_time_and_ratio(tmp_path: Path) -> None:
     shock = _load(tmp_path, CHAIN_LINE + RECORD).shock
     assert shock.profile == Tabulated(times=[0, 15e-6, 0.15e-3], forces=[0, 100, 0])
@@ -136,9 +133,6 @@ def test_a_missing_record_is_located_and_if_it_is_the_only_error_a_file_access_e
     assert [fault.path for fault in caught.value.faults] == ["chain.material", "shock.parameters.file"]
 
 
-# ---------------------------------------------------------------- templates
-
-
 @pytest.mark.parametrize("profile", [entry.name for entry in built_ins.ENTRIES["profiles"]])
 def test_templates_load_and_have_every_key(tmp_path: Path, profile: str) -> None:
     text = template(profile)
@@ -162,9 +156,6 @@ def test_commented_lines_of_a_template_are_valid(tmp_path: Path) -> None:
     assert scenario.sweep is not None
     assert scenario.sweep.shape == (10, 2, 2, 2)
     assert [spread.kind for spread in scenario.uncertainty] == ["relative", "sd", "between", "factor"]
-
-
-# ---------------------------------------------------------------- cost
 
 
 @pytest.mark.parametrize("file", ["paper/table1-row1.yaml", "examples/hammer.yaml", "maps/amplification.yaml"])

@@ -45,9 +45,6 @@ def _faults(text: str) -> list[str]:
     return [str(fault.json_path) for fault in _validator().iter_errors(parse_document(text, "scenario.yaml").data)]
 
 
-# ---------------------------------------------------------------- the schema itself
-
-
 def test_schema_is_one_of_draft_07_and_the_same_in_every_process() -> None:
     Draft7Validator.check_schema(schema())
     program = "import json; from shockwave.scenario.schema import schema; print(json.dumps(schema(), allow_nan=False))"
@@ -61,9 +58,6 @@ def test_every_key_is_present_with_its_meaning() -> None:
     assert [*top] == [key.name for key in keys.SCENARIO]
     forms = {name: form for block in top.values() for name, form in {"": block, **block.get("properties", {})}.items()}
     assert [name for name, form in forms.items() if not form.get("description")] == []
-
-
-# ---------------------------------------------------------------- what is admitted
 
 
 @pytest.mark.parametrize("file", sorted((ROOT / "profiles").rglob("*.yaml")), ids=lambda file: file.name)
@@ -117,9 +111,6 @@ def test_the_schema_accepts_what_the_loader_accepts(tmp_path: Path, name: str) -
     assert _faults(ADMITTED[name]) == []
 
 
-# ---------------------------------------------------------------- what is rejected
-
-
 @pytest.mark.parametrize("name", SEEN)
 def test_bad_scenarios_are_rejected(name: str) -> None:
     assert _faults(BAD[name]) != []
@@ -167,8 +158,6 @@ def test_further_errors_are_rejected_in_their_place(tmp_path: Path, name: str) -
         load_scenario(path)
     assert place in _faults(text)
 
-
-# ---------------------------------------------------------------- whatever comes
 
 _VALUES = st.sampled_from([
     None, {}, [], 0, 1, 2, 2.0, 0.5, 1e-3, -1, True, "", " a ", "exact", "paper", "verlet", "radau", "triangular",

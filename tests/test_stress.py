@@ -50,9 +50,6 @@ def test_names_are_unique_checks_exist_and_the_page_lists_every_case() -> None:
     assert table("docs/stress.md", "cases") == [[f"`{one.name}`", one.description, one.must] for one in CASES]
 
 
-# ---------------------------------------------------------------- checks can fail
-
-
 @pytest.mark.parametrize(
     ("one", "count"),
     [
@@ -86,9 +83,6 @@ def test_unsound_result_is_a_fault(
     monkeypatch.setattr(extreme_cases, "simulate", lambda *_, **__: broken)
     (found,) = checked(case("number", reference=result.amplification), "numpy").faults
     assert found.startswith(fault)
-
-
-# ---------------------------------------------------------------- the run
 
 
 def hung(name: str, backend: str) -> None:
@@ -149,8 +143,6 @@ def test_both_backends_are_run_where_the_result_depends_on_them() -> None:
     rows = stress.stress(["two-granules", "one-granule", "slow-push-radau"]).rows
     assert [row.backend for row in rows] == [*both, "numpy", "numpy"]
 
-
-# ---------------------------------------------------------------- accuracy of steep, rough and slow shocks
 
 each_backend = pytest.mark.parametrize("backend", ["numpy", *([] if compiled is None else ["compiled"])])
 
