@@ -7,6 +7,7 @@ scenario files, which reports all wrong values, and the templates that ``shockwa
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Iterable
 from typing import Any
 
@@ -16,6 +17,7 @@ from attrs import frozen
 from shockwave.errors import InvalidValueError
 
 _KEY = "shockwave"
+_SIGNS = {">": operator.gt, ">=": operator.ge, "<": operator.lt, "<=": operator.le}
 
 
 @frozen
@@ -38,10 +40,15 @@ class Quantity:
     example: str = ""
 
     @property
+    def bounds(self) -> list[tuple[str, float]]:
+        """Signs and bounds of the range."""
+        pairs = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
+        return [(sign, bound) for sign, bound in pairs if bound is not None]
+
+    @property
     def rule(self) -> str:
         """The range in words, such as ``> 0 Pa`` or ``> -1 and < 0.5``."""
-        limits = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
-        parts = [f"{sign} {bound:g}" for sign, bound in limits if bound is not None]
+        parts = [f"{sign} {bound:g}" for sign, bound in self.bounds]
         finite = "a finite number of" if self.unit else "a finite number"
         kind = "a whole number" if self.whole else "" if parts else finite
         return " ".join(filter(None, (kind, " and ".join(parts), self.unit)))
@@ -54,14 +61,8 @@ class Quantity:
             number = math.nan if isinstance(value, bool | str) else float(value)  # type: ignore[arg-type]
         except (TypeError, ValueError, OverflowError):
             number = math.nan
-        fits = (
-            math.isfinite(number)
-            and (not self.whole or number == int(number))
-            and (self.above is None or number > self.above)
-            and (self.at_least is None or number >= self.at_least)
-            and (self.below is None or number < self.below)
-            and (self.at_most is None or number <= self.at_most)
-        )
+        fits = math.isfinite(number) and (not self.whole or number == int(number))
+        fits = fits and all(_SIGNS[sign](number, bound) for sign, bound in self.bounds)
         return None if fits else f"must be {self.rule} (got {text_of(value)})"
 
     def checked(self, name: str, value: Any) -> Any:

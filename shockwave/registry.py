@@ -27,13 +27,7 @@ from shockwave.errors import MOST_NAMES, PluginError, ShockwaveError, UnknownNam
 from shockwave.hooks import Entry
 
 #: Kind of an entry -> its name in messages.
-KINDS = {
-    "profiles": "profile",
-    "integrators": "integrator",
-    "quadratures": "quadrature",
-    "materials": "material",
-    "models": "model",
-}
+KINDS = {f"{name}s": name for name in ("profile", "integrator", "quadrature", "material", "model")}
 #: Environment variable with the distributions to ignore, separated by commas.
 DISABLE = "SHOCKWAVE_DISABLE_PLUGINS"
 #: Value of this variable that stands for all distributions.

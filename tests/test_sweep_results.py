@@ -274,13 +274,6 @@ def test_only_regular_files_are_read(folder: Path, name: str, kind: Any) -> None
         load_sweep(folder)
 
 
-def test_a_journal_of_one_endless_line_is_not_read_into_memory(folder: Path) -> None:
-    with (folder / "journal.jsonl").open("wb") as file:
-        file.truncate(2**36)  # a sparse file
-    with pytest.raises(FileAccessError, match=r"journal\.jsonl: must have lines shorter than 16 MiB"):
-        load_sweep(folder)
-
-
 def test_a_sweep_that_has_just_begun_is_empty(folder: Path) -> None:
     (folder / "journal.jsonl").unlink()
     found = load_sweep(folder)

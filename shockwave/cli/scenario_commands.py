@@ -200,17 +200,8 @@ def curve(options: Namespace) -> int:
 
 # Columns that a narrow screen leaves out, the last named first.
 _SPARE = (
-    "(3)",
-    "expected error",
-    "relation",
-    "regime",
-    "ejected",
-    "waves",
-    "published error",
-    "virtual t0",
-    "published t0",
-    "amplification",
-    "simulation error",
+    *("(3)", "expected error", "relation", "regime", "ejected", "waves", "published error", "virtual t0"),
+    *("published t0", "amplification", "simulation error"),
 )
 _FAILS = "FAIL"
 _LEGEND = """\

@@ -111,8 +111,7 @@ def _example(key: Key) -> str:
 
 def _fitting(spec: Quantity) -> float:
     """A number in the range of ``spec``."""
-    ends = [end for end in (spec.above, spec.at_least, spec.below, spec.at_most) if end is not None]
-    middle = sum(ends) / max(len(ends), 1)
+    middle = sum(bound for _, bound in spec.bounds) / max(len(spec.bounds), 1)
     return next(number for number in (1.0, 10.0, middle, middle + 1, middle - 1) if spec.problem(number) is None)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from filelock import FileLock, Timeout
 
 from shockwave.errors import FileAccessError
-from shockwave.files import lines_of, not_writable, open_regular
+from shockwave.files import not_writable, open_regular
 from shockwave.progress import progressed
 from shockwave.sweep.definition import DEFINITION, Column, SweepDefinition
 
@@ -25,8 +25,6 @@ NOT_RUN = "not run"
 # The state of a point is the index of its status.
 _STATUSES = (NOT_RUN, "done", "failed", "crashed")
 _LOCK = "sweep.lock"
-# Longest line of the journal [bytes].
-_LONGEST_LINE = 2**24
 _LINE = re.compile(rb'\{"index": (\d{1,9}), "status": "(done|failed|crashed)", .*\}\n')
 _TYPES: dict[str, Any] = {"number": float | int | None, "whole": int | None, "text": str | None}
 
@@ -85,7 +83,7 @@ class Journal:
         warnings = []
         ignored = 0
         with self._opened() as file:
-            for number, line in enumerate(lines_of(file, self.path, _LONGEST_LINE)):
+            for number, line in enumerate(file):
                 progressed("reading the journal", min(number, self.points - 1), self.points)
                 if line.endswith(b"\n"):
                     ignored += not self._record(line, columns)
@@ -132,7 +130,7 @@ class Journal:
                 values = problem = None
                 if status != NOT_RUN:
                     file.seek(self._offsets[index])
-                    values, problem = _content(file.readline(_LONGEST_LINE), definition.columns)
+                    values, problem = _content(file.readline(), definition.columns)
                 yield Row(index, point, status, values or nothing, problem)
 
     # ---------------------------------------------------------------- writing

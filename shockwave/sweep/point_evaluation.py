@@ -23,6 +23,7 @@ from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import simulate_many
 from shockwave.options import SimulateOptions
 from shockwave.registry import load, plugins
+from shockwave.scenario.block_keys import BLOCKS
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.scene_hash import normalised
@@ -146,13 +147,7 @@ def _answer(run: str, scene: Scenario, simulated: SimulationResult | None) -> An
 
 
 # Kind of the registered object that a variable names.
-_KINDS = {
-    "shock.profile": "profiles",
-    "chain.material": "materials",
-    "simulate.integrator": "integrators",
-    "predict.model": "models",
-    "predict.quadrature": "quadratures",
-}
+_KINDS = {f"{block}.{key.name}": key.kind for block, keys in BLOCKS.items() for key in keys if key.kind}
 
 
 def _versions_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:

@@ -14,7 +14,7 @@ from typing import Any
 from attrs import define, evolve, field
 
 from shockwave.errors import InvalidValueError, UsageError
-from shockwave.files import read_text, replacing
+from shockwave.files import read_bytes, write_file
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Scenario
 from shockwave.sweep.definition import DEFINITION, SweepDefinition
@@ -149,8 +149,7 @@ def _definition(journal: Journal, points: Points, accept_versions: bool) -> Swee
         definition.write(folder)
     copy = folder / "scenario.yaml"
     if points.scenario.path is not None and not copy.exists():
-        with replacing(copy) as file:
-            file.write(read_text(points.scenario.path, _MOST_SCENARIO))
+        write_file(copy, read_bytes(points.scenario.path, _MOST_SCENARIO))
     return definition
 
 
