@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Iterable
+from functools import cached_property
 from typing import Any
 
 import attrs
@@ -39,7 +40,7 @@ class Quantity:
     samples: bool = False
     example: str = ""
 
-    @property
+    @cached_property
     def bounds(self) -> list[tuple[str, float]]:
         """Signs and bounds of the range."""
         pairs = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
@@ -62,7 +63,8 @@ class Quantity:
         except (TypeError, ValueError, OverflowError):
             number = math.nan
         fits = math.isfinite(number) and (not self.whole or number == int(number))
-        fits = fits and all(_SIGNS[sign](number, bound) for sign, bound in self.bounds)
+        for sign, bound in self.bounds:
+            fits = fits and _SIGNS[sign](number, bound)
         return None if fits else f"must be {self.rule} (got {text_of(value)})"
 
     def checked(self, name: str, value: Any) -> Any:

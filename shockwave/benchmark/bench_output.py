@@ -100,16 +100,11 @@ def _drawings(result: WorkPrecision, problem: Problem) -> list[str]:
         rows = [evolve(row, errors={quantity: error}) for row, error in errors if error is not None]
         if rows:
             title = f"relative error: {quantity} ({problem.name})"
+            drawn, (ax,) = figure(size=_SIZE)
+            work_precision(ax, rows, title)
+            bottom, top = ax.get_ylim()
+            if bottom < problem.reference_error < top:
+                ax.axhline(problem.reference_error, color="0.4", linewidth=0.7, linestyle=(0, (4, 3)))
             # ids must be unique within the page
-            drawings.append(_drawing(rows, title, f"p{index}q{number}"))
+            drawings.append(svg(drawn, f"p{index}q{number}", title))
     return drawings
-
-
-def _drawing(rows: list[Row], title: str, name: str) -> str:
-    drawn, (ax,) = figure(size=_SIZE)
-    work_precision(ax, rows, title)
-    bottom, top = ax.get_ylim()
-    error = rows[0].reference_error
-    if bottom < error < top:
-        ax.axhline(error, color="0.4", linewidth=0.7, linestyle=(0, (4, 3)))
-    return svg(drawn, name, title)

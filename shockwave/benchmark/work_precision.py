@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from attrs import asdict, evolve, field, frozen
 
-from shockwave.errors import NumericalError, PluginError, ShockwaveError
+from shockwave.errors import NumericalError, PluginError, message_of
 from shockwave.text import printed
 
 # Estimated ratio of the run times of one setting and the next coarser one.
@@ -191,10 +191,8 @@ def measured(problem: Problem, method: Method, limits: Limits) -> Iterator[Row]:
         except PluginError as error:
             yield evolve(row, problem=str(error))
             return
-        except ShockwaveError as error:
-            row = evolve(row, problem=str(error))
-        except Exception as error:  # of a plugin
-            row = evolve(row, problem=f"{type(error).__name__}: {error}")
+        except Exception as error:  # of a plugin, too
+            row = evolve(row, problem=message_of(error))
         last = row.seconds or time.perf_counter() - begin
         yield row
 

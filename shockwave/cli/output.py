@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from shockwave.errors import InvalidValueError, ShockwaveError, UsageError
+from shockwave.errors import InvalidValueError, ShockwaveError, UsageError, message_of
 from shockwave.fields import listed
 from shockwave.files import write_file
 from shockwave.progress import progress_shown
@@ -25,7 +25,7 @@ def failure(error: Exception) -> tuple[str, int]:
         return str(error), error.exit_code
     if os.environ.get(_DEBUG):
         raise error
-    return f"internal error: {type(error).__name__}: {error} ({_DEBUG}=1 shows where; please report it)", 1
+    return f"internal error: {message_of(error)} ({_DEBUG}=1 shows where; please report it)", 1
 
 
 @contextmanager

@@ -43,10 +43,7 @@ def drawn(found: Findings) -> tuple[dict[str, Figure], dict[str, str]]:
 
 def drawings(found: Findings) -> dict[str, Callable[[Axes], object]]:
     """Return the functions that draw the pictures of a scene, in their order; their titles are in the template."""
-    shock = found.scenario.shock
-    predicted = found.predicted
-    result = found.simulated
-    compared = found.comparison
+    shock, predicted, result, compared = found.scenario.shock, found.predicted, found.simulated, found.comparison
     chosen: dict[str, Callable[[Axes], object]] = {
         "pulse": lambda ax: pictures.pulse(ax, shock),
         "conditions": lambda ax: pictures.conditions(ax, shock),

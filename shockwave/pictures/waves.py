@@ -58,9 +58,8 @@ def contact_forces(ax: Axes, result: SimulationResult, contacts: Iterable[int] |
     InvalidValueError
         If the forces at a contact were not recorded.
     """
-    kept = recorded(result, "forces")
+    kept, shock = recorded(result, "forces"), result.shock
     forces = np.asarray(kept.forces)
-    shock = result.shock
     if contacts is None:
         count = min(len(kept.contacts), _MOST_LINES)
         contacts = [kept.contacts[round(place)] for place in np.linspace(0, len(kept.contacts) - 1, count)]

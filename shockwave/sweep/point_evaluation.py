@@ -17,7 +17,7 @@ import numpy as np
 
 import shockwave
 from shockwave.chain.chain import Scales
-from shockwave.errors import ShockwaveError, UsageError
+from shockwave.errors import UsageError, message_of
 from shockwave.files import read_bytes
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import simulate_many
@@ -44,11 +44,6 @@ _POINT_ERRORS = (Exception, SystemExit)
 SLICE = 0.5
 # Most points that a worker simulates in one call.
 _MOST_TOGETHER = 128
-
-
-def error_text(error: BaseException) -> str:
-    """Return the message of an error; for an error of other packages, with its type."""
-    return str(error) if isinstance(error, ShockwaveError) else f"{type(error).__name__}: {error}"
 
 
 class Points:
@@ -99,7 +94,7 @@ class Points:
             assert scene is not None
             values = json.dumps(row(self._columns, _answer(self.sweep.run, scene, found)))
         except _POINT_ERRORS as error:
-            return line_of(index, "failed", f'"error": {json.dumps(error_text(error))}')
+            return line_of(index, "failed", f'"error": {json.dumps(message_of(error))}')
         return line_of(index, "done", f'"values": {values}')
 
     def _simulated(self, scenes: Mapping[int, Scenario]) -> _Results:
@@ -239,7 +234,7 @@ def content_of(points: Points) -> bytes:
     try:
         return pickle.dumps((points.scenario, points.definition))
     except Exception as error:  # pickle raises errors of many types
-        got = f"got {error_text(error)}; define its profile in a module"
+        got = f"got {message_of(error)}; define its profile in a module"
         raise UsageError(f"the scenario must be serialisable for other processes ({got})") from error
 
 
