@@ -225,7 +225,7 @@ class ChainRun:
                 most, allowed = budget, self.later_doubt * math.sqrt(outlook.strongest / force)
             if place in self._ready or front > most:
                 continue
-            if not outlook.passed(wave).indices or outlook.bound(wave) > allowed:
+            if not outlook.passed(wave).rows or outlook.bound(wave) > allowed:
                 self._wait = outlook.wait(wave, allowed)
                 self._shorten(outlook, strong[: place - self._removed], stretch)
                 return False
@@ -268,12 +268,12 @@ class ChainRun:
     def _measure(self, outlook: Outlook, waves: list[int]) -> None:
         """Measure these waves."""
         for place, wave in enumerate(waves, start=self._removed):
-            if outlook.passed(wave).indices:
+            if outlook.passed(wave).rows:
                 self.waves += (self._measured(outlook, place, wave),)
 
     def _reading(self, outlook: Outlook, wave: int) -> tuple[Peak, float]:
         """The peak at which a wave is read, and a bound on its distance from the limit."""
-        peak, doubt = self.log.peak(outlook.passed(wave).indices[0]), outlook.bound(wave)
+        peak, doubt = self.log.peak(outlook.passed(wave).rows[0]), outlook.bound(wave)
         # The first wave meets no other, so that its deviation decreases geometrically. Without a bound a wave may still
         # collide with others.
         return peak, distance_from_limit(peak, self.log) if (wave or self._removed) and math.isfinite(doubt) else doubt

@@ -43,13 +43,13 @@ _FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])
 
 
 class Peak(NamedTuple):
-    """A maximum in time of the force at a contact, counted from 0, and its index in the log.
+    """A maximum in time of the force at a contact, counted from 0, and its row in the log.
 
-    ``behind`` is the index of the peak of the same wave at the preceding contact, and ``previous`` that of the
+    ``behind`` is the row of the peak of the same wave at the preceding contact, and ``previous`` that of the
     preceding peak at the same contact; -1 if there is none.
     """
 
-    index: int
+    row: int
     contact: int
     behind: int
     previous: int
@@ -58,9 +58,9 @@ class Peak(NamedTuple):
 
 
 class Trail(NamedTuple):
-    """Peaks of a wave, latest first: their indices in the log, times and forces."""
+    """Peaks of a wave, latest first: their rows in the log, times and forces."""
 
-    indices: list[int]
+    rows: list[int]
     times: list[float]
     forces: list[float]
 
@@ -176,13 +176,13 @@ class PeakLog:
     def trail(self, head: Peak, contacts: int) -> Trail:
         """Peaks of the wave at ``head`` and at the preceding ``contacts``, as far as it can be traced back."""
         behind, times = self.table["behind"], self.table["time"]
-        trail, longest = Trail([head.index], [head.time], []), _patience(_SAME_WAVE * head.force)
+        trail, longest = Trail([head.row], [head.time], []), _patience(_SAME_WAVE * head.force)
         index = head.behind
-        while index >= 0 and len(trail.indices) <= contacts and trail.times[-1] - (time := times.item(index)) < longest:
-            trail.indices.append(index)
+        while index >= 0 and len(trail.rows) <= contacts and trail.times[-1] - (time := times.item(index)) < longest:
+            trail.rows.append(index)
             trail.times.append(time)
             index = behind.item(index)
-        return trail._replace(forces=self.table["force"][trail.indices].tolist())
+        return trail._replace(forces=self.table["force"][trail.rows].tolist())
 
 
 def force_rates(overlap: FloatArray, closing: FloatArray) -> tuple[FloatArray, FloatArray]:

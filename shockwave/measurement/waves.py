@@ -100,7 +100,7 @@ class Outlook:
             trail = self._log.trail(self.heads[wave], 2 * _STRIDE + _STEP + _PASSING)
             latest = self._now - PASSED * characteristic_time(self.heads[wave].force)
             first = bisect(trail.times, -latest, key=neg)
-            self._trails[wave] = Trail(*(each[first:] for each in trail))
+            self._trails[wave] = Trail(trail.rows[first:], trail.times[first:], trail.forces[first:])
         return self._trails[wave]
 
     def bound(self, wave: int) -> float:
