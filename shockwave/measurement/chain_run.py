@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from attrs import define, field
+from attrs import define, evolve, field
 
 from shockwave.chain.solitary_wave import SPEED
 from shockwave.measurement.course import Course
@@ -262,8 +262,9 @@ class ChainRun:
         self.log.removed = (granules - 1, stretch.end, outlook.strongest)
         self.shortened += ((stretch.end, granules),)
         origin = self._course.shorten(granules)
-        for each in self._recent:
-            each.x[:] -= origin
+        self._recent = [
+            evolve(each, x=each.x[:, :granules] - origin, v=each.v[:, :granules]) for each in self._recent
+        ]
 
     def _measure(self, outlook: Outlook, waves: list[int]) -> None:
         """Measure these waves."""

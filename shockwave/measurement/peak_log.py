@@ -159,7 +159,7 @@ class PeakLog:
         begin = int(self.peaks["time"].searchsorted(now - _patience(_FLOOR * self.strongest) - LONGEST_STEP))
         peaks = self.table[begin : self.count]
         time, force, at = peaks["time"], peaks["force"], peaks["contact"]
-        under_way = now - time < 6.0 * force ** (-1 / 6)
+        under_way = now - time < 6.0 * np.maximum(force, 1e-30) ** (-1 / 6)
         # Weaker peaks must not hide the wave that has just passed.
         strong = (force >= share * force[under_way].max(initial=most)).nonzero()[0]
         latest = np.full(at.max(initial=-1) + 2, -1)
