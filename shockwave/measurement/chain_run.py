@@ -262,9 +262,7 @@ class ChainRun:
         self.log.removed = (granules - 1, stretch.end, outlook.strongest)
         self.shortened += ((stretch.end, granules),)
         origin = self._course.shorten(granules)
-        self._recent = [
-            evolve(each, x=each.x[:, :granules] - origin, v=each.v[:, :granules]) for each in self._recent
-        ]
+        self._recent = [evolve(each, x=each.x[:, :granules] - origin, v=each.v[:, :granules]) for each in self._recent]
 
     def _measure(self, outlook: Outlook, waves: list[int]) -> None:
         """Measure these waves."""
