@@ -16,6 +16,7 @@ import shockwave as sw
 from scenes import CASE_A, CASE_B, CHAIN, FORCE, UNITS, power, random_pulses, triangle
 from selection import keeping
 from shockwave.cli import main
+from shockwave.measurement.course import Course
 from shockwave.measurement.simulation_setup import setup_of
 from shockwave.simulation import backend
 from shockwave.simulation.nystroem import Rkn86
@@ -164,13 +165,18 @@ PEAK = 1.490253931405876
 def buffers(function: str) -> list[Any]:
     """Copies of the arguments: of `primary` for case A, of `attempt` for ten granules of it.
 
-    They are method, jobs, rows, coefficients, stops, wanted, found, lanes; and method, rows, coefficients, state,
+    Those of `march` are for case A. They are method, jobs, rows, coefficients, stops, wanted, found, lanes; and method, rows, coefficients, state,
     after, and four numbers.
     """
     if function == "primary":
         compiled = Mock()
         find_primaries([SearchRequest(PROBLEM, 1e-6, 1e-6, (9,))], Rkn86, compiled)
         arguments = compiled.primary.call_args.args
+    elif function == "march":
+        compiled = Mock()
+        with pytest.raises(sw.NumericalError):  # nothing has been computed
+            Course.of(PROBLEM, Rkn86(compiled=compiled)).advance(1.0)
+        arguments = compiled.march.call_args.args
     else:
         path = PROBLEM.path
         arguments = [Rkn86.tableau.packed, path.rows, path.coefficients, *np.zeros((2, 30)), 0.0, 0.1, 2.0, 1.0]
@@ -201,6 +207,12 @@ MISFITS = {
     "begin-of-terms": ("primary", "a[2][0, 2] = 1e9"),
     "stop": ("primary", "a[1][-3] = 1e7"),
     "stops-before-the-end": ("primary", "a[4][-1] = 1.0"),
+    "march-with-a-short-state": ("march", "a[4] = a[4].reshape(1).view(float)[:-1].copy()"),
+    "march-of-a-short-chain": ("march", "a[5] = a[5][:, :-1].copy()"),
+    "march-with-few-rows": ("march", "a[7] = a[7][:-1].copy()"),
+    "march-with-few-contacts": ("march", "a[10] = a[10][:10].copy()"),
+    "march-of-many-granules": ("march", "a[4]['granules'] = 1e9"),
+    "march-without-a-stop": ("march", "a[4]['stop'] = 1e18"),
     "step-without-coefficients": ("attempt", "a[2] = np.empty(0)"),
     "step-without-a-state": ("attempt", "a[3] = a[3][:0]"),
     "step-to-a-short-state": ("attempt", "a[4] = a[4][:-3].copy()"),

@@ -1351,6 +1351,7 @@ static int march_fits(const Py_buffer *view, const March *r)
     if (view[4].len != STATE * unit || view[5].len != 3 * row || view[10].len < row || r->capacity < 2) return 0;
     if (view[6].len && (view[7].len != view[6].len / unit * row || view[8].len != view[7].len)) return 0;
     for (k = 0; k < STATE; k++) if (!(state[k] >= 0)) return 0;
+    if (!(state[STOP] < MAX_COUNT && state[PEAKS] < MAX_COUNT)) return 0;
     if (!(state[GRANULE_COUNT] <= (double)r->capacity && state[GRANULE_COUNT] - state[FLYING] >= 2)) return 0;
     if (!(state[RISE] > 0 && state[LENGTH] > 0 && state[ALLOWED] > 0 && state[CHAIN_GRANULES] < MAX_COUNT)) return 0;
     if (state[CHAIN_GRANULES] > 0 && state[GRANULE_COUNT] > state[CHAIN_GRANULES]) return 0;
