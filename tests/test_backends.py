@@ -163,10 +163,11 @@ PEAK = 1.490253931405876
 
 
 def buffers(function: str) -> list[Any]:
-    """Copies of the arguments: of `primary` for case A, of `attempt` for ten granules of it.
+    """Copies of the arguments: of `primary` and `march` for case A, of `attempt` for ten granules of it.
 
-    Those of `march` are for case A. They are method, jobs, rows, coefficients, stops, wanted, found, lanes; and method, rows, coefficients, state,
-    after, and four numbers.
+    Those of `primary` are method, jobs, rows, coefficients, stops, wanted, found, lanes; of `march` method, rows,
+    coefficients, stops, state, chain, times, x, v, peaks, last; of `attempt` method, rows, coefficients, state, after,
+    and four numbers.
     """
     if function == "primary":
         compiled = Mock()

@@ -231,9 +231,10 @@ class Probe:
 
         ``doubt`` is the bound on the relative deviation of its peak force from the limit.
         """
-        before = log.peak(peak.previous).time if peak.previous >= 0 else -math.inf
-        after = min((other.time for other in takewhile(lambda other: other.time > peak.time, log.at(self.contact))),
-                    default=math.inf)  # fmt: skip
+        reach = 2 * PASSED * characteristic_time(peak.force)
+        later = [other.time for other in takewhile(lambda other: other.time > peak.time, log.at(self.contact))]
+        before = max(log.peak(peak.previous).time if peak.previous >= 0 else 0.0, peak.time - reach)
+        after = min([*later, peak.time + reach])
         time, force, velocity, weight, powers, sizes = self._samples(before, after)
         top = int(np.argmin(np.abs(time - peak.time)))
         left, right = int(np.searchsorted(time, before)), int(np.searchsorted(time, after))
