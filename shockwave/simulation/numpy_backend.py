@@ -10,7 +10,7 @@ from attrs import define, field
 
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.nystroem import Nystroem
+from shockwave.simulation.nystroem import KINK, Nystroem
 from shockwave.simulation.one_step import Attempt
 from shockwave.simulation.peak_limit import KEPT, NOISE, STRIDE, crossing, hertz, limit, window_energy
 from shockwave.simulation.problem import Passage, Primary, Request, Status, chain_acceleration, contact_forces
@@ -24,9 +24,6 @@ _FIRST_STEP = 0.05
 _LONGEST_STEP = 1.0
 # Safety factor and limits of the ratio of consecutive step sizes.
 _SAFETY = 0.9
-# Error of a step in which a contact opens or closes, over its length and the 3/2 power of the change of the overlap.
-# The force has no second derivative there, which the embedded method may not detect.
-_KINK = 0.03
 _MIN_FACTOR = 0.2
 _MAX_FACTOR = 3.0
 # Largest displacement and velocity of a granule at rest.
@@ -163,7 +160,7 @@ class _Window:
         before[0] += self.free[0]
         after[0] += path
         change = float(np.abs(after - before)[before * after < 0].max(initial=0.0))
-        return _KINK * change * math.sqrt(change) * size
+        return KINK * change * math.sqrt(change) * size
 
     def _control(self, size: float, error: float, kink: float, at_stop: bool) -> bool:
         """Choose the next step size from both errors, in units of the tolerance; whether the step is accepted."""
