@@ -285,6 +285,8 @@ def _measured(problem: ChainProblem, scales: Scales, setup: Setup) -> _Answer:
     if setup.search is not None and problem.granules is None and problem.duration > _WORTHWHILE:
         lasts = f"the shock lasts {problem.duration:.3g} characteristic times of its wave"
         raise NumericalError(f"the leading wave could not be found: {lasts} (shorten it)")
+    if problem.granules is not None and setup.options.timeout is None and (reason := immeasurable(problem)):
+        raise NumericalError(f"the waves reach the free end before they have settled, and {reason}")
     return _Answer(*measure_primary(problem, scales, setup))
 
 

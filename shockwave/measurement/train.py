@@ -37,7 +37,7 @@ def train_of(result: SimulationResult) -> Train:
     """Integrate and measure the train of a result whose leading wave is known."""
     problem, scales = scaled(result.shock, result.chain)
     if result.options.timeout is None and (reason := immeasurable(problem)):
-        return _primary_alone(result, reason)
+        return _primary_alone(result, f"The train is not integrated, because {reason}.")
     try:
         train, _ = _train(problem, scales, setup_of(result.options))
     except NumericalError as error:
