@@ -48,8 +48,8 @@ TOLERANCES = (1e-4, 1e-6, 1e-8)
 # Tolerance of the references, and the largest error estimate of one that is used.
 TIGHT, MOST_DOUBT = 1e-11, 1e-9
 TRAIN_ACCURACY = 1e-9
-# Of DOP853: tolerances, longest step, the time between two looks for free flight, the shortest flight in closed form, the
-# slowest approach of two granules, the end, and the overlap at which a contact opens or closes.
+# Of DOP853: tolerances, longest step, the time between two looks for free flight, the shortest flight in closed form,
+# the slowest approach of two granules, the end, and the least overlap or gap on both sides of a contact that switches.
 RTOL, ATOL, STEP, LOOK, FLIGHT, SLOWEST, LATEST, NEAR = 1e-11, 1e-13, 0.5, 5.0, 1.0, 1e-12, 1e5, 1e-10
 # Most samples of a record on a finite chain.
 MOST_SAMPLES = 50
@@ -117,7 +117,8 @@ def short(kind: int, number: int) -> Short:
     velocities, peaks = collisions(times, forces, granules)
     strongest = max(force for each in peaks for force, _ in each)
     greatest = result.greatest_force
-    assert greatest is not None and result.spall_velocities is not None
+    assert greatest is not None
+    assert result.spall_velocities is not None
     here = peaks[result.waves[0].contact]
     least = (1 + ABOVE) * result.options.wave_threshold * max(here)[0]
     errors, lost = [], 0

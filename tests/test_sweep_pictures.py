@@ -121,6 +121,13 @@ def test_a_sweep_without_results_is_drawn_empty(tmp_path: Path, held: dict[str, 
     assert inside(plot(a_map(tmp_path, failed=tuple(range(180))), at=held))
 
 
+def test_without_any_estimate_the_number_of_the_model_is_drawn(tmp_path: Path) -> None:
+    columns = {"estimate_amplification": [None, None], "amplification": [1.0, 2.0]}
+    found = plot(swept(tmp_path / "out", [([TIME], [[1e-6], [2e-6]])], columns))
+    assert found.column == "amplification"
+    assert lines_of(found) == [[[1e-6, 1.0], [2e-6, 2.0]]]
+
+
 def test_one_axis_gives_a_line_with_its_regimes(tmp_path: Path) -> None:
     found = plot(a_map(tmp_path), at={RATIO[0]: repr(float(RATIOS[4]))})
     (ax,) = found.figure.axes

@@ -62,11 +62,10 @@ _NEAR_PEAK_FACTOR = 4.0
 _TRAIN_SECONDS = 0.05
 # Longest chain, in granules, that waves are followed through to its free end.
 _TO_THE_END = 2000
-# Steps in it for each granule, after a shock of one wave or of several; for each characteristic time of the shock.
-_SINGLE_STEPS = 10
+# Steps in it for each granule, after a shock of several waves, and for each characteristic time of the shock.
 _STEPS = 40
 _DRIVEN_STEPS = 10
-# Duration from which several waves form, in characteristic times.
+# Longest shock of a single wave, after which the granules soon separate, in characteristic times.
 _SINGLE = 4.0
 # Computing time of a step, the same for each granule, and the longest of a run without a time limit [s].
 _STEP_SECONDS = 2e-4
@@ -185,16 +184,13 @@ def immeasurable(problem: ChainProblem) -> str:
     near_peak = float(np.mean(problem.course > _NEAR_PEAK)) * problem.duration
     length = problem.duration + _NEAR_PEAK_FACTOR * near_peak
     seconds, most = _TRAIN_SECONDS * length, _TRAIN_SECONDS * _LONGEST_TRAIN
-    why = f", {near_peak:.2g} of them near its peak, and most waves would not separate"
     granules = problem.granules
     if granules is not None and granules <= _TO_THE_END:
-        each = _STEPS if problem.duration > _SINGLE else _SINGLE_STEPS
-        steps = granules * each + problem.duration * _DRIVEN_STEPS
+        steps = granules * _STEPS + problem.duration * _DRIVEN_STEPS if problem.duration > _SINGLE else 0
         seconds, most = steps * (_STEP_SECONDS + _GRANULE_SECONDS * granules), _MOST_SECONDS
-        why = f", and {granules} granules are followed until the waves have left the chain"
     if seconds <= most:
         return ""
     return (
-        f"the shock lasts {problem.duration:.3g} characteristic times of its wave{why}: the integration would take about"
-        f" {seconds:.0f} s or more (set a timeout to integrate all the same)"
+        f"the shock lasts {problem.duration:.3g} characteristic times of its wave, {near_peak:.2g} of them near its"
+        f" peak: the integration would take about {seconds:.0f} s or more (set a timeout to integrate all the same)"
     )

@@ -127,6 +127,8 @@ def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, 
     if fine.unfollowed_force > setup.options.wave_threshold * fine.log.top().force:
         bound = si(fine.unfollowed_force * scales.force, "N")
         warnings = (*warnings, f"Granules may collide after the end of the run, with forces below {bound}.")
+    if fine.unread:
+        warnings = (*warnings, f"Waves that could not be measured and are left out: {fine.unread}.")
     train = Train(
         waves=waves,
         recoil_momentum=recoil * scales.momentum,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from fractions import Fraction
 from importlib import resources
 from types import ModuleType
@@ -18,10 +19,9 @@ from shockwave.simulation.one_step import Attempt, OneStep, Scalar
 from shockwave.simulation.problem import ChainAcceleration, overlaps
 
 _NONE = np.empty(0)
-#: Error of a step in which a contact opens or closes, over its length and the 3/2 power of the change of the overlap.
-#: The force has no second derivative there, which the embedded method may not detect.
-KINK = 0.03
-# Power of this error in the step size.
+# Error of a step in which a contact opens or closes, over its length and the 3/2 power of the change of the overlap.
+_KINK = 0.03
+# Power of this error in the step size: both velocity and length of the step make the change of the overlap.
 _KINK_POWER = 0.4
 #: Exact coefficients by name of the method: nodes ``c``, rows ``a`` of the stages, weights ``b_prime`` of the velocity,
 #: and ``error_b_prime``, their difference from those of the embedded method.
@@ -74,6 +74,19 @@ class Tableau:
         return cls(c[1:], stages, weights, last_is_first, packed)
 
 
+def kink(x: FloatArray, end: FloatArray, paths: Sequence[float], size: float) -> float:
+    """Error of a step from ``x`` to ``end`` due to contacts that open or close.
+
+    The force has no second derivative there, which the embedded method may not detect. ``paths`` are the free-particle
+    displacements of the first granule at both ends.
+    """
+    before, after = overlaps(x), overlaps(end)
+    before[0] += paths[0]
+    after[0] += paths[1]
+    change = float(np.abs(after - before)[before * after < 0].max(initial=0.0))
+    return _KINK * change * math.sqrt(change) * size
+
+
 def _fractions(texts: list[str]) -> np.ndarray:
     """Array of exact fractions."""
     return np.array([Fraction(text) for text in texts])
@@ -99,33 +112,22 @@ class Nystroem(OneStep):
     def attempt(
         self, acceleration: Acceleration, time: Scalar, size: Scalar, x: FloatArray, v: FloatArray, a: FloatArray
     ) -> Attempt:
+        tried = self._attempt(acceleration, time, size, x, v, a)
         chain = getattr(acceleration, "acceleration", None)
-        if not isinstance(chain, ChainAcceleration):
-            return self._attempt(acceleration, time, size, x, v, a)
-        if self.compiled is None:
-            tried = self._attempt(acceleration, time, size, x, v, a)
-        else:
-            tried = self._compiled_attempt(self.compiled, chain, float(time), float(size), np.concatenate((x, v, a)))
-        if chain.problem.granules is None:  # waves that part forget what happens to the granules behind them
+        # the waves of an endless chain forget what happens to the granules behind them
+        if not isinstance(chain, ChainAcceleration) or chain.problem.granules is None:
             return tried
-        kink = self._kink(chain, float(time), float(size), x, tried.x) / self.tolerance
-        # both velocity and length of the step make the change of the overlap
-        limited = self.tolerance * kink ** (_KINK_POWER * (self.error_order + 1)) if kink > 1 else 0.0
+        paths = [chain.problem.free(float(each))[0] if chain.driven else 0.0 for each in (time, time + size)]
+        error = kink(x, tried.x, paths, float(size)) / self.tolerance
+        limited = self.tolerance * error ** (_KINK_POWER * (self.error_order + 1)) if error > 1 else 0.0
         return tried._replace(error=max(float(tried.error), limited))
-
-    @staticmethod
-    def _kink(chain: ChainAcceleration, time: float, size: float, x: FloatArray, end: FloatArray) -> float:
-        """Error due to contacts that open or close within the step."""
-        before, after = overlaps(x), overlaps(end)
-        if chain.driven:
-            before[0] += chain.problem.free(time)[0]
-            after[0] += chain.problem.free(time + size)[0]
-        change = float(np.abs(after - before)[before * after < 0].max(initial=0.0))
-        return KINK * change * math.sqrt(change) * size
 
     def _attempt(
         self, acceleration: Acceleration, time: Scalar, size: Scalar, x: FloatArray, v: FloatArray, a: FloatArray
     ) -> Attempt:
+        chain = getattr(acceleration, "acceleration", None)
+        if self.compiled is not None and isinstance(chain, ChainAcceleration):
+            return self._compiled_attempt(self.compiled, chain, float(time), float(size), np.concatenate((x, v, a)))
         tableau = self.tableau
         rates, terms = np.empty((2, len(tableau.nodes) + 1, *x.shape))
         column = (-1,) + (1,) * x.ndim
