@@ -6,12 +6,12 @@ checks three claims with seeded random shocks, and writes a table for each into 
 
 - the leading wave, at three tolerances: 500 shocks of each kind with gaps and 100 of each other kind, against a
   tolerance of 1e-11;
-- short finite chains: 500 shocks of two or three blows and 50 of each other kind, against DOP853, which integrates the
+- short finite chains: 300 shocks of two or three blows and 30 of each other kind, against DOP853, which integrates the
   whole chain until no granules approach each other;
 - later waves and rebounding granules: 40 shocks of each kind, against a run with smaller steps, far beyond the contacts
   where the runs of the default stop.
 
-It takes about a quarter of an hour on one core; all cores are used. ``--count`` changes the number of shocks.
+It takes about half an hour on one core; all cores are used. ``--count`` changes the number of shocks.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ UNITS = Scales.of(CHAIN, FORCE)
 LONGEST, LONGEST_FINITE, LONGEST_TRAIN = 30.0, 40.0, 15.0
 GAPS = (twin_sin2, humps_gaps, twin_triangles, blows)
 # Shocks of each kind: leading waves with gaps and without, finite chains with blows and others, trains.
-COUNTS = (500, 100, 500, 50, 40)
+COUNTS = (500, 100, 300, 30, 40)
 # Shocks that are simulated together.
 SHARE = 50
 TOLERANCES = (1e-4, 1e-6, 1e-8)
