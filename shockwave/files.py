@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from io import TextIOWrapper
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import IO, Any
 
 from shockwave.errors import FileAccessError, InvalidValueError, UsageError
 
@@ -23,7 +23,7 @@ _STREAMS = ("/dev/", "/proc/")
 # ---------------------------------------------------------------- reading
 
 
-def open_regular(path: _Path, remedy: str = "", mode: str = "rb", buffering: int = -1) -> BinaryIO:
+def open_regular(path: _Path, remedy: str = "", mode: str = "rb", buffering: int = -1) -> IO[bytes]:
     """Open a regular file; refuse a pipe or a device, which may be endless, without waiting for it.
 
     Parameters
@@ -45,11 +45,9 @@ def open_regular(path: _Path, remedy: str = "", mode: str = "rb", buffering: int
     if os.path.exists(path) and not os.path.isfile(path):
         raise _error(path, "is not a file", "a folder" if os.path.isdir(path) else "a pipe or a device", remedy)
     try:
-        file: Any = open(path, mode, buffering)  # noqa: SIM115
+        return open(path, mode, buffering)
     except (OSError, ValueError) as error:  # a ValueError for a NUL character in the path
         raise _error(path, "cannot be read" if mode == "rb" else "cannot be written", error, remedy) from error
-    opened: BinaryIO = file
-    return opened
 
 
 def read_bytes(path: _Path, limit: int, remedy: str = "") -> bytes:

@@ -124,8 +124,7 @@ class SweepDefinition(Sweep):
     def _content(self) -> dict[str, Any]:
         """Everything on which the results depend, in the form that JSON returns."""
         content = {name: getattr(self, name) for name in _CONTENT}
-        found: dict[str, Any] = json.loads(json.dumps(cattrs.unstructure(content)))
-        return found
+        return dict(json.loads(json.dumps(cattrs.unstructure(content))))
 
     def _identity(self) -> dict[str, Any]:
         """The content without the meanings of the columns, whose wording may change."""

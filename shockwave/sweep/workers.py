@@ -36,7 +36,7 @@ class Workers:
 
     Parameters
     ----------
-    executor : object with the method ``submit`` of concurrent.futures.Executor
+    executor : concurrent.futures.Executor
         Runs the batches.
     count : int
         Number of workers.
@@ -51,14 +51,13 @@ class Workers:
     #: Time limit of a point [s].
     timeout: float | None = None
 
-    def __init__(self, executor: Any, count: int) -> None:
+    def __init__(self, executor: Executor, count: int) -> None:
         self.executor = executor
         self.count = count
 
     def submit(self, content: bytes, indices: list[int]) -> Future[Any]:
         """Submit points of a sweep."""
-        found: Future[Any] = self.executor.submit(run_batch, content, indices)
-        return found
+        return self.executor.submit(run_batch, content, indices)
 
 
 def cores() -> int:
