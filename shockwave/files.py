@@ -10,11 +10,12 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from io import TextIOWrapper
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 from shockwave.errors import FileAccessError, InvalidValueError, UsageError
 
 _Path = str | os.PathLike[str]
+_Type = TypeVar("_Type")
 
 # A stream must be written to directly: its reader would not see a new file of the same name.
 _STREAMS = ("/dev/", "/proc/")
@@ -103,6 +104,39 @@ def parse_json(text: str | bytes, name: str, remedy: str = "") -> Any:
         return json.loads(text, parse_constant=_no_constant)
     except (ValueError, RecursionError) as error:  # a UnicodeDecodeError is a ValueError
         raise InvalidValueError.of(name, f"must be JSON (got {error}{_hint(remedy)})") from None
+
+
+def structured(document: Any, cls: type[_Type], name: str, rule: str, remedy: str = "") -> _Type:
+    """Instance of an attrs class from plain data.
+
+    Parameters
+    ----------
+    document : object
+        Plain data, such as those of `parse_json`.
+    cls : type
+        The class.
+    name, rule, remedy : str
+        Name of the data, what they must be, and advice, for the error message.
+
+    Raises
+    ------
+    InvalidValueError
+        When the data do not fit the class.
+    """
+    from cattrs import structure, transform_error
+
+    try:
+        return structure(document, cls)
+    except Exception as error:  # cattrs passes on the errors of the values
+        reasons = "; ".join(transform_error(error, "document", _reason))
+        raise InvalidValueError.of(name, f"must be {rule} (got {reasons[:200]}{_hint(remedy)})") from None
+
+
+def _reason(error: BaseException, kind: Any) -> str:
+    """The message of an error of shockwave itself, or that of cattrs for others."""
+    from cattrs.v import format_exception
+
+    return str(error) if isinstance(error, InvalidValueError) else format_exception(error, kind)
 
 
 def _no_constant(constant: str) -> None:

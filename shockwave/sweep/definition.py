@@ -15,7 +15,7 @@ from attrs.validators import in_
 
 from shockwave.errors import InvalidValueError
 from shockwave.fields import text_of
-from shockwave.files import parse_json, read_bytes, replacing
+from shockwave.files import parse_json, read_bytes, replacing, structured
 from shockwave.scenario.sweep_block import Sweep
 
 DEFINITION = "sweep.json"
@@ -148,12 +148,7 @@ class SweepDefinition(Sweep):
         """
         file = str(folder / DEFINITION)
         document = parse_json(read_bytes(file, _MOST_BYTES, _REMEDY), file, _REMEDY)
-        try:
-            return cattrs.structure(document, SweepDefinition)
-        except Exception as error:  # cattrs passes on the errors of the values
-            reasons = "; ".join(cattrs.transform_error(error))
-            problem = f"must be the definition of a sweep (got {reasons[:200]}; {_REMEDY})"
-            raise InvalidValueError.of(file, problem) from None
+        return structured(document, SweepDefinition, file, "the definition of a sweep", _REMEDY)
 
     def write(self, folder: Path) -> None:
         """Write the definition; raises FileAccessError if the file cannot be written."""
