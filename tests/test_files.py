@@ -178,14 +178,6 @@ def test_an_input_file_is_not_overwritten(
     assert ((folder / "scene.yaml").read_text(), (folder / "pulse.json").read_text()) == (SCENE, PULSE)
 
 
-def test_files_beside_the_output_are_left_alone(tmp_path: Path) -> None:
-    beside = tmp_path / "page.html.part"
-    beside.write_text("mine")
-    write_file(tmp_path / "page.html", "new")
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["page.html", "page.html.part"]
-    assert beside.read_text() == "mine"
-
-
 def test_a_stream_that_is_a_file_is_appended_to(tmp_path: Path) -> None:
     log = tmp_path / "log"
     log.write_text("old\n")

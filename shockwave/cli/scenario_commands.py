@@ -168,15 +168,13 @@ def report(options: Namespace) -> int:
 def curve(options: Namespace) -> int:
     """Print or write the universal curve for the shape of a scenario's shock."""
     from shockwave import pictures
-    from shockwave.chain import Scales
     from shockwave.studies.universal_curve import UniversalCurve
-    from shockwave.studies.varied_scenes import notes_of
+    from shockwave.studies.varied_scenes import notes_of, rise_time_of
 
     check_output(options.output, ".json", ".svg", ".png", ".pdf")
     (scenario,) = loaded([options.file], output=options.output)
-    shock = scenario.shock
-    ratio = Scales.of(scenario.chain, shock.peak_force).rise_time(shock.rise_time)
-    found = UniversalCurve(shock.profile, rtol=options.rtol, longest=options.longest)
+    ratio = rise_time_of(scenario)
+    found = UniversalCurve(scenario.shock.profile, rtol=options.rtol, longest=options.longest)
     if options.output:
         if options.output.lower().endswith(".json"):
             found.save(options.output)
@@ -188,7 +186,7 @@ def curve(options: Namespace) -> int:
         return 0
     answer: object = strong(f"t0/T0 = {ratio:.6g} is beyond the range of this curve (increase --longest)")
     if ratio <= found.longest_rise_time:
-        answer = found.answer(shock, scenario.chain)
+        answer = found.answer(scenario.shock, scenario.chain)
     print(answer, *limits(notes_of(scenario)), "", found, sep="\n")
     return 0
 

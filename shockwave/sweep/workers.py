@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from importlib import import_module
 from multiprocessing import connection
 from typing import Any
@@ -97,11 +97,8 @@ def workers_of(executor: Executor | str | None, count: int | None, timeout: floa
         raise UsageError(f"timeout: must be a number of seconds > 0 (got {timeout!r})")
     if executor is None or executor == "processes":
         _check_start()
-        own = Processes(count or cores(), timeout)
-        try:
+        with closing(Processes(count or cores(), timeout)) as own:
             yield own
-        finally:
-            own.close()
     elif timeout is not None:
         reason = "only processes on this machine can be stopped; omit the timeout or the executor"
         raise UsageError(f"timeout: must be omitted with an executor (got {executor!r}; {reason})")
