@@ -12,7 +12,7 @@ whole impulse is applied at one instant, F = (G0 S)^(6/5), so that G0^(6/5) = 1.
 F = f int G dx. The power 5/2 is that of the deviation of a short pulse from the impulse limit: the displacement of the
 first granule, linear in time, gives a contact force of power 3/2 in time, whose momentum has the power 5/2.
 
-`shockwave.prediction.shock_measures` represents the pulse by a few impulses with the same lowest moments. The integral
+`shockwave.prediction.shock_impulses` represents the pulse by a few impulses with the same lowest moments. The integral
 is then a sum, and the eigenvector that of a small matrix.
 
 ``moments.json`` contains the coefficients, ``docs/fit_moments.py`` computes them, and ``docs/moments.md`` describes
@@ -42,7 +42,7 @@ from shockwave.prediction.model_interface import (
     Shocks,
 )
 from shockwave.prediction.section4 import regime, relation_of
-from shockwave.prediction.shock_measures import Pulse, pulse_of
+from shockwave.prediction.shock_impulses import Pulse, pulse_of
 from shockwave.quadrature import FloatArray
 
 #: Name of the file with the coefficients, beside this one.
@@ -54,8 +54,8 @@ COLUMNS = ("apart", "before", "after", "before_up", "after_up", "lean", "tilt", 
 _G0 = IMPULSE_LIMIT ** (5 / 6)
 # Exponent in the kernel, from the deviation of a short pulse from the impulse limit.
 _POWER = 2.5
-# Largest spread for which the law was compared with simulations.
-_FARTHEST = 1000.0
+#: Largest spread for which the law was compared with simulations.
+FARTHEST = 1000.0
 # Iterations of Newton's method for ln F; a few suffice in general.
 _MOST_STEPS = 60
 # Step of ln F at which the iteration has converged.
@@ -116,7 +116,7 @@ class Law:
 
     def bound(self, pulse: Pulse) -> float:
         """Expected relative error for a pulse; infinite if none was measured."""
-        measured = pulse.known and pulse.spread <= _FARTHEST
+        measured = pulse.known and pulse.spread <= FARTHEST
         return float(self.error(pulse.spread, pulse.turns)) if measured else math.inf
 
     def amplification(self, pulses: Sequence[Pulse]) -> FloatArray:
@@ -233,9 +233,6 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     sensitivity = -math.log(longer / shorter) / (2 * _STEP)
     warnings = ["The law of moments predicts only the leading wave. A simulation gives the later waves of a train."]
     bound = law.bound(pulse)
-    if math.isinf(bound):
-        problem = "The shock is longer, or its record finer, than the shocks on which the law of moments was validated"
-        warnings.append(f"{problem}, so its error is not known. A simulation gives the accurate peak force.")
     return answer(shock, settings, peak, bound, sensitivity, warnings)
 
 
