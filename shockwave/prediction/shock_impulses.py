@@ -52,8 +52,10 @@ _TURNS = 0.05
 # Time, over that of the wave, over which the force is averaged where peaks are counted, and number of cells.
 _AVERAGED = 0.3
 _CELLS = 512
-#: Upper bound of the amplification of a shock with one peak: that of a lasting force is 2.33.
-HIGHEST = 2.36
+# Amplification of a lasting force in the kernel of the law.
+_HIGHEST = 2.36
+#: Simulated amplification of a lasting force, which that of a long, smooth shock with one peak approaches.
+LASTING = 2.33
 # Norm of a Lanczos vector below which the recurrence has terminated.
 _ROUNDING = 1e-14
 
@@ -137,7 +139,7 @@ def pulse_of(shock: ScaledShock) -> Pulse:
 
 def _length(shock: ScaledShock) -> float:
     """Duration over the time of the leading wave."""
-    force = min(IMPULSE_LIMIT * (shock.impulse / MOMENTUM) ** 1.2, HIGHEST)
+    force = min(IMPULSE_LIMIT * (shock.impulse / MOMENTUM) ** 1.2, _HIGHEST)
     return float(shock.duration / MOMENTUM * force ** (1 / 6))
 
 
