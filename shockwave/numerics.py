@@ -60,9 +60,7 @@ def bracketed_root(function: Callable[[float], float], lower: float, upper: floa
 
 
 def crossings(
-    function: Callable[[float], float],
-    points: Sequence[float],
-    tolerance: Callable[[float], float] = lambda _: 0.0,
+    function: Callable[[float], float], points: Sequence[float], tolerance: Callable[[float], float] = lambda _: 0.0
 ) -> list[float]:
     """All zeros of ``function`` in ascending order.
 

@@ -15,11 +15,11 @@ import pytest
 import shockwave as sw
 from pages import table as table_of
 from pulse_families import composed
-from scenes import CHAIN, FORCE, STEEL, TRUTH, UNITS, name_of, script, shock_of
+from scenes import CHAIN, STEEL, TRUTH, lasting, name_of, script, shock_of
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
 from shockwave.prediction.model_interface import ScaledShock
 from shockwave.prediction.moments import COLUMNS, columns, kernel_force, moments_law
-from shockwave.prediction.shock_measures import Pulse, gauss, pulse_of
+from shockwave.prediction.shock_impulses import Pulse, gauss, pulse_of
 from shockwave.quadrature import FloatArray
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -34,11 +34,6 @@ SHAPES = {
 }
 STUDY = script("fit_moments")
 OF_SHAPES = pytest.mark.parametrize("profile", SHAPES.values(), ids=SHAPES)
-
-
-def lasting(profile: sw.ShockProfile, duration: float) -> sw.Shock:
-    """Shock of 100 N with a duration in characteristic times."""
-    return sw.Shock.of_duration(profile=profile, peak_force=FORCE, duration=duration * UNITS.time)
 
 
 def scaled(profile: sw.ShockProfile, duration: float) -> ScaledShock:
@@ -110,7 +105,7 @@ def test_an_error_is_stated_where_the_omitted_tail_is_negligible() -> None:
 def test_no_error_is_stated_where_the_law_was_not_validated() -> None:
     outcome = predicted(TRIANGLE, 4000)
     assert outcome.expected_error is None
-    assert "its error is not known" in " ".join(outcome.warnings)
+    assert "The error is not known" in " ".join(outcome.warnings)
 
 
 def test_a_strong_short_blow_counts_more_than_a_long_weak_one() -> None:

@@ -72,6 +72,8 @@ class ChainRun:
         Waves in the order of their arrival. Their ``error_estimate`` bounds the relative deviation of the peak force
         from its limit along the chain. At the end of a finite chain the peak itself is the result, and the estimate is
         the error tolerance of a step.
+    unread : int
+        Number of waves that could not be measured, since none of their peaks was found where they had passed.
     recoils : tuple of float
         Velocities of the rebounding granules, first granule first.
     unfinished_recoil : float
@@ -103,6 +105,7 @@ class ChainRun:
     most_contacts: int
     label: str = "wave train"
     waves: tuple[MeasuredWave, ...] = ()
+    unread: int = 0
     recoils: tuple[float, ...] = ()
     unfinished_recoil: float = 0.0
     spalls: tuple[float, ...] | None = None
@@ -269,6 +272,8 @@ class ChainRun:
         for place, wave in enumerate(waves, start=self._removed):
             if outlook.passed(wave).rows:
                 self.waves += (self._measured(outlook, place, wave),)
+            else:
+                self.unread += 1
 
     def _reading(self, outlook: Outlook, wave: int) -> tuple[Peak, float]:
         """The peak at which a wave is read, and a bound on its distance from the limit."""

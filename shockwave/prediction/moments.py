@@ -12,7 +12,7 @@ whole impulse is applied at one instant, F = (G0 S)^(6/5), so that G0^(6/5) = 1.
 F = f int G dx. The power 5/2 is that of the deviation of a short pulse from the impulse limit: the displacement of the
 first granule, linear in time, gives a contact force of power 3/2 in time, whose momentum has the power 5/2.
 
-`shockwave.prediction.shock_measures` represents the pulse by a few impulses with the same lowest moments. The integral
+`shockwave.prediction.shock_impulses` represents the pulse by a few impulses with the same lowest moments. The integral
 is then a sum, and the eigenvector that of a small matrix.
 
 ``moments.json`` contains the coefficients, ``docs/fit_moments.py`` computes them, and ``docs/moments.md`` describes
@@ -42,7 +42,7 @@ from shockwave.prediction.model_interface import (
     Shocks,
 )
 from shockwave.prediction.section4 import regime, relation_of
-from shockwave.prediction.shock_measures import Pulse, pulse_of
+from shockwave.prediction.shock_impulses import Pulse, pulse_of
 from shockwave.quadrature import FloatArray
 
 #: Name of the file with the coefficients, beside this one.
@@ -54,8 +54,11 @@ COLUMNS = ("apart", "before", "after", "before_up", "after_up", "lean", "tilt", 
 _G0 = IMPULSE_LIMIT ** (5 / 6)
 # Exponent in the kernel, from the deviation of a short pulse from the impulse limit.
 _POWER = 2.5
-# Largest spread for which the law was compared with simulations.
-_FARTHEST = 1000.0
+# Power of the spread with which the error grows beyond the last tabulated spread: where a long shock rises in steps,
+# the waves of a later step overtake those of an earlier one and exceed the limit of a lasting force.
+_LONG_POWER = 1 / 3
+#: Largest spread for which the law was compared with simulations.
+FARTHEST = 1000.0
 # Iterations of Newton's method for ln F; a few suffice in general.
 _MOST_STEPS = 60
 # Step of ln F at which the iteration has converged.
@@ -80,7 +83,7 @@ class Law:
         Coefficients of these products.
     spreads, errors, turning_errors : numpy.ndarray, shape (knots,)
         Expected relative errors of shocks with one peak and with several, at spreads tau, interpolated by powers; below
-        the first spread they scale as the power 5/2.
+        the first spread they scale as the power 5/2, beyond the last as the power 1/3.
     """
 
     step_limit: float
@@ -106,17 +109,18 @@ class Law:
         return np.asarray(np.exp(log_force + (self.products(found) * self.coefficients).sum(axis=-1)))
 
     def error(self, spread: FloatArray | float, turns: bool) -> FloatArray:
-        """Expected relative error at a spread tau, same shape; constant beyond the last of ``spreads``."""
+        """Expected relative error at a spread tau, same shape."""
         errors = self.turning_errors if turns else self.errors
         logarithm = np.log(np.maximum(spread, 1e-300))
         known = np.interp(logarithm, np.log(self.spreads), np.log(errors))
         short = _POWER * np.minimum(logarithm - math.log(self.spreads[0]), 0)
         # In addition, the rounding error of 1.1681817, at most the smallest error that could be measured.
-        return np.asarray(np.exp(known + short) + min(5e-8, float(self.errors[0])))
+        long = _LONG_POWER * np.maximum(logarithm - math.log(self.spreads[-1]), 0)
+        return np.asarray(np.exp(known + short + long) + min(5e-8, float(self.errors[0])))
 
     def bound(self, pulse: Pulse) -> float:
         """Expected relative error for a pulse; infinite if none was measured."""
-        measured = pulse.known and pulse.spread <= _FARTHEST
+        measured = pulse.known and pulse.spread <= FARTHEST
         return float(self.error(pulse.spread, pulse.turns)) if measured else math.inf
 
     def amplification(self, pulses: Sequence[Pulse]) -> FloatArray:
@@ -233,9 +237,6 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     sensitivity = -math.log(longer / shorter) / (2 * _STEP)
     warnings = ["The law of moments predicts only the leading wave. A simulation gives the later waves of a train."]
     bound = law.bound(pulse)
-    if math.isinf(bound):
-        problem = "The shock is longer, or its record finer, than the shocks on which the law of moments was validated"
-        warnings.append(f"{problem}, so its error is not known. A simulation gives the accurate peak force.")
     return answer(shock, settings, peak, bound, sensitivity, warnings)
 
 

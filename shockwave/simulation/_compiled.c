@@ -247,7 +247,7 @@ enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 
 typedef struct {
     long job, base, count, head, granules, stop, wanted, last_wanted, steps, evaluations;
-    int driven, status, kept, rejected;
+    int driven, kinks, status, kept, rejected;   /* kinks: whether they count when the force has ended, too */
     double t, h, until, impulse, free_path, duration, tolerance;
     double effort, removed_momentum, removed_energy, work;
     double peak[KEPT], time[KEPT];
@@ -738,7 +738,7 @@ static void find_kinks(const Window *w, const Lane *lanes, double (*path)[4], Tr
     int l;
     memset(trial->kink, 0, sizeof trial->kink);
     for (l = 0; l < width; l++) {
-        if (lanes[l].job < 0 || !lanes[l].driven) continue;
+        if (lanes[l].job < 0 || !(lanes[l].driven || lanes[l].kinks)) continue;
         for (e = l; e < (lanes[l].count - 1) * width; e += width) {
             const double before = w->x[e] - w->x[e + width] + (e < width ? path[l][0] : 0);
             const double after = w->x1[e] - w->x1[e + width] + (e < width ? path[l][2] : 0);
@@ -1227,7 +1227,7 @@ static int march_on(March *r)
     while (lane->t < r->state[TARGET] && (!r->rows || r->state[KEPT_STEPS] + 2 <= (double)r->rows)
            && r->state[PEAKS] + (double)lane->count <= (double)r->most_peaks
            && lane->base + lane->count + GROWTH <= r->capacity) {
-        double size;
+        double size, jolt;
         if (!lane->driven && lane->t >= lane->until) {
             if (!coast(r)) return 0;
             lane->until = lane->t + INTERVAL_FREE;
@@ -1236,6 +1236,12 @@ static int march_on(March *r)
         size = next_size(lane);
         if (size < lane->until - lane->t) lane->h = (lane->t + size) - lane->t; /* the difference of its ends */
         if (!try_steps(r->method, &r->w, lane, r->path, &trial)) return 0;
+        /* the waves of an endless chain forget what happens to the granules behind them */
+        jolt = lane->kinks ? trial.kink[0] / lane->tolerance : 0;
+        if (jolt > 1) {
+            jolt = lane->tolerance * pow(jolt, 0.4 * (r->method->error_order + 1));
+            if (jolt > trial.worst[0]) trial.worst[0] = jolt;
+        }
         if (control(r->method, job, lane, trial.h[0], trial.worst[0], 0, trial.stop[0])) {
             if (meets(r, trial.h[0])) {
                 store(r);
@@ -1406,6 +1412,7 @@ static PyObject *march(PyObject *self, PyObject *args)
         lane->duration = state[LENGTH];
         lane->driven = lane->t < lane->duration;
         lane->granules = (long)state[CHAIN_GRANULES];
+        lane->kinks = lane->granules > 0;
         lane->tolerance = state[ALLOWED];
         state[KEPT_STEPS] = 0;
         if (lane->driven) free_path(&lane->path, lane->t, &r.path[0][0], &r.path[0][1]);
