@@ -67,6 +67,19 @@ class SolitaryWave:
             granule_velocity=GRANULE_VELOCITY * scales.velocity,
         )
 
+    def stronger(self, ratio: float) -> SolitaryWave:
+        """Make the wave of ``ratio`` times the peak force in the same chain."""
+        speed = ratio ** (1 / 6)
+        velocity = ratio / speed
+        return SolitaryWave(
+            peak_force=ratio * self.peak_force,
+            momentum=velocity * self.momentum,
+            energy=velocity * velocity * self.energy,
+            speed=speed * self.speed,
+            width=self.width / speed,
+            granule_velocity=velocity * self.granule_velocity,
+        )
+
     def to_dict(self) -> dict[str, float]:
         """Attributes by name, as SI floats."""
         return asdict(self)

@@ -46,17 +46,14 @@ class ScaledShock:
         """Impulse of the whole shock, (a1 + a2) t0/T0."""
         return self.rise_time * self.areas.total
 
-    def impulse_until(self, time: float) -> float:
-        """Impulse of the shock up to ``time``."""
-        if time >= self.duration:
-            return self.impulse
+    def at(self, time: float) -> tuple[float, float]:
+        """Impulse of the shock up to ``time``, and its force at ``time``."""
+        s = time / self.rise_time
+        if s >= self.profile.duration_ratio:
+            return self.impulse, 0.0
         method = self.areas.rise.method
-        quadrature = None if method == "closed form" else method
-        return self.rise_time * float(self.profile.running_impulse(time / self.rise_time, quadrature))
-
-    def force_at(self, time: float) -> float:
-        """Force of the shock at ``time``."""
-        return float(self.profile.force(time / self.rise_time))
+        impulse, force = self.profile.at(s, None if method == "closed form" else method)
+        return self.rise_time * impulse, force
 
 
 @frozen
@@ -78,6 +75,10 @@ class Inequality:
     right: float
     equation: str
     outcome: str
+
+    def in_units(self, time: float) -> Inequality:
+        """Inequality with sides multiplied by ``time``."""
+        return Inequality(self.statement, self.left * time, self.right * time, self.equation, self.outcome)
 
 
 @frozen

@@ -7,7 +7,7 @@ from functools import cache
 from typing import Any, Literal
 
 import numpy as np
-from attrs import evolve, frozen
+from attrs import frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, MOMENTUM, PAPER_COEFFICIENT, SolitaryWave
@@ -146,20 +146,19 @@ class Predictor:
             peak, low, high = (value * shock.peak_force for value in (found.amplification, found.low, found.high))
             estimate = Estimate(peak, low, high, found.method)
         chain_warnings = [warning_of(of_chain)] if of_chain else []
-        peaks = [amplitude * shock.peak_force for amplitude in answer.amplitudes]
-        steps = [evolve(step, left=step.left * scales.time, right=step.right * scales.time) for step in answer.trace]
+        unit = SolitaryWave.of(shock.peak_force, chain, coefficient)
         chain_assumed = ", on a semi-infinite chain" if answer.reason and chain.granules is not None else ""
         common: dict[str, Any] = {
             "model": self.model,
             "method": answer.method or self.model,
             "reason": answer.reason + chain_assumed,
-            "peak_force": peaks[0],
+            "peak_force": answer.amplitudes[0] * shock.peak_force,
             "amplification": answer.amplitudes[0],
             "relation": answer.relation,
-            "waves": tuple(SolitaryWave.of(peak, chain, coefficient) for peak in peaks),
+            "waves": tuple(map(unit.stronger, answer.amplitudes)),
             "applied_momentum": scaled.impulse * scales.momentum,
             "conditions": checked,
-            "trace": tuple(steps),
+            "trace": tuple(step.in_units(scales.time) for step in answer.trace),
             "estimate": estimate,
             "no_estimate": None if estimate else of_chain or TOO_FAR,
             "expected_error": None if of_chain else error,

@@ -21,7 +21,7 @@ import math
 import numpy as np
 from attrs import evolve
 
-from shockwave.numerics import bracketed_root
+from shockwave.numerics import bracketed_root, newton_root
 from shockwave.prediction.model_interface import (
     Inequality,
     Regime,
@@ -68,7 +68,7 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     statement, share = "total impulse / F0 vs. A F0^(-1/6)", shock.impulse
     if kind == "train":
         statement = "impulse / F0 until alphaF0 A F0^(-1/6) vs. A F0^(-1/6)"
-        share = shock.impulse_until(split.left)
+        share = shock.at(split.left)[0]
     unit = shock.momentum_parameter
     relation = relation_of(share / unit, settings.equal_tolerance)
     trace = (split, Inequality(statement, share, unit, split.equation, relation), *momentum)
@@ -89,10 +89,11 @@ def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Inequality, .
     n = shock.profile.duration_ratio
     as_virtual = evolve(shock, rise_time=virtual)
     begin = max(n - window, 0.0) * virtual
-    added = 2 * (as_virtual.impulse - as_virtual.impulse_until(begin))
+    until, force = as_virtual.at(begin)
+    added = 2 * (as_virtual.impulse - until)
     total = ratio + added / shock.momentum_parameter
     # d/d ln A: the ratio decreases as 1/A, and the window grows at its beginning, where the force is F.
-    slope = -ratio * (1 - 2 * as_virtual.force_at(begin) / shock.areas.total)
+    slope = -ratio * (1 - 2 * force / shock.areas.total)
     warnings: tuple[str, ...] = ()
     amplitude = total**1.2  # (5h)
     if amplitude > 1 and relation == "less":
@@ -127,7 +128,7 @@ def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tu
         primary, end, roots, warnings = _literal_primary(shock)
         reach = 2 * primary / (2 * primary - (2 - alpha)) - 1 / 6
     else:
-        end = _wave_end(shock, 0.0, alpha)
+        end = _passage_time(shock, 0.0, 0.0, alpha, 0.0)
         primary = (alpha * shock.momentum_parameter / end) ** 6
         roots, warnings, reach = (primary,), [], -1 / 6
     if end >= shock.duration:
@@ -145,7 +146,8 @@ def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tu
     if len(later) == _MOST_WAVES:
         warnings.append(f"Only the first {_MOST_WAVES} later waves are listed; a larger wave_threshold omits more.")
     # Implicit derivative of A F^(5/6) = I(t), t = alpha(F) A F^(-1/6); ``reach`` is d ln t / d ln F for constant A.
-    weight = 0.0 if end >= shock.duration else end * shock.force_at(end) / shock.impulse_until(end)
+    impulse, force = shock.at(end)
+    weight = end * force / impulse
     slope = 5 / 6 - weight * reach
     return ScaledAnswer(
         "train",
@@ -166,35 +168,43 @@ def _decay_share(shock: ScaledShock) -> float:
     return shock.areas.decay.value / (shock.profile.duration_ratio - 1)
 
 
-def _wave_end(shock: ScaledShock, start: float, alpha: float) -> float:
-    """Time at which a wave that collects impulse from ``start`` on is complete, (5a) and (5i).
+def _passage_time(shock: ScaledShock, start: float, before: float, alpha: float, guess: float) -> float:
+    """Time for which a wave collects impulse from ``start`` on, (5a) and (5i); ``before`` is the impulse until then.
 
     If the wave collects impulse for the time d, its peak force is F = (alpha unit / d)^6 and its momentum unit F^(5/6).
-    The impulse increases with d and the momentum decreases, so there is exactly one root.
+    The impulse increases with d and the momentum decreases, so there is exactly one root. The logarithm of d times the
+    fifth root of the impulse is nearly linear in ln d.
     """
     unit = shock.momentum_parameter
-    before = shock.impulse_until(start)
 
-    def excess(time: float) -> float:
-        return shock.impulse_until(start + time) - before - unit * (alpha * unit / time) ** 5
+    def excess(time: float) -> tuple[float, float]:
+        until, force = shock.at(start + time)
+        impulse = until - before
+        if impulse <= 0:
+            return -math.inf, 1.0
+        return math.log(time / (alpha * unit)) + 0.2 * math.log(impulse / unit), 1 + 0.2 * time * force / impulse
 
     # Below ``lower`` even the full peak force gives too little impulse; at ``upper`` the remaining impulse suffices.
     lower = 0.99 * unit * alpha ** (5 / 6)
     enough = alpha * unit * (unit / (shock.impulse - before)) ** 0.2
     upper = 1.01 * max(shock.duration - start, enough, lower)
-    return start + bracketed_root(excess, lower, upper, "time of a wave in the train (5i)")
+    return newton_root(excess, lower, upper, guess, "time of a wave in the train (5i)")
 
 
 def _later_waves(shock: ScaledShock, least: float, end: float) -> list[float]:
     """Peak forces, by (5i), of the waves behind the one that ends at ``end``, down to ``least``."""
     alpha = (8 - math.sqrt(2)) / 4 - _deviation(_decay_share(shock))
     waves: list[float] = []
-    while len(waves) < _MOST_WAVES and shock.impulse - shock.impulse_until(end) > _NOTHING_LEFT * shock.impulse:
-        start, end = end, _wave_end(shock, end, alpha)
-        peak = (alpha * shock.momentum_parameter / (end - start)) ** 6
+    passage, guess, before = 0.0, 0.0, shock.at(end)[0]
+    while len(waves) < _MOST_WAVES and shock.impulse - before > _NOTHING_LEFT * shock.impulse:
+        last, passage = passage, _passage_time(shock, end, before, alpha, guess)
+        guess = passage * passage / last if last else passage
+        peak = (alpha * shock.momentum_parameter / passage) ** 6
         if peak < least:
             break
         waves.append(peak)
+        end += passage
+        before = shock.at(end)[0]
     return waves
 
 
@@ -211,7 +221,7 @@ def _literal_primary(shock: ScaledShock) -> tuple[float, float, tuple[float, ...
         return bracketed_root(lambda force: time(force) - end, upper * 1e-15, upper, "force of a time in (5c)")
 
     def missing(force: float) -> float:
-        return unit * math.pow(force, 5 / 6) - shock.impulse_until(max(time(force), 0.0))
+        return unit * math.pow(force, 5 / 6) - shock.at(max(time(force), 0.0))[0]
 
     grid = [force_at(end) for end in _scan_times(shock)]
     grid.append(max(1.1 * math.pow(shock.impulse / unit, 1.2), 1.01 * grid[-1]))

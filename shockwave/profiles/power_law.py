@@ -49,6 +49,15 @@ class Powers(ShockProfile):
         after = np.maximum(s - 1.0, 0.0)
         return np.asarray(rising + (a1 + a2) * after - a2 * fading / (2 + self.decay_exponent))
 
+    def closed_at(self, s: float) -> tuple[float, float]:
+        if s <= 1:
+            force = s**self.rise_exponent
+            return s * force / (1 + self.rise_exponent), force
+        a1, a2 = self.closed_areas()
+        left = (self.duration_ratio - s) / (self.duration_ratio - 1)
+        force = left**self.decay_exponent
+        return a1 + a2 * (1 - left * force), force
+
     def closed_free_path(self) -> FreePath:
         from shockwave.profiles.free_path import of_powers
 
