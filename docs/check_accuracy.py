@@ -22,7 +22,7 @@ import shockwave as sw
 from shockwave.chain import Scales
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.prediction.model_interface import ScaledShock
-from shockwave.prediction.shock_measures import pulse_of, turns
+from shockwave.prediction.shock_impulses import pulse_of, turns
 
 PAGE = Path(__file__).parent / "trust.md"
 CHAIN = sw.Chain(material=sw.Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0), radius=4.75e-3)

@@ -19,7 +19,7 @@ from scenes import CHAIN, FORCE, STEEL, TRUTH, UNITS, name_of, script, shock_of
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
 from shockwave.prediction.model_interface import ScaledShock
 from shockwave.prediction.moments import COLUMNS, columns, kernel_force, moments_law
-from shockwave.prediction.shock_measures import Pulse, gauss, pulse_of
+from shockwave.prediction.shock_impulses import Pulse, gauss, pulse_of
 from shockwave.quadrature import FloatArray
 
 DOCS = Path(__file__).parent.parent / "docs"

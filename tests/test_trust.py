@@ -16,7 +16,7 @@ from pulse_families import FAMILIES
 from scenes import CHAIN, FORCE, UNITS, script
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.prediction.model_interface import ScaledShock
-from shockwave.prediction.shock_measures import Measures, measures
+from shockwave.prediction.shock_impulses import pulse_of
 
 # A thousand shocks with a range, drawn with a seed of their own; singles are drawn on purpose.
 COUNTS = {"built-in": 440, "recorded": 350, "composed": 60, "single": 150}
@@ -72,12 +72,6 @@ def lasting(profile: sw.ShockProfile, duration: float) -> sw.Shock:
 
 def predicted(profile: sw.ShockProfile, duration: float, **settings: Any) -> sw.Outcome:
     return sw.Predictor(**settings).predict(lasting(profile, duration), CHAIN)
-
-
-def measured(profile: sw.ShockProfile, duration: float) -> Measures:
-    found = measures(ScaledShock(profile, profile.areas(), duration / profile.duration_ratio, MOMENTUM))
-    assert found is not None
-    return found
 
 
 # ---------------------------------------------------------------- whether the ranges hold
@@ -223,14 +217,11 @@ def test_a_finite_chain_has_an_estimate_where_the_wave_forms(granules: int | Non
     assert known or str(outcome).startswith("leading wave not known a priori")
 
 
-# ---------------------------------------------------------------- measures
-
-
-def test_measures_of_a_symmetric_triangle() -> None:
-    found = measured(sw.Triangular(duration_ratio=2), 3.0)
-    assert found.strength == pytest.approx(1.5 / MOMENTUM, rel=1e-12)
+def test_the_impulses_of_a_symmetric_triangle_have_its_moments() -> None:
+    profile = sw.Triangular(duration_ratio=2)
+    pulse = pulse_of(ScaledShock(profile, profile.areas(), 1.5, MOMENTUM))
+    # rounding errors
+    assert pulse.impulses.sum() == pytest.approx(1.5 / MOMENTUM, rel=1e-12)
     # a triangle of base 3 has the standard deviation 3/sqrt(24)
-    assert found.spread == pytest.approx(3 / math.sqrt(24) / MOMENTUM * (1.5 / MOMENTUM) ** 0.2, rel=1e-12)
-    assert found.skewness == pytest.approx(0, abs=1e-12)
-    assert found.mean_force == pytest.approx(2 / 3, rel=1e-12)
-    assert found.cubic_mean_force == pytest.approx((2 / 5) ** (1 / 3), rel=1e-12)
+    assert pulse.spread == pytest.approx(3 / math.sqrt(24) / MOMENTUM * (1.5 / MOMENTUM) ** 0.2, rel=1e-12)
+    assert pulse.impulses @ pulse.times**3 == pytest.approx(0, abs=1e-12)

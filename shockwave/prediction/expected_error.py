@@ -15,7 +15,7 @@ from attrs import frozen
 from shockwave.chain.chain import Chain
 from shockwave.prediction.model_interface import ScaledAnswer, ScaledShock
 from shockwave.prediction.moments import moments_law
-from shockwave.prediction.shock_measures import pulse_of, turns
+from shockwave.prediction.shock_impulses import pulse_of, turns
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import Condition
 

@@ -12,7 +12,7 @@ whole impulse is applied at one instant, F = (G0 S)^(6/5), so that G0^(6/5) = 1.
 F = f int G dx. The power 5/2 is that of the deviation of a short pulse from the impulse limit: the displacement of the
 first granule, linear in time, gives a contact force of power 3/2 in time, whose momentum has the power 5/2.
 
-`shockwave.prediction.shock_measures` represents the pulse by a few impulses with the same lowest moments. The integral
+`shockwave.prediction.shock_impulses` represents the pulse by a few impulses with the same lowest moments. The integral
 is then a sum, and the eigenvector that of a small matrix.
 
 ``moments.json`` contains the coefficients, ``docs/fit_moments.py`` computes them, and ``docs/moments.md`` describes
@@ -42,7 +42,7 @@ from shockwave.prediction.model_interface import (
     Shocks,
 )
 from shockwave.prediction.section4 import regime, relation_of
-from shockwave.prediction.shock_measures import Pulse, pulse_of
+from shockwave.prediction.shock_impulses import Pulse, pulse_of
 from shockwave.quadrature import FloatArray
 
 #: Name of the file with the coefficients, beside this one.

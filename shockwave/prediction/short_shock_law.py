@@ -31,7 +31,7 @@ from attrs import field, frozen
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.numerics import product
 from shockwave.prediction.model_interface import Indices, Shocks
-from shockwave.prediction.shock_measures import gauss_legendre, pieces
+from shockwave.prediction.shock_impulses import gauss_legendre, pieces
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.guard import guarded, kept, trusted
 from shockwave.quadrature import FloatArray

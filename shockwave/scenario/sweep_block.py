@@ -34,7 +34,7 @@ _VALUES = "must be a list of values or, for numbers, {linspace: [first, last, nu
 SWEEP = (
     Key("run", annotation=Run, meaning="command for every point; if omitted, that of the scenario's block"),
     Key("grid", meaning="dotted names and their values, in all combinations"),
-    Key("zip", meaning="dotted names, all with the same number of values: the first values belong together, and so on"),
+    Key("zip", meaning="dotted names with lists of equal length; values at the same position are used together"),
     Key("points", meaning="a list of mappings of dotted names to one value each"),
 )
 

@@ -20,8 +20,8 @@ from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import simulate_many
 from shockwave.prediction import moments
 from shockwave.prediction.model_interface import Model, Peaks, ScaledAnswer, ScaledShock, Settings, Shocks
+from shockwave.prediction.shock_impulses import turns
 from shockwave.prediction.short_shock_law import short_law
-from shockwave.profiles.conditions import reversal
 from shockwave.simulation.backend import chosen
 from shockwave.studies.universal_curve import UniversalCurve, cached_curve
 from shockwave.studies.universal_curve_fit import scaled_scene
@@ -33,8 +33,6 @@ _CURVE_RTOL = (1e-7, 1e-2)
 _SIMULATION_RTOL = (1e-13, 1e-2)
 # Error bound of a simulation or a curve over its error estimate, which is not a bound.
 _SAFETY = 2.0
-# The full law is not used for a shock whose force rises again by more than this fraction of its peak.
-_LARGEST_REVERSAL = 0.05
 # Results with a greater error bound are failures.
 _LARGEST_BOUND = 0.5
 # Least number of shocks of one shape for which a curve is computed.
@@ -106,10 +104,10 @@ def _left(peaks: Peaks, rtol: float) -> Indices:
 
 
 def _by_law(shocks: Shocks, settings: Settings, peaks: Peaks, rtol: float) -> None:
-    """Apply the full law of moments to shapes whose force does not rise again."""
-    without_reversal = np.array([reversal(profile) <= _LARGEST_REVERSAL for profile in shocks.profiles])
+    """Apply the full law of moments to shapes with one peak."""
+    one_peak = np.array([not turns(profile) for profile in shocks.profiles])
     left = _left(peaks, rtol)
-    left = left[without_reversal[shocks.shapes[left]]]
+    left = left[one_peak[shocks.shapes[left]]]
     if len(left):
         with suppress(NumericalError):
             some = evolve(shocks, shapes=shocks.shapes[left], rise_times=shocks.rise_times[left])

@@ -1,4 +1,4 @@
-"""Integrals of a shock: its measures, and a few impulses with the same lowest moments."""
+"""A shock as a few impulses with the same lowest moments."""
 
 from __future__ import annotations
 
@@ -16,7 +16,13 @@ from shockwave.profiles.guard import kept
 from shockwave.quadrature import FloatArray
 
 # Number of times that pieces of a smooth part are halved towards its ends, for infinite slopes and steep decays.
-_HALVINGS = 36
+_HALVINGS = 12
+# Nodes on the wide pieces in the middle of a smooth part and on the other pieces, which are fewer for many parts.
+_MIDDLE_NODES = 24
+_OUTER_NODES = 6
+_FEWER_NODES = 4
+# Most parts of a profile with the larger number of nodes.
+_FEW_PARTS = 4
 # Most parts of a smooth profile; a profile with more parts is a record, whose pieces need no halving.
 _SMOOTH_PARTS = 16
 # Least number of pieces of a record: its wide parts are divided, as high moments need many instants.
@@ -44,131 +50,23 @@ _HIGHEST = 2.36
 _ROUNDING = 1e-14
 
 
-@frozen
-class Measures:
-    """Integrals of a shock on which the laws for simulated peak forces depend.
-
-    Attributes
-    ----------
-    strength : float
-        S, impulse over that of a wave of the shock's peak force, L / (A F0^(5/6)) with the exact A.
-    spread : float
-        tau, standard deviation of the force as a density in time, over A F0^(-1/6) S^(-1/5), the passage time of a wave
-        with the impulse of the shock.
-    skewness : float
-        Skewness of that density.
-    mean_force, cubic_mean_force : float
-        Mean and cubic mean of the force over F0, weighted with the impulse: int F^2 / int F, and the cube root of
-        int F^4 / int F.
-    duration : float
-        n t0/T0.
-    """
-
-    strength: float
-    spread: float
-    skewness: float
-    mean_force: float
-    cubic_mean_force: float
-    duration: float
-
-    def logarithms(self) -> FloatArray:
-        """Logarithms of strength, mean force and cubic mean force, shape (3,)."""
-        return np.log([self.strength, self.mean_force, self.cubic_mean_force])
-
-
-def measures(shock: ScaledShock) -> Measures | None:
-    """Measures of ``shock``; None if they cannot be computed to three digits because it is too fine or too extreme."""
-    s, weights = points(shock.profile)
-    force = shock.profile.force(s)
-    with np.errstate(all="ignore"):
-        density = weights * force
-        total = float(density.sum())
-        if not abs(total / shock.areas.total - 1) <= _MOST_MISSED:
-            return None
-        off = s - float((density * s).sum()) / total
-        means = [float((density * each).sum()) / total for each in (off**2, off**3, force, force**3)]
-        variance, third_moment, mean_force, cubed_force = means
-        strength = shock.impulse / MOMENTUM
-        spread = math.sqrt(variance) * shock.rise_time / MOMENTUM * strength**0.2
-        skewness = third_moment / variance**1.5
-        found = Measures(strength, spread, skewness, mean_force, cubed_force ** (1 / 3), shock.duration)
-        numbers = (found.spread, found.skewness, *found.logarithms())
-    return found if np.isfinite(numbers).all() else None
-
-
-def points(
-    profile: ShockProfile, halvings: int = _HALVINGS, middle: int = 4, outer: int = 4
-) -> tuple[FloatArray, FloatArray]:
-    """Points s and weights for integrals over a whole profile.
-
-    Parameters
-    ----------
-    profile : ShockProfile
-        The profile; its breakpoints are the ends of the parts.
-    halvings : int
-        Number of times that the pieces of a smooth part are halved towards both its ends.
-    middle, outer : int
-        Number of Gauss-Legendre nodes on the wide pieces in the middle of a smooth part, and on the other pieces.
-
-    Returns
-    -------
-    numpy.ndarray, shape (points,)
-        Points s.
-    numpy.ndarray, shape (points,)
-        Weights.
-    """
-    breakpoints = profile.breakpoints
-    parts = len(breakpoints) - 1
-    if parts > _MOST_PARTS:
-        breakpoints = (*breakpoints[: -1 : -(-parts // _MOST_PARTS)], breakpoints[-1])
-    edges = np.array(breakpoints, dtype=float)
-    if parts <= _SMOOTH_PARTS:
-        nodes, weights = gauss_legendre(halvings, middle, outer)
-    else:
-        # Between the samples of a record the force is linear, so three nodes are exact for its fourth power.
-        edges = _divided(edges, (edges[-1] - edges[0]) / _LEAST_PIECES)
-        nodes, weights = gauss_legendre(0, 3, 3)
-    widths = np.diff(edges)[:, None]
-    return (edges[:-1, None] + widths * nodes).ravel(), (widths * weights).ravel()
-
-
-def _divided(edges: FloatArray, width: float) -> FloatArray:
-    """``edges`` and equally spaced ones between those that are farther apart than ``width``."""
-    counts = np.ceil(np.diff(edges) / width).astype(int)
-    first = np.repeat(edges[:-1], counts)
-    share = np.arange(len(first)) - np.repeat(np.cumsum(counts) - counts, counts)
-    return np.append(first + share * np.repeat(np.diff(edges) / counts, counts), edges[-1])
-
-
-@cache
-def gauss_legendre(halvings: int, middle: int, outer: int) -> tuple[FloatArray, FloatArray]:
-    """Gauss-Legendre nodes and weights on the `pieces` of [0, 1], ``middle`` on wide pieces and ``outer`` on others."""
-    edges = pieces(halvings)
-    nodes, weights = [], []
-    for begin, width in zip(edges[:-1], np.diff(edges), strict=True):
-        x, own = np.polynomial.legendre.leggauss(middle if width > _MIDDLE else outer)
-        nodes.append(begin + width * (1 + x) / 2)
-        weights.append(width * own / 2)
-    return np.concatenate(nodes), np.concatenate(weights)
-
-
-def pieces(halvings: int) -> FloatArray:
-    """Edges of pieces of [0, 1] that are halved ``halvings`` times towards both ends."""
-    if not halvings:
-        return np.array([0.0, 1.0])
-    towards = np.append(0.0, 0.5 ** np.arange(halvings, 0, -1))
-    return np.concatenate((towards, 1 - towards[-2::-1]))
-
-
-# ---------------------------------------------------------------- a pulse as a few impulses
-
-
 @frozen(eq=False)
 class Pulse:
     """A pulse as a few impulses.
 
-    ``times``, over A F0^(-1/6), and ``impulses``, over that of a wave of peak force F0, have shape (k,). ``spread`` is
-    tau of `Measures`. ``known`` is True if they represent the pulse accurately, ``turns`` if it has several peaks.
+    Attributes
+    ----------
+    times : numpy.ndarray, shape (k,)
+        Instants after the centroid, over A F0^(-1/6).
+    impulses : numpy.ndarray, shape (k,)
+        Impulses over that of a wave of the shock's peak force; their sum is S = L / (A F0^(5/6)).
+    spread : float
+        tau, standard deviation of the force as a density in time, over A F0^(-1/6) S^(-1/5), the passage time of a wave
+        with the impulse of the shock.
+    known : bool
+        Whether the impulses represent the pulse accurately.
+    turns : bool
+        Whether the pulse has several peaks.
     """
 
     times: FloatArray
@@ -275,9 +173,45 @@ def turns(profile: ShockProfile) -> bool:
 
 def _fine_impulses(profile: ShockProfile) -> tuple[FloatArray, FloatArray]:
     """Many instants s and impulses of a profile; of one with very many parts, exact impulses of equal intervals."""
-    if len(profile.breakpoints) - 1 > _MOST_PARTS:
+    edges = np.array(profile.breakpoints, dtype=float)
+    parts = len(edges) - 1
+    if parts > _MOST_PARTS:
         edges = np.linspace(0.0, float(profile.duration_ratio), _MOST_PARTS + 1)
         return (edges[:-1] + edges[1:]) / 2, np.diff(profile.running_impulse(edges))
-    few = len(profile.breakpoints) <= 5
-    s, weights = points(profile, halvings=12, middle=24, outer=6 if few else 4)
-    return s, weights * profile.force(s)
+    if parts <= _SMOOTH_PARTS:
+        nodes, weights = gauss_legendre(_HALVINGS, _MIDDLE_NODES, _OUTER_NODES if parts <= _FEW_PARTS else _FEWER_NODES)
+    else:
+        # Between the samples of a record the force is linear, so three nodes are exact for its fourth moment.
+        edges = _divided(edges, (edges[-1] - edges[0]) / _LEAST_PIECES)
+        nodes, weights = gauss_legendre(0, 3, 3)
+    widths = np.diff(edges)[:, None]
+    s = (edges[:-1, None] + widths * nodes).ravel()
+    return s, (widths * weights).ravel() * profile.force(s)
+
+
+def _divided(edges: FloatArray, width: float) -> FloatArray:
+    """``edges`` and equally spaced ones between those that are farther apart than ``width``."""
+    counts = np.ceil(np.diff(edges) / width).astype(int)
+    first = np.repeat(edges[:-1], counts)
+    share = np.arange(len(first)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return np.append(first + share * np.repeat(np.diff(edges) / counts, counts), edges[-1])
+
+
+@cache
+def gauss_legendre(halvings: int, middle: int, outer: int) -> tuple[FloatArray, FloatArray]:
+    """Gauss-Legendre nodes and weights on the `pieces` of [0, 1], ``middle`` on wide pieces and ``outer`` on others."""
+    edges = pieces(halvings)
+    nodes, weights = [], []
+    for begin, width in zip(edges[:-1], np.diff(edges), strict=True):
+        x, own = np.polynomial.legendre.leggauss(middle if width > _MIDDLE else outer)
+        nodes.append(begin + width * (1 + x) / 2)
+        weights.append(width * own / 2)
+    return np.concatenate(nodes), np.concatenate(weights)
+
+
+def pieces(halvings: int) -> FloatArray:
+    """Edges of pieces of [0, 1] that are halved ``halvings`` times towards both ends."""
+    if not halvings:
+        return np.array([0.0, 1.0])
+    towards = np.append(0.0, 0.5 ** np.arange(halvings, 0, -1))
+    return np.concatenate((towards, 1 - towards[-2::-1]))
