@@ -71,14 +71,9 @@ class SolitaryWave:
         """Make the wave of ``ratio`` times the peak force in the same chain."""
         speed = ratio ** (1 / 6)
         velocity = ratio / speed
-        return SolitaryWave(
-            peak_force=ratio * self.peak_force,
-            momentum=velocity * self.momentum,
-            energy=velocity * velocity * self.energy,
-            speed=speed * self.speed,
-            width=self.width / speed,
-            granule_velocity=velocity * self.granule_velocity,
-        )
+        force, momentum, energy = ratio * self.peak_force, velocity * self.momentum, velocity * velocity * self.energy
+        of_granules = velocity * self.granule_velocity
+        return SolitaryWave(force, momentum, energy, speed * self.speed, self.width / speed, of_granules)
 
     def to_dict(self) -> dict[str, float]:
         """Attributes by name, as SI floats."""

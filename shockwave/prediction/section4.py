@@ -21,17 +21,26 @@ import math
 import numpy as np
 from attrs import evolve
 
+from shockwave.errors import NumericalError
 from shockwave.numerics import bracketed_root, newton_root
 from shockwave.prediction.model_interface import (
     Inequality,
+    Model,
+    Peaks,
     Regime,
     Relation,
     ScaledAnswer,
     ScaledEjection,
     ScaledShock,
     Settings,
+    Shocks,
 )
+from shockwave.profiles.guard import trusted
+from shockwave.profiles.power_law import ManyPowers, Powers
+from shockwave.quadrature import FloatArray
 
+# Bisections that locate a time to machine precision within thirteen powers of ten.
+_BISECTIONS = 58
 # Largest number of later waves in a train.
 _MOST_WAVES = 1000
 # Points of the scan for roots of (5c) towards each end of rise and decay.
@@ -115,6 +124,44 @@ def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Inequality, .
 def constant_alpha(shock: ScaledShock) -> float:
     """Coefficient alpha^F0 of section 4.1: 2 minus the deviations of the areas from those of a triangle."""
     return 2 - _deviation(shock.areas.rise.value) - _deviation(_decay_share(shock))
+
+
+# ---------------------------------------------------------------- many shocks
+
+
+def peaks(shocks: Shocks, settings: Settings) -> Peaks:
+    """Predict the leading waves of many shocks; those of all power laws are computed together."""
+    results = Peaks.of(len(shocks))
+    results.method[:] = "section-4"
+    shapes = zip(shocks.profiles, shocks.areas, strict=True)
+    laws = [isinstance(each, Powers) and trusted(each) and areas.rise.method == "closed form" for each, areas in shapes]
+    together = np.array(laws, dtype=bool)[shocks.shapes] & (settings.alpha == "constant")
+    own = ManyPowers([shocks.profiles[shape] for shape in shocks.shapes[together]])
+    results.amplification[together] = _of_powers(own, shocks.rise_times[together], shocks.momentum_parameter)
+    # an infinite threshold omits the later waves
+    leading = evolve(settings, wave_threshold=math.inf)
+    for index in np.flatnonzero(~together).tolist():
+        try:
+            results.amplification[index] = predict(shocks.shock(index), leading).amplitudes[0]
+        except NumericalError as error:
+            results.failures[index], results.method[index] = str(error), ""
+    return results
+
+
+def _of_powers(laws: ManyPowers, rise_times: FloatArray, unit: float) -> FloatArray:
+    """Amplifications of power laws, shape (shocks,), by the table above; the roots of trains by bisection."""
+    a1, a2 = laws.closed_areas()
+    n, ratio = laws.duration_ratio, rise_times * (a1 + a2) / unit
+    alpha = 2 - np.abs(0.5 - a1) ** 1.5 - np.abs(0.5 - a2 / (n - 1)) ** 1.5
+    added = 2 * (1 - laws.closed_running_impulse(np.clip(n - 1 + ratio, 0.0, n)) / (a1 + a2))
+    amplification = (ratio + np.where(ratio < 1, added, 0.0)) ** 1.2
+    lower, upper = 0.99 * unit * alpha ** (5 / 6), 1.01 * np.maximum(n * rise_times, alpha * unit * ratio**-0.2)
+    for _ in range(_BISECTIONS):
+        time = np.sqrt(lower) * np.sqrt(upper)
+        impulse = rise_times * laws.closed_running_impulse(np.minimum(time / rise_times, n))
+        enough = impulse > unit * (alpha * unit / time) ** 5
+        lower, upper = np.where(enough, lower, time), np.where(enough, time, upper)
+    return np.where(alpha * unit < n * rise_times, (alpha * unit / upper) ** 6, amplification)
 
 
 # ---------------------------------------------------------------- trains
@@ -251,3 +298,7 @@ def _scan_times(shock: ScaledShock) -> list[float]:
     decay = 1 + (shock.profile.duration_ratio - 1) * share
     points = np.concatenate((share, [1.0], decay, [shock.profile.duration_ratio]))
     return [shock.rise_time * float(point) for point in points]
+
+
+#: The registered model.
+MODEL = Model(predict, peaks)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import cache
 
 import numpy as np
 from attrs import frozen
 
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
-from shockwave.prediction.model_interface import ScaledShock
+from shockwave.prediction.model_interface import Indices, ScaledShock
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import reversal
 from shockwave.profiles.guard import kept
@@ -46,6 +47,8 @@ _MOST_CELLS = 100_000
 _TURNS = 0.05
 # Amplification of a step force, accurate to one per cent.
 _HIGHEST = 2.36
+# Steps of Lanczos' recurrence after which two vectors are made orthogonal to all earlier ones again.
+_ORTHOGONAL = 16
 # Norm of a Lanczos vector below which the recurrence has terminated.
 _ROUNDING = 1e-14
 
@@ -94,21 +97,24 @@ def gauss(times: FloatArray, impulses: FloatArray, count: int) -> tuple[FloatArr
     total = impulses.sum()
     mean = float((impulses * times).sum()) / total
     scale = float(np.max(np.abs(times - mean))) or 1.0
-    position, vector = (times - mean) / scale, np.sqrt(impulses / total)
-    vectors = np.zeros((count, len(times)))
-    diagonal, beside = np.zeros(count), np.zeros(count)
+    position, vector, last = (times - mean) / scale, np.sqrt(impulses / total), np.zeros(len(times))
+    vectors, diagonal, beside = np.zeros((count, len(times))), np.zeros(count), np.zeros(count + 1)
     for row in range(count):
         vectors[row] = vector
         following = position * vector
-        diagonal[row] = vector @ following
-        for _ in range(2):  # twice, because of rounding errors
-            following -= (vectors[: row + 1] @ following) @ vectors[: row + 1]
-        beside[row] = np.linalg.norm(following)
-        if beside[row] < _ROUNDING:
+        diagonal[row] = (vector * following).sum()
+        following -= diagonal[row] * vector
+        following -= beside[row] * last
+        if row % _ORTHOGONAL < 2:
+            earlier = vectors[: row + 1]
+            following -= np.einsum("ij,i->j", earlier, np.einsum("ij,j->i", earlier, following))
+        beside[row + 1] = math.sqrt((following * following).sum())
+        if beside[row + 1] < _ROUNDING:
             count = row + 1
             break
-        vector = following / beside[row]
-    jacobi = np.diag(diagonal[:count]) + np.diag(beside[: count - 1], 1) + np.diag(beside[: count - 1], -1)
+        last, vector = vector, following / beside[row + 1]
+    jacobi = np.diag(diagonal[:count])
+    jacobi[np.arange(1, count), np.arange(count - 1)] = beside[1:count]
     instants, turn = np.linalg.eigh(jacobi)
     return mean + scale * instants, total * turn[0] ** 2
 
@@ -215,3 +221,11 @@ def pieces(halvings: int) -> FloatArray:
         return np.array([0.0, 1.0])
     towards = np.append(0.0, 0.5 ** np.arange(halvings, 0, -1))
     return np.concatenate((towards, 1 - towards[-2::-1]))
+
+
+def alike(sizes: Indices, most: int) -> Iterator[Indices]:
+    """Yield the indices of items of equal size above zero, in groups of about ``most`` elements."""
+    for size in np.unique(sizes[sizes > 0]).tolist():
+        where = np.flatnonzero(sizes == size)
+        together = max(1, most // size)
+        yield from (where[begin : begin + together] for begin in range(0, len(where), together))

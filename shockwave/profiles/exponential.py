@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from attrs import frozen
@@ -17,6 +18,8 @@ from shockwave.quadrature import FloatArray
 _SMALL = 2.0
 # Terms of that series: the remainder at _SMALL is below the rounding error.
 _TERMS = 30
+# Values kept for the ends of rise and decay, at which each profile is evaluated again and again.
+_MOST_KEPT = 256
 
 
 @frozen(kw_only=True)
@@ -65,6 +68,13 @@ class Exponential(ShockProfile):
         decaying = sum(self.closed_areas()) * (s - 1.0) - (self.duration_ratio - 1) ** 2 * passed
         return np.asarray(rising + np.where(s > 1, decaying, 0.0))
 
+    def closed_at(self, s: float) -> tuple[float, float]:
+        if s <= 1:
+            return _ramp_at(self.rise_rate, s)
+        left = _ramp_at(-self.decay_rate, 1 - (s - 1) / (self.duration_ratio - 1))
+        whole = _ramp_at(-self.decay_rate, 1.0)[0]
+        return _ramp_at(self.rise_rate, 1.0)[0] + (self.duration_ratio - 1) * (whole - left[0]), left[1]
+
     def _share(self, s: FloatArray) -> FloatArray:
         """Elapsed fraction of the decay, 0 before the peak."""
         return np.asarray(np.clip((s - 1.0) / (self.duration_ratio - 1), 0.0, 1.0))
@@ -75,6 +85,20 @@ def _ramp(rate: float, s: FloatArray, integrals: int) -> FloatArray:
     power = math.prod([s] * (1 + integrals))
     shape = power * _phi(rate * s, integrals) / _phi(np.asarray(rate), 0)
     return np.asarray(shape if rate >= 0 else shape * elementwise(math.exp, rate * (1 - s)))
+
+
+@lru_cache(maxsize=_MOST_KEPT)
+def _ramp_at(rate: float, s: float) -> tuple[float, float]:
+    """`_ramp` at one s, integrated once and not at all."""
+    x, size = rate * s, abs(rate * s)
+    scale = s * math.exp(min(rate - x, 0.0)) / (-math.expm1(-abs(rate)) / abs(rate) if rate else 1.0)
+    force = -math.expm1(-size) / size if size else 1.0
+    if size >= _SMALL:
+        return scale * s * (math.exp(min(x, 0.0)) - force) / x, scale * force
+    series = 0.0
+    for j in reversed(range(_TERMS)):
+        series = (1.0 - x * series) / (j + 2)
+    return scale * s * series * math.exp(min(x, 0.0)), scale * force
 
 
 def _phi(x: FloatArray, order: int) -> FloatArray:

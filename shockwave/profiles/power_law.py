@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -67,6 +68,14 @@ class Powers(ShockProfile):
         """Remaining fraction of the decay, 1 before the peak."""
         n = self.duration_ratio
         return np.asarray(np.clip((n - s) / (n - 1), 0.0, 1.0))
+
+
+class ManyPowers(Powers):
+    """Power laws of many shapes, with parameters of shape (shapes,); the methods take one s for each shape."""
+
+    def __init__(self, profiles: Sequence[Powers]) -> None:
+        for name in ("rise_exponent", "decay_exponent", "duration_ratio"):
+            setattr(self, name, np.array([getattr(profile, name) for profile in profiles], dtype=float))
 
 
 @frozen(kw_only=True)
