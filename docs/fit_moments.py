@@ -103,7 +103,7 @@ WIDENED = (1.5, 1.2)
 SHORT_TAILS = 3.2
 # Least expected errors at the spreads, of shocks with one peak and with several. The fit lacks needles with long weak
 # tails, very long shocks, and weak pulses shortly before the main one, which showed larger errors.
-LEAST = ((0, 0, 0, 0, 0, 0.015, 0.02, 0.04), (0.0015, 0.0025, 0.008, 0.025, 0, 0, 0, 0.07))
+LEAST = ((0, 0, 0, 0, 0, 0.015, 0.02, 0.04), (0.0015, 0.003, 0.0095, 0.025, 0, 0, 0, 0.07))
 # (spread, error): bands of spreads, with the target for the 99th percentile of the error.
 ACCEPTED = (
     (0.1, 1e-3),

@@ -110,7 +110,7 @@ def test_an_error_is_stated_where_the_omitted_tail_is_negligible() -> None:
 def test_no_error_is_stated_where_the_law_was_not_validated() -> None:
     outcome = predicted(TRIANGLE, 4000)
     assert outcome.expected_error is None
-    assert "its error is not known" in " ".join(outcome.warnings)
+    assert "The error is not known" in " ".join(outcome.warnings)
 
 
 def test_a_strong_short_blow_counts_more_than_a_long_weak_one() -> None:

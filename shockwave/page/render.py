@@ -17,6 +17,7 @@ from shockwave import __version__, pictures
 from shockwave.chain.chain import Scales
 from shockwave.fields import quantity_of
 from shockwave.hooks import Entry
+from shockwave.measurement.result_text import greatest_text
 from shockwave.page.drawings import drawn
 from shockwave.page.number_text import formula, percent, quantity, small
 from shockwave.page.results import COMPUTED, Findings, findings
@@ -72,7 +73,7 @@ def written(found: Findings) -> str:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    for function in (estimate_figures, formula, percent, quantity, small):
+    for function in (estimate_figures, formula, greatest_text, percent, quantity, small):
         environment.filters[function.__name__] = function
     shock, chain = found.scenario.shock, found.scenario.chain
     areas = shock.profile.areas()

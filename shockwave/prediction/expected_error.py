@@ -12,19 +12,21 @@ from collections.abc import Sequence
 
 from attrs import frozen
 
-from shockwave.chain.chain import Chain
 from shockwave.prediction.model_interface import ScaledAnswer, ScaledShock
-from shockwave.prediction.moments import moments_law
-from shockwave.prediction.shock_impulses import pulse_of, turns
-from shockwave.profiles.base import ShockProfile
+from shockwave.prediction.moments import FARTHEST, moments_law
+from shockwave.prediction.shock_impulses import HIGHEST, pulse_of, turns
 from shockwave.profiles.conditions import Condition
+from shockwave.text import si
 
 # Fewest granules in which the leading wave of a short shock forms, and additional ones per T0 of the duration.
 _GRANULES = 40
 _GRANULES_PER_TIME = 5
 
-#: Reason why there is no estimate of a shock on a semi-infinite chain.
-TOO_FAR = "the shock is longer, or finer, than those for which errors were measured"
+#: Warning for finite chains.
+FIRST_CONTACTS = (
+    "The greatest force in the chain can exceed that of the leading wave: at the first contacts by 19 % after a short "
+    "shock, and by more after several blows. A simulation gives it."
+)
 
 _Range = tuple[float, float] | None
 
@@ -42,11 +44,9 @@ class ScaledEstimate:
 def estimated(answer: ScaledAnswer, shock: ScaledShock, model: str) -> ScaledEstimate | None:
     """Best estimate of the amplification: that of a model that states its error, or that of the law of moments.
 
-    None if the model does not know its error, or the shock is longer or finer than those of the law.
+    None if the shock is longer or finer than those of the law.
     """
-    if answer.states_error:
-        if answer.expected_error is None:
-            return None
+    if answer.states_error and answer.expected_error is not None:
         least, most = answer.expected_error
         peak = answer.amplitudes[0]
         return ScaledEstimate(peak, peak / (1 + most), peak / (1 + least), answer.method or model)
@@ -77,7 +77,7 @@ def expected_error(
     tuple of float or None
         Lowest and highest relative error, or None if they are unknown.
     list of str
-        Warnings that state why they are unknown.
+        Warnings on the conditions that fail.
     """
     if answer.states_error:
         return answer.expected_error, []
@@ -85,27 +85,34 @@ def expected_error(
     if failed:
         return None, [f"Section 4 does not hold here: the shock violates the conditions (3) ({'; '.join(failed)})."]
     if estimate is None:
-        return None, [warning_of(TOO_FAR)]
+        return None, []
     peak = answer.amplitudes[0]
     return (peak / estimate.high - 1, peak / estimate.low - 1), []
 
 
-def chain_problem(chain: Chain, duration: float, profile: ShockProfile) -> str:
-    """Reason why the leading wave does not form in a finite chain; empty if it forms.
+def chain_problem(granules: int, shock: ScaledShock) -> str:
+    """Reason why the leading wave does not form in a chain of so many granules; empty if it forms.
 
-    ``duration`` is that of the shock over T0. The waves of several peaks separate slowly, so for them no finite chain
-    is long enough.
+    The waves of several peaks separate slowly, so for them no finite chain is long enough.
     """
-    if chain.granules is None:
-        return ""
-    if turns(profile):
-        return f"in a chain of {chain.granules} granules the waves of several peaks may not separate"
-    needed = math.ceil(_GRANULES + _GRANULES_PER_TIME * duration)
-    if chain.granules >= needed:
-        return ""
-    return f"in a chain of {chain.granules} granules the leading wave does not form (it needs {needed} granules)"
+    where = f"in a chain of {granules} granules"
+    if turns(shock):
+        return f"{where} the waves of several peaks may not separate; simulate"
+    needed = math.ceil(_GRANULES + _GRANULES_PER_TIME * shock.duration)
+    return f"{where} the leading wave does not form (it needs {needed} granules); simulate" * (granules < needed)
+
+
+def unbounded(shock: ScaledShock, force: float) -> str:
+    """Reason why there is no estimate for a shock of peak force ``force`` [N], with what is known of its wave."""
+    pulse = pulse_of(shock)
+    if pulse.spread <= FARTHEST:
+        return "the force varies too fast for its moments to be computed; simulate"
+    problem = "the shock is longer than those for which errors were measured"
+    if pulse.turns:
+        return f"{problem}, and has several peaks; simulate its strongest part"
+    return f"{problem}; at most {si(HIGHEST * force, 'N', digits=3)}, {HIGHEST:g} times the peak force of the shock"
 
 
 def warning_of(problem: str) -> str:
     """Warning that a ``problem`` leaves the error unknown."""
-    return f"The error is not known: {problem}. Simulate to obtain an accurate peak force."
+    return f"The error is not known: {problem}."

@@ -54,8 +54,8 @@ COLUMNS = ("apart", "before", "after", "before_up", "after_up", "lean", "tilt", 
 _G0 = IMPULSE_LIMIT ** (5 / 6)
 # Exponent in the kernel, from the deviation of a short pulse from the impulse limit.
 _POWER = 2.5
-# Largest spread for which the law was compared with simulations.
-_FARTHEST = 1000.0
+#: Largest spread for which the law was compared with simulations.
+FARTHEST = 1000.0
 # Iterations of Newton's method for ln F; a few suffice in general.
 _MOST_STEPS = 60
 # Step of ln F at which the iteration has converged.
@@ -120,7 +120,7 @@ class Law:
 
     def bound(self, pulse: Pulse) -> float:
         """Expected relative error for a pulse; infinite if none was measured."""
-        measured = pulse.known and pulse.spread <= _FARTHEST
+        measured = pulse.known and pulse.spread <= FARTHEST
         return float(self.error(pulse.spread, pulse.turns)) if measured else math.inf
 
     def amplification(self, pulses: Sequence[Pulse]) -> FloatArray:
@@ -267,9 +267,6 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     sensitivity = -math.log(longer / shorter) / (2 * _STEP)
     warnings = ["The law of moments predicts only the leading wave. A simulation gives the later waves of a train."]
     bound = law.bound(pulse)
-    if math.isinf(bound):
-        problem = "The shock is longer, or its record finer, than the shocks on which the law of moments was validated"
-        warnings.append(f"{problem}, so its error is not known. A simulation gives the accurate peak force.")
     return answer(shock, settings, peak, bound, sensitivity, warnings)
 
 

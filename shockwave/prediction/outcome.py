@@ -218,7 +218,7 @@ def estimate_text(outcome: Outcome) -> str:
     """The estimated peak force with its range, or that there is none."""
     found = outcome.estimate
     if found is None:
-        return f"leading wave not known a priori: {outcome.no_estimate}; simulate"
+        return f"leading wave not known a priori: {outcome.no_estimate}"
     peak, ends = estimate_figures(found)
     return f"leading wave {peak}, range {ends} (method: {found.method})"
 

@@ -13,7 +13,14 @@ from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, MOMENTUM, PAPER_COEFFICIENT, SolitaryWave
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.fields import Quantity, quantity
-from shockwave.prediction.expected_error import TOO_FAR, chain_problem, estimated, expected_error, warning_of
+from shockwave.prediction.expected_error import (
+    FIRST_CONTACTS,
+    chain_problem,
+    estimated,
+    expected_error,
+    unbounded,
+    warning_of,
+)
 from shockwave.prediction.model_interface import Model, Peaks, ScaledAnswer, ScaledShock, Settings, Shocks
 from shockwave.prediction.outcome import (
     EjectionOutcome,
@@ -126,13 +133,16 @@ class Predictor:
         NumericalError
             If a root of the relations for trains is not found, or no method has an answer.
         """
-        areas = shock.profile.areas(self.quadrature)
-        ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
-        scaled = ScaledShock(shock.profile, areas, ratio, self._momentum_parameter)
+        scaled = self._scaled(shock, chain)
         model = load("models", self.model)
         with blame("models", model):
             answer: ScaledAnswer = model(scaled, self._settings)
         return self._outcome(shock, chain, scaled, answer)
+
+    def _scaled(self, shock: Shock, chain: Chain) -> ScaledShock:
+        areas = shock.profile.areas(self.quadrature)
+        ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
+        return ScaledShock(shock.profile, areas, ratio, self._momentum_parameter)
 
     def _outcome(self, shock: Shock, chain: Chain, scaled: ScaledShock, answer: ScaledAnswer) -> Outcome:
         scales = Scales.of(chain, shock.peak_force)
@@ -140,12 +150,13 @@ class Predictor:
         checked = conditions(scaled.areas, shock.profile.duration_ratio)
         found = estimated(answer, scaled, self.model)
         error, why_unknown = expected_error(answer, found, checked)
-        of_chain = chain_problem(chain, scaled.duration, shock.profile)
+        of_chain = "" if chain.granules is None else chain_problem(chain.granules, scaled)
+        problem = of_chain or ("" if found else unbounded(scaled, shock.peak_force))
+        more = [warning_of(problem)] * bool(problem) + [FIRST_CONTACTS] * (chain.granules is not None)
         estimate = None
-        if found is not None and not of_chain:
+        if found is not None and not problem:
             peak, low, high = (value * shock.peak_force for value in (found.amplification, found.low, found.high))
             estimate = Estimate(peak, low, high, found.method)
-        chain_warnings = [warning_of(of_chain)] if of_chain else []
         unit = SolitaryWave.of(shock.peak_force, chain, coefficient)
         chain_assumed = ", on a semi-infinite chain" if answer.reason and chain.granules is not None else ""
         common: dict[str, Any] = {
@@ -160,13 +171,18 @@ class Predictor:
             "conditions": checked,
             "trace": tuple(step.in_units(scales.time) for step in answer.trace),
             "estimate": estimate,
-            "no_estimate": None if estimate else of_chain or TOO_FAR,
-            "expected_error": None if of_chain else error,
+            "no_estimate": problem or None,
+            "expected_error": None if problem else error,
             "exponents": None if answer.sensitivity is None else Exponents.of(answer.sensitivity),
             "areas": scaled.areas,
             "momentum_coefficient": coefficient,
             "scene": Scene.of(shock, chain),
-            "warnings": (*shock.profile.notes, *why_unknown, *answer.warnings, *chain_warnings),
+            "warnings": (
+                *shock.profile.notes,
+                *why_unknown,
+                *answer.warnings,
+                *more,
+            ),
         }
         if answer.ejection is not None:
             return EjectionOutcome(
@@ -212,10 +228,9 @@ class Predictor:
         for index, (shock, each) in enumerate(zip(shocks, chains, strict=True)):
             if index in found.failures:
                 continue
-            time = Scales.of(each, shock.peak_force).time
-            if of_chain := chain_problem(each, shock.duration / time, shock.profile):
+            if each.granules is not None and (problem := chain_problem(each.granules, self._scaled(shock, each))):
                 found.low[index], found.high[index] = -np.inf, np.inf
-                notes[warning_of(of_chain)] = None
+                notes[warning_of(problem)] = None
             notes.update(dict.fromkeys(shock.profile.notes))
         return Predictions(
             model=self.model,

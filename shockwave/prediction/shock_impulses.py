@@ -36,6 +36,9 @@ _MIDDLE = 0.05
 _MOST_MISSED = 1e-3
 # (longest duration, number of impulses) that represent a pulse; durations are in times of its wave.
 _INSTANTS = ((0.5, 8), (1.5, 12), (3.0, 16), (10.0, 32), (35.0, 64), (math.inf, 128))
+# Longest pulse, in times of its wave, whose moments suffice; a longer one is divided into equal cells, so that the
+# instants do not depend on its breakpoints.
+_MOMENTS = 10.0
 # Longest pulse, in times of its wave, that is represented as a whole; a longer one by the section around its strongest
 # blow, the impulse within so many of these times.
 _LONGEST = 50.0
@@ -43,12 +46,17 @@ _BLOW = 6.0
 # Cells per blow, and most cells at once.
 _FINE = 96
 _MOST_CELLS = 100_000
+# Blows that differ by less, relatively, are equal but for rounding errors.
+_EQUAL = 1e-9
 # Smallest fall and rise of the force, over its peak, that counts as a second peak; less is noise.
 _TURNS = 0.05
-# Amplification of a step force, accurate to one per cent.
-_HIGHEST = 2.36
 # Steps of Lanczos' recurrence after which two vectors are made orthogonal to all earlier ones again.
 _ORTHOGONAL = 16
+# Time, over that of the wave, over which the force is averaged where peaks are counted, and number of cells.
+_AVERAGED = 0.3
+_CELLS = 512
+#: Upper bound of the amplification of a shock with one peak: that of a lasting force is 2.33.
+HIGHEST = 2.36
 # Norm of a Lanczos vector below which the recurrence has terminated.
 _ROUNDING = 1e-14
 
@@ -121,16 +129,22 @@ def gauss(times: FloatArray, impulses: FloatArray, count: int) -> tuple[FloatArr
 
 def pulse_of(shock: ScaledShock) -> Pulse:
     """Pulse of a scaled shock, in units with the exact A, independent of ``momentum_parameter``."""
-    unit, strength = shock.rise_time / MOMENTUM, shock.impulse / MOMENTUM
-    force = min(IMPULSE_LIMIT * strength**1.2, _HIGHEST)
-    length = shock.duration / MOMENTUM * force ** (1 / 6)
+    unit, strength, length = shock.rise_time / MOMENTUM, shock.impulse / MOMENTUM, _length(shock)
     count = next(count for limit, count in _INSTANTS if length <= limit)
-    s, parts, mean, deviation, known, several = _discrete(shock.profile, shock.areas.total, count)
-    parts = parts * (strength / parts.sum())
-    if length > _LONGEST:
+    short = length <= _MOMENTS
+    s, parts, mean, deviation, known = _discrete(shock.profile, shock.areas.total, count if short else 1)
+    if short:
+        parts = parts * (strength / parts.sum())
+    else:
         s, parts = gauss(*_strongest(shock.profile, length), count)
         parts = parts * unit
-    return Pulse((s - mean) * unit, parts, deviation * unit * strength**0.2, known, several)
+    return Pulse((s - mean) * unit, parts, deviation * unit * strength**0.2, known, turns(shock))
+
+
+def _length(shock: ScaledShock) -> float:
+    """Duration over the time of the leading wave."""
+    force = min(IMPULSE_LIMIT * (shock.impulse / MOMENTUM) ** 1.2, HIGHEST)
+    return float(shock.duration / MOMENTUM * force ** (1 / 6))
 
 
 def _strongest(profile: ShockProfile, length: float) -> tuple[FloatArray, FloatArray]:
@@ -150,16 +164,15 @@ def _strongest(profile: ShockProfile, length: float) -> tuple[FloatArray, FloatA
         if resolved and end - begin <= 1.01 * _LONGEST * time:
             return centres, impulses
         held = min(_FINE if resolved else 1, len(impulses))
-        middle = centres[np.argmax(np.convolve(impulses, np.ones(held), mode="same"))]
+        blows = np.convolve(impulses, np.ones(held), mode="same")
+        middle = centres[np.argmax(blows >= (1 - _EQUAL) * blows.max())]
         half = max(_LONGEST * time / 2, 0.0 if resolved else 2 * (edges[1] - edges[0]))
         begin, end = max(middle - half, 0.0), min(middle + half, n)
 
 
 @kept
-def _discrete(
-    profile: ShockProfile, area: float, count: int
-) -> tuple[FloatArray, FloatArray, float, float, bool, bool]:
-    """Instants s, impulses, mean and standard deviation in s, whether no impulse is missed, and whether peaks follow.
+def _discrete(profile: ShockProfile, area: float, count: int) -> tuple[FloatArray, FloatArray, float, float, bool]:
+    """Instants s, impulses, mean and standard deviation in s, and whether no impulse is missed.
 
     Only the number of impulses depends on the duration of the shock, so the result is cached.
     """
@@ -168,13 +181,26 @@ def _discrete(
     mean = float((impulses * s).sum()) / total
     deviation = math.sqrt(max(float((impulses * (s - mean) ** 2).sum()) / total, 0.0))
     known = abs(total / area - 1) <= _MOST_MISSED
-    return *gauss(s, impulses, count), mean, deviation, known, turns(profile)
+    return *gauss(s, impulses, count), mean, deviation, known
+
+
+def turns(shock: ScaledShock) -> bool:
+    """Whether a shock has several peaks, be it of the force or of its average over a fraction of the wave's time.
+
+    The average decides where the highest force lasts too briefly to matter.
+    """
+    return _turns(shock.profile, round(min(max(_AVERAGED / _length(shock), 1 / _CELLS), 1) * _CELLS))
 
 
 @kept
-def turns(profile: ShockProfile) -> bool:
-    """Whether a profile has several peaks."""
-    return reversal(profile) > _TURNS
+def _turns(profile: ShockProfile, cells: int) -> bool:
+    """Whether the force, or its average over a number of ``cells``, has several peaks."""
+    impulse = profile.running_impulse(np.linspace(0, profile.duration_ratio, _CELLS + 1))
+    around = np.concatenate((np.zeros(cells), impulse, np.full(cells, impulse[-1])))
+    blows = around[cells:] - around[:-cells]
+    rise, decay = np.split(blows, [np.argmax(blows)])
+    falls, climbs = np.maximum.accumulate(rise) - rise, decay - np.minimum.accumulate(decay)
+    return max(falls.max(initial=0.0), climbs.max()) > _TURNS * blows.max() or reversal(profile) > _TURNS
 
 
 def _fine_impulses(profile: ShockProfile) -> tuple[FloatArray, FloatArray]:

@@ -104,10 +104,9 @@ def _left(peaks: Peaks, rtol: float) -> Indices:
 
 
 def _by_law(shocks: Shocks, settings: Settings, peaks: Peaks, rtol: float) -> None:
-    """Apply the full law of moments to shapes with one peak."""
-    one_peak = np.array([not turns(profile) for profile in shocks.profiles])
+    """Apply the full law of moments to shocks with one peak."""
     left = _left(peaks, rtol)
-    left = left[one_peak[shocks.shapes[left]]]
+    left = left[[not turns(shocks.shock(index)) for index in left]]
     if len(left):
         with suppress(NumericalError):
             some = evolve(shocks, shapes=shocks.shapes[left], rise_times=shocks.rise_times[left])
