@@ -81,12 +81,11 @@ def newton_root(
     for count in range(1, _MOST_ITERATIONS):
         value, slope = function(x)
         lower, upper = (lower, x) if value > 0 else (x, upper)
-        following = x * math.exp(-value / slope)
-        if not lower <= following <= upper or count % _NEWTON_STEPS == 0:
-            following = math.sqrt(lower) * math.sqrt(upper)
-        if abs(following - x) <= _SMALL_STEP * x:
-            return following
-        x = following
+        last, x = x, x * math.exp(-value / slope)
+        if not lower <= x <= upper or count % _NEWTON_STEPS == 0:
+            x = math.sqrt(lower) * math.sqrt(upper)
+        if abs(x - last) <= _SMALL_STEP * x:
+            return x
     raise NumericalError(f"{what}: not found in {_MOST_ITERATIONS} steps between {lower:g} and {upper:g}")
 
 

@@ -298,7 +298,6 @@ def peaks(shocks: Shocks, settings: Settings) -> Peaks:
     """Predict the leading waves of many shocks by the law."""
     law = moments_law()
     results = Peaks.of(len(shocks))
-    results.method[:] = "moments"
     pulses = [pulse_of(shocks.shock(index)) for index in range(len(shocks))]
     results.amplification[:] = law.amplification(pulses)
     results.high[:] = [law.bound(pulse) for pulse in pulses]

@@ -21,7 +21,6 @@ import math
 import numpy as np
 from attrs import evolve
 
-from shockwave.errors import NumericalError
 from shockwave.numerics import bracketed_root, newton_root
 from shockwave.prediction.model_interface import (
     Inequality,
@@ -34,6 +33,7 @@ from shockwave.prediction.model_interface import (
     ScaledShock,
     Settings,
     Shocks,
+    one_by_one,
 )
 from shockwave.profiles.guard import trusted
 from shockwave.profiles.power_law import ManyPowers, Powers
@@ -131,20 +131,15 @@ def constant_alpha(shock: ScaledShock) -> float:
 
 def peaks(shocks: Shocks, settings: Settings) -> Peaks:
     """Predict the leading waves of many shocks; those of all power laws are computed together."""
-    results = Peaks.of(len(shocks))
-    results.method[:] = "section-4"
     shapes = zip(shocks.profiles, shocks.areas, strict=True)
     laws = [isinstance(each, Powers) and trusted(each) and areas.rise.method == "closed form" for each, areas in shapes]
     together = np.array(laws, dtype=bool)[shocks.shapes] & (settings.alpha == "constant")
-    own = ManyPowers([shocks.profiles[shape] for shape in shocks.shapes[together]])
-    results.amplification[together] = _of_powers(own, shocks.rise_times[together], shocks.momentum_parameter)
     # an infinite threshold omits the later waves
     leading = evolve(settings, wave_threshold=math.inf)
-    for index in np.flatnonzero(~together).tolist():
-        try:
-            results.amplification[index] = predict(shocks.shock(index), leading).amplitudes[0]
-        except NumericalError as error:
-            results.failures[index], results.method[index] = str(error), ""
+    results = one_by_one(predict, shocks, leading, np.flatnonzero(~together).tolist())
+    own = ManyPowers([shocks.profiles[shape] for shape in shocks.shapes[together]])
+    results.amplification[together] = _of_powers(own, shocks.rise_times[together], shocks.momentum_parameter)
+    results.states_error[:] = False
     return results
 
 

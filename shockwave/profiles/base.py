@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.profiles.guard import guarded, kept, trusted
+from shockwave.profiles.guard import guarded, kept
 from shockwave.quadrature import FloatArray, Integral, Integrand, Quadrature
 from shockwave.registry import blame, load
 
@@ -114,11 +114,6 @@ class ShockProfile(abc.ABC):
         return None
 
     # ---------------------------------------------------------------- final methods
-
-    def at(self, s: float, quadrature: str | None = None) -> tuple[float, float]:
-        """Running impulse and force at one s, 0 <= s <= n, as floats; ``quadrature`` as in `areas`."""
-        closed = self.closed_at(s) if quadrature is None and trusted(self) else None
-        return closed or (float(self.running_impulse(s, quadrature)), float(self.force(s)))
 
     def force(self, s: npt.ArrayLike) -> FloatArray:
         """Force over peak force at any s, zero outside [0, n]; same shape as ``s``."""
