@@ -15,6 +15,8 @@ from shockwave.errors import NumericalError
 _MOST_ITERATIONS = 200
 # Steps of Newton's method after which a bisection is made: about six suffice.
 _NEWTON_STEPS = 12
+# Largest step of Newton's method for ln x; an exponential of more would overflow.
+_LARGEST_STEP = 700.0
 # Relative step after which the error, which is quadratic in the step, is a rounding error.
 _SMALL_STEP = 1e-9
 
@@ -81,7 +83,7 @@ def newton_root(
     for count in range(1, _MOST_ITERATIONS):
         value, slope = function(x)
         lower, upper = (lower, x) if value > 0 else (x, upper)
-        last, x = x, x * math.exp(-value / slope)
+        last, x = x, x * math.exp(min(-value / slope, _LARGEST_STEP))
         if not lower <= x <= upper or count % _NEWTON_STEPS == 0:
             x = math.sqrt(lower) * math.sqrt(upper)
         if abs(x - last) <= _SMALL_STEP * x:

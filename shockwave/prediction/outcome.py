@@ -343,9 +343,7 @@ def outcome_details(outcome: Outcome) -> Iterator[tuple[str, str]]:
 
 @frozen(kw_only=True, eq=False, slots=False)
 class Predictions(_OnDemand[FloatArray, FloatArray]):
-    """Leading waves of many shocks, in the order of the shocks.
-
-    The estimate, the expected error and the warnings are computed when one of them is first accessed, and then kept.
+    """Leading waves of many shocks, in the order of the shocks; the accuracy is computed as for `Outcome`.
 
     Attributes
     ----------
@@ -363,8 +361,6 @@ class Predictions(_OnDemand[FloatArray, FloatArray]):
         Lowest and highest expected relative error of ``peak_force``; infinite if it is not known.
     warnings : tuple of str
         Sentences on the limits of the predictions.
-    on_demand : callable
-        Function that computes the accuracy when it is accessed.
     """
 
     model: str
