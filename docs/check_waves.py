@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 from attrs import frozen
-from shock_kinds import KINDS, draw
+from shock_kinds import ALL, KINDS, draw
 
 import shockwave as sw
 from shockwave.chain import Scales
@@ -52,10 +52,10 @@ class Check:
     unjudged: int
 
 
-def reference(shock: sw.Shock) -> chain_run.ChainRun:
+def reference(shock: sw.Shock, accuracy: float = ACCURACY) -> chain_run.ChainRun:
     """The chain, integrated more finely and further."""
     problem, _ = scaled(shock, CHAIN)
-    integrator = setup_of(SimulateOptions(rtol=ACCURACY)).integrator()
+    integrator = setup_of(SimulateOptions(rtol=accuracy)).integrator()
     usual = chain_run._BUDGET, chain_run._BUDGET_RATE
     chain_run._BUDGET, chain_run._BUDGET_RATE = WAY, WAY_RATE
     try:
@@ -82,13 +82,18 @@ def checked(train: Train, scales: Scales, known: chain_run.ChainRun) -> Check:
     return Check(tuple(ratios), error / (train.recoil_error / scales.momentum), unsettled, unjudged)
 
 
-def check(kind: int, number: int) -> Check:
-    """One shock."""
-    times, forces = draw(KINDS[kind], number, SEED, SHORTEST, LONGEST)
+def shock_of(kind: int, number: int, seed: int, longest: float) -> sw.Shock:
+    """Shock ``number`` of a kind, in SI units."""
+    times, forces = draw(ALL[kind], number, seed, SHORTEST, longest)
     unit = Scales.of(CHAIN, FORCE).time
-    shock = sw.Shock(profile=sw.Tabulated(times=times * unit, forces=forces * FORCE))
+    return sw.Shock(profile=sw.Tabulated(times=times * unit, forces=forces * FORCE))
+
+
+def check(kind: int, number: int, seed: int = SEED, longest: float = LONGEST, accuracy: float = ACCURACY) -> Check:
+    """One shock."""
+    shock = shock_of(kind, number, seed, longest)
     _, scales = scaled(shock, CHAIN)
-    return checked(sw.simulate(shock, CHAIN).train, scales, reference(shock))
+    return checked(sw.simulate(shock, CHAIN).train, scales, reference(shock, accuracy))
 
 
 def rows(checks: dict[str, list[Check]]) -> Iterator[str]:

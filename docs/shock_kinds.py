@@ -135,6 +135,16 @@ def double_exponential(draw: Draw) -> Record:
     return times, np.append(forces[:-1], 0.0)
 
 
+def blows(draw: Draw) -> Record:
+    """Two or three triangles, half of them nearly equal, with gaps in which granules rebound and meet again."""
+    count, spread = draw.integers(2, 4), draw.choice([0.05, 1.0])
+    widths, heights = 10 ** (spread * draw.uniform(-1, 1, (2, count)) * np.array([[0.4], [0.6]]))
+    gaps = draw.uniform(1, 15, count)
+    begins = np.cumsum(widths + gaps) - widths - gaps
+    times = begins[:, None] + widths[:, None] * np.array([0, 0.5, 1])
+    return times.ravel(), np.outer(heights, [0, 1, 0]).ravel()
+
+
 # ---------------------------------------------------------------- kinds that try to mislead the law of moments
 
 
@@ -188,11 +198,14 @@ MISLEADING: dict[Callable[[Draw], Record], tuple[float, float]] = {
     needle_faint_tail: (10.0, 100.0),
     needle_humps: (1.0, 20.0),
 }
+ALL = (*KINDS, blows)
+#: Number of each kind, a part of its seed.
+NUMBERS = {kind: number for kinds in ((*KINDS, *MISLEADING), ALL) for number, kind in enumerate(kinds)}
 
 
 def draw(kind: Callable[[Draw], Record], number: int, seed: int, shortest: float, longest: float) -> Record:
     """Shock ``number`` of a kind, of peak force 1; its duration is log-uniform between the bounds."""
-    generator = np.random.default_rng([seed, number, (*KINDS, *MISLEADING).index(kind)])
+    generator = np.random.default_rng([seed, number, NUMBERS[kind]])
     times, forces = kind(generator)
     kept = np.append(True, np.diff(times) > NEAREST * times[-1])
     times, forces = times[kept] - times[0], forces[kept]

@@ -10,11 +10,12 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from io import TextIOWrapper
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import IO, Any, TypeVar
 
 from shockwave.errors import FileAccessError, InvalidValueError, UsageError
 
 _Path = str | os.PathLike[str]
+_Type = TypeVar("_Type")
 
 # A stream must be written to directly: its reader would not see a new file of the same name.
 _STREAMS = ("/dev/", "/proc/")
@@ -23,7 +24,7 @@ _STREAMS = ("/dev/", "/proc/")
 # ---------------------------------------------------------------- reading
 
 
-def open_regular(path: _Path, remedy: str = "", mode: str = "rb", buffering: int = -1) -> BinaryIO:
+def open_regular(path: _Path, remedy: str = "", mode: str = "rb", buffering: int = -1) -> IO[bytes]:
     """Open a regular file; refuse a pipe or a device, which may be endless, without waiting for it.
 
     Parameters
@@ -45,11 +46,9 @@ def open_regular(path: _Path, remedy: str = "", mode: str = "rb", buffering: int
     if os.path.exists(path) and not os.path.isfile(path):
         raise _error(path, "is not a file", "a folder" if os.path.isdir(path) else "a pipe or a device", remedy)
     try:
-        file: Any = open(path, mode, buffering)  # noqa: SIM115
+        return open(path, mode, buffering)
     except (OSError, ValueError) as error:  # a ValueError for a NUL character in the path
         raise _error(path, "cannot be read" if mode == "rb" else "cannot be written", error, remedy) from error
-    opened: BinaryIO = file
-    return opened
 
 
 def read_bytes(path: _Path, limit: int, remedy: str = "") -> bytes:
@@ -105,6 +104,39 @@ def parse_json(text: str | bytes, name: str, remedy: str = "") -> Any:
         return json.loads(text, parse_constant=_no_constant)
     except (ValueError, RecursionError) as error:  # a UnicodeDecodeError is a ValueError
         raise InvalidValueError.of(name, f"must be JSON (got {error}{_hint(remedy)})") from None
+
+
+def structured(document: Any, cls: type[_Type], name: str, rule: str, remedy: str = "") -> _Type:
+    """Instance of an attrs class from plain data.
+
+    Parameters
+    ----------
+    document : object
+        Plain data, such as those of `parse_json`.
+    cls : type
+        The class.
+    name, rule, remedy : str
+        Name of the data, what they must be, and advice, for the error message.
+
+    Raises
+    ------
+    InvalidValueError
+        When the data do not fit the class.
+    """
+    from cattrs import structure, transform_error
+
+    try:
+        return structure(document, cls)
+    except Exception as error:  # cattrs passes on the errors of the values
+        reasons = "; ".join(transform_error(error, "document", _reason))
+        raise InvalidValueError.of(name, f"must be {rule} (got {reasons[:200]}{_hint(remedy)})") from None
+
+
+def _reason(error: BaseException, kind: Any) -> str:
+    """The message of an error of shockwave itself, or that of cattrs for others."""
+    from cattrs.v import format_exception
+
+    return str(error) if isinstance(error, InvalidValueError) else format_exception(error, kind)
 
 
 def _no_constant(constant: str) -> None:

@@ -92,9 +92,7 @@ def newton_root(
 
 
 def crossings(
-    function: Callable[[float], float],
-    points: Sequence[float],
-    tolerance: Callable[[float], float] = lambda _: 0.0,
+    function: Callable[[float], float], points: Sequence[float], tolerance: Callable[[float], float] = lambda _: 0.0
 ) -> list[float]:
     """All zeros of ``function`` in ascending order.
 

@@ -224,8 +224,7 @@ def error_text(error: float) -> str:
 def printed(result: object, writer: str) -> str:
     """Text of ``result`` by the function at the address ``writer``, imported when it is used: results know no text."""
     module, _, name = writer.partition(":")
-    text: str = getattr(importlib.import_module(module), name)(result)
-    return text
+    return str(getattr(importlib.import_module(module), name)(result))
 
 
 def html_of(template: Path, filters: Iterable[Callable[..., object]] = (), **values: object) -> str:

@@ -26,6 +26,7 @@ elif not Path(str(INSTALLED.origin)).is_relative_to(ROOT / "shockwave"):
 
 from distributions import PLUGINS, describe, forgetting, on_path  # noqa: E402 (after the path is set)
 from distributions import install as install_project  # noqa: E402
+from pages import workplace  # noqa: E402
 
 #: A hooks module that registers one profile and imports nothing heavy.
 HOOKS = """
@@ -72,6 +73,13 @@ def frozen() -> Iterator[None]:
 
 
 @pytest.fixture
+def patch(tmp_path: Path) -> Iterator[pytest.MonkeyPatch]:
+    """A working folder, which is the current one, and where alone plugins are."""
+    with workplace(tmp_path) as patch:
+        yield patch
+
+
+@pytest.fixture
 def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A folder on the path, here and in other processes, where distributions are put."""
     place = tmp_path / "site"
@@ -85,13 +93,11 @@ def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 def install(site: Path) -> Install:
     """Put a distribution with a hooks module into the site; gives the name of its module."""
 
-    def installed(
-        distribution: str, hooks: str = HOOKS, pulse: str = PULSE, name: str = "", version: str = "1.2"
-    ) -> str:
-        module = distribution.replace("-", "_")
-        (site / f"{module}.py").write_text(hooks.format(name=name or distribution, module=module))
+    def installed(project: str, hooks: str = HOOKS, pulse: str = PULSE, name: str = "", version: str = "1.2") -> str:
+        module = project.replace("-", "_")
+        (site / f"{module}.py").write_text(hooks.format(name=name or project, module=module))
         (site / f"{module}_pulse.py").write_text(pulse)
-        describe(site, distribution, version, {distribution: module})
+        describe(site, project, version, {project: module})
         return module
 
     return installed

@@ -33,6 +33,11 @@ def power(rise_time: float) -> sw.Shock:
     return sw.Shock(profile=POWER, peak_force=FORCE, rise_time=rise_time * UNITS.time)
 
 
+def lasting(profile: sw.ShockProfile, duration: float) -> sw.Shock:
+    """A shock of 100 N; its duration is in characteristic times."""
+    return sw.Shock.of_duration(profile=profile, peak_force=FORCE, duration=duration * UNITS.time)
+
+
 def triangle(duration: float) -> sw.Shock:
     """A triangular shock of 100 N; its duration is in characteristic times."""
     return sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=FORCE, rise_time=duration / 3 * UNITS.time)

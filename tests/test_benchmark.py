@@ -20,7 +20,6 @@ from shockwave.benchmark import bench, bench_output
 from shockwave.benchmark.chain_problems import CASES, at_setting, case_of, read_front, reference
 from shockwave.benchmark.work_precision import Answer, Clock, Limits, Method, Problem, Row, WorkPrecision, measured
 from shockwave.errors import NumericalError
-from shockwave.progress import progress_shown
 from shockwave.registry import entries, load
 
 pytestmark = pytest.mark.usefixtures("frozen")
@@ -231,13 +230,6 @@ def test_scenarios_with_equal_names_are_numbered() -> None:
     result = bench.run([scenario()] * 2, ["quadratures"], quick=True, longest=LITTLE)
     assert [problem.name for problem in result.problems] == [scenario().name, f"{scenario().name} (2)"]
     assert len(result.of(result.problems[0])) == len(result.of(result.problems[1])) > 0
-
-
-def test_progress_counts_the_problems() -> None:
-    seen: list[tuple[str, int, int | None]] = []
-    with progress_shown(lambda *report: seen.append(report)):
-        bench.run([scenario()] * 2, ["quadratures"], quick=True, longest=LITTLE)
-    assert seen == [("bench", 0, 2), ("bench", 1, 2), ("bench", 2, 2)]
 
 
 # ---------------------------------------------------------------- printed text, documents and page

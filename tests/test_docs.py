@@ -39,13 +39,6 @@ def of_language(*languages: str) -> Any:
     return pytest.mark.parametrize("block", keeping(found, *quick), ids=str)
 
 
-@pytest.fixture
-def patch(tmp_path: Path) -> Iterator[pytest.MonkeyPatch]:
-    """A working folder, which is the current one."""
-    with pages.workplace(tmp_path) as patch:
-        yield patch
-
-
 @of_language("console")
 def test_commands_print_what_is_shown(block: Block, tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
     pages.prepare(tmp_path, block, patch)

@@ -15,15 +15,10 @@ import shockwave as sw
 from shockwave.cli import main
 from shockwave.errors import FileAccessError, InvalidValueError
 from shockwave.files import open_regular, parse_json, read_bytes, read_text, replacing, write_file
+from test_bad_scenarios import CHAIN, SHOCK, TABULATED
 
-SCENE = """\
-chain: {material: copper, radius: 1 mm}
-shock: {profile: triangular, peak_force: 1 N, rise_time: 10 us, duration_ratio: 2}
-"""
-RECORD = """\
-chain: {material: copper, radius: 1 mm}
-shock: {profile: tabulated, parameters: {file: pulse.json}}
-"""
+SCENE = CHAIN + SHOCK.replace("1 us", "10 us")
+RECORD = TABULATED % "file: pulse.json"
 PULSE = "0 0\n1e-5 1\n2e-5 0\n"
 
 posix = pytest.mark.skipif(os.name != "posix", reason="links, pipes and permissions of POSIX")
@@ -181,14 +176,6 @@ def test_an_input_file_is_not_overwritten(
     assert f"got out{ending}, which is " in error
     assert target in error
     assert ((folder / "scene.yaml").read_text(), (folder / "pulse.json").read_text()) == (SCENE, PULSE)
-
-
-def test_files_beside_the_output_are_left_alone(tmp_path: Path) -> None:
-    beside = tmp_path / "page.html.part"
-    beside.write_text("mine")
-    write_file(tmp_path / "page.html", "new")
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["page.html", "page.html.part"]
-    assert beside.read_text() == "mine"
 
 
 def test_a_stream_that_is_a_file_is_appended_to(tmp_path: Path) -> None:

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import shockwave as sw
-from scenes import CHAIN, FORCE, UNITS
+from scenes import CHAIN, FORCE, UNITS, triangle
 from shockwave.measurement.chain_run import ChainRun
-from shockwave.measurement.peak_log import PeakLog, history
+from shockwave.measurement.peak_log import Peak, PeakLog, history
 from shockwave.measurement.waves import distance_from_limit, settling
 from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.problem import ChainProblem
@@ -55,12 +55,12 @@ def test_the_bound_covers_the_approach_to_the_limit(forces: np.ndarray, least: f
 
 
 def test_waves_are_not_followed_to_a_far_end() -> None:
-    found, endless = (
+    found, further = (
         ChainRun(attrs.evolve(CASE, granules=granules), Rkn86(tolerance=1e-9), 5e-3, 1e-6, 1e-5, 1000).finished()
-        for granules in (3000, None)
+        for granules in (3000, 4000)
     )
     assert found.spalls is None
-    assert (found.waves, found.recoils, found.steps) == (endless.waves, endless.recoils, endless.steps)
+    assert (found.waves, found.recoils, found.steps) == (further.waves, further.recoils, further.steps)
 
 
 FAR = np.arange(30.0, 121.0)
@@ -106,3 +106,15 @@ def test_rebound_that_goes_on_when_it_is_read_is_within_its_estimate() -> None:
     result = record(times, [0, 1, 0, 0, 0.3768129680584399, 0])
     # read more than twice as late, at rtol 1e-10: another granule has turned back
     assert abs(result.recoil_momentum / UNITS.momentum + 1.5557228e-3) < result.recoil_error / UNITS.momentum
+
+
+def test_a_wave_that_cannot_be_measured_is_counted_in_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
+    arrival = PeakLog.arrival
+
+    def arrival_of_strong_waves(log: PeakLog, head: Peak, contact: int) -> Peak | None:
+        return arrival(log, head, contact) if head.force > 0.5 else None
+
+    monkeypatch.setattr(PeakLog, "arrival", arrival_of_strong_waves)
+    train = sw.simulate(triangle(4), CHAIN).train
+    assert len(train.waves) == 1
+    assert "Waves that could not be measured and are left out: 1." in train.warnings

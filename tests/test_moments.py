@@ -15,7 +15,7 @@ import pytest
 import shockwave as sw
 from pages import table as table_of
 from pulse_families import composed
-from scenes import CHAIN, FORCE, STEEL, TRUTH, UNITS, name_of, script, shock_of
+from scenes import CHAIN, STEEL, TRUTH, lasting, name_of, script, shock_of
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
 from shockwave.prediction.model_interface import ScaledShock, Shocks
 from shockwave.prediction.moments import COLUMNS, columns, kernel_force, moments_law
@@ -34,11 +34,6 @@ SHAPES = {
 }
 STUDY = script("fit_moments")
 OF_SHAPES = pytest.mark.parametrize("profile", SHAPES.values(), ids=SHAPES)
-
-
-def lasting(profile: sw.ShockProfile, duration: float) -> sw.Shock:
-    """Shock of 100 N with a duration in characteristic times."""
-    return sw.Shock.of_duration(profile=profile, peak_force=FORCE, duration=duration * UNITS.time)
 
 
 def scaled(profile: sw.ShockProfile, duration: float) -> ScaledShock:

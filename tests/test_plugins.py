@@ -171,9 +171,7 @@ def test_output_of_a_plugin_is_not_part_of_a_result(install: Install, capsys: py
 
 
 @pytest.mark.usefixtures("scene")
-def test_a_name_of_two_plugins_stops_only_scenes_that_use_it(
-    install: Install, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_name_of_two_plugins_stops_only_scenes_with_it(install: Install, capsys: pytest.CaptureFixture[str]) -> None:
     install("test-first", name="faulty-pulse")
     install("test-second", name="faulty-pulse")
     assert main(["predict", "foreign.yaml"]) == 4

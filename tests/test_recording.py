@@ -111,6 +111,19 @@ def test_histories_that_are_too_long_are_refused(settings: dict[str, object], me
         recorded(chain=attrs.evolve(CHAIN, granules=10), until=3 * UNITS.time, **settings)
 
 
+@pytest.mark.parametrize(
+    "settings",
+    [{"record": ["field"], "interval": 1e-15}, {"record": ["field"], "until": 10.0}, {"contacts": [9]}],
+    ids=["interval", "until", "contact"],
+)
+def test_impossible_requests_are_refused_before_the_simulation(
+    settings: dict[str, object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delattr("shockwave.measurement.simulate.find_primaries")
+    with pytest.raises(sw.InvalidValueError, match=r"interval: must be longer|contact: must be .* at most 8"):
+        sw.simulate(SHOCK, attrs.evolve(CHAIN, granules=10), **settings)  # type: ignore[arg-type]
+
+
 def test_histories_and_passages_of_a_method_of_fixed_step_agree() -> None:
     options = {"contacts": [4], "record": ["forces"], "interval": 0.5 * UNITS.time, "until": 12 * UNITS.time}
     exact, verlet = (sw.simulate(CASE_A, CHAIN, integrator=name, **options) for name in ("rkn1210", "verlet"))

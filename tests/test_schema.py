@@ -174,9 +174,7 @@ _VALUES = st.sampled_from([
     changes=st.lists(st.tuples(st.floats(0, 1, exclude_max=True), _VALUES), min_size=1, max_size=2),
     left_out=st.sampled_from(["name", "shock", "rise_time", "duration_ratio", "parameters", "radius", "material"]),
 )
-def test_scenarios_that_the_loader_takes_are_admitted(
-    tmp_path: Path, text: str, changes: list[Any], left_out: str
-) -> None:
+def test_what_the_loader_takes_is_admitted(tmp_path: Path, text: str, changes: list[Any], left_out: str) -> None:
     document = parse_document(text, "scenario.yaml")
     paths = [path for path in document.values if path and all(isinstance(step, str) for step in path)]
     data = document.having({paths[int(share * len(paths))]: value for share, value in changes}).data

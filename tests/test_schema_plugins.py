@@ -106,13 +106,6 @@ def _parameters_of(validator: Draft7Validator, profile: str) -> Any:
     return rule["then"]["properties"]["parameters"]
 
 
-@pytest.fixture
-def patch(tmp_path: Path) -> Iterator[pytest.MonkeyPatch]:
-    """A working folder, which is the current one, and where alone plugins are."""
-    with workplace(tmp_path) as patch:
-        yield patch
-
-
 @pytest.fixture(scope="class")
 def validator(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Draft7Validator]:
     """The validator that includes a plugin, which is installed as long."""

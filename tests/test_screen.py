@@ -10,7 +10,6 @@ import struct
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -39,13 +38,6 @@ PROGRAM = "import sys; from shockwave.cli import main; sys.exit(main())"
 
 def widest(text: str) -> int:
     return max((len(STYLE.sub("", line)) for line in text.splitlines()), default=0)
-
-
-@pytest.fixture
-def patch(tmp_path: Path) -> Iterator[pytest.MonkeyPatch]:
-    """A working folder, which is the current one."""
-    with pages.workplace(tmp_path) as patch:
-        yield patch
 
 
 @pytest.mark.parametrize("block", keeping(CONSOLES, *(one for one in CONSOLES if one.page not in LONG)), ids=str)

@@ -13,7 +13,7 @@ import pytest
 
 import shockwave as sw
 from pages import table
-from scenes import CHAIN, FORCE, UNITS, power
+from scenes import CHAIN, lasting, power
 from selection import thinned
 from shockwave.benchmark import extreme_cases, stress
 from shockwave.benchmark.extreme_cases import CASES, CHECKS, Case, Finding, find
@@ -149,11 +149,6 @@ each_backend = pytest.mark.parametrize("backend", ["numpy", *([] if compiled is 
 
 def primary(shock: sw.Shock, **options: Any) -> sw.SimulationResult:
     return sw.simulate(shock, CHAIN, waves="primary", **options)
-
-
-def lasting(profile: sw.ShockProfile, duration: float) -> sw.Shock:
-    """A shock of 100 N that lasts so many characteristic times."""
-    return sw.Shock.of_duration(profile=profile, duration=duration * UNITS.time, peak_force=FORCE)
 
 
 def exponential(rise: float, decay: float, ratio: float) -> sw.Exponential:

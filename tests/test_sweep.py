@@ -192,9 +192,7 @@ def test_another_scenario_is_refused_and_the_differences_are_listed(scenario: Pa
         swept(scenario, tmp_path / "out")
 
 
-def test_another_version_is_refused_unless_accepted(
-    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_another_version_must_be_accepted(scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     swept(scenario, tmp_path / "out")
     file = tmp_path / "out" / "journal.jsonl"
     file.write_text("".join(file.read_text().splitlines(keepends=True)[:30]))
@@ -252,9 +250,7 @@ def test_the_lock_of_a_killed_client_is_released(scenario: Path, tmp_path: Path)
 def test_a_folder_with_other_files_is_refused(scenario: Path, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "thesis.tex").touch()
-    with pytest.raises(
-        sw.FileAccessError, match=r"must be a new folder or hold a sweep \(got a folder with thesis\.tex"
-    ):
+    with pytest.raises(sw.FileAccessError, match=r"must be a new folder or hold a sweep \(got a folder with thesis"):
         swept(scenario, tmp_path / "out")
 
 
@@ -302,9 +298,7 @@ def test_fail_fast_stops_at_the_first_failure(tmp_path: Path) -> None:
     assert report.left > 0
 
 
-def test_failed_points_are_run_again_on_request(
-    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_failed_points_run_again_on_request(scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(*_: Any, **__: Any) -> None:
         raise SystemExit(3)  # a plugin may do that
 
@@ -319,9 +313,7 @@ def test_failed_points_are_run_again_on_request(
     assert swept(scenario, tmp_path / "out").done == 40
 
 
-def test_only_the_point_that_raises_an_error_fails(
-    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_only_the_point_that_raises_fails(scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     many = point_evaluation.simulate_many
 
     def picky(shocks: list[sw.Shock], *rest: Any, **settings: Any) -> Any:

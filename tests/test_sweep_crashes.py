@@ -287,9 +287,7 @@ def test_a_program_without_a_main_guard_is_refused_with_a_hint(scenario: Path, t
 # ---------------------------------------------------------------- dask
 
 
-def test_a_scheduler_that_does_not_answer_is_reported(
-    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_silent_scheduler_is_reported(scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
     monkeypatch.setattr(workers, "_PATIENCE", 0.2)
     with pytest.raises(LostError, match=r"dask: tcp://127\.0\.0\.1:9 must answer"):

@@ -91,6 +91,13 @@ def test_a_sweep_without_results_is_drawn_empty(tmp_path: Path, held: dict[str, 
     assert inside(plot(a_map(tmp_path, failed=tuple(range(180))), at=held).figure)
 
 
+def test_without_any_estimate_the_number_of_the_model_is_drawn(tmp_path: Path) -> None:
+    columns = {"estimate_amplification": [None, None], "amplification": [1.0, 2.0]}
+    found = plot(swept(tmp_path / "out", [([TIME], [[1e-6], [2e-6]])], columns))
+    assert found.column == "amplification"
+    assert lines_of(found) == [[[1e-6, 1.0], [2e-6, 2.0]]]
+
+
 def test_one_axis_gives_a_line_with_its_regimes(tmp_path: Path) -> None:
     found = plot(a_map(tmp_path), at={RATIO[0]: repr(float(RATIOS[4]))})
     (ax,) = found.figure.axes
@@ -173,9 +180,7 @@ def test_lines_are_labelled_with_all_variables_that_differ(tmp_path: Path) -> No
 
 def test_coinciding_points_of_a_map_are_refused(tmp_path: Path) -> None:
     axis = ([TIME, FORCE], [[1.0 + at // 2, 5.0 + at % 2] for at in range(8)])
-    with pytest.raises(
-        UsageError, match=r"different coordinates \(got shock.rise_time, which repeats a value; fix another"
-    ):
+    with pytest.raises(UsageError, match=r"different coordinates \(got shock.rise_time, which repeats"):
         plot(numbered(tmp_path, [axis, along(RATIO, *range(2, 12))]))
 
 

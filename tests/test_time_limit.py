@@ -35,6 +35,19 @@ def test_a_time_limit_ends_a_simulation_with_an_error(backend: Backend) -> None:
     assert time.monotonic() - begin < 15  # the computation looks at the clock every few tens of milliseconds
 
 
+#: 4500 characteristic times.
+LONG = sw.Shock(
+    profile=sw.PowerLaw(rise_exponent=0.5, decay_exponent=2, duration_ratio=15), peak_force=FORCE, rise_time=4.4e-3
+)
+
+
+def test_a_shock_of_thousands_of_characteristic_times_ends_at_its_time_limit() -> None:
+    begin = time.process_time()
+    with pytest.raises(sw.NumericalError, match="the time limit was reached"):
+        sw.simulate(LONG, CHAIN, timeout=0.2)
+    assert time.process_time() - begin < 5  # without a limit 24 s
+
+
 def test_a_train_that_takes_too_long_leaves_the_leading_wave() -> None:
     # the leading wave takes hundredths of a second, the train seconds
     result = sw.simulate(record([0, 30, 90], [0, 1, 0]), CHAIN, timeout=0.8)

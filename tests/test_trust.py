@@ -13,7 +13,7 @@ from attrs import frozen
 
 import shockwave as sw
 from pulse_families import FAMILIES
-from scenes import CHAIN, FORCE, UNITS, script
+from scenes import CHAIN, lasting, script
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.prediction.model_interface import ScaledShock
 from shockwave.prediction.shock_impulses import pulse_of
@@ -64,10 +64,6 @@ def verdict(outcome: sw.Outcome, result: sw.SimulationResult | sw.ShockwaveError
     error = outcome.peak_force / result.peak_force - 1
     doubt = (1 + error) * result.error_estimate
     return Verdict(outcome.regime, high - low, low - doubt <= error <= high + doubt)
-
-
-def lasting(profile: sw.ShockProfile, duration: float) -> sw.Shock:
-    return sw.Shock.of_duration(profile=profile, peak_force=FORCE, duration=duration * UNITS.time)
 
 
 def predicted(profile: sw.ShockProfile, duration: float, **settings: Any) -> sw.Outcome:

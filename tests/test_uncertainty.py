@@ -21,17 +21,9 @@ from shockwave.progress import progress_shown
 from shockwave.scenario.dotted_names import variable
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import Spread
+from shockwave.studies import varied_scenes as scenes
 from shockwave.studies.uncertainty_result import Estimate
 from shockwave.studies.uncertainty_sampling import Distribution, slopes_at
-from shockwave.studies.varied_scenes import (
-    curve_of,
-    data_of,
-    duration_of,
-    exponents_of,
-    primaries,
-    scenario_of,
-    value_of,
-)
 
 FILE = ROOT / "profiles" / "examples" / "protector.yaml"
 SPREADS = {
@@ -40,7 +32,7 @@ SPREADS = {
     "shock.peak_force": {"sd": "8 N"},
     "shock.rise_time": {"between": [1.0 * UNITS.time, 3.0 * UNITS.time]},
 }
-SCENE = scenario_of(CASE_A, CHAIN)
+SCENE = scenes.scenario_of(CASE_A, CHAIN)
 SHORT = sw.Shock(profile=POWER, peak_force=100.0, rise_time=1e-3 * UNITS.time)
 
 
@@ -96,8 +88,8 @@ NARROW = {
 def test_draws_of_each_parameter_are_scenes_with_its_values(name: str) -> None:
     result = sw.uncertainty(CASE_A, CHAIN, {name: NARROW[name]}, draws=1024)
     family, curve = Family(SCENE), sw.UniversalCurve(POWER)
-    scenes = [family.scenario({name: float(value)}) for value in result.values[name][:20]]
-    known = [curve.answer(scene.shock, scene.chain).peak_force for scene in scenes]
+    drawn = [family.scenario({name: float(value)}) for value in result.values[name][:20]]
+    known = [curve.answer(scene.shock, scene.chain).peak_force for scene in drawn]
     # the same curve: the difference is rounding
     assert result.peak_forces[:20] == pytest.approx(known, rel=1e-10)
 
@@ -155,7 +147,7 @@ def test_intervals_of_quantiles_contain_the_exact_values() -> None:
     """If the force increases with the one uncertain parameter, its quantiles are those of the parameter."""
     spreads = {"shock.peak_force": "5 %"}
     ends = CASE_A.peak_force * (1 + 0.05 * np.array([-1.6448536269514722, 1.6448536269514722]))
-    amplification, force, _ = primaries(SCENE, {"shock.peak_force": ends}, 1e-4)
+    amplification, force, _ = scenes.primaries(SCENE, {"shock.peak_force": ends}, 1e-4)
     truth = dict(zip((0.05, 0.95), (amplification * force).tolist(), strict=True))
     all_ = [sw.uncertainty(CASE_A, CHAIN, spreads, draws=1024, seed=seed).peak_force.quantiles for seed in range(30)]
     held = [abs(each[share].value - value) <= each[share].error for each in all_ for share, value in truth.items()]
@@ -171,16 +163,16 @@ def test_intervals_of_quantiles_contain_the_exact_values() -> None:
 def test_a_parameter_that_sets_the_peak_force_has_its_exponent(force_too: bool) -> None:
     scenario = sw.load_scenario(ROOT / "plugins" / "shockwave-blast" / "profiles" / "microcharge.yaml")
     name, step = "shock.parameters.standoff", 1e-3
-    value = value_of(scenario, name)
+    value = scenes.value_of(scenario, name)
     shocks = [Family(scenario).scenario({name: value * math.exp(step * k)}).shock for k in (-1, 1)]
     nominal = {name: np.array([value])}
     if force_too:  # then it is held constant
         shocks = [evolve(shock, peak_force=scenario.shock.peak_force) for shock in shocks]
         nominal["shock.peak_force"] = np.array([scenario.shock.peak_force])
     low, high = (sw.simulate(shock, scenario.chain, rtol=1e-10, waves="primary") for shock in shocks)
-    one = Distribution.of(Spread(variable(name, data_of(scenario)), "relative", (0.02,)), scenario)
-    curve = curve_of(scenario.shock.profile, 1e-4, duration_of(scenario))
-    force, ratio = slopes_at(scenario, exponents_of(scenario, curve), one, nominal)
+    one = Distribution.of(Spread(variable(name, scenes.data_of(scenario)), "relative", (0.02,)), scenario)
+    curve = scenes.curve_of(scenario.shock.profile, 1e-4, scenes.duration_of(scenario))
+    force, ratio = slopes_at(scenario, scenes.exponents_of(scenario, curve), one, nominal)
     # the errors of differences over 0.1 and 0.2 % are of second order
     assert force.value * value == pytest.approx(math.log(high.peak_force / low.peak_force) / (2 * step), abs=1e-3)
     known = math.log(high.amplification / low.amplification) / (2 * step)
@@ -189,7 +181,7 @@ def test_a_parameter_that_sets_the_peak_force_has_its_exponent(force_too: bool) 
 
 def distribution(name: str, value: float, kind: Any, *numbers: float) -> Distribution:
     scenario = Family(SCENE).scenario({name: value})
-    return Distribution.of(Spread(variable(name, data_of(scenario)), kind, numbers), scenario)
+    return Distribution.of(Spread(variable(name, scenes.data_of(scenario)), kind, numbers), scenario)
 
 
 def test_a_normal_distribution_stays_within_the_range_of_its_value() -> None:

@@ -213,15 +213,12 @@ def quadratures(name: str, description: str, areas: Areas) -> Experiment:
 
     def run(quadrature: str, tolerance: float, _: Clock) -> Answer:
         found, evaluations = _integrated(areas.pieces, quadrature, tolerance)
-        errors: dict[str, float | None] = {
-            "areas": _greatest(found, areas.values),
-            "impulse": float(abs(found.sum() / areas.values.sum() - 1)),
-        }
-        return Answer(errors, evaluations)
+        impulse = float(abs(found.sum() / areas.values.sum() - 1))
+        return Answer({"areas": _greatest(found, areas.values), "impulse": impulse}, evaluations)
 
     problem = Problem("quadratures", name, description, ("areas", "impulse"), areas.source, areas.error)
-    names = [entry.name for entry in entries("quadratures")]
-    return problem, [Method(each, partial(run, each), "tolerance", _AREA_TOLERANCES) for each in names]
+    methods = entries("quadratures")
+    return problem, [Method(each.name, partial(run, each.name), "tolerance", _AREA_TOLERANCES) for each in methods]
 
 
 # ---------------------------------------------------------------- predictors: the peak force far along the chain

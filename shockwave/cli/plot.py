@@ -10,15 +10,14 @@ from pathlib import Path
 from shockwave.cli.output import check_output
 from shockwave.errors import UsageError
 from shockwave.files import refuse_inputs
+from shockwave.pictures import figure, save
+from shockwave.sweep.plot import plot as drawn
+from shockwave.sweep.results import load_sweep
 from shockwave.text import limits, paragraph
 
 
 def plot(options: argparse.Namespace) -> int:
     """Draw lines or a map."""
-    from shockwave.pictures import figure, save
-    from shockwave.sweep.plot import plot as drawn
-    from shockwave.sweep.results import load_sweep
-
     figure()  # fails early without matplotlib
     check_output(options.output, ".svg", ".png", ".pdf")
     fixed = {}

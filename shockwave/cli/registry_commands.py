@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import argparse
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from shockwave import OWN_DISTRIBUTION
 from shockwave.cli.output import json_text, written
 from shockwave.cli.parser import KINDS
 from shockwave.errors import PluginError, UsageError
-
-if TYPE_CHECKING:
-    from shockwave.registry import Plugin
+from shockwave.plugin_check import checked_plugins
+from shockwave.registry import Plugin, entries, plugins
+from shockwave.simulation.backend import BACKENDS, lack
+from shockwave.text import alarm, paragraph, strong, table
 
 
 def list_registered(options: argparse.Namespace) -> int:
@@ -31,8 +32,6 @@ def list_registered(options: argparse.Namespace) -> int:
 
 def _text(kind: str, rows: list[dict[str, Any]]) -> str:
     """Table of what is registered; below it, in full, the problems of plugins."""
-    from shockwave.text import alarm, paragraph, strong, table
-
     if not rows:
         return f"{kind}: none installed"
     if kind != "plugins":
@@ -40,20 +39,15 @@ def _text(kind: str, rows: list[dict[str, Any]]) -> str:
         # the origin matters only if there are plugins
         shown = 3 if any(part[2] for part in parts) else 2
         return table((strong(kind), "", "plugin")[:shown], [part[:shown] for part in parts], margin=0)
-    cells = [(row["name"], _names(row["entries"]), _state(row), row["version"]) for row in rows]
-    lines = [table((strong(kind), "registers", "state", "version"), cells, margin=0)]
+    cells, problems = [], []
     for row in rows:
+        state = "disabled" if row["disabled"] else "checked" if row["checked"] else "enabled"
+        cells.append(
+            (row["name"], _names(row["entries"]), alarm("FAULTY") if row["problem"] else state, row["version"])
+        )
         if row["problem"]:
-            lines += ["", *map(alarm, paragraph("", f"{row['distribution']} is faulty: {row['problem']}", 2))]
-    return "\n".join(lines)
-
-
-def _state(row: dict[str, Any]) -> str:
-    from shockwave.text import alarm
-
-    if row["disabled"]:
-        return "disabled"
-    return alarm("FAULTY") if row["problem"] else "checked" if row["checked"] else "enabled"
+            problems += ["", *map(alarm, paragraph("", f"{row['distribution']} is faulty: {row['problem']}", 2))]
+    return "\n".join([table((strong(kind), "registers", "state", "version"), cells, margin=0), *problems])
 
 
 def _names(entries: list[dict[str, str]]) -> str:
@@ -61,10 +55,6 @@ def _names(entries: list[dict[str, str]]) -> str:
 
 
 def _rows(kind: str, check: bool) -> list[dict[str, Any]]:
-    from shockwave.plugin_check import checked_plugins
-    from shockwave.registry import entries, plugins
-    from shockwave.simulation.backend import BACKENDS, lack
-
     if kind == "plugins":
         return [_plugin(plugin, check) for plugin in (checked_plugins() if check else plugins())]
     if kind == "backends":

@@ -13,13 +13,14 @@ from shockwave.cli.output import check_output, failure, json_text, written
 from shockwave.errors import Fault, ShockwaveError, UsageError
 from shockwave.files import refuse_inputs
 from shockwave.progress import counted
+from shockwave.scenario.loader import load_scenario
+from shockwave.scenario.scenario import Scenario
 from shockwave.text import alarm, error_text, limits, notes, paragraph, range_text, si, strong, table
 
 if TYPE_CHECKING:
     from shockwave.measurement.result import SimulationResult
     from shockwave.options import SimulateOptions
     from shockwave.prediction.outcome import Outcome
-    from shockwave.scenario.scenario import Scenario
     from shockwave.studies.comparison import Comparison
 
 # Names of columns and their cells.
@@ -34,8 +35,6 @@ def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) ->
     ShockwaveError
         With all errors of all files and the greatest of their exit statuses; or when ``output`` is an input file.
     """
-    from shockwave.scenario.loader import load_scenario
-
     scenarios = []
     errors: list[ShockwaveError] = []
     for file in files:
@@ -134,8 +133,6 @@ def _settings(options: Namespace, scenario: Scenario) -> SimulateOptions:
 
 
 def validate(options: Namespace) -> int:
-    from shockwave.scenario.loader import load_scenario
-
     status = 0
     documents = []
     for file in options.files:
@@ -171,15 +168,13 @@ def report(options: Namespace) -> int:
 def curve(options: Namespace) -> int:
     """Print or write the universal curve for the shape of a scenario's shock."""
     from shockwave import pictures
-    from shockwave.chain import Scales
     from shockwave.studies.universal_curve import UniversalCurve
-    from shockwave.studies.varied_scenes import notes_of
+    from shockwave.studies.varied_scenes import notes_of, rise_time_of
 
     check_output(options.output, ".json", ".svg", ".png", ".pdf")
     (scenario,) = loaded([options.file], output=options.output)
-    shock = scenario.shock
-    ratio = Scales.of(scenario.chain, shock.peak_force).rise_time(shock.rise_time)
-    found = UniversalCurve(shock.profile, rtol=options.rtol, longest=options.longest)
+    ratio = rise_time_of(scenario)
+    found = UniversalCurve(scenario.shock.profile, rtol=options.rtol, longest=options.longest)
     if options.output:
         if options.output.lower().endswith(".json"):
             found.save(options.output)
@@ -191,7 +186,7 @@ def curve(options: Namespace) -> int:
         return 0
     answer: object = strong(f"t0/T0 = {ratio:.6g} is beyond the range of this curve (increase --longest)")
     if ratio <= found.longest_rise_time:
-        answer = found.answer(shock, scenario.chain)
+        answer = found.answer(scenario.shock, scenario.chain)
     print(answer, *limits(notes_of(scenario)), "", found, sep="\n")
     return 0
 
@@ -211,17 +206,14 @@ relation, waves: predicted / simulated (/ published)"""
 
 
 def _table(rows: Sequence[_Row], results: Sequence[Any], legend: str) -> str:
-    from shockwave.measurement.result import SimulationResult
-    from shockwave.studies.comparison import Comparison
-
     header = max(map(list, rows), key=len)
     cells = [[row.get(name, "-") for name in header] for row in rows]
     failed = any(_FAILS in cell for row in rows for cell in row.values())
     spare = [name for name in _SPARE if name in header and not (failed and name == "(3)")]
     limiting, others = [], []
     for result in results:
-        for answer in (result.predicted, result.simulated) if isinstance(result, Comparison) else (result,):
-            warnings = answer.all_warnings if isinstance(answer, SimulationResult) else answer.warnings
+        for answer in (result.predicted, result.simulated) if hasattr(result, "predicted") else (result,):
+            warnings = getattr(answer, "all_warnings", answer.warnings)
             named = {warning: f"{answer.scenario}: {warning}" for warning in warnings}
             limiting += [named[warning] for warning in warnings if warning not in answer.scene.notes]
             others += [named[warning] for warning in warnings if warning in answer.scene.notes]

@@ -106,6 +106,8 @@ class ChainRun:
         Waves in the order of their arrival. Their ``error_estimate`` bounds the relative deviation of the peak force
         from its limit along the chain. At the end of a finite chain the peak itself is the result, and the estimate is
         the error tolerance of a step.
+    unread : int
+        Number of settled waves that could not be measured, since their peak was not found at the probe.
     recoils : tuple of float
         Velocities of the rebounding granules, first granule first.
     unfinished_recoil : float
@@ -135,6 +137,7 @@ class ChainRun:
     expected_end: float | None = None
     log: PeakLog = field(init=False)
     waves: tuple[MeasuredWave, ...] = ()
+    unread: int = 0
     recoils: tuple[float, ...] = ()
     unfinished_recoil: float = 0.0
     spalls: tuple[float, ...] | None = None
@@ -174,6 +177,7 @@ class ChainRun:
         # Rounding errors grow when weak waves collide, so everything but the spall is measured now.
         x, v = stretch.x[-1], stretch.v[-1]
         self.waves = self._waves()
+        self.unread = 0 if self.reached_end else sum(reading.wave is None for reading in self._readings)
         self.momentum = float(np.sum(v))
         self.energy = chain_energy(x, v)
         ejected = EJECTED * max((wave.granule_velocity for wave in self.waves), default=0.0)

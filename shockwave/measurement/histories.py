@@ -8,9 +8,9 @@ import numpy as np
 from attrs import evolve
 
 from shockwave.chain.solitary_wave import SPEED
-from shockwave.errors import InvalidValueError, NumericalError
+from shockwave.errors import NumericalError
 from shockwave.measurement.peak_log import PeakLog
-from shockwave.measurement.recording import Recording
+from shockwave.measurement.recording import AFTER, Recording, checked_contact, sample_times
 from shockwave.measurement.result import Passage, SimulationResult
 from shockwave.measurement.simulation_setup import scaled, setup_of
 from shockwave.progress import progressed
@@ -23,12 +23,6 @@ from shockwave.simulation.problem import contact_energies, contact_forces
 _DECREASE = 0.98**0.25
 # Distance in contacts at which a free end affects a wave.
 _REACH = 8
-# Default number of samples per characteristic time of the wave.
-_SAMPLES = 10
-# Default end of the histories after the passage of the last contact, in characteristic times.
-_AFTER = 5.0
-# Largest number of values in the histories, to limit the memory.
-_MOST_NUMBERS = 20_000_000
 
 
 # ---------------------------------------------------------------- passages of the leading wave
@@ -36,7 +30,7 @@ _MOST_NUMBERS = 20_000_000
 
 def passage_at(result: SimulationResult, contact: int) -> Passage:
     """Compute a `SimulationResult.passage`."""
-    contact = _checked(result, contact)
+    contact = checked_contact(result.chain, contact)
     found, granules = result.found, result.chain.granules
     feels_end = granules is not None and (result.measured is not None or contact > granules - 2 - _REACH)
     beyond = contact - found.contact
@@ -56,16 +50,6 @@ def passage_at(result: SimulationResult, contact: int) -> Passage:
         exact=exact,
         error_estimate=error,
     )
-
-
-def _checked(result: SimulationResult, contact: int) -> int:
-    """Check that ``contact`` is a contact of the chain."""
-    granules = result.chain.granules
-    whole = isinstance(contact, int | np.integer) and not isinstance(contact, bool)
-    if not whole or contact < 0 or (granules is not None and contact > granules - 2):
-        most = "" if granules is None else f" and at most {granules - 2}, the last of this chain"
-        raise InvalidValueError.of("contact", f"must be a whole number of at least 0{most} (got {contact!r})")
-    return int(contact)
 
 
 def _integrated(result: SimulationResult, contact: int, feels_end: bool) -> tuple[float, float]:
@@ -103,20 +87,11 @@ def record(result: SimulationResult) -> Recording:
     Raises
     ------
     InvalidValueError
-        If the chain has no such contact, or the histories have too many values.
+        If the histories have too many values.
     """
     options, scales = result.options, result.scales
-    for contact in options.contacts:
-        _checked(result, contact)
     until = _end(result) / scales.time
-    interval = 1 / _SAMPLES if options.interval is None else options.interval / scales.time
-    count = int(until / interval * (1 + 1e-12)) + 1
-    granules = result.primary.contact + until
-    if count * (len(options.contacts) + 2 * granules) > _MOST_NUMBERS:
-        got = f"got {interval * scales.time:g} s for {until * scales.time:g} s; alternatively give an earlier until"
-        problem = f"must be longer, because the histories would have {count} samples ({got})"
-        raise InvalidValueError.of("interval", problem)
-    times = interval * np.arange(count)
+    times = sample_times(options, scales, until, result.primary.contact + until)
     spans = march(scaled(result.shock, result.chain)[0], setup_of(options).integrator())
     x, v = _states(spans, times.tolist())
     kept: dict[str, FloatArray] = {}
@@ -140,7 +115,7 @@ def _end(result: SimulationResult) -> float:
     if options.until is not None:
         return options.until
     last = result.passage(max(options.contacts)) if options.contacts else result.primary
-    return last.arrival_time + _AFTER * result.scales.time
+    return last.arrival_time + AFTER * result.scales.time
 
 
 def _states(spans: Iterator[Span], times: list[float]) -> tuple[FloatArray, FloatArray]:

@@ -1,12 +1,23 @@
-"""Histories of a chain at equal time intervals."""
+"""Histories of a chain at equal time intervals, and the check of what is requested."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from attrs import asdict, frozen
 
+from shockwave.chain.chain import Chain, Scales
+from shockwave.errors import InvalidValueError
+from shockwave.options import SimulateOptions
 from shockwave.quadrature import FloatArray
+
+# Default number of samples per characteristic time of the wave.
+_SAMPLES = 10
+#: Default end of the histories after the passage of the last contact, in characteristic times.
+AFTER = 5.0
+# Largest number of values in the histories, to limit the memory.
+_MOST_NUMBERS = 20_000_000
 
 
 def plain(value: Any) -> Any:
@@ -43,3 +54,33 @@ class Recording:
     def to_dict(self) -> dict[str, Any]:
         """Attributes by name, with arrays as lists of SI floats."""
         return {name: plain(value) for name, value in asdict(self).items()}
+
+
+def check_requests(options: SimulateOptions, chain: Chain, scales: Scales) -> None:
+    """Refuse contacts that the chain does not have, and histories that have too many values in any case."""
+    for contact in options.contacts:
+        checked_contact(chain, contact)
+    until = AFTER if options.until is None else options.until / scales.time
+    if options.record:
+        sample_times(options, scales, until, until)
+
+
+def checked_contact(chain: Chain, contact: int) -> int:
+    """Check that ``contact`` is a contact of the chain."""
+    granules = chain.granules
+    whole = isinstance(contact, int | np.integer) and not isinstance(contact, bool)
+    if not whole or contact < 0 or (granules is not None and contact > granules - 2):
+        most = "" if granules is None else f" and at most {granules - 2}, the last of this chain"
+        raise InvalidValueError.of("contact", f"must be a whole number of at least 0{most} (got {contact!r})")
+    return int(contact)
+
+
+def sample_times(options: SimulateOptions, scales: Scales, until: float, granules: float) -> FloatArray:
+    """Scaled times of the samples of ``granules`` granules; raise if the histories have too many values."""
+    interval = 1 / _SAMPLES if options.interval is None else options.interval / scales.time
+    count = int(until / interval * (1 + 1e-12)) + 1
+    if count * (len(options.contacts) + 2 * granules) > _MOST_NUMBERS:
+        got = f"got {interval * scales.time:g} s for {until * scales.time:g} s; alternatively give an earlier until"
+        problem = f"must be longer, because the histories would have {count} samples ({got})"
+        raise InvalidValueError.of("interval", problem)
+    return np.asarray(interval * np.arange(count))

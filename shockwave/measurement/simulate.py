@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
+from shockwave.measurement.recording import check_requests
 from shockwave.measurement.result import SimulationResult, Train
 from shockwave.measurement.simulation_setup import Setup, immeasurable, scaled, setup_of
 from shockwave.options import Backend, Recorded, SimulateOptions, Waves
@@ -193,7 +194,9 @@ def _simulate_all(scenes: Sequence[tuple[Shock, Chain]], setup: Setup) -> list[_
     known: dict[int, tuple[ChainProblem, Scales]] = {}
     for index, (shock, chain) in enumerate(scenes):
         try:
-            known[index] = scaled(shock, chain)
+            problem, scales = scaled(shock, chain)
+            check_requests(setup.options, chain, scales)
+            known[index] = problem, scales
         except ShockwaveError as error:
             results[index] = error
     answers = _search({index: problem for index, (problem, _) in known.items()}, setup)
@@ -285,6 +288,8 @@ def _measured(problem: ChainProblem, scales: Scales, setup: Setup) -> _Answer:
     if setup.search is not None and problem.granules is None and problem.duration > _WORTHWHILE:
         lasts = f"the shock lasts {problem.duration:.3g} characteristic times of its wave"
         raise NumericalError(f"the leading wave could not be found: {lasts} (shorten it)")
+    if problem.granules is not None and setup.options.timeout is None and (reason := immeasurable(problem)):
+        raise NumericalError(f"the waves reach the free end before they have settled, and {reason}")
     return _Answer(*measure_primary(problem, scales, setup))
 
 

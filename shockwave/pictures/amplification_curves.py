@@ -100,8 +100,7 @@ def _default_ratios(profile: ShockProfile) -> list[float]:
     total = profile.areas().total
     most = min(_STRONGEST / total, _LONGEST / float(profile.duration_ratio))
     least = min(_WEAKEST / total, most / 10)
-    ratios: list[float] = np.geomspace(least, most, _SIMULATED).tolist()
-    return ratios
+    return list(map(float, np.geomspace(least, most, _SIMULATED)))
 
 
 def _predictions(ax: Axes, ratios: FloatArray, outcomes: list[Outcome]) -> None:

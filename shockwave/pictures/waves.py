@@ -13,7 +13,6 @@ from shockwave.measurement.recording import Recording
 from shockwave.measurement.result import SimulationResult
 from shockwave.pictures.drawing import BLACK, BLUE, FIELD, GREY, VERMILION, colour_scale, finish, halo, style
 from shockwave.pictures.maps import colour_cells, edges_of
-from shockwave.prediction.outcome import Outcome
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -139,7 +138,10 @@ def train(ax: Axes, comparison: Any) -> Axes:
     shock = comparison.simulated.shock.peak_force
     top = 1.12 * max(predicted.max(), simulated.max(), shock)
     ax.axhline(shock, color=GREY, linewidth=1.0, linestyle=":", label="shock")
-    _expected(ax, comparison.predicted, top)
+    if (bounds := comparison.predicted.expected_error) is not None:
+        # f/(1 + high) to f/(1 + low) of the prediction f, up to the top of the axes
+        ends = predicted[0] / (1 + bounds[1]), predicted[0] / max(1 + bounds[0], predicted[0] / top)
+        ax.plot([1, 1], ends, color=BLACK, linewidth=0.9, marker="_", label="expected range")
     places = np.arange(1, len(predicted) + 1) - 0.12
     ax.plot(places, predicted, "o", color=BLUE, markersize=5, label="predicted")
     places = np.arange(1, len(waves) + 1) + 0.12
@@ -152,13 +154,3 @@ def train(ax: Axes, comparison: Any) -> Axes:
     ax.set(xlim=(0.4, last + 0.6), ylim=(0, top))
     ax.locator_params(axis="x", integer=True)
     return finish(ax, ("wave", ""), ("peak force", "N"))
-
-
-def _expected(ax: Axes, predicted: Outcome, top: float) -> None:
-    """Draw the expected range of the true peak force, f/(1 + high) to f/(1 + low), up to the top of the axes."""
-    if predicted.expected_error is None:
-        return
-    low, high = predicted.expected_error
-    least = predicted.peak_force / (1 + high)
-    greatest = predicted.peak_force / (1 + low) if low > -1 else math.inf
-    ax.plot([1, 1], [least, min(greatest, top)], color=BLACK, linewidth=0.9, marker="_", label="expected range")

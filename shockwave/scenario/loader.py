@@ -70,16 +70,15 @@ def scenario_of(document: Document, path: Path | None, tries: slice = slice(None
         except WrongsError as error:
             wrongs = error.wrongs
             varied = names(document.data["sweep"])
-    problem: ShockwaveError | None = None
+    problems: list[ShockwaveError] = []
     for index in beginnings(sweep)[tries]:
         loading = _Loading(first(document, sweep, index), list(document.faults), path, varied)
         loading.report(("sweep",), wrongs)
         try:
             return loading.scenario(document, sweep)
         except ShockwaveError as error:
-            problem = problem or error
-    assert problem is not None
-    raise problem
+            problems.append(error)
+    raise problems[0]
 
 
 @define(eq=False)

@@ -235,8 +235,7 @@ def _values(of: Variable, given: Any) -> list[Any]:
     listed = isinstance(parts, list) and len(parts) == 3 and None not in parts
     if kind not in _SPACINGS or not listed or of.unit is None:
         raise ValueError(f"{_VALUES} (got {text_of(given)})")
-    found: list[Any] = gathered(given.items(), {kind: partial(_spaced, of, kind)})[kind]
-    return found
+    return list(gathered(given.items(), {kind: partial(_spaced, of, kind)})[kind])
 
 
 def _value(of: Variable, given: Any) -> Any:

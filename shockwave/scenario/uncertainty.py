@@ -17,10 +17,8 @@ from shockwave.text import si
 Kind = Literal["relative", "sd", "factor", "between"]
 
 _RELATIVE = Key("relative", spec=Quantity("", "relative standard deviation", above=0, at_most=1))
-_FACTOR = Key(
-    "factor",
-    spec=Quantity("", "factor of the nominal value within which two thirds of the values lie", above=1, at_most=100),
-)
+# Factor of the nominal value within which two thirds of the values lie.
+_FACTOR = Key("factor", spec=Quantity("", "factor", above=1, at_most=100))
 _RULE = "must be a percentage such as 5 %, or a mapping {sd: ...}, {between: [..., ...]} or {factor: ...}"
 #: Pairs of names for one value.
 TWINS: Final = (("chain.diameter", "chain.radius"), ("shock.duration", "shock.rise_time"))

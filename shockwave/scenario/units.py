@@ -95,8 +95,7 @@ def _factor(of_unit: str, unit: str) -> Decimal:
     spelling = "1" + of_unit if of_unit.startswith("/") else of_unit
     try:
         # a product of one with a zero point of its own, such as degC, raises
-        factor: Decimal = (1 * registry.Quantity(Decimal(1), spelling)).to(unit or "dimensionless").magnitude
-        return factor
+        return Decimal((1 * registry.Quantity(Decimal(1), spelling)).to(unit or "dimensionless").magnitude)
     except Exception as error:  # whatever pint raises, the text is not a unit
         undefined = type(error).__name__ == "UndefinedUnitError"
         raise ValueError("; unknown unit" if undefined else "") from None

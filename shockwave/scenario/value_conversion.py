@@ -73,9 +73,7 @@ def _of_keys(given: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Wrong]:
 
 
 def gathered(
-    pairs: Iterable[tuple[Any, Any]],
-    converters: Mapping[Any, Callable[[Any], Any]],
-    found: Iterable[Wrong] = (),
+    pairs: Iterable[tuple[Any, Any]], converters: Mapping[Any, Callable[[Any], Any]], found: Iterable[Wrong] = ()
 ) -> dict[Any, Any]:
     """Values, each converted by the function of its key or index.
 

@@ -10,7 +10,7 @@ from attrs import define, field
 
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.nystroem import Nystroem
+from shockwave.simulation.nystroem import Nystroem, kink
 from shockwave.simulation.one_step import Attempt
 from shockwave.simulation.peak_limit import KEPT, NOISE, STRIDE, crossing, hertz, limit, window_energy
 from shockwave.simulation.problem import Passage, Primary, Request, Status, chain_acceleration, contact_forces
@@ -24,9 +24,6 @@ _FIRST_STEP = 0.05
 _LONGEST_STEP = 1.0
 # Safety factor and limits of the ratio of consecutive step sizes.
 _SAFETY = 0.9
-# Error of a step in which a contact opens or closes, over its length and the 3/2 power of the change of the overlap.
-# The force has no second derivative there, which the embedded method may not detect.
-_KINK = 0.03
 _MIN_FACTOR = 0.2
 _MAX_FACTOR = 3.0
 # Largest displacement and velocity of a granule at rest.
@@ -149,31 +146,23 @@ class _Window:
         tried = self.method.attempt(force, self.time, size, self.x, self.v, self.a)
         free = self.problem.free(end) if self.driven else (0.0, 0.0)
         # only while the force acts: nothing catches up with a wave from the contacts that open behind it
-        kink = self._kink(size, free[0], tried.x) if self.driven else 0.0
-        if not self._control(size, float(tried.error) / self.request.tolerance, kink / self.request.tolerance, at_stop):
+        jolt = kink(self.x[:-1], tried.x[:-1], (self.free[0], free[0]), size) if self.driven else 0.0
+        if not self._control(size, float(tried.error) / self.request.tolerance, jolt / self.request.tolerance, at_stop):
             return
         if self.driven:
             self._add_work(size, free[0], force)
         self._find_peaks(size, free, tried)
         self._accept(end, at_stop, free, tried)
 
-    def _kink(self, size: float, path: float, x: FloatArray) -> float:
-        """Error due to contacts that open or close within the step, with ``path`` as in `_add_work`."""
-        before, after = self.x[:-2] - self.x[1:-1], x[:-2] - x[1:-1]
-        before[0] += self.free[0]
-        after[0] += path
-        change = float(np.abs(after - before)[before * after < 0].max(initial=0.0))
-        return _KINK * change * math.sqrt(change) * size
-
-    def _control(self, size: float, error: float, kink: float, at_stop: bool) -> bool:
+    def _control(self, size: float, error: float, jolt: float, at_stop: bool) -> bool:
         """Choose the next step size from both errors, in units of the tolerance; whether the step is accepted."""
         tableau = self.method.tableau
         self.effort += (len(self.x) - 1) * (len(tableau.nodes) + 1)
         self.evaluations += tableau.evaluations
         factor = _SAFETY * max(error, 1e-12) ** (-1 / (self.method.error_order + 1)) if error == error else 0.0
-        if error <= 1 < kink:
+        if error <= 1 < jolt:
             # both velocity and length of the step make the change of the overlap
-            self.size = size * (kink**-0.4 if kink < 300 else 0.1)
+            self.size = size * (jolt**-0.4 if jolt < 300 else 0.1)
             self.rejected = True
             return False
         if not error <= 1:

@@ -197,8 +197,7 @@ def line_along(scenario: Scenario, name: str, target: Target, between: tuple[flo
 def _spaced(between: tuple[float, float], count: int) -> list[float]:
     """Values that divide an interval evenly, by equal ratios if it is wide; both ends are included."""
     space = np.geomspace if _is_wide(between) else np.linspace
-    values: list[float] = space(*between, count).tolist()
-    return values
+    return list(map(float, space(*between, count)))
 
 
 def _is_wide(between: tuple[float, float]) -> bool:

@@ -150,11 +150,11 @@ class Uncertainty:
         ranked = sorted(self.sensitivities, key=lambda one: one.peak_force_total.value, reverse=True)
         forces = self._column(force)
         ratios = self._column(self.amplification)
-        indices = "the sensitivity indices"
+        samples = f"{self.draws}, seed {self.seed}; {self.evaluations} including those for the sensitivity indices"
         details = [
             ("peak forces", f"from {sources[self.method]}, each accurate to {self.model_error:.0e}"),
             ("scales as", f"{self.exponents} at the nominal values, each accurate to {self.exponents.error:.0e}"),
-            ("samples", f"{self.draws}, seed {self.seed}; {self.evaluations} including those for {indices}"),
+            ("samples", samples),
             ("scenario", self.scenario or "-"),
         ]
         lines = [

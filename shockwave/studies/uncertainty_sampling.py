@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from attrs import frozen
+from scipy.stats import norm, qmc, sobol_indices, truncnorm, uniform
 
 from shockwave.chain.chain import Chain
 from shockwave.errors import Fault, InvalidValueError
@@ -181,8 +182,6 @@ class Distribution:
         InvalidValueError
             If a percentage is given for the value 0, or a factor for a value that is not above 0.
         """
-        from scipy.stats import norm, truncnorm, uniform
-
         value = varied_scenes.value_of(scenario, spread.name)
         first, last = spread.numbers[0], spread.numbers[-1]
         if spread.kind == "between":
@@ -261,8 +260,6 @@ def _sampled(
 
 def _mixed(drawn: Sequence[Distribution], rng: np.random.Generator, count: int) -> FloatArray:
     """Samples A, B, and A with each column of B in turn, shape (parameters + 2, parameters, count)."""
-    from scipy.stats import qmc
-
     size = len(drawn)
     points = qmc.Sobol(d=2 * size, scramble=True, seed=rng).random(count).T
     # excludes 0, where quantiles may be infinite
@@ -332,8 +329,6 @@ def _sensitivity(one: Distribution, slopes: tuple[Estimate, Estimate], indices: 
 
 def _indices(outputs: FloatArray) -> FloatArray:
     """First and total indices, shape (2, parameters, outputs), of outputs of shape (outputs, parameters + 2, n)."""
-    from scipy.stats import sobol_indices
-
     own = outputs.copy()  # SciPy may subtract the mean in place
     parts: Any = {"f_A": own[:, 0], "f_B": own[:, 1], "f_AB": own[:, 2:].swapaxes(0, 1)}
     found = sobol_indices(func=parts, n=outputs.shape[-1])

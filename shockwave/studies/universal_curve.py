@@ -17,7 +17,7 @@ from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.fields import Quantity, text_of
-from shockwave.files import parse_json, read_bytes, write_file
+from shockwave.files import parse_json, read_bytes, structured, write_file
 from shockwave.numerics import crossings
 from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT
 from shockwave.profiles.base import ShockProfile
@@ -220,17 +220,11 @@ class UniversalCurve(CurveData):
         InvalidValueError
             If the document is not that of a curve.
         """
-        from cattrs import BaseValidationError, structure, transform_error
-
         known = document if isinstance(document, Mapping) else {}
         for key, value in _HEADER.items():
             if known.get(key) != value:
                 raise InvalidValueError.of(key, f"must be {value!r} (got {text_of(known.get(key))})")
-        try:
-            data = structure({**known, "shape": known}, CurveData)
-        except BaseValidationError as error:
-            problems = "; ".join(transform_error(error, "document", _problem))
-            raise InvalidValueError.of("document", f"must be that of a curve (got {problems})") from None
+        data = structured({**known, "shape": known}, CurveData, "document", "that of a curve")
         curve = cls.__new__(cls)
         curve.__attrs_init__(**asdict(data, recurse=False))
         return curve
@@ -300,13 +294,6 @@ class UniversalCurve(CurveData):
             rule = f"must be t0/T0 > 0 and <= {most:g}"
             raise InvalidValueError.of("rise_time", f"{rule} (got {wrong.flat[0]:g}; increase longest)")
         return np.asarray(np.minimum(ratios, most))
-
-
-def _problem(error: BaseException, kind: Any) -> str:
-    """The message of an error of shockwave itself, or that of cattrs for others."""
-    from cattrs.v import format_exception
-
-    return str(error) if isinstance(error, InvalidValueError) else format_exception(error, kind)
 
 
 @kept

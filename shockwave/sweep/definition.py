@@ -15,7 +15,7 @@ from attrs.validators import in_
 
 from shockwave.errors import InvalidValueError
 from shockwave.fields import text_of
-from shockwave.files import parse_json, read_bytes, replacing
+from shockwave.files import parse_json, read_bytes, replacing, structured
 from shockwave.scenario.sweep_block import Sweep
 
 DEFINITION = "sweep.json"
@@ -124,8 +124,7 @@ class SweepDefinition(Sweep):
     def _content(self) -> dict[str, Any]:
         """Everything on which the results depend, in the form that JSON returns."""
         content = {name: getattr(self, name) for name in _CONTENT}
-        found: dict[str, Any] = json.loads(json.dumps(cattrs.unstructure(content)))
-        return found
+        return dict(json.loads(json.dumps(cattrs.unstructure(content))))
 
     def _identity(self) -> dict[str, Any]:
         """The content without the meanings of the columns, whose wording may change."""
@@ -149,12 +148,7 @@ class SweepDefinition(Sweep):
         """
         file = str(folder / DEFINITION)
         document = parse_json(read_bytes(file, _MOST_BYTES, _REMEDY), file, _REMEDY)
-        try:
-            return cattrs.structure(document, SweepDefinition)
-        except Exception as error:  # cattrs passes on the errors of the values
-            reasons = "; ".join(cattrs.transform_error(error))
-            problem = f"must be the definition of a sweep (got {reasons[:200]}; {_REMEDY})"
-            raise InvalidValueError.of(file, problem) from None
+        return structured(document, SweepDefinition, file, "the definition of a sweep", _REMEDY)
 
     def write(self, folder: Path) -> None:
         """Write the definition; raises FileAccessError if the file cannot be written."""

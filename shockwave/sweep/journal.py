@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from io import BytesIO
 from itertools import chain, product
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 from filelock import FileLock, Timeout
@@ -55,7 +55,7 @@ class Journal:
         # Offset of the last line of each point [bytes].
         self._offsets = np.zeros(points, dtype=np.int64)
         self._size = 0
-        self._file: BinaryIO | None = None
+        self._file: IO[bytes] | None = None
 
     def count(self, *statuses: str) -> int:
         """Return the number of points with one of these statuses."""
@@ -94,7 +94,7 @@ class Journal:
             warnings.append(f"ignored lines of {JOURNAL} that are damaged or belong to no point: {ignored}")
         return warnings
 
-    def _opened(self) -> BinaryIO:
+    def _opened(self) -> IO[bytes]:
         # a sweep that was killed before its first point has no journal
         return open_regular(self.path) if self.path.exists() else BytesIO()
 

@@ -70,10 +70,11 @@ def plot(
         matplotlib is not installed.
     """
     numbers = [one.name for one in results.columns if one.kind != "text"]
-    name = column or main_quantity(numbers)
-    if name not in numbers:
-        raise UnknownNameError("numeric column", name, numbers)
+    if column is not None and column not in numbers:
+        raise UnknownNameError("numeric column", column, numbers)
     chosen = PlottedAxes(results, at or {}, x)
+    known = [one for one in numbers if np.isfinite(chosen.pick(one)).any()]
+    name = column or main_quantity(known or numbers)
     values = chosen.pick(name)
     accuracy = accuracy_of(name, results.units, chosen.pick)
     quantity = label_of(name), results.units[name] or ""

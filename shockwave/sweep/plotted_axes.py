@@ -65,7 +65,7 @@ class PlottedAxes:
         self.results = results
         self.positions = [np.arange(len(axis)) for axis in results.axes]
         for name, value in at.items():
-            place = self._place(name)
+            place = self.results.place(name)
             here = self.positions[place]
             self.positions[place] = here[self._equal(name, value)]
         free = [place for place, here in enumerate(self.positions) if len(here) > 1]
@@ -79,17 +79,13 @@ class PlottedAxes:
             raise UsageError(f"a plot must have one or two axes (got {len(free)}; {hint})")
         if x is not None and self._count(x) < 2:
             raise UsageError(f"--x: must be a variable with several values (got {x}, which has one)")
-        across = self._place(x) if x else max(free, key=lambda place: len(self.positions[place]))
+        across = self.results.place(x) if x else max(free, key=lambda place: len(self.positions[place]))
         names = [self._longest(place) for place in free if place != across]
         self.axes = [self._plotted(name) for name in (x or self._longest(across), *names)]
 
-    def _place(self, name: str) -> int:
-        self.results.coordinate(name)  # raises if there is no such variable
-        return next(place for place, axis in enumerate(self.results.axes) if name in axis.names)
-
     def _values(self, name: str) -> npt.NDArray[Any]:
         """Values of a variable at the drawn positions."""
-        return self.results.coordinate(name)[self.positions[self._place(name)]]
+        return self.results.coordinate(name)[self.positions[self.results.place(name)]]
 
     def _count(self, name: str) -> int:
         return len(np.unique(self._values(name)))
@@ -100,7 +96,7 @@ class PlottedAxes:
 
     def _texts(self, name: str) -> list[str]:
         """Values of a variable at the drawn positions, as text."""
-        place = self._place(name)
+        place = self.results.place(name)
         unit = self.results.units[name]
         values = self.results.axes[place].along(name)
         return [_text(values[position], unit, position) for position in self.positions[place].tolist()]
@@ -125,7 +121,7 @@ class PlottedAxes:
         return np.asarray(found)
 
     def _plotted(self, name: str) -> PlottedAxis:
-        place = self._place(name)
+        place = self.results.place(name)
         here = self.positions[place]
         values = self._values(name)
         unit = self.results.units[name]

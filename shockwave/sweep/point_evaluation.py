@@ -42,6 +42,8 @@ _MOST_RECORD = 2**28
 _POINT_ERRORS = (Exception, SystemExit)
 #: Time after which a worker returns the finished points of its batch [s].
 SLICE = 0.5
+# Options that apply to many simulations.
+_SETTINGS = ("rtol", "integrator", "wave_threshold", "step", "backend")
 # Most points that a worker simulates in one call.
 _MOST_TOGETHER = 128
 
@@ -109,17 +111,11 @@ class Points:
 
     def _together(self, options: SimulateOptions, indices: list[int], scenes: Mapping[int, Scenario]) -> _Results:
         try:
-            found = simulate_many(
-                [scenes[index].shock for index in indices],
-                [scenes[index].chain for index in indices],
-                options.rtol,
-                options.integrator,
-                options.wave_threshold,
-                step=options.step,
-                waves=options.waves if self.train else "primary",
-                backend=options.backend,
-                threads=1,
-            )
+            shocks = [scenes[index].shock for index in indices]
+            chains = [scenes[index].chain for index in indices]
+            settings: dict[str, Any] = {name: getattr(options, name) for name in _SETTINGS}
+            waves = options.waves if self.train else "primary"
+            found = simulate_many(shocks, chains, **settings, waves=waves, threads=1)
         except _POINT_ERRORS as error:
             if len(indices) == 1:
                 return {indices[0]: error}

@@ -102,12 +102,10 @@ class SweepResults(SweepDefinition):
         """
         if name in self._arrays:
             return self._arrays[name]
-        for place, axis in enumerate(self.axes):
-            if name in axis.names:
-                shape = [1] * len(self.shape)
-                shape[place] = len(axis)
-                return np.broadcast_to(self.coordinate(name).reshape(shape), self.shape)
-        raise UnknownNameError("quantity of the sweep", name, [*self._arrays, *self.variables])
+        if name not in self.variables:
+            raise UnknownNameError("quantity of the sweep", name, [*self._arrays, *self.variables])
+        later = len(self.axes) - 1 - self.place(name)
+        return np.broadcast_to(self.coordinate(name).reshape(-1, *[1] * later), self.shape)
 
     def coordinate(self, name: str) -> npt.NDArray[Any]:
         """Return the values of the variable ``name`` along its axis: floats, or text if they are not numbers.
@@ -117,9 +115,13 @@ class SweepResults(SweepDefinition):
         UnknownNameError
             If there is no such variable.
         """
-        for axis in self.axes:
+        return _array(self.axes[self.place(name)].along(name), self.units[name] is None)
+
+    def place(self, name: str) -> int:
+        """Return the number of the axis along which the variable ``name`` changes; it may raise like `coordinate`."""
+        for place, axis in enumerate(self.axes):
             if name in axis.names:
-                return _array(axis.along(name), self.units[name] is None)
+                return place
         raise UnknownNameError("variable of the sweep", name, self.variables)
 
     def to_pandas(self) -> Any:

@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from importlib import import_module
 from multiprocessing import connection
 from typing import Any
@@ -36,7 +36,7 @@ class Workers:
 
     Parameters
     ----------
-    executor : object with the method ``submit`` of concurrent.futures.Executor
+    executor : concurrent.futures.Executor
         Runs the batches.
     count : int
         Number of workers.
@@ -51,14 +51,13 @@ class Workers:
     #: Time limit of a point [s].
     timeout: float | None = None
 
-    def __init__(self, executor: Any, count: int) -> None:
+    def __init__(self, executor: Executor, count: int) -> None:
         self.executor = executor
         self.count = count
 
     def submit(self, content: bytes, indices: list[int]) -> Future[Any]:
         """Submit points of a sweep."""
-        found: Future[Any] = self.executor.submit(run_batch, content, indices)
-        return found
+        return self.executor.submit(run_batch, content, indices)
 
 
 def cores() -> int:
@@ -98,11 +97,8 @@ def workers_of(executor: Executor | str | None, count: int | None, timeout: floa
         raise UsageError(f"timeout: must be a number of seconds > 0 (got {timeout!r})")
     if executor is None or executor == "processes":
         _check_start()
-        own = Processes(count or cores(), timeout)
-        try:
+        with closing(Processes(count or cores(), timeout)) as own:
             yield own
-        finally:
-            own.close()
     elif timeout is not None:
         reason = "only processes on this machine can be stopped; omit the timeout or the executor"
         raise UsageError(f"timeout: must be omitted with an executor (got {executor!r}; {reason})")
