@@ -13,7 +13,7 @@ from attrs import frozen
 
 import shockwave as sw
 from pulse_families import FAMILIES
-from scenes import CHAIN, lasting, script
+from scenes import CHAIN, FORCE, UNITS, lasting, script
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.prediction.model_interface import ScaledShock
 from shockwave.prediction.shock_impulses import pulse_of
