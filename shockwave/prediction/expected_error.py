@@ -14,7 +14,7 @@ import numpy as np
 
 from shockwave.prediction.model_interface import Peaks, ScaledShock, Settings, Shocks
 from shockwave.prediction.moments import FARTHEST, peaks
-from shockwave.prediction.shock_impulses import HIGHEST, pulse_of, turns
+from shockwave.prediction.shock_impulses import LASTING, pulse_of, turns
 from shockwave.profiles.conditions import Condition, conditions
 from shockwave.quadrature import FloatArray
 from shockwave.text import si
@@ -93,7 +93,7 @@ def unbounded(shock: ScaledShock, force: float) -> str:
     problem = "the shock is longer than those for which errors were measured"
     if pulse.turns:
         return f"{problem}, and has several peaks; simulate its strongest part"
-    return f"{problem}; at most {si(HIGHEST * force, 'N', digits=3)}, {HIGHEST:g} times the peak force of the shock"
+    return f"{problem}; {si(LASTING * force, 'N', digits=3)} is the limit if it is smooth, and steps give more"
 
 
 def warning_of(problem: str) -> str:

@@ -55,6 +55,9 @@ COLUMNS = ("apart", "before", "after", "before_up", "after_up", "lean", "tilt", 
 _G0 = IMPULSE_LIMIT ** (5 / 6)
 # Exponent in the kernel, from the deviation of a short pulse from the impulse limit.
 _POWER = 2.5
+# Power of the spread with which the error grows beyond the last tabulated spread: where a long shock rises in steps,
+# the waves of a later step overtake those of an earlier one and exceed the limit of a lasting force.
+_LONG_POWER = 1 / 3
 #: Largest spread for which the law was compared with simulations.
 FARTHEST = 1000.0
 # Iterations of Newton's method for ln F; a few suffice in general.
@@ -85,7 +88,7 @@ class Law:
         Coefficients of these products.
     spreads, errors, turning_errors : numpy.ndarray, shape (knots,)
         Expected relative errors of shocks with one peak and with several, at spreads tau, interpolated by powers; below
-        the first spread they scale as the power 5/2.
+        the first spread they scale as the power 5/2, beyond the last as the power 1/3.
     """
 
     step_limit: float
@@ -112,13 +115,14 @@ class Law:
         return np.asarray(np.exp(log_force + (self.products(found) * self.coefficients).sum(axis=-1)))
 
     def error(self, spread: FloatArray | float, turns: bool) -> FloatArray:
-        """Expected relative error at a spread tau, same shape; constant beyond the last of ``spreads``."""
+        """Expected relative error at a spread tau, same shape."""
         errors = self.turning_errors if turns else self.errors
         logarithm = np.log(np.maximum(spread, 1e-300))
         known = np.interp(logarithm, np.log(self.spreads), np.log(errors))
         short = _POWER * np.minimum(logarithm - math.log(self.spreads[0]), 0)
         # In addition, the rounding error of 1.1681817, at most the smallest error that could be measured.
-        return np.asarray(np.exp(known + short) + min(5e-8, float(self.errors[0])))
+        long = _LONG_POWER * np.maximum(logarithm - math.log(self.spreads[-1]), 0)
+        return np.asarray(np.exp(known + short + long) + min(5e-8, float(self.errors[0])))
 
     def bound(self, pulse: Pulse) -> float:
         """Expected relative error for a pulse; infinite if none was measured."""

@@ -59,8 +59,10 @@ _ORTHOGONAL = 16
 # Time, over that of the wave, over which the force is averaged where peaks are counted, and number of cells.
 _AVERAGED = 0.3
 _CELLS = 512
-#: Upper bound of the amplification of a shock with one peak: that of a lasting force is 2.33.
-HIGHEST = 2.36
+# Amplification of a lasting force in the kernel of the law.
+_HIGHEST = 2.36
+#: Simulated amplification of a lasting force, which that of a long, smooth shock with one peak approaches.
+LASTING = 2.33
 # Norm of a Lanczos vector below which it is a rounding error.
 _ROUNDING = 1e-14
 
@@ -182,7 +184,7 @@ def _rules(jobs: Mapping[_Key, tuple[FloatArray, FloatArray]]) -> dict[_Key, tup
 
 def _length(shock: ScaledShock) -> float:
     """Duration over the time of the leading wave."""
-    force = min(IMPULSE_LIMIT * (shock.impulse / MOMENTUM) ** 1.2, HIGHEST)
+    force = min(IMPULSE_LIMIT * (shock.impulse / MOMENTUM) ** 1.2, _HIGHEST)
     return float(shock.duration / MOMENTUM * force ** (1 / 6))
 
 
