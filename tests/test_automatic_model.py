@@ -213,6 +213,9 @@ def test_many_are_predicted_like_each_alone(model: str) -> None:
     # error estimates agree less closely
     assert many.expected_error == pytest.approx(bounds, rel=1e-3 if model == "auto" else 1e-6)
     assert many.failures == ()
+    estimates = [[each.estimate.peak_force, each.estimate.low, each.estimate.high] for each in alone if each.estimate]
+    assert many.estimate == pytest.approx(np.array(estimates), rel=1e-6)
+    assert many.to_dict()["estimate"] == many.estimate.tolist()
 
 
 def test_a_wrong_number_of_chains_is_refused() -> None:

@@ -17,9 +17,9 @@ from pages import table as table_of
 from pulse_families import composed
 from scenes import CHAIN, STEEL, TRUTH, lasting, name_of, script, shock_of
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
-from shockwave.prediction.model_interface import ScaledShock
+from shockwave.prediction.model_interface import ScaledShock, Shocks
 from shockwave.prediction.moments import COLUMNS, columns, kernel_force, moments_law
-from shockwave.prediction.shock_impulses import Pulse, gauss, pulse_of
+from shockwave.prediction.shock_impulses import gauss, pulse_of, pulses_of
 from shockwave.quadrature import FloatArray
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -142,6 +142,44 @@ def test_instants_have_the_moments_of_the_force(profile: sw.ShockProfile) -> Non
     assert [impulses @ s**power for power in range(8)] == pytest.approx(direct, rel=1e-11)
 
 
+@pytest.mark.parametrize(
+    "profile",
+    [sw.Triangular(duration_ratio=5), sw.Exponential(rise_rate=-8, decay_rate=60, duration_ratio=5)],
+    ids=["triangle", "steep"],
+)
+def test_many_instants_do_not_lose_digits(profile: sw.ShockProfile) -> None:
+    # without orthogonalization the steep profile has wrong instants from about the hundredth on
+    at, weights = fine(profile)
+    s, impulses = gauss(at, weights, 128)
+    assert np.all(np.diff(s) > 0)
+    assert np.all(impulses > 0)
+    # Chebyshev polynomials on the whole shock, because high powers lose digits
+    z, nodes = (np.clip(2 * each / profile.duration_ratio - 1, -1, 1) for each in (at, s))
+    for degree in (1, 10, 100, 255):
+        direct = weights @ np.cos(degree * np.arccos(z))
+        assert impulses @ np.cos(degree * np.arccos(nodes)) == pytest.approx(direct, abs=1e-12 * weights.sum())
+
+
+def test_pulses_are_reduced_together_like_each_alone() -> None:
+    profiles = [sw.Triangular(duration_ratio=n) for n in (1.5, 2.0, 9.0)]
+    profiles.append(sw.Tabulated(times=[0, 1, 2, 3, 5, 6], forces=[0, 0.4, 1, 0.3, 0.7, 0]))
+    times = [0.1, 3.0, 3.0, 12.0]
+    single = [scaled(profile, duration) for profile, duration in zip(profiles, times, strict=True)]
+    together = Shocks(
+        profiles=tuple(profiles),
+        areas=tuple(profile.areas() for profile in profiles),
+        shapes=np.arange(4),
+        rise_times=np.array([shock.rise_time for shock in single]),
+        momentum_parameter=MOMENTUM,
+    )
+    for pulse, shock in zip(pulses_of(together), single, strict=True):
+        alone = pulse_of(shock)
+        # sums in another order
+        np.testing.assert_allclose(pulse.times, alone.times, rtol=1e-12, atol=1e-14)
+        np.testing.assert_allclose(pulse.impulses, alone.impulses, rtol=1e-10)
+        assert (pulse.known, pulse.turns) == (alone.known, alone.turns)
+
+
 def fine(profile: sw.ShockProfile) -> tuple[FloatArray, FloatArray]:
     """A pulse as very many impulses, by the midpoint rule."""
     edges = np.linspace(0, profile.duration_ratio, 501)
@@ -152,8 +190,8 @@ def fine(profile: sw.ShockProfile) -> tuple[FloatArray, FloatArray]:
 @OF_SHAPES
 def test_the_kernel_has_the_eigenvalue_one(profile: sw.ShockProfile, duration: float) -> None:
     pulse = pulse_of(scaled(profile, duration))
-    log_force, _ = kernel_force(moments_law(), pulse)
-    force = math.exp(log_force)
+    log_force, _ = kernel_force(moments_law(), pulse.times[None], pulse.impulses[None])
+    force = math.exp(log_force[0])
     s, parts = fine(profile)
     s, parts = s[parts > 0], parts[parts > 0]
     unit = duration / profile.duration_ratio / MOMENTUM
@@ -168,12 +206,26 @@ def test_the_kernel_has_the_eigenvalue_one(profile: sw.ShockProfile, duration: f
     assert norm == pytest.approx(1, abs=1e-3)
 
 
+@pytest.mark.parametrize("duration", [0.3, 3.0, 20.0, 200.0])
+@OF_SHAPES
+def test_the_eigenvector_is_that_of_a_dense_solver(profile: sw.ShockProfile, duration: float) -> None:
+    law, pulse = moments_law(), pulse_of(scaled(profile, duration))
+    (log_force,), (vector,) = kernel_force(law, pulse.times[None], pulse.impulses[None])
+    x, own = pulse.times * math.exp(log_force / 6), pulse.impulses * math.exp(-5 / 6 * log_force)
+    kernel = IMPULSE_LIMIT ** (5 / 6) * np.exp(-(np.abs((x[:, None] - x) / law.width) ** 2.5))
+    values, vectors = np.linalg.eigh(kernel * np.sqrt(own[:, None] * own))
+    # the last step of the iteration is below 1e-9
+    assert values[-1] == pytest.approx(1, abs=1e-9)
+    weights = own * vector**2
+    assert weights / weights.sum() == pytest.approx(vectors[:, -1] ** 2, abs=1e-8)
+
+
 def test_columns_of_two_impulses() -> None:
     """Written out for equal impulses one unit of time apart, whose vector is even by symmetry."""
     made = moments_law()
-    pulse = Pulse(np.array([0.0, 1.0]), np.array([0.3, 0.3]), 1.0, True, False)
-    log_force, weights = kernel_force(made, pulse)
-    force = math.exp(log_force)
+    pulse = np.array([[0.0, 1.0]]), np.array([[0.3, 0.3]])
+    log_force, vectors = kernel_force(made, *pulse)
+    force = math.exp(log_force[0])
     apart, unit = force ** (1 / 6), IMPULSE_LIMIT ** (5 / 6) * 0.3 * force ** (-5 / 6)
     near = unit * math.exp(-((apart / made.reach) ** 2))
     step = near * apart
@@ -190,7 +242,7 @@ def test_columns_of_two_impulses() -> None:
         "share": unit + near - 1,
         "scatter": 0,
     }
-    found = columns(made, pulse, log_force, weights)
+    found = columns(made, *pulse, log_force, vectors)[0]
     assert dict(zip(COLUMNS, found, strict=True)) == pytest.approx(expected, rel=1e-6, abs=1e-12)
 
 

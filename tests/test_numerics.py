@@ -1,4 +1,4 @@
-"""The bracketed root."""
+"""The bracketed root, and Newton's method."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from shockwave.errors import NumericalError
-from shockwave.numerics import bracketed_root
+from shockwave.numerics import bracketed_root, newton_root
 
 #: Name -> function, bracket, root.
 CASES: dict[str, tuple[Callable[[float], float], float, float, float]] = {
@@ -60,3 +60,22 @@ def test_a_bracket_that_does_not_close_is_an_error() -> None:
     # A triple root at zero: the bracket shrinks, its width relative to its ends does not.
     with pytest.raises(NumericalError, match=r"^root: not found in 200 steps between "):
         bracketed_root(lambda x: x**3, -1.0, 2.0, "root")
+
+
+# ---------------------------------------------------------------- Newton's method
+
+#: Name -> value and derivative with respect to ln x, root.
+INCREASING: dict[str, tuple[Callable[[float], tuple[float, float]], float]] = {
+    "power": (lambda x: (math.log(x) - 2.0, 1.0), math.exp(2.0)),
+    "cube": (lambda x: (x**3 - 10.0, 3 * x**3), 10 ** (1 / 3)),
+    "infinite-below": (lambda x: (-math.inf, 1.0) if x < 1 else (x - 3.0, x), 3.0),
+    "kink": (lambda x: (x - 5.0, x) if x > 4 else (100 * (x - 4.01), 100 * x), 5.0),
+}
+
+
+@pytest.mark.parametrize("guess", [0.0, 4.0, 1e9])
+@pytest.mark.parametrize("name", INCREASING)
+def test_newtons_method_finds_the_root_from_any_guess(name: str, guess: float) -> None:
+    function, root = INCREASING[name]
+    # some roundings
+    assert newton_root(function, 1e-3, 1e3, guess, "x") == pytest.approx(root, rel=4e-15, abs=0)

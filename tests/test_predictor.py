@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import pickle
 from typing import Any
 
 import attrs
@@ -13,6 +14,7 @@ import pytest
 import shockwave as sw
 from scenes import CHAIN, FORCE, STEEL
 from shockwave.chain import Scales
+from shockwave.prediction import expected_error
 
 T0 = Scales.of(CHAIN, FORCE).time
 
@@ -156,6 +158,27 @@ def test_json_contains_the_outcome(name: str) -> None:
     low, high = read["expected_error"]
     assert -1 <= low < high
     assert f"regime            {name}" in str(outcome)
+
+
+def test_the_accuracy_is_computed_when_it_is_accessed(monkeypatch: pytest.MonkeyPatch) -> None:
+    law, calls = expected_error.peaks, []
+    monkeypatch.setattr(expected_error, "peaks", lambda *given: calls.append(given) or law(*given))
+    outcome = sw.Predictor().predict(SHOCKS["train"], CHAIN)
+    many = sw.Predictor().predict_many([SHOCKS["train"]], CHAIN)
+    assert many.peak_force[0] == pytest.approx(outcome.peak_force, rel=1e-12)
+    assert not calls
+    assert outcome.estimate is not None
+    assert outcome.expected_error == pytest.approx(many.expected_error[0], rel=1e-9)
+    # once for each, and no more for the warnings
+    assert (outcome.warnings, many.warnings) == ((), ())
+    assert len(calls) == 2
+
+
+def test_an_outcome_can_be_pickled() -> None:
+    outcome = sw.Predictor().predict(SHOCKS["train"], CHAIN)
+    copy = pickle.loads(pickle.dumps(outcome))
+    assert copy == outcome
+    assert copy.estimate == outcome.estimate
 
 
 # ---------------------------------------------------------------- extremes

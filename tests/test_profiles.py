@@ -214,6 +214,15 @@ def test_integrals_keep_their_digits(profile: ShockProfile, method: str, integra
 
 
 @pytest.mark.parametrize("profile", EXACT_CASES.values(), ids=EXACT_CASES)
+def test_float_formulas_agree_with_arrays(profile: ShockProfile) -> None:
+    s = [*np.linspace(0.01, 1, 9).tolist(), *np.linspace(1, profile.duration_ratio, 9)[1:].tolist()]
+    found = np.array([profile.closed_at(each) for each in s])
+    # a rounding of s is multiplied by rates and exponents of some hundred
+    np.testing.assert_allclose(found[:, 0], profile.running_impulse(s), rtol=1e-12)
+    np.testing.assert_allclose(found[:, 1], profile.force(s), rtol=1e-12)
+
+
+@pytest.mark.parametrize("profile", EXACT_CASES.values(), ids=EXACT_CASES)
 def test_areas_are_within_their_errors(profile: ShockProfile) -> None:
     with mpmath.workdps(WORKING_DIGITS):
         rise = _rise(profile, 1, mpmath.mpf(1))

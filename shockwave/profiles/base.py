@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -109,6 +110,10 @@ class ShockProfile(abc.ABC):
         """Exact table of impulse and displacement on [0, n], or None."""
         return None
 
+    def closed_at(self, s: float) -> tuple[float, float] | None:
+        """Exact running impulse and force at one s, 0 <= s <= n, or None; only built-in profiles define it."""
+        return None
+
     # ---------------------------------------------------------------- final methods
 
     def force(self, s: npt.ArrayLike) -> FloatArray:
@@ -177,14 +182,24 @@ class ShockProfile(abc.ABC):
 
     def integral_to(self, end: float, quadrature: str | None, double: bool) -> Integral:
         """Running impulse, or with ``double`` its integral, at s = ``end``, 0 <= s <= n, by quadrature."""
-        points = [p for p in self.breakpoints if p < end] + [end]
+        return self._part(0.0, end, quadrature, double)
+
+    def _part(self, begin: float, end: float, quadrature: str | None, double: bool) -> Integral:
+        points = [begin, *(p for p in self.breakpoints if begin < p < end), end]
         # Cauchy's formula for repeated integration avoids the difference of large numbers.
         integrand = (lambda s: (end - s) * self.force(s)) if double else self.force
         return _integral(quadrature, integrand, points)
 
     def _integrals(self, ends: FloatArray, quadrature: str | None, double: bool) -> FloatArray:
-        values = [self.integral_to(end, quadrature, double).value for end in ends.ravel().tolist()]
-        return np.reshape(values, ends.shape)
+        # Each interval between ends is integrated once; all sums are of positive numbers.
+        points, places = np.unique(np.append(0.0, ends), return_inverse=True)
+        impulse, path, found = 0.0, 0.0, [0.0]
+        for begin, end in pairwise(points.tolist()):
+            if double:
+                path += (end - begin) * impulse + self._part(begin, end, quadrature, double=True).value
+            impulse += self._part(begin, end, quadrature, double=False).value
+            found.append(path if double else impulse)
+        return np.array(found)[places.ravel()[1:]].reshape(ends.shape)
 
 
 @kept

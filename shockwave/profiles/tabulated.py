@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pathlib
 import re
+from bisect import bisect_right
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -182,6 +183,13 @@ class Tabulated(ShockProfile):
         before, step, force = self._at(s)
         rest = step * (2.0 * self._pulse.values[before] + force) / 6.0
         return np.asarray(self._sums[1][before] + step * (self._sums[0][before] + rest))
+
+    def closed_at(self, s: float) -> tuple[float, float]:
+        before = min(bisect_right(self.breakpoints, s), len(self.breakpoints) - 1) - 1
+        begin, end = self.breakpoints[before : before + 2]
+        left, right = self._pulse.values[before : before + 2].tolist()
+        force = left + (s - begin) / (end - begin) * (right - left)
+        return float(self._sums[0][before]) + 0.5 * (s - begin) * (left + force), force
 
     def closed_free_path(self) -> FreePath:
         from shockwave.profiles.free_path import of_samples

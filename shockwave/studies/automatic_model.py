@@ -48,8 +48,7 @@ Indices = npt.NDArray[np.intp]
 def _one(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     """Predict one shock, with the reason for the choice of the method."""
     rtol = settings.rtol or RTOL
-    shape = np.zeros(1, dtype=np.intp)
-    shocks = Shocks((shock.profile,), (shock.areas,), shape, np.array([shock.rise_time]), shock.momentum_parameter)
+    shocks = shock.alone
     peaks = _many(shocks, settings)
     if peaks.failures:
         raise NumericalError(peaks.failures[0])
