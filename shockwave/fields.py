@@ -64,14 +64,20 @@ class Quantity:
         )
         return None if fits else f"must be {self.rule} (got {text_of(value)})"
 
-    def checked(self, value: Any, attribute: attrs.Attribute[Any]) -> Any:
-        """``value`` of ``attribute`` as a float or int; raises `InvalidValueError` if it is wrong."""
-        problem = self.problem(value)
-        if problem is not None:
-            raise InvalidValueError.of(attribute.name, problem)
-        if value is None:
-            return None
-        return int(value) if self.whole else float(value)
+
+def _checked(value: Any, attribute: attrs.Attribute[Any]) -> Any:
+    """``value`` of ``attribute`` as a float or int; raises `InvalidValueError` if it is wrong."""
+    spec: Quantity = attribute.metadata[_KEY]
+    problem = spec.problem(value)
+    if problem is not None:
+        raise InvalidValueError.of(attribute.name, problem)
+    if value is None:
+        return None
+    return int(value) if spec.whole else float(value)
+
+
+# one for all fields, because attrs inspects the signature of each converter
+_CONVERTER: Any = attrs.Converter(_checked, takes_field=True)
 
 
 def quantity(unit: str, meaning: str, *, default: Any = attrs.NOTHING, **declared: Any) -> Any:
@@ -94,8 +100,7 @@ def quantity(unit: str, meaning: str, *, default: Any = attrs.NOTHING, **declare
         Raised by the constructor of the class, when a value is out of range.
     """
     spec = Quantity(unit, meaning, **{"optional": default is None, **declared})
-    converter = attrs.Converter(spec.checked, takes_field=True)
-    return attrs.field(default=default, converter=converter, metadata={_KEY: spec})
+    return attrs.field(default=default, converter=_CONVERTER, metadata={_KEY: spec})
 
 
 def quantity_of(attribute: attrs.Attribute[Any]) -> Quantity | None:

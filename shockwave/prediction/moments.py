@@ -25,7 +25,7 @@ import json
 import math
 from collections.abc import Sequence
 from functools import cache
-from importlib import resources
+from pathlib import Path
 
 import numpy as np
 from attrs import field, frozen
@@ -127,7 +127,7 @@ class Law:
 @cache
 def moments_law() -> Law:
     """Law from the file of coefficients, read once."""
-    text = resources.files(__package__).joinpath(RESOURCE).read_text(encoding="utf-8")
+    text = (Path(__file__).parent / RESOURCE).read_text(encoding="utf-8")
     return Law(**json.loads(text)["law"])
 
 

@@ -52,7 +52,7 @@ def reversal(profile: ShockProfile) -> float:
     decay.
     """
     n = profile.duration_ratio
-    points = np.unique(np.concatenate((profile.breakpoints, np.linspace(0, 1, 129), np.linspace(1, n, 129))))
+    points = np.sort(np.concatenate((profile.breakpoints, np.linspace(0, 1, 129), np.linspace(1, n, 129))))
     rise, decay = profile.force(points[points <= 1]), profile.force(points[points >= 1])
     falls = np.maximum.accumulate(rise) - rise
     climbs = decay - np.minimum.accumulate(decay)
