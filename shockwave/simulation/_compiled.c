@@ -29,22 +29,16 @@
 #define MAX_STAGES 17
 #define ROW 8             /* columns of a piece of the table of the free-particle displacement */
 
-/* A block as one value, which GCC and Clang map to the vectors of the processor. */
-typedef double Vector __attribute__((vector_size(BLOCK * sizeof(double)), aligned(sizeof(double)), may_alias));
-typedef long long Choice __attribute__((vector_size(BLOCK * sizeof(double))));
+/* Half a block as one value. Code for values that are wider than the vectors of the processor would be many times
+   slower. */
+#define HALF (BLOCK / 2)
+typedef double Vector __attribute__((vector_size(HALF * sizeof(double)), aligned(sizeof(double)), may_alias));
+typedef long long Choice __attribute__((vector_size(HALF * sizeof(double))));
 #define VECTOR(address) (*(Vector *)(address))
 #define MAGNITUDE 0x7fffffffffffffffLL
-#define ABSOLUTE(v) ((Vector)((Choice)(v) & (Choice){MAGNITUDE, MAGNITUDE, MAGNITUDE, MAGNITUDE, \
-                                                     MAGNITUDE, MAGNITUDE, MAGNITUDE, MAGNITUDE}))
+#define ABSOLUTE(v) ((Vector)((Choice)(v) & (Choice){MAGNITUDE, MAGNITUDE, MAGNITUDE, MAGNITUDE}))
 /* the larger of two values; a NaN is kept */
 #define GREATER(one, other) ((Vector)(((Choice)(one) & ((other) <= (one))) | ((Choice)(other) & ~((other) <= (one)))))
-#if defined(__clang__)
-#define NEXT_ELEMENTS(one, other) __builtin_shufflevector(one, other, 1, 2, 3, 4, 5, 6, 7, 8)
-#define LAST_ELEMENTS(one, other) __builtin_shufflevector(one, other, 7, 8, 9, 10, 11, 12, 13, 14)
-#else
-#define NEXT_ELEMENTS(one, other) __builtin_shuffle(one, other, (Choice){1, 2, 3, 4, 5, 6, 7, 8})
-#define LAST_ELEMENTS(one, other) __builtin_shuffle(one, other, (Choice){7, 8, 9, 10, 11, 12, 13, 14})
-#endif
 
 /* ---------------------------------------------------------------- the method */
 
@@ -121,13 +115,13 @@ static void free_path(Path *path, double t, double *g, double *impulse)
 typedef struct {
     long lanes, room; /* room: number of elements of each array */
     double *block;
-    double *x, *v, *x1, *v1, *f, *late, *since, *k[MAX_STAGES];
+    double *x, *v, *x1, *v1, *y, *f, *late, *since, *k[MAX_STAGES];
 } Window;
 
 static int window_of(Window *w, long lanes, long rows)
 {
     long pad = (lanes + BLOCK - 1) / BLOCK * BLOCK, i;
-    double **const arrays[] = {&w->x, &w->v, &w->x1, &w->v1, &w->f, &w->late, &w->since};
+    double **const arrays[] = {&w->x, &w->v, &w->x1, &w->v1, &w->y, &w->f, &w->late, &w->since};
     const long named = (long)(sizeof arrays / sizeof *arrays);
     double *at;
     w->block = NULL;
@@ -142,64 +136,64 @@ static int window_of(Window *w, long lanes, long rows)
     return 1;
 }
 
-/* Accelerations k[terms] at the positions x + c h v + h^2 sum of a_j k_j, j < terms, with h of shape (BLOCK,).
-   Positions and contact forces are kept in registers, one block ahead and one behind. `shift` is added to the first
-   row. */
-WIDE static void stage(long n, long lanes, int terms, double c, const double *a, const double *h, const double *shift,
-                       const double *x, const double *v, double *const *k)
+/* Accelerations k[terms] at the positions y = x + c h v + h^2 sum of a_j k_j, j < terms, with h of shape (BLOCK,), and
+   the contact forces f. `shift` is added to the first row. */
+WIDE static void stage(long n, int terms, double c, const double *a, const double *h, const double *shift, Window *w)
 {
     const Vector step = VECTOR(h) * c, square = VECTOR(h) * VECTOR(h);
-    Vector now = VECTOR(shift), force = {0}, next, before, sum, overlap;
-    double closed[BLOCK], root[BLOCK], *out = k[terms];
-    long e;
-    int j, l;
-    for (e = -BLOCK; e < n; e += BLOCK) {
-        /* granules beyond the window are at rest */
-        next = VECTOR(x + e + BLOCK);
-        if (e + BLOCK < n) {
-            sum = square - square;
-            for (j = 0; j < terms; j++) sum += VECTOR(k[j] + e + BLOCK) * a[j];
-            next = next + step * VECTOR(v + e + BLOCK) + square * sum;
-        }
-        if (e < 0) { now += next; continue; }
-        before = force;
-        overlap = now - (lanes == 1 ? NEXT_ELEMENTS(now, next) : next);
-        overlap = (Vector)((Choice)overlap & (overlap > MIN_OVERLAP));
-        VECTOR(closed) = overlap;
-#pragma GCC unroll 1
-        for (l = 0; l < BLOCK; l++) root[l] = sqrt(closed[l]);
-        force = overlap * VECTOR(root);
-        VECTOR(out + e) = (lanes == 1 ? LAST_ELEMENTS(before, force) : before) - force;
-        now = next;
-    }
-}
-
-/* The new state x1, v1, and its largest difference from the embedded method for each element of a block. */
-WIDE static void combine(long n, const Method *m, const double *h, const double *x, const double *v,
-                         double *const *k, double *x1, double *v1, double *worst)
-{
-    const Vector step = VECTOR(h), square = step * step;
-    Vector most = step - step;
+    const Vector step2 = VECTOR(h + HALF) * c, square2 = VECTOR(h + HALF) * VECTOR(h + HALF);
+    const long lanes = w->lanes;
+    const double *const x = w->x, *const v = w->v;
+    double *const *const k = w->k, *const out = k[terms], *const y = w->y, *const f = w->f;
     long e;
     int j;
     for (e = 0; e < n; e += BLOCK) {
-        const Vector first = VECTOR(k[0] + e);
-        Vector b = first * m->b[0], bp = first * m->bp[0], d = first * m->e[0], dp = first * m->ep[0];
-        for (j = 1; j < m->stages; j++) {
-            const Vector kj = VECTOR(k[j] + e);
-            b += kj * m->b[j];
-            bp += kj * m->bp[j];
-            d += kj * m->e[j];
-            dp += kj * m->ep[j];
+        Vector sum = square - square, sum2 = sum;
+        for (j = 0; j < terms; j++) {
+            sum += VECTOR(k[j] + e) * a[j];
+            sum2 += VECTOR(k[j] + e + HALF) * a[j];
         }
-        VECTOR(x1 + e) = VECTOR(x + e) + step * VECTOR(v + e) + square * b;
-        VECTOR(v1 + e) = VECTOR(v + e) + step * bp;
-        d = ABSOLUTE(square * d);
-        dp = ABSOLUTE(step * dp);
-        most = GREATER(most, d);
-        most = GREATER(most, dp);
+        VECTOR(y + e) = VECTOR(x + e) + step * VECTOR(v + e) + square * sum;
+        VECTOR(y + e + HALF) = VECTOR(x + e + HALF) + step2 * VECTOR(v + e + HALF) + square2 * sum2;
     }
-    VECTOR(worst) = most;
+    /* granules beyond the window are at rest */
+    for (e = n; e < n + lanes; e++) y[e] = x[e];
+    for (e = 0; e < lanes; e++) y[e] += shift[e];
+    for (e = 0; e < n; e++) {
+        const double gap = y[e] - y[e + lanes], overlap = gap > MIN_OVERLAP ? gap : 0;
+        f[e] = overlap * sqrt(overlap);
+    }
+    for (e = 0; e < n; e++) out[e] = f[e - lanes] - f[e];
+}
+
+/* The new state x1, v1, and its largest difference from the embedded method for each element of a block. */
+WIDE static void combine(long n, const Method *m, const double *h, Window *w, double *worst)
+{
+    double *const *const k = w->k;
+    long e, half;
+    int j;
+    for (half = 0; half < BLOCK; half += HALF) {
+        const Vector step = VECTOR(h + half), square = step * step;
+        Vector most = step - step;
+        for (e = half; e < n; e += BLOCK) {
+            const Vector first = VECTOR(k[0] + e);
+            Vector b = first * m->b[0], bp = first * m->bp[0], d = first * m->e[0], dp = first * m->ep[0];
+            for (j = 1; j < m->stages; j++) {
+                const Vector kj = VECTOR(k[j] + e);
+                b += kj * m->b[j];
+                bp += kj * m->bp[j];
+                d += kj * m->e[j];
+                dp += kj * m->ep[j];
+            }
+            VECTOR(w->x1 + e) = VECTOR(w->x + e) + step * VECTOR(w->v + e) + square * b;
+            VECTOR(w->v1 + e) = VECTOR(w->v + e) + step * bp;
+            d = ABSOLUTE(square * d);
+            dp = ABSOLUTE(step * dp);
+            most = GREATER(most, d);
+            most = GREATER(most, dp);
+        }
+        VECTOR(worst + half) = most;
+    }
 }
 
 /* Attempts a step of sizes h from x, v with accelerations k[0]. `shift`, stages x BLOCK, is the free-particle
@@ -208,8 +202,8 @@ static void attempt(const Method *m, Window *w, long n, const double *h, const d
 {
     int i;
     for (i = 1; i < m->stages; i++)
-        stage(n, w->lanes, i, m->c[i], m->a + i * m->stages, h, shift + i * BLOCK, w->x, w->v, w->k);
-    combine(n, m, h, w->x, w->v, w->k, w->x1, w->v1, worst);
+        stage(n, i, m->c[i], m->a + i * m->stages, h, shift + i * BLOCK, w);
+    combine(n, m, h, w, worst);
 }
 
 
@@ -776,7 +770,7 @@ static int try_steps(const Method *m, Window *w, Lane *lanes, double (*path)[4],
     memset(trial->shift, 0, used);
     memset(trial->impulses, 0, used);
     drive(m, w, lanes, trial->h, trial->stop, path, trial->shift, trial->impulses);
-    if (!m->last_is_next) stage(trial->n, width, 0, 0, m->a, trial->h, trial->shift, w->x, w->v, w->k);
+    if (!m->last_is_next) stage(trial->n, 0, 0, m->a, trial->h, trial->shift, w);
     attempt(m, w, trial->n, trial->h, trial->shift, trial->worst);
     for (l = width; l < BLOCK; l++) if (!(trial->worst[l] <= trial->worst[0])) trial->worst[0] = trial->worst[l];
     find_kinks(w, lanes, path, trial);
@@ -1068,7 +1062,9 @@ static PyObject *attempt_once(PyObject *self, PyObject *args)
     for (i = 1; i < BLOCK; i++) if (!(worst[i] <= worst[0])) worst[0] = worst[i];
     if (!m.last_is_next) {
         /* accelerations at the end of the step */
-        stage(padded, 1, 0, 0, m.a, h, shift + (m.stages - 1) * BLOCK, w.x1, w.v1, w.k);
+        swap(&w.x, &w.x1);
+        stage(padded, 0, 0, m.a, h, shift + (m.stages - 1) * BLOCK, &w);
+        swap(&w.x, &w.x1);
         memcpy(w.k[m.stages - 1], w.k[0], (size_t)n * sizeof(double));
     }
     memcpy(after, w.x1, (size_t)n * sizeof(double));
