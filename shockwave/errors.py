@@ -96,6 +96,11 @@ class FileAccessError(ShockwaveError):
     exit_code = 5
 
 
+def message_of(error: BaseException) -> str:
+    """Message of an error; for an error of other packages, with its type."""
+    return str(error) if isinstance(error, ShockwaveError) else f"{type(error).__name__}: {error}"
+
+
 def nearest(name: str, known: Iterable[str]) -> str:
     """``"did you mean 'x'? "`` for the known name that is most similar to ``name``, or an empty string."""
     from difflib import get_close_matches  # rarely needed

@@ -7,7 +7,9 @@ scenario files, which reports all wrong values, and the templates that ``shockwa
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Iterable
+from functools import cached_property
 from typing import Any
 
 import attrs
@@ -16,6 +18,7 @@ from attrs import frozen
 from shockwave.errors import InvalidValueError
 
 _KEY = "shockwave"
+_SIGNS = {">": operator.gt, ">=": operator.ge, "<": operator.lt, "<=": operator.le}
 
 
 @frozen
@@ -37,11 +40,16 @@ class Quantity:
     samples: bool = False
     example: str = ""
 
+    @cached_property
+    def bounds(self) -> list[tuple[str, float]]:
+        """Signs and bounds of the range."""
+        pairs = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
+        return [(sign, bound) for sign, bound in pairs if bound is not None]
+
     @property
     def rule(self) -> str:
         """The range in words, such as ``> 0 Pa`` or ``> -1 and < 0.5``."""
-        limits = ((">", self.above), (">=", self.at_least), ("<", self.below), ("<=", self.at_most))
-        parts = [f"{sign} {bound:g}" for sign, bound in limits if bound is not None]
+        parts = [f"{sign} {bound:g}" for sign, bound in self.bounds]
         finite = "a finite number of" if self.unit else "a finite number"
         kind = "a whole number" if self.whole else "" if parts else finite
         return " ".join(filter(None, (kind, " and ".join(parts), self.unit)))
@@ -54,30 +62,25 @@ class Quantity:
             number = math.nan if isinstance(value, bool | str) else float(value)  # type: ignore[arg-type]
         except (TypeError, ValueError, OverflowError):
             number = math.nan
-        fits = (
-            math.isfinite(number)
-            and (not self.whole or number == int(number))
-            and (self.above is None or number > self.above)
-            and (self.at_least is None or number >= self.at_least)
-            and (self.below is None or number < self.below)
-            and (self.at_most is None or number <= self.at_most)
-        )
+        fits = math.isfinite(number) and (not self.whole or number == int(number))
+        for sign, bound in self.bounds:
+            fits = fits and _SIGNS[sign](number, bound)
         return None if fits else f"must be {self.rule} (got {text_of(value)})"
 
-
-def _checked(value: Any, attribute: attrs.Attribute[Any]) -> Any:
-    """``value`` of ``attribute`` as a float or int; raises `InvalidValueError` if it is wrong."""
-    spec: Quantity = attribute.metadata[_KEY]
-    problem = spec.problem(value)
-    if problem is not None:
-        raise InvalidValueError.of(attribute.name, problem)
-    if value is None:
-        return None
-    return int(value) if spec.whole else float(value)
+    def checked(self, name: str, value: Any) -> Any:
+        """``value`` of ``name`` as a float or int; raises `InvalidValueError` if it is wrong."""
+        problem = self.problem(value)
+        if problem is not None:
+            raise InvalidValueError.of(name, problem)
+        if value is None:
+            return None
+        return int(value) if self.whole else float(value)
 
 
 # one for all fields, because attrs inspects the signature of each converter
-_CONVERTER: Any = attrs.Converter(_checked, takes_field=True)
+_CONVERTER: Any = attrs.Converter(
+    lambda value, field: field.metadata[_KEY].checked(field.name, value), takes_field=True
+)
 
 
 def quantity(unit: str, meaning: str, *, default: Any = attrs.NOTHING, **declared: Any) -> Any:

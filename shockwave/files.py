@@ -83,20 +83,6 @@ def read_text(path: _Path, limit: int) -> str:
         raise _error(path, "must be UTF-8 text", got, "save it as UTF-8") from error
 
 
-def lines_of(file: BinaryIO, name: _Path, longest: int) -> Iterator[bytes]:
-    """Lines of ``file`` with their line ends, which the last line may lack; ``name`` is for error messages.
-
-    Raises
-    ------
-    FileAccessError
-        When the file has a line of ``longest`` bytes or more.
-    """
-    while line := file.readline(longest):
-        if len(line) == longest:
-            raise _error(name, f"must have lines shorter than {longest / 2**20:g} MiB", "more")
-        yield line
-
-
 def parse_json(text: str | bytes, name: str, remedy: str = "") -> Any:
     """Value of a JSON text.
 

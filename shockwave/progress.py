@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from typing import TypeVar
 
 #: Called with the name of the work, how much is done and, where it is known, how much there is.
 Show = Callable[[str, int, int | None], None]
 
+_Item = TypeVar("_Item")
 _show: ContextVar[Show | None] = ContextVar("show", default=None)
 
 
@@ -16,6 +18,16 @@ def progressed(work: str, done: int, total: int | None = None) -> None:
     """Report that ``done`` of ``total`` parts of ``work`` are done."""
     if (show := _show.get()) is not None:
         show(work, done, total)
+
+
+def counted(work: str, items: Sequence[_Item]) -> Iterator[_Item]:
+    """Yield the items, with a report of progress before each one and at the end, however it is reached."""
+    try:
+        for done, item in enumerate(items):
+            progressed(work, done, len(items))
+            yield item
+    finally:
+        progressed(work, len(items), len(items))
 
 
 @contextmanager

@@ -26,13 +26,7 @@ from shockwave.built_ins import Entry
 from shockwave.errors import MOST_NAMES, PluginError, ShockwaveError, UnknownNameError, nearest
 
 #: Kind of an entry -> its name in messages.
-KINDS = {
-    "profiles": "profile",
-    "integrators": "integrator",
-    "quadratures": "quadrature",
-    "materials": "material",
-    "models": "model",
-}
+KINDS = {f"{name}s": name for name in ("profile", "integrator", "quadrature", "material", "model")}
 #: Environment variable with the distributions to ignore, separated by commas.
 DISABLE = "SHOCKWAVE_DISABLE_PLUGINS"
 #: Value of this variable that stands for all distributions.
@@ -133,12 +127,16 @@ def load(kind: str, name: str) -> Any:
 
 def entries(kind: str) -> list[Entry]:
     """All entries of ``kind``, built-in ones first; nothing of it is imported."""
-    return own_entries(kind) + sorted(_plugin_entries(kind))
+    return [*_built_in(kind).values(), *sorted(_plugin_entries(kind))]
 
 
-def own_entries(kind: str) -> list[Entry]:
-    """Built-in entries of ``kind``."""
-    return list(_built_in(kind).values())
+def entry_of(kind: str, noun: Any) -> Entry | None:
+    """Entry of a class or function, if it is registered."""
+    for entry in entries(kind):
+        module, _, attribute = entry.address.partition(":")
+        if getattr(sys.modules.get(module), attribute, None) is noun:
+            return entry
+    return None
 
 
 @cache
@@ -182,18 +180,13 @@ def installed() -> list[Plugin]:
     except Exception as error:
         problem = f"the metadata of an installed distribution cannot be read ({described(error)})"
         raise PluginError(f"plugins cannot be found: {problem}") from error
-    disabled = [name for name in os.environ.get(DISABLE, "").split(",") if name]
-    return [evolve(plugin, disabled=_is_among(disabled, plugin.distribution)) for plugin in found]
+    disabled = set(map(_canonical, os.environ.get(DISABLE, "").split(",")))
+    return [evolve(one, disabled=not disabled.isdisjoint((EVERY, _canonical(one.distribution)))) for one in found]
 
 
-def _is_among(names: list[str], distribution: str) -> bool:
-    return EVERY in names or any(same_distribution(name, distribution) for name in names)
-
-
-def same_distribution(one: str, other: str) -> bool:
-    """Whether two names denote the same distribution; case and the choice among - _ . do not matter."""
-    first, second = (re.sub(r"[-_.]+", "-", name.strip()).lower() for name in (one, other))
-    return first == second
+def _canonical(distribution: str) -> str:
+    """Name of a distribution, in which case and the choice among - _ . do not matter."""
+    return re.sub(r"[-_.]+", "-", distribution.strip()).lower()
 
 
 def read(plugin: Plugin) -> Plugin:
@@ -298,8 +291,5 @@ def blame(kind: str, noun: Any) -> Iterator[None]:
 
 def owner_of(kind: str, noun: Any) -> str:
     """Name and distribution of a registered class or function, or its address if it is not registered."""
-    for entry in entries(kind):
-        module, _, attribute = entry.address.partition(":")
-        if getattr(sys.modules.get(module), attribute, None) is noun:
-            return f"{entry.name!r} of {entry.distribution}"
-    return f"{noun.__module__}:{noun.__qualname__}"
+    entry = entry_of(kind, noun)
+    return f"{entry.name!r} of {entry.distribution}" if entry else f"{noun.__module__}:{noun.__qualname__}"

@@ -63,12 +63,8 @@ class Scene:
     def facts(self) -> list[tuple[str, str]]:
         """Label and text of the shock and of the chain."""
         length = "semi-infinite" if self.granules is None else f"{self.granules} granules"
-        peak = si(self.peak_force, "N")
-        rise = si(self.rise_time, "s")
-        duration = si(self.rise_time * self.duration_ratio, "s")
-        radius = si(self.radius, "m")
+        duration = f"{si(self.rise_time * self.duration_ratio, 's')} (n = {self.duration_ratio:.5g})"
+        shock = f"peak {si(self.peak_force, 'N')}, rise {si(self.rise_time, 's')}, duration {duration}"
         stiffness = f"E {si(self.youngs_modulus, 'Pa')}, nu {self.poisson_ratio:.4g}"
-        return [
-            ("shock", f"{self.profile}, peak {peak}, rise {rise}, duration {duration} (n = {self.duration_ratio:.5g})"),
-            ("chain", f"R {radius}, {stiffness}, rho {self.density:.5g} kg/m^3, {length}"),
-        ]
+        chain = f"R {si(self.radius, 'm')}, {stiffness}, rho {self.density:.5g} kg/m^3, {length}"
+        return [("shock", f"{self.profile}, {shock}"), ("chain", chain)]

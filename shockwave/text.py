@@ -9,9 +9,11 @@ import re
 import shutil
 import sys
 import textwrap
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from itertools import zip_longest
+from pathlib import Path
 
 from attrs import frozen
 
@@ -79,18 +81,19 @@ def _styled(text: str, style: str) -> str:
 
 
 def si(value: float, unit: str, digits: int = 5, error: float | None = None) -> str:
-    """``value`` with an SI prefix, if ``unit`` takes one: ``si(1.5e-5, "s")`` is ``15 us``.
+    """``value`` with an SI prefix, if ``unit`` takes one: ``si(1.5e-5, "s")`` is ``15 us``, ``si(1.5e-5, "")`` 1.5e-05.
 
     With the relative ``error`` of the value, in `significant_digits`.
     """
-    if value == 0 or not math.isfinite(value):
-        return f"{value:g} {unit}"
     if error is not None:
         digits = significant_digits(value, error)
+    plain = f"{value:.{digits}g} {unit}".rstrip()
+    if not unit or unit.startswith("kg") or "**" in unit or not 0 < abs(value) < math.inf:
+        return plain
     # rounding may carry over into the next prefix
     exponent = 3 * math.floor(math.log10(abs(float(f"{value:.{digits}g}")) * (1 + 1e-12)) / 3)
-    if exponent not in _PREFIXES or unit.startswith("kg") or "**" in unit:
-        return f"{value:.{digits}g} {unit}"
+    if exponent not in _PREFIXES:
+        return plain
     scaled = float(f"{value / 10**exponent:.{digits}g}")
     if error is None:
         return f"{scaled:.{max(digits, 3)}g} {_PREFIXES[exponent]}{unit}"
@@ -147,7 +150,7 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], spare: Sequence[
 
 def _fitted(lines: Sequence[Sequence[str]], room: int) -> tuple[list[int], int]:
     """Widths of the columns, the first one narrowed as far as need and `_NAME` go, and what is still too wide."""
-    widths = [max(len(_STYLE.sub("", line[column])) for line in lines) for column in range(len(lines[0]))]
+    widths = [max(map(_width, column)) for column in zip(*lines, strict=True)]
     over = sum(widths) + 2 * (len(widths) - 1) - room
     saved = min(max(over, 0), max(widths[0] - _NAME, 0))
     widths[0] -= saved
@@ -156,18 +159,18 @@ def _fitted(lines: Sequence[Sequence[str]], room: int) -> tuple[list[int], int]:
 
 def _cells(line: Sequence[str], widths: Sequence[int]) -> list[str]:
     """The lines of a row: cells that are too wide are wrapped."""
-    parts = []
-    for cell, width in zip(line, widths, strict=True):
-        fits = len(_STYLE.sub("", cell)) <= width
-        parts.append([cell] if fits else wrapped(cell, width))
+    parts = [
+        [cell] if _width(cell) <= width else wrapped(cell, width) for cell, width in zip(line, widths, strict=True)
+    ]
     shown = []
-    for number in range(max(map(len, parts))):
-        text = ""
-        for part, width in zip(parts, widths, strict=True):
-            cell = part[number] if number < len(part) else ""
-            text += cell + " " * (width - len(_STYLE.sub("", cell)) + 2)
-        shown.append(text.rstrip())
+    for cells in zip_longest(*parts, fillvalue=""):
+        padded = [cell + " " * (width - _width(cell)) for cell, width in zip(cells, widths, strict=True)]
+        shown.append("  ".join(padded).rstrip())
     return shown
+
+
+def _width(cell: str) -> int:
+    return len(_STYLE.sub("", cell))
 
 
 def wrapped(text: str, width: int, rest: str = "") -> list[str]:
@@ -177,10 +180,7 @@ def wrapped(text: str, width: int, rest: str = "") -> list[str]:
 
 def facts(pairs: Iterable[tuple[str, str]]) -> list[str]:
     """Lines of labels and texts, the texts below one another."""
-    lines = []
-    for label, text in pairs:
-        lines += paragraph(f"  {label:<{_LABEL - 3}} ", text, _LABEL)
-    return lines
+    return [line for label, text in pairs for line in paragraph(f"  {label:<{_LABEL - 3}} ", text, _LABEL)]
 
 
 def paragraph(label: str, text: str, indent: int = 0) -> list[str]:
@@ -224,6 +224,22 @@ def printed(result: object, writer: str) -> str:
     module, _, name = writer.partition(":")
     text: str = getattr(importlib.import_module(module), name)(result)
     return text
+
+
+def html_of(template: Path, filters: Iterable[Callable[..., object]] = (), **values: object) -> str:
+    """A Jinja template, filled in with ``values``, which are escaped."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(template.parent),
+        autoescape=True,
+        undefined=StrictUndefined,
+        finalize=lambda value: admitted(value) if type(value) is str else value,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {function.__name__: function for function in filters}
+    return environment.get_template(template.name).render(values).lstrip() + "\n"
 
 
 def admitted(text: str) -> str:

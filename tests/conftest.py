@@ -86,11 +86,7 @@ def install(site: Path) -> Install:
     """Put a distribution with a hooks module into the site; gives the name of its module."""
 
     def installed(
-        distribution: str,
-        hooks: str = HOOKS,
-        pulse: str = PULSE,
-        name: str = "",
-        version: str = "1.2",
+        distribution: str, hooks: str = HOOKS, pulse: str = PULSE, name: str = "", version: str = "1.2"
     ) -> str:
         module = distribution.replace("-", "_")
         (site / f"{module}.py").write_text(hooks.format(name=name or distribution, module=module))

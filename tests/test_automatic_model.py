@@ -44,11 +44,7 @@ def simulated(shock: sw.Shock, rtol: float = 1e-9) -> float:
 
 @pytest.mark.parametrize(
     ("shock", "rtol", "method"),
-    [
-        (triangle(1.0), 1e-3, "moments"),
-        (triangle(1.0), 1e-6, "simulation"),
-        (triangle(8.0), 1e-1, "simulation"),
-    ],
+    [(triangle(1.0), 1e-3, "moments"), (triangle(1.0), 1e-6, "simulation"), (triangle(8.0), 1e-1, "simulation")],
     ids=["law", "fine", "train"],
 )
 def test_the_cheapest_method_that_meets_the_tolerance_is_used(shock: sw.Shock, rtol: float, method: str) -> None:

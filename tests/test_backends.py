@@ -143,9 +143,7 @@ def without(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("without")
-def test_without_compiled_code_auto_selects_numpy_and_compiled_is_an_error(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_without_compiled_code_auto_selects_numpy_and_compiled_is_an_error(capsys: pytest.CaptureFixture[str]) -> None:
     assert sw.simulate(CASE_A, CHAIN) == sw.simulate(CASE_A, CHAIN, backend="numpy")
     with pytest.raises(sw.InvalidValueError, match=r"backend: must be auto or numpy here .* needs a C compiler"):
         sw.simulate(CASE_A, CHAIN, backend="compiled")

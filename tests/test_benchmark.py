@@ -19,7 +19,7 @@ from conftest import HOOKS, Install
 from shockwave.benchmark import bench, bench_output
 from shockwave.benchmark.chain_problems import CASES, at_setting, case_of, read_front, reference
 from shockwave.benchmark.work_precision import Answer, Clock, Limits, Method, Problem, Row, WorkPrecision, measured
-from shockwave.errors import NumericalError, UsageError
+from shockwave.errors import NumericalError
 from shockwave.progress import progress_shown
 from shockwave.registry import entries, load
 
@@ -251,11 +251,7 @@ def made(name: str = "<b>&", method: str = "simulate") -> WorkPrecision:
     formula = Row("predictors", name, "section-4", "-", None, {"peak force": 1e-2}, 1.23e-4, 1.1e-4, 1.5e-4, runs=3)
     absent = Row("predictors", name, "<absent>", problem="no <script>")
     front = evolve(row, family="integrators", errors={"peak force": 1e-3, "arrival time": None})
-    return WorkPrecision(
-        provenance={"os": "<x>"},
-        problems=(problem, other),
-        rows=(row, formula, absent, front),
-    )
+    return WorkPrecision(provenance={"os": "<x>"}, problems=(problem, other), rows=(row, formula, absent, front))
 
 
 def test_document_is_json_with_null_where_there_is_nothing() -> None:
@@ -320,8 +316,3 @@ def test_names_are_drawn_without_characters_that_reverse_text() -> None:
     page = bench_output.page(made("$\\frac{a}{$\u202e", "$x^{$"))
     assert "<figure>" in page
     assert "\u202e" not in page
-
-
-def test_output_that_is_not_html_is_refused() -> None:
-    with pytest.raises(UsageError, match=r"output must end in .html \(got 'page.pdf'\)"):
-        bench_output.check_output("page.pdf")

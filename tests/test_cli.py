@@ -12,6 +12,7 @@ import pytest
 
 import shockwave as sw
 from shockwave.cli import main
+from shockwave.measurement import simulate
 
 ROOT = Path(__file__).parent.parent
 PAPER = ROOT / "profiles" / "paper"
@@ -130,20 +131,24 @@ def test_a_scene_beyond_floating_point_numbers_fails_alone(
     assert second["peak_force"] > 0
 
 
+def strike(monkeypatch: pytest.MonkeyPatch, call: int, error: BaseException) -> list[object]:
+    """Let one call of a simulation raise an error; gives the calls."""
+    real, calls = simulate.simulate_with, []
+
+    def struck(*arguments: object) -> object:
+        calls.append(arguments)
+        if len(calls) == call:
+            raise error
+        return real(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(simulate, "simulate_with", struck)
+    return calls
+
+
 def test_a_run_that_fails_ends_with_1_and_keeps_the_others(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    import shockwave.measurement.simulate as module
-
-    real, calls = module.simulate_with, []
-
-    def failing(*arguments: object) -> object:
-        calls.append(arguments)
-        if len(calls) == 1:
-            raise sw.NumericalError("the step size has vanished")
-        return real(*arguments)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(module, "simulate_with", failing)
+    strike(monkeypatch, 1, sw.NumericalError("the step size has vanished"))
     assert main(["simulate", "--json", "--rtol", "1e-2", SCENE, SCENE]) == 1
     out, err = capsys.readouterr()
     first, second = json.loads(out)
@@ -156,17 +161,7 @@ def test_a_run_that_fails_ends_with_1_and_keeps_the_others(
 def test_an_interrupt_keeps_the_results_before_it(
     form: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    import shockwave.measurement.simulate as module
-
-    real, calls = module.simulate_with, []
-
-    def interrupted(*arguments: object) -> object:
-        calls.append(arguments)
-        if len(calls) == 2:
-            raise KeyboardInterrupt
-        return real(*arguments)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(module, "simulate_with", interrupted)
+    calls = strike(monkeypatch, 2, KeyboardInterrupt())
     assert main(["simulate", *form, "--rtol", "1e-2", SCENE, SCENE, SCENE]) == 130
     out, err = capsys.readouterr()
     assert out.count("table 2 row 1") == 1

@@ -26,7 +26,6 @@ from shockwave.prediction import short_shock_law as short
 from shockwave.quadrature import FloatArray
 from shockwave.studies import universal_curve_fit
 from shockwave.studies.chebyshev_fit import evaluated, fitted
-from shockwave.studies.curve_and_design_files import write_curve
 from shockwave.studies.universal_curve import UniversalCurve
 from shockwave.studies.varied_scenes import curve_of
 
@@ -68,9 +67,6 @@ def errors(name: str, rtol: float, count: int) -> tuple[FloatArray, FloatArray]:
     return np.abs(found.amplification(ratios) / known - 1), found.error(ratios)
 
 
-# ---------------------------------------------------------------- accuracy
-
-
 @pytest.mark.parametrize("count", [50, pytest.param(200, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", thinned(SHAPES, 3))
 def test_the_curve_is_within_tolerance_and_bound_of_other_simulations(name: str, count: int) -> None:
@@ -103,9 +99,6 @@ def test_a_longer_curve_covers_longer_shocks() -> None:
     assert found.amplification(ratios) == pytest.approx(simulated(profile, ratios, 1e-6), rel=1e-3)
 
 
-# ---------------------------------------------------------------- short shocks
-
-
 @pytest.mark.parametrize("name", thinned(SHAPES, 3))
 def test_the_amplification_of_the_shortest_shocks_follows_from_their_impulse(name: str) -> None:
     found = curve(name)
@@ -132,9 +125,6 @@ def test_the_leading_correction_of_a_rectangle_has_its_closed_form() -> None:
     exact = mpmath.sqrt(n) * (n**4 / 4 / (2 * n) ** 1.5 - (n / 2) ** 2.5 / 2.5)
     # by graded Gauss rules, whose only breakpoint is the peak between two equal forces
     assert short.correction(SHAPES["rectangle"]) == pytest.approx(float(exact), rel=1e-12)
-
-
-# ---------------------------------------------------------------- values
 
 
 @pytest.mark.parametrize("force", [1e-3, 1e5])
@@ -165,9 +155,6 @@ def test_wrong_arguments_are_refused(name: str, value: Any) -> None:
         UniversalCurve(**given)
 
 
-# ---------------------------------------------------------------- the inverse
-
-
 @pytest.mark.parametrize("name", thinned(SHAPES, 3))
 @pytest.mark.parametrize("target", [1e-4, 0.05, 0.6, 1.4])
 def test_solutions_have_the_requested_amplification(name: str, target: float) -> None:
@@ -182,9 +169,6 @@ def test_no_amplification_above_the_greatest_has_a_solution() -> None:
     assert curve("triangle").solve(most * (1 + 1e-9)) == ()
     with pytest.raises(sw.InvalidValueError, match="amplification: must be > 0"):
         curve("triangle").solve(math.nan)
-
-
-# ---------------------------------------------------------------- the fit
 
 
 @pytest.mark.parametrize(
@@ -242,9 +226,6 @@ def test_a_curve_prints_its_range_its_error_and_its_cost() -> None:
         assert part in text
 
 
-# ---------------------------------------------------------------- the picture
-
-
 def test_the_picture_draws_the_curve_over_its_range() -> None:
     _, (ax,) = pictures.figure()
     found = curve("triangle")
@@ -254,9 +235,6 @@ def test_the_picture_draws_the_curve_over_its_range() -> None:
     assert np.array_equal(y, found.amplification(x))
     assert (x[-1], ax.get_xscale()) == (found.longest_rise_time, "log")
     assert ax.get_legend_handles_labels()[1] == ["universal curve", "this shock"]
-
-
-# ---------------------------------------------------------------- files
 
 
 @pytest.mark.parametrize("name", ["triangle", "two humps", "another's blast"])
@@ -297,17 +275,13 @@ def test_a_file_without_a_document_is_refused(text: str | None, tmp_path: Path) 
         UniversalCurve.load(file)
 
 
-# ---------------------------------------------------------------- written by the command
-
-
 def test_a_curve_is_written_as_json_or_as_a_picture(tmp_path: Path) -> None:
-    write_curve(curve("triangle"), tmp_path / "curve.json")
-    assert UniversalCurve.load(tmp_path / "curve.json") == curve("triangle")
-    write_curve(curve("triangle"), tmp_path / "curve.svg")
-    write_curve(curve("triangle"), tmp_path / "marked.svg", mark=1.0)
-    plain, marked = ((tmp_path / name).read_text(encoding="utf-8") for name in ("curve.svg", "marked.svg"))
-    assert plain.startswith("<?xml")
-    assert len(marked) > len(plain)
+    file = str(ROOT / "profiles" / "examples" / "protector.yaml")
+    for name in ("curve.json", "curve.svg"):
+        assert cli.main(["curve", file, "-o", str(tmp_path / name)]) == 0
+    profile = sw.load_scenario(file).shock.profile
+    assert UniversalCurve.load(tmp_path / "curve.json") == UniversalCurve(profile)
+    assert (tmp_path / "curve.svg").read_text(encoding="utf-8").startswith("<?xml")
 
 
 def test_the_command_prints_the_curve_and_its_scene(capsys: pytest.CaptureFixture[str]) -> None:
@@ -323,7 +297,8 @@ def test_the_command_prints_the_curve_and_its_scene(capsys: pytest.CaptureFixtur
     assert "polynomials" not in printed
 
 
-def test_a_wrong_output_is_refused_first(capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(("command", "endings"), [("curve", ".json, .svg, .png or .pdf"), ("bench", ".html or .htm")])
+def test_a_wrong_output_is_refused_first(command: str, endings: str, capsys: pytest.CaptureFixture[str]) -> None:
     # the scenario is missing, which has status 5
-    assert cli.main(["curve", "none.yaml", "-o", "curve.txt"]) == 2
-    assert capsys.readouterr().err.startswith("--output: must end in .json, .svg, .png or .pdf")
+    assert cli.main([command, "none.yaml", "-o", "curve.txt"]) == 2
+    assert capsys.readouterr().err.startswith(f"--output: must end in {endings}")

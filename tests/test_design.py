@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from pathlib import Path
@@ -12,7 +11,7 @@ import numpy as np
 import pytest
 
 import shockwave as sw
-from pages import ROOT, code_in, table
+from pages import ROOT
 from scenes import CASE_A, CHAIN, FORCE, POWER, UNITS
 from selection import keeping, thinned
 from shockwave import cli
@@ -23,7 +22,6 @@ from shockwave.studies.design_result import TARGETS, Target
 from shockwave.studies.design_search import line_along
 from shockwave.studies.scaling_exponents import POWERS
 from shockwave.studies.varied_scenes import curve_of, duration_of, exponents_of, scenario_of, value_of
-from test_docs import flat
 
 SCENE = scenario_of(CASE_A, CHAIN)
 FILE = str(ROOT / "profiles" / "examples" / "protector.yaml")
@@ -49,9 +47,6 @@ def design(vary: str = "chain.radius", between: Any = None, **wanted: Any) -> sw
     """A design of CASE_A on the paper's beads."""
     interval = between if between is not None else {**INTERVALS, **SHAPES}.get(vary)
     return sw.design(CASE_A, CHAIN, vary=vary, target=wanted, between=interval)
-
-
-# ---------------------------------------------------------------- solutions
 
 
 @pytest.mark.parametrize("quantity", TARGETS)
@@ -109,9 +104,6 @@ def test_a_response_with_a_maximum_gives_both_solutions(tmp_path: Path) -> None:
     assert len(places) == 2
 
 
-# ---------------------------------------------------------------- crossings
-
-
 @pytest.mark.parametrize("quantity", ["momentum", "width", "speed"])
 @pytest.mark.parametrize("name", thinned(INTERVALS, 4))
 def test_no_crossing_of_a_line_is_missed(name: str, quantity: str) -> None:
@@ -122,9 +114,6 @@ def test_no_crossing_of_a_line_is_missed(name: str, quantity: str) -> None:
     wanted = float(np.quantile(heights, 0.7))
     count = int(((heights[1:] > wanted) != (heights[:-1] > wanted)).sum())
     assert len(crossings(lambda value: line.height(value) - wanted, line.landmarks)) == count
-
-
-# ---------------------------------------------------------------- exponents
 
 
 @pytest.mark.parametrize("name", [name for name in POWERS if name not in ("chain.diameter", "shock.duration")])
@@ -142,9 +131,6 @@ def test_exponents_agree_with_two_simulations(name: str, stretch: float) -> None
     known = math.log(high.peak_force / low.peak_force) / math.log(1.001 / 0.999)
     # the error of a difference over 0.2 % is of second order
     assert found.at(name) == pytest.approx(known, abs=found.error + 1e-5)
-
-
-# ---------------------------------------------------------------- targets out of reach
 
 
 def test_an_unreachable_target_is_reported_with_the_range() -> None:
@@ -223,9 +209,6 @@ def test_a_target_met_only_within_the_error_has_a_warning() -> None:
     assert design(peak_force=most.reached * (1 - 3e-5)).warnings == ()
 
 
-# ---------------------------------------------------------------- materials
-
-
 def test_materials_within_the_error_are_solutions() -> None:
     given: dict[str, Any] = {"vary": "chain.material", "among": ["ptfe", "brass-260"]}
     low, high = sorted(option.reached for option in sw.design(CASE_A, CHAIN, target={"peak_force": 60}, **given).table)
@@ -244,8 +227,6 @@ def test_progress_is_reported_for_each_material() -> None:
         sw.design(CASE_A, CHAIN, vary="chain.material", among=["ptfe", "brass-260"], target={"peak_force": 60})
     assert [report for report in reports if report[0] == "materials"] == [("materials", k, 2) for k in range(3)]
 
-
-# ---------------------------------------------------------------- arguments
 
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "vary-unknown": ({"vary": "chain.radios"}, "vary: must be the dotted name of a key .* did you mean"),
@@ -274,19 +255,6 @@ def test_wrong_arguments_are_refused(other: dict[str, Any], message: str) -> Non
     call = {"chain": CHAIN, **given, **other}
     with pytest.raises(sw.InvalidValueError, match=message):
         sw.design(CASE_A, call.pop("chain"), **call)
-
-
-# ---------------------------------------------------------------- names, files, commands
-
-
-def test_the_command_prints_the_json_of_the_page(capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = ["--vary", "chain.diameter", "--target", "peak_force=60 N", "--between", "2 mm", "40 mm", "--json"]
-    status = cli.main(["design", FILE, *arguments])
-    document = json.loads(capsys.readouterr().out)
-    assert status == 0
-    assert len(document["solutions"]) == 1
-    keys = {key for row in table("docs/commands.md", "design --json") for key in code_in(row[0])}
-    assert keys == {key for key in flat(document) if not re.match(r"(nearest|least|most|table)(\[\])?\.", key)}
 
 
 def test_the_command_ranks_materials_whose_range_has_the_target(capsys: pytest.CaptureFixture[str]) -> None:

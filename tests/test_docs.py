@@ -21,7 +21,7 @@ import shockwave as sw
 from distributions import install
 from pages import DOCS, PAGES, ROOT, Block, blocks_of, code_in, table
 from selection import keeping
-from shockwave import cli, registry
+from shockwave import built_ins, cli, registry
 from shockwave.cli.parser import KINDS, parser
 from shockwave.fields import quantity_of
 from shockwave.options import SimulateOptions
@@ -169,7 +169,7 @@ def test_tables_of_keys_are_those_of_the_loader(name: str) -> None:
 
 def test_table_of_profiles_is_the_registry() -> None:
     rows = {code_in(row[0])[0]: code_in(row[-1]) for row in table("docs/scenarios.md", "profiles")}
-    assert list(rows) == [entry.name for entry in registry.own_entries("profiles")]
+    assert list(rows) == [entry.name for entry in built_ins.ENTRIES["profiles"]]
     for profile in ("power-law", "triangular", "exponential"):
         fields = registry.load("profiles", profile).__attrs_attrs__
         own = [field.name for field in fields if field.name != "duration_ratio" and quantity_of(field)]
@@ -205,15 +205,28 @@ def test_json_keys_are_those_of_to_dict(command: str) -> None:
     assert listed == {key for key in own if not key.startswith(("predicted.", "simulated."))}
 
 
-@pytest.mark.parametrize("arguments", ["validate --json FILE", "list profiles --json", "list plugins --json"])
-def test_json_keys_of_other_commands_are_those_printed(
-    arguments: str, tmp_path: Path, patch: pytest.MonkeyPatch
-) -> None:
+#: A command that prints JSON, and keys that it repeats elsewhere.
+PROTECTOR = "profiles/examples/protector.yaml"
+PRINTED = {
+    "validate": ("bad.yaml", "-"),
+    "list profiles": ("", "-"),
+    "list plugins": ("", "-"),
+    "uncertainty": (f"{PROTECTOR} --draws 1024", "-"),
+    "design": (
+        f"{PROTECTOR} --vary chain.diameter --target 'peak_force=60 N' --between '2 mm' '40 mm'",
+        r"(nearest|least|most|table)(\[\])?\.",
+    ),
+}
+
+
+@pytest.mark.parametrize("command", PRINTED)
+def test_json_keys_of_other_commands_are_those_printed(command: str, tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
+    arguments, repeated = PRINTED[command]
     install(tmp_path, ROOT / "plugins" / "shockwave-pulses" / "pyproject.toml", patch)
     (tmp_path / "bad.yaml").write_text("shock: {}\n", encoding="utf-8")
-    printed, _ = pages.run(f"shockwave {arguments.replace('FILE', 'bad.yaml')}", 0)
-    listed = {key for row in table("docs/commands.md", arguments.replace(" FILE", "")) for key in code_in(row[0])}
-    assert listed == {key.removeprefix("[].") for key in flat(json.loads(printed))}
+    printed, _ = pages.run(f"shockwave {command} {arguments} --json", 0)
+    listed = {key for row in table("docs/commands.md", f"{command} --json") for key in code_in(row[0])}
+    assert listed == {key.removeprefix("[].") for key in flat(json.loads(printed)) if not re.match(repeated, key)}
 
 
 #: Options that the page describes once.

@@ -14,7 +14,7 @@ import pytest
 import shockwave as sw
 from shockwave.cli import main
 from shockwave.errors import FileAccessError, InvalidValueError
-from shockwave.files import lines_of, open_regular, parse_json, read_bytes, read_text, replacing, write_file
+from shockwave.files import open_regular, parse_json, read_bytes, read_text, replacing, write_file
 
 SCENE = """\
 chain: {material: copper, radius: 1 mm}
@@ -54,14 +54,6 @@ def test_a_larger_file_than_the_limit_is_refused(tmp_path: Path) -> None:
 def test_invalid_json_is_refused(text: str) -> None:
     with pytest.raises(InvalidValueError, match=r"sweep: must be JSON.*; mend it\)"):
         parse_json(text, "sweep", "mend it")
-
-
-def test_lines_keep_their_ends_and_have_a_limit(tmp_path: Path) -> None:
-    (tmp_path / "a").write_bytes(b"12\n\n3")
-    with open_regular(tmp_path / "a") as file:
-        assert list(lines_of(file, "a", 4)) == [b"12\n", b"\n", b"3"]
-    with open_regular(tmp_path / "a") as file, pytest.raises(FileAccessError, match="a: must have lines shorter than"):
-        list(lines_of(file, "a", 2))
 
 
 @posix

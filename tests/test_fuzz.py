@@ -89,9 +89,6 @@ def typed(rng: random.Random) -> str:
     return f"{rng.choice((near, rng.choice(NUMBERS.split())))} {rng.choice(UNITS)}".strip()
 
 
-# ---------------------------------------------------------------- cases
-
-
 def places(data: Any) -> Iterator[tuple[Any, Any]]:
     """Every container with each of its keys or indices."""
     for key in list(data) if isinstance(data, dict) else range(len(data)) if isinstance(data, list) else ():
@@ -153,9 +150,6 @@ def case_of(seed: str, number: int) -> Case:
         return Case(on_scene(rng), {"scene.yaml": RECORD, "hammer.csv": other_text(rng, HAMMER)})
     text = rng.choice((other_tree, other_text))(rng, rng.choice(SCENARIOS))
     return Case(on_scene(rng), {"scene.yaml": text, "hammer.csv": HAMMER, "pulse.csv": HAMMER})
-
-
-# ---------------------------------------------------------------- running
 
 
 def answer(case: Case) -> str:

@@ -81,9 +81,7 @@ def moments(method: type[Nystroem], weights: str, count: int) -> list[Fraction]:
 
 
 @each_pair
-def test_weights_integrate_powers_up_to_the_orders_of_both_methods(
-    method: type[Nystroem],
-) -> None:
+def test_weights_integrate_powers_up_to_the_orders_of_both_methods(method: type[Nystroem]) -> None:
     assert moments(method, "b_prime", method.order) == [Fraction(1, k + 1) for k in range(method.order)]
     *nothing, missed = moments(method, "error_b_prime", method.error_order + 1)
     assert not any(nothing)

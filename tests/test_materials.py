@@ -6,11 +6,12 @@ import re
 
 import pytest
 
+from shockwave import built_ins
 from shockwave.chain import library
 from shockwave.chain.material import Material
-from shockwave.registry import load, own_entries
+from shockwave.registry import load
 
-ENTRIES = {entry.name: entry for entry in own_entries("materials")}
+ENTRIES = {entry.name: entry for entry in built_ins.ENTRIES["materials"]}
 MATERIALS: dict[str, Material] = {name: load("materials", name) for name in ENTRIES}
 # Materials whose modulus depends on strain rate: the source must say so.
 POLYMERS = ("ptfe", "nylon-66", "delrin", "pmma", "polycarbonate", "homalite-100")

@@ -51,9 +51,6 @@ def floors(requirements: list[str]) -> dict[str, str]:
     return {made.name: str(made.specifier) for made in map(Requirement, requirements)}
 
 
-# ---------------------------------------------------------------- names
-
-
 def test_nothing_names_the_distribution_of_another_project() -> None:
     assert FOREIGN.search("pip install shockwave\n")
     assert not FOREIGN.search("pip install granular-shockwave ./plugins/shockwave-blast\n")
@@ -66,9 +63,6 @@ def test_name_and_version_are_the_same_everywhere() -> None:
     about = project()
     assert about["name"] == citation["title"] == sw.OWN_DISTRIBUTION
     assert about["version"] == citation["version"] == sw.__version__
-
-
-# ---------------------------------------------------------------- dependencies
 
 
 def test_every_dependency_has_a_floor_and_the_tests_have_those_of_the_extras() -> None:
@@ -87,8 +81,6 @@ def test_sample_plugins_need_no_other_versions_than_shockwave(folder: Path) -> N
     assert needed.pop(sw.OWN_DISTRIBUTION) == f">={about['version'].rpartition('.')[0]}"
     assert needed.items() <= own.items()
 
-
-# ---------------------------------------------------------------- builds
 
 #: Written over what Python says of itself, before setup.py is run.
 FREE_THREADED = """
@@ -150,7 +142,7 @@ def test_a_wheel_without_compiled_code_serves_all_platforms(
     assert wheel.name.endswith("-py3-none-any.whl")
     names = zipfile.ZipFile(wheel).namelist()
     assert [name for name in names if "_compiled" in name] == ["shockwave/simulation/_compiled.pyi"]
-    assert "shockwave/__init__.py" in names
+    assert "shockwave/__init__.pyi" in names  # read at run time
 
 
 @pytest.mark.slow

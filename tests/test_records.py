@@ -126,10 +126,7 @@ NUMBER = "must be a finite number of"
 REFUSED: dict[str, tuple[str, list[str]]] = {
     "dimensions": (f"#\ntime [N],force [s]\n{COMMA}", [":2: unit of time: ", ":2: unit of force: "]),
     "volts": (f"time [ms],force [V]\n{COMMA}", [":1: unit of force: must be a unit of force (got 'V'"]),
-    "hostile": (
-        f"time [9**9**9**9],force [N]\n{COMMA}",
-        [":1: unit of time: must be a unit of time (got '9**9"],
-    ),
+    "hostile": (f"time [9**9**9**9],force [N]\n{COMMA}", [":1: unit of time: must be a unit of time (got '9**9"]),
     "three-names": (f"time,force,x\n{COMMA}", [":1: header: must name every column (got 3 names; line 2 has 2"]),
     "number": (f"time,5\n{COMMA}", [":1: row: must be either column names or numbers, not both (got 'time,5')"]),
     "preamble": (f"made by A. Smith\ntime,force\n{COMMA}", [":2: row: must be numbers: only one header line"]),

@@ -12,7 +12,7 @@ import pytest
 
 import shockwave as sw
 from pages import ROOT
-from shockwave import registry
+from shockwave import built_ins
 from shockwave.chain.chain import Chain
 from shockwave.chain.library import PAPER_STEEL
 from shockwave.chain.material import Material
@@ -22,7 +22,8 @@ from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock import Shock
 from shockwave.profiles.tabulated import Tabulated
-from shockwave.scenario.block_keys import CHAIN, SCENARIO, keys_of, parameters_of, profile_class, shock_keys
+from shockwave.registry import load
+from shockwave.scenario.block_keys import CHAIN, SCENARIO, keys_of, parameters_of, shock_keys
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Published, Scenario
 from shockwave.scenario.sweep_block import SWEEP
@@ -102,9 +103,6 @@ def test_published_figures_and_requirements(tmp_path: Path) -> None:
     assert found.published == expected
 
 
-# ---------------------------------------------------------------- records
-
-
 def test_a_record_defines_peak_force_rise_time_and_ratio(tmp_path: Path) -> None:
     shock = _load(tmp_path, CHAIN_LINE + RECORD).shock
     assert shock.profile == Tabulated(times=[0, 15e-6, 0.15e-3], forces=[0, 100, 0])
@@ -135,17 +133,14 @@ def test_a_missing_record_is_located_and_if_it_is_the_only_error_a_file_access_e
     assert [fault.path for fault in caught.value.faults] == ["chain.material", "shock.parameters.file"]
 
 
-# ---------------------------------------------------------------- templates
-
-
-@pytest.mark.parametrize("profile", [entry.name for entry in registry.own_entries("profiles")])
+@pytest.mark.parametrize("profile", [entry.name for entry in built_ins.ENTRIES["profiles"]])
 def test_templates_load_and_have_every_key(tmp_path: Path, profile: str) -> None:
     text = template(profile)
     scenario = _load(tmp_path, text)
-    assert type(scenario.shock.profile) is profile_class(profile)
+    assert type(scenario.shock.profile) is load("profiles", profile)
     assert (scenario.predictor, scenario.simulate) == (Predictor(), SimulateOptions())
-    parameters = parameters_of(profile, profile_class(profile))
-    blocks = [SCENARIO, SWEEP, CHAIN, parameters, shock_keys(profile_class(profile))[: None if parameters else -1]]
+    parameters = parameters_of(profile, load("profiles", profile))
+    blocks = [SCENARIO, SWEEP, CHAIN, parameters, shock_keys(load("profiles", profile))[: None if parameters else -1]]
     blocks += [keys_of(cls) for cls in (Material, Predictor, SimulateOptions, Published)]
     assert {key.name for block in blocks for key in block if f" {key.name}:" not in text.replace("\n", " ")} == set()
 
@@ -161,9 +156,6 @@ def test_commented_lines_of_a_template_are_valid(tmp_path: Path) -> None:
     assert scenario.sweep is not None
     assert scenario.sweep.shape == (10, 2, 2, 2)
     assert [spread.kind for spread in scenario.uncertainty] == ["relative", "sd", "between", "factor"]
-
-
-# ---------------------------------------------------------------- cost
 
 
 @pytest.mark.parametrize("file", ["paper/table1-row1.yaml", "examples/hammer.yaml", "maps/amplification.yaml"])

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from jsonschema import Draft7Validator
 
 from pages import PAGES, ROOT, Block, blocks_of, prepare, workplace
-from shockwave import registry
+from shockwave import built_ins
 from shockwave.errors import ShockwaveError
 from shockwave.scenario import block_keys as keys
 from shockwave.scenario.loader import load_scenario, scenario_of
@@ -45,9 +45,6 @@ def _faults(text: str) -> list[str]:
     return [str(fault.json_path) for fault in _validator().iter_errors(parse_document(text, "scenario.yaml").data)]
 
 
-# ---------------------------------------------------------------- the schema itself
-
-
 def test_schema_is_one_of_draft_07_and_the_same_in_every_process() -> None:
     Draft7Validator.check_schema(schema())
     program = "import json; from shockwave.scenario.schema import schema; print(json.dumps(schema(), allow_nan=False))"
@@ -61,9 +58,6 @@ def test_every_key_is_present_with_its_meaning() -> None:
     assert [*top] == [key.name for key in keys.SCENARIO]
     forms = {name: form for block in top.values() for name, form in {"": block, **block.get("properties", {})}.items()}
     assert [name for name, form in forms.items() if not form.get("description")] == []
-
-
-# ---------------------------------------------------------------- what is admitted
 
 
 @pytest.mark.parametrize("file", sorted((ROOT / "profiles").rglob("*.yaml")), ids=lambda file: file.name)
@@ -95,7 +89,7 @@ ADMITTED = {
     "swept-parameters": CHAIN
     + SHOCK.replace("triangular", "exponential")
     + "sweep: {points: [{shock.parameters.rise_rate: 1, shock.parameters.decay_rate: 2}]}",
-    **{f"template-{entry.name}": template(entry.name) for entry in registry.own_entries("profiles")},
+    **{f"template-{entry.name}": template(entry.name) for entry in built_ins.ENTRIES["profiles"]},
     "empty-blocks": CHAIN + SHOCK + "predict:\nsimulate:\nrequires:\npublished:\n",
     "empty-settings": CHAIN + SHOCK + "predict: {}\nsimulate: {}\nrequires: []\n",
     "number-as-text": CHAIN.replace("1 mm", '"1e-3"') + SHOCK,
@@ -115,9 +109,6 @@ def test_the_schema_accepts_what_the_loader_accepts(tmp_path: Path, name: str) -
     path.write_text(ADMITTED[name], encoding="utf-8")
     assert load_scenario(path).shock.peak_force > 0
     assert _faults(ADMITTED[name]) == []
-
-
-# ---------------------------------------------------------------- what is rejected
 
 
 @pytest.mark.parametrize("name", SEEN)
@@ -167,8 +158,6 @@ def test_further_errors_are_rejected_in_their_place(tmp_path: Path, name: str) -
         load_scenario(path)
     assert place in _faults(text)
 
-
-# ---------------------------------------------------------------- whatever comes
 
 _VALUES = st.sampled_from([
     None, {}, [], 0, 1, 2, 2.0, 0.5, 1e-3, -1, True, "", " a ", "exact", "paper", "verlet", "radau", "triangular",

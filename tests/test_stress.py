@@ -50,9 +50,6 @@ def test_names_are_unique_checks_exist_and_the_page_lists_every_case() -> None:
     assert table("docs/stress.md", "cases") == [[f"`{one.name}`", one.description, one.must] for one in CASES]
 
 
-# ---------------------------------------------------------------- checks can fail
-
-
 @pytest.mark.parametrize(
     ("one", "count"),
     [
@@ -88,9 +85,6 @@ def test_unsound_result_is_a_fault(
     assert found.startswith(fault)
 
 
-# ---------------------------------------------------------------- the run
-
-
 def hung(name: str, backend: str) -> None:
     time.sleep(60)
 
@@ -101,10 +95,7 @@ def crashed(name: str, backend: str) -> None:
 
 @pytest.mark.parametrize(
     ("work", "limit", "outcome"),
-    [
-        (hung, 0.1, "stopped at the time limit of 0.1 s"),
-        (crashed, 60.0, "the process ended with status -6"),
-    ],
+    [(hung, 0.1, "stopped at the time limit of 0.1 s"), (crashed, 60.0, "the process ended with status -6")],
     ids=["hangs", "crashes"],
 )
 def test_case_that_hangs_or_crashes_has_a_row_that_states_it(
@@ -152,8 +143,6 @@ def test_both_backends_are_run_where_the_result_depends_on_them() -> None:
     rows = stress.stress(["two-granules", "one-granule", "slow-push-radau"]).rows
     assert [row.backend for row in rows] == [*both, "numpy", "numpy"]
 
-
-# ---------------------------------------------------------------- accuracy of steep, rough and slow shocks
 
 each_backend = pytest.mark.parametrize("backend", ["numpy", *([] if compiled is None else ["compiled"])])
 

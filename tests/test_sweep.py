@@ -52,7 +52,8 @@ def swept(file: Path, folder: Path, **settings: Any) -> SweepReport:
 
 
 def journal(folder: Path) -> list[dict[str, Any]]:
-    return [json.loads(line) for line in (folder / "journal.jsonl").read_text().splitlines()]
+    file = folder / "journal.jsonl"
+    return [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
 
 
 def rows(folder: Path) -> dict[int, dict[str, Any]]:

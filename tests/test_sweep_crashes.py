@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import multiprocessing
 import os
 import signal
@@ -22,6 +21,7 @@ from shockwave.sweep import workers
 from shockwave.sweep.report import SweepReport
 from shockwave.sweep.runner import run_sweep
 from shockwave.sweep.workers import LostError
+from test_sweep import journal, swept, tables
 
 if TYPE_CHECKING:
     from conftest import Install
@@ -76,23 +76,13 @@ def scenario(tmp_path: Path) -> Path:
 
 
 def undisturbed(file: Path, folder: Path) -> dict[str, bytes]:
-    with ThreadPoolExecutor(1) as executor:
-        run_sweep(file, folder, executor)
+    swept(file, folder)
     return tables(folder)
-
-
-def tables(folder: Path) -> dict[str, bytes]:
-    return {file.name: file.read_bytes() for file in folder.glob("results.*")}
-
-
-def lines(folder: Path) -> list[dict[str, Any]]:
-    file = folder / "journal.jsonl"
-    return [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
 
 
 def unfinished(folder: Path) -> dict[int, str]:
     """Status of each point without a result."""
-    return {line["index"]: line["status"] for line in lines(folder) if line["status"] != "done"}
+    return {line["index"]: line["status"] for line in journal(folder) if line["status"] != "done"}
 
 
 def once(strike: Callable[[], object], after: int = 8) -> Callable[[SweepReport], None]:
@@ -128,26 +118,23 @@ def test_a_killed_worker_loses_no_results(scenario: Path, tmp_path: Path) -> Non
 
     report = run_sweep(scenario, tmp_path / "out", workers=2, progress=once(strike))
     assert (report.done, report.crashed) == (1200, 0)
-    assert sorted(line["index"] for line in lines(tmp_path / "out")) == list(range(1200))
+    assert sorted(line["index"] for line in journal(tmp_path / "out")) == list(range(1200))
     assert tables(tmp_path / "out") == undisturbed(scenario, tmp_path / "whole")
 
 
 CLIENT = """
 import multiprocessing, os, signal, sys
-import shockwave.cli.sweep
-from contextlib import contextmanager
+from shockwave.sweep import runner
 signal.signal(signal.SIGINT, {interrupt})
 if hasattr(signal, "SIGHUP"):  # ignored by what was started with nohup
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
-@contextmanager
-def progress():
-    def strike(report):
-        if 0 < report.done < report.points:
-            print(*(child.pid for child in multiprocessing.active_children()), flush=True)
-            for _ in range({times}):
-                os.kill(os.getpid(), {number:d})
-    yield strike
-shockwave.cli.sweep._progress = progress
+def strike(report):
+    if 0 < report.done < report.points:
+        print(*(child.pid for child in multiprocessing.active_children()), flush=True)
+        for _ in range({times}):
+            os.kill(os.getpid(), {number:d})
+run_sweep = runner.run_sweep
+runner.run_sweep = lambda *places, **settings: run_sweep(*places, **settings | {{"progress": strike}})
 from shockwave.cli import main
 sys.exit(main(["sweep", *sys.argv[1:]]))
 """
@@ -165,7 +152,7 @@ def test_a_killed_client_loses_no_results_and_leaves_no_worker(scenario: Path, t
     out = tmp_path / "out"
     run = struck(scenario, out, signal.SIGKILL, 1, "signal.default_int_handler")
     assert run.returncode == -signal.SIGKILL
-    begun = len(lines(out))
+    begun = len(journal(out))
     assert 0 < begun < 1200
     pids = [int(pid) for pid in run.stdout.split()]
     assert len(pids) == 2
@@ -175,7 +162,7 @@ def test_a_killed_client_loses_no_results_and_leaves_no_worker(scenario: Path, t
     assert not any(map(alive, pids))
     with ThreadPoolExecutor(1) as executor:
         assert run_sweep(scenario, out, executor).before == begun
-    assert sorted(line["index"] for line in lines(out)) == list(range(1200))
+    assert sorted(line["index"] for line in journal(out)) == list(range(1200))
     assert tables(out) == undisturbed(scenario, tmp_path / "whole")
 
 
@@ -198,7 +185,7 @@ def test_signals_stop_a_sweep_like_an_interrupt(
     out, number = tmp_path / "out", getattr(signal, name)
     run = struck(scenario, out, number, times, interrupt)
     assert run.returncode == 128 + number, run.stderr
-    finished = len(lines(out))
+    finished = len(journal(out))
     assert 0 < finished < 1200
     assert run.stderr == f"interrupted: {finished} of 1200 points are saved; run the same command to resume\n"
     assert not any(map(alive, map(int, run.stdout.split())))
@@ -244,7 +231,7 @@ def test_only_the_points_that_exceed_the_time_limit_fail(tmp_path: Path, install
     report = run_sweep(file, tmp_path / "out", workers=2, timeout=3.0)
     assert (report.done, report.failed, report.exit_code) == (5, 2, 1)
     assert unfinished(tmp_path / "out") == {2: "failed", 5: "failed"}
-    errors = {line["error"] for line in lines(tmp_path / "out") if line["status"] == "failed"}
+    errors = {line["error"] for line in journal(tmp_path / "out") if line["status"] == "failed"}
     assert errors == {"must take at most 3 s (was stopped; increase --timeout)"}
 
 
@@ -286,7 +273,7 @@ def test_a_broken_executor_of_the_caller_is_reported(scenario: Path, tmp_path: P
         pytest.raises(LostError, match="finished points are kept"),
     ):
         run_sweep(scenario, tmp_path / "out", executor, progress=once(strike))
-    assert len(lines(tmp_path / "out")) >= 8
+    assert len(journal(tmp_path / "out")) >= 8
 
 
 def test_a_program_without_a_main_guard_is_refused_with_a_hint(scenario: Path, tmp_path: Path) -> None:
@@ -362,7 +349,7 @@ def test_a_worker_of_dask_with_another_version_is_refused(scenario: Path, tmp_pa
                 run_sweep(scenario, tmp_path / "out", f"dask={cluster.scheduler_address}")
         finally:
             client.run(_call_version, sw.__version__)
-    assert lines(tmp_path / "out") == []
+    assert journal(tmp_path / "out") == []
 
 
 def _call_version(version: str) -> None:

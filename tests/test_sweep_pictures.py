@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 from typing import Any
@@ -14,36 +13,22 @@ from shockwave import cli
 from shockwave.errors import UsageError
 from shockwave.sweep.plot import Plot, plot
 from shockwave.sweep.results import SweepResults, load_sweep
+from test_pictures import inside, key_of
+from test_sweep_results import FORCE, MATERIAL, TIME, folder_of, line
 
 RATIO = ("shock.duration_ratio", "")
-TIME = ("shock.rise_time", "s")
-FORCE = ("shock.peak_force", "N")
-MATERIAL = ("chain.material", None)
 UNITS = {"regime": None, "peak_force": "N", "recoil_momentum": "N s", "recoil_error": "N s", "width": "s"}
 
 
 def swept(folder: Path, axes: Any, columns: dict[str, Any], failed: tuple[int, ...] = ()) -> SweepResults:
     """A sweep over axes of variables and values, with a list of values for each column."""
-    folder.mkdir(exist_ok=True)
-    parts = [
-        {"names": [name for name, _ in variables], "units": [unit for _, unit in variables], "values": values}
-        for variables, values in axes
-    ]
     described = []
     for name in columns:
         unit = UNITS.get(name, "")
         described.append({"name": name, "unit": unit, "kind": "number" if unit is not None else "text", "meaning": "a"})
-    header = {"format": 2, "name": "a test", "run": "predict", "axes": parts, "named": {}}
-    header |= {"columns": described, "scenario": {}, "versions": {}}
-    (folder / "sweep.json").write_text(json.dumps(header), encoding="utf-8")
-    lines = []
-    for index, values in enumerate(zip(*columns.values(), strict=True)):
-        state = {"status": "done", "values": list(values)}
-        if index in failed:
-            state = {"status": "failed", "error": "no"}
-        lines.append(json.dumps({"index": index, **state}) + "\n")
-    (folder / "journal.jsonl").write_text("".join(lines), encoding="utf-8")
-    return load_sweep(folder)
+    rows = enumerate(zip(*columns.values(), strict=True))
+    lines = [line(at, status="failed", error="no") if at in failed else line(at, *values) for at, values in rows]
+    return load_sweep(folder_of(folder, axes, lines, described))
 
 
 def numbered(folder: Path, axes: Any) -> SweepResults:
@@ -69,23 +54,8 @@ def along(variable: tuple[str, str], *values: Any) -> Any:
     return [variable], [[value] for value in values]
 
 
-def inside(found: Plot) -> bool:
-    """Whether the picture fits the figure, with a pixel of tolerance for the rounding of letters."""
-    figure: Any = found.figure
-    figure.draw_without_rendering()
-    around = figure.axes[0].get_tightbbox()
-    return bool(
-        around.x0 > -1 and around.y0 > -1 and around.x1 < figure.bbox.width + 1 and around.y1 < figure.bbox.height + 1
-    )
-
-
 def lines_of(found: Plot) -> list[list[list[float]]]:
     return [one.get_xydata().tolist() for one in found.figure.axes[0].get_lines()]  # type: ignore[union-attr]
-
-
-def key_of(found: Plot) -> list[str]:
-    legend = found.figure.axes[0].get_legend()
-    return [text.get_text() for text in legend.get_texts()] if legend else []
 
 
 def test_two_axes_give_a_map_with_units_and_regime_borders(tmp_path: Path) -> None:
@@ -108,7 +78,7 @@ def test_two_axes_give_a_map_with_units_and_regime_borders(tmp_path: Path) -> No
 def test_points_without_a_value_are_hatched_and_counted(tmp_path: Path) -> None:
     results = a_map(tmp_path, failed=(3, 77))
     found = plot(results)
-    assert key_of(found) == ["no value (2 of 180)"]
+    assert key_of(found.figure.axes[0]) == ["no value (2 of 180)"]
     # four corners, and a fifth that closes the path
     assert [len(one.get_path().vertices) for one in found.figure.axes[0].patches if one.get_hatch()] == [2 * 5]
     assert "2 of the 180 drawn points failed" in found.notes
@@ -118,7 +88,7 @@ def test_points_without_a_value_are_hatched_and_counted(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("held", [{}, {RATIO[0]: 1.5}], ids=["map", "line"])
 def test_a_sweep_without_results_is_drawn_empty(tmp_path: Path, held: dict[str, float]) -> None:
-    assert inside(plot(a_map(tmp_path, failed=tuple(range(180))), at=held))
+    assert inside(plot(a_map(tmp_path, failed=tuple(range(180))), at=held).figure)
 
 
 def test_one_axis_gives_a_line_with_its_regimes(tmp_path: Path) -> None:
@@ -129,12 +99,12 @@ def test_one_axis_gives_a_line_with_its_regimes(tmp_path: Path) -> None:
     change = np.flatnonzero(NAMES[1:, 4] != NAMES[:-1, 4])[0]
     assert border == pytest.approx(np.sqrt(TIMES[change] * TIMES[change + 1]))
     assert found.figure.get_suptitle() == f"duration ratio {RATIOS[4]:.6g}"
-    assert inside(found)
+    assert inside(found.figure)
 
 
 def test_a_few_values_of_a_second_axis_give_lines(tmp_path: Path) -> None:
     found = plot(numbered(tmp_path, [along(TIME, 1.0, 2.0, 3.0), along(RATIO, 2.0, 4.0)]))
-    assert key_of(found) == ["duration ratio 2", "duration ratio 4"]
+    assert key_of(found.figure.axes[0]) == ["duration ratio 2", "duration ratio 4"]
     assert lines_of(found) == [[[1, 0], [2, 2], [3, 4]], [[1, 1], [2, 3], [3, 5]]]
 
 
@@ -172,7 +142,7 @@ def test_the_band_is_where_the_true_value_is_expected(tmp_path: Path, case: str)
     columns, name, shade, note = ERRORS[case]
     found = plot(swept(tmp_path / "out", [along(RATIO, 2.0, 3.0)], columns), next(iter(columns)))
     assert found.notes[0] == note
-    assert key_of(found) == ([name] if name else [])
+    assert key_of(found.figure.axes[0]) == ([name] if name else [])
     if shade:
         corners = found.figure.axes[0].collections[0].get_paths()[0].vertices
         drawn = [(corners[corners[:, 0] == x, 1].min(), corners[corners[:, 0] == x, 1].max()) for x in (2.0, 3.0)]
@@ -197,7 +167,7 @@ def test_lines_are_labelled_with_all_variables_that_differ(tmp_path: Path) -> No
     pairs = ([TIME, FORCE], [[1.0, 5.0], [1.0, 6.0], [2.0, 5.0]])
     results = numbered(tmp_path, [pairs, along(RATIO, 2.0, 3.0, 4.0)])
     names = ["rise time 1 s, peak force 5 N", "rise time 1 s, peak force 6 N", "rise time 2 s, peak force 5 N"]
-    assert key_of(plot(results, x=RATIO[0])) == names
+    assert key_of(plot(results, x=RATIO[0]).figure.axes[0]) == names
     assert lines_of(plot(results, at={FORCE[0]: 6, TIME[0]: 1})) == [[[2, 3], [3, 4], [4, 5]]]
 
 
@@ -216,7 +186,7 @@ def test_materials_are_labelled_with_their_name_or_number(tmp_path: Path) -> Non
     names = ["mine", "lead", "#3", r"$\foo$", "none"]
     assert [label.get_text().replace("\\$", "$") for label in found.figure.axes[0].get_xticklabels()] == names
     # an unknown symbol must not be parsed as a formula
-    assert inside(found)
+    assert inside(found.figure)
     for at, name in enumerate(names):
         assert lines_of(plot(results, at={MATERIAL[0]: name}))[0][0] == [2, 3 * at]
     assert plot(results, at={MATERIAL[0]: "mine"}).figure.get_suptitle() == "material mine"
@@ -239,7 +209,7 @@ WRONG: dict[str, tuple[list[str], int, str]] = {
     "held-form": (["--at", "shock.duration_ratio"], 2, "--at: must be NAME=VALUE"),
     "held-both": (["--at", "shock.duration_ratio=1.5", "--at", "shock.rise_time=1 us"], 2, "(got one point; see"),
     "held-x": (["--at", "shock.rise_time=1 us", "--x", "shock.rise_time"], 2, "must be a variable with several values"),
-    "ending": (["-o", "map.gif"], 3, "--output: must end in .svg, .png, .pdf"),
+    "ending": (["-o", "map.gif"], 2, "--output: must end in .svg, .png or .pdf"),
     "place": (["-o", "nowhere/map.svg"], 5, "cannot be written"),
 }  # fmt: skip
 

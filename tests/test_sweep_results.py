@@ -67,9 +67,6 @@ def folder(tmp_path: Path) -> Path:
     return folder_of(tmp_path / "out")
 
 
-# ---------------------------------------------------------------- CSV and JSON Lines
-
-
 def written(folder: Path) -> Path:
     """The folder, after its tables have been written."""
     definition = SweepDefinition.read(folder)
@@ -141,8 +138,6 @@ def test_a_full_disk_leaves_the_old_table_unchanged(tmp_path: Path, request: pyt
     assert [file.name for file in place.iterdir() if file.suffix == ".part"] == []
 
 
-# ---------------------------------------------------------------- other libraries
-
 CLASHES = {
     "zip": ([([N, TIME], [[2.0, 1e-6], [4.0, 2e-6]])], {"duration_ratio": "point", "rise_time": "point"}),
     "words": ([([MATERIAL], [["lead"], ["brass-260"]])], {"material": "material"}),
@@ -179,9 +174,6 @@ def test_xarray_has_named_axes_units_and_provenance(folder: Path) -> None:
     assert (found.title, found.sweep_key) == ("a test", load_sweep(folder).key)
     assert found.source == "shockwave 0.1, python 3"
     assert json.loads(found.scenario) == {"chain": {"radius": 1}}
-
-
-# ---------------------------------------------------------------- load_sweep
 
 
 def test_values_have_an_axis_for_each_axis_of_the_sweep(folder: Path) -> None:
@@ -279,13 +271,6 @@ def test_only_regular_files_are_read(folder: Path, name: str, kind: Any) -> None
     (folder / name).unlink()
     kind(folder / name)
     with pytest.raises(FileAccessError, match=f"{name}: is not a file"):
-        load_sweep(folder)
-
-
-def test_a_journal_of_one_endless_line_is_not_read_into_memory(folder: Path) -> None:
-    with (folder / "journal.jsonl").open("wb") as file:
-        file.truncate(2**36)  # a sparse file
-    with pytest.raises(FileAccessError, match=r"journal\.jsonl: must have lines shorter than 16 MiB"):
         load_sweep(folder)
 
 

@@ -34,9 +34,6 @@ from shockwave.testing.profile import rough_place
 PACKAGE = Path(shockwave.__file__).parent
 
 
-# ---------------------------------------------------------------- built-in classes
-
-
 PROFILES = [
     # straight, infinitely steep, with jumps, nearly straight
     *(
@@ -66,9 +63,6 @@ class TestQuadratures(QuadratureContract):
     quadratures = (GaussLegendre, TanhSinh, Quadpack)
 
 
-# ---------------------------------------------------------------- a test for each clause
-
-
 @pytest.mark.parametrize(
     ("contract", "kind", "signed", "count"),
     [
@@ -88,8 +82,6 @@ def test_each_clause_of_the_docstring_has_a_test(contract: type, kind: str, sign
     # The count is explicit, because an unreadable docstring would agree with no tests at all.
     assert written == tested == set(range(1, count + 1))
 
-
-# ---------------------------------------------------------------- runs of pytest
 
 MODULE = """
 from shockwave import ShockProfile, Triangular
@@ -175,8 +167,6 @@ def test_only_the_test_kit_imports_pytest() -> None:
     assert {file.parent.name for file in files} == {"testing"}
 
 
-# ---------------------------------------------------------------- smoothness
-
 # Simple fractions, an arbitrary point, and points near the ends.
 CORNERS = (0.5, 1 / 3, 0.123456789, 1e-3, 0.999)
 STEEP = {
@@ -204,9 +194,6 @@ def test_jumps_and_kinks_that_are_not_breakpoints_are_found(corner: float, power
     assert rough_place(force, (0.0, corner, 1.0, 2.0)) is None
     # A kink of 0.1 on panels of 1e-6 is close to the rounding error.
     assert rough_place(force, (0.0, 1.0, 2.0)) == pytest.approx(corner, abs=1e-5)
-
-
-# ---------------------------------------------------------------- broken quadratures
 
 
 def rule(change: Callable[..., Any]) -> type[Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from functools import cache
@@ -14,7 +13,7 @@ import pytest
 from attrs import evolve
 
 import shockwave as sw
-from pages import ROOT, code_in, table
+from pages import ROOT
 from scenes import CASE_A, CHAIN, POWER, UNITS
 from selection import thinned
 from shockwave import cli
@@ -33,7 +32,6 @@ from shockwave.studies.varied_scenes import (
     scenario_of,
     value_of,
 )
-from test_docs import flat
 
 FILE = ROOT / "profiles" / "examples" / "protector.yaml"
 SPREADS = {
@@ -60,9 +58,6 @@ def simulated(result: sw.Uncertainty, count: int, rtol: float) -> np.ndarray[Any
         chains.append(sw.Chain(material=evolve(CHAIN.material, youngs_modulus=modulus), radius=radius))
     results = sw.simulate_many(shocks, chains, rtol=rtol, waves="primary")
     return np.array([one.peak_force for one in results if isinstance(one, sw.SimulationResult)])
-
-
-# ---------------------------------------------------------------- against simulation
 
 
 def test_draws_agree_with_their_simulations() -> None:
@@ -126,9 +121,6 @@ def test_progress_ends_with_all_scenes() -> None:
     assert reports[-1] == ("scenes", result.evaluations, result.evaluations)
 
 
-# ---------------------------------------------------------------- closed forms
-
-
 def test_a_short_shock_with_lognormal_values_is_lognormal() -> None:
     """F ~ t0^(6/5) F0^(6/5) R^(-8/5) for an impulse: all results have closed forms."""
     factors = {"shock.rise_time": 1.1, "shock.peak_force": 1.05, "chain.radius": 1.08}
@@ -174,9 +166,6 @@ def test_intervals_of_quantiles_contain_the_exact_values() -> None:
     assert np.mean([each[share].error for each in all_ for share in truth]) < 6 * off
 
 
-# ---------------------------------------------------------------- to first order
-
-
 @pytest.mark.usefixtures("sample_plugins")
 @pytest.mark.parametrize("force_too", [False, True], ids=["alone", "with the peak force"])
 def test_a_parameter_that_sets_the_peak_force_has_its_exponent(force_too: bool) -> None:
@@ -196,9 +185,6 @@ def test_a_parameter_that_sets_the_peak_force_has_its_exponent(force_too: bool) 
     assert force.value * value == pytest.approx(math.log(high.peak_force / low.peak_force) / (2 * step), abs=1e-3)
     known = math.log(high.amplification / low.amplification) / (2 * step)
     assert ratio.value * value == pytest.approx(known, abs=1e-3)
-
-
-# ---------------------------------------------------------------- distributions
 
 
 def distribution(name: str, value: float, kind: Any, *numbers: float) -> Distribution:
@@ -238,9 +224,6 @@ def test_distributions_have_the_requested_mean_and_deviation(
 def test_a_cut_distribution_has_a_warning() -> None:
     result = sw.uncertainty(CASE_A, CHAIN, {"chain.material.poisson_ratio": {"sd": 0.2}}, draws=1024)
     assert any("0.16 of the distribution of chain.material.poisson_ratio" in warning for warning in result.warnings)
-
-
-# ---------------------------------------------------------------- the block
 
 
 def load(tmp_path: Path, block: str) -> sw.Scenario:
@@ -310,16 +293,6 @@ def test_a_percentage_of_nothing_is_refused() -> None:
     shock = sw.Shock(profile=profile, peak_force=100, rise_time=1e-5)
     with pytest.raises(sw.InvalidValueError, match=r"must be \{sd: ...\} or \{between: ...\}, as the value is 0"):
         sw.uncertainty(shock, CHAIN, {"shock.parameters.rise_rate": "5 %"})
-
-
-# ---------------------------------------------------------------- the command
-
-
-def test_the_command_prints_the_json_of_the_page(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["uncertainty", str(FILE), "--draws", "1024", "--json"]) == 0
-    document = json.loads(capsys.readouterr().out)
-    listed = {key for row in table("docs/commands.md", "uncertainty --json") for key in code_in(row[0])}
-    assert listed == flat(document)
 
 
 @pytest.mark.parametrize("argument", ["--draws=100", "--seed=-1"])

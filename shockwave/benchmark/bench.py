@@ -24,7 +24,6 @@ from shockwave.benchmark.work_precision import (
     Limits,
     Method,
     Problem,
-    Row,
     WorkPrecision,
     measured,
 )
@@ -36,7 +35,7 @@ from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.profiles.triangular import Triangular
-from shockwave.progress import progressed
+from shockwave.progress import counted
 from shockwave.quadrature import FloatArray, Integrand
 from shockwave.registry import entries, load, plugins
 from shockwave.scenario.scenario import Scenario
@@ -54,10 +53,7 @@ _ROUNDING = 2e-16
 
 
 def run(
-    scenarios: Sequence[Scenario] = (),
-    families: Sequence[str] = (),
-    quick: bool = False,
-    longest: float | None = None,
+    scenarios: Sequence[Scenario] = (), families: Sequence[str] = (), quick: bool = False, longest: float | None = None
 ) -> WorkPrecision:
     """Run the families on the named problems, or on scenarios.
 
@@ -75,23 +71,17 @@ def run(
     limits = _QUICK if quick else _FULL
     if longest is not None:
         limits = evolve(limits, run=longest, repetitions=min(limits.repetitions, longest))
-    problems: list[Problem] = []
-    rows: list[Row] = []
+    problems = []
+    rows: list[Any] = []
     experiments: list[Callable[[], Experiment]] = []
     for family in sorted(families or FAMILIES, key=FAMILIES.index):
         experiments += of_scenarios(family, scenarios) if scenarios else named(family, quick)
-    for count, experiment in enumerate(experiments):
-        progressed("bench", count, len(experiments))
+    for experiment in counted("bench", experiments):
         problem, methods = experiment()
         problems.append(problem)
         for method in methods:
             rows.extend(measured(problem, method, limits))
-    progressed("bench", len(experiments), len(experiments))
-    return WorkPrecision(
-        provenance=_provenance(quick, limits),
-        problems=tuple(problems),
-        rows=tuple(rows),
-    )
+    return WorkPrecision(provenance=_provenance(quick, limits), problems=tuple(problems), rows=tuple(rows))
 
 
 def named(family: str, quick: bool) -> Iterator[Callable[[], Experiment]]:

@@ -8,9 +8,8 @@ from pathlib import Path
 from attrs import evolve
 
 from shockwave.benchmark.work_precision import Problem, Row, WorkPrecision
-from shockwave.errors import UsageError
 from shockwave.pictures import figure, svg, work_precision
-from shockwave.text import admitted, facts, limits, notes, si, strong, table
+from shockwave.text import facts, html_of, limits, notes, si, strong, table
 
 # Width and height of a diagram [in]: its text is readable on a phone too.
 _SIZE = (4.6, 4.8)
@@ -81,44 +80,15 @@ def _times(row: Row) -> tuple[str, str]:
     if row.seconds is None or row.least is None or row.most is None:
         return "-", "-"
     spread = (row.most - row.least) / row.seconds if row.runs > 1 else _SINGLE
-    median, least, most = (
-        si(time, "s", error=max(spread, _REPRODUCIBLE)) for time in (row.seconds, row.least, row.most)
-    )
+    error = max(spread, _REPRODUCIBLE)
+    median, least, most = (si(time, "s", error=error) for time in (row.seconds, row.least, row.most))
     return median, f"{least} .. {most}"
 
 
-def check_output(output: str) -> None:
-    """Check before a long run that the output can be written.
-
-    Raises
-    ------
-    UsageError
-        If its name does not end in .html, or matplotlib is missing.
-    """
-    path = Path(output)
-    if path.suffix.lower() not in (".html", ".htm"):
-        raise UsageError(f"output must end in .html (got {path.name!r})")
-    figure()
-
-
 def page(result: WorkPrecision) -> str:
-    """The page as HTML; all text is escaped, and nothing is loaded from other places."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("shockwave.benchmark", ""),
-        autoescape=True,
-        finalize=lambda value: admitted(value) if type(value) is str else value,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("bench_page.html").render(
-        result=result,
-        columns=_columns,
-        cells=_cells,
-        drawings=_drawings,
-    )
+    """The page as HTML; nothing is loaded from other places."""
+    template = Path(__file__).with_name("bench_page.html")
+    return html_of(template, result=result, columns=_columns, cells=_cells, drawings=_drawings)
 
 
 def _drawings(result: WorkPrecision, problem: Problem) -> list[str]:
@@ -130,16 +100,11 @@ def _drawings(result: WorkPrecision, problem: Problem) -> list[str]:
         rows = [evolve(row, errors={quantity: error}) for row, error in errors if error is not None]
         if rows:
             title = f"relative error: {quantity} ({problem.name})"
+            drawn, (ax,) = figure(size=_SIZE)
+            work_precision(ax, rows, title)
+            bottom, top = ax.get_ylim()
+            if bottom < problem.reference_error < top:
+                ax.axhline(problem.reference_error, color="0.4", linewidth=0.7, linestyle=(0, (4, 3)))
             # ids must be unique within the page
-            drawings.append(_drawing(rows, title, f"p{index}q{number}"))
+            drawings.append(svg(drawn, f"p{index}q{number}", title))
     return drawings
-
-
-def _drawing(rows: list[Row], title: str, name: str) -> str:
-    drawn, (ax,) = figure(size=_SIZE)
-    work_precision(ax, rows, title)
-    bottom, top = ax.get_ylim()
-    error = rows[0].reference_error
-    if bottom < error < top:
-        ax.axhline(error, color="0.4", linewidth=0.7, linestyle=(0, (4, 3)))
-    return svg(drawn, name, title)

@@ -77,10 +77,7 @@ class Case:
 
 
 # 20 digits, from two methods in quadruple precision with steps that end on every kink.
-_KNOWN = {
-    "A": (1.505133369796510557, 63.699048040316566),
-    "B": (2.178748500679994696, 201.244071882915959),
-}
+_KNOWN = {"A": (1.505133369796510557, 63.699048040316566), "B": (2.178748500679994696, 201.244071882915959)}
 # Exponents of rise and decay, n, t0/T0, contact, property.
 _POWER_LAWS = {
     "A": (0.5, 1, 3, 2, 59, "infinite slope at the start"),

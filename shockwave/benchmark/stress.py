@@ -14,7 +14,7 @@ from attrs import asdict, frozen
 from pebble import ProcessExpired, ProcessPool
 
 from shockwave.benchmark.extreme_cases import CHECKS, Case, Finding, find
-from shockwave.progress import progressed
+from shockwave.progress import counted
 from shockwave.simulation.backend import Backend, chosen, lack
 from shockwave.text import alarm, limits, si, strong, table
 
@@ -125,20 +125,14 @@ def stress(names: Iterable[str] = (), backend: str | None = None) -> Stress:
         If the backend is unknown or was not built.
     """
     backends = _backends(backend)
-    jobs = []
-    for case in find(names):
-        own = backends if case.each_backend else backends[-1:]
-        jobs += [(case, each) for each in own]
+    jobs = [(case, each) for case in find(names) for each in (backends if case.each_backend else backends[-1:])]
     begin = time.perf_counter()
     rows: list[Row] = []
-    progressed("stress", 0, len(jobs))
     with ProcessPool(os.cpu_count() or 1, max_tasks=1, context=get_context("spawn")) as pool:
         futures = [pool.schedule(_in_process, (case.name, each), timeout=case.limit) for case, each in jobs]
         try:
-            for (case, each), future in zip(jobs, futures, strict=True):
-                row = _row(case, each, future)
-                rows.append(row)
-                progressed("stress", len(rows), len(jobs))
+            for (case, each), future in zip(counted("stress", jobs), futures, strict=True):
+                rows.append(_row(case, each, future))
         except KeyboardInterrupt:
             pool.stop()  # type: ignore[no-untyped-call]
             raise

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from attrs import asdict, evolve, field, frozen
 
-from shockwave.errors import NumericalError, PluginError, ShockwaveError
+from shockwave.errors import NumericalError, PluginError, message_of
 from shockwave.text import printed
 
 # Estimated ratio of the run times of one setting and the next coarser one.
@@ -180,8 +180,8 @@ def measured(problem: Problem, method: Method, limits: Limits) -> Iterator[Row]:
     """
     last = 0.0
     for value in method.values[:: limits.every]:
-        row = Row(problem.family, problem.name, method.name, method.text(value), value)
-        row = evolve(row, reference_error=problem.reference_error)
+        setting = method.text(value)
+        row = Row(problem.family, problem.name, method.name, setting, value, reference_error=problem.reference_error)
         if last * _GROWTH > limits.run:
             yield evolve(row, problem=f"left out: would exceed the time limit of {limits.run:g} s for a run")
             continue
@@ -191,10 +191,8 @@ def measured(problem: Problem, method: Method, limits: Limits) -> Iterator[Row]:
         except PluginError as error:
             yield evolve(row, problem=str(error))
             return
-        except ShockwaveError as error:
-            row = evolve(row, problem=str(error))
-        except Exception as error:  # of a plugin
-            row = evolve(row, problem=f"{type(error).__name__}: {error}")
+        except Exception as error:  # of a plugin, too
+            row = evolve(row, problem=message_of(error))
         last = row.seconds or time.perf_counter() - begin
         yield row
 

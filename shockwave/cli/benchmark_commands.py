@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import argparse
 
-from shockwave.cli.output import print_result, written
+from shockwave.cli.output import check_output, print_result, written
 from shockwave.cli.scenario_commands import loaded
 
 
 def bench(options: argparse.Namespace) -> int:
     """Work and precision."""
     from shockwave.benchmark.bench import run
-    from shockwave.benchmark.bench_output import check_output, page
+    from shockwave.benchmark.bench_output import page
+    from shockwave.pictures import figure
 
+    check_output(options.output, ".html", ".htm")
     scenarios = loaded(options.files, output=options.output)
     if options.output:
-        check_output(options.output)
+        figure()  # fails early without matplotlib
     found = run(scenarios, options.family, options.quick, options.longest)
     print_result(found, options.json)
     if options.output:  # last, so that a page that cannot be written costs no result

@@ -7,7 +7,7 @@ import sys
 
 from attrs import evolve
 
-from shockwave.cli.output import of_arguments, print_result
+from shockwave.cli.output import check_output, of_arguments, print_result
 from shockwave.cli.scenario_commands import loaded
 from shockwave.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
 
@@ -17,18 +17,16 @@ _SWEPT = "delete the `sweep` block"
 
 def design(options: argparse.Namespace) -> int:
     """Print the values of a parameter that give the leading wave the target property."""
-    from shockwave.studies.curve_and_design_files import PICTURES, check_output, write_design
+    from shockwave import pictures
     from shockwave.studies.design_search import design as run
 
     name, sign, value = options.target[-1].partition("=")
     if not sign or len(options.target) > 1:
         given = " and ".join(options.target)
         raise UsageError(f"--target must be given once as QUANTITY=VALUE, such as peak_force='60 N' (got {given!r})")
-    if options.output:
-        with of_arguments(options):
-            check_output(options.output, PICTURES)
-        if options.vary == "chain.material":
-            raise UsageError("--output must be omitted for chain.material (there is no axis for materials)")
+    check_output(options.output, ".svg", ".png", ".pdf")
+    if options.output and options.vary == "chain.material":
+        raise UsageError("--output must be omitted for chain.material (there is no axis for materials)")
     (scenario,) = loaded([options.file], _SWEPT, options.output)
     among = options.among
     if among is not None:
@@ -38,12 +36,12 @@ def design(options: argparse.Namespace) -> int:
         with of_arguments(options):
             found = run(scenario, **search, points=options.points, rtol=options.rtol)
     except UnknownNameError as error:
-        if error.exit_code != UnknownNameError.exit_code:  # a plugin is at fault
-            raise
         raise UsageError(f"--among: {error}") from None
     print_result(found, options.json)
     if options.output:
-        write_design(found, options.output)
+        sheet, (ax,) = pictures.figure()
+        pictures.design(ax, found)
+        pictures.save(sheet, options.output)
         print(f"{options.output}: written", file=sys.stderr)
     # the ranking of materials is a result if the target lies in their range
     ranked = found.between is None and found.spanned

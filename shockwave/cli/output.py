@@ -10,7 +10,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from shockwave.errors import InvalidValueError, ShockwaveError, UsageError
+from shockwave.errors import InvalidValueError, ShockwaveError, UsageError, message_of
+from shockwave.fields import listed
 from shockwave.files import write_file
 from shockwave.progress import progress_shown
 
@@ -24,7 +25,7 @@ def failure(error: Exception) -> tuple[str, int]:
         return str(error), error.exit_code
     if os.environ.get(_DEBUG):
         raise error
-    return f"internal error: {type(error).__name__}: {error} ({_DEBUG}=1 shows where; please report it)", 1
+    return f"internal error: {message_of(error)} ({_DEBUG}=1 shows where; please report it)", 1
 
 
 @contextmanager
@@ -38,12 +39,14 @@ def of_arguments(options: argparse.Namespace) -> Iterator[None]:
         raise UsageError("\n".join(f"--{fault}" for fault in error.faults)) from None
 
 
+def check_output(output: str | None, *endings: str) -> None:
+    """Refuse an output file with another ending, before anything is computed."""
+    if output and not output.lower().endswith(endings):
+        raise UsageError(f"--output: must end in {listed(endings)} (got {output})")
+
+
 def json_text(document: object) -> str:
     return json.dumps(document, indent=2, allow_nan=False)
-
-
-def print_json(document: object) -> None:
-    print(json_text(document))
 
 
 def print_result(found: Any, as_json: bool) -> None:
@@ -69,9 +72,7 @@ class ProgressBar:
 
             self._work = work
             form = _BAR if total else "{desc}: {n_fmt} steps [{elapsed}]"
-            self._bar = tqdm(
-                total=total, desc=work, file=sys.stderr, delay=1, leave=False, dynamic_ncols=True, bar_format=form
-            )
+            self._bar = tqdm(total=total, desc=work, delay=1, leave=False, dynamic_ncols=True, bar_format=form)
         if work != self._work:
             return
         self._bar.total = total

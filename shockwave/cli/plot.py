@@ -7,7 +7,8 @@ import re
 import sys
 from pathlib import Path
 
-from shockwave.errors import InvalidValueError, UsageError
+from shockwave.cli.output import check_output
+from shockwave.errors import UsageError
 from shockwave.files import refuse_inputs
 from shockwave.text import limits, paragraph
 
@@ -19,6 +20,7 @@ def plot(options: argparse.Namespace) -> int:
     from shockwave.sweep.results import load_sweep
 
     figure()  # fails early without matplotlib
+    check_output(options.output, ".svg", ".png", ".pdf")
     fixed = {}
     for text in options.at:
         name, equals, value = text.partition("=")
@@ -32,10 +34,7 @@ def plot(options: argparse.Namespace) -> int:
     results = (each for each in Path(options.folder).iterdir() if each.suffix != file.suffix)
     refuse_inputs(file, results)
     state = "replaced" if file.exists() else "written"
-    try:
-        save(found.figure, file)
-    except InvalidValueError as error:
-        raise InvalidValueError.of("--output", error.faults[0].problem) from None
+    save(found.figure, file)
     accuracy, *missing = found.notes
     lines = [f"{file}: {state}", *limits(missing), *paragraph("  ", accuracy, 2)]
     print("\n".join(lines), file=sys.stderr)

@@ -7,7 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from shockwave import OWN_DISTRIBUTION
-from shockwave.cli.output import print_json, written
+from shockwave.cli.output import json_text, written
 from shockwave.cli.parser import KINDS
 from shockwave.errors import PluginError, UsageError
 
@@ -17,13 +17,12 @@ if TYPE_CHECKING:
 
 def list_registered(options: argparse.Namespace) -> int:
     if options.check and options.kind not in (None, "plugins"):
-        raise UsageError(
-            f"--check: can be used only with plugins (got {options.kind}; use shockwave list plugins --check)"
-        )
+        remedy = "use shockwave list plugins --check"
+        raise UsageError(f"--check: can be used only with plugins (got {options.kind}; {remedy})")
     kinds = [options.kind] if options.kind else KINDS
     document = {kind: _rows(kind, options.check) for kind in kinds}
     if options.json:
-        print_json(document[options.kind] if options.kind else document)
+        print(json_text(document[options.kind] if options.kind else document))
     else:
         print("\n\n".join(_text(kind, rows) for kind, rows in document.items()))
     faulty = options.check and any(row["problem"] for row in document.get("plugins", ()))

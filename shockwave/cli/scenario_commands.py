@@ -2,29 +2,18 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
+from argparse import Namespace
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from attrs import asdict, evolve
 
-from shockwave.cli.output import failure, of_arguments, print_json, written
+from shockwave.cli.output import check_output, failure, json_text, written
 from shockwave.errors import Fault, ShockwaveError, UsageError
 from shockwave.files import refuse_inputs
-from shockwave.progress import progressed
-from shockwave.text import (
-    alarm,
-    error_text,
-    limits,
-    notes,
-    paragraph,
-    range_text,
-    si,
-    significant_digits,
-    strong,
-    table,
-)
+from shockwave.progress import counted
+from shockwave.text import alarm, error_text, limits, notes, paragraph, range_text, si, strong, table
 
 if TYPE_CHECKING:
     from shockwave.measurement.result import SimulationResult
@@ -68,9 +57,7 @@ def loaded(files: Sequence[str], remedy: str = "", output: str | None = None) ->
     return scenarios
 
 
-def _run(
-    options: argparse.Namespace, one: Callable[[Scenario], Any], row: Callable[[Any], _Row], legend: str = ""
-) -> int:
+def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any], _Row], legend: str = "") -> int:
     """Do ``one`` for every scenario and print the results; a failure is reported and does not stop the others.
 
     A single result is printed in full, several in a table with a ``row`` each; after an interrupt, those so far.
@@ -81,10 +68,7 @@ def _run(
     problems = []
     scenarios = loaded(options.files)
     single = len(scenarios) == 1
-    work = options.command.partition(":")[2]
-    for number, scenario in enumerate(scenarios):
-        if not single:
-            progressed(work, number, len(scenarios))
+    for scenario in scenarios if single else counted(options.command.partition(":")[2], scenarios):
         try:
             result = one(scenario)
             # parts of a result that are computed when they are used may fail, too
@@ -99,25 +83,23 @@ def _run(
             problems.append(f"{scenario.path}: interrupted")
             status = 130
             break
-    if not single:
-        progressed(work, len(scenarios), len(scenarios))
     for problem in problems:  # not earlier, for they would stand in the line of the progress
         print(problem, file=sys.stderr)
     if options.json and documents:
-        print_json(documents[0] if single else documents)
+        print(json_text(documents[0] if single else documents))
     elif done:
         print(done[0] if single else _table([row(result) for result in done], done, legend))
     return status
 
 
-def predict(options: argparse.Namespace) -> int:
+def predict(options: Namespace) -> int:
     def one(scenario: Scenario) -> Any:
         return evolve(scenario.predictor.predict(scenario.shock, scenario.chain), scenario=scenario.name)
 
     return _run(options, one, _outcome_row)
 
 
-def simulate(options: argparse.Namespace) -> int:
+def simulate(options: Namespace) -> int:
     from shockwave.measurement.simulate import simulate_with
 
     def one(scenario: Scenario) -> Any:
@@ -127,7 +109,7 @@ def simulate(options: argparse.Namespace) -> int:
     return _run(options, one, _simulation_row)
 
 
-def compare(options: argparse.Namespace) -> int:
+def compare(options: Namespace) -> int:
     from shockwave.studies.comparison import compare as compared
 
     def one(scenario: Scenario) -> Any:
@@ -139,7 +121,7 @@ def compare(options: argparse.Namespace) -> int:
     return _run(options, one, _comparison_row, _LEGEND)
 
 
-def _settings(options: argparse.Namespace, scenario: Scenario) -> SimulateOptions:
+def _settings(options: Namespace, scenario: Scenario) -> SimulateOptions:
     """The scenario's ``simulate`` block, with the options of the command line in its place."""
     names = ("rtol", "step", "integrator", "backend", "contacts", "timeout")
     given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
@@ -151,7 +133,7 @@ def _settings(options: argparse.Namespace, scenario: Scenario) -> SimulateOption
     return evolve(scenario.simulate, **given)
 
 
-def validate(options: argparse.Namespace) -> int:
+def validate(options: Namespace) -> int:
     from shockwave.scenario.loader import load_scenario
 
     status = 0
@@ -167,11 +149,11 @@ def validate(options: argparse.Namespace) -> int:
         if not options.json:
             print("\n".join(map(str, faults)) or f"{file}: valid")
     if options.json:
-        print_json(documents if len(documents) > 1 else documents[0])
+        print(json_text(documents if len(documents) > 1 else documents[0]))
     return status
 
 
-def report(options: argparse.Namespace) -> int:
+def report(options: Namespace) -> int:
     """One page on a scenario."""
     from shockwave.page import findings
     from shockwave.page import written as page
@@ -186,22 +168,25 @@ def report(options: argparse.Namespace) -> int:
     return 1 if found.failures else 0
 
 
-def curve(options: argparse.Namespace) -> int:
+def curve(options: Namespace) -> int:
     """Print or write the universal curve for the shape of a scenario's shock."""
+    from shockwave import pictures
     from shockwave.chain import Scales
-    from shockwave.studies.curve_and_design_files import CURVE_FILES, check_output, write_curve
     from shockwave.studies.universal_curve import UniversalCurve
     from shockwave.studies.varied_scenes import notes_of
 
-    if options.output:
-        with of_arguments(options):
-            check_output(options.output, CURVE_FILES)
+    check_output(options.output, ".json", ".svg", ".png", ".pdf")
     (scenario,) = loaded([options.file], output=options.output)
     shock = scenario.shock
     ratio = Scales.of(scenario.chain, shock.peak_force).rise_time(shock.rise_time)
     found = UniversalCurve(shock.profile, rtol=options.rtol, longest=options.longest)
     if options.output:
-        write_curve(found, options.output, mark=ratio)
+        if options.output.lower().endswith(".json"):
+            found.save(options.output)
+        else:
+            sheet, (ax,) = pictures.figure()
+            pictures.universal_curves(ax, {"universal curve": found}, ratio)
+            pictures.save(sheet, options.output)
         print(f"{options.output}: written", file=sys.stderr)
         return 0
     answer: object = strong(f"t0/T0 = {ratio:.6g} is beyond the range of this curve (increase --longest)")
@@ -215,17 +200,8 @@ def curve(options: argparse.Namespace) -> int:
 
 # Columns that a narrow screen leaves out, the last named first.
 _SPARE = (
-    "(3)",
-    "expected error",
-    "relation",
-    "regime",
-    "ejected",
-    "waves",
-    "published error",
-    "virtual t0",
-    "published t0",
-    "amplification",
-    "simulation error",
+    *("(3)", "expected error", "relation", "regime", "ejected", "waves", "published error", "virtual t0"),
+    *("published t0", "amplification", "simulation error"),
 )
 _FAILS = "FAIL"
 _LEGEND = """\
@@ -283,7 +259,7 @@ def _simulation_row(result: SimulationResult) -> _Row:
         "scenario": result.scenario or "-",
         "peak force": si(result.peak_force, "N", error=error),
         "error": f"{error:.0e}",
-        "amplification": f"{result.amplification:.{significant_digits(result.amplification, error)}g}",
+        "amplification": si(result.amplification, "", error=error),
         "waves": _wave_count(result),
         "ejected": str(result.ejected_granules) if result.options.waves == "train" else "-",
     }

@@ -6,8 +6,7 @@ import argparse
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
@@ -53,43 +52,22 @@ def sweep(options: argparse.Namespace) -> int:
 
 
 def _sweep(options: argparse.Namespace) -> int:
+    from tqdm import tqdm
+
+    from shockwave.sweep.definition import DEFINITION
+    from shockwave.sweep.dry_run import plan_sweep
+    from shockwave.sweep.runner import run_sweep
+    from shockwave.sweep.workers import check_executor
+
     folder = options.out or f"{Path(options.file).stem}-sweep"
     settings = {name: getattr(options, name) for name in ("workers", "retry_failed", "accept_versions")}
     if options.dry_run:
-        from shockwave.sweep.dry_run import plan_sweep
-        from shockwave.sweep.workers import check_executor
-
         check_executor(options.executor or "processes")
         print_result(plan_sweep(options.file, folder, **settings), options.json)
         return 0
-    from shockwave.sweep.definition import DEFINITION
-    from shockwave.sweep.runner import run_sweep
-
     if options.resume and not (Path(folder) / DEFINITION).exists():
         raise UsageError(f"{folder}: must hold a sweep to resume (got none; omit --resume to begin one)")
-    with _progress() as progress:
-        report = run_sweep(
-            options.file,
-            folder,
-            options.executor,
-            timeout=options.timeout,
-            fail_fast=options.fail_fast,
-            progress=progress,
-            **settings,
-        )
-    print_result(report, options.json)
-    return report.exit_code
-
-
-@contextmanager
-def _progress() -> Iterator[Callable[[SweepReport], None] | None]:
-    """Show the progress of a sweep on a terminal: points done and failed, rate, remaining time."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from tqdm import tqdm
-
-    with tqdm(unit=" points", file=sys.stderr, dynamic_ncols=True) as bar:
+    with tqdm(unit=" points", dynamic_ncols=True, disable=not sys.stderr.isatty()) as bar:
 
         def show(report: SweepReport) -> None:
             if bar.total is None:
@@ -99,4 +77,7 @@ def _progress() -> Iterator[Callable[[SweepReport], None] | None]:
                 bar.set_postfix(failed=report.failed + report.crashed, refresh=False)
             bar.update(report.points - report.left - bar.n)
 
-        yield show
+        settings |= {"timeout": options.timeout, "fail_fast": options.fail_fast, "progress": show}
+        report = run_sweep(options.file, folder, options.executor, **settings)
+    print_result(report, options.json)
+    return report.exit_code

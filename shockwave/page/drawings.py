@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from shockwave import pictures
 from shockwave.chain.chain import Scales
 from shockwave.errors import ShockwaveError
-from shockwave.page.results import COMPUTED, Findings
+from shockwave.page.results import Findings
 from shockwave.prediction.outcome import EjectionOutcome
-from shockwave.progress import progressed
+from shockwave.progress import counted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,9 +30,7 @@ def drawn(found: Findings) -> tuple[dict[str, Figure], dict[str, str]]:
         If matplotlib is not installed.
     """
     figures, not_drawn = {}, {}
-    chosen = drawings(found)
-    for number, (name, draw) in enumerate(chosen.items()):
-        progressed("report", COMPUTED + number, COMPUTED + 2 * len(chosen))
+    for name, draw in counted("pictures", list(drawings(found).items())):
         figure, (ax,) = pictures.figure(size=_SIZE)
         try:
             draw(ax)
@@ -45,10 +43,7 @@ def drawn(found: Findings) -> tuple[dict[str, Figure], dict[str, str]]:
 
 def drawings(found: Findings) -> dict[str, Callable[[Axes], object]]:
     """Return the functions that draw the pictures of a scene, in their order; their titles are in the template."""
-    shock = found.scenario.shock
-    predicted = found.predicted
-    result = found.simulated
-    compared = found.comparison
+    shock, predicted, result, compared = found.scenario.shock, found.predicted, found.simulated, found.comparison
     chosen: dict[str, Callable[[Axes], object]] = {
         "pulse": lambda ax: pictures.pulse(ax, shock),
         "conditions": lambda ax: pictures.conditions(ax, shock),

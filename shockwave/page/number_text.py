@@ -8,7 +8,6 @@ from html import escape
 from markupsafe import Markup
 
 from shockwave.pictures.drawing import si_label
-from shockwave.text import significant_digits
 
 _MINUS = "\N{MINUS SIGN}"
 _BLANK = "\N{NO-BREAK SPACE}"
@@ -34,12 +33,8 @@ def number(text: str) -> Markup:
 
 def quantity(value: float, unit: str = "", digits: int = 5, error: float | None = None) -> Markup:
     """Return ``value`` with an SI prefix if it has a unit, with the digits that its relative ``error`` supports."""
-    if error is not None:
-        digits = significant_digits(value, error)
-    if not unit:
-        return number(f"{value:.{digits}g}")
-    figure, _, prefixed = si_label(value, unit, digits, error).partition(" ")
-    return number(figure) + _BLANK + prefixed.replace(" ", _BLANK)
+    figure, blank, prefixed = si_label(value, unit, digits, error).partition(" ")
+    return number(figure) + (blank + prefixed).replace(" ", _BLANK)
 
 
 def small(value: float) -> Markup:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import platform
-import sys
 from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
-from markupsafe import Markup
 
 from shockwave import __version__, pictures
 from shockwave.chain.chain import Scales
@@ -19,18 +16,15 @@ from shockwave.fields import quantity_of
 from shockwave.hooks import Entry
 from shockwave.page.drawings import drawn
 from shockwave.page.number_text import formula, percent, quantity, small
-from shockwave.page.results import COMPUTED, Findings, findings
+from shockwave.page.results import Findings, findings
 from shockwave.prediction.outcome import estimate_figures
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import conditions
-from shockwave.progress import progressed
-from shockwave.registry import entries, find
+from shockwave.progress import counted
+from shockwave.registry import entry_of, find
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_hash import parameters, scene_hash
-from shockwave.text import admitted
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from shockwave.text import html_of
 
 
 def page(scenario: Scenario) -> str:
@@ -61,49 +55,26 @@ def written(found: Findings) -> str:
     UsageError
         If matplotlib is not installed.
     """
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent),
-        autoescape=True,
-        undefined=StrictUndefined,
-        finalize=_admitted,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    for function in (estimate_figures, formula, percent, quantity, small):
-        environment.filters[function.__name__] = function
     shock, chain = found.scenario.shock, found.scenario.chain
     areas = shock.profile.areas()
     figures, not_drawn = drawn(found)
-    profile = _entry_of(shock.profile)
-    text = environment.get_template("report.html.jinja").render(
+    profile = entry_of("profiles", type(shock.profile))
+    return html_of(
+        Path(__file__).with_name("report.html.jinja"),
+        (estimate_figures, formula, percent, quantity, small),
         found=found,
         profile=profile.name if profile else type(shock.profile).__name__,
         parameters=_parameters(shock.profile),
         areas=areas,
         characteristic_time=Scales.of(chain, shock.peak_force).time,
         conditions=conditions(areas, float(shock.profile.duration_ratio)),
-        figures=_reported(figures),
+        figures=counted("rendering", list(figures.items())),
         not_drawn=not_drawn,
         svg=pictures.svg,
         versions=_versions(found),
         hash=scene_hash(found.scenario),
         parts=parts_in_use(found),
     )
-    return text.lstrip()
-
-
-def _reported(figures: dict[str, Figure]) -> Iterator[tuple[str, Figure]]:
-    """Yield the pictures by name; progress is reported after each has been rendered."""
-    for number, item in enumerate(figures.items(), start=1):
-        yield item
-        progressed("report", COMPUTED + len(figures) + number, COMPUTED + 2 * len(figures))
-
-
-def _admitted(value: object) -> object:
-    return admitted(value) if isinstance(value, str) and not isinstance(value, Markup) else value
 
 
 # ---------------------------------------------------------------- parameters and provenance
@@ -138,7 +109,8 @@ def _versions(found: Findings) -> Iterator[tuple[str, str]]:
 
 def parts_in_use(found: Findings) -> Iterator[tuple[str, str, str]]:
     """Yield kind, name and distribution of each registered object in use."""
-    used: list[tuple[str, Entry | None]] = [("profile", _entry_of(found.scenario.shock.profile))]
+    profile = type(found.scenario.shock.profile)
+    used: list[tuple[str, Entry | None]] = [("profile", entry_of("profiles", profile))]
     if found.predicted is not None:
         used.append(("model", find("models", found.predicted.model)))
     if found.simulated is not None:
@@ -146,12 +118,3 @@ def parts_in_use(found: Findings) -> Iterator[tuple[str, str, str]]:
     for kind, part in used:
         if part is not None:
             yield kind, part.name, f"{part.distribution} {metadata.version(part.distribution)}"
-
-
-def _entry_of(profile: ShockProfile) -> Entry | None:
-    """Registry entry of the class of the profile, if any."""
-    for entry in entries("profiles"):
-        module, _, name = entry.address.partition(":")
-        if getattr(sys.modules.get(module), name, None) is type(profile):
-            return entry
-    return None

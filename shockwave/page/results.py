@@ -11,7 +11,6 @@ from shockwave.errors import ShockwaveError
 from shockwave.measurement.result import Passage, SimulationResult
 from shockwave.measurement.simulate import immeasurable, scaled, simulate_with
 from shockwave.prediction.outcome import Outcome
-from shockwave.progress import progressed
 from shockwave.scenario.scenario import Scenario
 from shockwave.studies.comparison import Comparison, beside
 
@@ -23,10 +22,6 @@ _BEYOND = 1.15
 _RATE = 0.9
 # Most contacts in the space-time diagram.
 _CONTACTS = 120
-#: Parts of a report that are computed before the pictures: prediction, simulation, waves.
-COMPUTED = 3
-# Usual number of pictures; each one is drawn and then rendered.
-_PICTURES = 9
 
 _T = TypeVar("_T")
 
@@ -71,14 +66,10 @@ class Findings:
 
 def findings(scenario: Scenario) -> Findings:
     """Predict and simulate ``scenario``; if one fails, the other is still computed."""
-    parts = COMPUTED + 2 * _PICTURES
-    progressed("report", 0, parts)
     failures: list[str] = []
     predictor = scenario.predictor
     predicted = _attempt(failures, "The prediction failed", predictor.predict, scenario.shock, scenario.chain)
-    progressed("report", 1, parts)
     simulated = _attempt(failures, "The simulation failed", _simulate, scenario)
-    progressed("report", 2, parts)
     passages = []
     if simulated is not None:
         failure = "The waves behind the leading wave could not be measured"
@@ -88,14 +79,11 @@ def findings(scenario: Scenario) -> Findings:
         for contact in scenario.simulate.contacts:
             failure = f"The passage of contact {contact} could not be computed"
             passages.append(_attempt(failures, failure, simulated.passage, contact))
-    comparison = None
-    if predicted is not None and simulated is not None:
-        comparison = beside(predicted, simulated, predictor.equal_tolerance)
     return Findings(
         scenario=scenario,
         predicted=predicted,
         simulated=simulated,
-        comparison=comparison,
+        comparison=beside(predicted, simulated, predictor.equal_tolerance) if predicted and simulated else None,
         passages=tuple(filter(None, passages)),
         failures=tuple(failures),
         text=scenario.path.read_text(encoding="utf-8-sig", errors="replace") if scenario.path else "",

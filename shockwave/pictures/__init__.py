@@ -4,28 +4,19 @@ Each function takes an ``Axes`` of matplotlib and data, draws, and returns the `
 and `save` write them. matplotlib is the extra ``plot``; it is imported when a figure is made, not with this package.
 """
 
-from shockwave.pictures.accuracy import approach, balance, work_precision
-from shockwave.pictures.amplification_curves import amplification, design, universal_curves
-from shockwave.pictures.figures import figure, save, svg
-from shockwave.pictures.maps import trust_map
-from shockwave.pictures.shock import conditions, correction_area, pulse
-from shockwave.pictures.waves import contact_forces, space_time, train
-
-__all__ = [
-    "amplification",
-    "approach",
-    "balance",
-    "conditions",
-    "contact_forces",
-    "correction_area",
-    "design",
-    "figure",
-    "pulse",
-    "save",
-    "space_time",
-    "svg",
-    "train",
-    "trust_map",
-    "universal_curves",
-    "work_precision",
-]
+from shockwave.pictures.accuracy import approach as approach
+from shockwave.pictures.accuracy import balance as balance
+from shockwave.pictures.accuracy import work_precision as work_precision
+from shockwave.pictures.amplification_curves import amplification as amplification
+from shockwave.pictures.amplification_curves import design as design
+from shockwave.pictures.amplification_curves import universal_curves as universal_curves
+from shockwave.pictures.figures import figure as figure
+from shockwave.pictures.figures import save as save
+from shockwave.pictures.figures import svg as svg
+from shockwave.pictures.maps import trust_map as trust_map
+from shockwave.pictures.shock import conditions as conditions
+from shockwave.pictures.shock import correction_area as correction_area
+from shockwave.pictures.shock import pulse as pulse
+from shockwave.pictures.waves import contact_forces as contact_forces
+from shockwave.pictures.waves import space_time as space_time
+from shockwave.pictures.waves import train as train

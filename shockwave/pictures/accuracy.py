@@ -11,20 +11,7 @@ import numpy as np
 
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.measurement.result import SimulationResult
-from shockwave.pictures.drawing import (
-    BLACK,
-    BLUE,
-    COLOURS,
-    GREY,
-    LINES,
-    MARKERS,
-    MINUS,
-    ORANGE,
-    SKY,
-    area,
-    finish,
-    literal,
-)
+from shockwave.pictures.drawing import BLACK, BLUE, GREY, MINUS, ORANGE, SKY, area, finish, literal, style
 from shockwave.pictures.waves import recorded
 from shockwave.quadrature import FloatArray
 
@@ -91,16 +78,12 @@ def balance(ax: Axes, result: SimulationResult, of: Literal["energy", "momentum"
     InvalidValueError
         If ``of`` is neither, or the histories were not recorded.
     """
-    if of == "energy":
-        _energy(ax, result)
-        defect = result.energy_defect
-        unit = "J"
-    elif of == "momentum":
-        _momentum(ax, result)
-        defect = result.momentum_defect
-        unit = "N s"
-    else:
+    if of not in ("energy", "momentum"):
         raise InvalidValueError.of("of", f"must be energy or momentum (got {of!r})")
+    draw, defect, unit = _momentum, result.momentum_defect, "N s"
+    if of == "energy":
+        draw, defect, unit = _energy, result.energy_defect, "J"
+    draw(ax, result)
     ax.axvline(result.shock.duration, color=GREY, linewidth=0.8, linestyle=":", label="end of the shock")
     ax.plot([], [], " ", label=f"defect {defect:.1e}".replace("-", MINUS))
     return finish(ax, ("time", "s"), (of, unit))
@@ -169,12 +152,7 @@ def work_precision(ax: Axes, rows: Iterable[Any], name: str = "relative error") 
         seconds = [row.seconds or math.nan for row in good]
         errors = [max(abs(row.error), _ROUNDING) for row in good]
         failed = len(own) - len(good)
-        look: dict[str, Any] = {
-            "color": COLOURS[index % len(COLOURS)],
-            "linestyle": LINES[index % len(LINES)],
-            "marker": MARKERS[index % len(MARKERS)],
-        }
         label = literal(method) + (f" ({failed} failed)" if failed else "")
-        ax.plot(seconds, errors, markersize=3.5, linewidth=1.0, label=label, **look)
+        ax.plot(seconds, errors, markersize=3.5, linewidth=1.0, label=label, **style(index, marked=True))
     ax.set(xscale="log", yscale="log")
     return finish(ax, ("run time", "s"), (literal(name), ""))

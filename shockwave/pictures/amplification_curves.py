@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,17 +12,7 @@ from attrs import evolve
 from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import InvalidValueError, ShockwaveError
 from shockwave.measurement.simulate import simulate_many
-from shockwave.pictures.drawing import (
-    BLACK,
-    BLUE,
-    COLOURS,
-    GREY,
-    LINES,
-    SKY,
-    VERMILION,
-    finish,
-    regime_spans,
-)
+from shockwave.pictures.drawing import BLACK, BLUE, GREY, SKY, VERMILION, finish, regime_spans, style
 from shockwave.pictures.maps import edges_of
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.predictor import Predictor
@@ -97,10 +87,8 @@ def amplification(
     regime_spans(ax, edges_of(fine, log=True), np.array([outcome.regime for outcome in outcomes]))
     _predictions(ax, fine, outcomes)
     shocks = [evolve(pattern, rise_time=ratio * unit) for ratio in ratios]
-    found = {}
-    for ratio, result in zip(ratios, simulate_many(shocks, chain, waves="primary"), strict=True):
-        if not isinstance(result, ShockwaveError):
-            found[ratio] = result.amplification
+    results = zip(ratios, simulate_many(shocks, chain, waves="primary"), strict=True)
+    found = {ratio: one.amplification for ratio, one in results if not isinstance(one, ShockwaveError)}
     lost = len(ratios) - len(found)
     label = "simulated" + (f" ({lost} of {len(ratios)} failed)" if lost else "")
     ax.plot(list(found), list(found.values()), "s", color=VERMILION, markersize=3, label=label)
@@ -153,48 +141,32 @@ def universal_curves(ax: Axes, curves: Mapping[str, Any], mark: float | None = N
     least = _SHORTEST * most
     for index, (label, one) in enumerate(curves.items()):
         # rounding must not move the last point out of the range
-        last = one.longest_rise_time
-        x = np.geomspace(least, last, _CURVE_POINTS).clip(max=last)
-        colour = COLOURS[index % len(COLOURS)]
-        style = LINES[index % len(LINES)]
-        ax.plot(x, one.amplification(x), linestyle=style, color=colour, linewidth=1.2, label=label)
+        x = np.geomspace(least, one.longest_rise_time, _CURVE_POINTS).clip(max=one.longest_rise_time)
+        ax.plot(x, one.amplification(x), linewidth=1.2, label=label, **style(index))
     highest = max(one.highest[1] for one in curves.values())
     return _frame(ax, least, most, highest, mark)
 
 
-def design(
-    ax: Axes,
-    values: Sequence[float],
-    reached: Sequence[float],
-    wanted: float,
-    solutions: Sequence[float] = (),
-    *,
-    labels: tuple[str, str] = ("value", "target"),
-    units: tuple[str, str] = ("", ""),
-) -> Axes:
+def design(ax: Axes, found: Any) -> Axes:
     """Draw the target property of a design against the varied value, with the target value and the solutions.
 
     Parameters
     ----------
     ax : Axes
         Axes to draw on.
-    values, reached : sequence of float
-        Ascending values, and the property at these values.
-    wanted : float
-        Target value of the property.
-    solutions : sequence of float
-        Values at which the property has the target value.
-    labels, units : (str, str)
-        Labels and units of the two axes; the unit of a dimensionless number is empty.
+    found : shockwave.Design
+        Design with a varied number.
     """
+    options = sorted((*found.table, *found.solutions), key=lambda option: float(option.value))
+    values, reached = np.array([(option.value, option.reached) for option in options]).T
     ax.plot(values, reached, color=BLUE, linewidth=1.2, label="leading wave")
-    ax.axhline(wanted, color=GREY, linewidth=0.9, linestyle="--", label="target value")
-    if solutions:
-        levels = [wanted] * len(solutions)
-        ax.plot(solutions, levels, "o", color=VERMILION, markersize=4, label="solutions")
+    ax.axhline(found.target.value, color=GREY, linewidth=0.9, linestyle="--", label="target value")
+    if places := [option.value for option in found.solutions]:
+        levels = [found.target.value] * len(places)
+        ax.plot(places, levels, "o", color=VERMILION, markersize=4, label="solutions")
     ax.set_xlim(values[0], values[-1])
-    if 0 < _WIDE * min(values) < max(values):
+    if 0 < _WIDE * values.min() < values.max():
         ax.set_xscale("log")
-    if 0 < _WIDE * min(reached) < max(reached):
+    if 0 < _WIDE * reached.min() < reached.max():
         ax.set_yscale("log")
-    return finish(ax, (labels[0], units[0]), (labels[1], units[1]))
+    return finish(ax, (found.varied, found.unit), (found.target.label, found.target.unit))

@@ -56,8 +56,13 @@ _NARROW = 0.12
 
 def si_label(value: float, unit: str, digits: int = 3, error: float | None = None) -> str:
     """Return ``value`` with an SI prefix like `si`, but with the micro sign."""
-    number, _, prefixed = si(value, unit, digits, error).partition(" ")
-    return f"{number} \N{MICRO SIGN}{unit}" if prefixed == f"u{unit}" else f"{number} {prefixed}"
+    return si(value, unit, digits, error).replace(f" u{unit}", f" \N{MICRO SIGN}{unit}")
+
+
+def style(index: int, marked: bool = False) -> dict[str, Any]:
+    """Return colour, line style and, if it is ``marked``, marker of one line among others."""
+    marker = MARKERS[index % len(MARKERS)] if marked else ""
+    return {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)], "marker": marker}
 
 
 def literal(text: str) -> str:
@@ -79,17 +84,18 @@ def label_axis(ax: Axes, axis: Literal["x", "y"], name: str, unit: str = "") -> 
         chosen.set_minor_formatter(NullFormatter())
     if few or (unit and not logarithmic):
         largest = max(abs(low), abs(high))
-        number, unit = si_label(largest, unit, 9).split(" ", 1)
+        number, _, unit = si_label(largest, unit, 9).partition(" ")
         factor = 10.0 ** round(math.log10(largest / float(number)))
         chosen.set_major_formatter(FuncFormatter(lambda value, _: f"{value / factor:.6g}".replace("-", MINUS)))
     chosen.set_label_text(f"{name} ({unit})" if unit else name)
 
 
-def finish(ax: Axes, x: tuple[str, str], y: tuple[str, str]) -> Axes:
+def finish(ax: Axes, x: tuple[str, str], y: tuple[str, str], legend: bool = True) -> Axes:
     """Label both axes with a name and a unit, and add the legend."""
     label_axis(ax, "x", *x)
     label_axis(ax, "y", *y)
-    add_legend(ax, ax.get_legend_handles_labels()[0])
+    if legend:
+        add_legend(ax, ax.get_legend_handles_labels()[0])
     return ax
 
 

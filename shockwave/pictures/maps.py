@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from shockwave.pictures.drawing import BLACK, GREY, MINUS, SIGNED, colour_scale, label_axis, place_name
+from shockwave.pictures.drawing import BLACK, FIELD, GREY, MINUS, SIGNED, colour_scale, finish, place_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 #: Colour of cells without a value.
 NO_VALUE = "#BDBDBD"
+# Ratio of greatest and least value above which colours are logarithmic.
+_WIDE = 300.0
 # Bounds of the colours of relative errors, which are at least -1 and have no upper bound.
 _BOUNDS = (-1.0, -0.5, -0.2, -0.1, -0.05, -0.02, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
 
@@ -43,6 +45,19 @@ def colour_cells(ax: Axes, edges: Edges, values: FloatArray, **colours: Any) -> 
     ax.grid(False)
     ax.spines[:].set_visible(True)
     return drawn
+
+
+def colours_of(known: FloatArray) -> dict[str, Any]:
+    """Return colour map and norm for these values, which are finite."""
+    from matplotlib.colors import AsinhNorm, LogNorm, Normalize
+
+    least, most = (known.min(), known.max()) if known.size else (0.0, 1.0)
+    if least < 0 < most:
+        limit = max(-least, most)
+        usual = np.median(np.abs(known)) / 10
+        return {"norm": AsinhNorm(usual or limit, vmin=-limit, vmax=limit), "cmap": SIGNED}
+    wide = 0 < _WIDE * least < most
+    return {"norm": (LogNorm if wide else Normalize)(least, most), "cmap": FIELD}
 
 
 def regime_borders(ax: Axes, edges: Edges, regimes: npt.NDArray[np.str_]) -> None:
@@ -120,6 +135,5 @@ def trust_map(
         hatch(ax, edges, ~np.asarray(holds, dtype=bool), "conditions (3) fail", "////")
     bar = colour_scale(ax, drawn, "error (%)", spacing="uniform", ticks=_BOUNDS)
     bar.ax.set_yticklabels([f"{100 * bound:+.0f}".replace("-", MINUS) for bound in _BOUNDS])
-    label_axis(ax, "x", "duration / characteristic time, $n t_0/T_0$")
-    label_axis(ax, "y", "duration ratio, $n$")
-    return ax
+    x_label, y_label = ("duration / characteristic time, $n t_0/T_0$", ""), ("duration ratio, $n$", "")
+    return finish(ax, x_label, y_label, legend=False)

@@ -9,20 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from attrs import frozen
 
-from shockwave.pictures.drawing import (
-    COLOURS,
-    FIELD,
-    GREY,
-    LINES,
-    MARKERS,
-    SIGNED,
-    add_legend,
-    colour_scale,
-    label_axis,
-    literal,
-    regime_spans,
-)
-from shockwave.pictures.maps import NO_VALUE, colour_cells, edges_of, hatch, regime_borders
+from shockwave.pictures.drawing import GREY, add_legend, colour_scale, label_axis, literal, regime_spans, style
+from shockwave.pictures.maps import NO_VALUE, colour_cells, colours_of, edges_of, hatch, regime_borders
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,8 +20,6 @@ if TYPE_CHECKING:
 
 # Greatest value on a logarithmic axis, whose ticks may lie decades beyond its values.
 _MOST_DRAWN = 1e150
-# Ratio of greatest and least value above which colours are logarithmic.
-_WIDE = 300.0
 # Most tick labels with names along an axis.
 _TICKS = 25
 # Most points of a line with markers.
@@ -120,14 +106,12 @@ def sweep_lines(
         Regime at each point of a single line.
     """
     for index, line in enumerate(lines):
-        colour = COLOURS[index % len(COLOURS)]
-        look: dict[str, Any] = {"linestyle": LINES[index % len(LINES)] if x.joined else "", "linewidth": 1.2}
-        if not x.joined or len(x.places) <= _MARKERS:
-            look |= {"marker": MARKERS[index % len(MARKERS)], "markersize": 3}
-        ax.plot(x.places, line.values, color=colour, label=literal(line.label) or None, **look)
+        look = style(index, marked=not x.joined or len(x.places) <= _MARKERS)
+        look["linestyle"] = look["linestyle"] if x.joined else ""
+        ax.plot(x.places, line.values, linewidth=1.2, markersize=3, label=literal(line.label) or None, **look)
         if np.isfinite(line.low).any():
             shade: Any = ax.fill_between if x.joined else ax.vlines
-            shown = shade(x.places, line.low, line.high, color=colour, alpha=0.2, linewidth=0 if x.joined else 3)
+            shown = shade(x.places, line.low, line.high, color=look["color"], alpha=0.2, linewidth=0 if x.joined else 3)
             shown.set_label("" if index else band)
     if regimes is not None:
         regime_spans(ax, x.edges, regimes)
@@ -165,7 +149,7 @@ def sweep_map(
     """
     lost = np.isnan(values)
     edges = x.edges, y.edges
-    drawn = colour_cells(ax, edges, values, **_colours(values[~lost]))
+    drawn = colour_cells(ax, edges, values, **colours_of(values[~lost]))
     _scale_axis(ax, "x", x)
     _scale_axis(ax, "y", y)
     bar = colour_scale(ax, drawn, *quantity)
@@ -177,19 +161,6 @@ def sweep_map(
         regime_borders(ax, edges, regimes)
     add_legend(ax, hatch(ax, edges, lost, "no value", "//////", NO_VALUE))
     return ax
-
-
-def _colours(known: FloatArray) -> dict[str, Any]:
-    """Colour map and norm of the values."""
-    from matplotlib.colors import AsinhNorm, LogNorm, Normalize
-
-    least, most = (known.min(), known.max()) if known.size else (0.0, 1.0)
-    if least < 0 < most:
-        limit = max(-least, most)
-        usual = np.median(np.abs(known)) / 10
-        return {"norm": AsinhNorm(usual or limit, vmin=-limit, vmax=limit), "cmap": SIGNED}
-    wide = 0 < _WIDE * least < most
-    return {"norm": (LogNorm if wide else Normalize)(least, most), "cmap": FIELD}
 
 
 def _scale_axis(ax: Axes, axis: Literal["x", "y"], of: DrawnAxis) -> None:

@@ -11,19 +11,7 @@ import numpy as np
 from shockwave.errors import InvalidValueError
 from shockwave.measurement.recording import Recording
 from shockwave.measurement.result import SimulationResult
-from shockwave.pictures.drawing import (
-    BLACK,
-    BLUE,
-    COLOURS,
-    FIELD,
-    GREY,
-    LINES,
-    VERMILION,
-    colour_scale,
-    finish,
-    halo,
-    label_axis,
-)
+from shockwave.pictures.drawing import BLACK, BLUE, FIELD, GREY, VERMILION, colour_scale, finish, halo, style
 from shockwave.pictures.maps import colour_cells, edges_of
 from shockwave.prediction.outcome import Outcome
 
@@ -70,14 +58,11 @@ def contact_forces(ax: Axes, result: SimulationResult, contacts: Iterable[int] |
     InvalidValueError
         If the forces at a contact were not recorded.
     """
-    kept = recorded(result, "forces")
+    kept, shock = recorded(result, "forces"), result.shock
     forces = np.asarray(kept.forces)
-    shock = result.shock
-    highest = float(forces.max())
     if contacts is None:
         count = min(len(kept.contacts), _MOST_LINES)
-        places = np.linspace(0, len(kept.contacts) - 1, count).round().astype(int)
-        contacts = [kept.contacts[place] for place in places]
+        contacts = [kept.contacts[round(place)] for place in np.linspace(0, len(kept.contacts) - 1, count)]
     inside = np.union1d(kept.times, [shock.rise_time, shock.duration])
     inside = inside[inside <= shock.duration]
     applied = shock.peak_force * shock.profile.force(inside / shock.rise_time)
@@ -87,9 +72,8 @@ def contact_forces(ax: Axes, result: SimulationResult, contacts: Iterable[int] |
             known = ", ".join(map(str, kept.contacts))
             raise InvalidValueError.of("contacts", f"must be recorded contacts, {known} (got {contact!r})")
         own = forces[:, kept.contacts.index(contact)]
-        colour = COLOURS[index % len(COLOURS)]
-        line = LINES[index % len(LINES)]
-        ax.plot(kept.times, own, color=colour, linestyle=line, linewidth=1.1, label=f"contact {contact}")
+        ax.plot(kept.times, own, linewidth=1.1, label=f"contact {contact}", **style(index))
+    highest = float(forces.max())
     top = 1.08 * min(max(highest, shock.peak_force), _HIGHEST * highest)
     ax.set(xlim=(0, kept.times[-1]), ylim=(0, top))
     return finish(ax, ("time", "s"), ("contact force", "N"))
@@ -132,9 +116,7 @@ def space_time(ax: Axes, result: SimulationResult) -> Axes:
             front = wave.arrival_time + (ends - wave.contact) * 2 * result.chain.radius / wave.speed
             look: dict[str, Any] = {"color": BLUE, "linewidth": 0.7, "linestyle": "--", "path_effects": halo()}
             ax.plot(front, ends, label=f"front {number}", **look)
-    label_axis(ax, "x", "time", "s")
-    label_axis(ax, "y", "contact")
-    return ax
+    return finish(ax, ("time", "s"), ("contact", ""), legend=False)
 
 
 def train(ax: Axes, comparison: Any) -> Axes:

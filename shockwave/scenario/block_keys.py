@@ -22,7 +22,6 @@ from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import DURATION, Shock
-from shockwave.registry import load
 
 #: The profile whose samples may come from a file.
 RECORD = "tabulated"
@@ -139,12 +138,6 @@ BLOCKS = {
     "predict": _settings(Predictor),
     "simulate": _settings(SimulateOptions),
 }
-
-
-def profile_class(name: str) -> type[ShockProfile]:
-    """Class of the profile ``name``; raises the errors of `shockwave.registry.load`."""
-    cls: type[ShockProfile] = load("profiles", name)
-    return cls
 
 
 @cache

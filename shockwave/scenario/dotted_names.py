@@ -9,10 +9,11 @@ from typing import Any
 
 from attrs import frozen
 
-from shockwave.errors import Fault, InvalidValueError, ShockwaveError, nearest
+from shockwave.errors import InvalidValueError, ShockwaveError, nearest
 from shockwave.fields import text_of
-from shockwave.scenario.block_keys import BLOCKS, SHOCK, Key, parameters_of, profile_class, shock_keys
-from shockwave.scenario.value_conversion import WrongsError, converted, gathered
+from shockwave.registry import load
+from shockwave.scenario.block_keys import BLOCKS, SHOCK, Key, parameters_of, shock_keys
+from shockwave.scenario.value_conversion import converted
 
 
 @frozen
@@ -44,21 +45,8 @@ class Variable:
         return self.key.annotation is int if self.key.spec is None else self.key.spec.whole
 
     def converted(self, given: Any) -> Any:
-        """``given``, as written in a scenario, converted; raises ValueError if it is wrong."""
+        """``given``, as written in a scenario, converted to a float in SI units if it has a unit; or ValueError."""
         return converted(self.key, given)
-
-    def value(self, given: Any) -> Any:
-        """``given``, as written in a scenario, converted: a float in SI units if it has a unit.
-
-        Raises
-        ------
-        InvalidValueError
-            When it is of another dimension or type, or out of range.
-        """
-        try:
-            return gathered([(self.name, given)], {self.name: self.converted})[self.name]
-        except WrongsError as error:
-            raise InvalidValueError(Fault(self.name, str(wrong.problem)) for wrong in error.wrongs) from None
 
 
 def variable(name: str, data: Mapping[str, Any], fits: Callable[[str], bool] = bool) -> Variable:
@@ -95,7 +83,7 @@ def variables(data: Mapping[str, Any], profiles: Sequence[Any] = ()) -> dict[str
     for name in (own, *profiles):
         with suppress(ShockwaveError):  # reported at the place of the name
             if isinstance(name, str):
-                cls = profile_class(name)
+                cls = load("profiles", name)
                 of_shock += shock_keys(cls)
                 parameters += parameters_of(name, cls)
     found: dict[str, Variable] = {}

@@ -13,15 +13,7 @@ from attrs import define
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.material import Material
-from shockwave.errors import (
-    Fault,
-    FileAccessError,
-    InvalidValueError,
-    PluginError,
-    ScenarioError,
-    ShockwaveError,
-    UnknownNameError,
-)
+from shockwave.errors import Fault, FileAccessError, InvalidValueError, PluginError, ScenarioError, ShockwaveError
 from shockwave.fields import text_of
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
@@ -252,7 +244,7 @@ class _Loading:
         return self.block("chain.material", data, Material)
 
     def _loaded(self, kind: str, name: Any, path: Steps) -> Any:
-        with suppress(UnknownNameError):  # reported with the keys of its block
+        with suppress(LookupError):  # an unknown name is reported with the keys of its block
             return self.build(load, {"kind": kind, "name": name}, path) if isinstance(name, str) else None
         return None
 

@@ -41,7 +41,7 @@ class Family:
         Parameters
         ----------
         values : mapping
-            Dotted names to values, numbers in SI units, as `shockwave.scenario.dotted_names.Variable.value` gives them.
+            Dotted names to values, numbers in SI units, as `Variable.converted` gives them.
 
         Raises
         ------
@@ -118,9 +118,7 @@ def _located(block: str, part: Any, values: Mapping[str, Any]) -> Any:
 def _of_profile(shock: Shock, values: Mapping[str, Any]) -> Shock:
     """The shock with other parameters of its profile, for a scene without a document."""
     if "shock.profile" in values or not attrs.has(type(shock.profile)):
-        problem = (
-            "must be values of a scenario file (got a shock and a chain made in Python; load a scenario from a file)"
-        )
-        raise InvalidValueError.of(", ".join(values), problem)
+        got = "got a shock and a chain made in Python; load a scenario from a file"
+        raise InvalidValueError.of(", ".join(values), f"must be values of a scenario file ({got})")
     own = {name.rpartition(".")[2]: value for name, value in values.items()}
     return evolve(shock, profile=_located("shock.parameters.", shock.profile, own))

@@ -16,17 +16,7 @@ from typing import Any, Final, Literal
 from shockwave import __version__, registry
 from shockwave.chain.material import Material
 from shockwave.fields import Quantity
-from shockwave.scenario.block_keys import (
-    BLOCKS,
-    CHAIN,
-    SCENARIO,
-    SHOCK,
-    Key,
-    keys_of,
-    parameters_of,
-    profile_class,
-    shock_keys,
-)
+from shockwave.scenario.block_keys import BLOCKS, CHAIN, SCENARIO, SHOCK, Key, keys_of, parameters_of, shock_keys
 from shockwave.scenario.scenario import Published
 from shockwave.scenario.sweep_block import SWEEP
 from shockwave.scenario.uncertainty import TWINS
@@ -126,7 +116,7 @@ def _where_profile(name: str, form: Form) -> Form:
 def _of_profile(name: str) -> tuple[Form, Form]:
     """Values that the ``shock`` block admits for a profile, and keys that it must have."""
     try:
-        cls = profile_class(name)
+        cls = registry.load("profiles", name)
         parameters = parameters_of(name, cls)
         ratios = [key for key in keys_of(cls) if key.name == "duration_ratio"]
         form, needed, of_shock = _or_null(_mapping(parameters)), _required(parameters), _required(shock_keys(cls))

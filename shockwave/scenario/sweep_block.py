@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from typing import Any, Literal
 
@@ -34,33 +34,48 @@ _VALUES = "must be a list of values or, for numbers, {linspace: [first, last, nu
 SWEEP = (
     Key("run", annotation=Run, meaning="command for every point; if omitted, that of the scenario's block"),
     Key("grid", meaning="dotted names and their values, in all combinations"),
-    Key("zip", meaning="dotted names, all with the same number of values: the first values belong together, and so on"),
+    Key("zip", meaning="dotted names with lists of equal length; values at the same position are used together"),
     Key("points", meaning="a list of mappings of dotted names to one value each"),
 )
 
 
 @frozen
-class Axis:
-    """Variables that are varied together.
+class SweepAxis:
+    """Variables that change together.
 
     Attributes
     ----------
-    variables : tuple of Variable
-        One, unless it comes from ``zip`` or ``points``.
+    names : tuple of str
+        Dotted names of the variables: one, unless the axis comes from ``zip`` or ``points``.
+    units : tuple of str or None
+        SI unit of each, empty for a dimensionless number; None if its values are not numbers.
     values : tuple of tuple
-        Values of the variables for each position, numbers in SI units.
+        Values of the variables for each position.
     """
 
-    variables: tuple[Variable, ...]
+    names: tuple[str, ...]
+    units: tuple[str | None, ...]
     values: tuple[tuple[Any, ...], ...]
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Dotted names of the variables."""
-        return tuple(variable.name for variable in self.variables)
+    def __attrs_post_init__(self) -> None:
+        for position in self.values:
+            for value, _, unit in zip(position, self.names, self.units, strict=True):
+                if unit is not None and not isinstance(value, int | float | None):
+                    raise ValueError(f"a value with a unit must be a number (got {text_of(value)})")
+
+    @classmethod
+    def of(cls, variables: Iterable[Variable], values: Iterable[tuple[Any, ...]]) -> SweepAxis:
+        """The axis of some variables."""
+        names, units = zip(*((one.name, one.unit) for one in variables), strict=True)
+        return cls(names, units, tuple(values))
 
     def __len__(self) -> int:
         return len(self.values)
+
+    def along(self, name: str) -> list[Any]:
+        """Return the values of the variable ``name``, position by position."""
+        at = self.names.index(name)
+        return [position[at] for position in self.values]
 
 
 @frozen
@@ -71,30 +86,39 @@ class Sweep:
     ----------
     run : "predict", "simulate" or "compare"
         The command that is run at every point.
-    axes : tuple of Axis
+    axes : tuple of SweepAxis
         In the order of the file.
     """
 
     run: Run
-    axes: tuple[Axis, ...]
+    axes: tuple[SweepAxis, ...]
+
+    def __attrs_post_init__(self) -> None:
+        if not self.axes or not 0 < self.points <= _MOST_POINTS:
+            got = self.points if self.axes else "nothing"
+            raise ValueError(f"must have a grid, a zip or points with 1 to {_MOST_POINTS:g} cases in all (got {got})")
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Numbers of values along the axes."""
-        return tuple(len(axis) for axis in self.axes)
+        """Number of values of each axis."""
+        return tuple(map(len, self.axes))
 
     @property
-    def variables(self) -> tuple[Variable, ...]:
-        """The variables of all axes."""
-        return tuple(variable for axis in self.axes for variable in axis.variables)
-
-    def __len__(self) -> int:
+    def points(self) -> int:
+        """Number of points."""
         return math.prod(self.shape)
 
+    def __len__(self) -> int:
+        return self.points
+
+    def pairs(self) -> Iterator[tuple[str, Any]]:
+        """Dotted name and value of everything that is varied."""
+        return ((name, value) for axis in self.axes for name in axis.names for value in axis.along(name))
+
     def point(self, index: int) -> dict[str, Any]:
-        """Dotted names and values of a point; points are numbered from 0."""
+        """Values of the variables at a point, counted from 0, by their dotted names."""
         found: dict[str, Any] = {}
-        stride = len(self)
+        stride = self.points
         for axis in self.axes:
             stride //= len(axis)
             values = axis.values[index // stride % len(axis)]
@@ -126,12 +150,10 @@ def read(data: Mapping[str, Any]) -> Sweep:
     }
     found = gathered(given.items(), converters, _repeated(varied))
     run = found.pop("run", None) or _run(data)
-    sweep = Sweep(run, tuple(axis for axes in found.values() for axis in axes))
-    if not 0 < len(sweep) <= _MOST_POINTS or not sweep.axes:
-        got = len(sweep) if sweep.axes else "nothing"
-        problem = f"must have a grid, a zip or points with 1 to {_MOST_POINTS:g} cases in all (got {got})"
-        raise WrongsError([Wrong((), problem)])
-    return sweep
+    try:
+        return Sweep(run, tuple(axis for axes in found.values() for axis in axes))
+    except ValueError as error:
+        raise WrongsError([Wrong((), error)]) from None
 
 
 def _run(data: Mapping[str, Any]) -> Run:
@@ -172,21 +194,21 @@ def _columns(known: Mapping[str, Variable], given: Any) -> list[tuple[Variable, 
     return [(known[name], values) for name, values in found.items()]
 
 
-def _grid(known: Mapping[str, Variable], given: Any) -> list[Axis]:
+def _grid(known: Mapping[str, Variable], given: Any) -> list[SweepAxis]:
     """An axis for each name."""
-    return [Axis((of,), tuple(zip(values))) for of, values in _columns(known, given)]
+    return [SweepAxis.of((of,), zip(values)) for of, values in _columns(known, given)]
 
 
-def _zip(known: Mapping[str, Variable], given: Any) -> list[Axis]:
+def _zip(known: Mapping[str, Variable], given: Any) -> list[SweepAxis]:
     """One axis for all names."""
     variables, columns = zip(*_columns(known, given), strict=True)
     if len({len(values) for values in columns}) > 1:
         counts = ", ".join(f"{len(values)} of {of.name}" for of, values in zip(variables, columns, strict=True))
         raise ValueError(f"must have the same number of values for each name (got {counts})")
-    return [Axis(variables, tuple(zip(*columns, strict=True)))]
+    return [SweepAxis.of(variables, zip(*columns, strict=True))]
 
 
-def _points(known: Mapping[str, Variable], given: Any) -> list[Axis]:
+def _points(known: Mapping[str, Variable], given: Any) -> list[SweepAxis]:
     """One axis, on which each point gives a value of every name."""
     if not isinstance(given, list) or not given or not all(isinstance(point, dict) and point for point in given):
         raise ValueError(f"must be a list of mappings of dotted names to values (got {text_of(given)})")
@@ -200,7 +222,7 @@ def _points(known: Mapping[str, Variable], given: Any) -> list[Axis]:
         return tuple(found[name] for name in names)
 
     values = items(given, point)
-    return [Axis(tuple(known[name] for name in names), tuple(values))]
+    return [SweepAxis.of((known[name] for name in names), values)]
 
 
 def _values(of: Variable, given: Any) -> list[Any]:

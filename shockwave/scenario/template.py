@@ -15,8 +15,8 @@ from typing import Any, Literal
 
 from shockwave import OWN_DISTRIBUTION
 from shockwave.fields import Quantity
-from shockwave.registry import find
-from shockwave.scenario.block_keys import RECORD, Key, keys_of, parameters_of, profile_class, shock_keys
+from shockwave.registry import find, load
+from shockwave.scenario.block_keys import RECORD, Key, keys_of, parameters_of, shock_keys
 from shockwave.text import wrapped
 
 _RECORD_EXAMPLES = {"file": "pulse.csv", "times": "[0 s, 15 us, 150 us]", "forces": "[0 N, 100 N, 0 N]"}
@@ -47,7 +47,7 @@ def template(profile: str | None = None) -> str:
         When the plugin that registers it is faulty.
     """
     name = profile or "power-law"
-    cls = profile_class(name)
+    cls = load("profiles", name)
     owner = find("profiles", name).distribution
     text = resources.files(__package__).joinpath("template.yaml").read_text(encoding="utf-8")
     whole = string.Template(text).substitute(
@@ -64,11 +64,9 @@ def _wrapped(line: str) -> list[str]:
     match = _COMMENTED.fullmatch(line)
     if len(line) <= _WIDTH or match is None:
         return [line]
-    column = len(match[1]) - 2
-    kept = _BOUND.sub("\\1\xa0", match[2])
-    first, *rest = wrapped(kept, max(_WIDTH - len(match[1]), _NARROW))
-    lines = [match[1] + first, *(" " * column + "# " + part for part in rest)]
-    return [part.replace("\xa0", " ") for part in lines]
+    first, *rest = wrapped(_BOUND.sub("\\1\xa0", match[2]), max(_WIDTH - len(match[1]), _NARROW))
+    comment = " " * (len(match[1]) - 2) + "# "
+    return [part.replace("\xa0", " ") for part in (match[1] + first, *(comment + part for part in rest))]
 
 
 def _sizes(cls: Any) -> Iterator[str]:
@@ -113,8 +111,7 @@ def _example(key: Key) -> str:
 
 def _fitting(spec: Quantity) -> float:
     """A number in the range of ``spec``."""
-    ends = [end for end in (spec.above, spec.at_least, spec.below, spec.at_most) if end is not None]
-    middle = sum(ends) / max(len(ends), 1)
+    middle = sum(bound for _, bound in spec.bounds) / max(len(spec.bounds), 1)
     return next(number for number in (1.0, 10.0, middle, middle + 1, middle - 1) if spec.problem(number) is None)
 
 

@@ -32,7 +32,7 @@ class WrongsError(ValueError):
     """All errors of a block; ``valid`` are its valid values."""
 
     def __init__(self, wrongs: Sequence[Wrong], valid: Mapping[Any, Any] | None = None) -> None:
-        super().__init__()
+        super().__init__("; ".join(str(wrong.problem) for wrong in wrongs))
         self.wrongs = wrongs
         self.valid = dict(valid or {})
 

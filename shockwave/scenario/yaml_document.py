@@ -231,17 +231,17 @@ def _value(document: Document, node: yaml.Node, path: Steps) -> Any:
 def _mapping(document: Document, node: yaml.Node, path: Steps) -> dict[str, Any]:
     data: dict[str, Any] = {}
     for key, inner in node.value:
-        below = (*path, key.value)
-        if key.tag == _TEXT and key.value not in data:
-            document.keys[below] = key.start_mark
-            data[key.value] = _value(document, inner, below)
-            continue
-        if key.tag == _TEXT:
-            problem = f"must be given once (got it twice, first in line {document.keys[below].line + 1}; delete one)"
-        else:
+        where = (*path, key.value)
+        if key.tag != _TEXT:
             problem = f"must have names as keys (got {text_of(key.value)}; put it in quotes if it is a name)"
-        where = dotted(below if key.tag == _TEXT else path)
-        document.faults.append(Fault(where, problem, _location(document.name, key.start_mark)))
+            where = path
+        elif key.value in data:
+            problem = f"must be given once (got it twice, first in line {document.keys[where].line + 1}; delete one)"
+        else:
+            document.keys[where] = key.start_mark
+            data[key.value] = _value(document, inner, where)
+            continue
+        document.faults.append(Fault(dotted(where), problem, _location(document.name, key.start_mark)))
     return data
 
 

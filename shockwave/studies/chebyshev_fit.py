@@ -126,9 +126,8 @@ def fitted(function: Callable[[float], float], begin: float, end: float, toleran
     def value(x: float) -> float:
         if x not in known:
             if len(known) >= _BUDGET:
-                raise NumericalError(
-                    f"the fit does not converge within {_BUDGET} simulations (increase rtol or narrow the interval)"
-                )
+                remedy = "increase rtol or narrow the interval"
+                raise NumericalError(f"the fit does not converge within {_BUDGET} simulations ({remedy})")
             progressed(_WORK, len(known))
             known[x] = function(x)
         return known[x]

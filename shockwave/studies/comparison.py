@@ -88,15 +88,9 @@ def compare(
 def beside(predicted: Outcome, simulated: SimulationResult, equal_tolerance: float) -> Comparison:
     """The two answers side by side; forces that differ by less than ``equal_tolerance`` are called equal."""
     excess = simulated.amplification - 1
-    relation: Relation = "greater" if excess > 0 else "less"
-    if abs(excess) <= equal_tolerance:
-        relation = "equal"
-    return Comparison(
-        predicted=predicted,
-        simulated=simulated,
-        error=predicted.peak_force / simulated.peak_force - 1,
-        relation=relation,
-    )
+    relation: Relation = "equal" if abs(excess) <= equal_tolerance else "greater" if excess > 0 else "less"
+    error = predicted.peak_force / simulated.peak_force - 1
+    return Comparison(predicted=predicted, simulated=simulated, error=error, relation=relation)
 
 
 def _figures(published: Published) -> str:

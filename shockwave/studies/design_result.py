@@ -15,7 +15,7 @@ from shockwave.scenario.block_keys import Key
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.value_conversion import converted
 from shockwave.studies.scaling_exponents import Exponents
-from shockwave.text import facts, limits, paragraph, si, significant_digits, strong, table
+from shockwave.text import facts, limits, paragraph, si, strong, table
 
 #: Properties of the leading wave that can be the target -> SI unit.
 TARGETS = {
@@ -77,6 +77,14 @@ class Target:
     def unit(self) -> str:
         """The unit in printed form."""
         return TARGETS[self.name].replace("*", " ")
+
+    @property
+    def label(self) -> str:
+        """The name in printed form."""
+        return self.name.replace("_", " ")
+
+    def __str__(self) -> str:
+        return si(self.value, self.unit, 6)
 
     def reached(self, peak_force: float, scenario: Scenario) -> float:
         """The property in a scene whose leading wave has this peak force [N]."""
@@ -217,15 +225,14 @@ class Design:
         """The reason why there is no solution, in a sentence; empty if there is one."""
         if self.reachable:
             return ""
-        wanted = _si(self.target.value, self.target.unit)
         if self.spanned and self.between is None:
-            return f"no material gives {wanted}, although it is within the reachable range"
+            return f"no material gives {self.target}, although it is within the reachable range"
         if self.spanned and self.nearest:
             simulated = f"its simulation gives {self._simulated(self.nearest)} at {self._value(self.nearest)}"
-            return f"{wanted} needs a semi-infinite chain; this chain is too short for the search: {simulated}"
-        if self.target.value < self.least.reached:
-            return f"{wanted} is out of reach: the minimum is {self._at(self.least)}"
-        return f"{wanted} is out of reach: the maximum is {self._at(self.most)}"
+            return f"{self.target} needs a semi-infinite chain; this chain is too short for the search: {simulated}"
+        below = self.target.value < self.least.reached
+        limit = f"the minimum is {self._at(self.least)}" if below else f"the maximum is {self._at(self.most)}"
+        return f"{self.target} is out of reach: {limit}"
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``design --json`` prints: SI floats."""
@@ -238,7 +245,7 @@ class Design:
         first = {} if self.between is None else {option.value: option for option in self._found}
         options = first | {option.value: option for option in self.table} | first
         rows = [self._row(option) for option in options.values()]
-        target = self.target.name.replace("_", " ")
+        spare = [name for name in _SPARE if name != self.target.label]
         reachable = f"{self._at(self.least)} to {self._at(self.most)}"
         decided = (("reason", self.why), ("reachable", reachable), ("scenario", self.scenario))
         lines = [
@@ -246,7 +253,7 @@ class Design:
             *limits(self.warnings),
             *facts(pair for pair in decided if pair[1]),
             "",
-            table(list(rows[0]), [list(row.values()) for row in rows], [name for name in _SPARE if name != target]),
+            table(list(rows[0]), [list(row.values()) for row in rows], spare),
             *paragraph("  ", _LEGEND, 2),
         ]
         return "\n".join(lines)
@@ -260,15 +267,15 @@ class Design:
     def _answer(self) -> str:
         values = " or ".join(map(self._value, self._found))
         simulated = f"(simulated {', '.join(map(self._simulated, self._found))})"
-        name = self.target.name.replace("_", " ")
-        article = "an" if name.startswith(("a", "e")) else "a"
-        wanted = f"{article} {name} of {_si(self.target.value, self.target.unit)}"
+        article = "an" if self.target.label.startswith(("a", "e")) else "a"
+        wanted = f"{article} {self.target.label} of {self.target}"
         if self.solutions:
-            return f"{self._varied} {values} gives {wanted} {simulated}"
-        return f"no {self._varied} gives {wanted}; nearest {values} {simulated}"
+            return f"{self.varied} {values} gives {wanted} {simulated}"
+        return f"no {self.varied} gives {wanted}; nearest {values} {simulated}"
 
     @property
-    def _varied(self) -> str:
+    def varied(self) -> str:
+        """The last part of the name of the varied parameter in printed form."""
         return self.vary.rpartition(".")[2].replace("_", " ")
 
     def _value(self, option: Option) -> str:
@@ -276,46 +283,40 @@ class Design:
         if isinstance(option.value, str):
             return option.value
         if option.value_error is None:
-            return _si(option.value, self.unit)
+            return si(option.value, self.unit, 6)
         relative = option.value_error / abs(option.value) if option.value else 1.0
         # the error has as many decimals as the value
-        return f"{_si(option.value, self.unit, relative)} +- {_si(option.value_error, self.unit, 0.99)}"
+        return f"{si(option.value, self.unit, error=relative)} +- {si(option.value_error, self.unit, error=0.99)}"
 
     def _simulated(self, option: Option) -> str:
         """The simulated target property and peak force of an option, as accurate as its curve."""
         assert option.simulated is not None  # a solution, or the nearest option
-        reached = _si(option.simulated.reached, self.target.unit, option.reached_error)
+        reached = si(option.simulated.reached, self.target.unit, error=option.reached_error)
         if self.target.name == "peak_force":
             return reached
         return f"{reached}, peak force {si(option.simulated.peak_force, 'N', error=option.error)}"
 
     def _at(self, option: Option) -> str:
-        return f"{_si(option.reached, self.target.unit, option.reached_error)} at {self._value(option)}"
+        return f"{self._reached(option)} at {self._value(option)}"
+
+    def _reached(self, option: Option) -> str:
+        return si(option.reached, self.target.unit, error=option.reached_error)
 
     def _row(self, option: Option) -> dict[str, str]:
         """The columns of an option."""
         value, _, error = self._value(option).partition(" +- ")
         simulated = option.simulated
-        mass = f"{si(1e3 * option.mass_per_length, 'g', 4)}/m"
-        if option.chain_mass is not None:
-            mass = si(1e3 * option.chain_mass, "g", 4)
+        mass = option.chain_mass
         return {
-            self._varied: value,
+            self.varied: value,
             **({} if self.between is None else {"+-": error or "-"}),
-            self.target.name.replace("_", " "): _si(option.reached, self.target.unit, option.reached_error),
+            self.target.label: self._reached(option),
             "error": f"{option.reached_error:.0e}",
             "simulated": "-" if simulated is None else f"{simulated.reached / option.reached - 1:+.0e}",
             "peak force": si(option.peak_force, "N", error=option.error),
-            "amplification": f"{option.amplification:.{significant_digits(option.amplification, option.error)}g}",
+            "amplification": si(option.amplification, "", error=option.error),
             "speed": si(option.speed, "m/s", error=option.error),
             "width": si(option.width, "s", error=option.error),
             "granule": si(1e3 * option.granule_mass, "g", 4),
-            "chain": mass,
+            "chain": f"{si(1e3 * option.mass_per_length, 'g', 4)}/m" if mass is None else si(1e3 * mass, "g", 4),
         }
-
-
-def _si(value: float, unit: str, error: float | None = None) -> str:
-    """``value`` with the digits that its relative ``error`` supports, and an SI prefix if there is a unit."""
-    if unit:
-        return si(value, unit, 6, error)
-    return f"{value:.{6 if error is None else significant_digits(value, error)}g}"

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from attrs import asdict, evolve, frozen
@@ -17,23 +17,20 @@ from shockwave.fields import Quantity, text_of
 from shockwave.measurement.simulate import simulate
 from shockwave.numerics import crossings
 from shockwave.profiles.shock import Shock
-from shockwave.progress import progressed
+from shockwave.progress import counted
 from shockwave.registry import entries, find
 from shockwave.scenario.dotted_names import Variable, variable
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import ends_of, is_continuous
-from shockwave.scenario.value_conversion import WrongsError, gathered
 from shockwave.studies import varied_scenes
 from shockwave.studies.chebyshev_fit import evaluated, fitted
 from shockwave.studies.design_result import Design, Option, Simulated, Target
-from shockwave.studies.universal_curve import UniversalCurve
+from shockwave.studies.universal_curve import RTOL, UniversalCurve
 from shockwave.text import si
 
-_Item = TypeVar("_Item")
 _MATERIAL = "chain.material"
 _POINTS = Quantity("", "number of rows", at_least=2, at_most=1000, whole=True)
-_RTOL = Quantity("", "allowed relative error", at_least=1e-7, at_most=1e-2)
 # Relative difference from the target that is rounding.
 _ROUNDING = 1e-9
 # Tolerance of the simulations of solutions.
@@ -93,15 +90,11 @@ def design(
     NumericalError
         If a simulation fails.
     """
-    for name, spec, value in (("points", _POINTS, points), ("rtol", _RTOL, rtol)):
-        if problem := spec.problem(value):
-            raise InvalidValueError.of(name, problem)
+    points, rtol = _POINTS.checked("points", points), RTOL.checked("rtol", rtol)
     scenario = varied_scenes.scenario_of(scene, chain)
     requested = Target.of(target)
     try:
-        varied = variable(
-            vary, varied_scenes.data_of(scenario), fits=lambda name: name.startswith(("chain.", "shock."))
-        )
+        varied = variable(vary, varied_scenes.data_of(scenario), lambda name: name.startswith(("chain.", "shock.")))
     except InvalidValueError as error:
         raise InvalidValueError.of("vary", error.faults[0].problem) from None
     unused, given = ("between", between) if vary == _MATERIAL else ("among", among)
@@ -110,7 +103,7 @@ def design(
     search = _Search(Family(scenario), vary, requested, rtol)
     if vary == _MATERIAL:
         return search.among(among)
-    return search.along(varied.unit or "", _interval(varied, between), int(points))
+    return search.along(varied.unit or "", _interval(varied, between), points)
 
 
 def _interval(varied: Variable, given: Sequence[Any] | None) -> tuple[float, float]:
@@ -120,9 +113,9 @@ def _interval(varied: Variable, given: Sequence[Any] | None) -> tuple[float, flo
     if given is None:
         raise InvalidValueError.of("between", "must be the lower and the upper end of the interval (got nothing)")
     try:
-        ((low, high),) = gathered([("between", given)], {"between": partial(ends_of, varied)}).values()
-    except WrongsError as error:
-        raise InvalidValueError.of("between", str(error.wrongs[0].problem)) from None
+        low, high = ends_of(varied, given)
+    except ValueError as error:
+        raise InvalidValueError.of("between", str(error)) from None
     return low, high
 
 
@@ -208,14 +201,6 @@ def _spaced(between: tuple[float, float], count: int) -> list[float]:
     return values
 
 
-def _counted(work: str, items: Sequence[_Item]) -> Iterator[_Item]:
-    """The items, with a report of progress before each."""
-    for done, item in enumerate(items):
-        progressed(work, done, len(items))
-        yield item
-    progressed(work, len(items), len(items))
-
-
 def _is_wide(between: tuple[float, float]) -> bool:
     return between[0] > 0 and between[1] > _WIDE * between[0]
 
@@ -234,7 +219,7 @@ class _Search:
         compared = list(dict.fromkeys(names or [entry.name for entry in entries("materials")]))
         for name in compared:
             find("materials", name)
-        options = [self.option(name) for name in _counted("materials", compared)]
+        options = [self.option(name) for name in counted("materials", compared)]
         first, *others = sorted(options, key=self.target.distance)
         ranked = [self.simulated(first), *(self.simulated(one) if self.near(one) else one for one in others)]
         return Design(
@@ -258,11 +243,11 @@ class _Search:
             most = self.option(max(line.landmarks, key=line.height), line.curve)
             met = crossings(lambda value: line.height(value) - height, line.landmarks, lambda _: line.error)
             found = [self.solution(value, line) for value in met]
-            table = tuple(self.option(value, line.curve) for value in _counted("rows", _spaced(between, points)))
+            table = tuple(self.option(value, line.curve) for value in counted("rows", _spaced(between, points)))
         except InvalidValueError as error:
             raise InvalidValueError.of("between", f"must contain only valid cases ({error.faults[0]})") from None
         to_simulate = found or [min(least, most, key=self.target.distance)]
-        checked = [self.simulated(one) for one in _counted("simulations", to_simulate)]
+        checked = [self.simulated(one) for one in counted("simulations", to_simulate)]
         solutions = tuple(one for one in checked if found and self.meets(one))
         near_misses = [
             f"{si(value, unit)} is an end or an extremum: it misses the target by {miss:+.0e}, within the error"

@@ -10,7 +10,7 @@ from attrs import asdict, field, frozen
 
 from shockwave.quadrature import FloatArray
 from shockwave.studies.scaling_exponents import Exponents
-from shockwave.text import facts, limits, paragraph, significant_digits, strong, table
+from shockwave.text import facts, limits, paragraph, si, strong, table
 
 # Columns of the variance table that a narrow screen leaves out, the last named first.
 _SPARE = ("spread", "exponent", "amplification: first-order, %", "amplification: total, %")
@@ -150,13 +150,11 @@ class Uncertainty:
         ranked = sorted(self.sensitivities, key=lambda one: one.peak_force_total.value, reverse=True)
         forces = self._column(force)
         ratios = self._column(self.amplification)
+        indices = "the sensitivity indices"
         details = [
             ("peak forces", f"from {sources[self.method]}, each accurate to {self.model_error:.0e}"),
             ("scales as", f"{self.exponents} at the nominal values, each accurate to {self.exponents.error:.0e}"),
-            (
-                "samples",
-                f"{self.draws}, seed {self.seed}; {self.evaluations} including those for the sensitivity indices",
-            ),
+            ("samples", f"{self.draws}, seed {self.seed}; {self.evaluations} including those for {indices}"),
             ("scenario", self.scenario or "-"),
         ]
         lines = [
@@ -175,7 +173,7 @@ class Uncertainty:
 
     def _column(self, one: Statistics) -> dict[str, str]:
         """Printed statistics of one quantity."""
-        nominal = f"{one.nominal:.{significant_digits(one.nominal, self.model_error)}g}"
+        nominal = si(one.nominal, "", error=self.model_error)
         quantiles = {_percentile(share): self._shown(estimate) for share, estimate in one.quantiles.items()}
         linear = f"{one.linear_sd:.4g}"
         moments = {"nominal": nominal, "mean": self._shown(one.mean), "sd": self._shown(one.sd), "linear sd": linear}

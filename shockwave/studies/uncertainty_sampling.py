@@ -27,10 +27,10 @@ from shockwave.scenario.yaml_document import dotted
 from shockwave.studies import varied_scenes
 from shockwave.studies.scaling_exponents import POWERS, Exponents
 from shockwave.studies.uncertainty_result import Estimate, Sensitivity, Statistics, Uncertainty
+from shockwave.studies.universal_curve import RTOL
 
 _DRAWS = Quantity("", "number of draws", at_least=1024, at_most=2**18, whole=True)
 _SEED = Quantity("", "seed", at_least=0, at_most=2**63 - 1, whole=True)
-_RTOL = Quantity("", "allowed relative error", at_least=1e-7, at_most=1e-2)
 # Number of independent batches of samples.
 _BATCHES = 16
 # Half the 95 % confidence interval of a mean over the batches, over their standard deviation: Student's t for fifteen
@@ -88,10 +88,8 @@ def uncertainty(
     NumericalError
         If a simulation fails.
     """
-    for name, spec, value in (("draws", _DRAWS, draws), ("seed", _SEED, seed), ("rtol", _RTOL, rtol)):
-        if problem := spec.problem(value):
-            raise InvalidValueError.of(name, problem)
-    draws, seed = int(draws), int(seed)
+    draws, seed = _DRAWS.checked("draws", draws), _SEED.checked("seed", seed)
+    rtol = RTOL.checked("rtol", rtol)
     if draws.bit_count() > 1:
         raise InvalidValueError.of("draws", f"must be a power of 2, such as 4096 (got {draws})")
     scenario = varied_scenes.scenario_of(scene, chain)

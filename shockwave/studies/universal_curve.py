@@ -26,9 +26,10 @@ from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.studies.chebyshev_fit import Piece
 from shockwave.studies.universal_curve_fit import CurveData, fitted_curve
-from shockwave.text import facts, paragraph, si, significant_digits, strong
+from shockwave.text import facts, paragraph, si, strong
 
-_RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)
+#: Range of the tolerance of a curve.
+RTOL = Quantity("", "relative error allowed", at_least=1e-7, at_most=1e-2)
 _LONGEST = Quantity("", "longest duration n t0/T0", at_least=1e-3, at_most=1e3)
 _TARGET = Quantity("", "amplification", above=0)
 # Power of t0/T0 with which the error of the law of short shocks decreases below its end: that of its first term.
@@ -68,7 +69,7 @@ class CurveAnswer:
     rise_time: float
 
     def __str__(self) -> str:
-        amplification = f"{self.amplification:.{significant_digits(self.amplification, self.error)}g}"
+        amplification = si(self.amplification, "", error=self.error)
         force = si(self.peak_force, "N", error=self.error)
         accuracy = f"accurate to {self.error:.0e} (t0/T0 = {self.rise_time:.6g})"
         lines = paragraph("", f"amplification {amplification}, peak force {force}, {accuracy}", 2)
@@ -116,10 +117,8 @@ class UniversalCurve(CurveData):
     """
 
     def __init__(self, profile: ShockProfile, rtol: float = 1e-4, longest: float = 50.0) -> None:
-        for name, spec, value in (("rtol", _RTOL, rtol), ("longest", _LONGEST, longest)):
-            if problem := spec.problem(value):
-                raise InvalidValueError.of(name, problem)
-        self.__attrs_init__(**asdict(fitted_curve(profile, float(rtol), float(longest)), recurse=False))
+        data = fitted_curve(profile, RTOL.checked("rtol", rtol), _LONGEST.checked("longest", longest))
+        self.__attrs_init__(**asdict(data, recurse=False))
 
     @property
     def longest_rise_time(self) -> float:
@@ -185,10 +184,7 @@ class UniversalCurve(CurveData):
         ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
         value = float(self.amplification(ratio))
         return CurveAnswer(
-            peak_force=value * shock.peak_force,
-            amplification=value,
-            error=float(self.error(ratio)),
-            rise_time=ratio,
+            peak_force=value * shock.peak_force, amplification=value, error=float(self.error(ratio)), rise_time=ratio
         )
 
     def peak_force(self, shock: Shock, chain: Chain) -> float:
@@ -203,9 +199,7 @@ class UniversalCurve(CurveData):
         InvalidValueError
             If it is not a finite number above 0.
         """
-        if problem := _TARGET.problem(amplification):
-            raise InvalidValueError.of("amplification", problem)
-        target = math.log(amplification)
+        target = math.log(_TARGET.checked("amplification", amplification))
         # the impulse limit is an upper bound of the amplification: no solution is shorter than that of an impulse
         impulse = (amplification / IMPULSE_LIMIT) ** (1 / 1.2) * MOMENTUM / self.shape.area
         first, *others = self._landmarks.tolist()
@@ -272,7 +266,7 @@ class UniversalCurve(CurveData):
             [
                 ("shape", self.shape.profile),
                 ("durations", f"n t0/T0 up to {self.longest:g}, t0/T0 up to {self.longest_rise_time:g}"),
-                ("amplification", f"at most {most:.{significant_digits(most, worst)}g}, at t0/T0 = {ratio:.6g}"),
+                ("amplification", f"at most {si(most, '', error=worst)}, at t0/T0 = {ratio:.6g}"),
                 ("computed from", f"{self.simulations} simulations: {source}"),
             ]
         )
@@ -291,9 +285,8 @@ class UniversalCurve(CurveData):
     def _of_short(self, x: FloatArray, first: float, second: float) -> FloatArray:
         """The two terms of the law of short shocks, multiplied by ``first`` and ``second``."""
         cube = np.exp(3 * x) / self.shape.duration_ratio**3
-        return np.asarray(
-            second * self.short.second_correction * cube**2 - first * CORRECTION * self.shape.correction * cube
-        )
+        correction = CORRECTION * self.shape.correction
+        return np.asarray(second * self.short.second_correction * cube**2 - first * correction * cube)
 
     def _error_of_short(self, x: FloatArray) -> FloatArray:
         decrease = np.exp(_ERROR_POWER * np.minimum(x - self.short.end, 0.0))

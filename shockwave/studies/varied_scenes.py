@@ -28,7 +28,7 @@ from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
-from shockwave.registry import entries
+from shockwave.registry import entry_of
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_family import Family
 from shockwave.studies.scaling_exponents import POWERS, Exponents
@@ -64,9 +64,8 @@ def data_of(scenario: Scenario) -> Mapping[str, Any]:
     """The content of the document; without a document, the name of the profile only."""
     if scenario.document is not None:
         return scenario.document.data
-    cls = type(scenario.shock.profile)
-    address = f"{cls.__module__}:{cls.__qualname__}"
-    return {"shock": {"profile": next((e.name for e in entries("profiles") if e.address == address), None)}}
+    entry = entry_of("profiles", type(scenario.shock.profile))
+    return {"shock": {"profile": entry and entry.name}}
 
 
 def value_of(scenario: Scenario, name: str) -> float:

@@ -45,25 +45,24 @@ class Accuracy(NamedTuple):
 def accuracy_of(name: str, columns: Collection[str], values_of: Callable[[str], npt.NDArray[Any]]) -> Accuracy:
     """Return the accuracy of the column ``name`` of a sweep with these ``columns``, each with ``values_of``."""
     values = values_of(name)
-    nothing = np.full(values.shape, np.nan)
+    low = high = np.full(values.shape, np.nan)
     if not np.isfinite(values).any():
-        return Accuracy(nothing, nothing, "", "no point has a value")
+        return Accuracy(low, high, "", "no point has a value")
     if (column := _ESTIMATES.get(name, "")) in columns:
         error = values_of(column)
         most = np.nanmax(error, initial=0.0)
-        if column == "recoil_error":
-            return Accuracy(values - error, values + error, "error estimate", f"error at most {si(most, 'N s', 2)}")
-        band = error * np.abs(values)
-        return Accuracy(values - band, values + band, "error estimate", f"relative error at most {most:.1e}")
+        sentence = f"error at most {si(most, 'N s', 2)}"
+        if column != "recoil_error":
+            sentence, error = f"relative error at most {most:.1e}", error * np.abs(values)
+        return Accuracy(values - error, values + error, "error estimate", sentence)
     if name in ("estimate", _ESTIMATE) and "estimate_low" in columns:
-        ratios = [values_of(f"estimate_{side}") / values_of("estimate") for side in ("low", "high")]
-        widest = max(1 - np.nanmin(ratios[0]), np.nanmax(ratios[1]) - 1)
-        sentence = f"estimated, range of at most +-{widest:.1%}"
-        return Accuracy(values * ratios[0], values * ratios[1], "range of the estimate", sentence)
+        low, high = (values_of(f"estimate_{side}") / values_of("estimate") for side in ("low", "high"))
+        sentence = f"estimated, range of at most +-{max(1 - np.nanmin(low), np.nanmax(high) - 1):.1%}"
+        return Accuracy(values * low, values * high, "range of the estimate", sentence)
     prefix = "predicted_" if name.startswith("predicted_") else ""
     sides = [f"{prefix}expected_error_{side}" for side in ("low", "high")]
     if name.removeprefix(prefix) not in _EXPECTED or sides[0] not in columns:
-        return Accuracy(nothing, nothing, "", "")
+        return Accuracy(low, high, "", "")
     low, high = map(values_of, sides)
     sentence = "predicted, error not known"
     if (known := np.isfinite(low)).any():

@@ -25,6 +25,20 @@ class Answer(NamedTuple):
     simulated: SimulationResult | None = None
     compared: Comparison | None = None
 
+    @property
+    def estimate_amplification(self) -> float | None:
+        """Estimate over the peak force of the shock."""
+        if self.predicted is None or self.predicted.estimate is None:
+            return None
+        return self.predicted.estimate.peak_force / self.predicted.scene.peak_force
+
+    @property
+    def notes(self) -> str | None:
+        """All warnings."""
+        predicted = self.predicted.warnings if self.predicted is not None else ()
+        simulated = self.simulated.all_warnings if self.simulated is not None else ()
+        return "; ".join(dict.fromkeys((*predicted, *simulated))) or None
+
 
 class Read(NamedTuple):
     """A column and the function that returns its value for an answer."""
@@ -76,15 +90,10 @@ def _predicted(prefix: str) -> tuple[Read, ...]:
 
 
 _ESTIMATE = (
-    _number(
-        "estimate", "N", "best a-priori estimate of the peak force of the leading wave", "predicted.estimate.peak_force"
-    ),
+    _number("estimate", "N", "a-priori estimate of the leading wave's peak force", "predicted.estimate.peak_force"),
     _number("estimate_low", "N", "lower end of the range of the estimate", "predicted.estimate.low"),
     _number("estimate_high", "N", "upper end of the range of the estimate", "predicted.estimate.high"),
-    Read(
-        Column("estimate_amplification", "", "number", "estimate divided by the peak force of the shock"),
-        lambda answer: _ratio(answer.predicted),
-    ),
+    _number("estimate_amplification", "", "estimate divided by the peak force of the shock", "estimate_amplification"),
 )
 _PREDICTED = (
     _count("waves", "number of predicted waves", lambda answer: len(answer.predicted.waves)),
@@ -105,12 +114,7 @@ _PRIMARY = (
 _TRAIN = (
     _count("waves", "number of waves above the threshold", lambda answer: len(answer.simulated.waves)),
     _number("second_peak_force", "N", "of the second strongest wave", "simulated.waves.1.peak_force"),
-    _number(
-        "second_error_estimate",
-        "",
-        "relative error of second_peak_force, estimated",
-        "simulated.waves.1.error_estimate",
-    ),
+    _number("second_error_estimate", "", "relative error of second_peak_force", "simulated.waves.1.error_estimate"),
     _number("recoil_momentum", "N s", "of the rebounding granules", "simulated.recoil_momentum"),
     _number("recoil_error", "N s", "error estimate of recoil_momentum", "simulated.recoil_error"),
     _count("ejected_granules", "number of rebounding granules", _at("simulated.ejected_granules")),
@@ -122,21 +126,10 @@ _COMPARED = (
 )
 
 
-def _ratio(predicted: Any) -> float | None:
-    found = predicted.estimate
-    return None if found is None else found.peak_force / predicted.scene.peak_force
-
-
-def _notes(answer: Answer) -> str | None:
-    warnings = answer.predicted.warnings if answer.predicted is not None else ()
-    warnings += answer.simulated.all_warnings if answer.simulated is not None else ()
-    return "; ".join(dict.fromkeys(warnings)) or None
-
-
 _LAST = (
     _number("scaled_rise_time", "", "t0/T0, rise time divided by the characteristic time of the chain", "rise_time"),
     _number("scaled_duration", "", "n t0/T0, duration divided by the characteristic time of the chain", "duration"),
-    Read(Column(NOTES, None, "text", "warnings of the prediction and the simulation"), _notes),
+    _text(NOTES, "warnings of the prediction and the simulation", "notes"),
 )
 
 

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
 import cattrs
-import numpy as np
 from attrs import evolve, field, frozen
-from attrs.validators import in_, min_len
+from attrs.validators import in_
 
 from shockwave.errors import InvalidValueError
 from shockwave.fields import text_of
 from shockwave.files import parse_json, read_bytes, replacing
+from shockwave.scenario.sweep_block import Sweep
 
 DEFINITION = "sweep.json"
 #: Name of the last column, whose text may differ at every point.
@@ -26,8 +25,6 @@ _FORMAT = 2
 _REMEDY = "choose a folder that `shockwave sweep FILE --out FOLDER` has written"
 # Largest file [bytes], enough for some hundred thousand values; parsing takes up to 25 times as much memory.
 _MOST_BYTES = 2**24
-# Most points of a sweep, as in `shockwave.scenario.sweep_block`.
-_MOST_POINTS = 10**7
 # Most differences that a message lists.
 _MOST_LISTED = 4
 # Names of arrays that a variable must not have.
@@ -58,41 +55,8 @@ class Column:
     meaning: str = ""
 
 
-@frozen
-class SweepAxis:
-    """Variables that change together.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Dotted names of the variables: one, unless the axis comes from ``zip`` or ``points``.
-    units : tuple of str or None
-        SI unit of each, empty for a dimensionless number; None if its values are not numbers.
-    values : tuple of tuple
-        Values of the variables for each position.
-    """
-
-    names: tuple[str, ...]
-    units: tuple[str | None, ...]
-    values: tuple[tuple[Any, ...], ...]
-
-    def __attrs_post_init__(self) -> None:
-        for position in self.values:
-            for value, _, unit in zip(position, self.names, self.units, strict=True):
-                if unit is not None and not isinstance(value, int | float | None):
-                    raise ValueError(f"a value with a unit must be a number (got {text_of(value)})")
-
-    def __len__(self) -> int:
-        return len(self.values)
-
-    def along(self, name: str) -> list[Any]:
-        """Return the values of the variable ``name``, position by position."""
-        at = self.names.index(name)
-        return [position[at] for position in self.values]
-
-
 @frozen(kw_only=True)
-class SweepDefinition:
+class SweepDefinition(Sweep):
     """Scenes, task, columns and versions of a sweep.
 
     Attributes
@@ -119,27 +83,11 @@ class SweepDefinition:
 
     format: int = field(default=_FORMAT, validator=in_([_FORMAT]))
     name: str
-    run: str
-    axes: tuple[SweepAxis, ...] = field(validator=min_len(1))
     columns: tuple[Column, ...]
     scenario: Any
     named: dict[str, str]
     versions: dict[str, str]
     earlier_versions: tuple[dict[str, str], ...] = ()
-
-    def __attrs_post_init__(self) -> None:
-        if not 0 < self.points <= _MOST_POINTS:
-            raise ValueError(f"the axes must have 1 to {_MOST_POINTS:g} points (got {self.points})")
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Number of values of each axis."""
-        return tuple(map(len, self.axes))
-
-    @property
-    def points(self) -> int:
-        """Number of points."""
-        return math.prod(self.shape)
 
     @property
     def variables(self) -> dict[str, str | None]:
@@ -172,13 +120,6 @@ class SweepDefinition:
         """A sentence that lists earlier versions, if there are any."""
         earlier = "; ".join(", ".join(map(" ".join, versions.items())) for versions in self.earlier_versions)
         return [f"points may have been run with other versions ({earlier})"] if earlier else []
-
-    def point(self, index: int) -> dict[str, Any]:
-        """Return the values of the variables at a point, counted from 0, by their dotted names."""
-        found: dict[str, Any] = {}
-        for axis, position in zip(self.axes, np.unravel_index(index, self.shape), strict=True):
-            found |= zip(axis.names, axis.values[position], strict=True)
-        return found
 
     def _content(self) -> dict[str, Any]:
         """Everything on which the results depend, in the form that JSON returns."""

@@ -12,12 +12,10 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
-from attrs import define, field
 from filelock import FileLock, Timeout
 
 from shockwave.errors import FileAccessError
-from shockwave.files import lines_of, not_writable, open_regular
+from shockwave.files import not_writable, open_regular
 from shockwave.progress import progressed
 from shockwave.sweep.definition import DEFINITION, Column, SweepDefinition
 
@@ -27,8 +25,6 @@ NOT_RUN = "not run"
 # The state of a point is the index of its status.
 _STATUSES = (NOT_RUN, "done", "failed", "crashed")
 _LOCK = "sweep.lock"
-# Longest line of the journal [bytes].
-_LONGEST_LINE = 2**24
 _LINE = re.compile(rb'\{"index": (\d{1,9}), "status": "(done|failed|crashed)", .*\}\n')
 _TYPES: dict[str, Any] = {"number": float | int | None, "whole": int | None, "text": str | None}
 
@@ -48,26 +44,18 @@ class Row(NamedTuple):
     problem: str | None
 
 
-@define(eq=False)
 class Journal:
     """Journal in ``folder`` of a sweep with ``points`` points."""
 
-    folder: Path
-    points: int
-    _states: bytearray = field(init=False)
-    # Offset of the last line of each point [bytes].
-    _offsets: npt.NDArray[np.int64] = field(init=False)
-    _size: int = field(default=0, init=False)
-    _file: BinaryIO | None = field(default=None, init=False)
-
-    def __attrs_post_init__(self) -> None:
-        self._states = bytearray(self.points)
-        self._offsets = np.zeros(self.points, dtype=np.int64)
-
-    @property
-    def path(self) -> Path:
-        """Path of the file."""
-        return self.folder / JOURNAL
+    def __init__(self, folder: Path, points: int) -> None:
+        self.folder = folder
+        self.path = folder / JOURNAL
+        self.points = points
+        self._states = bytearray(points)
+        # Offset of the last line of each point [bytes].
+        self._offsets = np.zeros(points, dtype=np.int64)
+        self._size = 0
+        self._file: BinaryIO | None = None
 
     def count(self, *statuses: str) -> int:
         """Return the number of points with one of these statuses."""
@@ -95,7 +83,7 @@ class Journal:
         warnings = []
         ignored = 0
         with self._opened() as file:
-            for number, line in enumerate(lines_of(file, self.path, _LONGEST_LINE)):
+            for number, line in enumerate(file):
                 progressed("reading the journal", min(number, self.points - 1), self.points)
                 if line.endswith(b"\n"):
                     ignored += not self._record(line, columns)
@@ -142,7 +130,7 @@ class Journal:
                 values = problem = None
                 if status != NOT_RUN:
                     file.seek(self._offsets[index])
-                    values, problem = _content(file.readline(_LONGEST_LINE), definition.columns)
+                    values, problem = _content(file.readline(), definition.columns)
                 yield Row(index, point, status, values or nothing, problem)
 
     # ---------------------------------------------------------------- writing

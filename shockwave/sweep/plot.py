@@ -86,7 +86,11 @@ def plot(
         lines = [Line(*line) for line in zip(chosen.labels(), *columns, strict=True)]
         sweep_lines(ax, across, lines, quantity, accuracy.bounds, None if up or not across.joined else regimes)
     else:
-        _refuse_coinciding(chosen)
+        for axis in chosen.axes:
+            if (np.diff(axis.drawn.places) <= 0).any():
+                remedy = "fix another variable of that axis with --at NAME=VALUE, or choose another with --x"
+                got = f"got {axis.name}, which repeats a value; {remedy}"
+                raise UsageError(f"points of a map must have different coordinates ({got})")
         sheet, (ax,) = figure(size=(5.0, 3.6))
         sweep_map(ax, across, up[0], values, quantity, regimes)
     if caption := chosen.caption():
@@ -96,11 +100,3 @@ def plot(
     missing = [f"{failed} of the {status.size} drawn points failed"] if failed else []
     sentence = accuracy.sentence or next(one.meaning for one in results.columns if one.name == name)
     return Plot(sheet, name, (f"{name}: {sentence}", *missing, *results.warnings))
-
-
-def _refuse_coinciding(chosen: PlottedAxes) -> None:
-    for axis in chosen.axes:
-        if (np.diff(axis.drawn.places) <= 0).any():
-            remedy = "fix another variable of that axis with --at NAME=VALUE, or choose another with --x"
-            got = f"got {axis.name}, which repeats a value; {remedy}"
-            raise UsageError(f"points of a map must have different coordinates ({got})")

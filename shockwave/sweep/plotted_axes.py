@@ -130,12 +130,12 @@ class PlottedAxes:
         values = self._values(name)
         unit = self.results.units[name]
         others = tuple(one for one in self.results.axes[place].names if one != name and self._count(one) > 1)
+        order = np.arange(len(here))
         if unit is None or np.isnan(values).any():
-            places = np.arange(len(here), dtype=float)
-            drawn = DrawnAxis(label_of(name), "", places, self._texts(name), joined=False)
-            return PlottedAxis(place, name, others, here, drawn)
-        order = np.argsort(values, kind="stable")
-        drawn = DrawnAxis(label_of(name), unit, values[order], joined=not others)
+            drawn = DrawnAxis(label_of(name), "", order.astype(float), self._texts(name), joined=False)
+        else:
+            order = np.argsort(values, kind="stable")
+            drawn = DrawnAxis(label_of(name), unit, values[order], joined=not others)
         return PlottedAxis(place, name, others, here[order], drawn)
 
     def pick(self, name: str) -> npt.NDArray[Any]:
@@ -179,6 +179,4 @@ def _text(value: Any, unit: str | None, position: int) -> str:
         return "none"
     if isinstance(value, Mapping):
         return str(value.get("name") or f"#{position + 1}")
-    if unit is None:
-        return str(value)
-    return si_label(value, unit, _DIGITS) if unit else f"{value:.{_DIGITS}g}"
+    return str(value) if unit is None else si_label(value, unit, _DIGITS)

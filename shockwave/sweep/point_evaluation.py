@@ -14,27 +14,28 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from attrs import define, field
 
 import shockwave
 from shockwave.chain.chain import Scales
-from shockwave.errors import ShockwaveError, UsageError
+from shockwave.errors import UsageError, message_of
 from shockwave.files import read_bytes
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import simulate_many
 from shockwave.options import SimulateOptions
 from shockwave.registry import load, plugins
+from shockwave.scenario.block_keys import BLOCKS
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.scene_hash import normalised
 from shockwave.scenario.sweep_block import Sweep
 from shockwave.simulation.backend import lack
 from shockwave.studies.comparison import beside
-from shockwave.sweep.columns import Answer, Read, reads, row
-from shockwave.sweep.definition import SweepAxis, SweepDefinition
+from shockwave.sweep.columns import Answer, reads, row
+from shockwave.sweep.definition import SweepDefinition
 from shockwave.sweep.journal import line_of
 
 _Found = SimulationResult | BaseException
+_Results = dict[int, _Found]
 # Largest record that is hashed [bytes]; the reader of records has its own limit.
 _MOST_RECORD = 2**28
 # Exceptions of a plugin that let only its point fail.
@@ -45,12 +46,6 @@ SLICE = 0.5
 _MOST_TOGETHER = 128
 
 
-def error_text(error: BaseException) -> str:
-    """Return the message of an error; for an error of other packages, with its type."""
-    return str(error) if isinstance(error, ShockwaveError) else f"{type(error).__name__}: {error}"
-
-
-@define(eq=False)
 class Points:
     """All points of a sweep.
 
@@ -60,34 +55,22 @@ class Points:
         A scenario with a sweep.
     """
 
-    scenario: Scenario
-    sweep: Sweep = field(init=False)
-    #: Whether all waves are measured, or the leading wave only.
-    train: bool = field(init=False)
-    definition: SweepDefinition = field(init=False)
-    _columns: tuple[Read, ...] = field(init=False)
-    _family: Family = field(init=False)
-
-    def __attrs_post_init__(self) -> None:
-        assert self.scenario.sweep is not None
-        self.sweep = self.scenario.sweep
-        document = self.scenario.document
-        given = document.data.get("simulate") if document else None
+    def __init__(self, scenario: Scenario) -> None:
+        assert scenario.sweep is not None
+        self.scenario, self.sweep = scenario, scenario.sweep
+        given = scenario.document.data.get("simulate") if scenario.document else None
+        #: Whether all waves are measured, or the leading wave only.
         self.train = isinstance(given, dict) and given.get("waves") == "train"
         self._columns = reads(self.sweep.run, self.train)
-        self._family = Family(self.scenario)
-        axes = []
-        for axis in self.sweep.axes:
-            units = tuple(variable.unit for variable in axis.variables)
-            axes.append(SweepAxis(axis.names, units, axis.values))
+        self._family = Family(scenario)
         self.definition = SweepDefinition(
-            name=self.scenario.name,
+            name=scenario.name,
             run=self.sweep.run,
-            axes=tuple(axes),
+            axes=self.sweep.axes,
             columns=tuple(read.column for read in self._columns),
-            scenario=json.loads(normalised(self.scenario)),
-            named=_named_here(self.scenario, self.sweep),
-            versions=_versions_here(self.scenario, self.sweep),
+            scenario=json.loads(normalised(scenario)),
+            named=_named_here(scenario, self.sweep),
+            versions=_versions_here(scenario, self.sweep),
         )
 
     def lines(self, indices: Sequence[int]) -> str:
@@ -111,22 +94,20 @@ class Points:
             assert scene is not None
             values = json.dumps(row(self._columns, _answer(self.sweep.run, scene, found)))
         except _POINT_ERRORS as error:
-            return line_of(index, "failed", f'"error": {json.dumps(error_text(error))}')
+            return line_of(index, "failed", f'"error": {json.dumps(message_of(error))}')
         return line_of(index, "done", f'"values": {values}')
 
-    def _simulated(self, scenes: Mapping[int, Scenario]) -> dict[int, _Found]:
+    def _simulated(self, scenes: Mapping[int, Scenario]) -> _Results:
         """Results by point number; scenes with the same options are simulated in one call."""
         groups: dict[SimulateOptions, list[int]] = {}
         for index, scene in scenes.items():
             groups.setdefault(scene.simulate, []).append(index)
-        found: dict[int, _Found] = {}
+        found: _Results = {}
         for options, indices in groups.items():
             found |= self._together(options, indices, scenes)
         return found
 
-    def _together(
-        self, options: SimulateOptions, indices: list[int], scenes: Mapping[int, Scenario]
-    ) -> dict[int, _Found]:
+    def _together(self, options: SimulateOptions, indices: list[int], scenes: Mapping[int, Scenario]) -> _Results:
         try:
             found = simulate_many(
                 [scenes[index].shock for index in indices],
@@ -161,13 +142,7 @@ def _answer(run: str, scene: Scenario, simulated: SimulationResult | None) -> An
 
 
 # Kind of the registered object that a variable names.
-_KINDS = {
-    "shock.profile": "profiles",
-    "chain.material": "materials",
-    "simulate.integrator": "integrators",
-    "predict.model": "models",
-    "predict.quadrature": "quadratures",
-}
+_KINDS = {f"{block}.{key.name}": key.kind for block, keys in BLOCKS.items() for key in keys if key.kind}
 
 
 def _versions_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
@@ -198,9 +173,7 @@ def _used(scenario: Scenario, sweep: Sweep) -> set[tuple[str, Any]]:
     }
     if scenario.document is not None:
         used.add(("profiles", scenario.document.data["shock"]["profile"]))
-    for axis in sweep.axes:
-        for name, values in zip(axis.names, zip(*axis.values, strict=True), strict=True):
-            used |= {(_KINDS[name], value) for value in values if name in _KINDS and isinstance(value, str)}
+    used |= {(_KINDS[name], value) for name, value in sweep.pairs() if name in _KINDS and isinstance(value, str)}
     return used
 
 
@@ -208,13 +181,11 @@ def _named_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
     """Hashes of the materials and files among the values of the sweep."""
     folder = scenario.path.parent if scenario.path is not None else Path()
     found = {}
-    for axis in sweep.axes:
-        for position in axis.values:
-            for name, value in zip(axis.names, position, strict=True):
-                if name == "chain.material" and isinstance(value, str):
-                    found[f"material {value}"] = _hash(repr(load("materials", value)).encode())
-                elif name == "shock.parameters.file":
-                    found[f"file {value}"] = _hash(read_bytes(folder / value, _MOST_RECORD))
+    for name, value in sweep.pairs():
+        if name == "chain.material" and isinstance(value, str):
+            found[f"material {value}"] = _hash(repr(load("materials", value)).encode())
+        elif name == "shock.parameters.file":
+            found[f"file {value}"] = _hash(read_bytes(folder / value, _MOST_RECORD))
     return found
 
 
@@ -263,7 +234,7 @@ def content_of(points: Points) -> bytes:
     try:
         return pickle.dumps((points.scenario, points.definition))
     except Exception as error:  # pickle raises errors of many types
-        got = f"got {error_text(error)}; define its profile in a module"
+        got = f"got {message_of(error)}; define its profile in a module"
         raise UsageError(f"the scenario must be serialisable for other processes ({got})") from error
 
 

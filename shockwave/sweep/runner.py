@@ -13,13 +13,13 @@ from typing import Any
 
 from attrs import define, evolve, field
 
-from shockwave.errors import InvalidValueError, UsageError
-from shockwave.files import read_text, replacing
+from shockwave.errors import InvalidValueError, UsageError, message_of
+from shockwave.files import read_bytes, write_file
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Scenario
 from shockwave.sweep.definition import DEFINITION, SweepDefinition
 from shockwave.sweep.journal import NOT_RUN, Journal, line_of
-from shockwave.sweep.point_evaluation import Points, content_of, error_text
+from shockwave.sweep.point_evaluation import Points, content_of
 from shockwave.sweep.report import SweepInterrupt, SweepReport
 from shockwave.sweep.tables import write_tables
 from shockwave.sweep.workers import LostError, Workers, workers_of
@@ -149,8 +149,7 @@ def _definition(journal: Journal, points: Points, accept_versions: bool) -> Swee
         definition.write(folder)
     copy = folder / "scenario.yaml"
     if points.scenario.path is not None and not copy.exists():
-        with replacing(copy) as file:
-            file.write(read_text(points.scenario.path, _MOST_SCENARIO))
+        write_file(copy, read_bytes(points.scenario.path, _MOST_SCENARIO))
     return definition
 
 
@@ -248,5 +247,5 @@ class _Dispatch:
 
 
 def _lost(error: BaseException) -> LostError:
-    got = f"got {error_text(error)}; finished points are kept: run the sweep again"
+    got = f"got {message_of(error)}; finished points are kept: run the sweep again"
     return LostError(f"the executor must keep running ({got})")

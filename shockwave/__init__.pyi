@@ -1,0 +1,47 @@
+"""Public names and their modules; `__init__.py` reads this file and imports a name when it is first used."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # mypy resolves cycles of imports only here
+    from shockwave.chain import Chain as Chain
+    from shockwave.chain import Material as Material
+    from shockwave.chain import SolitaryWave as SolitaryWave
+    from shockwave.errors import FileAccessError as FileAccessError
+    from shockwave.errors import InvalidValueError as InvalidValueError
+    from shockwave.errors import NumericalError as NumericalError
+    from shockwave.errors import PluginError as PluginError
+    from shockwave.errors import ScenarioError as ScenarioError
+    from shockwave.errors import ShockwaveError as ShockwaveError
+    from shockwave.errors import UnknownNameError as UnknownNameError
+    from shockwave.errors import UsageError as UsageError
+    from shockwave.fields import quantity as quantity
+    from shockwave.measurement.result import SimulationResult as SimulationResult
+    from shockwave.measurement.simulate import simulate as simulate
+    from shockwave.measurement.simulate import simulate_many as simulate_many
+    from shockwave.prediction.outcome import EjectionOutcome as EjectionOutcome
+    from shockwave.prediction.outcome import Outcome as Outcome
+    from shockwave.prediction.outcome import SingleOutcome as SingleOutcome
+    from shockwave.prediction.outcome import TrainOutcome as TrainOutcome
+    from shockwave.prediction.predictor import Predictor as Predictor
+    from shockwave.profiles.base import ShockProfile as ShockProfile
+    from shockwave.profiles.exponential import Exponential as Exponential
+    from shockwave.profiles.power_law import PowerLaw as PowerLaw
+    from shockwave.profiles.shock import Shock as Shock
+    from shockwave.profiles.tabulated import Tabulated as Tabulated
+    from shockwave.profiles.triangular import Triangular as Triangular
+    from shockwave.scenario.loader import load_scenario as load_scenario
+    from shockwave.scenario.scenario import Scenario as Scenario
+    from shockwave.studies.comparison import Comparison as Comparison
+    from shockwave.studies.comparison import compare as compare
+    from shockwave.studies.design_result import Design as Design
+    from shockwave.studies.design_search import design as design
+    from shockwave.studies.uncertainty_result import Uncertainty as Uncertainty
+    from shockwave.studies.uncertainty_sampling import uncertainty as uncertainty
+    from shockwave.studies.universal_curve import UniversalCurve as UniversalCurve
+    from shockwave.sweep.report import SweepReport as SweepReport
+    from shockwave.sweep.results import SweepResults as SweepResults
+    from shockwave.sweep.results import load_sweep as load_sweep
+    from shockwave.sweep.runner import run_sweep as run_sweep
+
+__version__: str
+OWN_DISTRIBUTION: str
