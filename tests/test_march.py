@@ -23,7 +23,7 @@ TIME = 12.118161972131167
 def peak_at(contact: int, method: object, tolerance: float) -> tuple[float, float]:
     log = PeakLog(tolerance)
     log.observe(Stretch.of(*march(CASE, method, until=14.0)))
-    top = max(log.peaks[contact], key=lambda peak: peak.force)
+    top = max(log.at(contact), key=lambda peak: peak.force)
     return top.force, top.time
 
 

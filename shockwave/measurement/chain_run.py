@@ -3,30 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 from attrs import define, field
 
+from shockwave.measurement.course import Course
 from shockwave.measurement.peak_log import Peak, PeakLog, characteristic_time
 from shockwave.measurement.result import MeasuredWave
-from shockwave.measurement.waves import Probe, distance_from_limit, settling
+from shockwave.measurement.waves import PASSED, Outlook, Probe, distance_from_limit
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Integrator
-from shockwave.simulation.march import Span, Stretch, free_granules, march
+from shockwave.simulation.march import Stretch, free_granules
 from shockwave.simulation.problem import ChainProblem, chain_energy
 
 #: Least backward velocity of an ejected granule, over the peak velocity of the granules in the leading wave.
 EJECTED = 1e-3
 # Interval at which the waves are examined, in characteristic times.
 _INTERVAL = 4.0
-# Largest number of steps that are analysed together.
-_MOST_SPANS = 64
-# Distance in contacts from the last peak of a wave to the probe ahead of it, so that the whole wave passes the probe.
-_AHEAD = 4
-# Time in which the tail of a wave of peak force 1 passes: 3.5 widths of 1.56 characteristic times.
-_PASSED = 3.5 * 1.56
+# Its share of the time: at least, and at most if no wave can have settled before.
+_SHARE = 0.05
+_LONGEST = 0.3
+# Time for which steps are kept, in characteristic times of the weakest wave: from before until after a wave has passed.
+_KEPT = 2.5 * PASSED
 # Contacts that the front may pass before waves other than the leading one are measured even if they have not settled:
 # a constant, and a number for each characteristic time of the duration of the shock.
 _BUDGET = 150.0
@@ -54,37 +53,6 @@ _REMAINING_SHARE = 3e-3
 _FARTHEST = 2000
 
 
-@define
-class _Reading:
-    """A wave that has settled: its last peak at that time, the probe ahead of it, and the bound on its deviation.
-
-    ``first`` is the wave at the front. It meets no other, so that its deviation decreases geometrically.
-    """
-
-    head: Peak
-    probe: Probe
-    doubt: float
-    first: bool
-    passed: bool = False
-    wave: MeasuredWave | None = None
-
-    def observe(self, stretch: Stretch, log: PeakLog) -> None:
-        """Record the stretch, and measure the wave once it has passed the probe."""
-        if self.passed:
-            return
-        self.probe.observe(stretch)
-        peak = log.arrival(self.head, self.probe.contact)
-        if peak is None:  # stop waiting for a peak that should have arrived long ago
-            self.passed = stretch.end - self.head.time > 10 * _AHEAD * characteristic_time(self.head.force)
-        elif stretch.end - peak.time > _PASSED * characteristic_time(peak.force):
-            self.passed = True
-            # without a bound the wave may still collide with others
-            distance = self.doubt
-            if math.isfinite(distance) and not self.first:
-                distance = distance_from_limit(peak, log.tolerance)
-            self.wave = self.probe.wave(peak, log, distance)
-
-
 @define(eq=False)
 class ChainRun:
     """A run and its results, in scaled units.
@@ -100,8 +68,6 @@ class ChainRun:
         Largest number of contacts that the front passes.
     label : str
         Name of the run in reports of progress.
-    expected_end : float or None
-        Time at which the run is expected to end, for the estimate of the time left.
     waves : tuple of MeasuredWave
         Waves in the order of their arrival. Their ``error_estimate`` bounds the relative deviation of the peak force
         from its limit along the chain. At the end of a finite chain the peak itself is the result, and the estimate is
@@ -121,8 +87,10 @@ class ChainRun:
         False if the allowed number of contacts was passed before all waves had settled.
     unfollowed_force : float
         Bound on the contact forces of collisions in a finite chain after the end of the run.
-    steps, end : int, float
-        Number of steps, and the time at which the run ended.
+    log, steps : PeakLog, int
+        The peaks of all contacts, and the number of steps.
+    measured, end : float
+        Times at which the waves and the rebounding granules were known, and at which the run ended.
     """
 
     problem: ChainProblem
@@ -132,8 +100,6 @@ class ChainRun:
     later_doubt: float
     most_contacts: int
     label: str = "wave train"
-    expected_end: float | None = None
-    log: PeakLog = field(init=False)
     waves: tuple[MeasuredWave, ...] = ()
     recoils: tuple[float, ...] = ()
     unfinished_recoil: float = 0.0
@@ -143,55 +109,64 @@ class ChainRun:
     work: float = 0.0
     settled: bool = True
     unfollowed_force: float = 0.0
-    steps: int = 0
-    _driven_steps: int = 0
+    measured: float = 0.0
     end: float = 0.0
+    _course: Course = field(init=False)
+    _driven_steps: int = 0
     _free_end: Probe | None = None
-    _readings: list[_Reading] = field(factory=list)
-    _judged: float = 0.0
-    _recoiled: list[tuple[float, float]] = field(factory=list)
-    _all_known: bool = False
+    _recent: list[Stretch] = field(factory=list)
+    _ready: dict[int, tuple[Peak, float]] = field(factory=dict)
+    _rearmost: int = 0
+    _wait: float = 0.0
+    _velocities: list[tuple[float, FloatArray]] = field(factory=list)
 
     def __attrs_post_init__(self) -> None:
-        self.log = PeakLog(self.integrator.tolerance)
+        self._course = Course.of(self.problem, self.integrator)
         if self.problem.granules is not None:
             last = self.problem.granules - 2
             self._free_end = Probe(max(last - _REACH, last // 2), self.problem)
 
+    @property
+    def log(self) -> PeakLog:
+        return self._course.log
+
+    @property
+    def steps(self) -> int:
+        return self._course.steps
+
     def finished(self) -> ChainRun:
-        """Integrate until each wave has passed a probe and, in a finite chain, until the waves have left the chain.
+        """Integrate until all waves are known and, in a finite chain, until they have left the chain.
 
         Raises
         ------
         NumericalError
             If the integrator fails.
         """
-        stretches = self._stretches()
-        for stretch in stretches:
-            self._observe(stretch)
-            if self._has_seen_all(stretch):
-                break
+        stretch = self._advance(self.problem.duration)
+        self.work = chain_energy(stretch.x[-1], stretch.v[-1])
+        self._driven_steps = self.steps
+        while not self._has_seen_all(stretch):
+            wait = min(max(_SHARE * stretch.end, self._wait), _LONGEST * stretch.end)
+            stretch = self._advance(stretch.end + max(_INTERVAL, wait))
         # Rounding errors grow when weak waves collide, so everything but the spall is measured now.
         x, v = stretch.x[-1], stretch.v[-1]
-        self.waves = self._waves()
+        if self._free_end is not None and self.reached_end:
+            self.waves = self._at_end(self._free_end)
+        self.measured = stretch.end
         self.momentum = float(np.sum(v))
         self.energy = chain_energy(x, v)
         ejected = EJECTED * max((wave.granule_velocity for wave in self.waves), default=0.0)
-        self.recoils, loose = _recoils(v, ejected)
-        late = [sum(self.recoils)]
+        self.recoils, loose = rebounding(v, ejected)
         since = stretch.end - _LATE * (stretch.end - self.problem.duration)
-        late += [recoil for time, recoil in self._recoiled if time > since]
-        rear = min((reading.head.contact for reading in self._readings), default=0)
-        remaining = float(np.abs(v[free_granules(x, v) : rear]).sum())
+        late = [sum(rebounding(velocities, ejected)[0]) for time, velocities in self._velocities if time >= since]
+        remaining = float(np.abs(v[free_granules(x, v) : self._rearmost]).sum())
         self.unfinished_recoil = (
             _CHANGE_SHARE * float(np.ptp(late)) + _BACKWARD_SHARE * loose + _REMAINING_SHARE * remaining
         )
         granules = self.problem.granules
-        if granules is not None and granules - self._front <= _FARTHEST:
+        if granules is not None and granules - self.log.front <= _FARTHEST:
             while not self._is_spent(stretch):
-                stretch = next(stretches)
-                self.steps += len(stretch.spans)
-                self.log.observe(stretch)
+                stretch = self._course.advance(stretch.end + _INTERVAL)
             x, v = stretch.x[-1], stretch.v[-1]
             # granules that hardly move relative to one another depart, though some will exchange their velocities
             departed = v[::-1] if self.unfollowed_force == 0 else v[::-1][: _departed(x, v)]
@@ -204,73 +179,74 @@ class ChainRun:
     def reached_end(self) -> bool:
         """Whether the free end may affect the front before the waves are known."""
         granules = self.problem.granules
-        return granules is not None and self._front >= granules - 1 - _REACH
+        return granules is not None and self.log.front >= granules - 1 - _REACH
 
-    @property
-    def _front(self) -> int:
-        return max(self.log.peaks, default=0)
-
-    def _stretches(self) -> Iterator[Stretch]:
-        """Yield steps that are analysed together; none extends across the end of the force."""
-        total = None if self.expected_end is None else math.ceil(self.expected_end)
-        together: list[Span] = []
-        for span in march(self.problem, self.integrator):
-            together.append(span)
-            long = span.end - together[0].begin >= _INTERVAL
-            if long or span.end == self.problem.duration or len(together) == _MOST_SPANS:
-                progressed(self.label, int(span.end), total)
-                yield Stretch.of(*together)
-                together = []
-
-    def _observe(self, stretch: Stretch) -> None:
-        self.steps += len(stretch.spans)
-        self.log.observe(stretch)
-        for reading in self._readings:
-            reading.observe(stretch, self.log)
-        if self._free_end is not None:
-            self._free_end.observe(stretch)
-        if stretch.end >= self.problem.duration:
-            ejected = EJECTED * self.log.strongest ** (5 / 6)  # approximate granule velocity
-            self._recoiled.append((stretch.end, sum(_recoils(stretch.v[-1], ejected)[0])))
-        if stretch.end == self.problem.duration:
-            self.work = chain_energy(stretch.x[-1], stretch.v[-1])
-            self._driven_steps = self.steps
+    def _advance(self, until: float) -> Stretch:
+        """Integrate to ``until``; the last stretch."""
+        while True:
+            stretch = self._course.advance(until)
+            progressed(self.label, int(stretch.end), None)
+            oldest = stretch.end - _KEPT * characteristic_time(self.wave_threshold * self.log.strongest)
+            self._recent = [each for each in self._recent if each.end > oldest]
+            self._recent.append(stretch)
+            if self._free_end is not None:
+                self._free_end.observe(stretch)
+            if stretch.end >= until:
+                return stretch
 
     def _has_seen_all(self, stretch: Stretch) -> bool:
         """Whether the waves are known after ``stretch``."""
-        if stretch.end < self.problem.duration:
-            return False
-        if self.reached_end:
-            return self._is_spent(stretch)
-        if self._all_known:
-            return all(reading.passed for reading in self._readings)
-        if stretch.end - self._judged >= _INTERVAL:
-            self._judged = stretch.end
-            self._all_known = self._judge(stretch)
-        return False
+        self._velocities.append((stretch.end, stretch.v[-1].copy()))
+        return self._is_spent(stretch) if self.reached_end else self._judge(stretch)
 
     def _judge(self, stretch: Stretch) -> bool:
-        """Set a probe ahead of each wave that has settled; True once every wave has one."""
-        x, v = stretch.x[-1], stretch.v[-1]
-        noise = _NOISE * self.integrator.tolerance
-        waves, complete = settling(self.log, stretch.end, x, v, self.wave_threshold, noise)
-        if not waves:
+        """Whether every wave has settled; then they are measured."""
+        self._wait = 0.0
+        outlook = Outlook(self.log, stretch.end, self.wave_threshold, _NOISE * self.integrator.tolerance)
+        if not outlook.heads:
             return False
-        strongest = max(head.force for head, _ in waves)
-        front = waves[0][0].contact
+        front = outlook.heads[0].contact
         budget = _BUDGET + _BUDGET_RATE * self.problem.duration
         # In order of position: behind a wave that has not settled, a peak can remain constant for a while.
-        for head, doubt in waves[len(self._readings) :]:
+        strong = [wave for wave, head in enumerate(outlook.heads) if head.force >= outlook.least]
+        for place, wave in enumerate(strong):
+            force = outlook.heads[wave].force
             # The leading wave may use the longest chain; later waves get the length it needed, or the budget.
             most, allowed = float(self.most_contacts), self.primary_doubt
-            if head.force < strongest:
+            if force < outlook.strongest:
                 # rounding and step errors are larger relative to weak waves
-                most, allowed = budget, self.later_doubt * math.sqrt(strongest / head.force)
-            if front <= most and doubt > allowed:
+                most, allowed = budget, self.later_doubt * math.sqrt(outlook.strongest / force)
+            if place in self._ready or front > most:
+                continue
+            if not outlook.passed(wave) or outlook.bound(wave) > allowed:
+                self._wait = outlook.wait(wave, allowed)
                 return False
-            self._readings.append(_Reading(head, Probe(head.contact + _AHEAD, self.problem), doubt, not self._readings))
+            self._ready[place] = self._reading(outlook, wave)
+        complete = outlook.is_complete(stretch.x[-1], stretch.v[-1])
         self.settled = complete or front <= budget
-        return complete or not self.settled
+        if not complete and self.settled:
+            return False
+        self.waves = tuple(self._measured(outlook, *each) for each in enumerate(strong) if outlook.passed(each[1]))
+        # two heads may belong to the same wave where it has passed
+        self.waves = tuple({(wave.contact, wave.arrival_time): wave for wave in self.waves}.values())
+        self._rearmost = outlook.heads[strong[-1]].contact
+        return True
+
+    def _reading(self, outlook: Outlook, wave: int) -> tuple[Peak, float]:
+        """The peak at which a wave is read, and a bound on its distance from the limit."""
+        peak, doubt = outlook.passed(wave)[0], outlook.bound(wave)
+        # The first wave meets no other, so that its deviation decreases geometrically. Without a bound a wave may still
+        # collide with others.
+        return peak, distance_from_limit(peak, self.log) if wave and math.isfinite(doubt) else doubt
+
+    def _measured(self, outlook: Outlook, place: int, wave: int) -> MeasuredWave:
+        """Measure a wave, in general far beyond the contact where it settled."""
+        peak, distance = reading = self._reading(outlook, wave)
+        settled, before = self._ready.get(place, reading)
+        probe = Probe(peak.contact, self.problem)
+        for stretch in self._recent:
+            probe.observe(stretch)
+        return probe.wave(peak, self.log, min(distance, before + abs(peak.force / settled.force - 1)))
 
     def _is_spent(self, stretch: Stretch) -> bool:
         """Whether nothing more can leave a finite chain: its granules move apart, or have had enough steps to."""
@@ -287,12 +263,9 @@ class ChainRun:
         self.unfollowed_force = (2.5 * energy) ** 0.6
         return self.steps - self._driven_steps > _PARTING + _PARTING_RATE * (self.problem.granules or 0)
 
-    def _waves(self) -> tuple[MeasuredWave, ...]:
-        """Waves that have been measured."""
-        end = self._free_end
-        if end is None or not self.reached_end:
-            return tuple(reading.wave for reading in self._readings if reading.wave is not None)
-        peaks = self.log.peaks.get(end.contact, [])
+    def _at_end(self, end: Probe) -> tuple[MeasuredWave, ...]:
+        """Waves at the end of a finite chain."""
+        peaks = list(self.log.at(end.contact))[::-1]
         least = self.wave_threshold * max((peak.force for peak in peaks), default=0.0)
         # The peak itself is the result. A slow force can limit both runs to the longest step, so that their difference
         # does not show the step error.
@@ -300,7 +273,7 @@ class ChainRun:
         return tuple(end.wave(peak, self.log, doubt) for peak in peaks if peak.force >= least)
 
 
-def _recoils(v: FloatArray, ejected: float) -> tuple[tuple[float, ...], float]:
+def rebounding(v: FloatArray, ejected: float) -> tuple[tuple[float, ...], float]:
     """Velocities of the rebounding granules, and the momentum that they may still exchange with others.
 
     They extend from the loaded end to the last ejected granule and the granules that follow it backwards. Further on,

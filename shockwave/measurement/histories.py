@@ -9,13 +9,13 @@ from attrs import evolve
 
 from shockwave.chain.solitary_wave import SPEED
 from shockwave.errors import InvalidValueError, NumericalError
-from shockwave.measurement.peak_log import PeakLog
+from shockwave.measurement.course import Course
 from shockwave.measurement.recording import Recording
 from shockwave.measurement.result import Passage, SimulationResult
 from shockwave.measurement.simulation_setup import scaled, setup_of
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.march import Span, Stretch, march
+from shockwave.simulation.march import Span, march
 from shockwave.simulation.primary_search import find_primaries
 from shockwave.simulation.problem import contact_energies, contact_forces
 
@@ -78,15 +78,12 @@ def _integrated(result: SimulationResult, contact: int, feels_end: bool) -> tupl
         (primary,) = find_primaries([request], setup.search, setup.compiled)
         found = [(passage.time, passage.force) for passage in primary.passages]
     else:
-        log = PeakLog()
-        for span in march(problem, setup.integrator()):
-            log.observe(Stretch.of(span))
-            front = max(log.peaks, default=0)
-            progressed("passage", min(front, contact), contact + 1)
-            if contact in log.peaks or front > contact + 8:
+        course = Course.of(problem, setup.integrator(), kept=False)
+        course.advance_to(0.0, "passage", contact)
+        while not (found := [(peak.time, peak.force) for peak in course.log.at(contact)]):
+            if course.log.front > contact + _REACH:
                 break
-        progressed("passage", contact + 1, contact + 1)
-        found = [(peak.time, peak.force) for peak in log.peaks.get(contact, ())]
+            course.advance_to(course.now + 1.0, "passage", contact)
     if not found:
         raise NumericalError(
             f"the leading wave has no peak at contact {contact}: the force still rises there (request a later contact)"

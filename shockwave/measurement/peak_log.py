@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from itertools import pairwise, takewhile
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
-from attrs import define, field, frozen
+from attrs import define, field
 from numpy.polynomial.polynomial import polyder, polyval
 from scipy.optimize import brentq
 
@@ -40,30 +41,61 @@ _POWERS[4:] = [
 _FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])
 
 
-@frozen(eq=False)
-class Peak:
+class Peak(NamedTuple):
     """A maximum in time of the force at a contact, counted from 0.
 
-    ``behind`` is the peak of the same wave at the preceding contact, or None if the wave cannot be traced back.
+    ``behind`` is the index of the peak of the same wave at the preceding contact, and ``previous`` that of the
+    preceding peak at the same contact; -1 if there is none.
     """
 
     contact: int
+    behind: int
+    previous: int
     time: float
     force: float
-    behind: Peak | None = field(default=None, repr=False)
 
 
-@define
+_ROW = np.dtype(list(zip(Peak._fields, ("i8", "i8", "i8", "f8", "f8"), strict=True)))
+
+
+@define(eq=False)
 class PeakLog:
     """All maxima in time of the contact forces that are above the noise floor.
 
     ``tolerance`` is the error tolerance of a step. Peaks are located on the integrator's interpolant if a polynomial
-    between the ends of the step is less accurate than that; with 0 always.
+    between the ends of the step is less accurate than that; with 0 always. The first ``count`` rows of ``table`` are
+    the peaks, and ``last`` the index of the last peak at each contact.
     """
 
     tolerance: float = 0.0
-    peaks: dict[int, list[Peak]] = field(factory=dict)
     strongest: float = 0.0
+    count: int = 0
+    table: np.ndarray = field(factory=lambda: np.zeros(0, _ROW))
+    last: np.ndarray = field(factory=lambda: np.zeros(0, np.int64))
+
+    def reserve(self, peaks: int, contacts: int) -> None:
+        """Make room for so many more peaks, and for so many contacts."""
+        if self.count + peaks > len(self.table):
+            self.table = np.concatenate((self.peaks, np.empty(self.count + 2 * peaks, _ROW)))
+        if contacts > len(self.last):
+            self.last = np.concatenate((self.last, np.full(contacts, -1)))
+
+    @property
+    def peaks(self) -> np.ndarray:
+        """Peaks in the order in which they were logged."""
+        return self.table[: self.count]
+
+    @property
+    def front(self) -> int:
+        """Foremost contact with a peak."""
+        return int(self.peaks["contact"].max(initial=0))
+
+    def at(self, contact: int) -> Iterator[Peak]:
+        """Peaks at a contact, latest first."""
+        index = self.last.item(contact) if contact < len(self.last) else -1
+        while index >= 0:
+            yield (peak := self.peak(index))
+            index = peak.previous
 
     def observe(self, stretch: Stretch) -> None:
         """Log the maxima within ``stretch``."""
@@ -72,16 +104,17 @@ class PeakLog:
         ends = np.array((steps, steps + 1))
         overlap = np.maximum(stretch.x[ends, contacts] - stretch.x[ends, contacts + 1], 0.0).max(axis=0)
         forces = overlap * np.sqrt(overlap)
-        self.strongest = max(self.strongest, float(forces.max(initial=0.0)))
-        reached = forces > _FLOOR * self.strongest
+        strongest = np.maximum.accumulate(np.append(self.strongest, forces))
+        self.strongest = float(strongest[-1])
+        reached = forces > _FLOOR * strongest[1:]
         if not reached.any():
             return
         steps, contacts = steps[reached], contacts[reached]
         times, overlaps = _maxima(stretch, steps, contacts)
-        # In the order of time, so that the preceding peak of each wave is already in the log.
-        for index in np.argsort(times, kind="stable").tolist():
-            contact, time, overlap = int(contacts[index]), float(times[index]), float(overlaps[index])
-            span = stretch.spans[steps[index]]
+        self.reserve(len(times), stretch.x.shape[1])
+        located = (steps.tolist(), contacts.tolist(), times.tolist(), overlaps.tolist())
+        for step, contact, time, overlap in zip(*located, strict=True):
+            span = stretch.spans[step]
             force = max(overlap, 0.0) ** 1.5
             loss = _LOSS * force * ((span.end - span.begin) / characteristic_time(force)) ** 8
             if contact == 0:  # the shock acts on one of its granules, which the polynomial does not include
@@ -92,56 +125,48 @@ class PeakLog:
 
     def add(self, contact: int, time: float, force: float) -> None:
         """Log a maximum; it must be later than all previous ones at this contact."""
-        earlier = reversed(self.peaks.get(contact - 1, ()))
-        behind = next((p for p in earlier if p.force > _SAME_WAVE * force and p.time < time), None)
-        self.peaks.setdefault(contact, []).append(Peak(contact, time, force, behind))
+        self.reserve(1, contact + 1)
+        behind = self.last.item(contact - 1) if contact else -1
+        while behind >= 0 and not ((other := self.peak(behind)).force > _SAME_WAVE * force and other.time < time):
+            behind = other.previous
+        self.table[self.count] = (contact, behind, self.last[contact], time, force)
+        self.last[contact] = self.count
+        self.count += 1
+
+    def peak(self, index: int) -> Peak:
+        """Peak with this index."""
+        return Peak._make(self.table.item(index))
 
     def heads(self, now: float, share: float) -> list[Peak]:
         """Foremost peak of every travelling wave, front first, down to ``share`` of the strongest wave.
 
         A peak is a head if the next contact has not had a peak since then but may still have one.
         """
-        oldest = now - _patience(_FLOOR * self.strongest)
-        under_way = (peak.force for peak in self._since(oldest) if now - peak.time < _patience(peak.force))
-        strongest = max(under_way, default=0.0)
+        recent = np.flatnonzero(self.peaks["time"] >= now - _patience(_FLOOR * self.strongest))
+        peaks = self.table[recent]
+        time, force = peaks["time"], peaks["force"]
+        under_way = now - time < 6.0 * np.maximum(force, 1e-30) ** (-1 / 6)
         # Weaker peaks must not hide the wave that has just passed.
-        found = []
-        passed = -math.inf
-        for contact in range(max(self.peaks, default=-1), -1, -1):
-            earlier = reversed(self.peaks.get(contact, []))
-            last = next((peak for peak in earlier if peak.force >= share * strongest), None)
-            if last is not None and last.time > passed and now - last.time < _patience(last.force):
-                found.append(last)
-            passed = -math.inf if last is None else last.time
-        return found
-
-    def _since(self, oldest: float) -> Iterator[Peak]:
-        for peaks in self.peaks.values():
-            yield from takewhile(lambda peak: peak.time >= oldest, reversed(peaks))
+        strong = np.flatnonzero(force >= share * force[under_way].max(initial=0.0))
+        latest = np.full(peaks["contact"].max(initial=-1) + 2, -1)
+        latest[peaks["contact"][strong]] = strong
+        passed = np.where(latest >= 0, np.append(time, 0.0)[latest], -math.inf)
+        head = latest[:-1][passed[:-1] > passed[1:]]
+        return [self.peak(index) for index in recent[head[under_way[head]]][::-1].tolist()]
 
     def top(self) -> Peak:
         """Strongest peak in the log."""
-        return max((peak for peaks in self.peaks.values() for peak in peaks), key=lambda peak: peak.force)
+        return self.peak(int(self.peaks["force"].argmax()))
 
-    def arrival(self, head: Peak, contact: int) -> Peak | None:
-        """Peak of the wave at ``head`` when it arrives at ``contact``, or None if it has not arrived yet.
-
-        The wave is followed from contact to contact, because a wave ahead may not have passed ``contact`` either.
-        """
-        found: Peak | None = head
-        while found is not None and found.contact < contact:
-            here, least = found, _SAME_WAVE * found.force
-            following = self.peaks.get(here.contact + 1, ())
-            found = next((peak for peak in following if peak.time > here.time and peak.force > least), None)
-        return found
-
-
-def history(head: Peak, contacts: int) -> list[Peak]:
-    """Peaks of the wave at ``head`` and at the preceding ``contacts``, as far as it can be traced back."""
-    trail = [head]
-    while len(trail) <= contacts and (behind := trail[-1].behind) is not None:
-        trail.append(behind)
-    return trail
+    def trail(self, head: Peak, contacts: int) -> list[Peak]:
+        """Peaks of the wave at ``head`` and at the preceding ``contacts``, as far as it can be traced back."""
+        trail = [peak := head]
+        while len(trail) <= contacts and peak.behind >= 0:
+            before, peak = peak.time, self.peak(peak.behind)
+            if before - peak.time > _patience(peak.force):
+                break
+            trail.append(peak)
+        return trail
 
 
 def force_rates(overlap: FloatArray, closing: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -54,12 +54,12 @@ _DIGITS = 13
 _COST = 20.0
 _MAX_COST = 2e9
 # Longest shock, in characteristic times of its wave, whose train is integrated.
-_LONGEST_TRAIN = 300.0
+_LONGEST_TRAIN = 600.0
 # A time in which the force exceeds this fraction of its peak counts more by this factor: its waves are nearly equal.
 _NEAR_PEAK = 0.9
 _NEAR_PEAK_FACTOR = 4.0
 # Computing time of a train for each of these characteristic times [s].
-_TRAIN_SECONDS = 0.05
+_TRAIN_SECONDS = 0.01
 
 
 @frozen

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import time
 
 from attrs import evolve
 
 from shockwave.chain.chain import Scales
 from shockwave.errors import NumericalError
-from shockwave.measurement.chain_run import EJECTED, ChainRun
+from shockwave.measurement.chain_run import EJECTED, ChainRun, rebounding
+from shockwave.measurement.course import Course
+from shockwave.measurement.peak_log import PeakLog
 from shockwave.measurement.result import ContactPeak, Cost, MeasuredWave, SimulationResult, Train
 from shockwave.measurement.simulation_setup import Setup, immeasurable, scaled, setup_of
 from shockwave.simulation.problem import ChainProblem, Primary, Status
@@ -100,22 +103,27 @@ def measure_primary(
 
 
 def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, ChainRun]:
-    """Measure the train in a fine and a coarse run; the train, and the fine run."""
+    """Measure the train; a second, coarser run shows the step errors. The train, and the first run."""
     begin = time.perf_counter()
     most = int(_MOST_CONTACTS + _MOST_RATE * problem.duration)
     first, later = (max(min(share * setup.rtol, _MOST_DOUBT), _LEAST_DOUBT) for share in (_PRIMARY_DOUBT, _LATER_DOUBT))
     arguments = (setup.options.wave_threshold, first, later, most)
     fine = ChainRun(problem, setup.integrator(), *arguments, "wave train, run 1 of 2").finished()
-    coarse = ChainRun(problem, setup.integrator(_COARSE), *arguments, "wave train, run 2 of 2", fine.end).finished()
-    if not fine.waves or not coarse.waves:
+    if not fine.waves:
         raise NumericalError(
             f"no wave formed within {most} contacts: the shock is too slow for its peak force"
             " (shorten the shock, or increase its peak force)"
         )
-    waves = _waves(fine, coarse, scales)
+    coarse = Course.of(problem, setup.integrator(_COARSE), kept=False)
+    label = "wave train, run 2 of 2"
+    stretch = coarse.advance_to(fine.measured, label, fine.end)
+    slowest = EJECTED * max(wave.granule_velocity for wave in fine.waves)
+    difference = sum(fine.recoils) - sum(rebounding(stretch.v[-1], slowest)[0])
+    coarse.advance_to(fine.end, label, fine.end)
+    waves = _waves(fine, coarse.log, scales)
     ejected = EJECTED * waves[0].granule_velocity
     recoil = sum(fine.recoils)
-    error = abs(recoil - sum(coarse.recoils)) + fine.unfinished_recoil + fine.integrator.tolerance * fine.momentum
+    error = abs(difference) + fine.unfinished_recoil + fine.integrator.tolerance * fine.momentum
     velocities = [velocity * scales.velocity for velocity in fine.recoils]
     warnings: tuple[str, ...] = ()
     settled = fine.settled and all(wave.error_estimate is not None for wave in waves)
@@ -133,7 +141,7 @@ def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, 
         recoil_error=error * scales.momentum,
         recoil_velocities=tuple(velocity for velocity in velocities if -velocity > ejected),
         spall_velocities=None if fine.spalls is None else tuple(u * scales.velocity for u in fine.spalls),
-        greatest_force=None if problem.granules is None else _greatest(fine, coarse, scales),
+        greatest_force=None if problem.granules is None else _greatest(fine, coarse.log, scales),
         cost=Cost(
             steps=fine.steps + coarse.steps,
             force_evaluations=fine.integrator.evaluations + coarse.integrator.evaluations,
@@ -144,10 +152,10 @@ def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, 
     return train, fine
 
 
-def _greatest(fine: ChainRun, coarse: ChainRun, scales: Scales) -> ContactPeak:
+def _greatest(fine: ChainRun, coarse: PeakLog, scales: Scales) -> ContactPeak:
     """Greatest contact force of the fine run, in SI units, with an error estimate like that of a wave."""
     top = fine.log.top()
-    error = abs(coarse.log.top().force / top.force - 1) + _energy_error(fine) + fine.integrator.tolerance
+    error = abs(coarse.top().force / top.force - 1) + _energy_error(fine) + fine.integrator.tolerance
     return ContactPeak(
         contact=top.contact, peak_force=top.force * scales.force, time=top.time * scales.time, error_estimate=error
     )
@@ -159,14 +167,19 @@ def _energy_error(fine: ChainRun) -> float:
     return 0.6 * abs(fine.energy / fine.work - 1) if fine.work else 0.0
 
 
-def _waves(fine: ChainRun, coarse: ChainRun, scales: Scales) -> tuple[MeasuredWave, ...]:
+def _waves(fine: ChainRun, coarse: PeakLog, scales: Scales) -> tuple[MeasuredWave, ...]:
     """Waves of the fine run, strongest first, in SI units.
 
-    The error estimate of each is the sum of the difference of the two runs, its own bound, and the energy defect.
+    The error estimate of each is the sum of the difference of the two runs at its contact, its own bound, the energy
+    defect, and the tolerance of a step.
     """
     waves = []
+    strongest = max(wave.peak_force for wave in fine.waves)
     for wave in fine.waves:
-        difference = min(abs(other.peak_force / wave.peak_force - 1) for other in coarse.waves)
-        error = difference + (wave.error_estimate or 0.0) + _energy_error(fine) + _ROUNDING
+        same = min(coarse.at(wave.contact), key=lambda peak: abs(peak.time - wave.arrival_time), default=None)
+        difference = 1.0 if same is None else abs(same.force / wave.peak_force - 1)
+        # errors of a step are larger relative to weak waves; the difference may vanish by chance
+        step = fine.integrator.tolerance * math.sqrt(strongest / wave.peak_force)
+        error = difference + (wave.error_estimate or 0.0) + _energy_error(fine) + step + _ROUNDING
         waves.append(wave.in_si(scales, error if error < _UNSETTLED else None))
     return tuple(sorted(waves, key=lambda wave: -wave.peak_force))

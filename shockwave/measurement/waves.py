@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from itertools import accumulate
+from itertools import compress, count, takewhile
 
 import numpy as np
 from attrs import define, field
 
-from shockwave.chain.solitary_wave import ENERGY
-from shockwave.measurement.peak_log import Peak, PeakLog, force_rates, history, powers_between
+from shockwave.chain.solitary_wave import ENERGY, SPEED
+from shockwave.measurement.peak_log import Peak, PeakLog, characteristic_time, force_rates, powers_between
 from shockwave.measurement.result import MeasuredWave
 from shockwave.numerics import product
 from shockwave.quadrature import FloatArray
@@ -18,6 +18,12 @@ from shockwave.simulation.problem import ChainProblem, contact_energies
 
 # Number of contacts between the peaks whose differences give the rate of approach to the limit.
 _STRIDE = 10
+# Number of contacts that give the rate at which a bound decreases.
+_STEP = 5
+# Number of contacts, from its head backwards, that a wave may still be passing.
+_PASSING = 10
+#: Time in which the tail of a wave of peak force 1 passes: 3.5 widths of 1.56 characteristic times.
+PASSED = 3.5 * 1.56
 # Number of granules behind its peak over which a wave extends.
 _BACK = 3
 # Waves are followed down to this fraction of the threshold.
@@ -45,6 +51,9 @@ _VALUES = np.vander(_NODES, 8, increasing=True)
 _SLOPES = np.pad(_VALUES[:, :-1] * np.arange(1, 8), ((0, 0), (1, 0)))
 # Number of samples on each side of a crossing or a maximum that its polynomial interpolates.
 _NEIGHBOURS = 4
+# Number of Newton steps to a maximum, and how far it may be from its step, over the size of the step.
+_CORRECTIONS = 3
+_EDGE = 0.1
 # Number of contacts over which the speed is measured.
 _SPEED_BASE = 4
 
@@ -52,10 +61,8 @@ _SPEED_BASE = 4
 # ---------------------------------------------------------------- limits
 
 
-def settling(
-    log: PeakLog, now: float, x: FloatArray, v: FloatArray, threshold: float, noise: float = 0.0
-) -> tuple[list[tuple[Peak, float]], bool]:
-    """Examine whether the waves have settled, after the force has ended.
+class Outlook:
+    """The travelling waves at a time after the force has ended, and whether they have settled.
 
     Parameters
     ----------
@@ -63,38 +70,67 @@ def settling(
         All peaks up to ``now``.
     now : float
         Present time.
-    x, v : FloatArray
-        Positions and velocities at ``now``, shape (granules,).
     threshold : float
         Least peak force of a wave, over that of the strongest wave.
     noise : float
         Error of a peak force due to step errors: smaller differences are not significant.
 
-    Returns
-    -------
-    list of (Peak, float)
-        The foremost peak of each wave, front first, with a bound on its relative deviation from its limit. The bound is
-        infinite for a wave that will collide with another one, or is followed by one that may still become stronger.
-    bool
-        Whether nothing behind these waves can form another wave.
+    Attributes
+    ----------
+    heads : list of Peak
+        The foremost peak of each wave, front first. Weaker waves are followed, too: they may still grow, and their
+        energy is taken into account.
+    least : float
+        Least peak force of a wave.
     """
-    # Weaker waves are followed, too: they may still grow, and their energy is taken into account.
-    followed = log.heads(now, _FOLLOWED * threshold)
-    if not followed:
-        return [], False
-    forces = [head.force for head in followed]
-    least = threshold * max(forces)
-    doubts = [_doubt(history(head, 2 * _STRIDE), noise) for head in followed]
-    tallest = [force * (1 + min(doubt, 1.0)) for force, doubt in zip(forces, doubts, strict=True)]
-    weakest_ahead = [math.inf, *accumulate(forces, min)]
-    tallest_behind = list(accumulate([0.0, *reversed(tallest[1:])], max))[::-1]
-    for i, force in enumerate(forces):
-        if _TALLER * weakest_ahead[i] < force or tallest_behind[i] > _TALLER * force:
-            doubts[i] = math.inf
-    waves = list(zip(followed, doubts, strict=True))
-    may_grow = any(head.force < least <= head.force * (1 + doubt) for head, doubt in waves)
-    complete = not may_grow and _nothing_to_come(x, v, followed[-1].contact, least)
-    return [(head, doubt) for head, doubt in waves if head.force >= least], complete
+
+    def __init__(self, log: PeakLog, now: float, threshold: float, noise: float = 0.0) -> None:
+        self._log, self._now, self._noise = log, now, noise
+        self.heads = log.heads(now, _FOLLOWED * threshold)
+        self.strongest = max((head.force for head in self.heads), default=0.0)
+        self.least = threshold * self.strongest
+        self._trails: dict[int, list[Peak]] = {}
+
+    def passed(self, wave: int) -> list[Peak]:
+        """The peaks of a wave from the foremost contact through which all of it has passed, if there is one."""
+        if wave not in self._trails:
+            trail = self._log.trail(self.heads[wave], 2 * _STRIDE + _STEP + _PASSING)
+            gone = (self._now - peak.time > PASSED * characteristic_time(peak.force) for peak in trail)
+            self._trails[wave] = trail[next(compress(count(), gone), len(trail)) :]
+        return self._trails[wave]
+
+    def bound(self, wave: int) -> float:
+        """Bound on the deviation of a wave from its limit, at the peak that has `passed`.
+
+        It is infinite for a wave that will collide with another one, or is followed by one that may still become
+        stronger.
+        """
+        force = self.heads[wave].force
+        if any(_TALLER * head.force < force for head in self.heads[:wave]):
+            return math.inf
+        for behind in range(wave + 1, len(self.heads)):
+            other, most = self.heads[behind].force, _TALLER * force
+            if 2 * other > most and other * (1 + min(_doubt(self.passed(behind), self._noise), 1.0)) > most:
+                return math.inf
+        return _doubt(self.passed(wave), self._noise)
+
+    def wait(self, wave: int, allowed: float) -> float:
+        """Time that passes at least before the bound of a wave decreases to ``allowed``; 0 if it is not known."""
+        trail = self.passed(wave)
+        contacts = 2 * _STRIDE + 1 - len(trail)
+        if contacts <= 0:
+            doubt, before = _doubt(trail, self._noise), _doubt(trail[_STEP:], self._noise)
+            if not allowed < doubt < before < math.inf:
+                return 0.0
+            contacts = int(_STEP * math.log(doubt / allowed) / math.log(before / doubt))
+        return contacts * characteristic_time(self.heads[wave].force) / SPEED
+
+    def is_complete(self, x: FloatArray, v: FloatArray) -> bool:
+        """Whether nothing behind these waves can form another wave; ``x`` and ``v`` are the present state."""
+        weak = (wave for wave, head in enumerate(self.heads) if head.force < self.least)
+        if any(self.least <= self.heads[wave].force * (1 + self.bound(wave)) for wave in weak):
+            return False
+        return bool(self.heads) and _nothing_to_come(x, v, self.heads[-1].contact, self.least)
 
 
 def _doubt(trail: list[Peak], noise: float) -> float:
@@ -106,19 +142,19 @@ def _doubt(trail: list[Peak], noise: float) -> float:
     """
     if len(trail) <= 2 * _STRIDE:
         return math.inf
+    forces = [peak.force for peak in trail]
     half = _STRIDE // 2
-    forces = np.array([peak.force for peak in trail])
-    recent = float(np.ptp(forces[: half + 1]))
-    older = float(np.ptp(forces[half : _STRIDE + 1]))
-    last = float(np.ptp(forces[: _STRIDE + 1]))
-    previous = float(np.ptp(forces[_STRIDE : 2 * _STRIDE + 1]))
+    recent = _span(forces[: half + 1])
+    older = _span(forces[half : _STRIDE + 1])
+    last = _span(forces[: _STRIDE + 1])
+    previous = _span(forces[_STRIDE : 2 * _STRIDE + 1])
     if last <= noise:
-        return last / trail[0].force
+        return last / forces[0]
     ratio = min(max(_ratio(last, previous), _ratio(recent, older) ** 2), _SLOWEST)
-    return last * max(ratio / (1 - ratio), 0.1) / trail[0].force
+    return last * max(ratio / (1 - ratio), 0.1) / forces[0]
 
 
-def distance_from_limit(peak: Peak, noise: float) -> float:
+def distance_from_limit(peak: Peak, log: PeakLog) -> float:
     """Estimate of the relative distance from its limit of a wave that is measured at ``peak``.
 
     `_doubt` decides when a wave is measured. Here the deviation from the limit is a power of the number of contacts,
@@ -126,12 +162,12 @@ def distance_from_limit(peak: Peak, noise: float) -> float:
     give the exponent. If the peaks do not change uniformly, the wave has collided with others or its change reverses:
     it may change again as much as on the last third of its way.
     """
-    forces = np.array([passed.force for passed in history(peak, max(_FAR, peak.contact // 3))])
+    forces = np.array([each.force for each in log.trail(peak, max(_FAR, peak.contact // 3))])
     whole = float(np.ptp(forces)) / peak.force
     if len(forces) <= 2 * _STRIDE:
         return whole
     near = float(np.ptp(forces[: _STRIDE + 1])) / peak.force
-    if near * peak.force <= noise:
+    if near * peak.force <= log.tolerance:
         return near * max(3.0, _HIDDEN * peak.contact)
     last, before = -np.diff(forces[: 2 * _STRIDE + 1 : _STRIDE])
     halves = -np.diff(forces[: 2 * _STRIDE : _STRIDE // 2])
@@ -142,6 +178,10 @@ def distance_from_limit(peak: Peak, noise: float) -> float:
     ways = peak.contact - _STRIDE * np.array([0.5, 1.5])
     exponent = math.log(before / last) / math.log(float(ways[0] / ways[1])) - 1
     return _MARGIN * abs(float(last)) * peak.contact / (_STRIDE * max(exponent, 1.0)) / peak.force
+
+
+def _span(values: list[float]) -> float:
+    return max(values) - min(values)
 
 
 def _ratio(later: float, earlier: float) -> float:
@@ -175,20 +215,23 @@ class Probe:
         if self.contact + 1 >= stretch.x.shape[1] or not stretch.x[-1, self.contact]:
             return
         # At an end of the chain a granule is repeated, without force between the two.
-        near = np.clip(np.arange(self.contact - 1, self.contact + 3), 0, stretch.x.shape[1] - 1)
+        first, last = self.contact - 1, self.contact + 3
         known = 1 if self._times else 0
+        states = np.array((stretch.x[known:, max(first, 0) : last], stretch.v[known:, max(first, 0) : last]))
+        if states.shape[2] < 4:
+            states = states[:, :, np.clip(np.arange(first, last), 0, stretch.x.shape[1] - 1) - max(first, 0)]
         self._times.append(stretch.times[known:])
-        self._states.append(np.array((stretch.x[known:, near], stretch.v[known:, near])))
+        self._states.append(states)
 
     def wave(self, peak: Peak, log: PeakLog, doubt: float) -> MeasuredWave:
         """Measure the wave with the maximum ``peak``, between the force minima before and after it, in scaled units.
 
         ``doubt`` is the bound on the relative deviation of its peak force from the limit.
         """
-        others = [other.time for other in log.peaks[self.contact] if other.force > 0]
-        before = max((t for t in others if t < peak.time), default=-math.inf)
-        after = min((t for t in others if t > peak.time), default=math.inf)
-        time, force, velocity, weight = self._samples(before, after)
+        before = log.peak(peak.previous).time if peak.previous >= 0 else -math.inf
+        after = min((other.time for other in takewhile(lambda other: other.time > peak.time, log.at(self.contact))),
+                    default=math.inf)  # fmt: skip
+        time, force, velocity, weight, powers, sizes = self._samples(before, after)
         top = int(np.argmin(np.abs(time - peak.time)))
         left, right = int(np.searchsorted(time, before)), int(np.searchsorted(time, after))
         begin = left + int(np.argmin(force[left : top + 1]))
@@ -196,7 +239,7 @@ class Probe:
         inside = slice(begin, end + 1)
         rise = _crossing(time[begin : top + 1], force[begin : top + 1], peak.force / 2)
         fall = _crossing(time[top : end + 1][::-1], force[top : end + 1][::-1], peak.force / 2)
-        trail = history(peak, _SPEED_BASE)
+        trail = log.trail(peak, _SPEED_BASE)
         passed = len(trail) - 1
         return MeasuredWave(
             peak_force=peak.force,
@@ -204,15 +247,18 @@ class Probe:
             energy=float((weight[inside] * force[inside] * velocity[inside]).sum()),
             speed=passed / (peak.time - trail[-1].time) if passed else None,
             width=fall - rise,
-            granule_velocity=_maximum(time[inside], velocity[inside]),
+            granule_velocity=_maximum(velocity, powers, sizes, begin + int(np.argmax(velocity[inside]))),
             contact=self.contact,
             arrival_time=peak.time,
             error_estimate=doubt,
             foot=float(max(force[begin], force[end])) / peak.force,
         )
 
-    def _samples(self, begin: float, end: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Times, forces, velocities of the granule behind the contact, and weights, at the Gauss nodes of each step."""
+    def _samples(self, begin: float, end: float) -> tuple[FloatArray, ...]:
+        """Times, forces, velocities of the granule behind the contact, and weights, at the Gauss nodes of each step.
+
+        Also the powers of its position, and the step sizes.
+        """
         times, states = np.concatenate(self._times), np.concatenate(self._states, axis=1)
         used = slice(max(int(np.searchsorted(times, begin, "right")) - 1, 0), int(np.searchsorted(times, end)) + 1)
         times, (x, v) = times[used], states[:, used]
@@ -229,7 +275,7 @@ class Probe:
         if self.contact == 0:
             positions[0] += self._driven(nodes)[0]
         force, _ = force_rates(positions[0] - positions[1], np.zeros_like(nodes))
-        return nodes, force, velocity.ravel(), (size[:, None] * _WEIGHTS).ravel()
+        return nodes, force, velocity.ravel(), (size[:, None] * _WEIGHTS).ravel(), powers[..., 1], size
 
     def _driven(self, times: FloatArray) -> FloatArray:
         """Displacement and velocity of a free granule under the shock, shape (2, times)."""
@@ -242,22 +288,26 @@ def _crossing(time: FloatArray, force: FloatArray, level: float) -> float:
     if last in (0, len(force)):
         return float(time[0])  # the force jumps across the level between two samples
     near = slice(max(last - _NEIGHBOURS, 0), last + _NEIGHBOURS)
-    ordinates, abscissae = force[near], time[near] - time[last]
+    ordinates, abscissae = force[near].tolist(), (time[near] - time[last]).tolist()
     # Lagrange polynomial of the time as a function of the force.
     values = [
-        abscissa * np.prod([(level - other) / (own - other) for other in ordinates if other != own])
+        abscissa * math.prod((level - other) / (own - other) for other in ordinates if other != own)
         for own, abscissa in zip(ordinates, abscissae, strict=True)
     ]
-    return float(time[last] + np.sum(values))
+    return float(time[last] + math.fsum(values))
 
 
-def _maximum(time: FloatArray, values: FloatArray) -> float:
-    """Maximum of a smooth function, from a polynomial through the samples around the largest one."""
-    top = int(np.argmax(values))
-    near = slice(max(top - _NEIGHBOURS, 0), top + _NEIGHBOURS + 1)
-    if len(values[near]) < 2 * _NEIGHBOURS + 1:
-        return float(values[top])
-    origin, scale = time[top], time[near][-1] - time[near][0]
-    fit = np.polynomial.Polynomial.fit((time[near] - origin) / scale, values[near], 2 * _NEIGHBOURS - 2)
-    roots = [root.real for root in fit.deriv().roots() if abs(root.imag) < 1e-9 and abs(root.real) <= 1]
-    return float(max((fit(root) for root in roots), default=values[top]))
+def _maximum(samples: FloatArray, powers: FloatArray, sizes: FloatArray, top: int) -> float:
+    """Maximum of the velocity near the sample ``top``, from the polynomial of the position in its step."""
+    step, node = divmod(top, len(_NODES))
+    share, coefficients = float(_NODES[node]), [float(power) for power in powers[:, step]]
+    for _ in range(_CORRECTIONS):
+        value, slope, bend, curve = 0.0, 0.0, 0.0, 0.0
+        for power in reversed(coefficients):
+            value, slope, bend, curve = (
+                value * share + power, slope * share + value, bend * share + slope, curve * share + bend
+            )  # fmt: skip
+        if not curve < 0:
+            break
+        share -= bend / (3 * curve)
+    return max(float(samples[top]), slope / float(sizes[step])) if -_EDGE < share < 1 + _EDGE else float(samples[top])

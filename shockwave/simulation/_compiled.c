@@ -440,10 +440,10 @@ static double applied(Lane *lane, double t, double h)
 }
 
 /* Computes the peak at local contact j of lane l by repeated steps, from the state before a step of size h to the time
-   at which the contact stops closing. The domain of dependence of a step is one granule per stage, so a part of the
-   window is sufficient. */
+   at which the contact stops closing; the last shift is at most `near` and is made by a parabola. The domain of
+   dependence of a step is one granule per stage, so a part of the window is sufficient. */
 static int read_peak(const Method *m, Window *w, Window *part, Lane *lane, int l, long j, double h, double share,
-                     double *time, double *force)
+                     double near, double *time, double *force)
 {
     const long first = j > m->stages ? j - m->stages : 0, rows = j - first + m->stages + 2, at = j - first;
     const long n = (rows + BLOCK - 1) / BLOCK * BLOCK;
@@ -478,7 +478,7 @@ static int read_peak(const Method *m, Window *w, Window *part, Lane *lane, int l
         left = -v / a;
         *time = lane->t + share * h + left;
         *force = overlap_force(d + 0.5 * v * left);
-        if (fabs(left) < 1e-4) return 1;
+        if (fabs(left) < near) return 1;
         share += left / h;
         if (!(share > 0 && share < 1.5)) break;
     }
@@ -565,7 +565,7 @@ static int observe(const Method *m, const Batch *batch, Window *w, Window *part,
     while (lane->wanted < lane->last_wanted && batch->wanted[PASSAGE * lane->wanted] < contact) lane->wanted++;
     wanted = lane->wanted < lane->last_wanted && batch->wanted[PASSAGE * lane->wanted] == contact;
     if ((contact + 1) % STRIDE && !wanted) return 1;
-    if (!read_peak(m, w, part, lane, l, j, h, share, &time, &force)) return 0;
+    if (!read_peak(m, w, part, lane, l, j, h, share, 1e-4, &time, &force)) return 0;
     if (wanted) {
         batch->wanted[PASSAGE * lane->wanted + WANTED_TIME] = time;
         batch->wanted[PASSAGE * lane->wanted + WANTED_FORCE] = force;
@@ -584,12 +584,13 @@ static int observe(const Method *m, const Batch *batch, Window *w, Window *part,
     return 1;
 }
 
-/* Sets `mark` to 1 for contacts, except in the first row, that stop closing within a step. */
-WIDE static void passed(long n, long lanes, const double *v, const double *v1, const double *x1, double *mark)
+/* Sets `mark` to 1 for contacts, except in the first row, that stop closing within a step with at least this overlap. */
+WIDE static void passed(long n, long lanes, const double *v, const double *v1, const double *x1, double least,
+                        double *mark)
 {
     long e;
     for (e = 0; e < n; e++)
-        mark[e] = (v[e] > v[e + lanes]) & (v1[e] <= v1[e + lanes]) & (x1[e] - x1[e + lanes] > 1e-3) ? 1 : 0;
+        mark[e] = (v[e] > v[e + lanes]) & (v1[e] <= v1[e + lanes]) & (x1[e] - x1[e + lanes] > least) ? 1 : 0;
 }
 
 /* ---------------------------------------------------------------- integration */
@@ -787,7 +788,7 @@ static int find_peaks(const Method *m, const Batch *batch, Window *w, Window *pa
     for (l = 0; l < width; l++)
         if (trial->accepted[l]
             && !observe(m, batch, w, part, lanes + l, l, 0, trial->h[l], path[l], path[l] + 2)) return 0;
-    passed(trial->n, width, w->v, w->v1, w->x1, w->f);
+    passed(trial->n, width, w->v, w->v1, w->x1, 1e-3, w->f);
     for (e = 0; e < trial->n; e += BLOCK) {
         double any = 0;
         for (b = 0; b < BLOCK; b++) any += w->f[e + b];
@@ -922,6 +923,332 @@ static int run(const Method *m, Batch *batch, long width)
     return ok;
 }
 
+/* ---------------------------------------------------------------- the whole chain */
+
+/* The state of an integration of the whole chain, which `march` continues; see measurement/course.py. FLYING is the
+   number of granules in free flight at the loaded end, whose positions are those at the time FLOWN. */
+enum { NOW, STEP_SIZE, UNTIL, STOP, GRANULE_COUNT, FLYING, FLOWN, AGE, TAKEN, KEPT_STEPS, EVALUATED, PEAKS, STRONGEST, ENDED,
+       TARGET, RISE, PEAK_FORCE, LENGTH, CHAIN_GRANULES, ALLOWED, STATE };
+
+#define INTERVAL_FREE 50.0    /* interval between the ends of integrations after the force has ended */
+#define GROWTH 16             /* number of granules by which the window grows */
+#define MARGIN 4              /* number of granules at its end that must be at rest */
+#define PARTING 16            /* number of steps between the checks for granules in free flight */
+/* see peak_log.py */
+#define LEAST_PEAK 1e-4
+#define LOSS 6e-5
+#define NEGLIGIBLE 0.1
+#define SAME_WAVE 0.5
+#define CORRECTIONS 4
+#define NEAR 1e-5
+
+typedef struct {
+    long long contact, behind, previous;
+    double time, force;
+} Peak;
+
+typedef struct {
+    const Method *method;
+    const double *stops;
+    double *state, *x, *v, *a;        /* all granules, those in the window included after `store` */
+    double *times, *xs, *vs;          /* the ends of the steps: `kept` rows of `capacity` granules */
+    Peak *peaks;
+    long long *last;                  /* the last peak of each contact, or -1 */
+    long capacity, rows, most_peaks;
+    Batch batch;
+    Lane lane;
+    Window w, part;
+    double path[1][4];
+} March;
+
+/* Copies the window to the arrays of all granules, and moves those in free flight. */
+static void store(March *r)
+{
+    const Lane *lane = &r->lane;
+    long j;
+    for (j = 0; j < lane->base; j++) r->x[j] += (lane->t - r->state[FLOWN]) * r->v[j];
+    r->state[FLOWN] = lane->t;
+    memcpy(r->x + lane->base, r->w.x, (size_t)lane->count * sizeof(double));
+    memcpy(r->v + lane->base, r->w.v, (size_t)lane->count * sizeof(double));
+    memcpy(r->a + lane->base, r->w.k[0], (size_t)lane->count * sizeof(double));
+}
+
+/* Begins an integration with new accelerations of the granules in the window. */
+static void restart(March *r)
+{
+    const double zero[BLOCK] = {0};
+    double shift[BLOCK] = {0};
+    shift[0] = r->path[0][0];
+    r->state[AGE] = 0;
+    stage((r->lane.count + BLOCK) / BLOCK * BLOCK, 0, 0, r->method->a, zero, shift, &r->w);
+}
+
+/* Fills the window with the granules from `base` on. Returns 0 without memory. */
+static int load(March *r, long base, long all)
+{
+    Lane *lane = &r->lane;
+    lane->base = base;
+    lane->count = all - base;
+    if (!make_room(&r->w, lane->count + 24)) return 0;
+    clear(r->method, &r->w, 0, 0);
+    memcpy(r->w.x, r->x + base, (size_t)lane->count * sizeof(double));
+    memcpy(r->w.v, r->v + base, (size_t)lane->count * sizeof(double));
+    memcpy(r->w.k[0], r->a + base, (size_t)lane->count * sizeof(double));
+    set_free_end(&r->w, lane, 0);
+    return 1;
+}
+
+/* Keeps the true positions and velocities at the present time. */
+static void keep(March *r)
+{
+    const Lane *lane = &r->lane;
+    const long row = (long)r->state[KEPT_STEPS];
+    double *x = r->xs + row * r->capacity, *v = r->vs + row * r->capacity;
+    long j;
+    if (!r->rows) return;
+    r->times[row] = lane->t;
+    for (j = 0; j < lane->base; j++) x[j] = r->x[j] + (lane->t - r->state[FLOWN]) * r->v[j];
+    memcpy(v, r->v, (size_t)lane->base * sizeof(double));
+    memcpy(x + lane->base, r->w.x, (size_t)lane->count * sizeof(double));
+    memcpy(v + lane->base, r->w.v, (size_t)lane->count * sizeof(double));
+    x[0] += r->path[0][0];
+    v[0] += r->path[0][1];
+    r->state[KEPT_STEPS]++;
+}
+
+/* Whether no two granules of local contact j can meet in free flight. */
+static int apart(const Window *w, long j)
+{
+    return w->x[j] - w->x[j + 1] <= 0 && w->v[j] <= w->v[j + 1];
+}
+
+/* Removes granules in free flight from the window, in which at least two remain. Returns 0 without memory. */
+static int part_granules(March *r)
+{
+    Lane *lane = &r->lane;
+    const long before = lane->base, all = before + lane->count;
+    long free = 0;
+    while (free < lane->count - 2 && apart(&r->w, free)) free++;
+    if (!free) return 1;
+    if (before) {
+        const double x = r->x[before - 1] + (lane->t - r->state[FLOWN]) * r->v[before - 1];
+        if (x > r->w.x[0] || r->v[before - 1] > r->w.v[0]) return 1;
+    }
+    store(r);
+    return load(r, before + free, all);
+}
+
+/* Moves all granules of a finite chain to their next contact, if no contact is closed. Returns 0 without memory. */
+static int coast(March *r)
+{
+    Lane *lane = &r->lane;
+    const long all = lane->base + lane->count;
+    double least = INFINITY;
+    long j;
+    if (all != lane->granules) return 1;
+    store(r);
+    for (j = 0; j + 1 < all; j++) {
+        const double gap = r->x[j + 1] - r->x[j], closing = r->v[j] - r->v[j + 1];
+        if (gap < 0) return 1;
+        if (closing > 0 && gap / closing < least) least = gap / closing;
+    }
+    if (!(least > LONGEST_STEP && least < INFINITY)) return 1; /* as for a gap due to rounding */
+    for (j = 0; j < all; j++) r->x[j] += least * r->v[j];
+    lane->t += least;
+    r->state[FLOWN] = lane->t;
+    r->state[TAKEN]++;
+    if (!load(r, 0, all)) return 0;
+    restart(r);
+    keep(r);
+    return 1;
+}
+
+/* Whether the last granule in free flight may be hit within the step by the next. */
+static int meets(const March *r, double h)
+{
+    const long last = r->lane.base - 1;
+    double gap, slower;
+    if (last < 0) return 0;
+    gap = r->w.x1[0] - r->x[last] - (r->lane.t + h - r->state[FLOWN]) * r->v[last];
+    slower = r->w.v[0] < r->w.v1[0] ? r->w.v[0] : r->w.v1[0];
+    return r->v[last] > slower && gap < h * (r->v[last] - slower);
+}
+
+/* Overlap at local contact j and its first three derivatives, from positions and velocities whose first granule is
+   displaced by `shift`. */
+static void jet(const double *x, const double *v, const double *shift, long j, double *derivatives)
+{
+    double force[3], rate[3];
+    long i;
+    for (i = 0; i < 3; i++) {
+        const long k = j + i - 1;
+        const double d = k < 0 ? 0 : x[k] + (k ? 0 : shift[0]) - x[k + 1], u = k < 0 ? 0 : v[k] + (k ? 0 : shift[1]) - v[k + 1];
+        const double root = d > 0 ? sqrt(d) : 0;
+        force[i] = root * root * root;
+        rate[i] = 1.5 * root * u;
+        if (i == 1) { derivatives[0] = d; derivatives[1] = u; }
+    }
+    derivatives[2] = force[0] - 2 * force[1] + force[2];
+    derivatives[3] = rate[0] - 2 * rate[1] + rate[2];
+}
+
+/* Fraction of a step of size h at which the overlap is largest, and that overlap, from a polynomial of degree 7 through
+   value and three derivatives at both ends. */
+static double summit(const double *begin, const double *end, double h, double *overlap)
+{
+    const double *ends[] = {begin, end};
+    double known[8], p[8], share = begin[1] / (begin[1] - end[1]), value, slope, bend;
+    int i, j;
+    for (i = 0; i < 2; i++)
+        for (j = 0; j < 4; j++) known[4 * i + j] = ends[i][j] * (j == 0 ? 1 : j == 1 ? h : j == 2 ? h * h / 2 : h * h * h / 6);
+    for (j = 0; j < 8; j++) {
+        static const double powers[4][8] = {{-35, -20, -10, -4, 35, -15, 5, -1}, {84, 45, 20, 6, -84, 39, -14, 3},
+                                            {-70, -36, -15, -4, 70, -34, 13, -3}, {20, 10, 4, 1, -20, 10, -4, 1}};
+        if (j < 4) { p[j] = known[j]; continue; }
+        for (p[j] = 0, i = 0; i < 8; i++) p[j] += powers[j - 4][i] * known[i];
+    }
+    for (i = 0; i <= CORRECTIONS; i++) {
+        for (value = slope = bend = 0, j = 7; j >= 0; j--) {
+            bend = bend * share + 2 * slope;
+            slope = slope * share + value;
+            value = value * share + p[j];
+        }
+        if (i == CORRECTIONS) break;
+        share -= slope / (bend < -1e-300 ? bend : -1e-300);
+        share = share > 0 ? share < 1 ? share : 1 : 0;
+    }
+    *overlap = value;
+    return share;
+}
+
+/* Logs a maximum, with the last peak of the same wave at the preceding contact. */
+static void log_peak(March *r, long contact, double time, double force)
+{
+    Peak *peak = r->peaks + (long)r->state[PEAKS];
+    long long behind = contact ? r->last[contact - 1] : -1;
+    while (behind >= 0 && !(r->peaks[behind].force > SAME_WAVE * force && r->peaks[behind].time < time))
+        behind = r->peaks[behind].previous;
+    peak->contact = contact;
+    peak->behind = behind;
+    peak->previous = r->last[contact];
+    peak->time = time;
+    peak->force = force;
+    r->last[contact] = (long long)r->state[PEAKS]++;
+}
+
+/* Logs the maximum of the force at local contact j within a step of size h, if there is one. Returns 0 without memory. */
+static int log_maximum(March *r, long j, double h)
+{
+    Window *w = &r->w;
+    Lane *lane = &r->lane;
+    const double none[2] = {0};
+    const double *before = j < 2 ? r->path[0] : none, *after = j < 2 ? r->path[0] + 2 : none;
+    double begin[4], end[4], share, overlap, time, force;
+    jet(w->x, w->v, before, j, begin);
+    jet(w->x1, w->v1, after, j, end);
+    if (!(begin[1] > 0 && end[1] <= 0)) return 1;
+    force = overlap_force(begin[0] > end[0] ? begin[0] : end[0]);
+    if (force > r->state[STRONGEST]) r->state[STRONGEST] = force;
+    if (!(force > LEAST_PEAK * r->state[STRONGEST])) return 1;
+    share = summit(begin, end, h, &overlap);
+    force = overlap > 0 ? overlap * sqrt(overlap) : 0;
+    time = lane->t + share * h;
+    /* the shock acts on one of the granules of the first contact, which the polynomial does not include */
+    if ((lane->base + j == 0 || LOSS * force * pow(h / pow(force > 1e-30 ? force : 1e-30, -1.0 / 6), 8)
+                                    > NEGLIGIBLE * lane->tolerance)
+        && !read_peak(r->method, w, &r->part, lane, 0, j, h, share, NEAR, &time, &force)) return 0;
+    log_peak(r, lane->base + j, time, force);
+    return 1;
+}
+
+/* Logs the maxima of an attempted step. Returns 0 without memory. */
+static int log_maxima(March *r, const Trial *trial)
+{
+    Window *w = &r->w;
+    const long contacts = r->lane.count - 1;
+    long j;
+    passed(trial->n, 1, w->v, w->v1, w->x1, -INFINITY, w->f);
+    for (j = 0; j < contacts; j++)
+        if ((w->f[j] != 0 || (j == 0 && r->lane.driven)) && !log_maximum(r, j, trial->h[0])) return 0;
+    return 1;
+}
+
+/* Processes an accepted step. Returns 0 without memory. */
+static int advance(March *r, Trial *trial)
+{
+    const double drive[2] = {r->path[0][2], r->path[0][3]};
+    Lane *lane = &r->lane;
+    Window *w = &r->w;
+    int begins = trial->stop[0];
+    long last, j, room = GROWTH;
+    trial->accepted[0] = 1;
+    if (!log_maxima(r, trial)) return 0;
+    replace_state(r->method, w, trial);
+    lane->t = trial->stop[0] ? lane->until : lane->t + trial->h[0];
+    r->state[TAKEN]++;
+    r->path[0][0] = r->path[0][1] = 0;
+    if (trial->stop[0] && lane->driven && lane->t >= lane->duration) {
+        lane->driven = 0;
+        w->x[0] += drive[0];
+        w->v[0] += drive[1];
+    } else if (lane->driven) {
+        if (trial->stop[0]) lane->until = r->stops[++lane->stop];
+        r->path[0][0] = drive[0];
+        r->path[0][1] = drive[1];
+    }
+    keep(r);
+    if (!lane->driven && ++r->state[AGE] >= PARTING) {
+        begins = 1;
+        if (!part_granules(r)) return 0;
+    }
+    last = lane->count > MARGIN ? lane->count - MARGIN : 0;
+    if (lane->granules && room > lane->granules - lane->base - lane->count) room = lane->granules - lane->base - lane->count;
+    if (room > 0 && (fabs(w->x[last]) > AT_REST || fabs(w->v[last]) > AT_REST)) {
+        begins = 1;
+        for (j = 0; j < r->state[KEPT_STEPS]; j++) {
+            memset(r->xs + j * r->capacity + lane->base + lane->count, 0, (size_t)room * sizeof(double));
+            memset(r->vs + j * r->capacity + lane->base + lane->count, 0, (size_t)room * sizeof(double));
+        }
+        lane->count += room;
+        if (!make_room(w, lane->count + 24)) return 0;
+        set_free_end(w, lane, 0);
+    }
+    if (begins) restart(r);
+    return 1;
+}
+
+/* Steps until the target or the end of the buffers. Returns 0 without memory, or if the computation is to stop. */
+static int march_on(March *r)
+{
+    const double job[JOB] = {[MAX_WORK] = INFINITY};
+    Lane *lane = &r->lane;
+    Trial trial;
+    keep(r);
+    while (lane->t < r->state[TARGET] && (!r->rows || r->state[KEPT_STEPS] + 2 <= (double)r->rows)
+           && r->state[PEAKS] + (double)lane->count <= (double)r->most_peaks
+           && lane->base + lane->count + GROWTH <= r->capacity) {
+        double size;
+        if (!lane->driven && lane->t >= lane->until) {
+            if (!coast(r)) return 0;
+            lane->until = lane->t + INTERVAL_FREE;
+        }
+        size = next_size(lane);
+        if (size < lane->until - lane->t) lane->h = (lane->t + size) - lane->t; /* the difference of its ends */
+        if (!try_steps(r->method, &r->w, lane, r->path, &trial)) return 0;
+        if (control(r->method, job, lane, trial.h[0], trial.worst[0], 0, trial.stop[0])) {
+            if (meets(r, trial.h[0])) {
+                store(r);
+                if (!load(r, 0, lane->base + lane->count)) return 0;
+                restart(r);
+                lane->h = trial.h[0];
+            } else if (!advance(r, &trial)) return 0;
+        }
+        if (lane->status == FAILED) return 1;
+        if (!go_on(&r->batch, (double)(trial.n * r->method->stages))) return 0;
+    }
+    return 1;
+}
+
 /* ---------------------------------------------------------------- Python interface */
 
 /* Whether `count` pieces from `first` are in the table, and their series within its `terms` coefficients. */
@@ -1014,6 +1341,96 @@ static PyObject *primary(PyObject *self, PyObject *args)
     Py_RETURN_NONE;
 }
 
+/* Whether the buffers of `march` fit one another. */
+static int march_fits(const Py_buffer *view, const March *r)
+{
+    const double *state = r->state;
+    const Py_ssize_t unit = sizeof(double), row = (Py_ssize_t)r->capacity * unit;
+    Py_ssize_t k;
+    if (view[4].len != STATE * unit || view[5].len != 3 * row || view[10].len < row || r->capacity < 2) return 0;
+    if (view[6].len && (view[7].len != view[6].len / unit * row || view[8].len != view[7].len)) return 0;
+    for (k = 0; k < STATE; k++) if (!(state[k] >= 0)) return 0;
+    if (!(state[GRANULE_COUNT] <= (double)r->capacity && state[GRANULE_COUNT] - state[FLYING] >= 2)) return 0;
+    if (!(state[RISE] > 0 && state[LENGTH] > 0 && state[ALLOWED] > 0 && state[CHAIN_GRANULES] < MAX_COUNT)) return 0;
+    if (state[CHAIN_GRANULES] > 0 && state[GRANULE_COUNT] > state[CHAIN_GRANULES]) return 0;
+    if (state[PEAKS] > (double)r->most_peaks) return 0;
+    for (k = 0; k < (Py_ssize_t)state[GRANULE_COUNT]; k++) if (r->last[k] < -1 || r->last[k] >= (long long)state[PEAKS]) return 0;
+    for (k = 0; k < (Py_ssize_t)state[PEAKS]; k++) if (r->peaks[k].previous >= k) return 0;
+    if (!pieces_fit(view[1].buf, view[1].len / (ROW * unit), 0, (double)(view[1].len / (ROW * unit)), 0, view[2].len / (2 * unit))) return 0;
+    for (k = (Py_ssize_t)state[STOP]; k < view[3].len / unit; k++) if (r->stops[k] >= state[LENGTH]) return 1;
+    return 0;
+}
+
+PyDoc_STRVAR(march_doc, "march(method, rows, coefficients, stops, state, chain, times, x, v, peaks, last, expired)\n--\n\n"
+             "Continues the integration of a whole chain to a target time, or until a buffer is full. Keeps the states at the\n"
+             "ends of the steps if `times` is not empty, and logs the maxima of the contact forces. See course.py.");
+
+static PyObject *march(PyObject *self, PyObject *args)
+{
+    Py_buffer view[11];
+    Method method;
+    March r = {0};
+    int i, ok;
+    (void)self;
+    if (PyTuple_Size(args) != 12) return PyErr_Format(PyExc_TypeError, "march takes 12 arguments");
+    if (!buffers_of(args, 11, 7, view)) return NULL;
+    r.method = &method;
+    r.stops = view[3].buf;
+    r.state = view[4].buf;
+    r.capacity = (long)(view[5].len / (Py_ssize_t)(3 * sizeof(double)));
+    r.x = view[5].buf;
+    r.v = r.x + r.capacity;
+    r.a = r.v + r.capacity;
+    r.times = view[6].buf;
+    r.rows = (long)(view[6].len / (Py_ssize_t)sizeof(double));
+    r.xs = view[7].buf;
+    r.vs = view[8].buf;
+    r.peaks = view[9].buf;
+    r.most_peaks = (long)(view[9].len / (Py_ssize_t)sizeof(Peak));
+    r.last = view[10].buf;
+    ok = method_of(view[0].buf, view[0].len / (Py_ssize_t)sizeof(double), &method) && march_fits(view, &r);
+    if (ok) {
+        Lane *lane = &r.lane;
+        double *state = r.state;
+        lane->path.rows = view[1].buf;
+        lane->path.coefficients = view[2].buf;
+        lane->path.pieces = (long)(view[1].len / (Py_ssize_t)(ROW * sizeof(double)));
+        lane->path.rise_time = state[RISE];
+        lane->path.force = state[PEAK_FORCE];
+        lane->t = state[NOW];
+        lane->h = state[STEP_SIZE];
+        lane->until = state[UNTIL];
+        lane->stop = (long)state[STOP];
+        lane->duration = state[LENGTH];
+        lane->driven = lane->t < lane->duration;
+        lane->granules = (long)state[CHAIN_GRANULES];
+        lane->tolerance = state[ALLOWED];
+        state[KEPT_STEPS] = 0;
+        if (lane->driven) free_path(&lane->path, lane->t, &r.path[0][0], &r.path[0][1]);
+        r.batch.expired = PyTuple_GetItem(args, 11);
+        r.w.lanes = r.part.lanes = 1;
+        r.batch.thread = PyEval_SaveThread();
+        ok = load(&r, (long)state[FLYING], (long)state[GRANULE_COUNT]) && march_on(&r) ? 2 : 1;
+        PyEval_RestoreThread(r.batch.thread);
+        if (ok == 2 || r.batch.stopped) store(&r);
+        free(r.w.block);
+        free(r.part.block);
+        state[NOW] = lane->t;
+        state[STEP_SIZE] = lane->h;
+        state[UNTIL] = lane->until;
+        state[STOP] = (double)lane->stop;
+        state[GRANULE_COUNT] = (double)(lane->base + lane->count);
+        state[FLYING] = (double)lane->base;
+        state[EVALUATED] += (double)lane->evaluations;
+        state[ENDED] = r.batch.stopped ? RUNNING : lane->status == FAILED ? FAILED : KNOWN;
+    }
+    for (i = 0; i < 11; i++) PyBuffer_Release(view + i);
+    if (!ok) return PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
+    if (PyErr_Occurred()) return NULL;
+    if (ok == 1 && !r.batch.stopped) return PyErr_NoMemory();
+    Py_RETURN_NONE;
+}
+
 PyDoc_STRVAR(attempt_doc, "attempt(method, rows, coefficients, state, after, time, size, rise_time, force)\n--\n\n"
              "One step of a chain; `state` and `after` contain x, v and the accelerations, one after the other.\n"
              "Without rows there is no force. Returns the largest difference from the embedded method.");
@@ -1078,6 +1495,7 @@ static PyObject *attempt_once(PyObject *self, PyObject *args)
 static PyMethodDef functions[] = {
     {"primary", primary, METH_VARARGS, primary_doc},
     {"attempt", attempt_once, METH_VARARGS, attempt_doc},
+    {"march", march, METH_VARARGS, march_doc},
     {NULL, NULL, 0, NULL},
 };
 

@@ -86,7 +86,7 @@ class Integrator(abc.ABC):
         """Accepted steps from ``begin`` to ``until``; see the contract."""
 
     @staticmethod
-    def _first_size(interval: float, hint: float | None) -> float:
+    def first_size(interval: float, hint: float | None) -> float:
         """Size of the first step of an adaptive method."""
         return min(_FIRST_STEP, _FIRST_SHARE * interval) if hint is None else min(hint, LONGEST_STEP, interval)
 

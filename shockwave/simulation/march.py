@@ -16,8 +16,9 @@ from shockwave.simulation.integrator import LONGEST_STEP, Integrator, Step
 from shockwave.simulation.problem import ChainAcceleration, ChainProblem, overlaps
 from shockwave.simulation.time_limit import expired
 
-# First number of granules in the window, and by how many it grows.
-_FIRST_WINDOW = 12
+#: First number of granules in the window.
+FIRST_WINDOW = 12
+# Number of granules by which it grows.
 _GROWTH = 16
 # Number of granules at the end of the window that must be at rest. From granule to granule the displacement decreases
 # at least to its power 3/2, so the last one has moved by at most 1e-36.
@@ -52,7 +53,7 @@ class Stretch:
     """Consecutive spans, as arrays of the states at their ends.
 
     ``times`` has shape (spans + 1,), ``x`` and ``v`` (spans + 1, granules); granules outside an earlier window are at
-    rest.
+    rest. Compiled code makes no ``spans``.
     """
 
     spans: tuple[Span, ...]
@@ -73,7 +74,7 @@ class Stretch:
     @property
     def end(self) -> float:
         """End of the last span."""
-        return self.spans[-1].end
+        return float(self.times[-1])
 
 
 def march(problem: ChainProblem, integrator: Integrator, until: float | None = None) -> Iterator[Span]:
@@ -88,7 +89,7 @@ def march(problem: ChainProblem, integrator: Integrator, until: float | None = N
     NumericalError
         If the integrator fails.
     """
-    window = min(_FIRST_WINDOW, problem.granules or _FIRST_WINDOW)
+    window = min(FIRST_WINDOW, problem.granules or FIRST_WINDOW)
     course = _Course(problem, integrator, np.zeros(window), np.zeros(window), _Frame(problem))
     last = math.inf if until is None else until
     for stop in problem.stops:
@@ -103,6 +104,12 @@ def free_granules(x: FloatArray, v: FloatArray) -> int:
     """Number of granules in free flight at the loaded end: out of contact, and not approaching one another."""
     apart = (overlaps(x) <= 0) & (v[:-1] <= v[1:])
     return int(np.argmin(apart)) if not apart.all() else len(x)
+
+
+def overdue(time: float) -> NumericalError:
+    """Error for an integration that has come to ``time`` when the time limit is reached."""
+    at = f"at {time:.4g} characteristic times of the wave"
+    return NumericalError(f"the time limit was reached {at} (allow more, or loosen the tolerance)")
 
 
 @frozen(eq=False)
@@ -185,9 +192,9 @@ class _Course:
             steps = self.integrator.steps(acceleration, self.time, until, self.y, self.w, self.size)
             for count, step in enumerate(steps, start=1):
                 if expired():
-                    at = f"at {self.time:.4g} characteristic times of the wave"
-                    raise NumericalError(f"the time limit was reached {at} (allow more, or loosen the tolerance)")
+                    raise overdue(self.time)
                 if frame.meets(step, self.w[0]):
+                    self.size = step.end - step.begin
                     self.release()
                     return
                 x0, v0 = x, v

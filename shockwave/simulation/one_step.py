@@ -21,13 +21,13 @@ Scalar: TypeAlias = "float | FloatArray"
 # Safety factor and limits of the ratio of consecutive step sizes (Hairer, Norsett & Wanner, section II.4).
 _SAFETY = 0.9
 _MIN_FACTOR = 0.2
-_MAX_FACTOR = 5.0
+_MAX_FACTOR = 3.0
 # Smallest step relative to the time, or to its unit: shorter steps are lost in rounding.
 _MIN_STEP = 1e-14
 # Allows for rounding where the interval is a whole number of steps.
 _SLACK = 1 - 1e-9
-# Replaces an error of zero, which leads to the largest factor.
-_NO_ERROR = 1e-300
+# Least error over the tolerance: smaller ones lead to the largest factor.
+_NO_ERROR = 1e-12
 
 
 class Attempt(NamedTuple):
@@ -80,15 +80,21 @@ class OneStep(Integrator):
         counted = Counted(self, acceleration, until)
         time, x, v = begin, np.array(x, dtype=float), np.array(v, dtype=float)
         a = counted(time, x)
-        size = self._first_size(until - begin, first_size) if self.adaptive else self.size
+        size = (first_size or self.first_size(until - begin, None)) if self.adaptive else self.size
+        rejected = False
         while time < until:
             smallest = _MIN_STEP * max(1.0, abs(time))
             end = self._end(time, until, max(size, smallest))
             tried = self._try(counted, time, end - time, x, v, a)
             good = _finite(tried)
+            accepted = good and (not self.adaptive or float(tried.error) <= self.tolerance)
             if self.adaptive:
-                size = self._next_size(end - time, float(tried.error), good)
-            if good and (not self.adaptive or tried.error <= self.tolerance):
+                factor = self._factor(float(tried.error) / self.tolerance) if good else _MIN_FACTOR
+                following = min((end - time) * min(factor, 1.0 if rejected else _MAX_FACTOR), LONGEST_STEP)
+                # a step that was shortened to end here does not shorten the next one
+                size = max(size, following) if accepted and end == until else following
+                rejected = not accepted
+            if accepted:
                 interpolate = partial(self._interpolate, counted, time, x, v, a)
                 yield Step(time, end, tried.x, tried.v, tried.a, interpolate, size)
                 time, x, v, a = end, tried.x, tried.v, tried.a
@@ -97,11 +103,10 @@ class OneStep(Integrator):
                 hint = "" if self.adaptive else "; use a smaller step"
                 raise NumericalError(f"{self.name} cannot step beyond t = {time:g} T0 ({reason}{hint})")
 
-    def _next_size(self, size: float, error: float, good: bool) -> float:
-        if not good:
-            return _MIN_FACTOR * size
-        factor: float = _SAFETY * (self.tolerance / max(error, _NO_ERROR)) ** (1 / (self.error_order + 1))
-        return min(size * min(max(factor, _MIN_FACTOR), _MAX_FACTOR), LONGEST_STEP)
+    def _factor(self, error: float) -> float:
+        """Ratio of the next step to the last, from its error over the tolerance; less than 1 after a rejection."""
+        factor: float = _SAFETY * max(error, _NO_ERROR) ** (-1 / (self.error_order + 1))
+        return factor if error <= 1 or _MIN_FACTOR < factor < 1 else _MIN_FACTOR
 
     def _end(self, time: float, until: float, size: float) -> float:
         """End of a step of at most ``size``; fixed steps are equal, others do not leave a very short last step."""

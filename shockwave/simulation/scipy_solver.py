@@ -57,7 +57,7 @@ class ScipySolver(Integrator):
                 rtol=_RELATIVE,
                 atol=self.tolerance,
                 max_step=LONGEST_STEP,
-                first_step=self._first_size(until - begin, first_size),
+                first_step=self.first_size(until - begin, first_size),
                 **self._settings(granules),
             )
         time = begin
