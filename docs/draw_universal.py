@@ -28,7 +28,7 @@ from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.pictures.drawing import BLACK, COLOURS, GREY, LINES, MARKERS, label_axis
 from shockwave.pictures.figures import SMALL
 from shockwave.prediction.model_interface import ScaledShock, Shocks
-from shockwave.prediction.shock_measures import measures
+from shockwave.prediction.shock_impulses import pulse_of
 from shockwave.prediction.short_shock_law import CORRECTION, IMPULSE_LIMIT, integrals, short_law
 
 FOLDER = Path(__file__).parent / "universal"
@@ -79,14 +79,14 @@ def drawn() -> Drawn:
         areas, duration = profile.areas(), math.exp(draw.uniform(math.log(SHORTEST), math.log(LONGEST)))
         shock = lasting(profile, duration)
         ratio = shock.rise_time / SCALES.time
-        found = measures(ScaledShock(profile, areas, ratio, MOMENTUM))
-        if found is None:
+        pulse = pulse_of(ScaledShock(profile, areas, ratio, MOMENTUM))
+        if not pulse.known:
             continue
         correction, skewness, _ = integrals([profile], [areas.total])[0].tolist()
         family = next(name for name, known in FAMILIES.items() if kind.__name__ in known)
-        limit = IMPULSE_LIMIT * found.strength**1.2
+        limit = IMPULSE_LIMIT * pulse.impulses.sum() ** 1.2
         peak = sw.Predictor().predict(shock, CHAIN).amplification
-        rows.append((family, found.spread, CORRECTION * correction * ratio**3, skewness, limit, peak / limit))
+        rows.append((family, pulse.spread, CORRECTION * correction * ratio**3, skewness, limit, peak / limit))
         shocks.append(shock)
     results = sw.simulate_many(shocks, CHAIN, rtol=1e-5, waves="primary")
     peaks = np.array([result.amplification for result in results if isinstance(result, sw.SimulationResult)])

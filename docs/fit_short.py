@@ -24,7 +24,7 @@ import shockwave as sw
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.prediction import short_shock_law as short
 from shockwave.prediction.model_interface import ScaledShock
-from shockwave.prediction.shock_measures import measures
+from shockwave.prediction.shock_impulses import pulse_of
 
 PAGE = Path(__file__).parent / "auto.md"
 FILE = Path(sw.__file__).parent / "prediction" / short.RESOURCE
@@ -98,8 +98,7 @@ def sample(seed: int, count: int, kinds: Sequence[Callable[[Draw], sw.ShockProfi
         if math.isnan(correction):
             continue
         ratio = math.cbrt(math.exp(x) / short.CORRECTION / correction)
-        measured = measures(ScaledShock(profile, areas, ratio, MOMENTUM))
-        spread = math.nan if measured is None else measured.spread
+        spread = pulse_of(ScaledShock(profile, areas, ratio, MOMENTUM)).spread
         known.append((math.exp(x), skewness, tails, areas.total * ratio / MOMENTUM, spread))
         pulses.append(sw.Shock(profile=profile, peak_force=FORCE, rise_time=ratio * SCALES.time))
     results = sw.simulate_many(pulses, CHAIN, rtol=RTOL, waves="primary")

@@ -135,6 +135,37 @@ def double_exponential(draw: Draw) -> Record:
     return times, np.append(forces[:-1], 0.0)
 
 
+# ---------------------------------------------------------------- kinds that try to mislead the law of moments
+
+
+def precursor(draw: Draw) -> Record:
+    """A weak pulse shortly before the main one."""
+    gap, low, width = draw.uniform(0.01, 0.6), draw.uniform(0.06, 0.6), draw.uniform(0.05, 0.3)
+    begin = width + gap
+    return np.array([0, width / 2, width, begin, begin + 0.3, begin + 0.6]), np.array([0, low, 0, 0, 1, 0])
+
+
+def short_blow(draw: Draw) -> Record:
+    """A short blow with a faint tail of up to two hundred times its duration."""
+    blow, peak, low = 10 ** draw.uniform(-2.3, -1.3), draw.uniform(0.1, 0.9), 10 ** draw.uniform(-6, -3)
+    return np.array([0, peak * blow, blow, 1]), np.array([0, 1, low, 0])
+
+
+def needle_faint_tail(draw: Draw) -> Record:
+    """A needle with a long, weak tail."""
+    width, low, power = 10 ** draw.uniform(-3.5, -1.5), 10 ** draw.uniform(-3, -1.5), draw.uniform(1, 3)
+    share = np.linspace(0, 1, 60)[1:]
+    times = np.concatenate(([0, width / 2, width], width + (1 - width) * share))
+    return times, np.concatenate(([0, 1, low], low * (1 - share) ** power))
+
+
+def needle_humps(draw: Draw) -> Record:
+    """A needle of small impulse, and two weak humps later."""
+    width, low = 10 ** draw.uniform(-4, -2), draw.uniform(0.02, 0.06, 2)
+    times = np.array([0, width / 2, width, 0.2, *np.cumsum(draw.uniform(0.1, 0.4, 5)) + 0.2])
+    return times, np.array([0, 1, 0, 0, low[0], 0, 0, low[1], 0])
+
+
 KINDS: tuple[Callable[[Draw], Record], ...] = (
     twin_sin2,
     humps_gaps,
@@ -150,11 +181,18 @@ KINDS: tuple[Callable[[Draw], Record], ...] = (
     noisy,
     double_exponential,
 )
+#: Further kinds, with the range of their durations in T0.
+MISLEADING: dict[Callable[[Draw], Record], tuple[float, float]] = {
+    precursor: (1.0, 6.0),
+    short_blow: (80.0, 200.0),
+    needle_faint_tail: (10.0, 100.0),
+    needle_humps: (1.0, 20.0),
+}
 
 
 def draw(kind: Callable[[Draw], Record], number: int, seed: int, shortest: float, longest: float) -> Record:
     """Shock ``number`` of a kind, of peak force 1; its duration is log-uniform between the bounds."""
-    generator = np.random.default_rng([seed, number, KINDS.index(kind)])
+    generator = np.random.default_rng([seed, number, (*KINDS, *MISLEADING).index(kind)])
     times, forces = kind(generator)
     kept = np.append(True, np.diff(times) > NEAREST * times[-1])
     times, forces = times[kept] - times[0], forces[kept]

@@ -67,6 +67,14 @@ class SolitaryWave:
             granule_velocity=GRANULE_VELOCITY * scales.velocity,
         )
 
+    def stronger(self, ratio: float) -> SolitaryWave:
+        """Make the wave of ``ratio`` times the peak force in the same chain."""
+        speed = ratio ** (1 / 6)
+        velocity = ratio / speed
+        force, momentum, energy = ratio * self.peak_force, velocity * self.momentum, velocity * velocity * self.energy
+        of_granules = velocity * self.granule_velocity
+        return SolitaryWave(force, momentum, energy, speed * self.speed, self.width / speed, of_granules)
+
     def to_dict(self) -> dict[str, float]:
         """Attributes by name, as SI floats."""
         return asdict(self)

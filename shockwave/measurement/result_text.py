@@ -19,7 +19,7 @@ def result_text(result: SimulationResult) -> str:
     """The peak force with its error estimate, the waves, then the balances, the cost and the scene."""
     name = f"{result.scenario}: " if result.scenario else ""
     waves = wave_tables(result)  # integrates the train, whose warnings and cost belong to the lines around
-    leading = [("leading wave", peak_text(result))] if _greatest(result) else []
+    leading = [("leading wave", peak_text(result))] if greatest_text(result) else []
     lines = [
         strong(f"{name}{lead_text(result)}"),
         *limits(result_limits(result)),
@@ -35,10 +35,10 @@ def result_text(result: SimulationResult) -> str:
 
 def lead_text(result: SimulationResult) -> str:
     """Peak force of the leading wave, or the greatest contact force of a finite chain if that is larger."""
-    return f"greatest force {_greatest(result)}" if _greatest(result) else f"peak force {peak_text(result)}"
+    return f"greatest force {greatest_text(result)}" if greatest_text(result) else f"peak force {peak_text(result)}"
 
 
-def _greatest(result: SimulationResult) -> str:
+def greatest_text(result: SimulationResult) -> str:
     """Greatest contact force of a finite chain with contact and time, if it exceeds the leading wave; else empty."""
     top = result.greatest_force if result.options.waves == "train" else None
     error = 0.0 if top is None else top.error_estimate

@@ -14,6 +14,7 @@ from shockwave import __version__, pictures
 from shockwave.chain.chain import Scales
 from shockwave.fields import quantity_of
 from shockwave.hooks import Entry
+from shockwave.measurement.result_text import greatest_text
 from shockwave.page.drawings import drawn
 from shockwave.page.number_text import formula, percent, quantity, small
 from shockwave.page.results import Findings, findings
@@ -61,7 +62,7 @@ def written(found: Findings) -> str:
     profile = entry_of("profiles", type(shock.profile))
     return html_of(
         Path(__file__).with_name("report.html.jinja"),
-        (estimate_figures, formula, percent, quantity, small),
+        (estimate_figures, formula, greatest_text, percent, quantity, small),
         found=found,
         profile=profile.name if profile else type(shock.profile).__name__,
         parameters=_parameters(shock.profile),

@@ -10,102 +10,92 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from attrs import frozen
+import numpy as np
 
-from shockwave.chain.chain import Chain
-from shockwave.prediction.model_interface import ScaledAnswer, ScaledShock
-from shockwave.prediction.moments import moments_law
-from shockwave.prediction.shock_measures import pulse_of, turns
-from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.conditions import Condition
+from shockwave.prediction.model_interface import Peaks, ScaledShock, Settings, Shocks
+from shockwave.prediction.moments import FARTHEST, peaks
+from shockwave.prediction.shock_impulses import HIGHEST, pulse_of, turns
+from shockwave.profiles.conditions import Condition, conditions
+from shockwave.quadrature import FloatArray
+from shockwave.text import si
 
 # Fewest granules in which the leading wave of a short shock forms, and additional ones per T0 of the duration.
 _GRANULES = 40
 _GRANULES_PER_TIME = 5
 
-#: Reason why there is no estimate of a shock on a semi-infinite chain.
-TOO_FAR = "the shock is longer, or finer, than those for which errors were measured"
-
-_Range = tuple[float, float] | None
-
-
-@frozen
-class ScaledEstimate:
-    """Amplification of the leading wave, the ends of its range, and the method."""
-
-    amplification: float
-    low: float
-    high: float
-    method: str
+#: Warning for finite chains.
+FIRST_CONTACTS = (
+    "The greatest force in the chain can exceed that of the leading wave: at the first contacts by 19 % after a short "
+    "shock, and by more after several blows. A simulation gives it."
+)
 
 
-def estimated(answer: ScaledAnswer, shock: ScaledShock, model: str) -> ScaledEstimate | None:
-    """Best estimate of the amplification: that of a model that states its error, or that of the law of moments.
+def expected_errors(found: Peaks, shocks: Shocks) -> tuple[FloatArray, FloatArray]:
+    """Estimates of peak forces, and ranges of the relative errors of predicted ones.
 
-    None if the model does not know its error, or the shock is longer or finer than those of the law.
-    """
-    if answer.states_error:
-        if answer.expected_error is None:
-            return None
-        least, most = answer.expected_error
-        peak = answer.amplitudes[0]
-        return ScaledEstimate(peak, peak / (1 + most), peak / (1 + least), answer.method or model)
-    law, pulse = moments_law(), pulse_of(shock)
-    bound = law.bound(pulse)
-    if math.isinf(bound):
-        return None
-    peak = float(law.amplification([pulse])[0])
-    return ScaledEstimate(peak, peak / (1 + bound), peak / (1 - bound), "moments")
-
-
-def expected_error(
-    answer: ScaledAnswer, estimate: ScaledEstimate | None, conditions: Sequence[Condition]
-) -> tuple[_Range, list[str]]:
-    """Range of the relative error of the peak force of the leading wave, with warnings.
+    The best estimate is that of a model that states its error, or that of the law of moments. A model that does not
+    state its error is section 4, whose range follows from the estimate where the conditions (3) hold.
 
     Parameters
     ----------
-    answer : ScaledAnswer
-        Answer of a model, which can state its own range; any other answer is one of section 4.
-    estimate : ScaledEstimate or None
-        The `estimated` amplification.
-    conditions : sequence of Condition
-        Conditions (3); section 4 has no range where one of them fails.
+    found : Peaks
+        Predictions of a model.
+    shocks : Shocks
+        The shocks.
 
     Returns
     -------
-    tuple of float or None
-        Lowest and highest relative error, or None if they are unknown.
-    list of str
-        Warnings that state why they are unknown.
+    numpy.ndarray, shape (shocks, 3)
+        Estimated amplification and the ends of its range; NaN for shocks that are longer or finer than those of the
+        law.
+    numpy.ndarray, shape (shocks, 2)
+        Lowest and highest relative error; infinite if they are unknown.
     """
-    if answer.states_error:
-        return answer.expected_error, []
-    failed = [f"{each.statement} fails by {-each.margin:.3g}" for each in conditions if not each.holds]
-    if failed:
-        return None, [f"Section 4 does not hold here: the shock violates the conditions (3) ({'; '.join(failed)})."]
-    if estimate is None:
-        return None, [warning_of(TOO_FAR)]
-    peak = answer.amplitudes[0]
-    return (peak / estimate.high - 1, peak / estimate.low - 1), []
+    own, errors = found.states_error & np.isfinite(found.high), np.stack((found.low, found.high), axis=1)
+    if own.all():
+        return _ranges(found), errors
+    law, shapes = peaks(shocks, Settings()), zip(shocks.areas, shocks.profiles, strict=True)
+    failed = [violations(conditions(areas, profile.duration_ratio)) for areas, profile in shapes]
+    known = ~found.states_error & np.isfinite(law.high) & (np.array(failed)[shocks.shapes] == "")
+    estimates = np.where(own[:, None], _ranges(found), _ranges(law))
+    errors[known] = (found.amplification[:, None] / estimates[:, [2, 1]] - 1)[known]
+    return estimates, errors
 
 
-def chain_problem(chain: Chain, duration: float, profile: ShockProfile) -> str:
-    """Reason why the leading wave does not form in a finite chain; empty if it forms.
+def _ranges(found: Peaks) -> FloatArray:
+    """Amplifications and the ends of their ranges, shape (shocks, 3)."""
+    bounds = np.stack((np.zeros(len(found.high)), found.high, found.low))
+    return np.where(np.isfinite(found.high), found.amplification / (1 + bounds), np.nan).T
 
-    ``duration`` is that of the shock over T0. The waves of several peaks separate slowly, so for them no finite chain
-    is long enough.
+
+def violations(checked: Sequence[Condition]) -> str:
+    """The conditions (3) that fail, with their margins; empty if all hold."""
+    return "; ".join(f"{each.statement} fails by {-each.margin:.3g}" for each in checked if not each.holds)
+
+
+def chain_problem(granules: int, shock: ScaledShock) -> str:
+    """Reason why the leading wave does not form in a chain of so many granules; empty if it forms.
+
+    The waves of several peaks separate slowly, so for them no finite chain is long enough.
     """
-    if chain.granules is None:
-        return ""
-    if turns(profile):
-        return f"in a chain of {chain.granules} granules the waves of several peaks may not separate"
-    needed = math.ceil(_GRANULES + _GRANULES_PER_TIME * duration)
-    if chain.granules >= needed:
-        return ""
-    return f"in a chain of {chain.granules} granules the leading wave does not form (it needs {needed} granules)"
+    where = f"in a chain of {granules} granules"
+    if turns(shock):
+        return f"{where} the waves of several peaks may not separate; simulate"
+    needed = math.ceil(_GRANULES + _GRANULES_PER_TIME * shock.duration)
+    return f"{where} the leading wave does not form (it needs {needed} granules); simulate" * (granules < needed)
+
+
+def unbounded(shock: ScaledShock, force: float) -> str:
+    """Reason why there is no estimate for a shock of peak force ``force`` [N], with what is known of its wave."""
+    pulse = pulse_of(shock)
+    if pulse.spread <= FARTHEST:
+        return "the force varies too fast for its moments to be computed; simulate"
+    problem = "the shock is longer than those for which errors were measured"
+    if pulse.turns:
+        return f"{problem}, and has several peaks; simulate its strongest part"
+    return f"{problem}; at most {si(HIGHEST * force, 'N', digits=3)}, {HIGHEST:g} times the peak force of the shock"
 
 
 def warning_of(problem: str) -> str:
     """Warning that a ``problem`` leaves the error unknown."""
-    return f"The error is not known: {problem}. Simulate to obtain an accurate peak force."
+    return f"The error is not known: {problem}."

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 from attrs import field, frozen
 
+from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.profiles.base import Areas, ShockProfile
+from shockwave.profiles.guard import trusted
 from shockwave.quadrature import FloatArray
 
 Regime = Literal["ejection", "single", "train"]
 Relation = Literal["less", "equal", "greater"]
 Indices = npt.NDArray[np.intp]
+#: Errors that concern one shock; a faulty plugin ends all predictions.
+NO_ANSWER = (InvalidValueError, NumericalError)
 
 
 @frozen
@@ -46,17 +50,21 @@ class ScaledShock:
         """Impulse of the whole shock, (a1 + a2) t0/T0."""
         return self.rise_time * self.areas.total
 
-    def impulse_until(self, time: float) -> float:
-        """Impulse of the shock up to ``time``."""
-        if time >= self.duration:
-            return self.impulse
-        method = self.areas.rise.method
-        quadrature = None if method == "closed form" else method
-        return self.rise_time * float(self.profile.running_impulse(time / self.rise_time, quadrature))
+    @property
+    def alone(self) -> Shocks:
+        """This shock only, as `Shocks`."""
+        shape, rise_time = np.zeros(1, dtype=np.intp), np.array([self.rise_time])
+        return Shocks((self.profile,), (self.areas,), shape, rise_time, self.momentum_parameter)
 
-    def force_at(self, time: float) -> float:
-        """Force of the shock at ``time``."""
-        return float(self.profile.force(time / self.rise_time))
+    def at(self, time: float) -> tuple[float, float]:
+        """Impulse of the shock up to ``time``, and its force at ``time``."""
+        s = time / self.rise_time
+        if s >= self.profile.duration_ratio:
+            return self.impulse, 0.0
+        quadrature = None if self.areas.rise.method == "closed form" else self.areas.rise.method
+        found = self.profile.closed_at(s) if quadrature is None and trusted(self.profile) else None
+        impulse, force = found or (float(self.profile.running_impulse(s, quadrature)), float(self.profile.force(s)))
+        return self.rise_time * impulse, force
 
 
 @frozen
@@ -78,6 +86,10 @@ class Inequality:
     right: float
     equation: str
     outcome: str
+
+    def in_units(self, time: float) -> Inequality:
+        """Inequality with sides multiplied by ``time``."""
+        return Inequality(self.statement, self.left * time, self.right * time, self.equation, self.outcome)
 
 
 @frozen
@@ -165,22 +177,24 @@ class Shocks:
 class Peaks:
     """Leading waves of many shocks: arrays of shape (shocks,), to be filled.
 
-    ``low`` and ``high`` are the ends of the range of the relative error, infinite if it is unknown. ``failures`` has
-    the reason for each shock without an answer; ``warnings`` are sentences that apply to all shocks.
+    ``low`` and ``high`` are the ends of the range of the relative error, infinite if it is unknown; ``states_error`` as
+    in `ScaledAnswer`. ``failures`` has the reason for each shock without an answer; ``warnings`` are sentences that
+    apply to all shocks.
     """
 
     amplification: FloatArray
     low: FloatArray
     high: FloatArray
     method: npt.NDArray[np.str_]
-    failures: dict[int, str]
+    states_error: npt.NDArray[np.bool_]
+    failures: dict[int, str] = field(factory=dict)
     warnings: list[str] = field(factory=list)
 
     @classmethod
     def of(cls, count: int) -> Peaks:
         """Make the arrays for ``count`` shocks, without answers."""
         far = np.full(count, np.inf)
-        return cls(np.full(count, np.nan), -far, far, np.full(count, "", dtype="U16"), {})
+        return cls(np.full(count, np.nan), -far, far, np.full(count, "", dtype="U16"), np.full(count, True))
 
     def better(self, where: Indices, amplification: FloatArray | float, bound: FloatArray | float, method: str) -> None:
         """Store answers of one method for the shocks ``where`` whose bounds are below the present ones."""
@@ -200,3 +214,24 @@ class Model:
     def __call__(self, shock: ScaledShock, settings: Settings) -> ScaledAnswer:
         """Answer for one shock."""
         return self.one(shock, settings)
+
+
+def one_by_one(
+    model: Callable[[ScaledShock, Settings], ScaledAnswer],
+    shocks: Shocks,
+    settings: Settings,
+    where: Iterable[int] | None = None,
+) -> Peaks:
+    """Evaluate a model for one shock at a time; if indices ``where`` are given, all other shocks are left out."""
+    results = Peaks.of(len(shocks))
+    for index in range(len(shocks)) if where is None else where:
+        try:
+            answer = model(shocks.shock(index), settings)
+        except NO_ANSWER as error:
+            results.failures[index] = str(error)
+            continue
+        results.amplification[index], results.method[index] = answer.amplitudes[0], answer.method
+        results.states_error[index] = answer.states_error
+        if answer.expected_error is not None:
+            results.low[index], results.high[index] = answer.expected_error
+    return results

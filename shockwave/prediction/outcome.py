@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
-from typing import Any, ClassVar
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
-from attrs import asdict, frozen
+from attrs import asdict, field, frozen
 
 from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.prediction.model_interface import Inequality, Regime, Relation
@@ -67,13 +68,55 @@ class Estimate:
     method: str
 
 
+_Estimate = TypeVar("_Estimate")
+_Error = TypeVar("_Error")
+
+
+@frozen
+class Accuracy(Generic[_Estimate, _Error]):
+    """Accuracy of one prediction or of many; see `Outcome` and `Predictions`."""
+
+    estimate: _Estimate
+    no_estimate: str | None
+    expected_error: _Error
+    warnings: tuple[str, ...]
+
+
+class _OnDemand(Generic[_Estimate, _Error]):
+    """Attributes that are computed when one of them is first accessed."""
+
+    on_demand: Callable[[], Accuracy[_Estimate, _Error]]
+
+    @cached_property
+    def accuracy(self) -> Accuracy[_Estimate, _Error]:
+        return self.on_demand()
+
+    @property
+    def estimate(self) -> _Estimate:
+        return self.accuracy.estimate
+
+    @property
+    def no_estimate(self) -> str | None:
+        return self.accuracy.no_estimate
+
+    @property
+    def expected_error(self) -> _Error:
+        return self.accuracy.expected_error
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        return self.accuracy.warnings
+
+
 def _plain(_: object, __: object, value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 
-@frozen(kw_only=True)
-class Outcome:
+@frozen(kw_only=True, slots=False)
+class Outcome(_OnDemand[Estimate | None, tuple[float, float] | None]):
     """A prediction; its class corresponds to its regime.
+
+    The estimate, the expected error and the warnings are computed when one of them is first accessed, and then kept.
 
     Attributes
     ----------
@@ -110,6 +153,8 @@ class Outcome:
         Leading number of A, eq. (4c).
     scene : Scene
         Summary of shock and chain.
+    on_demand : callable
+        Function that computes the accuracy when it is accessed.
     """
 
     regime: ClassVar[Regime]
@@ -124,15 +169,12 @@ class Outcome:
     waves: tuple[SolitaryWave, ...]
     applied_momentum: float
     conditions: tuple[Condition, ...]
-    estimate: Estimate | None
-    no_estimate: str | None
-    expected_error: tuple[float, float] | None
-    warnings: tuple[str, ...]
     trace: tuple[Inequality, ...]
     exponents: Exponents | None
     areas: Areas
     momentum_coefficient: float
     scene: Scene
+    on_demand: Callable[[], Accuracy[Estimate | None, tuple[float, float] | None]] = field(eq=False, repr=False)
 
     @property
     def shown_error(self) -> float:
@@ -141,15 +183,15 @@ class Outcome:
 
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``predict --json``: SI floats, no NaN."""
-        values = asdict(self, value_serializer=_plain)
+        values = asdict(self, filter=lambda attribute, _: attribute.name != "on_demand", value_serializer=_plain)
         own = {"regime": self.regime, "reason": self.reason or None, "ejection": None, "scene": self.scene.to_dict()}
-        return {**values, **own}
+        return {**values, **asdict(self.accuracy, value_serializer=_plain), **own}
 
     def __str__(self) -> str:
         return outcome_text(self)
 
 
-@frozen(kw_only=True)
+@frozen(kw_only=True, slots=False)
 class EjectionOutcome(Outcome):
     """One wave, weaker than the shock, and the first granule rebounds (section 4.2.2).
 
@@ -176,14 +218,14 @@ class EjectionOutcome(Outcome):
         return document
 
 
-@frozen(kw_only=True)
+@frozen(kw_only=True, slots=False)
 class SingleOutcome(Outcome):
     """One wave that carries the entire impulse (section 4.2.3)."""
 
     regime: ClassVar[Regime] = "single"
 
 
-@frozen(kw_only=True)
+@frozen(kw_only=True, slots=False)
 class TrainOutcome(Outcome):
     """A wave train (sections 4.2.4 and 4.2.5).
 
@@ -218,7 +260,7 @@ def estimate_text(outcome: Outcome) -> str:
     """The estimated peak force with its range, or that there is none."""
     found = outcome.estimate
     if found is None:
-        return f"leading wave not known a priori: {outcome.no_estimate}; simulate"
+        return f"leading wave not known a priori: {outcome.no_estimate}"
     peak, ends = estimate_figures(found)
     return f"leading wave {peak}, range {ends} (method: {found.method})"
 
@@ -299,9 +341,11 @@ def outcome_details(outcome: Outcome) -> Iterator[tuple[str, str]]:
     yield "model", outcome.model
 
 
-@frozen(kw_only=True, eq=False)
-class Predictions:
+@frozen(kw_only=True, eq=False, slots=False)
+class Predictions(_OnDemand[FloatArray, FloatArray]):
     """Leading waves of many shocks, in the order of the shocks.
+
+    The estimate, the expected error and the warnings are computed when one of them is first accessed, and then kept.
 
     Attributes
     ----------
@@ -309,23 +353,26 @@ class Predictions:
         Name of the model.
     peak_force, amplification : numpy.ndarray, shape (shocks,)
         Peak force of the leading wave [N], and the same over that of the shock; NaN for a shock in ``failures``.
-    expected_error : numpy.ndarray, shape (shocks, 2)
-        Lowest and highest expected relative error of ``peak_force``; infinite if it is not known.
     method : numpy.ndarray of str, shape (shocks,)
         Method that gave each answer; empty for a shock in ``failures``.
     failures : tuple of (int, str)
         Indices of the shocks without an answer, ascending, each with the reason.
+    estimate : numpy.ndarray, shape (shocks, 3)
+        Best a-priori estimate of the peak force and the ends of its range [N]; NaN if there is none.
+    expected_error : numpy.ndarray, shape (shocks, 2)
+        Lowest and highest expected relative error of ``peak_force``; infinite if it is not known.
     warnings : tuple of str
         Sentences on the limits of the predictions.
+    on_demand : callable
+        Function that computes the accuracy when it is accessed.
     """
 
     model: str
     peak_force: FloatArray
     amplification: FloatArray
-    expected_error: FloatArray
     method: npt.NDArray[np.str_]
     failures: tuple[tuple[int, str], ...]
-    warnings: tuple[str, ...] = ()
+    on_demand: Callable[[], Accuracy[FloatArray, FloatArray]] = field(repr=False)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Predictions) and self.to_dict() == other.to_dict()
@@ -336,6 +383,7 @@ class Predictions:
             "model": self.model,
             "peak_force": _numbers(self.peak_force),
             "amplification": _numbers(self.amplification),
+            "estimate": [triple if None not in triple else None for triple in map(_numbers, self.estimate)],
             "expected_error": [pair if None not in pair else None for pair in map(_numbers, self.expected_error)],
             "method": self.method.tolist(),
             "failures": [{"index": index, "reason": reason} for index, reason in self.failures],

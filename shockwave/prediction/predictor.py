@@ -2,20 +2,38 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import Any, Literal
 
 import numpy as np
-from attrs import evolve, frozen
+from attrs import frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, MOMENTUM, PAPER_COEFFICIENT, SolitaryWave
-from shockwave.errors import InvalidValueError, NumericalError
+from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity, quantity
-from shockwave.prediction.expected_error import TOO_FAR, chain_problem, estimated, expected_error, warning_of
-from shockwave.prediction.model_interface import Model, Peaks, ScaledAnswer, ScaledShock, Settings, Shocks
+from shockwave.prediction.expected_error import (
+    FIRST_CONTACTS,
+    chain_problem,
+    expected_errors,
+    unbounded,
+    violations,
+    warning_of,
+)
+from shockwave.prediction.model_interface import (
+    NO_ANSWER,
+    Model,
+    Peaks,
+    ScaledAnswer,
+    ScaledShock,
+    Settings,
+    Shocks,
+    one_by_one,
+)
 from shockwave.prediction.outcome import (
+    Accuracy,
     EjectionOutcome,
     Estimate,
     Exponents,
@@ -28,6 +46,7 @@ from shockwave.profiles.base import Areas, ShockProfile
 from shockwave.profiles.conditions import conditions
 from shockwave.profiles.guard import is_value
 from shockwave.profiles.shock import Shock
+from shockwave.quadrature import FloatArray
 from shockwave.registry import blame, find, load
 from shockwave.scene_summary import Scene
 
@@ -35,8 +54,6 @@ from shockwave.scene_summary import Scene
 MOMENTUM_COEFFICIENTS = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
 _RTOL = "relative tolerance of the peak force of the leading wave; for model auto, 1e-3 if omitted"
 MOMENTUM_COEFFICIENT = Quantity("", "leading number of A", at_least=0.01, at_most=1000)
-# Errors that concern one shock; a faulty plugin ends all predictions.
-_NO_ANSWER = (InvalidValueError, NumericalError)
 
 
 def coefficient_of(choice: str | float) -> float:
@@ -126,48 +143,38 @@ class Predictor:
         NumericalError
             If a root of the relations for trains is not found, or no method has an answer.
         """
-        areas = shock.profile.areas(self.quadrature)
-        ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
-        scaled = ScaledShock(shock.profile, areas, ratio, self._momentum_parameter)
+        scaled = self._scaled(shock, chain)
         model = load("models", self.model)
         with blame("models", model):
             answer: ScaledAnswer = model(scaled, self._settings)
         return self._outcome(shock, chain, scaled, answer)
 
+    def _scaled(self, shock: Shock, chain: Chain) -> ScaledShock:
+        areas = shock.profile.areas(self.quadrature)
+        ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
+        return ScaledShock(shock.profile, areas, ratio, self._momentum_parameter)
+
     def _outcome(self, shock: Shock, chain: Chain, scaled: ScaledShock, answer: ScaledAnswer) -> Outcome:
         scales = Scales.of(chain, shock.peak_force)
         coefficient = coefficient_of(self.momentum_coefficient)
-        checked = conditions(scaled.areas, shock.profile.duration_ratio)
-        found = estimated(answer, scaled, self.model)
-        error, why_unknown = expected_error(answer, found, checked)
-        of_chain = chain_problem(chain, scaled.duration, shock.profile)
-        estimate = None
-        if found is not None and not of_chain:
-            peak, low, high = (value * shock.peak_force for value in (found.amplification, found.low, found.high))
-            estimate = Estimate(peak, low, high, found.method)
-        chain_warnings = [warning_of(of_chain)] if of_chain else []
-        peaks = [amplitude * shock.peak_force for amplitude in answer.amplitudes]
-        steps = [evolve(step, left=step.left * scales.time, right=step.right * scales.time) for step in answer.trace]
+        unit = SolitaryWave.of(shock.peak_force, chain, coefficient)
         chain_assumed = ", on a semi-infinite chain" if answer.reason and chain.granules is not None else ""
         common: dict[str, Any] = {
             "model": self.model,
             "method": answer.method or self.model,
             "reason": answer.reason + chain_assumed,
-            "peak_force": peaks[0],
+            "peak_force": answer.amplitudes[0] * shock.peak_force,
             "amplification": answer.amplitudes[0],
             "relation": answer.relation,
-            "waves": tuple(SolitaryWave.of(peak, chain, coefficient) for peak in peaks),
+            "waves": tuple(map(unit.stronger, answer.amplitudes)),
             "applied_momentum": scaled.impulse * scales.momentum,
-            "conditions": checked,
-            "trace": tuple(steps),
-            "estimate": estimate,
-            "no_estimate": None if estimate else of_chain or TOO_FAR,
-            "expected_error": None if of_chain else error,
+            "conditions": conditions(scaled.areas, shock.profile.duration_ratio),
+            "trace": tuple(step.in_units(scales.time) for step in answer.trace),
             "exponents": None if answer.sensitivity is None else Exponents.of(answer.sensitivity),
             "areas": scaled.areas,
             "momentum_coefficient": coefficient,
             "scene": Scene.of(shock, chain),
-            "warnings": (*shock.profile.notes, *why_unknown, *answer.warnings, *chain_warnings),
+            "on_demand": partial(self._accuracy, shock, chain, scaled, answer),
         }
         if answer.ejection is not None:
             return EjectionOutcome(
@@ -179,6 +186,24 @@ class Predictor:
         if answer.regime == "train":
             return TrainOutcome(**common, roots=tuple(root * shock.peak_force for root in answer.roots))
         return SingleOutcome(**common)
+
+    def _accuracy(self, shock: Shock, chain: Chain, scaled: ScaledShock, answer: ScaledAnswer) -> Accuracy[Any, Any]:
+        found = one_by_one(lambda *_: answer, scaled.alone, self._settings)
+        (values,), (error,) = (each.tolist() for each in expected_errors(found, scaled.alone))
+        peak, low, high = (value * shock.peak_force for value in values)
+        problem = "" if chain.granules is None else chain_problem(chain.granules, scaled)
+        problem = problem or (unbounded(scaled, shock.peak_force) if math.isnan(peak) else "")
+        failed = "" if answer.states_error else violations(conditions(scaled.areas, shock.profile.duration_ratio))
+        warnings = [f"Section 4 does not hold here: the shock violates the conditions (3) ({failed})."] * bool(failed)
+        warnings += [*answer.warnings, *[warning_of(problem)] * bool(problem)]
+        own = answer.states_error and answer.expected_error is not None
+        method = (answer.method or self.model) if own else "moments"
+        return Accuracy(
+            None if problem else Estimate(peak, low, high, method),
+            problem or None,
+            None if problem or math.isinf(error[0]) else tuple(error),
+            (*shock.profile.notes, *warnings, *[FIRST_CONTACTS] * (chain.granules is not None)),
+        )
 
     def predict_many(self, shocks: Iterable[Shock], chain: Chain | Sequence[Chain]) -> Predictions:
         """Predict the leading waves of many shocks, as arrays.
@@ -206,47 +231,22 @@ class Predictor:
         chains = [chain] * len(shocks) if isinstance(chain, Chain) else list(chain)
         if len(chains) != len(shocks):
             raise InvalidValueError.of("chain", f"must be one, or one for each shock (got {len(chains)})")
-        model = load("models", self.model)
-        at_once = isinstance(model, Model)
-        found = self._together(model, shocks, chains) if at_once else self._one_by_one(shocks, chains)
-        notes: dict[str, None] = {}
-        for index, (shock, each) in enumerate(zip(shocks, chains, strict=True)):
-            if index in found.failures:
-                continue
-            time = Scales.of(each, shock.peak_force).time
-            if of_chain := chain_problem(each, shock.duration / time, shock.profile):
-                found.low[index], found.high[index] = -np.inf, np.inf
-                notes[warning_of(of_chain)] = None
-            notes.update(dict.fromkeys(shock.profile.notes))
-        return Predictions(
-            model=self.model,
-            peak_force=found.amplification * np.array([shock.peak_force for shock in shocks], dtype=float),
-            amplification=found.amplification,
-            expected_error=np.stack([found.low, found.high], axis=-1),
-            method=found.method,
-            failures=tuple(sorted(found.failures.items())),
-            warnings=(*found.warnings, *notes),
-        )
-
-    def _together(self, model: Model, shocks: list[Shock], chains: list[Chain]) -> Peaks:
-        """Evaluate a model for many shocks; each shape is integrated once."""
-        results = Peaks.of(len(shocks))
         scales = cache(Scales.of)
+        failures: dict[int, str] = {}
         # keys: the profile, or its identity if equal profiles may differ in their values
         shapes: dict[object, tuple[int, ShockProfile, Areas]] = {}
         given: dict[int, tuple[int, float]] = {}  # index of a shock -> number of its shape, rise time
-        for index, (shock, chain) in enumerate(zip(shocks, chains, strict=True)):
+        for index, (shock, each) in enumerate(zip(shocks, chains, strict=True)):
             profile = shock.profile
             key = profile if is_value(profile) else id(profile)
             try:
-                rise_time = scales(chain, shock.peak_force).rise_time(shock.rise_time)
+                rise_time = scales(each, shock.peak_force).rise_time(shock.rise_time)
                 if key not in shapes:
                     shapes[key] = len(shapes), profile, profile.areas(self.quadrature)
-            except _NO_ANSWER as error:
-                results.failures[index] = str(error)
+            except NO_ANSWER as error:
+                failures[index] = str(error)
             else:
                 given[index] = shapes[key][0], rise_time
-        places = list(given)
         scaled = Shocks(
             profiles=tuple(profile for _, profile, _ in shapes.values()),
             areas=tuple(areas for _, _, areas in shapes.values()),
@@ -254,27 +254,24 @@ class Predictor:
             rise_times=np.array([time for _, time in given.values()], dtype=float),
             momentum_parameter=self._momentum_parameter,
         )
-        found = model.many(scaled, self._settings)
-        for name in ("amplification", "low", "high", "method"):
-            getattr(results, name)[places] = getattr(found, name)
-        results.failures.update({places[index]: reason for index, reason in found.failures.items()})
-        results.warnings.extend(found.warnings)
-        return results
-
-    def _one_by_one(self, shocks: list[Shock], chains: list[Chain]) -> Peaks:
-        """Evaluate a model for one shock at a time."""
+        model, places = load("models", self.model), list(given)
+        with blame("models", model):
+            at_once = isinstance(model, Model)
+            found: Peaks = model.many(scaled, self._settings) if at_once else one_by_one(model, scaled, self._settings)
+        failures.update({places[index]: reason for index, reason in found.failures.items()})
         results = Peaks.of(len(shocks))
-        for index, (shock, chain) in enumerate(zip(shocks, chains, strict=True)):
-            try:
-                outcome = self.predict(shock, chain)
-            except _NO_ANSWER as error:
-                results.failures[index] = str(error)
-                continue
-            results.amplification[index] = outcome.amplification
-            results.method[index] = outcome.method
-            if outcome.expected_error is not None:
-                results.low[index], results.high[index] = outcome.expected_error
-        return results
+        results.amplification[places] = found.amplification
+        results.method[places] = np.where(found.method == "", self.model, found.method)
+        results.method[list(failures)] = ""
+        forces = np.array([shock.peak_force for shock in shocks], dtype=float)
+        return Predictions(
+            model=self.model,
+            peak_force=results.amplification * forces,
+            amplification=results.amplification,
+            method=results.method,
+            failures=tuple(sorted(failures.items())),
+            on_demand=partial(_accuracies, shocks, chains, scaled, found, places),
+        )
 
     @property
     def _settings(self) -> Settings:
@@ -283,3 +280,22 @@ class Predictor:
     @property
     def _momentum_parameter(self) -> float:
         return MOMENTUM * coefficient_of(self.momentum_coefficient) / EXACT_COEFFICIENT
+
+
+def _accuracies(
+    shocks: Sequence[Shock], chains: Sequence[Chain], scaled: Shocks, found: Peaks, places: Sequence[int]
+) -> Accuracy[FloatArray, FloatArray]:
+    """Accuracies of predictions of the shocks at ``places``, which are ``scaled``, by the answers ``found``."""
+    estimates, errors = np.full((len(shocks), 3), np.nan), np.full((len(shocks), 2), (-np.inf, np.inf))
+    estimates[places], errors[places] = expected_errors(found, scaled)
+    notes: dict[str, None] = {}
+    for own, index in enumerate(places):
+        if own in found.failures:
+            continue
+        granules = chains[index].granules
+        if granules is not None and (problem := chain_problem(granules, scaled.shock(own))):
+            estimates[index], errors[index] = np.nan, (-np.inf, np.inf)
+            notes[warning_of(problem)] = None
+        notes.update(dict.fromkeys(shocks[index].profile.notes))
+    forces = np.array([shock.peak_force for shock in shocks], dtype=float)
+    return Accuracy(estimates * forces[:, None], None, errors, (*found.warnings, *notes))

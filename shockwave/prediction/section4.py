@@ -21,17 +21,26 @@ import math
 import numpy as np
 from attrs import evolve
 
-from shockwave.numerics import bracketed_root
+from shockwave.numerics import bracketed_root, newton_root
 from shockwave.prediction.model_interface import (
     Inequality,
+    Model,
+    Peaks,
     Regime,
     Relation,
     ScaledAnswer,
     ScaledEjection,
     ScaledShock,
     Settings,
+    Shocks,
+    one_by_one,
 )
+from shockwave.profiles.guard import trusted
+from shockwave.profiles.power_law import ManyPowers, Powers
+from shockwave.quadrature import FloatArray
 
+# Bisections that locate a time to machine precision within thirteen powers of ten.
+_BISECTIONS = 58
 # Largest number of later waves in a train.
 _MOST_WAVES = 1000
 # Points of the scan for roots of (5c) towards each end of rise and decay.
@@ -68,7 +77,7 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     statement, share = "total impulse / F0 vs. A F0^(-1/6)", shock.impulse
     if kind == "train":
         statement = "impulse / F0 until alphaF0 A F0^(-1/6) vs. A F0^(-1/6)"
-        share = shock.impulse_until(split.left)
+        share = shock.at(split.left)[0]
     unit = shock.momentum_parameter
     relation = relation_of(share / unit, settings.equal_tolerance)
     trace = (split, Inequality(statement, share, unit, split.equation, relation), *momentum)
@@ -89,10 +98,11 @@ def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Inequality, .
     n = shock.profile.duration_ratio
     as_virtual = evolve(shock, rise_time=virtual)
     begin = max(n - window, 0.0) * virtual
-    added = 2 * (as_virtual.impulse - as_virtual.impulse_until(begin))
+    until, force = as_virtual.at(begin)
+    added = 2 * (as_virtual.impulse - until)
     total = ratio + added / shock.momentum_parameter
     # d/d ln A: the ratio decreases as 1/A, and the window grows at its beginning, where the force is F.
-    slope = -ratio * (1 - 2 * as_virtual.force_at(begin) / shock.areas.total)
+    slope = -ratio * (1 - 2 * force / shock.areas.total)
     warnings: tuple[str, ...] = ()
     amplitude = total**1.2  # (5h)
     if amplitude > 1 and relation == "less":
@@ -116,6 +126,39 @@ def constant_alpha(shock: ScaledShock) -> float:
     return 2 - _deviation(shock.areas.rise.value) - _deviation(_decay_share(shock))
 
 
+# ---------------------------------------------------------------- many shocks
+
+
+def peaks(shocks: Shocks, settings: Settings) -> Peaks:
+    """Predict the leading waves of many shocks; those of all power laws are computed together."""
+    shapes = zip(shocks.profiles, shocks.areas, strict=True)
+    laws = [isinstance(each, Powers) and trusted(each) and areas.rise.method == "closed form" for each, areas in shapes]
+    together = np.array(laws, dtype=bool)[shocks.shapes] & (settings.alpha == "constant")
+    # an infinite threshold omits the later waves
+    leading = evolve(settings, wave_threshold=math.inf)
+    results = one_by_one(predict, shocks, leading, np.flatnonzero(~together).tolist())
+    own = ManyPowers([shocks.profiles[shape] for shape in shocks.shapes[together]])
+    results.amplification[together] = _of_powers(own, shocks.rise_times[together], shocks.momentum_parameter)
+    results.states_error[:] = False
+    return results
+
+
+def _of_powers(laws: ManyPowers, rise_times: FloatArray, unit: float) -> FloatArray:
+    """Amplifications of power laws, shape (shocks,), by the table above; the roots of trains by bisection."""
+    a1, a2 = laws.closed_areas()
+    n, ratio = laws.duration_ratio, rise_times * (a1 + a2) / unit
+    alpha = 2 - np.abs(0.5 - a1) ** 1.5 - np.abs(0.5 - a2 / (n - 1)) ** 1.5
+    added = 2 * (1 - laws.closed_running_impulse(np.clip(n - 1 + ratio, 0.0, n)) / (a1 + a2))
+    amplification = (ratio + np.where(ratio < 1, added, 0.0)) ** 1.2
+    lower, upper = 0.99 * unit * alpha ** (5 / 6), 1.01 * np.maximum(n * rise_times, alpha * unit * ratio**-0.2)
+    for _ in range(_BISECTIONS):
+        time = np.sqrt(lower) * np.sqrt(upper)
+        impulse = rise_times * laws.closed_running_impulse(np.minimum(time / rise_times, n))
+        enough = impulse > unit * (alpha * unit / time) ** 5
+        lower, upper = np.where(enough, lower, time), np.where(enough, time, upper)
+    return np.where(alpha * unit < n * rise_times, (alpha * unit / upper) ** 6, amplification)
+
+
 # ---------------------------------------------------------------- trains
 
 
@@ -127,7 +170,7 @@ def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tu
         primary, end, roots, warnings = _literal_primary(shock)
         reach = 2 * primary / (2 * primary - (2 - alpha)) - 1 / 6
     else:
-        end = _wave_end(shock, 0.0, alpha)
+        end = _passage_time(shock, 0.0, 0.0, alpha, 0.0)
         primary = (alpha * shock.momentum_parameter / end) ** 6
         roots, warnings, reach = (primary,), [], -1 / 6
     if end >= shock.duration:
@@ -145,7 +188,8 @@ def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tu
     if len(later) == _MOST_WAVES:
         warnings.append(f"Only the first {_MOST_WAVES} later waves are listed; a larger wave_threshold omits more.")
     # Implicit derivative of A F^(5/6) = I(t), t = alpha(F) A F^(-1/6); ``reach`` is d ln t / d ln F for constant A.
-    weight = 0.0 if end >= shock.duration else end * shock.force_at(end) / shock.impulse_until(end)
+    impulse, force = shock.at(end)
+    weight = end * force / impulse
     slope = 5 / 6 - weight * reach
     return ScaledAnswer(
         "train",
@@ -166,35 +210,43 @@ def _decay_share(shock: ScaledShock) -> float:
     return shock.areas.decay.value / (shock.profile.duration_ratio - 1)
 
 
-def _wave_end(shock: ScaledShock, start: float, alpha: float) -> float:
-    """Time at which a wave that collects impulse from ``start`` on is complete, (5a) and (5i).
+def _passage_time(shock: ScaledShock, start: float, before: float, alpha: float, guess: float) -> float:
+    """Time for which a wave collects impulse from ``start`` on, (5a) and (5i); ``before`` is the impulse until then.
 
     If the wave collects impulse for the time d, its peak force is F = (alpha unit / d)^6 and its momentum unit F^(5/6).
-    The impulse increases with d and the momentum decreases, so there is exactly one root.
+    The impulse increases with d and the momentum decreases, so there is exactly one root. The logarithm of d times the
+    fifth root of the impulse is nearly linear in ln d.
     """
     unit = shock.momentum_parameter
-    before = shock.impulse_until(start)
 
-    def excess(time: float) -> float:
-        return shock.impulse_until(start + time) - before - unit * (alpha * unit / time) ** 5
+    def excess(time: float) -> tuple[float, float]:
+        until, force = shock.at(start + time)
+        impulse = until - before
+        if impulse <= 0:
+            return -math.inf, 1.0
+        return math.log(time / (alpha * unit)) + 0.2 * math.log(impulse / unit), 1 + 0.2 * time * force / impulse
 
     # Below ``lower`` even the full peak force gives too little impulse; at ``upper`` the remaining impulse suffices.
     lower = 0.99 * unit * alpha ** (5 / 6)
     enough = alpha * unit * (unit / (shock.impulse - before)) ** 0.2
     upper = 1.01 * max(shock.duration - start, enough, lower)
-    return start + bracketed_root(excess, lower, upper, "time of a wave in the train (5i)")
+    return newton_root(excess, lower, upper, guess, "time of a wave in the train (5i)")
 
 
 def _later_waves(shock: ScaledShock, least: float, end: float) -> list[float]:
     """Peak forces, by (5i), of the waves behind the one that ends at ``end``, down to ``least``."""
     alpha = (8 - math.sqrt(2)) / 4 - _deviation(_decay_share(shock))
     waves: list[float] = []
-    while len(waves) < _MOST_WAVES and shock.impulse - shock.impulse_until(end) > _NOTHING_LEFT * shock.impulse:
-        start, end = end, _wave_end(shock, end, alpha)
-        peak = (alpha * shock.momentum_parameter / (end - start)) ** 6
+    passage, guess, before = 0.0, 0.0, shock.at(end)[0]
+    while len(waves) < _MOST_WAVES and shock.impulse - before > _NOTHING_LEFT * shock.impulse:
+        last, passage = passage, _passage_time(shock, end, before, alpha, guess)
+        guess = passage * passage / last if last else passage
+        peak = (alpha * shock.momentum_parameter / passage) ** 6
         if peak < least:
             break
         waves.append(peak)
+        end += passage
+        before = shock.at(end)[0]
     return waves
 
 
@@ -211,7 +263,7 @@ def _literal_primary(shock: ScaledShock) -> tuple[float, float, tuple[float, ...
         return bracketed_root(lambda force: time(force) - end, upper * 1e-15, upper, "force of a time in (5c)")
 
     def missing(force: float) -> float:
-        return unit * math.pow(force, 5 / 6) - shock.impulse_until(max(time(force), 0.0))
+        return unit * math.pow(force, 5 / 6) - shock.at(max(time(force), 0.0))[0]
 
     grid = [force_at(end) for end in _scan_times(shock)]
     grid.append(max(1.1 * math.pow(shock.impulse / unit, 1.2), 1.01 * grid[-1]))
@@ -241,3 +293,7 @@ def _scan_times(shock: ScaledShock) -> list[float]:
     decay = 1 + (shock.profile.duration_ratio - 1) * share
     points = np.concatenate((share, [1.0], decay, [shock.profile.duration_ratio]))
     return [shock.rise_time * float(point) for point in points]
+
+
+#: The registered model.
+MODEL = Model(predict, peaks)

@@ -20,7 +20,7 @@ computes them, and ``docs/auto.md`` describes their validation.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -30,8 +30,8 @@ from attrs import field, frozen
 
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.numerics import product
-from shockwave.prediction.model_interface import Indices, Shocks
-from shockwave.prediction.shock_measures import gauss_legendre, pieces
+from shockwave.prediction.model_interface import Shocks
+from shockwave.prediction.shock_impulses import alike, gauss_legendre, pieces
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.guard import guarded, kept, trusted
 from shockwave.quadrature import FloatArray
@@ -158,7 +158,7 @@ def _integrals(profiles: Sequence[ShockProfile], areas: Sequence[float]) -> Floa
         left = np.isnan(result[:, 0]) & (parts <= most)
         if not halvings:
             left &= records | (parts > _RULES[-1][-1])
-        for where in _alike(np.flatnonzero(left), parts):
+        for where in alike(np.where(left, parts, 0), _MOST_TOGETHER):
             shapes = [profiles[index] for index in where], [edges[index] for index in where], halvings
             whole, *found = _by_rule(*shapes, _NODES)
             _, *fewer = _by_rule(*shapes, _FEWER)
@@ -168,14 +168,6 @@ def _integrals(profiles: Sequence[ShockProfile], areas: Sequence[float]) -> Floa
             good &= (off[0] <= _AGREED * found[0]) & (off[1:] <= _NEAR * np.maximum(found[2], 1)).all(axis=0)
             result[where[good]] = np.transpose(found)[good]
     return result
-
-
-def _alike(left: Indices, parts: Indices) -> Iterator[Indices]:
-    """Yield groups of the indices ``left`` of shapes with the same number of parts, limited in size."""
-    for count in np.unique(parts[left]).tolist():
-        where = left[parts[left] == count]
-        size = max(1, _MOST_TOGETHER // count)
-        yield from (where[begin : begin + size] for begin in range(0, len(where), size))
 
 
 def _by_rule(

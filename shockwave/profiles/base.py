@@ -109,6 +109,10 @@ class ShockProfile(abc.ABC):
         """Exact table of impulse and displacement on [0, n], or None."""
         return None
 
+    def closed_at(self, s: float) -> tuple[float, float] | None:
+        """Exact running impulse and force at one s, 0 <= s <= n, or None; only built-in profiles define it."""
+        return None
+
     # ---------------------------------------------------------------- final methods
 
     def force(self, s: npt.ArrayLike) -> FloatArray:

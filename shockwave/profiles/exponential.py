@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from attrs import frozen
@@ -16,7 +17,11 @@ from shockwave.quadrature import FloatArray
 # Argument below which the Taylor series is used, because the closed form suffers from cancellation.
 _SMALL = 2.0
 # Terms of that series: the remainder at _SMALL is below the rounding error.
-_TERMS = 30
+_TERMS = 24
+# Rate below which the force is linear: its exponentials could underflow.
+_SMALLEST = 1e-200
+# Values kept for the ends of rise and decay, at which each profile is evaluated again and again.
+_MOST_KEPT = 256
 
 
 @frozen(kw_only=True)
@@ -36,11 +41,11 @@ class Exponential(ShockProfile):
     duration_ratio: float = quantity("", "n, total duration over rise time", above=1, at_most=1e12)
 
     def rise(self, s: FloatArray) -> FloatArray:
-        return _ramp(self.rise_rate, s, 0)
+        return _ramp(self.rise_rate, s)
 
     def decay(self, s: FloatArray) -> FloatArray:
         # Reversed in time, the decay is a rise with the opposite rate; this avoids cancellation near n.
-        return _ramp(-self.decay_rate, 1.0 - self._share(s), 0)
+        return _ramp(-self.decay_rate, np.clip(1.0 - (s - 1.0) / (self.duration_ratio - 1), 0.0, 1.0))
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
@@ -48,48 +53,55 @@ class Exponential(ShockProfile):
         return (0.0, *edges(0.0, 1.0, self.rise_rate, n), 1.0, *edges(1.0, n, self.decay_rate, n), n)
 
     def closed_areas(self) -> tuple[float, float]:
-        one = np.ones(())
-        fading = float(_ramp(-self.decay_rate, one, 1))
-        return float(_ramp(self.rise_rate, one, 1)), (self.duration_ratio - 1) * fading
+        return _ramp_at(self.rise_rate, 1.0, 1), (self.duration_ratio - 1) * _ramp_at(-self.decay_rate, 1.0, 1)
 
     def closed_running_impulse(self, s: FloatArray) -> FloatArray:
-        remaining = (self.duration_ratio - 1) * _ramp(-self.decay_rate, 1.0 - self._share(s), 1)
-        # Exactly zero during the rise: the rounding error of a difference would exceed the small impulse at first.
-        decayed = np.where(s > 1, self.closed_areas()[1] - remaining, 0.0)
-        return np.asarray(_ramp(self.rise_rate, np.minimum(s, 1.0), 1) + decayed)
+        return elementwise(lambda one: self.closed_at(one)[0], s)
 
     def closed_double_integral(self, s: FloatArray) -> FloatArray:
-        rising = _ramp(self.rise_rate, np.minimum(s, 1.0), 2)
-        whole = float(_ramp(-self.decay_rate, np.ones(()), 2))
-        passed = whole - _ramp(-self.decay_rate, 1.0 - self._share(s), 2)
-        decaying = sum(self.closed_areas()) * (s - 1.0) - (self.duration_ratio - 1) ** 2 * passed
-        return np.asarray(rising + np.where(s > 1, decaying, 0.0))
+        return elementwise(self._path, s)
 
-    def _share(self, s: FloatArray) -> FloatArray:
-        """Elapsed fraction of the decay, 0 before the peak."""
-        return np.asarray(np.clip((s - 1.0) / (self.duration_ratio - 1), 0.0, 1.0))
+    def closed_at(self, s: float) -> tuple[float, float]:
+        if s <= 1:
+            return _ramp_at(self.rise_rate, s, 1), _ramp_at(self.rise_rate, s, 0)
+        (a1, a2), left, rate = self.closed_areas(), self._left(s), -self.decay_rate
+        return a1 + (a2 - (self.duration_ratio - 1) * _ramp_at(rate, left, 1)), _ramp_at(rate, left, 0)
+
+    def _path(self, s: float) -> float:
+        """Double integral at one s."""
+        rising = _ramp_at(self.rise_rate, min(s, 1.0), 2)
+        passed = _ramp_at(-self.decay_rate, 1.0, 2) - _ramp_at(-self.decay_rate, self._left(s), 2)
+        return rising + sum(self.closed_areas()) * max(s - 1, 0.0) - (self.duration_ratio - 1) ** 2 * passed
+
+    def _left(self, s: float) -> float:
+        """Remaining fraction of the decay, 1 before the peak."""
+        return min(max(1 - (s - 1) / (self.duration_ratio - 1), 0.0), 1.0)
 
 
-def _ramp(rate: float, s: FloatArray, integrals: int) -> FloatArray:
-    """expm1(-k s)/expm1(-k) on [0, 1] with k = ``rate``, integrated 0, 1 or 2 times from 0 to s."""
-    power = math.prod([s] * (1 + integrals))
-    shape = power * _phi(rate * s, integrals) / _phi(np.asarray(rate), 0)
-    return np.asarray(shape if rate >= 0 else shape * elementwise(math.exp, rate * (1 - s)))
+def _ramp(rate: float, s: FloatArray) -> FloatArray:
+    """expm1(-k s)/expm1(-k) on [0, 1] with k = ``rate``."""
+    if abs(rate) < _SMALLEST:
+        return s
+    shape = elementwise(math.expm1, -abs(rate) * s) / math.expm1(-abs(rate))
+    return shape if rate > 0 else shape * elementwise(math.exp, rate * (1 - s))
 
 
-def _phi(x: FloatArray, order: int) -> FloatArray:
+@lru_cache(maxsize=_MOST_KEPT)
+def _ramp_at(rate: float, s: float, integrals: int) -> float:
+    """`_ramp` at one s, integrated 0, 1 or 2 times from 0 to s."""
+    power = s ** (1 + integrals) * math.exp(min(rate, 0.0) - min(rate * s, 0.0))
+    return power * _phi(rate * s, integrals) / _phi(rate, 0)
+
+
+def _phi(x: float, order: int) -> float:
     """Sum of (-x)^j / (j + 1 + order)! over j >= 0, multiplied by e^x for negative x to prevent overflow."""
-    if order == 0:  # no cancellation
-        size = np.where(x == 0, 1.0, np.abs(x))
-        return np.asarray(np.where(x == 0, 1.0, -elementwise(math.expm1, -size) / size))
-    small = np.abs(x) < _SMALL
-    fading = elementwise(math.exp, np.minimum(x, 0.0))
-    near = np.where(small, x, 0.0)
-    series = np.zeros_like(near)
-    for j in reversed(range(_TERMS)):
-        series = (1.0 - near * series) / (j + 1 + order)
-    far = np.where(small, _SMALL, x)
-    closed = -elementwise(math.expm1, -np.abs(far)) / np.abs(far)
+    size, fading = abs(x), math.exp(min(x, 0.0))
+    if order and size < _SMALL:
+        series = 0.0
+        for j in reversed(range(_TERMS)):
+            series = (1.0 - x * series) / (j + 1 + order)
+        return series * fading / math.factorial(order)
+    value = -math.expm1(-size) / size if size else 1.0  # no cancellation
     for j in range(1, order + 1):
-        closed = (fading / math.factorial(j) - closed) / far
-    return np.where(small, series * fading / math.factorial(order), closed)
+        value = (fading / math.factorial(j) - value) / x
+    return value

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -49,6 +50,15 @@ class Powers(ShockProfile):
         after = np.maximum(s - 1.0, 0.0)
         return np.asarray(rising + (a1 + a2) * after - a2 * fading / (2 + self.decay_exponent))
 
+    def closed_at(self, s: float) -> tuple[float, float]:
+        if s <= 1:
+            force = s**self.rise_exponent
+            return s * force / (1 + self.rise_exponent), force
+        a1, a2 = self.closed_areas()
+        left = (self.duration_ratio - s) / (self.duration_ratio - 1)
+        force = left**self.decay_exponent
+        return a1 + a2 * (1 - left * force), force
+
     def closed_free_path(self) -> FreePath:
         from shockwave.profiles.free_path import of_powers
 
@@ -58,6 +68,14 @@ class Powers(ShockProfile):
         """Remaining fraction of the decay, 1 before the peak."""
         n = self.duration_ratio
         return np.asarray(np.clip((n - s) / (n - 1), 0.0, 1.0))
+
+
+class ManyPowers(Powers):
+    """Power laws of many shapes, with parameters of shape (shapes,); the methods take one s for each shape."""
+
+    def __init__(self, profiles: Sequence[Powers]) -> None:
+        for name in ("rise_exponent", "decay_exponent", "duration_ratio"):
+            setattr(self, name, np.array([getattr(profile, name) for profile in profiles], dtype=float))
 
 
 @frozen(kw_only=True)

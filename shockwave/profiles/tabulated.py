@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pathlib
 import re
+from bisect import bisect_right
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -183,10 +184,22 @@ class Tabulated(ShockProfile):
         rest = step * (2.0 * self._pulse.values[before] + force) / 6.0
         return np.asarray(self._sums[1][before] + step * (self._sums[0][before] + rest))
 
+    def closed_at(self, s: float) -> tuple[float, float]:
+        values, impulses = self._lists
+        before = min(bisect_right(self.breakpoints, s), len(values) - 1) - 1
+        begin, end = self.breakpoints[before : before + 2]
+        force = values[before] + (s - begin) / (end - begin) * (values[before + 1] - values[before])
+        return impulses[before] + 0.5 * (s - begin) * (values[before] + force), force
+
     def closed_free_path(self) -> FreePath:
         from shockwave.profiles.free_path import of_samples
 
         return of_samples(self._pulse.knots, self._pulse.values, *self._sums[:2])
+
+    @cached_property
+    def _lists(self) -> tuple[list[float], list[float]]:
+        """Force and running impulse at the samples."""
+        return self._pulse.values.tolist(), self._sums[0].tolist()
 
     @cached_property
     def _sums(self) -> tuple[FloatArray, FloatArray, tuple[float, float]]:

@@ -20,8 +20,8 @@ from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import simulate_many
 from shockwave.prediction import moments
 from shockwave.prediction.model_interface import Model, Peaks, ScaledAnswer, ScaledShock, Settings, Shocks
+from shockwave.prediction.shock_impulses import turns
 from shockwave.prediction.short_shock_law import short_law
-from shockwave.profiles.conditions import reversal
 from shockwave.simulation.backend import chosen
 from shockwave.studies.universal_curve import UniversalCurve, cached_curve
 from shockwave.studies.universal_curve_fit import scaled_scene
@@ -33,8 +33,6 @@ _CURVE_RTOL = (1e-7, 1e-2)
 _SIMULATION_RTOL = (1e-13, 1e-2)
 # Error bound of a simulation or a curve over its error estimate, which is not a bound.
 _SAFETY = 2.0
-# The full law is not used for a shock whose force rises again by more than this fraction of its peak.
-_LARGEST_REVERSAL = 0.05
 # Results with a greater error bound are failures.
 _LARGEST_BOUND = 0.5
 # Least number of shocks of one shape for which a curve is computed.
@@ -50,8 +48,7 @@ Indices = npt.NDArray[np.intp]
 def _one(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     """Predict one shock, with the reason for the choice of the method."""
     rtol = settings.rtol or RTOL
-    shape = np.zeros(1, dtype=np.intp)
-    shocks = Shocks((shock.profile,), (shock.areas,), shape, np.array([shock.rise_time]), shock.momentum_parameter)
+    shocks = shock.alone
     peaks = _many(shocks, settings)
     if peaks.failures:
         raise NumericalError(peaks.failures[0])
@@ -106,10 +103,9 @@ def _left(peaks: Peaks, rtol: float) -> Indices:
 
 
 def _by_law(shocks: Shocks, settings: Settings, peaks: Peaks, rtol: float) -> None:
-    """Apply the full law of moments to shapes whose force does not rise again."""
-    without_reversal = np.array([reversal(profile) <= _LARGEST_REVERSAL for profile in shocks.profiles])
+    """Apply the full law of moments to shocks with one peak."""
     left = _left(peaks, rtol)
-    left = left[without_reversal[shocks.shapes[left]]]
+    left = left[[not turns(shocks.shock(index)) for index in left]]
     if len(left):
         with suppress(NumericalError):
             some = evolve(shocks, shapes=shocks.shapes[left], rise_times=shocks.rise_times[left])
