@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import sys
 from typing import Any
 
 #: Context in which workers start.
 START: Any = multiprocessing.get_context("forkserver" if sys.platform != "win32" else "spawn")
+# Numbers of threads of the libraries of linear algebra: one, because there is a worker for each core.
+_THREADS = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"), "1")
 
 
 def start_server(executor: object = None) -> None:
@@ -16,4 +19,10 @@ def start_server(executor: object = None) -> None:
         from multiprocessing import forkserver
 
         START.set_forkserver_preload(["shockwave.sweep.workers"])
-        forkserver.ensure_running()
+        added = _THREADS.keys() - os.environ.keys()
+        os.environ.update({name: _THREADS[name] for name in added})
+        try:
+            forkserver.ensure_running()
+        finally:
+            for name in added:
+                del os.environ[name]
