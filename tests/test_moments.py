@@ -177,7 +177,7 @@ def test_columns_of_two_impulses() -> None:
     """Written out for equal impulses one unit of time apart, whose vector is even by symmetry."""
     made = moments_law()
     pulse = np.array([[0.0, 1.0]]), np.array([[0.3, 0.3]])
-    log_force, weights = kernel_force(made, *pulse)
+    log_force, vectors = kernel_force(made, *pulse)
     force = math.exp(log_force[0])
     apart, unit = force ** (1 / 6), IMPULSE_LIMIT ** (5 / 6) * 0.3 * force ** (-5 / 6)
     near = unit * math.exp(-((apart / made.reach) ** 2))
@@ -195,7 +195,7 @@ def test_columns_of_two_impulses() -> None:
         "share": unit + near - 1,
         "scatter": 0,
     }
-    found = columns(made, *pulse, log_force, weights)[0]
+    found = columns(made, *pulse, log_force, vectors)[0]
     assert dict(zip(COLUMNS, found, strict=True)) == pytest.approx(expected, rel=1e-6, abs=1e-12)
 
 

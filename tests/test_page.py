@@ -173,6 +173,18 @@ def test_only_the_leading_wave_of_a_very_long_shock_is_simulated() -> None:
     assert "only the leading wave is simulated for such a long shock" in text
 
 
+def test_a_page_on_a_finite_chain_leads_with_the_greatest_force() -> None:
+    text = plain(without_pictures(findings(scenario(triangle(0.3), evolve(CHAIN, granules=100)))))
+    lead = text.index("Simulation: greatest force")
+    assert "at contact 0" in text[lead : lead + 80]
+    assert lead < text.index("peak force of the leading wave")
+
+
+def test_a_page_states_why_there_is_no_estimate() -> None:
+    text = plain(undrawn("twelve granules"))
+    assert "not known a priori: in a chain of 12 granules the leading wave does not form" in text
+
+
 def test_a_contact_beyond_the_chain_is_reported() -> None:
     found = findings(scenario(power(0.5), evolve(CHAIN, granules=12), contacts=[3, 40]))
     assert [passage.contact for passage in found.passages] == [3]

@@ -208,7 +208,8 @@ def test_fronts_pass_through_the_measured_positions(ax: Axes) -> None:
 def test_trains_have_predicted_and_simulated_forces_and_a_bar_for_the_first(ax: Axes, bounds: Any) -> None:
     comparison = compared("train")
     predicted, waves = comparison.predicted, comparison.simulated.waves
-    pictures.train(ax, evolve(comparison, predicted=evolve(predicted, expected_error=bounds)))
+    accuracy = evolve(predicted.accuracy, expected_error=bounds)
+    pictures.train(ax, evolve(comparison, predicted=evolve(predicted, on_demand=lambda: accuracy)))
     assert line(ax, "predicted")[1].tolist() == [wave.peak_force for wave in predicted.waves]
     settled = [wave.peak_force for wave in waves if wave.error_estimate is not None]
     assert line(ax, "simulated")[1].tolist() == settled

@@ -25,6 +25,7 @@ import json
 import math
 from collections.abc import Sequence
 from functools import cache
+from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +43,7 @@ from shockwave.prediction.model_interface import (
     Shocks,
 )
 from shockwave.prediction.section4 import regime, relation_of
-from shockwave.prediction.shock_impulses import Pulse, alike, pulse_of
+from shockwave.prediction.shock_impulses import Pulse, alike, pulse_of, pulses_of
 from shockwave.quadrature import FloatArray
 
 #: Name of the file with the coefficients, beside this one.
@@ -65,7 +66,7 @@ _ABOVE = 1 + 1e-9
 # Most elements of matrices that are evaluated together: more would leave the processor's cache.
 _MOST_TOGETHER = 20_000
 # Step of ln t0 for the derivative.
-_STEP = 1e-4
+_STEP = 1e-5
 
 
 @frozen(eq=False)
@@ -102,8 +103,9 @@ class Law:
 
     def products(self, found: FloatArray) -> FloatArray:
         """Products in the correction, shape (..., terms), from columns of shape (..., columns)."""
-        picks = [[COLUMNS.index(name) for name in names] for names in self.terms]
-        return np.stack([np.prod(found[..., pick], axis=-1) for pick in picks], axis=-1)
+        picks = list(zip_longest(*([COLUMNS.index(name) for name in names] for names in self.terms), fillvalue=-1))
+        factors = np.concatenate((found, np.ones((*found.shape[:-1], 1))), axis=-1)
+        return np.asarray(np.prod(factors[..., picks], axis=-2))
 
     def corrected(self, log_force: FloatArray, found: FloatArray) -> FloatArray:
         """Amplification F/F0 of pulses, shape (...), from the kernel's ln F and columns of shape (..., columns)."""
@@ -141,15 +143,17 @@ def evaluated(law: Law, pulses: Sequence[Pulse]) -> tuple[FloatArray, FloatArray
     found = np.empty((len(pulses), len(COLUMNS)))
     for where in alike(np.array([pulse.times.size**2 for pulse in pulses], dtype=int), _MOST_TOGETHER):
         times, impulses = (np.array([getattr(pulses[i], name) for i in where]) for name in ("times", "impulses"))
-        log_force[where], weights = kernel_force(law, times, impulses)
-        found[where] = columns(law, times, impulses, log_force[where], weights)
+        log_force[where], vectors = kernel_force(law, times, impulses)
+        found[where] = columns(law, times, impulses, log_force[where], vectors)
     return log_force, found
 
 
 # ---------------------------------------------------------------- kernel and local measures
 
 
-def kernel_force(law: Law, times: FloatArray, impulses: FloatArray) -> tuple[FloatArray, FloatArray]:
+def kernel_force(
+    law: Law, times: FloatArray, impulses: FloatArray, start: tuple[FloatArray, FloatArray] | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Solve for ln F/F0 of pulses by the kernel without the correction.
 
     The eigenvector is found by Noda's iteration, which solves a linear system with a shift above the largest
@@ -162,13 +166,15 @@ def kernel_force(law: Law, times: FloatArray, impulses: FloatArray) -> tuple[Flo
         The coefficients.
     times, impulses : numpy.ndarray, shape (pulses, k)
         Times and impulses of the pulses.
+    start : tuple of numpy.ndarray, optional
+        Results of similar pulses.
 
     Returns
     -------
     numpy.ndarray, shape (pulses,)
         ln F/F0.
     numpy.ndarray, shape (pulses, k)
-        Weights m psi^2 of the impulses, of sum 1.
+        Eigenvector psi.
 
     Raises
     ------
@@ -182,9 +188,10 @@ def kernel_force(law: Law, times: FloatArray, impulses: FloatArray) -> tuple[Flo
     """
     apart = np.abs(times[:, :, None] - times[:, None]) / law.width
     apart *= apart * np.sqrt(apart)
-    masses, vector, unit = _G0 * impulses, np.ones_like(times), np.eye(times.shape[1])
+    masses, unit = _G0 * impulses, np.eye(times.shape[1])
     # The limits of a short and of a constant force are both upper bounds.
-    log_force = np.minimum(1.2 * np.log(masses.sum(axis=1)), math.log(law.step_limit))
+    highest = np.minimum(1.2 * np.log(masses.sum(axis=1)), math.log(law.step_limit))
+    log_force, vector = start or (highest, np.ones_like(times))
     for _ in range(_MOST_STEPS):
         power = apart * np.exp(log_force * (_POWER / 6))[:, None, None]
         matrix = np.exp(-power) * masses[:, None]
@@ -198,9 +205,9 @@ def kernel_force(law: Law, times: FloatArray, impulses: FloatArray) -> tuple[Flo
         power *= matrix
         slope = -_POWER * (weights * _applied(power, vector)).sum(axis=1) / (norm * eigenvalue)
         step = (1.2 * np.log(eigenvalue) - log_force) / (1 - 0.2 * slope)
-        log_force += step
+        log_force = log_force + step
         if np.abs(step).max() < _SETTLED:
-            return log_force, weights * vector / norm[:, None]
+            return log_force, vector
     raise NumericalError("the law of moments did not converge for this pulse (simulate it instead)")
 
 
@@ -210,7 +217,7 @@ def _applied(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
 
 
 def columns(
-    law: Law, times: FloatArray, impulses: FloatArray, log_force: FloatArray, weights: FloatArray
+    law: Law, times: FloatArray, impulses: FloatArray, log_force: FloatArray, vectors: FloatArray
 ) -> FloatArray:
     """Local measures of pulses, shape (pulses, columns), from the arguments and results of `kernel_force`.
 
@@ -227,6 +234,8 @@ def columns(
     after_up    < A^(7/2) >                         scatter     < N^2 > - < N >^2
     ==========  ==================================  ==========  ==================================
     """
+    weights = impulses * vectors**2
+    weights /= weights.sum(axis=1)[:, None]
     x = times * np.exp(log_force / 6)[:, None]
     strength = _G0 * impulses * np.exp(log_force * (-5 / 6))[:, None]
     off = x[:, :, None] - x[:, None]
@@ -262,12 +271,21 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     """Predict the leading wave by the law; the regime follows from (5d) and (5e), the relation from the peak force."""
     pulse = pulse_of(shock)
     law = moments_law()
-    stretched = [pulse.stretched(math.exp(step)) for step in (0.0, _STEP, -_STEP)]
-    peak, longer, shorter = law.amplification(stretched).tolist()
-    sensitivity = -math.log(longer / shorter) / (2 * _STEP)
+    peak, longer = _amplifications(law, pulse)
+    sensitivity = -math.log(longer / peak) / math.log1p(_STEP)
     warnings = ["The law of moments predicts only the leading wave. A simulation gives the later waves of a train."]
     bound = law.bound(pulse)
     return answer(shock, settings, peak, bound, sensitivity, warnings)
+
+
+def _amplifications(law: Law, pulse: Pulse) -> tuple[float, float]:
+    """Amplification of a pulse, and of one of the same peak force that is longer by the step for the derivative."""
+    times, impulses, start, found = pulse.times[None], pulse.impulses[None], None, []
+    for _ in range(2):
+        log_force, vector = kernel_force(law, times, impulses, start)
+        found.append(float(law.corrected(log_force, columns(law, times, impulses, log_force, vector))[0]))
+        times, impulses, start = times * (1 + _STEP), impulses * (1 + _STEP), (log_force, vector)
+    return found[0], found[1]
 
 
 def answer(
@@ -298,7 +316,7 @@ def peaks(shocks: Shocks, settings: Settings) -> Peaks:
     """Predict the leading waves of many shocks by the law."""
     law = moments_law()
     results = Peaks.of(len(shocks))
-    pulses = [pulse_of(shocks.shock(index)) for index in range(len(shocks))]
+    pulses = pulses_of(shocks)
     results.amplification[:] = law.amplification(pulses)
     results.high[:] = [law.bound(pulse) for pulse in pulses]
     results.low[:] = -results.high

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 
 import numpy as np
 from attrs import frozen
 
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
-from shockwave.prediction.model_interface import Indices, ScaledShock
+from shockwave.prediction.model_interface import Indices, ScaledShock, Shocks
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import reversal
-from shockwave.profiles.guard import kept
+from shockwave.profiles.guard import kept, trusted
 from shockwave.quadrature import FloatArray
 
 # Number of times that pieces of a smooth part are halved towards its ends, for infinite slopes and steep decays.
@@ -50,14 +50,18 @@ _MOST_CELLS = 100_000
 _EQUAL = 1e-9
 # Smallest fall and rise of the force, over its peak, that counts as a second peak; less is noise.
 _TURNS = 0.05
-# Steps of Lanczos' recurrence after which two vectors are made orthogonal to all earlier ones again.
+# Most pulses that are reduced together: more would leave the processor's cache.
+_AT_ONCE = 32
+# Most steps of Lanczos' recurrence in which rounding errors do not grow.
+_STABLE = 32
+# Steps of a longer recurrence after which two vectors are made orthogonal to all earlier ones again.
 _ORTHOGONAL = 16
 # Time, over that of the wave, over which the force is averaged where peaks are counted, and number of cells.
 _AVERAGED = 0.3
 _CELLS = 512
 #: Upper bound of the amplification of a shock with one peak: that of a lasting force is 2.33.
 HIGHEST = 2.36
-# Norm of a Lanczos vector below which the recurrence has terminated.
+# Norm of a Lanczos vector below which it is a rounding error.
 _ROUNDING = 1e-14
 
 
@@ -86,59 +90,94 @@ class Pulse:
     known: bool
     turns: bool
 
-    def stretched(self, factor: float) -> Pulse:
-        """Pulse with ``factor`` times the duration and the same peak force."""
-        return Pulse(self.times * factor, self.impulses * factor, self.spread * factor**1.2, self.known, self.turns)
-
 
 def gauss(times: FloatArray, impulses: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
-    """Instants and impulses, at most ``count``, with the same 2 ``count`` lowest moments, by Lanczos' recurrence.
+    """Instants and impulses, shape (..., ``count``), with the same 2 ``count`` lowest moments, by Lanczos' recurrence.
 
     Parameters
     ----------
-    times, impulses : numpy.ndarray, shape (points,)
-        A pulse as many impulses; impulses that are not positive are ignored.
+    times, impulses : numpy.ndarray, shape (..., points)
+        Pulses as many impulses; impulses that are not positive are ignored.
     count : int
-        Number of impulses to compute.
+        Number of impulses to compute; where fewer suffice, the others are rounding errors.
     """
-    times, impulses = times[impulses > 0], impulses[impulses > 0]
-    total = impulses.sum()
-    mean = float((impulses * times).sum()) / total
-    scale = float(np.max(np.abs(times - mean))) or 1.0
-    position, vector, last = (times - mean) / scale, np.sqrt(impulses / total), np.zeros(len(times))
-    vectors, diagonal, beside = np.zeros((count, len(times))), np.zeros(count), np.zeros(count + 1)
+    impulses = np.maximum(impulses, 0)
+    total = impulses.sum(axis=-1, keepdims=True)
+    mean = (impulses * times).sum(axis=-1, keepdims=True) / total
+    scale = np.abs(times - mean).max(axis=-1, keepdims=True)
+    position, vector, last = (times - mean) / scale, np.sqrt(impulses / total), np.zeros_like(times)
+    orthogonal = count > _STABLE
+    vectors = np.zeros((*times.shape[:-1], count * orthogonal, times.shape[-1]))
+    jacobi, beside = np.zeros((*times.shape[:-1], count, count)), np.zeros_like(mean)
     for row in range(count):
-        vectors[row] = vector
         following = position * vector
-        diagonal[row] = (vector * following).sum()
-        following -= diagonal[row] * vector
-        following -= beside[row] * last
-        if row % _ORTHOGONAL < 2:
-            earlier = vectors[: row + 1]
-            following -= np.einsum("ij,i->j", earlier, np.einsum("ij,j->i", earlier, following))
-        beside[row + 1] = math.sqrt((following * following).sum())
-        if beside[row + 1] < _ROUNDING:
-            count = row + 1
-            break
-        last, vector = vector, following / beside[row + 1]
-    jacobi = np.diag(diagonal[:count])
-    jacobi[np.arange(1, count), np.arange(count - 1)] = beside[1:count]
+        diagonal = (vector * following).sum(axis=-1, keepdims=True)
+        jacobi[..., row, row] = diagonal[..., 0]
+        jacobi[..., row, row - 1] = beside[..., 0]
+        following -= diagonal * vector
+        following -= beside * last
+        if orthogonal:
+            vectors[..., row, :] = vector
+            if row % _ORTHOGONAL < 2:
+                earlier = vectors[..., : row + 1, :]
+                shares = np.einsum("...ij,...j->...i", earlier, following)
+                following -= np.einsum("...ij,...i->...j", earlier, shares)
+        beside = np.sqrt((following * following).sum(axis=-1, keepdims=True))
+        last, vector = vector, following / np.maximum(beside, _ROUNDING)
     instants, turn = np.linalg.eigh(jacobi)
-    return mean + scale * instants, total * turn[0] ** 2
+    return mean + scale * instants, total * turn[..., 0, :] ** 2
 
 
 def pulse_of(shock: ScaledShock) -> Pulse:
     """Pulse of a scaled shock, in units with the exact A, independent of ``momentum_parameter``."""
-    unit, strength, length = shock.rise_time / MOMENTUM, shock.impulse / MOMENTUM, _length(shock)
-    count = next(count for limit, count in _INSTANTS if length <= limit)
-    short = length <= _MOMENTS
-    s, parts, mean, deviation, known = _discrete(shock.profile, shock.areas.total, count if short else 1)
-    if short:
-        parts = parts * (strength / parts.sum())
-    else:
-        s, parts = gauss(*_strongest(shock.profile, length), count)
-        parts = parts * unit
-    return Pulse((s - mean) * unit, parts, deviation * unit * strength**0.2, known, turns(shock))
+    return pulses_of(shock.alone)[0]
+
+
+def pulses_of(shocks: Shocks) -> list[Pulse]:
+    """Pulses of many shocks; those with equally many impulses are computed together."""
+    scaled = [shocks.shock(index) for index in range(len(shocks))]
+    keys, moments, jobs = [], [], {}
+    for index, shock in enumerate(scaled):
+        length = _length(shock)
+        count = next(count for limit, count in _INSTANTS if length <= limit)
+        moments.append(_moments(shock.profile))
+        # The rule of a short pulse depends on its shape only.
+        keys.append((count, int(shocks.shapes[index]), index if length > _MOMENTS else -1))
+        if keys[-1] not in jobs:
+            jobs[keys[-1]] = _strongest(shock.profile, length) if length > _MOMENTS else _fine_impulses(shock.profile)
+    alone = len(shocks) == 1 and keys[0][-1] < 0
+    rules = {keys[0]: _rule(scaled[0].profile, keys[0][0])} if alone else _rules(jobs)
+    pulses = []
+    for shock, key, (mean, deviation, total) in zip(scaled, keys, moments, strict=True):
+        s, parts = rules[key]
+        unit, strength = shock.rise_time / MOMENTUM, shock.impulse / MOMENTUM
+        parts = parts * (strength / parts.sum() if key[-1] < 0 else unit)
+        known = abs(total / shock.areas.total - 1) <= _MOST_MISSED
+        pulses.append(Pulse((s - mean) * unit, parts, deviation * unit * strength**0.2, known, turns(shock)))
+    return pulses
+
+
+@kept
+def _rule(profile: ShockProfile, count: int) -> tuple[FloatArray, FloatArray]:
+    return gauss(*_fine_impulses(profile), count)
+
+
+_Key = tuple[int, int, int]
+
+
+def _rules(jobs: Mapping[_Key, tuple[FloatArray, FloatArray]]) -> dict[_Key, tuple[FloatArray, FloatArray]]:
+    """Evaluate `gauss` for pulses by keys that begin with the number of impulses to compute."""
+    found: dict[_Key, tuple[FloatArray, FloatArray]] = {}
+    for count in {key[0] for key in jobs}:
+        own = sorted((key for key in jobs if key[0] == count), key=lambda key: jobs[key][0].size)
+        for begin in range(0, len(own), _AT_ONCE):
+            group = own[begin : begin + _AT_ONCE]
+            times, impulses = np.zeros((2, len(group), jobs[group[-1]][0].size))
+            for row, key in enumerate(group):
+                s, parts = jobs[key]
+                times[row], times[row, : s.size], impulses[row, : s.size] = s[-1], s, parts
+            found.update(zip(group, zip(*gauss(times, impulses, count), strict=True), strict=True))
+    return found
 
 
 def _length(shock: ScaledShock) -> float:
@@ -171,25 +210,23 @@ def _strongest(profile: ShockProfile, length: float) -> tuple[FloatArray, FloatA
 
 
 @kept
-def _discrete(profile: ShockProfile, area: float, count: int) -> tuple[FloatArray, FloatArray, float, float, bool]:
-    """Instants s, impulses, mean and standard deviation in s, and whether no impulse is missed.
-
-    Only the number of impulses depends on the duration of the shock, so the result is cached.
-    """
+def _moments(profile: ShockProfile) -> tuple[float, float, float]:
+    """Mean and standard deviation in s, and impulse."""
     s, impulses = _fine_impulses(profile)
     total = float(impulses.sum())
     mean = float((impulses * s).sum()) / total
-    deviation = math.sqrt(max(float((impulses * (s - mean) ** 2).sum()) / total, 0.0))
-    known = abs(total / area - 1) <= _MOST_MISSED
-    return *gauss(s, impulses, count), mean, deviation, known
+    return mean, math.sqrt(max(float((impulses * (s - mean) ** 2).sum()) / total, 0.0)), total
 
 
 def turns(shock: ScaledShock) -> bool:
-    """Whether a shock has several peaks, be it of the force or of its average over a fraction of the wave's time.
+    """Whether a shock has several peaks: of the force, or of its average over a fraction of the wave's time.
 
-    The average decides where the highest force lasts too briefly to matter.
+    The average has several peaks if the highest force lasts too briefly to matter.
     """
-    return _turns(shock.profile, round(min(max(_AVERAGED / _length(shock), 1 / _CELLS), 1) * _CELLS))
+    profile = shock.profile
+    if trusted(profile) and type(profile).__name__ != "Tabulated":
+        return False
+    return _turns(profile, round(min(max(_AVERAGED / _length(shock), 1 / _CELLS), 1) * _CELLS))
 
 
 @kept
@@ -203,6 +240,7 @@ def _turns(profile: ShockProfile, cells: int) -> bool:
     return max(falls.max(initial=0.0), climbs.max()) > _TURNS * blows.max() or reversal(profile) > _TURNS
 
 
+@kept
 def _fine_impulses(profile: ShockProfile) -> tuple[FloatArray, FloatArray]:
     """Many instants s and impulses of a profile; of one with very many parts, exact impulses of equal intervals."""
     edges = np.array(profile.breakpoints, dtype=float)
