@@ -50,6 +50,11 @@ class ScaledShock:
         """Impulse of the whole shock, (a1 + a2) t0/T0."""
         return self.rise_time * self.areas.total
 
+    @property
+    def alone(self) -> Shocks:
+        """This shock only, as `Shocks`."""
+        return Shocks.of([self])
+
     def at(self, time: float) -> tuple[float, float]:
         """Impulse of the shock up to ``time``, and its force at ``time``."""
         s = time / self.rise_time

@@ -69,6 +69,11 @@ _MOST_TOGETHER = 20_000
 _STEP = 1e-5
 
 
+def _array(values: Sequence[float]) -> FloatArray:
+    # attrs inspects the signature of a converter, which takes milliseconds for `numpy.array`
+    return np.array(values)
+
+
 @frozen(eq=False)
 class Law:
     """Coefficients of the law.
@@ -91,10 +96,10 @@ class Law:
     step_limit: float
     reach: float
     terms: Sequence[Sequence[str]]
-    coefficients: FloatArray = field(converter=np.array)
-    spreads: FloatArray = field(converter=np.array)
-    errors: FloatArray = field(converter=np.array)
-    turning_errors: FloatArray = field(converter=np.array)
+    coefficients: FloatArray = field(converter=_array)
+    spreads: FloatArray = field(converter=_array)
+    errors: FloatArray = field(converter=_array)
+    turning_errors: FloatArray = field(converter=_array)
 
     @property
     def width(self) -> float:

@@ -290,7 +290,7 @@ def pieces(halvings: int) -> FloatArray:
 
 def alike(sizes: Indices, most: int) -> Iterator[Indices]:
     """Yield the indices of items of equal size above zero, in groups of about ``most`` elements."""
-    for size in np.unique(sizes[sizes > 0]).tolist():
+    for size in sorted(set(sizes[sizes > 0].tolist())):
         where = np.flatnonzero(sizes == size)
         together = max(1, most // size)
         yield from (where[begin : begin + together] for begin in range(0, len(where), together))

@@ -221,7 +221,7 @@ def _value(document: Document, node: yaml.Node, path: Steps) -> Any:
         return [_value(document, inner, (*path, index)) for index, inner in enumerate(node.value)]
     if isinstance(node, yaml.MappingNode):
         return _mapping(document, node, path)
-    if node.tag == _TEXT and _unprintable(node.value):
+    if node.tag == _TEXT and not node.value.isprintable() and _unprintable(node.value):
         problem = "must be printable text (got the escape sequence of an unprintable character)"
         document.faults.append(document.fault(path, problem))
         return ""

@@ -48,7 +48,7 @@ Indices = npt.NDArray[np.intp]
 def _one(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     """Predict one shock, with the reason for the choice of the method."""
     rtol = settings.rtol or RTOL
-    shocks = Shocks.of([shock])
+    shocks = shock.alone
     peaks = _many(shocks, settings)
     if peaks.failures:
         raise NumericalError(peaks.failures[0])
