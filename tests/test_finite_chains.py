@@ -34,7 +34,8 @@ def test_granules_of_a_short_chain_carry_all_momentum_away(granules: int) -> Non
 def test_waves_of_a_long_finite_chain_are_those_of_an_endless_one() -> None:
     endless = sw.simulate(power(0.5), CHAIN)
     assert finite(300).found == endless.found
-    assert finite(300).waves == endless.waves
+    for one, other in zip(finite(300).waves, endless.waves, strict=True):
+        assert one.peak_force == pytest.approx(other.peak_force, rel=other.error_estimate)
     assert endless.spall_velocities is None
 
 

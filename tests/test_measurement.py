@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import shockwave as sw
-from scenes import CHAIN, FORCE, UNITS
+from scenes import CASE_A, CHAIN, FORCE, UNITS
 from shockwave.measurement.chain_run import ChainRun
 from shockwave.measurement.peak_log import PeakLog
 from shockwave.measurement.waves import Outlook, distance_from_limit
@@ -83,7 +83,7 @@ def test_distance_from_the_limit_covers_the_approach(forces: np.ndarray, distanc
     log = log_of(*((contact, 1.1 * contact, force) for contact, force in enumerate(forces.tolist(), start=30)))
     log.tolerance = 1e-9
     (peak,) = log.at(120)
-    assert len(log.trail(peak, 40)) == 41
+    assert len(log.trail(peak, 40).forces) == 41
     assert distance <= distance_from_limit(peak, log) <= most * distance
 
 
@@ -101,6 +101,22 @@ def test_waves_that_part_slowly_are_within_their_estimates() -> None:
         assert wave.peak_force / FORCE == pytest.approx(limit, rel=wave.error_estimate)
     # not by stating that nothing is known: 5e-6 is what the first four are read to
     assert max(wave.error_estimate or 1.0 for wave in result.waves[:4]) < 5e-6
+
+
+def test_all_waves_have_the_properties_of_the_same_solitary_wave() -> None:
+    first, second = record([0, 2, 12], [0, 1, 0]).waves[:2]
+    ratio = second.peak_force / first.peak_force
+    # the powers of the peak force by which a solitary wave scales; the residual force between the waves is about 1e-5
+    for name, power in {"momentum": 5 / 6, "energy": 5 / 3, "width": -1 / 6, "granule_velocity": 5 / 6}.items():
+        assert getattr(second, name) / getattr(first, name) == pytest.approx(ratio**power, rel=1e-4), name
+
+
+def test_waves_that_have_settled_are_removed_without_an_effect_on_the_others() -> None:
+    # a free end within reach keeps all waves in the chain
+    endless, finite = (sw.simulate(CASE_A, attrs.evolve(CHAIN, granules=n)).waves for n in (None, 400))
+    for one, other in zip(endless, finite, strict=True):
+        assert one.error_estimate is not None
+        assert one.peak_force == pytest.approx(other.peak_force, rel=one.error_estimate)
 
 
 def test_rebound_that_goes_on_when_it_is_read_is_within_its_estimate() -> None:

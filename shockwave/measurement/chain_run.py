@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from attrs import define, field
+from attrs import define, evolve, field
 
+from shockwave.chain.solitary_wave import SPEED
 from shockwave.measurement.course import Course
 from shockwave.measurement.peak_log import Peak, PeakLog, characteristic_time
 from shockwave.measurement.result import MeasuredWave
@@ -20,10 +21,9 @@ from shockwave.simulation.problem import ChainProblem, chain_energy
 #: Least backward velocity of an ejected granule, over the peak velocity of the granules in the leading wave.
 EJECTED = 1e-3
 # Interval at which the waves are examined, in characteristic times.
-_INTERVAL = 4.0
-# Its share of the time: at least, and at most if no wave can have settled before.
-_SHARE = 0.05
-_LONGEST = 0.3
+_INTERVAL = 6.0
+# Its least share of the time.
+_SHARE = 0.12
 # Time for which steps are kept, in characteristic times of the weakest wave: from before until after a wave has passed.
 _KEPT = 2.5 * PASSED
 # Contacts that the front may pass before waves other than the leading one are measured even if they have not settled:
@@ -89,6 +89,8 @@ class ChainRun:
         Bound on the contact forces of collisions in a finite chain after the end of the run.
     log, steps : PeakLog, int
         The peaks of all contacts, and the number of steps.
+    shortened : tuple of (float, int)
+        Times at which the foremost waves were removed, and the numbers of granules that were left.
     measured, end : float
         Times at which the waves and the rebounding granules were known, and at which the run ended.
     """
@@ -109,6 +111,7 @@ class ChainRun:
     work: float = 0.0
     settled: bool = True
     unfollowed_force: float = 0.0
+    shortened: tuple[tuple[float, int], ...] = ()
     measured: float = 0.0
     end: float = 0.0
     _course: Course = field(init=False)
@@ -117,6 +120,8 @@ class ChainRun:
     _recent: list[Stretch] = field(factory=list)
     _ready: dict[int, tuple[Peak, float]] = field(factory=dict)
     _rearmost: int = 0
+    _removed: int = 0
+    _lead: Peak = field(init=False)
     _wait: float = 0.0
     _velocities: list[tuple[float, FloatArray]] = field(factory=list)
 
@@ -146,15 +151,14 @@ class ChainRun:
         self.work = chain_energy(stretch.x[-1], stretch.v[-1])
         self._driven_steps = self.steps
         while not self._has_seen_all(stretch):
-            wait = min(max(_SHARE * stretch.end, self._wait), _LONGEST * stretch.end)
-            stretch = self._advance(stretch.end + max(_INTERVAL, wait))
+            stretch = self._advance(stretch.end + max(_INTERVAL, _SHARE * stretch.end, self._wait))
         # Rounding errors grow when weak waves collide, so everything but the spall is measured now.
         x, v = stretch.x[-1], stretch.v[-1]
         if self._free_end is not None and self.reached_end:
             self.waves = self._at_end(self._free_end)
         self.measured = stretch.end
-        self.momentum = float(np.sum(v))
-        self.energy = chain_energy(x, v)
+        self.momentum += float(np.sum(v))
+        self.energy += chain_energy(x, v)
         ejected = EJECTED * max((wave.granule_velocity for wave in self.waves), default=0.0)
         self.recoils, loose = rebounding(v, ejected)
         since = stretch.end - _LATE * (stretch.end - self.problem.duration)
@@ -203,13 +207,16 @@ class ChainRun:
         """Whether every wave has settled; then they are measured."""
         self._wait = 0.0
         outlook = Outlook(self.log, stretch.end, self.wave_threshold, _NOISE * self.integrator.tolerance)
-        if not outlook.heads:
-            return False
-        front = outlook.heads[0].contact
+        if not self._removed:
+            if not outlook.heads:
+                return False
+            self._lead = outlook.heads[0]
+        front = self._lead.contact + (stretch.end - self._lead.time) * SPEED / characteristic_time(self._lead.force)
         budget = _BUDGET + _BUDGET_RATE * self.problem.duration
         # In order of position: behind a wave that has not settled, a peak can remain constant for a while.
         strong = [wave for wave, head in enumerate(outlook.heads) if head.force >= outlook.least]
-        for place, wave in enumerate(strong):
+        places = dict(enumerate(strong, start=self._removed))
+        for place, wave in places.items():
             force = outlook.heads[wave].force
             # The leading wave may use the longest chain; later waves get the length it needed, or the budget.
             most, allowed = float(self.most_contacts), self.primary_doubt
@@ -218,26 +225,57 @@ class ChainRun:
                 most, allowed = budget, self.later_doubt * math.sqrt(outlook.strongest / force)
             if place in self._ready or front > most:
                 continue
-            if not outlook.passed(wave) or outlook.bound(wave) > allowed:
+            if not outlook.passed(wave).rows or outlook.bound(wave) > allowed:
                 self._wait = outlook.wait(wave, allowed)
+                self._shorten(outlook, strong[: place - self._removed], stretch)
                 return False
             self._ready[place] = self._reading(outlook, wave)
         complete = outlook.is_complete(stretch.x[-1], stretch.v[-1])
         self.settled = complete or front <= budget
         if not complete and self.settled:
+            self._shorten(outlook, strong, stretch)
             return False
-        self.waves = tuple(self._measured(outlook, *each) for each in enumerate(strong) if outlook.passed(each[1]))
+        self._measure(outlook, strong)
         # two heads may belong to the same wave where it has passed
         self.waves = tuple({(wave.contact, wave.arrival_time): wave for wave in self.waves}.values())
-        self._rearmost = outlook.heads[strong[-1]].contact
+        self._rearmost = outlook.heads[strong[-1]].contact if strong else self.log.removed[0]
         return True
+
+    def _shorten(self, outlook: Outlook, settled: list[int], stretch: Stretch) -> None:
+        """Measure the foremost waves, which have settled, and remove them, if the chain is at rest behind them."""
+        near = self.problem.granules is not None and self.problem.granules - self.log.front <= _FARTHEST
+        if not settled or near:
+            return
+        x, v = stretch.x[-1], stretch.v[-1]
+        last = settled[-1]
+        begin = outlook.heads[last + 1].contact if last + 1 < len(outlook.heads) else free_granules(x, v)
+        end = outlook.heads[last].contact - _REACH
+        speed, overlap = outlook.least ** (5 / 6), outlook.least ** (2 / 3)
+        motion = np.maximum(np.abs(v[begin:end]) / speed, np.abs(x[begin:end] - x[begin + 1 : end + 1]) / overlap)
+        if not motion.size or motion.min() > self.later_doubt:
+            return
+        granules = begin + int(motion.argmin()) + 1
+        self._measure(outlook, settled)
+        self._removed += len(settled)
+        self.momentum += float(v[granules:].sum())
+        self.energy += chain_energy(x, v) - chain_energy(x[:granules], v[:granules])
+        self.log.removed = (granules - 1, stretch.end, outlook.strongest)
+        self.shortened += ((stretch.end, granules),)
+        origin = self._course.shorten(granules)
+        self._recent = [evolve(each, x=each.x[:, :granules] - origin, v=each.v[:, :granules]) for each in self._recent]
+
+    def _measure(self, outlook: Outlook, waves: list[int]) -> None:
+        """Measure these waves."""
+        for place, wave in enumerate(waves, start=self._removed):
+            if outlook.passed(wave).rows:
+                self.waves += (self._measured(outlook, place, wave),)
 
     def _reading(self, outlook: Outlook, wave: int) -> tuple[Peak, float]:
         """The peak at which a wave is read, and a bound on its distance from the limit."""
-        peak, doubt = outlook.passed(wave)[0], outlook.bound(wave)
+        peak, doubt = self.log.peak(outlook.passed(wave).rows[0]), outlook.bound(wave)
         # The first wave meets no other, so that its deviation decreases geometrically. Without a bound a wave may still
         # collide with others.
-        return peak, distance_from_limit(peak, self.log) if wave and math.isfinite(doubt) else doubt
+        return peak, distance_from_limit(peak, self.log) if (wave or self._removed) and math.isfinite(doubt) else doubt
 
     def _measured(self, outlook: Outlook, place: int, wave: int) -> MeasuredWave:
         """Measure a wave, in general far beyond the contact where it settled."""
@@ -279,9 +317,9 @@ def rebounding(v: FloatArray, ejected: float) -> tuple[tuple[float, ...], float]
     They extend from the loaded end to the last ejected granule and the granules that follow it backwards. Further on,
     a backward drift is caused by passing waves.
     """
-    last = max(np.flatnonzero(v < -ejected), default=0)
-    forward = np.flatnonzero(v[last:] >= 0)
-    end = last + int(forward[0]) if len(forward) else len(v)
+    last = int(np.append(0, (v < -ejected).nonzero()[0])[-1])
+    forward = v[last:] >= 0
+    end = last + int(forward.argmax()) if forward.any() else len(v)
     region, beyond = v[:end], v[end:]
     loose = float(region[region > 0].sum() - beyond[beyond < 0].sum())
     return tuple(region[region < 0].tolist()), loose

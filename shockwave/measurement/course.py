@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import abc
+import math
+from functools import partial
 from types import ModuleType
 from typing import cast, final
 
@@ -12,7 +14,7 @@ from shockwave.errors import NumericalError
 from shockwave.measurement.peak_log import PeakLog
 from shockwave.progress import progressed
 from shockwave.simulation.integrator import Integrator
-from shockwave.simulation.march import FIRST_WINDOW, Span, Stretch, march, overdue
+from shockwave.simulation.march import FIRST_WINDOW, March, Span, Stretch, overdue
 from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.problem import ChainProblem, Status
 from shockwave.simulation.time_limit import expired
@@ -21,13 +23,12 @@ from shockwave.simulation.time_limit import expired
 _MOST_STEPS = 256
 # Number of granules by which the front may advance in a stretch.
 _ROOM = 128
-# Least number of peaks for which the log has room at the beginning of a stretch.
-_PEAKS = 1024
-# Columns of the state of the compiled code; see `_compiled.c`.
+# The state of the compiled code; see `_compiled.c`.
 _COLUMNS = (
     "now", "size", "until", "stop", "granules", "flying", "flown", "age", "steps", "kept", "evaluations", "peaks",
     "strongest", "ended", "target", "rise_time", "peak_force", "duration", "length", "tolerance",
 )  # fmt: skip
+_STATE = np.dtype([(name, float) for name in _COLUMNS])
 
 
 class Course(abc.ABC):
@@ -50,6 +51,13 @@ class Course(abc.ABC):
     def advance(self, until: float) -> Stretch:
         """Integrate to the end of the first step at or after ``until`` or, in a long stretch, less far."""
 
+    @abc.abstractmethod
+    def shorten(self, granules: int) -> float:
+        """Remove all granules beyond these, after the force has ended; the place of the last one, the new origin.
+
+        Ahead of it the chain is at rest.
+        """
+
     @final
     def advance_to(self, until: float, label: str, total: float) -> Stretch:
         """Integrate to the end of the first step at or after ``until``, and report progress; the last stretch."""
@@ -64,7 +72,8 @@ class _StepByStep(Course):
 
     def __init__(self, problem: ChainProblem, integrator: Integrator) -> None:
         super().__init__(problem, integrator)
-        self._spans = march(problem, integrator)
+        self._march = March.of(problem, integrator)
+        self._spans = self._march.run(math.inf)
 
     def advance(self, until: float) -> Stretch:
         spans: list[Span] = []
@@ -75,47 +84,53 @@ class _StepByStep(Course):
         self.now, self.steps = stretch.end, self.steps + len(spans)
         return stretch
 
+    def shorten(self, granules: int) -> float:
+        self._spans = self._march.run(math.inf)
+        return self._march.shorten(granules)
+
 
 class _Compiled(Course):
     """Course by compiled code, which takes all steps of a stretch in one call."""
 
     def __init__(self, problem: ChainProblem, integrator: Nystroem, kept: bool) -> None:
         super().__init__(problem, integrator)
-        self._state = dict.fromkeys(_COLUMNS, 0.0) | {
-            "size": integrator.first_size(problem.stops[0], None),
-            "until": problem.stops[0],
-            "granules": min(FIRST_WINDOW, problem.granules or FIRST_WINDOW),
-            "rise_time": problem.rise_time,
-            "peak_force": problem.peak_force,
-            "duration": problem.duration,
-            "length": problem.granules or 0,
-            "tolerance": integrator.tolerance,
-        }
-        self._chain = np.zeros((3, 0))
-        self._stops = np.array(problem.stops)
+        self._state = np.zeros((), _STATE)
+        self._state["size"] = integrator.first_size(problem.stops[0], None)
+        self._state["until"] = problem.stops[0]
+        self._state["granules"] = min(FIRST_WINDOW, problem.granules or FIRST_WINDOW)
+        self._state["rise_time"], self._state["peak_force"] = problem.rise_time, problem.peak_force
+        self._state["duration"], self._state["length"] = problem.duration, problem.granules or 0
+        self._state["tolerance"] = integrator.tolerance
+        tables = integrator.tableau.packed, problem.path.rows, problem.path.coefficients, np.array(problem.stops)
+        self._continue = partial(cast(ModuleType, integrator.compiled).march, *tables, self._state)
+        self._chain = np.zeros((3, 2 * _ROOM))
         self._rows = _MOST_STEPS + 1 if kept else 0
 
     def advance(self, until: float) -> Stretch:
-        state, log, path = self._state, self.log, self.problem.path
+        state, log = self._state, self.log
         if self._chain.shape[1] < state["granules"] + _ROOM:
             self._chain = np.concatenate((self._chain, np.zeros((3, 2 * _ROOM))), axis=1)
         capacity = self._chain.shape[1]
-        log.reserve(max(_PEAKS, 4 * capacity), capacity)
+        log.reserve(4 * capacity, capacity)
         times, states = np.empty(self._rows), np.empty((2, self._rows, capacity))
-        begin = state["now"]
-        numbers = np.array(list((state | {"target": until, "peaks": log.count, "strongest": log.strongest}).values()))
-        method = cast(Nystroem, self.integrator)
-        tables = method.tableau.packed, path.rows, path.coefficients, self._stops
-        compiled = cast(ModuleType, method.compiled)
-        compiled.march(*tables, numbers, self._chain, times, *states, log.table, log.last, expired)
-        self._state = state = dict(zip(_COLUMNS, numbers.tolist(), strict=True))
-        log.count, log.strongest = int(state["peaks"]), state["strongest"]
-        self.now, self.steps, method.evaluations = state["now"], int(state["steps"]), int(state["evaluations"])
-        if state["ended"] == Status.RUNNING:
+        begin = self.now
+        state["target"], state["peaks"], state["strongest"] = until, log.count, log.strongest
+        self._continue(self._chain, times, states[0], states[1], log.table, log.last, expired)
+        found = dict(zip(_COLUMNS, state.item(), strict=True))
+        log.count, log.strongest = int(found["peaks"]), found["strongest"]
+        self.now, self.steps, self.integrator.evaluations = found["now"], int(found["steps"]), int(found["evaluations"])
+        if found["ended"] == Status.RUNNING:
             raise overdue(self.now)
-        if state["ended"] == Status.FAILED:
-            raise NumericalError(f"{method.name} cannot step beyond t = {self.now:g} T0")
-        kept, granules = int(state["kept"]), int(state["granules"])
+        if found["ended"] == Status.FAILED:
+            raise NumericalError(f"{self.integrator.name} cannot step beyond t = {self.now:g} T0")
+        kept, granules = int(found["kept"]), int(found["granules"])
         if kept:
-            return Stretch((), times[:kept], *states[:, :kept, :granules])
+            return Stretch((), times[:kept], states[0, :kept, :granules], states[1, :kept, :granules])
         return Stretch((), np.array([begin, self.now]), *self._chain[:2, None, :granules])
+
+    def shorten(self, granules: int) -> float:
+        origin = self._chain.item(0, granules - 1)
+        self._chain[:, granules:] = 0.0
+        self._chain[0, :granules] -= origin
+        self._state["granules"], self._state["until"] = granules, self.now
+        return float(origin)

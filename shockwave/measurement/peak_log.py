@@ -13,6 +13,7 @@ from numpy.polynomial.polynomial import polyder, polyval
 
 from shockwave.numerics import bracketed_root, product
 from shockwave.quadrature import FloatArray
+from shockwave.simulation.integrator import LONGEST_STEP
 from shockwave.simulation.march import Span, Stretch
 
 # Noise floor of a chain at rest: weaker peaks, over the strongest so far, are ignored.
@@ -41,12 +42,13 @@ _FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])
 
 
 class Peak(NamedTuple):
-    """A maximum in time of the force at a contact, counted from 0.
+    """A maximum in time of the force at a contact, counted from 0, and its row in the log.
 
-    ``behind`` is the index of the peak of the same wave at the preceding contact, and ``previous`` that of the
+    ``behind`` is the row of the peak of the same wave at the preceding contact, and ``previous`` that of the
     preceding peak at the same contact; -1 if there is none.
     """
 
+    row: int
     contact: int
     behind: int
     previous: int
@@ -54,7 +56,15 @@ class Peak(NamedTuple):
     force: float
 
 
-_ROW = np.dtype(list(zip(Peak._fields, ("i8", "i8", "i8", "f8", "f8"), strict=True)))
+class Trail(NamedTuple):
+    """Peaks of a wave, latest first: their rows in the log, times and forces."""
+
+    rows: list[int]
+    times: list[float]
+    forces: list[float]
+
+
+_ROW = np.dtype(list(zip(Peak._fields[1:], ("i8", "i8", "i8", "f8", "f8"), strict=True)))
 
 
 @define(eq=False)
@@ -63,11 +73,13 @@ class PeakLog:
 
     ``tolerance`` is the error tolerance of a step. Peaks are located on the integrator's interpolant if a polynomial
     between the ends of the step is less accurate than that; with 0 always. The first ``count`` rows of ``table`` are
-    the peaks, and ``last`` the index of the last peak at each contact.
+    the peaks, and ``last`` the index of the last peak at each contact. ``removed`` are the contact ahead of which waves
+    have been removed from the chain, the time, and the peak force of the strongest of them.
     """
 
     tolerance: float = 0.0
     strongest: float = 0.0
+    removed: tuple[int, float, float] = (0, -math.inf, 0.0)
     count: int = 0
     table: np.ndarray = field(factory=lambda: np.zeros(0, _ROW))
     last: np.ndarray = field(factory=lambda: np.zeros(0, np.int64))
@@ -134,38 +146,42 @@ class PeakLog:
 
     def peak(self, index: int) -> Peak:
         """Peak with this index."""
-        return Peak._make(self.table.item(index))
+        return Peak(index, *self.table.item(index))
 
     def heads(self, now: float, share: float) -> list[Peak]:
         """Foremost peak of every travelling wave, front first, down to ``share`` of the strongest wave.
 
         A peak is a head if the next contact has not had a peak since then but may still have one.
         """
-        recent = np.flatnonzero(self.peaks["time"] >= now - _patience(_FLOOR * self.strongest))
-        peaks = self.table[recent]
-        time, force = peaks["time"], peaks["force"]
+        contact, since, most = self.removed
+        # the log is in the order of time but for the length of a step
+        begin = int(self.peaks["time"].searchsorted(now - _patience(_FLOOR * self.strongest) - LONGEST_STEP))
+        peaks = self.table[begin : self.count]
+        time, force, at = peaks["time"], peaks["force"], peaks["contact"]
         under_way = now - time < 6.0 * np.maximum(force, 1e-30) ** (-1 / 6)
         # Weaker peaks must not hide the wave that has just passed.
-        strong = np.flatnonzero(force >= share * force[under_way].max(initial=0.0))
-        latest = np.full(peaks["contact"].max(initial=-1) + 2, -1)
-        latest[peaks["contact"][strong]] = strong
-        passed = np.where(latest >= 0, np.append(time, 0.0)[latest], -math.inf)
+        strong = (force >= share * force[under_way].max(initial=most)).nonzero()[0]
+        latest = np.full(at.max(initial=-1) + 2, -1)
+        latest[at[strong]] = strong
+        passed = np.append(time, -math.inf)[latest]
+        passed[contact + 1 :][passed[contact + 1 :] <= since] = -math.inf
         head = latest[:-1][passed[:-1] > passed[1:]]
-        return [self.peak(index) for index in recent[head[under_way[head]]][::-1].tolist()]
+        return [self.peak(begin + index) for index in head[under_way[head]][::-1].tolist()]
 
     def top(self) -> Peak:
         """Strongest peak in the log."""
         return self.peak(int(self.peaks["force"].argmax()))
 
-    def trail(self, head: Peak, contacts: int) -> list[Peak]:
+    def trail(self, head: Peak, contacts: int) -> Trail:
         """Peaks of the wave at ``head`` and at the preceding ``contacts``, as far as it can be traced back."""
-        trail = [peak := head]
-        while len(trail) <= contacts and peak.behind >= 0:
-            before, peak = peak.time, self.peak(peak.behind)
-            if before - peak.time > _patience(peak.force):
-                break
-            trail.append(peak)
-        return trail
+        behind, times = self.table["behind"], self.table["time"]
+        trail, longest = Trail([head.row], [head.time], []), _patience(_SAME_WAVE * head.force)
+        index = head.behind
+        while index >= 0 and len(trail.rows) <= contacts and trail.times[-1] - (time := times.item(index)) < longest:
+            trail.rows.append(index)
+            trail.times.append(time)
+            index = behind.item(index)
+        return trail._replace(forces=self.table["force"][trail.rows].tolist())
 
 
 def force_rates(overlap: FloatArray, closing: FloatArray) -> tuple[FloatArray, FloatArray]:

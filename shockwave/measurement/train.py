@@ -116,6 +116,9 @@ def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, 
         )
     coarse = Course.of(problem, setup.integrator(_COARSE), kept=False)
     label = "wave train, run 2 of 2"
+    for when, granules in fine.shortened:
+        coarse.advance_to(when, label, fine.end)
+        coarse.shorten(granules)
     stretch = coarse.advance_to(fine.measured, label, fine.end)
     slowest = EJECTED * max(wave.granule_velocity for wave in fine.waves)
     difference = sum(fine.recoils) - sum(rebounding(stretch.v[-1], slowest)[0])

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from itertools import compress, count, takewhile
+from bisect import bisect
+from itertools import takewhile
+from operator import neg
 
 import numpy as np
 from attrs import define, field
 
 from shockwave.chain.solitary_wave import ENERGY, SPEED
-from shockwave.measurement.peak_log import Peak, PeakLog, characteristic_time, force_rates, powers_between
+from shockwave.measurement.peak_log import Peak, PeakLog, Trail, characteristic_time, force_rates, powers_between
 from shockwave.measurement.result import MeasuredWave
 from shockwave.numerics import product
 from shockwave.quadrature import FloatArray
@@ -88,15 +90,17 @@ class Outlook:
         self._log, self._now, self._noise = log, now, noise
         self.heads = log.heads(now, _FOLLOWED * threshold)
         self.strongest = max((head.force for head in self.heads), default=0.0)
+        self.strongest = max(self.strongest, log.removed[2])
         self.least = threshold * self.strongest
-        self._trails: dict[int, list[Peak]] = {}
+        self._trails: dict[int, Trail] = {}
 
-    def passed(self, wave: int) -> list[Peak]:
+    def passed(self, wave: int) -> Trail:
         """The peaks of a wave from the foremost contact through which all of it has passed, if there is one."""
         if wave not in self._trails:
             trail = self._log.trail(self.heads[wave], 2 * _STRIDE + _STEP + _PASSING)
-            gone = (self._now - peak.time > PASSED * characteristic_time(peak.force) for peak in trail)
-            self._trails[wave] = trail[next(compress(count(), gone), len(trail)) :]
+            latest = self._now - PASSED * characteristic_time(self.heads[wave].force)
+            first = bisect(trail.times, -latest, key=neg)
+            self._trails[wave] = Trail(trail.rows[first:], trail.times[first:], trail.forces[first:])
         return self._trails[wave]
 
     def bound(self, wave: int) -> float:
@@ -110,19 +114,18 @@ class Outlook:
             return math.inf
         for behind in range(wave + 1, len(self.heads)):
             other, most = self.heads[behind].force, _TALLER * force
-            if 2 * other > most and other * (1 + min(_doubt(self.passed(behind), self._noise), 1.0)) > most:
+            if 2 * other > most and other * (1 + min(_doubt(self.passed(behind).forces, self._noise), 1.0)) > most:
                 return math.inf
-        return _doubt(self.passed(wave), self._noise)
+        return _doubt(self.passed(wave).forces, self._noise)
 
     def wait(self, wave: int, allowed: float) -> float:
         """Time that passes at least before the bound of a wave decreases to ``allowed``; 0 if it is not known."""
-        trail = self.passed(wave)
-        contacts = 2 * _STRIDE + 1 - len(trail)
+        trail = self.passed(wave).forces
+        contacts: float = 2 * _STRIDE + _STEP + 1 - len(trail)
         if contacts <= 0:
             doubt, before = _doubt(trail, self._noise), _doubt(trail[_STEP:], self._noise)
-            if not allowed < doubt < before < math.inf:
-                return 0.0
-            contacts = int(_STEP * math.log(doubt / allowed) / math.log(before / doubt))
+            known = allowed < doubt < before < math.inf
+            contacts = min(_STEP * math.log(doubt / allowed) / math.log(before / doubt), _STRIDE) if known else 0
         return contacts * characteristic_time(self.heads[wave].force) / SPEED
 
     def is_complete(self, x: FloatArray, v: FloatArray) -> bool:
@@ -130,19 +133,19 @@ class Outlook:
         weak = (wave for wave, head in enumerate(self.heads) if head.force < self.least)
         if any(self.least <= self.heads[wave].force * (1 + self.bound(wave)) for wave in weak):
             return False
-        return bool(self.heads) and _nothing_to_come(x, v, self.heads[-1].contact, self.least)
+        rearmost = self.heads[-1].contact if self.heads else self._log.removed[0]
+        return _nothing_to_come(x, v, rearmost, self.least)
 
 
-def _doubt(trail: list[Peak], noise: float) -> float:
-    """Bound on the relative deviation of a wave's peak force from its limit, from its last peaks.
+def _doubt(forces: list[float], noise: float) -> float:
+    """Bound on the relative deviation of a wave's peak force from its limit, from its last peak forces.
 
     Far from other waves the deviation decreases geometrically, so that it follows from the variation of the peak force
     over the last contacts and over the preceding ones. The variation must also decrease within the last contacts, to
     exclude waves whose peak force is constant only for a while.
     """
-    if len(trail) <= 2 * _STRIDE:
+    if len(forces) <= 2 * _STRIDE:
         return math.inf
-    forces = [peak.force for peak in trail]
     half = _STRIDE // 2
     recent = _span(forces[: half + 1])
     older = _span(forces[half : _STRIDE + 1])
@@ -162,7 +165,7 @@ def distance_from_limit(peak: Peak, log: PeakLog) -> float:
     give the exponent. If the peaks do not change uniformly, the wave has collided with others or its change reverses:
     it may change again as much as on the last third of its way.
     """
-    forces = np.array([each.force for each in log.trail(peak, max(_FAR, peak.contact // 3))])
+    forces = np.array(log.trail(peak, max(_FAR, peak.contact // 3)).forces)
     whole = float(np.ptp(forces)) / peak.force
     if len(forces) <= 2 * _STRIDE:
         return whole
@@ -239,13 +242,13 @@ class Probe:
         inside = slice(begin, end + 1)
         rise = _crossing(time[begin : top + 1], force[begin : top + 1], peak.force / 2)
         fall = _crossing(time[top : end + 1][::-1], force[top : end + 1][::-1], peak.force / 2)
-        trail = log.trail(peak, _SPEED_BASE)
-        passed = len(trail) - 1
+        arrivals = log.trail(peak, _SPEED_BASE).times
+        passed = len(arrivals) - 1
         return MeasuredWave(
             peak_force=peak.force,
             momentum=float((weight[inside] * force[inside]).sum()),
             energy=float((weight[inside] * force[inside] * velocity[inside]).sum()),
-            speed=passed / (peak.time - trail[-1].time) if passed else None,
+            speed=passed / (peak.time - arrivals[-1]) if passed else None,
             width=fall - rise,
             granule_velocity=_maximum(velocity, powers, sizes, begin + int(np.argmax(velocity[inside]))),
             contact=self.contact,

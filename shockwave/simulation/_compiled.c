@@ -1231,6 +1231,7 @@ static int march_on(March *r)
         if (!lane->driven && lane->t >= lane->until) {
             if (!coast(r)) return 0;
             lane->until = lane->t + INTERVAL_FREE;
+            restart(r);
         }
         size = next_size(lane);
         if (size < lane->until - lane->t) lane->h = (lane->t + size) - lane->t; /* the difference of its ends */

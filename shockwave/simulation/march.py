@@ -89,15 +89,7 @@ def march(problem: ChainProblem, integrator: Integrator, until: float | None = N
     NumericalError
         If the integrator fails.
     """
-    window = min(FIRST_WINDOW, problem.granules or FIRST_WINDOW)
-    course = _Course(problem, integrator, np.zeros(window), np.zeros(window), _Frame(problem))
-    last = math.inf if until is None else until
-    for stop in problem.stops:
-        yield from course.spans(min(stop, last))
-    course.release()
-    while course.time < last:
-        yield from course.coast(last)
-        yield from course.spans(min(course.time + _STRETCH, last))
+    return March.of(problem, integrator).run(math.inf if until is None else until)
 
 
 def free_granules(x: FloatArray, v: FloatArray) -> int:
@@ -145,7 +137,7 @@ class _Frame:
 
 
 @define
-class _Course:
+class March:
     """Current state: ``y``, ``w`` are the integrated positions and velocities."""
 
     problem: ChainProblem
@@ -155,6 +147,33 @@ class _Course:
     frame: _Frame
     time: float = 0.0
     size: float | None = None
+
+    @classmethod
+    def of(cls, problem: ChainProblem, integrator: Integrator) -> March:
+        """The chain at rest."""
+        window = min(FIRST_WINDOW, problem.granules or FIRST_WINDOW)
+        return cls(problem, integrator, np.zeros(window), np.zeros(window), _Frame(problem))
+
+    def run(self, until: float) -> Iterator[Span]:
+        """Steps up to ``until``."""
+        for stop in self.problem.stops:
+            yield from self.spans(min(stop, until))
+        if self.frame.problem is not None:
+            self.release()
+        while self.time < until:
+            yield from self.coast(until)
+            yield from self.spans(min(self.time + _STRETCH, until))
+
+    def shorten(self, granules: int) -> float:
+        """Remove all granules beyond these, after the force has ended; the place of the last one, the new origin.
+
+        Ahead of it the chain is at rest. A new `run` is necessary.
+        """
+        left = granules - len(self.frame.x)
+        origin = self.y.item(left - 1)
+        self.y, self.w = self.y[:left] - origin, self.w[:left]
+        self.frame = _Frame(None, self.frame.time, self.frame.x - origin, self.frame.v)
+        return origin
 
     def release(self) -> None:
         """Integrate true positions from now on: the force has ended, or a granule in free flight has been hit."""
