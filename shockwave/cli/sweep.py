@@ -52,10 +52,6 @@ def sweep(options: argparse.Namespace) -> int:
 
 
 def _sweep(options: argparse.Namespace) -> int:
-    from shockwave.sweep.fork_server import start_server
-
-    if not options.dry_run:
-        start_server(options.executor)
     from tqdm import tqdm
 
     from shockwave.sweep.definition import DEFINITION
