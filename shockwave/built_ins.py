@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-
-from shockwave.hooks import Entry
+from typing import NamedTuple
 
 _PROFILES = "shockwave.profiles"
 _QUADRATURES = "shockwave.quadrature"
@@ -15,6 +14,21 @@ _SCIPY = "shockwave.simulation.scipy_solver"
 _RELATIONS = "relations of section 4 of Hasan & Nemat-Nasser"
 _LAW = "law of moments: peak force from moments of the shock"
 _CHEAPEST = "law of moments, universal curve or simulation: the cheapest within rtol"
+
+
+class Entry(NamedTuple):
+    """A registered object: its ``name``, its ``address`` (``package.module:attribute``) and a ``summary`` in one line.
+
+    ``takes`` lists the settings that it uses, if they differ within its kind: for an integrator ``rtol`` if it is
+    adaptive and ``step`` otherwise; for a model ``alpha`` and ``rtol``, if it uses them. The registry sets
+    ``distribution``.
+    """
+
+    name: str
+    address: str
+    summary: str
+    distribution: str = ""
+    takes: str = ""
 
 
 def _material(row: dict[str, str | float]) -> Entry:

@@ -7,7 +7,6 @@ that a user can correct a file in one go.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from difflib import get_close_matches
 
 from attrs import frozen
 
@@ -104,5 +103,7 @@ def message_of(error: BaseException) -> str:
 
 def nearest(name: str, known: Iterable[str]) -> str:
     """``"did you mean 'x'? "`` for the known name that is most similar to ``name``, or an empty string."""
+    from difflib import get_close_matches  # rarely needed
+
     matches = get_close_matches(str(name), list(known), n=1)
     return f"did you mean {matches[0]!r}? " if matches else ""

@@ -77,6 +77,12 @@ class Quantity:
         return int(value) if self.whole else float(value)
 
 
+# one for all fields, because attrs inspects the signature of each converter
+_CONVERTER: Any = attrs.Converter(
+    lambda value, field: field.metadata[_KEY].checked(field.name, value), takes_field=True
+)
+
+
 def quantity(unit: str, meaning: str, *, default: Any = attrs.NOTHING, **declared: Any) -> Any:
     """An attrs field that holds a checked number.
 
@@ -97,8 +103,7 @@ def quantity(unit: str, meaning: str, *, default: Any = attrs.NOTHING, **declare
         Raised by the constructor of the class, when a value is out of range.
     """
     spec = Quantity(unit, meaning, **{"optional": default is None, **declared})
-    converter: Any = attrs.Converter(lambda value, field: spec.checked(field.name, value), takes_field=True)
-    return attrs.field(default=default, converter=converter, metadata={_KEY: spec})
+    return attrs.field(default=default, converter=_CONVERTER, metadata={_KEY: spec})
 
 
 def quantity_of(attribute: attrs.Attribute[Any]) -> Quantity | None:

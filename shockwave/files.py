@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import secrets
 import stat
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -194,7 +193,7 @@ def replacing(path: Path) -> Iterator[TextIOWrapper]:
     FileAccessError
         When it cannot be written.
     """
-    part = path.with_name(f".shockwave-{secrets.token_hex(8)}.part")
+    part = path.with_name(f".shockwave-{os.urandom(8).hex()}.part")
     try:
         with part.open("x", encoding="utf-8", errors="backslashreplace", newline="") as file:
             yield file

@@ -12,27 +12,12 @@ functions below, marked with `hookimpl`, and must not import slow modules::
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import pluggy
+
+from shockwave.built_ins import Entry as Entry
 
 hookimpl = pluggy.HookimplMarker("shockwave")
 _hookspec = pluggy.HookspecMarker("shockwave")
-
-
-class Entry(NamedTuple):
-    """A registered object: its ``name``, its ``address`` (``package.module:attribute``) and a ``summary`` in one line.
-
-    ``takes`` lists the settings that it uses, if they differ within its kind: for an integrator ``rtol`` if it is
-    adaptive and ``step`` otherwise; for a model ``alpha`` and ``rtol``, if it uses them. The registry sets
-    ``distribution``.
-    """
-
-    name: str
-    address: str
-    summary: str
-    distribution: str = ""
-    takes: str = ""
 
 
 @_hookspec

@@ -19,12 +19,11 @@ from functools import cache
 from itertools import chain
 from typing import Any
 
-import pluggy
 from attrs import evolve, frozen
 
-from shockwave import OWN_DISTRIBUTION, built_ins, hooks
+from shockwave import OWN_DISTRIBUTION, built_ins
+from shockwave.built_ins import Entry
 from shockwave.errors import MOST_NAMES, PluginError, ShockwaveError, UnknownNameError, nearest
-from shockwave.hooks import Entry
 
 #: Kind of an entry -> its name in messages.
 KINDS = {f"{name}s": name for name in ("profile", "integrator", "quadrature", "material", "model")}
@@ -203,6 +202,10 @@ def read(plugin: Plugin) -> Plugin:
 
 def _registered(plugin: Plugin) -> list[tuple[str, Entry]]:
     """Kind and entry of everything that ``plugin`` registers; pluggy checks names and arguments of the hooks."""
+    import pluggy
+
+    from shockwave import hooks
+
     manager = pluggy.PluginManager("shockwave")
     manager.add_hookspecs(hooks)
     manager.register(importlib.import_module(plugin.module))

@@ -18,9 +18,7 @@ from pathlib import Path
 from attrs import frozen
 
 # Characters that HTML does not admit, and those that turn the direction of the text behind them.
-_UNFIT = re.compile(
-    "[^\t\n\x20-\x7e\xa0-\u2029\u202f-\u2065\u206a-\ud7ff\ue000-\ufdcf\ufdf0-\ufffd\U00010000-\U0010fffd]"
-)
+_UNFIT = "[^\t\n\x20-\x7e\xa0-\u2029\u202f-\u2065\u206a-\ud7ff\ue000-\ufdcf\ufdf0-\ufffd\U00010000-\U0010fffd]"
 _PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T", 15: "P"}
 # Columns of a label and of the text's indent in `facts`.
 _LABEL = 20
@@ -245,4 +243,4 @@ def html_of(template: Path, filters: Iterable[Callable[..., object]] = (), **val
 
 def admitted(text: str) -> str:
     """``text`` with a replacement sign for each character that HTML does not admit or that turns its direction."""
-    return _UNFIT.sub("\N{REPLACEMENT CHARACTER}", text)
+    return re.sub(_UNFIT, "\N{REPLACEMENT CHARACTER}", text)

@@ -101,6 +101,7 @@ def command(*arguments: str) -> str:
 HELP = "from shockwave.cli import main\ntry: main(['--help'])\nexcept SystemExit: pass"
 COLUMN = "shockwave.simulation", "shockwave.measurement"
 OUTPUT = "shockwave.benchmark", "shockwave.page", "shockwave.pictures", "matplotlib", "jinja2", "pebble"
+SLOW = "scipy", "pint", "cattrs", "pluggy", "importlib.metadata", "concurrent", "numpy.ma.", "secrets", "tempfile"
 OTHER_PROFILES = tuple(f"shockwave.profiles.{name}" for name in ("exponential", "triangular", "record"))
 
 
@@ -110,8 +111,8 @@ OTHER_PROFILES = tuple(f"shockwave.profiles.{name}" for name in ("exponential", 
         ("import shockwave", ("numpy", "scipy", "attrs", "pint", "yaml", "pluggy")),
         (HELP, ("numpy", "scipy", "pint", "yaml")),
         (command("list"), ("numpy", "scipy", "shockwave.profiles", "shockwave.chain")),
-        (command("predict", SCENE), (*COLUMN, *OTHER_PROFILES, *OUTPUT, "scipy", "shockwave.quadrature.gauss")),
-        (command("simulate", SCENE), OUTPUT),
+        (command("predict", SCENE), (*COLUMN, *OTHER_PROFILES, *OUTPUT, *SLOW, "shockwave.quadrature.gauss")),
+        (command("simulate", SCENE), (*OUTPUT, *SLOW)),
         ("import shockwave.pictures", ("matplotlib",)),
         (f"{IN_PYTHON}sw.simulate(shock, chain, rtol=1e-2)", ("shockwave.prediction",)),
         (f"{IN_PYTHON}sw.Predictor(model='moments').predict(shock, chain)", (*COLUMN, "scipy")),

@@ -220,3 +220,16 @@ def test_notes_on_a_record_are_among_the_warnings() -> None:
     shock = sw.Shock(profile=sw.Tabulated([1.0, 2.0, 4.0], [0.0, 5.0, 0.0]))
     assert shock.profile.notes
     assert set(shock.profile.notes) <= set(sw.Predictor().predict(shock, CHAIN).warnings)
+
+
+def test_shocks_predicted_together_have_the_outcomes_of_single_predictions() -> None:
+    shapes = (sw.Triangular(duration_ratio=3), sw.PowerLaw(rise_exponent=1, decay_exponent=5, duration_ratio=10))
+    shocks = [sw.Shock(profile=shape, peak_force=FORCE, rise_time=time) for shape in shapes for time in (5e-6, 4e-5)]
+    together = sw.Predictor().predict_each(shocks, [CHAIN] * len(shocks))
+    for shock, found in zip(shocks, together, strict=True):
+        assert isinstance(found, sw.Outcome)
+        single = sw.Predictor().predict(shock, CHAIN)
+        assert found.waves == single.waves
+        # the linear algebra of several shocks may round differently
+        assert found.expected_error == pytest.approx(single.expected_error, rel=1e-9)
+        assert attrs.astuple(found.estimate)[:3] == pytest.approx(attrs.astuple(single.estimate)[:3], rel=1e-12)

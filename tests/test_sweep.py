@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -20,6 +21,7 @@ from shockwave.scenario.scene_family import Family
 from shockwave.studies.comparison import compare
 from shockwave.sweep import point_evaluation
 from shockwave.sweep.dry_run import plan_sweep
+from shockwave.sweep.fork_server import start_server
 from shockwave.sweep.report import SweepInterrupt, SweepReport
 from shockwave.sweep.runner import points_of, run_sweep
 
@@ -406,3 +408,9 @@ def test_a_dry_run_reports_finished_and_failed_points(tmp_path: Path) -> None:
     assert "1 of the 2 measured points failed: chain.radius: must give granules a mass" in str(again)
     with pytest.raises(sw.InvalidValueError, match=r"scenario\.simulate\.rtol 0\.0001, now 1e-05"):
         plan_sweep(written(tmp_path, SIMULATE.replace("-4", "-5") + BROKEN), tmp_path / "out")
+
+
+def test_starting_the_server_of_workers_leaves_the_environment_unchanged() -> None:
+    before = dict(os.environ)
+    start_server()
+    assert dict(os.environ) == before

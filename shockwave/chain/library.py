@@ -13,11 +13,11 @@ one; their ``source`` gives the range. If the result depends on these values, me
 from __future__ import annotations
 
 import json
-from importlib import resources
+from pathlib import Path
 
 from shockwave.chain.material import Material
 
-_ROWS = json.loads(resources.files(__package__).joinpath("library.json").read_text(encoding="utf-8"))
+_ROWS = json.loads((Path(__file__).parent / "library.json").read_text(encoding="utf-8"))
 _MATERIALS = {row["name"].upper().replace("-", "_"): Material(**row) for row in _ROWS}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 import io
 import os
@@ -14,13 +15,18 @@ from shockwave.cli.parser import parser
 from shockwave.errors import FileAccessError
 from shockwave.text import on_stdout
 
+# New objects after which garbage is collected: more than a command creates at its start, nearly all of which last.
+_GARBAGE = 50_000
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status; exceptions are reported, not raised."""
+    gc.set_threshold(_GARBAGE)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # characters that the terminal cannot show are no error
             stream.reconfigure(errors="backslashreplace")
-    options = parser().parse_args(arguments)
+    given = sys.argv[1:] if arguments is None else arguments
+    options = parser(given).parse_args(given)
     try:
         registry = _without_plugins() if options.no_plugins else nullcontext()
         with on_stdout(getattr(options, "wide", False)), progress_on_stderr(), registry:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from shockwave import __version__
@@ -169,15 +169,18 @@ _COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
 # fmt: on
 
 
-def parser() -> argparse.ArgumentParser:
-    """Parser of all commands; each sets ``command`` to the address of the function that runs it."""
+def parser(arguments: Sequence[str] = ()) -> argparse.ArgumentParser:
+    """Parser of the command that comes first in ``arguments``; of all commands if none does.
+
+    Each sets ``command`` to the address of the function that runs it.
+    """
     made = argparse.ArgumentParser(
         prog="shockwave", description="Solitary waves in granular chains under shocks.", epilog=_EXITS
     )
     made.add_argument("--version", action="version", version=f"shockwave {__version__}")
     made.add_argument("--no-plugins", **{**_NO_PLUGINS[1], "default": False})
     commands = made.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for name, address, summary, options in _COMMANDS:
+    for name, address, summary, options in [row for row in _COMMANDS if row[0] in arguments[:1]] or _COMMANDS:
         command = commands.add_parser(name, help=summary, description=summary, epilog=_EXITS)
         command.set_defaults(command=address)
         common = [_NO_PLUGINS] if name in _WITHOUT_TABLES else [_NO_PLUGINS, _WIDE]

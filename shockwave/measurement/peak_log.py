@@ -10,9 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from attrs import define, field
 from numpy.polynomial.polynomial import polyder, polyval
-from scipy.optimize import brentq
 
-from shockwave.numerics import product
+from shockwave.numerics import bracketed_root, product
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import LONGEST_STEP
 from shockwave.simulation.march import Span, Stretch
@@ -258,7 +257,7 @@ def _sought(span: Span, contact: int) -> tuple[float, float]:
 
     # Interpolant and step agree up to rounding errors; at an end their signs can differ.
     differ = closing(span.begin) * closing(span.end) < 0
-    time = brentq(closing, span.begin, span.end, xtol=1e-14, rtol=1e-14) if differ else span.end
+    time = bracketed_root(closing, span.begin, span.end, "peak") if differ else span.end
     x, _ = span.at(time)
     return time, float(x[contact] - x[contact + 1])
 

@@ -245,7 +245,7 @@ class SimulationResult:
         """Summary of shock and chain."""
         return Scene.of(self.shock, self.chain)
 
-    @property
+    @cached_property
     def primary(self) -> MeasuredWave:
         """Leading wave at the contact where it was measured."""
         if self.measured is not None:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from threading import Event
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
@@ -21,6 +20,9 @@ from shockwave.progress import progressed
 from shockwave.simulation.primary_search import find_primaries
 from shockwave.simulation.problem import ChainProblem, Primary, Request, Status
 from shockwave.simulation.time_limit import expired, time_limit
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
 
 __all__ = ["immeasurable", "scaled", "setup_of", "simulate", "simulate_many", "simulate_with"]
 
@@ -173,7 +175,7 @@ def simulate_many(
     progressed("simulations", 0, len(scenes))
     # A thread does all the work for its share: while it runs the compiled code, which releases the global interpreter
     # lock, another thread prepares its problems.
-    with ThreadPoolExecutor(threads) if threads > 1 else nullcontext() as pool:
+    with _pool(threads) as pool:
         try:
             for share in (pool.map if pool else map)(lambda share: _simulate(share, setup, interrupted), shares):
                 results += share
@@ -181,6 +183,14 @@ def simulate_many(
         finally:  # after Ctrl-C the other threads stop as well
             interrupted.set()
     return results
+
+
+def _pool(threads: int) -> AbstractContextManager[Executor | None]:
+    if threads == 1:
+        return nullcontext()
+    from concurrent.futures import ThreadPoolExecutor  # a single simulation does not need it
+
+    return ThreadPoolExecutor(threads)
 
 
 def _simulate(scenes: Sequence[tuple[Shock, Chain]], setup: Setup, interrupted: Event | None = None) -> list[_Outcome]:

@@ -83,7 +83,12 @@ def amplification(
     pattern = Shock(profile=profile, peak_force=1.0, rise_time=1.0)
     unit = Scales.of(chain, pattern.peak_force).time
     fine = np.geomspace(ratios[0], ratios[-1], _PREDICTED)
-    outcomes = [predictor.predict(evolve(pattern, rise_time=ratio * unit), chain) for ratio in fine.tolist()]
+    patterns = [evolve(pattern, rise_time=ratio * unit) for ratio in fine.tolist()]
+    outcomes = []
+    for outcome in predictor.predict_each(patterns, [chain] * len(patterns)):
+        if isinstance(outcome, Exception):
+            raise outcome
+        outcomes.append(outcome)
     regime_spans(ax, edges_of(fine, log=True), np.array([outcome.regime for outcome in outcomes]))
     _predictions(ax, fine, outcomes)
     shocks = [evolve(pattern, rise_time=ratio * unit) for ratio in ratios]

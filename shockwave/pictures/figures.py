@@ -104,12 +104,16 @@ def svg(figure: Figure, name: str = "picture", description: str = "") -> str:
         raise InvalidValueError.of("name", f"must be a letter, then letters, digits and hyphens (got {name!r})")
     from matplotlib import rc_context
 
-    figure.draw_without_rendering()  # the layout is final only after a first pass
+    layout = figure.get_layout_engine()
+    if layout is not None:  # otherwise matplotlib draws the figure once more for the layout
+        layout.execute(figure)
+        figure.set_layout_engine("none")
     written = io.StringIO()
     # without a salt, the names of shared shapes differ from run to run
     unsigned = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     with rc_context({"svg.hashsalt": "shockwave", "svg.fonttype": "path"}):
         figure.savefig(written, format="svg", metadata=unsigned, dpi=_DOTS)
+    figure.set_layout_engine(layout)
     text = re.sub(r"\s*<!--.*?-->", "", written.getvalue().partition("<svg ")[2], flags=re.DOTALL)
     # other names differ from run to run, and are removed
     referred = set(re.findall(r'(?:href="|url\()#([^")]+)', text))

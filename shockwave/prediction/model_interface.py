@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Literal
 
 import numpy as np
@@ -53,8 +53,7 @@ class ScaledShock:
     @property
     def alone(self) -> Shocks:
         """This shock only, as `Shocks`."""
-        shape, rise_time = np.zeros(1, dtype=np.intp), np.array([self.rise_time])
-        return Shocks((self.profile,), (self.areas,), shape, rise_time, self.momentum_parameter)
+        return Shocks.of([self])
 
     def at(self, time: float) -> tuple[float, float]:
         """Impulse of the shock up to ``time``, and its force at ``time``."""
@@ -162,6 +161,13 @@ class Shocks:
     shapes: Indices
     rise_times: FloatArray
     momentum_parameter: float
+
+    @classmethod
+    def of(cls, shocks: Sequence[ScaledShock]) -> Shocks:
+        """``shocks`` with the same momentum parameter, each with a shape of its own."""
+        profiles, areas = tuple(one.profile for one in shocks), tuple(one.areas for one in shocks)
+        rise_times = np.array([one.rise_time for one in shocks])
+        return cls(profiles, areas, np.arange(len(shocks)), rise_times, shocks[0].momentum_parameter)
 
     def __len__(self) -> int:
         return len(self.rise_times)

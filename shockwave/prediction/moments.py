@@ -25,8 +25,8 @@ import json
 import math
 from collections.abc import Sequence
 from functools import cache
-from importlib import resources
 from itertools import zip_longest
+from pathlib import Path
 
 import numpy as np
 from attrs import field, frozen
@@ -72,6 +72,11 @@ _MOST_TOGETHER = 20_000
 _STEP = 1e-5
 
 
+def _array(values: Sequence[float]) -> FloatArray:
+    # attrs inspects the signature of a converter, which takes milliseconds for `numpy.array`
+    return np.array(values)
+
+
 @frozen(eq=False)
 class Law:
     """Coefficients of the law.
@@ -94,10 +99,10 @@ class Law:
     step_limit: float
     reach: float
     terms: Sequence[Sequence[str]]
-    coefficients: FloatArray = field(converter=np.array)
-    spreads: FloatArray = field(converter=np.array)
-    errors: FloatArray = field(converter=np.array)
-    turning_errors: FloatArray = field(converter=np.array)
+    coefficients: FloatArray = field(converter=_array)
+    spreads: FloatArray = field(converter=_array)
+    errors: FloatArray = field(converter=_array)
+    turning_errors: FloatArray = field(converter=_array)
 
     @property
     def width(self) -> float:
@@ -137,7 +142,7 @@ class Law:
 @cache
 def moments_law() -> Law:
     """Law from the file of coefficients, read once."""
-    text = resources.files(__package__).joinpath(RESOURCE).read_text(encoding="utf-8")
+    text = (Path(__file__).parent / RESOURCE).read_text(encoding="utf-8")
     return Law(**json.loads(text)["law"])
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache, partial
 from typing import Any, Literal
 
@@ -143,18 +143,61 @@ class Predictor:
         NumericalError
             If a root of the relations for trains is not found, or no method has an answer.
         """
-        scaled = self._scaled(shock, chain)
+        (found,) = self.predict_each([shock], [chain])
+        if isinstance(found, Exception):
+            raise found
+        return found
+
+    def predict_each(self, shocks: Sequence[Shock], chains: Sequence[Chain]) -> list[Outcome | Exception]:
+        """Predict the outcome of each of ``shocks`` on its chain, or return its error; see `predict`.
+
+        The accuracies of all outcomes are computed together, when the first of them is accessed.
+        """
         model = load("models", self.model)
-        with blame("models", model):
-            answer: ScaledAnswer = model(scaled, self._settings)
-        return self._outcome(shock, chain, scaled, answer)
+        scaled: list[ScaledShock] = []
+        answers: list[ScaledAnswer] = []
+        found: list[Outcome | Exception] = []
+        together = cache(lambda: self._ranges(scaled, answers))
+
+        def ranges(index: int) -> list[float]:
+            try:
+                return together()[index]
+            except Exception:  # of one of the shocks
+                return self._ranges([scaled[index]], [answers[index]])[0]
+
+        for shock, chain in zip(shocks, chains, strict=True):
+            try:
+                one = self._scaled(shock, chain)
+                with blame("models", model):
+                    answer: ScaledAnswer = model(one, self._settings)
+            except Exception as error:
+                found.append(error)
+                continue
+            found.append(self._outcome(shock, chain, one, answer, partial(ranges, len(scaled))))
+            scaled.append(one)
+            answers.append(answer)
+        return found
 
     def _scaled(self, shock: Shock, chain: Chain) -> ScaledShock:
         areas = shock.profile.areas(self.quadrature)
         ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
         return ScaledShock(shock.profile, areas, ratio, self._momentum_parameter)
 
-    def _outcome(self, shock: Shock, chain: Chain, scaled: ScaledShock, answer: ScaledAnswer) -> Outcome:
+    def _ranges(self, scaled: Sequence[ScaledShock], answers: Sequence[ScaledAnswer]) -> list[list[float]]:
+        """Estimated amplification with the ends of its range, and range of the relative error, for each shock."""
+        shocks, left = Shocks.of(scaled), iter(answers)
+        found = one_by_one(lambda *_: next(left), shocks, self._settings)
+        ranges: list[list[float]] = np.hstack(expected_errors(found, shocks)).tolist()
+        return ranges
+
+    def _outcome(
+        self,
+        shock: Shock,
+        chain: Chain,
+        scaled: ScaledShock,
+        answer: ScaledAnswer,
+        ranges: Callable[[], Sequence[float]],
+    ) -> Outcome:
         scales = Scales.of(chain, shock.peak_force)
         coefficient = coefficient_of(self.momentum_coefficient)
         unit = SolitaryWave.of(shock.peak_force, chain, coefficient)
@@ -174,7 +217,7 @@ class Predictor:
             "areas": scaled.areas,
             "momentum_coefficient": coefficient,
             "scene": Scene.of(shock, chain),
-            "on_demand": partial(self._accuracy, shock, chain, scaled, answer),
+            "on_demand": partial(self._accuracy, shock, chain, scaled, answer, ranges),
         }
         if answer.ejection is not None:
             return EjectionOutcome(
@@ -187,9 +230,15 @@ class Predictor:
             return TrainOutcome(**common, roots=tuple(root * shock.peak_force for root in answer.roots))
         return SingleOutcome(**common)
 
-    def _accuracy(self, shock: Shock, chain: Chain, scaled: ScaledShock, answer: ScaledAnswer) -> Accuracy[Any, Any]:
-        found = one_by_one(lambda *_: answer, scaled.alone, self._settings)
-        (values,), (error,) = (each.tolist() for each in expected_errors(found, scaled.alone))
+    def _accuracy(
+        self,
+        shock: Shock,
+        chain: Chain,
+        scaled: ScaledShock,
+        answer: ScaledAnswer,
+        ranges: Callable[[], Sequence[float]],
+    ) -> Accuracy[Any, Any]:
+        *values, least, most = ranges()
         peak, low, high = (value * shock.peak_force for value in values)
         problem = "" if chain.granules is None else chain_problem(chain.granules, scaled)
         problem = problem or (unbounded(scaled, shock.peak_force) if math.isnan(peak) else "")
@@ -201,7 +250,7 @@ class Predictor:
         return Accuracy(
             None if problem else Estimate(peak, low, high, method),
             problem or None,
-            None if problem or math.isinf(error[0]) else tuple(error),
+            None if problem or math.isinf(least) else (least, most),
             (*shock.profile.notes, *warnings, *[FIRST_CONTACTS] * (chain.granules is not None)),
         )
 

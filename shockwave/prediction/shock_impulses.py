@@ -273,9 +273,10 @@ def _divided(edges: FloatArray, width: float) -> FloatArray:
 def gauss_legendre(halvings: int, middle: int, outer: int) -> tuple[FloatArray, FloatArray]:
     """Gauss-Legendre nodes and weights on the `pieces` of [0, 1], ``middle`` on wide pieces and ``outer`` on others."""
     edges = pieces(halvings)
+    rule = cache(np.polynomial.legendre.leggauss)
     nodes, weights = [], []
     for begin, width in zip(edges[:-1], np.diff(edges), strict=True):
-        x, own = np.polynomial.legendre.leggauss(middle if width > _MIDDLE else outer)
+        x, own = rule(middle if width > _MIDDLE else outer)
         nodes.append(begin + width * (1 + x) / 2)
         weights.append(width * own / 2)
     return np.concatenate(nodes), np.concatenate(weights)
@@ -291,7 +292,7 @@ def pieces(halvings: int) -> FloatArray:
 
 def alike(sizes: Indices, most: int) -> Iterator[Indices]:
     """Yield the indices of items of equal size above zero, in groups of about ``most`` elements."""
-    for size in np.unique(sizes[sizes > 0]).tolist():
+    for size in sorted(set(sizes[sizes > 0].tolist())):
         where = np.flatnonzero(sizes == size)
         together = max(1, most // size)
         yield from (where[begin : begin + together] for begin in range(0, len(where), together))

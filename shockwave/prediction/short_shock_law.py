@@ -22,7 +22,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from functools import cache
-from importlib import resources
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -127,7 +127,7 @@ class ShortLaw:
 @cache
 def short_law() -> ShortLaw:
     """Law from the file of coefficients, read once."""
-    text = resources.files(__package__).joinpath(RESOURCE).read_text(encoding="utf-8")
+    text = (Path(__file__).parent / RESOURCE).read_text(encoding="utf-8")
     return ShortLaw(**json.loads(text)["law"])
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.profiles.base import Areas, ShockProfile
+from shockwave.profiles.guard import kept
 
 #: A condition holds if its margin is at least -TOLERANCE * n: each row of the paper's Table 2 has one margin of zero.
 TOLERANCE = 1e-9
@@ -45,6 +46,7 @@ def conditions(areas: Areas, duration_ratio: float) -> tuple[Condition, ...]:
     return tuple(Condition(name, text, margin, margin >= -tolerance) for name, text, margin in margins)
 
 
+@kept
 def reversal(profile: ShockProfile) -> float:
     """Largest drop of the force during the rise, or largest increase during the decay, over the peak force.
 
@@ -52,7 +54,7 @@ def reversal(profile: ShockProfile) -> float:
     decay.
     """
     n = profile.duration_ratio
-    points = np.unique(np.concatenate((profile.breakpoints, np.linspace(0, 1, 129), np.linspace(1, n, 129))))
+    points = np.sort(np.concatenate((profile.breakpoints, np.linspace(0, 1, 129), np.linspace(1, n, 129))))
     rise, decay = profile.force(points[points <= 1]), profile.force(points[points >= 1])
     falls = np.maximum.accumulate(rise) - rise
     climbs = decay - np.minimum.accumulate(decay)

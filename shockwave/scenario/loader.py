@@ -213,9 +213,11 @@ class _Loading:
             return ()
 
     def _requires(self, given: Any) -> None:
+        if not given:
+            return
         from importlib.metadata import PackageNotFoundError, version
 
-        for index, name in enumerate(given or ()):
+        for index, name in enumerate(given):
             try:
                 version(name)
             except (PackageNotFoundError, ValueError):

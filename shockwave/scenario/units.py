@@ -17,7 +17,7 @@ _NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?"
 _FACTOR = r"[A-Za-zµμ°%Ω_]{1,30}(?: ?(?:\*\*|\^) ?-?[0-9]{1,2}(?:\.[0-9]{1,2})?|⁻?[¹²³⁴⁵⁶])?"
 _BY = r"(?: ?[*/·] ?| )"
 _TERM = rf"(?:{_FACTOR}|\( ?{_FACTOR}(?:{_BY}{_FACTOR})* ?\))"
-_QUANTITY = re.compile(rf"({_NUMBER}) ?((?:1? ?/ ?)?{_TERM}(?:{_BY}{_TERM})*)?")
+_QUANTITY = rf"({_NUMBER}) ?((?:1? ?/ ?)?{_TERM}(?:{_BY}{_TERM})*)?"
 
 _NAMES = {
     "": "a number, such as 5 or '3 %'",
@@ -76,14 +76,18 @@ def to_si(value: int | float | str, unit: str) -> float:
 
 def _from_text(text: str, unit: str) -> float:
     """Number in ``text``; raises ValueError, with a reason if there is one."""
-    # the pattern must not process a long text
-    match = _QUANTITY.fullmatch(" ".join(text.split())) if len(text) <= _LONGEST else None
-    if match is None:
+    if len(text) > _LONGEST:  # the pattern must not process a long text
         raise ValueError
-    number, of_unit = match.groups()
-    if of_unit is None:
-        return float(number)
+    number, _, of_unit = text.partition(" ")
     usual = _USUAL.get(unit, {}).get(of_unit)
+    if not (usual and re.fullmatch(_NUMBER, number)):  # compiling the long pattern takes milliseconds
+        match = re.fullmatch(_QUANTITY, " ".join(text.split()))
+        if match is None:
+            raise ValueError
+        number, of_unit = match.groups()
+        if of_unit is None:
+            return float(number)
+        usual = _USUAL.get(unit, {}).get(of_unit)
     with localcontext(Context(prec=40)):
         return float(Decimal(number) * (Decimal(usual) if usual else _factor(of_unit, unit)))
 

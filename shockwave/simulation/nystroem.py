@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Sequence
 from fractions import Fraction
-from importlib import resources
+from pathlib import Path
 from types import ModuleType
 from typing import ClassVar
 
@@ -25,7 +25,7 @@ _KINK = 0.03
 _KINK_POWER = 0.4
 #: Exact coefficients by name of the method: nodes ``c``, rows ``a`` of the stages, weights ``b_prime`` of the velocity,
 #: and ``error_b_prime``, their difference from those of the embedded method.
-_EXACT = json.loads(resources.files(__package__).joinpath("tableaux.json").read_text(encoding="utf-8"))
+_EXACT = json.loads((Path(__file__).parent / "tableaux.json").read_text(encoding="utf-8"))
 
 
 @frozen(eq=False)

@@ -11,7 +11,7 @@ import time
 from collections.abc import Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -22,6 +22,8 @@ from shockwave.files import read_bytes
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import simulate_many
 from shockwave.options import SimulateOptions
+from shockwave.prediction.outcome import Outcome
+from shockwave.prediction.predictor import Predictor
 from shockwave.registry import load, plugins
 from shockwave.scenario.block_keys import BLOCKS
 from shockwave.scenario.scenario import Scenario
@@ -34,8 +36,10 @@ from shockwave.sweep.columns import Answer, reads, row
 from shockwave.sweep.definition import SweepDefinition
 from shockwave.sweep.journal import line_of
 
+_T = TypeVar("_T")
 _Found = SimulationResult | BaseException
 _Results = dict[int, _Found]
+_Predicted = Outcome | Exception | None
 # Largest record that is hashed [bytes]; the reader of records has its own limit.
 _MOST_RECORD = 2**28
 # Exceptions of a plugin that let only its point fail.
@@ -86,18 +90,31 @@ class Points:
                 found[index] = error
         if self.sweep.run != "predict":
             found |= self._simulated(scenes)
-        return "".join(self._line(index, scenes.get(index), found.get(index)) for index in indices)
+        predicted = self._predicted(scenes) if self.sweep.run != "simulate" else {}
+        return "".join(
+            self._line(index, scenes.get(index), found.get(index), predicted.get(index)) for index in indices
+        )
 
-    def _line(self, index: int, scene: Scenario | None, found: _Found | None) -> str:
-        """Line of a point; ``found`` is its simulation, if any, or its error."""
+    def _line(self, index: int, scene: Scenario | None, found: _Found | None, predicted: _Predicted) -> str:
+        """Line of a point; ``found`` and ``predicted`` are its results, if any, or their errors."""
         try:
-            if isinstance(found, BaseException):
-                raise found
+            simulated, outcome = _valid(found), _valid(predicted)
             assert scene is not None
-            values = json.dumps(row(self._columns, _answer(self.sweep.run, scene, found)))
+            values = json.dumps(row(self._columns, _answer(scene, outcome, simulated)))
         except _POINT_ERRORS as error:
             return line_of(index, "failed", f'"error": {json.dumps(message_of(error))}')
         return line_of(index, "done", f'"values": {values}')
+
+    def _predicted(self, scenes: Mapping[int, Scenario]) -> dict[int, _Predicted]:
+        """Outcomes by point number; those of the same predictor have their accuracies computed together."""
+        groups: dict[Predictor, list[int]] = {}
+        for index, scene in scenes.items():
+            groups.setdefault(scene.predictor, []).append(index)
+        found: dict[int, _Predicted] = {}
+        for predictor, indices in groups.items():
+            shocks, chains = [scenes[index].shock for index in indices], [scenes[index].chain for index in indices]
+            found |= zip(indices, predictor.predict_each(shocks, chains), strict=True)
+        return found
 
     def _simulated(self, scenes: Mapping[int, Scenario]) -> _Results:
         """Results by point number; scenes with the same options are simulated in one call."""
@@ -124,10 +141,15 @@ class Points:
         return dict(zip(indices, found, strict=True))
 
 
-def _answer(run: str, scene: Scenario, simulated: SimulationResult | None) -> Answer:
+def _valid(result: _T | BaseException) -> _T:
+    if isinstance(result, BaseException):
+        raise result
+    return result
+
+
+def _answer(scene: Scenario, predicted: Outcome | None, simulated: SimulationResult | None) -> Answer:
     characteristic = Scales.of(scene.chain, scene.shock.peak_force).time
     times = scene.shock.rise_time / characteristic, scene.shock.duration / characteristic
-    predicted = scene.predictor.predict(scene.shock, scene.chain) if run != "simulate" else None
     compared = None
     if predicted is not None and simulated is not None:
         compared = beside(predicted, simulated, scene.predictor.equal_tolerance)

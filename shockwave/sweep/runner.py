@@ -18,6 +18,7 @@ from shockwave.files import read_bytes, write_file
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Scenario
 from shockwave.sweep.definition import DEFINITION, SweepDefinition
+from shockwave.sweep.fork_server import start_server
 from shockwave.sweep.journal import NOT_RUN, Journal, line_of
 from shockwave.sweep.point_evaluation import Points, content_of
 from shockwave.sweep.report import SweepInterrupt, SweepReport
@@ -109,6 +110,7 @@ def run_sweep(
         A KeyboardInterrupt, raised after the finished points have been saved.
     """
     begin = time.perf_counter()
+    start_server(executor)
     points = points_of(scenario)
     journal = Journal(Path(folder), len(points.sweep))
     with journal.locked():

@@ -5,7 +5,6 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -19,6 +18,7 @@ from pebble import ProcessExpired, ProcessPool
 
 from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import ShockwaveError, UsageError
+from shockwave.sweep.fork_server import START, start_server
 from shockwave.sweep.point_evaluation import SLICE, run_batch
 
 # Time for a scheduler and its first worker to answer [s].
@@ -112,14 +112,13 @@ def workers_of(executor: Executor | str | None, count: int | None, timeout: floa
 
 # ---------------------------------------------------------------- processes on this machine
 
-_START: Any = multiprocessing.get_context("forkserver" if sys.platform != "win32" else "spawn")
 # Most times that the pool is started again.
 _RENEWALS = 20
 # Time after which the end of a process is reported [s].
 _LATE = 0.3
 
 
-class _Process(_START.Process):  # type: ignore[misc]
+class _Process(START.Process):  # type: ignore[misc]
     """A process whose end is reported late, so that the pool first reads which batch the process had started."""
 
     _end: float | None = None
@@ -146,7 +145,7 @@ class Processes(Workers):
         self.pool = self._start()
 
     def _start(self) -> ProcessPool:
-        context = type(_START)()
+        context = type(START)()
         context.Process = _Process
         return ProcessPool(self.count, initializer=_begin, context=context)
 
@@ -168,9 +167,8 @@ class Processes(Workers):
 
 def _check_start() -> None:
     """Raise a `LostError` if no process starts."""
-    if sys.platform != "win32":
-        _START.set_forkserver_preload(["shockwave.sweep.point_evaluation"])
-    first = _START.Process(target=cores)
+    start_server()
+    first = START.Process(target=cores)
     first.start()
     first.join()
     if first.exitcode != 0:

@@ -1,0 +1,28 @@
+"""The server from which worker processes are forked: it loads their modules while the client plans the sweep."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import sys
+from typing import Any
+
+#: Context in which workers start.
+START: Any = multiprocessing.get_context("forkserver" if sys.platform != "win32" else "spawn")
+# Numbers of threads of the libraries of linear algebra: one, because there is a worker for each core.
+_THREADS = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"), "1")
+
+
+def start_server(executor: object = None) -> None:
+    """Start the server, unless it runs already or ``executor`` needs none; do not wait for it."""
+    if sys.platform != "win32" and executor in (None, "processes"):
+        from multiprocessing import forkserver
+
+        START.set_forkserver_preload(["shockwave.sweep.workers"])
+        added = _THREADS.keys() - os.environ.keys()
+        os.environ.update({name: _THREADS[name] for name in added})
+        try:
+            forkserver.ensure_running()
+        finally:
+            for name in added:
+                del os.environ[name]
