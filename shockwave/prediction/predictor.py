@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from functools import cache, partial
+from functools import cache, cached_property, partial
 from typing import Any, Literal
 
 import numpy as np
@@ -157,14 +157,7 @@ class Predictor:
         scaled: list[ScaledShock] = []
         answers: list[ScaledAnswer] = []
         found: list[Outcome | Exception] = []
-        together = cache(lambda: self._ranges(scaled, answers))
-
-        def ranges(index: int) -> list[float]:
-            try:
-                return together()[index]
-            except Exception:  # of one of the shocks
-                return self._ranges([scaled[index]], [answers[index]])[0]
-
+        ranges = _Ranges(scaled, answers, self._settings)
         for shock, chain in zip(shocks, chains, strict=True):
             try:
                 one = self._scaled(shock, chain)
@@ -182,13 +175,6 @@ class Predictor:
         areas = shock.profile.areas(self.quadrature)
         ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
         return ScaledShock(shock.profile, areas, ratio, self._momentum_parameter)
-
-    def _ranges(self, scaled: Sequence[ScaledShock], answers: Sequence[ScaledAnswer]) -> list[list[float]]:
-        """Estimated amplification with the ends of its range, and range of the relative error, for each shock."""
-        shocks, left = Shocks.of(scaled), iter(answers)
-        found = one_by_one(lambda *_: next(left), shocks, self._settings)
-        ranges: list[list[float]] = np.hstack(expected_errors(found, shocks)).tolist()
-        return ranges
 
     def _outcome(
         self,
@@ -329,6 +315,34 @@ class Predictor:
     @property
     def _momentum_parameter(self) -> float:
         return MOMENTUM * coefficient_of(self.momentum_coefficient) / EXACT_COEFFICIENT
+
+
+@frozen(eq=False, slots=False)
+class _Ranges:
+    """Estimated amplifications with the ends of their ranges, and ranges of the relative errors, of several shocks.
+
+    They are computed together, when the first of them is needed.
+    """
+
+    scaled: list[ScaledShock]
+    answers: list[ScaledAnswer]
+    settings: Settings
+
+    def __call__(self, index: int) -> list[float]:
+        try:
+            return self._together[index]
+        except Exception:  # of one of the shocks
+            return self._of(slice(index, index + 1))[0]
+
+    @cached_property
+    def _together(self) -> list[list[float]]:
+        return self._of(slice(None))
+
+    def _of(self, part: slice) -> list[list[float]]:
+        shocks, left = Shocks.of(self.scaled[part]), iter(self.answers[part])
+        found = one_by_one(lambda *_: next(left), shocks, self.settings)
+        ranges: list[list[float]] = np.hstack(expected_errors(found, shocks)).tolist()
+        return ranges
 
 
 def _accuracies(
