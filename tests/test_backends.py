@@ -19,6 +19,7 @@ from shockwave.cli import main
 from shockwave.measurement.course import Course
 from shockwave.measurement.simulation_setup import setup_of
 from shockwave.simulation import backend
+from shockwave.simulation.march import free_granules
 from shockwave.simulation.nystroem import Rkn86
 from shockwave.simulation.primary_search import find_primaries
 from shockwave.simulation.problem import ChainProblem, Status
@@ -228,3 +229,16 @@ def test_inconsistent_arguments_are_refused(name: str) -> None:
     exec(change)
     with pytest.raises((ValueError, TypeError, BufferError)):
         getattr(backend.compiled, function)(*a)
+
+
+@pytest.mark.parametrize("compiled", [None, pytest.param(backend.compiled, marks=compiled_alone)])
+def test_a_chain_of_granules_in_free_flight_can_be_shortened(compiled: Any) -> None:
+    problem = ChainProblem(sw.PowerLaw(rise_exponent=0.5, decay_exponent=1, duration_ratio=3), 0.1, 10.0)
+    course = Course.of(problem, Rkn86(compiled=compiled))
+    stretch = course.advance_to(60.0, "", 60.0)
+    flying = free_granules(stretch.x[-1], stretch.v[-1])
+    assert flying > 10
+    course.shorten(flying)
+    after = course.advance_to(70.0, "", 70.0)
+    # rounding of positions of order 10
+    assert after.v[-1][:flying] == pytest.approx(stretch.v[-1][:flying], abs=1e-12)

@@ -132,5 +132,8 @@ class _Compiled(Course):
         origin = self._chain.item(0, granules - 1)
         self._chain[:, granules:] = 0.0
         self._chain[0, :granules] -= origin
+        if granules - self._state["flying"] < 2:  # granules in free flight remain, and are integrated again
+            self._state["flying"] = 0
+            self._chain[2] = 0.0
         self._state["granules"], self._state["until"] = granules, self.now
         return float(origin)

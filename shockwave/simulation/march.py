@@ -169,6 +169,8 @@ class March:
 
         Ahead of it the chain is at rest. A new `run` is necessary.
         """
+        if granules - len(self.frame.x) < 2:  # granules in free flight remain
+            self.release()
         left = granules - len(self.frame.x)
         origin = self.y.item(left - 1)
         self.y, self.w = self.y[:left] - origin, self.w[:left]
