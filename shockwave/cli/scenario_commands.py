@@ -206,7 +206,7 @@ relation, waves: predicted / simulated (/ published)"""
 
 
 def _table(rows: Sequence[_Row], results: Sequence[Any], legend: str) -> str:
-    header = max(map(list, rows), key=len)
+    header = list(dict.fromkeys(name for row in sorted(rows, key=len, reverse=True) for name in row))
     cells = [[row.get(name, "-") for name in header] for row in rows]
     failed = any(_FAILS in cell for row in rows for cell in row.values())
     spare = [name for name in _SPARE if name in header and not (failed and name == "(3)")]
@@ -249,6 +249,7 @@ def _simulation_row(result: SimulationResult) -> _Row:
     error = result.error_estimate
     return {
         "scenario": result.scenario or "-",
+        **_greatest_cell(result),
         "peak force": si(result.peak_force, "N", error=error),
         "error": f"{error:.0e}",
         "amplification": si(result.amplification, "", error=error),
@@ -263,6 +264,7 @@ def _comparison_row(both: Comparison) -> _Row:
     published = both.published
     row = {
         "scenario": predicted.scenario or "-",
+        **_greatest_cell(simulated),
         "simulated": si(simulated.peak_force, "N", error=simulated.error_estimate),
         **_estimate_cells(predicted),
         predicted.model: si(predicted.peak_force, "N", error=predicted.shown_error),
@@ -280,6 +282,14 @@ def _comparison_row(both: Comparison) -> _Row:
         row["published error"] = "-" if published.error is None else f"{published.error:.1%}"
         row["published t0"] = _virtual_rise_time(published, 1e-3)
     return row
+
+
+def _greatest_cell(result: SimulationResult) -> _Row:
+    """The greatest contact force of a finite chain if it exceeds the leading wave."""
+    from shockwave.measurement.result_text import greatest_text
+
+    text = greatest_text(result)
+    return {"greatest force": text.partition(" at ")[0]} if text else {}
 
 
 def _wave_count(result: SimulationResult) -> str:

@@ -369,7 +369,8 @@ class SimulationResult:
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``simulate --json``: SI floats, no NaN."""
         train = self.options.waves == "train"
-        ends = {name: plain(getattr(self, name)) if train else None for name in _ENDS}
+        known = train and self.recoil_error < self.applied_momentum
+        ends = {name: plain(getattr(self, name)) if known else None for name in _ENDS}
         return {
             "scenario": self.scenario,
             "peak_force": self.peak_force,

@@ -71,7 +71,8 @@ def result_answer(result: SimulationResult) -> Iterator[tuple[str, str]]:
     yield "waves", f"{count} {'wave' if count == 1 else 'waves'} {threshold}"
     ejected = result.ejected_granules
     granules = f"{ejected} granule" if ejected == 1 else f"{ejected} granules"
-    yield "rebounding", f"{granules} ejected, momentum {_rebound(result)}"
+    known = result.recoil_error < result.applied_momentum
+    yield "rebounding", f"{granules} ejected, momentum {_rebound(result)}" if known else "not known"
     spalls = result.spall_velocities
     if spalls is not None:
         fastest = f", the last granule at {si(spalls[0], 'm/s')}" if spalls else ""

@@ -26,7 +26,7 @@ _GRANULES_PER_TIME = 5
 #: Warning for finite chains.
 FIRST_CONTACTS = (
     "The greatest force in the chain can exceed that of the leading wave: at the first contacts by 19 % after a short "
-    "shock, and by more after several blows. A simulation gives it."
+    "shock, and by more after several blows or if the shock outlasts the passage of the wave. A simulation gives it."
 )
 
 
@@ -82,7 +82,7 @@ def chain_problem(granules: int, shock: ScaledShock) -> str:
     if turns(shock):
         return f"{where} the waves of several peaks may not separate; simulate"
     needed = math.ceil(_GRANULES + _GRANULES_PER_TIME * shock.duration)
-    return f"{where} the leading wave does not form (it needs {needed} granules); simulate" * (granules < needed)
+    return f"{where} the leading wave may not form (it needs {needed} granules); simulate" * (granules < needed)
 
 
 def unbounded(shock: ScaledShock, force: float) -> str:

@@ -311,8 +311,8 @@ def _decision(outcome: Outcome) -> Iterator[tuple[str, str]]:
     elif outcome.estimate is None or outcome.estimate.method != outcome.method:
         peak = f"peak force {si(outcome.peak_force, 'N', error=error)}"
         holds = all(condition.holds for condition in outcome.conditions)
-        expected = f"{peak}, expected error {range_text(outcome.expected_error)}"
-        yield outcome.model, expected if holds else alarm(f"does not hold here: {peak}, error not known")
+        fails = f"does not hold here, nor do its regime, relation and waves: {peak}, error not known"
+        yield outcome.model, f"{peak}, expected error {range_text(outcome.expected_error)}" if holds else alarm(fails)
     ratio = f"{outcome.amplification:.{significant_digits(outcome.amplification, error)}g}"
     waves = _LONE if outcome.regime == "train" and count == 1 else _REGIMES[outcome.regime].format(count=count)
     yield "regime", f"{outcome.regime}: {waves}"
