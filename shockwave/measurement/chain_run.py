@@ -289,7 +289,8 @@ class ChainRun:
         probe = Probe(peak.contact, self.problem)
         for stretch in self._recent:
             probe.observe(stretch)
-        return probe.wave(peak, self.log, min(distance, before + abs(peak.force / settled.force - 1)))
+        doubt = min(distance, before + abs(peak.force / settled.force - 1))
+        return probe.wave(peak, self.log.following(peak), self.log, doubt)
 
     def _is_spent(self, stretch: Stretch) -> bool:
         """Whether nothing more can leave a finite chain: its granules move apart, or have had enough steps to."""
@@ -313,7 +314,8 @@ class ChainRun:
         # The peak itself is the result. A slow force can limit both runs to the longest step, so that their difference
         # does not show the step error.
         doubt = self.integrator.tolerance
-        return tuple(end.wave(peak, self.log, doubt) for peak in peaks if peak.force >= least)
+        followed = zip(peaks, [*(peak.time for peak in peaks[1:]), math.inf], strict=True)
+        return tuple(end.wave(peak, following, self.log, doubt) for peak, following in followed if peak.force >= least)
 
 
 def rebounding(v: FloatArray, ejected: float) -> tuple[tuple[float, ...], float]:

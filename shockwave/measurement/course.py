@@ -107,6 +107,8 @@ class _Compiled(Course):
         self._rows = _MOST_STEPS + 1 if kept else 0
 
     def advance(self, until: float) -> Stretch:
+        if expired():
+            raise overdue(self.now)
         state, log = self._state, self.log
         if self._chain.shape[1] < state["granules"] + _ROOM:
             self._chain = np.concatenate((self._chain, np.zeros((3, 2 * _ROOM))), axis=1)

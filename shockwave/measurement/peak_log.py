@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from typing import NamedTuple
 
 import numpy as np
@@ -107,6 +107,11 @@ class PeakLog:
         while index >= 0:
             yield (peak := self.peak(index))
             index = peak.previous
+
+    def following(self, peak: Peak) -> float:
+        """Time of the next peak at the contact of ``peak``; infinite if there is none."""
+        later = takewhile(lambda other: other.time > peak.time, self.at(peak.contact))
+        return min((other.time for other in later), default=math.inf)
 
     def observe(self, stretch: Stretch) -> None:
         """Log the maxima within ``stretch``."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from bisect import bisect
-from itertools import takewhile
 from operator import neg
 
 import numpy as np
@@ -226,15 +225,15 @@ class Probe:
         self._times.append(stretch.times[known:])
         self._states.append(states)
 
-    def wave(self, peak: Peak, log: PeakLog, doubt: float) -> MeasuredWave:
+    def wave(self, peak: Peak, following: float, log: PeakLog, doubt: float) -> MeasuredWave:
         """Measure the wave with the maximum ``peak``, between the force minima before and after it, in scaled units.
 
-        ``doubt`` is the bound on the relative deviation of its peak force from the limit.
+        ``following`` is the time of the next peak at the contact, or infinite. ``doubt`` is the bound on the relative
+        deviation of its peak force from the limit.
         """
         reach = 2 * PASSED * characteristic_time(peak.force)
-        later = [other.time for other in takewhile(lambda other: other.time > peak.time, log.at(self.contact))]
         before = max(log.peak(peak.previous).time if peak.previous >= 0 else 0.0, peak.time - reach)
-        after = min([*later, peak.time + reach])
+        after = min(following, peak.time + reach)
         time, force, velocity, weight, powers, sizes = self._samples(before, after)
         top = int(np.argmin(np.abs(time - peak.time)))
         left, right = int(np.searchsorted(time, before)), int(np.searchsorted(time, after))

@@ -11,6 +11,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from shockwave.prediction.model_interface import Peaks, ScaledShock, Settings, Shocks
 from shockwave.prediction.moments import FARTHEST, peaks
@@ -51,7 +52,7 @@ def expected_errors(found: Peaks, shocks: Shocks) -> tuple[FloatArray, FloatArra
     numpy.ndarray, shape (shocks, 2)
         Lowest and highest relative error; infinite if they are unknown.
     """
-    own, errors = found.states_error & np.isfinite(found.high), np.stack((found.low, found.high), axis=1)
+    own, errors = found.states_error & _bounded(found), np.stack((found.low, found.high), axis=1)
     if own.all():
         return _ranges(found), errors
     law, shapes = peaks(shocks, Settings()), zip(shocks.areas, shocks.profiles, strict=True)
@@ -65,7 +66,13 @@ def expected_errors(found: Peaks, shocks: Shocks) -> tuple[FloatArray, FloatArra
 def _ranges(found: Peaks) -> FloatArray:
     """Amplifications and the ends of their ranges, shape (shocks, 3)."""
     bounds = np.stack((np.zeros(len(found.high)), found.high, found.low))
-    return np.where(np.isfinite(found.high), found.amplification / (1 + bounds), np.nan).T
+    with np.errstate(divide="ignore"):
+        return np.where(_bounded(found), found.amplification / (1 + bounds), np.nan).T
+
+
+def _bounded(found: Peaks) -> npt.NDArray[np.bool_]:
+    """Whether the stated errors bound the peak forces."""
+    return np.isfinite(found.high) & (found.low > -1)
 
 
 def violations(checked: Sequence[Condition]) -> str:

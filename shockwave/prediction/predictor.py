@@ -329,14 +329,15 @@ class _Ranges:
     settings: Settings
 
     def __call__(self, index: int) -> list[float]:
-        try:
-            return self._together[index]
-        except Exception:  # of one of the shocks
-            return self._of(slice(index, index + 1))[0]
+        return self._together[index] if self._together else self._of(slice(index, index + 1))[0]
 
     @cached_property
     def _together(self) -> list[list[float]]:
-        return self._of(slice(None))
+        """All ranges; empty if those of one shock cannot be computed."""
+        try:
+            return self._of(slice(None))
+        except Exception:
+            return []
 
     def _of(self, part: slice) -> list[list[float]]:
         shocks, left = Shocks.of(self.scaled[part]), iter(self.answers[part])

@@ -440,14 +440,14 @@ static double applied(Lane *lane, double t, double h)
 }
 
 /* Computes the peak at local contact j of lane l by repeated steps, from the state before a step of size h to the time
-   at which the contact stops closing; the last shift is at most `near` and is made by a parabola. The domain of
-   dependence of a step is one granule per stage, so a part of the window is sufficient. */
+   at which the contact stops closing, by Newton's method with bisections; the last shift is at most `near` and is made
+   by a parabola. The domain of dependence of a step is one granule per stage, so a part of the window is sufficient. */
 static int read_peak(const Method *m, Window *w, Window *part, Lane *lane, int l, long j, double h, double share,
                      double near, double *time, double *force)
 {
     const long first = j > m->stages ? j - m->stages : 0, rows = j - first + m->stages + 2, at = j - first;
     const long n = (rows + BLOCK - 1) / BLOCK * BLOCK;
-    double step[BLOCK], worst[BLOCK], shift[MAX_STAGES * BLOCK] = {0}, g = 0, impulse = 0, d = 0, v, a, left;
+    double step[BLOCK], worst[BLOCK], shift[MAX_STAGES * BLOCK] = {0}, g = 0, impulse = 0, d, v, a, left, low = 0, high = 1.5;
     long r;
     int i, turn;
     if (!make_room(part, n)) return 0;
@@ -458,7 +458,7 @@ static int read_peak(const Method *m, Window *w, Window *part, Lane *lane, int l
         part->v[r] = inside ? w->v[e] : 0;
         part->k[0][r] = inside ? w->k[0][e] : 0;
     }
-    for (turn = 0; turn < 6; turn++) {
+    for (turn = 0; turn < 60; turn++) {
         for (i = 0; i < BLOCK; i++) step[i] = share * h;
         if (lane->driven && first == 0)
             for (i = 1; i < m->stages; i++) {
@@ -474,16 +474,17 @@ static int read_peak(const Method *m, Window *w, Window *part, Lane *lane, int l
         a = (at > 0 ? contact_force(part, part->x1, at - 1, 0) : 0) + contact_force(part, part->x1, at + 1, 0)
             - 2 * overlap_force(d);
         if (lane->driven && j == 0) a += applied(lane, lane->t + share * h, h);
-        if (!(a < 0)) break;
-        left = -v / a;
+        left = a < 0 ? -v / a : h;
         *time = lane->t + share * h + left;
         *force = overlap_force(d + 0.5 * v * left);
         if (fabs(left) < near) return 1;
+        *time = lane->t + share * h;
+        *force = overlap_force(d);
+        if (v > 0) low = share;
+        else high = share;
         share += left / h;
-        if (!(share > 0 && share < 1.5)) break;
+        if (!(share > low && share < high)) share = (low + (low < 1 && high > 1 ? 1 : high)) / 2;
     }
-    *time = lane->t + share * h;
-    *force = overlap_force(d);
     return 1;
 }
 

@@ -283,14 +283,15 @@ class _Window:
     def _read_peak(self, j: int, size: float, share: float) -> Passage:
         """Compute the peak by repeated steps from the previous state to the time at which the contact stops closing.
 
-        The domain of dependence of a step is one granule per stage, so a part of the window is sufficient.
+        That time is found by Newton's method with bisections. The domain of dependence of a step is one granule per stage, so a part of the window is sufficient.
         """
         stages = len(self.method.tableau.nodes) + 1
         first, last = max(j - stages, 0), j + stages + 2
         x, v, a = (array[first:last] for array in (self.x, self.v, self.a))
         at = j - first
         driven = self.driven and first == 0
-        for _ in range(6):
+        low, high = 0.0, 1.5
+        for _ in range(60):
             part = share * size
             time = self.time + part
             force = _Force(self.problem.free if driven else None, time, time)
@@ -304,14 +305,13 @@ class _Window:
             slope = (hertz(overlaps[at - 1]) if at else 0.0) + hertz(overlaps[at + 1]) - 2 * hertz(overlaps[at])
             if driven and j == 0:
                 slope += self._applied_force(time, size)
-            if not slope < 0:
-                break
-            left = -closing / slope
+            left = -closing / slope if slope < 0 else size
             if abs(left) < 1e-4:
                 return Passage(self.base + j, time + left, hertz(overlaps[at] + 0.5 * closing * left))
+            low, high = (share, high) if closing > 0 else (low, share)
             share += left / size
-            if not 0 < share < 1.5:
-                break
+            if not low < share < high:
+                share = (low + (1.0 if low < 1 < high else high)) / 2
         return Passage(self.base + j, time, hertz(overlaps[at]))
 
     def _applied_force(self, time: float, size: float) -> float:
