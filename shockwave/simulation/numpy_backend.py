@@ -283,7 +283,8 @@ class _Window:
     def _read_peak(self, j: int, size: float, share: float) -> Passage:
         """Compute the peak by repeated steps from the previous state to the time at which the contact stops closing.
 
-        That time is found by Newton's method with bisections. The domain of dependence of a step is one granule per stage, so a part of the window is sufficient.
+        That time is found by Newton's method with bisections. The domain of dependence of a step is one granule per
+        stage, so a part of the window is sufficient.
         """
         stages = len(self.method.tableau.nodes) + 1
         first, last = max(j - stages, 0), j + stages + 2
