@@ -36,6 +36,10 @@ _UNSETTLED = 0.1
 _DEFECTS = 2.0
 # Contribution of the step tolerance to this estimate; the sum of both covered the error of 98 % of 400 shocks.
 _TOLERANCE_SHARE = 0.3
+# The same for records, at whose kinks the errors can cancel in the energy defect.
+_RECORD_SHARE = 5.0
+# Largest number of breakpoints of a smooth rise and a smooth decay.
+_SMOOTH = 3
 # Relative rounding error of a simulation.
 _ROUNDING = 2e-13
 # Relative rounding error of a float.
@@ -307,7 +311,8 @@ def _error(primary: Primary, request: Request) -> float:
     """Relative error estimate of the peak force."""
     # The position of the first granule is the difference of the free-particle displacement and the chain's reaction.
     rounding = _ROUNDING + _EPSILON * primary.free_path
-    control = _DEFECTS * primary.energy_defect + _TOLERANCE_SHARE * request.tolerance
+    share = _TOLERANCE_SHARE if len(request.problem.profile.breakpoints) <= _SMOOTH else _RECORD_SHARE
+    control = _DEFECTS * primary.energy_defect + share * request.tolerance
     return primary.doubt + control + request.problem.path.error + rounding
 
 
