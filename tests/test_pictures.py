@@ -291,3 +291,12 @@ REFUSED: dict[str, Any] = {
 def test_invalid_sizes_files_and_data_are_refused(ax: Axes, message: str) -> None:
     with pytest.raises(sw.ShockwaveError, match=f"^{message}"):
         REFUSED[message](ax)
+
+
+def test_a_figure_gives_the_same_element_until_it_is_changed() -> None:
+    figure, (ax,) = pictures.figure()
+    ax.plot([0, 1])
+    first, again = pictures.svg(figure), pictures.svg(figure)
+    ax.set_title("two\nlines")
+    assert first == again
+    assert pictures.svg(figure) != again

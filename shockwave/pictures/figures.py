@@ -105,15 +105,16 @@ def svg(figure: Figure, name: str = "picture", description: str = "") -> str:
     from matplotlib import rc_context
 
     layout = figure.get_layout_engine()
-    if layout is not None:  # otherwise matplotlib draws the figure once more for the layout
+    if layout is not None and figure.stale:  # a second layout of the same figure would shift its axes slightly
         layout.execute(figure)
-        figure.set_layout_engine("none")
+    figure.set_layout_engine("none")  # otherwise matplotlib draws the figure once more for the layout
     written = io.StringIO()
     # without a salt, the names of shared shapes differ from run to run
     unsigned = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     with rc_context({"svg.hashsalt": "shockwave", "svg.fonttype": "path"}):
         figure.savefig(written, format="svg", metadata=unsigned, dpi=_DOTS)
     figure.set_layout_engine(layout)
+    figure.stale = False
     text = re.sub(r"\s*<!--.*?-->", "", written.getvalue().partition("<svg ")[2], flags=re.DOTALL)
     # other names differ from run to run, and are removed
     referred = set(re.findall(r'(?:href="|url\()#([^")]+)', text))

@@ -89,8 +89,8 @@ def _ramp(rate: float, s: FloatArray) -> FloatArray:
 @lru_cache(maxsize=_MOST_KEPT)
 def _ramp_at(rate: float, s: float, integrals: int) -> float:
     """`_ramp` at one s, integrated 0, 1 or 2 times from 0 to s."""
-    power = s ** (1 + integrals) * math.exp(min(rate, 0.0) - min(rate * s, 0.0))
-    return power * _phi(rate * s, integrals) / _phi(rate, 0)
+    shape = s ** (1 + integrals) * (_phi(rate * s, integrals) / _phi(rate, 0))
+    return shape * math.exp(min(rate, 0.0) - min(rate * s, 0.0))  # last, as it may be near underflow
 
 
 def _phi(x: float, order: int) -> float:
