@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from shockwave.pictures.figures import SMALL
+from shockwave.pictures.figures import POINTS, SMALL
 from shockwave.text import si
 
 if TYPE_CHECKING:
@@ -46,6 +46,8 @@ _LEGEND: dict[str, Any] = {
     "columnspacing": 1.2,
     "fontsize": SMALL,
     "frameon": False,
+    "handlelength": 2.0,
+    "handletextpad": 0.8,
 }
 # Most points of a drawn line or area.
 _MOST_POINTS = 800
@@ -101,11 +103,19 @@ def finish(ax: Axes, x: tuple[str, str], y: tuple[str, str], legend: bool = True
 
 def add_legend(ax: Axes, entries: Iterable[Any]) -> None:
     """Add a legend above the axes, in as many columns as fit."""
-    handles = list(entries)
-    for columns in range(len(handles), 0, -1):
-        legend = ax.legend(handles=handles, ncols=columns, **_LEGEND)
-        if legend.get_window_extent().width <= ax.bbox.width:
-            return
+    from matplotlib.cbook import is_math_text
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
+
+    handles, font, figure = list(entries), FontProperties(size=SMALL), ax.get_figure()
+    if not handles or figure is None:
+        return
+    labels = [str(handle.get_label()) for handle in handles]
+    texts = [text_to_path.get_text_width_height_descent(label, font, is_math_text(label))[0] for label in labels]
+    widths = np.array(texts) + SMALL * (_LEGEND["handlelength"] + _LEGEND["handletextpad"] + _LEGEND["columnspacing"])
+    room = POINTS * ax.bbox.width / figure.dpi + SMALL * _LEGEND["columnspacing"]
+    fitting = (n for n in range(len(handles), 1, -1) if sum(map(max, np.array_split(widths, n))) <= room)
+    ax.legend(handles=handles, ncols=next(fitting, 1), **_LEGEND)
 
 
 def colour_scale(ax: Axes, drawn: Any, name: str, unit: str = "", **options: Any) -> Any:
