@@ -35,7 +35,7 @@ _SIMULATED = 41
 # Number of predictions; regime borders are drawn halfway between two of them.
 _PREDICTED = 241
 # Predictions from one value of the expected range to the next.
-_EVERY = 4
+_EVERY = 8
 # Points of a universal curve.
 _CURVE_POINTS = 600
 # Least rise time, as a fraction of the longest one of a curve.

@@ -51,6 +51,7 @@ _LEGEND: dict[str, Any] = {
 }
 # Most points of a drawn line or area.
 _MOST_POINTS = 800
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _SHADES = {"ejection": "#FFFFFF", "single": "#D0D0D0", "train": "#F1F1F1"}
 # Least width of a labelled regime, as a fraction of the axis.
 _NARROW = 0.12
@@ -65,6 +66,11 @@ def style(index: int, marked: bool = False) -> dict[str, Any]:
     """Return colour, line style and, if it is ``marked``, marker of one line among others."""
     marker = MARKERS[index % len(MARKERS)] if marked else ""
     return {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)], "marker": marker}
+
+
+def power_of_ten(exponent: int) -> str:
+    """Return 10 to this power with a raised exponent."""
+    return "10" + str(exponent).translate(_RAISED)
 
 
 def literal(text: str) -> str:
@@ -84,6 +90,8 @@ def label_axis(ax: Axes, axis: Literal["x", "y"], name: str, unit: str = "") -> 
     if few:
         chosen.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         chosen.set_minor_formatter(NullFormatter())
+    elif logarithmic:  # a formula for each tick would take longer than the rest of the axis
+        chosen.set_major_formatter(FuncFormatter(lambda value, _: power_of_ten(round(math.log10(value)))))
     if few or (unit and not logarithmic):
         largest = max(abs(low), abs(high))
         number, _, unit = si_label(largest, unit, 9).partition(" ")
