@@ -19,7 +19,12 @@ from shockwave.sweep.fork_server import START, start_server
 from shockwave.text import alarm, limits, si, strong, table
 
 # Modules that are loaded once, before the processes of the cases are forked.
-_MODULES = (__name__, "shockwave.simulation.scipy_solver")
+_MODULES = (
+    __name__,
+    "shockwave.measurement.train",
+    "shockwave.profiles.free_path",
+    "shockwave.simulation.scipy_solver",
+)
 # Relative uncertainty of the time of a single run.
 _SINGLE = 0.3
 
