@@ -115,6 +115,8 @@ class Tabulated(ShockProfile):
     _assumed: tuple[str, ...] = attrs.field(init=False, repr=False, eq=False, default=())
 
     def __attrs_post_init__(self) -> None:
+        if not isinstance(self.clean, bool):
+            raise InvalidValueError.of("clean", f"must be True or False (got {text_of(self.clean)})")
         pulse = pulse_of(self.times, self.forces, self.duration_ratio, self.clean)
         object.__setattr__(self, "_pulse", pulse)
         object.__setattr__(self, "duration_ratio", float(pulse.knots[-1]))
