@@ -92,11 +92,15 @@ class Setup:
         """Requested relative error, or a substitute for a fixed-step method."""
         return self.options.rtol or _FIXED_RTOL
 
+    def rtol_of(self, problem: ChainProblem) -> float:
+        """Relative error for the search of a problem; that of a long shock is small enough to separate its waves."""
+        return min(self.rtol, _LONG_RTOL) if problem.is_long else self.rtol
+
     def request(
         self, problem: ChainProblem, decades: int = 0, contacts: tuple[int, ...] = (), patient: bool = False
     ) -> Request:
         """Make the request to the search for the leading wave, with a tolerance smaller by this number of decades."""
-        rtol = min(self.rtol, _LONG_RTOL) if problem.is_long else self.rtol
+        rtol = self.rtol_of(problem)
         tighter = _TIGHTER**decades
         if problem.rises_again:
             # Such a leading wave is examined late, when its changes are as small as the step errors.
