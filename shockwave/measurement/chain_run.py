@@ -188,6 +188,16 @@ class ChainRun:
         granules = self.problem.granules
         return granules is not None and self.log.front >= granules - 1 - _REACH
 
+    @property
+    def compared(self) -> tuple[float, FloatArray]:
+        """Time at which a coarser run is compared with this one, and the velocities of the granules.
+
+        The errors of the steps grow in proportion to the time, so that half of the time is sufficient. In a finite
+        chain they also grow in collisions, until the end.
+        """
+        middle = (self.problem.duration + self.measured) / 2 if self.problem.granules is None else self.measured
+        return next(each for each in self._velocities if each[0] >= middle)
+
     def _advance(self, until: float) -> Stretch:
         """Integrate to ``until``; the last stretch."""
         while True:

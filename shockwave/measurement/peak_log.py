@@ -188,6 +188,17 @@ class PeakLog:
             index = behind.item(index)
         return trail._replace(forces=self.table["force"][trail.rows].tolist())
 
+    def traced(self, waves: list[tuple[int, float]], since: float) -> list[Peak]:
+        """Earliest peaks after ``since`` of the waves that have peaks at these contacts and times, or these peaks."""
+        behind, times = self.peaks["behind"].tolist(), self.peaks["time"].tolist()
+        earliest = []
+        for contact, time in waves:
+            index = next(peak.row for peak in self.at(contact) if peak.time == time)
+            while (before := behind[index]) >= 0 and times[before] >= since:
+                index = before
+            earliest.append(self.peak(index))
+        return earliest
+
 
 def force_rates(overlap: FloatArray, closing: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Contact forces d^(3/2) and their rates of change, from overlaps d and their rates of change ``closing``."""

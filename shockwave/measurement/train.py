@@ -11,9 +11,10 @@ from shockwave.chain.chain import Scales
 from shockwave.errors import NumericalError
 from shockwave.measurement.chain_run import EJECTED, ChainRun, rebounding
 from shockwave.measurement.course import Course
-from shockwave.measurement.peak_log import PeakLog
+from shockwave.measurement.peak_log import Peak, PeakLog
 from shockwave.measurement.result import ContactPeak, Cost, MeasuredWave, SimulationResult, Train
 from shockwave.measurement.simulation_setup import Setup, immeasurable, scaled, setup_of
+from shockwave.simulation.integrator import LONGEST_STEP
 from shockwave.simulation.problem import ChainProblem, Primary, Status
 from shockwave.text import si
 
@@ -103,7 +104,7 @@ def measure_primary(
 
 
 def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, ChainRun]:
-    """Measure the train; a second, coarser run shows the step errors. The train, and the first run."""
+    """Measure the train; a second, coarser run of half the time shows the step errors. The train, and the first run."""
     begin = time.perf_counter()
     most = int(_MOST_CONTACTS + _MOST_RATE * problem.duration)
     first, later = (max(min(share * setup.rtol, _MOST_DOUBT), _LEAST_DOUBT) for share in (_PRIMARY_DOUBT, _LATER_DOUBT))
@@ -114,19 +115,25 @@ def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, 
             f"no wave formed within {most} contacts: the shock is too slow for its peak force"
             " (shorten the shock, or increase its peak force)"
         )
-    coarse = Course.of(problem, setup.integrator(_COARSE), kept=False)
-    label = "wave train, run 2 of 2"
-    for when, granules in fine.shortened:
-        coarse.advance_to(when, label, fine.end)
-        coarse.shorten(granules)
-    stretch = coarse.advance_to(fine.measured, label, fine.end)
     slowest = EJECTED * max(wave.granule_velocity for wave in fine.waves)
-    difference = sum(fine.recoils) - sum(rebounding(stretch.v[-1], slowest)[0])
-    coarse.advance_to(fine.end, label, fine.end)
-    waves = _waves(fine, coarse.log, scales)
+    compared, velocities = fine.compared
+    traced = fine.log.traced([(wave.contact, wave.arrival_time) for wave in fine.waves], compared)
+    coarse = Course.of(problem, setup.integrator(_COARSE), kept=False)
+    # granules of a finite chain may collide until the end
+    end = fine.end if problem.granules else max(compared, *(peak.time + LONGEST_STEP for peak in traced))
+    difference = 0.0
+    for until, granules in sorted([(compared, 0), *fine.shortened, (end, 0)]):
+        if until > end:
+            break
+        stretch = coarse.advance_to(until, "wave train, run 2 of 2", end)
+        if granules:
+            coarse.shorten(granules)
+        elif until == compared:
+            difference = sum(rebounding(velocities, slowest)[0]) - sum(rebounding(stretch.v[-1], slowest)[0])
+    waves = _waves(fine, traced, coarse.log, scales)
     ejected = EJECTED * waves[0].granule_velocity
     recoil = sum(fine.recoils)
-    error = abs(difference) + fine.unfinished_recoil + fine.integrator.tolerance * fine.momentum
+    error = abs(difference) * fine.measured / compared + fine.unfinished_recoil + fine.integrator.tolerance * fine.momentum
     velocities = [velocity * scales.velocity for velocity in fine.recoils]
     warnings: tuple[str, ...] = ()
     settled = fine.settled and all(wave.error_estimate is not None for wave in waves)
@@ -172,17 +179,17 @@ def _energy_error(fine: ChainRun) -> float:
     return 0.6 * abs(fine.energy / fine.work - 1) if fine.work else 0.0
 
 
-def _waves(fine: ChainRun, coarse: PeakLog, scales: Scales) -> tuple[MeasuredWave, ...]:
+def _waves(fine: ChainRun, traced: list[Peak], coarse: PeakLog, scales: Scales) -> tuple[MeasuredWave, ...]:
     """Waves of the fine run, strongest first, in SI units.
 
-    The error estimate of each is the sum of the difference of the two runs at its contact, its own bound, the energy
-    defect, and the tolerance of a step.
+    The error estimate of each is the sum of the difference of the two runs at an earlier peak of the wave, ``traced``,
+    in proportion to the time, its own bound, the energy defect, and the tolerance of a step.
     """
     waves = []
     strongest = max(wave.peak_force for wave in fine.waves)
-    for wave in fine.waves:
-        same = min(coarse.at(wave.contact), key=lambda peak: abs(peak.time - wave.arrival_time), default=None)
-        difference = 1.0 if same is None else abs(same.force / wave.peak_force - 1)
+    for wave, peak in zip(fine.waves, traced, strict=True):
+        same = min(coarse.at(peak.contact), key=lambda other: abs(other.time - peak.time), default=None)
+        difference = 1.0 if same is None else abs(same.force / peak.force - 1) * wave.arrival_time / peak.time
         # errors of a step are larger relative to weak waves; the difference may vanish by chance
         step = fine.integrator.tolerance * math.sqrt(strongest / wave.peak_force)
         error = difference + (wave.error_estimate or 0.0) + _energy_error(fine) + step + _ROUNDING
