@@ -21,8 +21,11 @@ from shockwave.simulation.time_limit import expired
 
 # Largest number of steps of a stretch.
 _MOST_STEPS = 256
-# Number of granules by which the front may advance in a stretch.
-_ROOM = 128
+# Number of granules by which the window may grow in a stretch: a constant, and a number for each characteristic time, of
+# at most so many. Memory that is not used is not free, since the states at all steps have this number of granules.
+_ROOM = 32
+_ROOM_RATE = 1.1
+_ROOM_TIME = 200.0
 # The state of the compiled code; see `_compiled.c`.
 _COLUMNS = (
     "now", "size", "until", "stop", "granules", "flying", "flown", "age", "steps", "kept", "evaluations", "peaks",
@@ -103,21 +106,23 @@ class _Compiled(Course):
         self._state["tolerance"] = integrator.tolerance
         tables = integrator.tableau.packed, problem.path.rows, problem.path.coefficients, np.array(problem.stops)
         self._continue = partial(cast(ModuleType, integrator.compiled).march, *tables, self._state)
-        self._chain = np.zeros((3, 2 * _ROOM))
+        self._chain = np.zeros((3, int(self._state["granules"])))
         self._rows = _MOST_STEPS + 1 if kept else 0
 
     def advance(self, until: float) -> Stretch:
         if expired():
             raise overdue(self.now)
         state, log = self._state, self.log
-        if self._chain.shape[1] < state["granules"] + _ROOM:
-            self._chain = np.concatenate((self._chain, np.zeros((3, 2 * _ROOM))), axis=1)
-        capacity = self._chain.shape[1]
+        granules = int(state["granules"])
+        capacity = granules + _ROOM + int(_ROOM_RATE * min(until - self.now, _ROOM_TIME))
+        chain = np.zeros((3, capacity))
+        chain[:, :granules] = self._chain[:, :granules]
+        self._chain = chain
         log.reserve(4 * capacity, capacity)
         times, states = np.empty(self._rows), np.empty((2, self._rows, capacity))
         begin = self.now
         state["target"], state["peaks"], state["strongest"] = until, log.count, log.strongest
-        self._continue(self._chain, times, states[0], states[1], log.table, log.last, expired)
+        self._continue(chain, times, states[0], states[1], log.table, log.last, expired)
         found = dict(zip(_COLUMNS, state.item(), strict=True))
         log.count, log.strongest = int(found["peaks"]), found["strongest"]
         self.now, self.steps, self.integrator.evaluations = found["now"], int(found["steps"]), int(found["evaluations"])

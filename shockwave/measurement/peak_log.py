@@ -87,7 +87,9 @@ class PeakLog:
     def reserve(self, peaks: int, contacts: int) -> None:
         """Make room for so many more peaks, and for so many contacts."""
         if self.count + peaks > len(self.table):
-            self.table = np.concatenate((self.peaks, np.empty(self.count + 2 * peaks, _ROW)))
+            table = np.empty(2 * (self.count + peaks), _ROW)
+            table[: self.count] = self.peaks
+            self.table = table
         if contacts > len(self.last):
             self.last = np.concatenate((self.last, np.full(contacts, -1)))
 
