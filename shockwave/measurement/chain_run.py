@@ -23,12 +23,12 @@ EJECTED = 1e-3
 # Interval at which the waves are examined, in characteristic times.
 _INTERVAL = 6.0
 # Its least share of the time.
-_SHARE = 0.12
+_SHARE = 0.2
 # Time for which steps are kept, in characteristic times of the weakest wave: from before until after a wave has passed.
 _KEPT = 2.5 * PASSED
 # Contacts that the front may pass before waves other than the leading one are measured even if they have not settled:
 # a constant, and a number for each characteristic time of the duration of the shock.
-_BUDGET = 150.0
+_BUDGET = 160.0
 _BUDGET_RATE = 6.0
 # Scatter of peak forces over the error tolerance of a step.
 _NOISE = 30.0
@@ -126,6 +126,7 @@ class ChainRun:
     _removed: int = 0
     _lead: Peak = field(init=False)
     _wait: float = 0.0
+    _left: float = math.inf
     _velocities: list[tuple[float, FloatArray]] = field(factory=list)
 
     def __attrs_post_init__(self) -> None:
@@ -154,7 +155,8 @@ class ChainRun:
         self.work = chain_energy(stretch.x[-1], stretch.v[-1])
         self._driven_steps = self.steps
         while not self._has_seen_all(stretch):
-            stretch = self._advance(stretch.end + max(_INTERVAL, _SHARE * stretch.end, self._wait))
+            interval = max(_INTERVAL, _SHARE * stretch.end, self._wait)
+            stretch = self._advance(stretch.end + min(interval, self._left))
         # Rounding errors grow when weak waves collide, so everything but the spall is measured now.
         x, v = stretch.x[-1], stretch.v[-1]
         if self._free_end is not None and self.reached_end:
@@ -218,14 +220,17 @@ class ChainRun:
 
     def _judge(self, stretch: Stretch) -> bool:
         """Whether every wave has settled; then they are measured."""
-        self._wait = 0.0
+        self._wait, self._left = 0.0, math.inf
         outlook = Outlook(self.log, stretch.end, self.wave_threshold, _NOISE * self.integrator.tolerance)
         if not self._removed:
             if not outlook.heads:
                 return False
             self._lead = outlook.heads[0]
-        front = self._lead.contact + (stretch.end - self._lead.time) * SPEED / characteristic_time(self._lead.force)
+        speed = SPEED / characteristic_time(self._lead.force)
+        front = self._lead.contact + (stretch.end - self._lead.time) * speed
         budget = _BUDGET + _BUDGET_RATE * self.problem.duration
+        if front <= budget:
+            self._left = (budget + 1 - front) / speed
         # In order of position: behind a wave that has not settled, a peak can remain constant for a while.
         strong = [wave for wave, head in enumerate(outlook.heads) if head.force >= outlook.least]
         places = dict(enumerate(strong, start=self._removed))

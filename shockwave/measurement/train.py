@@ -43,7 +43,8 @@ def train_of(result: SimulationResult) -> Train:
     if result.options.timeout is None and (reason := immeasurable(problem)):
         return _primary_alone(result, f"The train is not integrated, because {reason}.")
     try:
-        train, _ = _train(problem, scales, setup_of(result.options))
+        # the search for the leading wave is more accurate than the runs for all waves
+        train, _ = _train(problem, scales, setup_of(result.options), _LATER_DOUBT)
     except NumericalError as error:
         return _primary_alone(result, f"The train could not be measured: {error}.")
     strongest, *others = train.waves
@@ -54,7 +55,6 @@ def train_of(result: SimulationResult) -> Train:
             " estimates: neither is known to better than this. A smaller rtol may remove the difference."
         )
         return evolve(train, warnings=(*train.warnings, warning))
-    # The search for the leading wave is more accurate than the runs for all waves.
     primary = evolve(strongest, peak_force=result.peak_force, error_estimate=result.error_estimate)
     return evolve(train, waves=(primary, *others))
 
@@ -72,7 +72,7 @@ def measure_primary(
     problem: ChainProblem, scales: Scales, setup: Setup
 ) -> tuple[Primary, float, Train, tuple[str, ...]]:
     """Leading wave that the search does not find, with its error estimate, the train and warnings."""
-    train, fine = _train(problem, scales, setup)
+    train, fine = _train(problem, scales, setup, _PRIMARY_DOUBT)
     strongest = max(fine.waves, key=lambda wave: wave.peak_force)
     primary = Primary(
         status=Status.KNOWN,
@@ -103,11 +103,14 @@ def measure_primary(
     return primary, 1.0 if error is None else error, train, warnings
 
 
-def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, ChainRun]:
-    """Measure the train; a second, coarser run of half the time shows the step errors. The train, and the first run."""
+def _train(problem: ChainProblem, scales: Scales, setup: Setup, share: float) -> tuple[Train, ChainRun]:
+    """Measure the train; a second, coarser run of half the time shows the step errors. The train, and the first run.
+
+    ``share`` is the allowed deviation of the leading wave from its limit, over the tolerance.
+    """
     begin = time.perf_counter()
     most = int(_MOST_CONTACTS + _MOST_RATE * problem.duration)
-    first, later = (max(min(share * setup.rtol, _MOST_DOUBT), _LEAST_DOUBT) for share in (_PRIMARY_DOUBT, _LATER_DOUBT))
+    first, later = (max(min(each * setup.rtol, _MOST_DOUBT), _LEAST_DOUBT) for each in (share, _LATER_DOUBT))
     arguments = (setup.options.wave_threshold, first, later, most)
     fine = ChainRun(problem, setup.integrator(), *arguments, "wave train, run 1 of 2").finished()
     if not fine.waves:

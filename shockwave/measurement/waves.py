@@ -21,6 +21,8 @@ from shockwave.simulation.problem import ChainProblem, contact_energies
 _STRIDE = 10
 # Number of contacts that give the rate at which a bound decreases.
 _STEP = 5
+# Largest fraction of the contacts passed so far for which the decrease of a bound is extrapolated.
+_AHEAD = 0.4
 # Number of contacts, from its head backwards, that a wave may still be passing.
 _PASSING = 10
 #: Time in which the tail of a wave of peak force 1 passes: 3.5 widths of 1.56 characteristic times.
@@ -92,11 +94,13 @@ class Outlook:
         self.strongest = max(self.strongest, log.removed[2])
         self.least = threshold * self.strongest
         self._trails: dict[int, Trail] = {}
+        self._length: dict[int, int] = {}
 
     def passed(self, wave: int) -> Trail:
         """The peaks of a wave from the foremost contact through which all of it has passed, if there is one."""
         if wave not in self._trails:
             trail = self._log.trail(self.heads[wave], 2 * _STRIDE + _STEP + _PASSING)
+            self._length[wave] = len(trail.rows)
             latest = self._now - PASSED * characteristic_time(self.heads[wave].force)
             first = bisect(trail.times, -latest, key=neg)
             self._trails[wave] = Trail(trail.rows[first:], trail.times[first:], trail.forces[first:])
@@ -119,12 +123,16 @@ class Outlook:
 
     def wait(self, wave: int, allowed: float) -> float:
         """Time that passes at least before the bound of a wave decreases to ``allowed``; 0 if it is not known."""
-        trail = self.passed(wave).forces
-        contacts: float = 2 * _STRIDE + _STEP + 1 - len(trail)
+        trail = self.passed(wave)
+        contacts = 2 * _STRIDE + _STEP + 1 - float(len(trail.rows))
+        if not trail.rows:  # all of the wave passes a contact later
+            contacts += PASSED * SPEED - self._length[wave]
         if contacts <= 0:
-            doubt, before = _doubt(trail, self._noise), _doubt(trail[_STEP:], self._noise)
-            known = allowed < doubt < before < math.inf
-            contacts = min(_STEP * math.log(doubt / allowed) / math.log(before / doubt), _STRIDE) if known else 0
+            doubt, before = _doubt(trail.forces, self._noise), _doubt(trail.forces[_STEP:], self._noise)
+            if not allowed < doubt < before < math.inf:
+                return 0.0
+            contacts = _STEP * math.log(doubt / allowed) / math.log(before / doubt)
+            contacts = min(contacts, max(_STRIDE, _AHEAD * self.heads[wave].contact))
         return contacts * characteristic_time(self.heads[wave].force) / SPEED
 
     def is_complete(self, x: FloatArray, v: FloatArray) -> bool:
