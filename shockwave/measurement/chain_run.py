@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from attrs import define, evolve, field
+from attrs import define, field
 
 from shockwave.chain.solitary_wave import SPEED
 from shockwave.measurement.course import Course
 from shockwave.measurement.peak_log import Peak, PeakLog, characteristic_time
 from shockwave.measurement.result import MeasuredWave
-from shockwave.measurement.waves import PASSED, Outlook, Probe, distance_from_limit
+from shockwave.measurement.waves import PASSED, Outlook, Probe, Transit, distance_from_limit, measured
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Integrator
@@ -120,7 +120,8 @@ class ChainRun:
     _course: Course = field(init=False)
     _driven_steps: int = 0
     _free_end: Probe | None = None
-    _recent: list[Stretch] = field(factory=list)
+    _recent: list[tuple[Stretch, float]] = field(factory=list)
+    _transits: list[Transit] = field(factory=list)
     _ready: dict[int, tuple[Peak, float]] = field(factory=dict)
     _rearmost: int = 0
     _removed: int = 0
@@ -133,7 +134,7 @@ class ChainRun:
         self._course = Course.of(self.problem, self.integrator)
         if self.problem.granules is not None:
             last = self.problem.granules - 2
-            self._free_end = Probe(max(last - _REACH, last // 2), self.problem)
+            self._free_end = Probe(max(last - _REACH, last // 2))
 
     @property
     def log(self) -> PeakLog:
@@ -160,7 +161,10 @@ class ChainRun:
         # Rounding errors grow when weak waves collide, so everything but the spall is measured now.
         x, v = stretch.x[-1], stretch.v[-1]
         if self._free_end is not None and self.reached_end:
-            self.waves = self._at_end(self._free_end)
+            self._transits = self._at_end(self._free_end)
+        # two heads may belong to the same wave where it has passed
+        transits = {(each.peak.contact, each.peak.time): each for each in self._transits}
+        self.waves = measured(list(transits.values()), self.problem)
         self.measured = stretch.end
         self.momentum += float(np.sum(v))
         self.energy += chain_energy(x, v)
@@ -206,8 +210,8 @@ class ChainRun:
             stretch = self._course.advance(until)
             progressed(self.label, int(stretch.end), None)
             oldest = stretch.end - _KEPT * characteristic_time(self.wave_threshold * self.log.strongest)
-            self._recent = [each for each in self._recent if each.end > oldest]
-            self._recent.append(stretch)
+            self._recent = [(each, origin) for each, origin in self._recent if each.end > oldest]
+            self._recent.append((stretch, 0.0))
             if self._free_end is not None:
                 self._free_end.observe(stretch)
             if stretch.end >= until:
@@ -254,8 +258,6 @@ class ChainRun:
             self._shorten(outlook, strong, stretch)
             return False
         self._measure(outlook, strong)
-        # two heads may belong to the same wave where it has passed
-        self.waves = tuple({(wave.contact, wave.arrival_time): wave for wave in self.waves}.values())
         self._rearmost = outlook.heads[strong[-1]].contact if strong else self.log.removed[0]
         return True
 
@@ -280,13 +282,13 @@ class ChainRun:
         self.log.removed = (granules - 1, stretch.end, outlook.strongest)
         self.shortened += ((stretch.end, granules),)
         origin = self._course.shorten(granules)
-        self._recent = [evolve(each, x=each.x[:, :granules] - origin, v=each.v[:, :granules]) for each in self._recent]
+        self._recent = [(each, before + origin) for each, before in self._recent]
 
     def _measure(self, outlook: Outlook, waves: list[int]) -> None:
-        """Measure these waves."""
+        """Keep what is needed to measure these waves."""
         for place, wave in enumerate(waves, start=self._removed):
             if outlook.passed(wave).rows:
-                self.waves += (self._measured(outlook, place, wave),)
+                self._transits.append(self._transit(outlook, place, wave))
             else:
                 self.unread += 1
 
@@ -297,15 +299,14 @@ class ChainRun:
         # collide with others.
         return peak, distance_from_limit(peak, self.log) if (wave or self._removed) and math.isfinite(doubt) else doubt
 
-    def _measured(self, outlook: Outlook, place: int, wave: int) -> MeasuredWave:
-        """Measure a wave, in general far beyond the contact where it settled."""
+    def _transit(self, outlook: Outlook, place: int, wave: int) -> Transit:
+        """Where a wave is measured, in general far beyond the contact where it settled."""
         peak, distance = reading = self._reading(outlook, wave)
         settled, before = self._ready.get(place, reading)
-        probe = Probe(peak.contact, self.problem)
-        for stretch in self._recent:
-            probe.observe(stretch)
-        doubt = min(distance, before + abs(peak.force / settled.force - 1))
-        return probe.wave(peak, self.log.following(peak), self.log, doubt)
+        probe = Probe(peak.contact)
+        for stretch, origin in self._recent:
+            probe.observe(stretch, origin)
+        return probe.transit(peak, self.log, min(distance, before + abs(peak.force / settled.force - 1)))
 
     def _is_spent(self, stretch: Stretch) -> bool:
         """Whether nothing more can leave a finite chain: its granules move apart, or have had enough steps to."""
@@ -322,15 +323,14 @@ class ChainRun:
         self.unfollowed_force = (2.5 * energy) ** 0.6
         return self.steps - self._driven_steps > _PARTING + _PARTING_RATE * (self.problem.granules or 0)
 
-    def _at_end(self, end: Probe) -> tuple[MeasuredWave, ...]:
+    def _at_end(self, end: Probe) -> list[Transit]:
         """Waves at the end of a finite chain."""
         peaks = list(self.log.at(end.contact))[::-1]
         least = self.wave_threshold * max((peak.force for peak in peaks), default=0.0)
         # The peak itself is the result. A slow force can limit both runs to the longest step, so that their difference
         # does not show the step error.
         doubt = self.integrator.tolerance
-        followed = zip(peaks, [*(peak.time for peak in peaks[1:]), math.inf], strict=True)
-        return tuple(end.wave(peak, following, self.log, doubt) for peak, following in followed if peak.force >= least)
+        return [end.transit(peak, self.log, doubt) for peak in peaks if peak.force >= least]
 
 
 def rebounding(v: FloatArray, ejected: float) -> tuple[tuple[float, ...], float]:

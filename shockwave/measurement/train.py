@@ -119,7 +119,7 @@ def _train(problem: ChainProblem, scales: Scales, setup: Setup, share: float) ->
             " (shorten the shock, or increase its peak force)"
         )
     slowest = EJECTED * max(wave.granule_velocity for wave in fine.waves)
-    compared, velocities = fine.compared
+    compared, then = fine.compared
     traced = fine.log.traced([(wave.contact, wave.arrival_time) for wave in fine.waves], compared)
     coarse = Course.of(problem, setup.integrator(_COARSE), kept=False)
     # granules of a finite chain may collide until the end
@@ -132,11 +132,13 @@ def _train(problem: ChainProblem, scales: Scales, setup: Setup, share: float) ->
         if granules:
             coarse.shorten(granules)
         elif until == compared:
-            difference = sum(rebounding(velocities, slowest)[0]) - sum(rebounding(stretch.v[-1], slowest)[0])
+            difference = sum(rebounding(then, slowest)[0]) - sum(rebounding(stretch.v[-1], slowest)[0])
     waves = _waves(fine, traced, coarse.log, scales)
     ejected = EJECTED * waves[0].granule_velocity
     recoil = sum(fine.recoils)
-    error = abs(difference) * fine.measured / compared + fine.unfinished_recoil + fine.integrator.tolerance * fine.momentum
+    error = (
+        abs(difference) * fine.measured / compared + fine.unfinished_recoil + fine.integrator.tolerance * fine.momentum
+    )
     velocities = [velocity * scales.velocity for velocity in fine.recoils]
     warnings: tuple[str, ...] = ()
     settled = fine.settled and all(wave.error_estimate is not None for wave in waves)
