@@ -21,9 +21,9 @@ from shockwave.simulation.problem import ChainProblem, chain_energy
 #: Least backward velocity of an ejected granule, over the peak velocity of the granules in the leading wave.
 EJECTED = 1e-3
 # Interval at which the waves are examined, in characteristic times.
-_INTERVAL = 6.0
+_INTERVAL = 12.0
 # Its least share of the time.
-_SHARE = 0.2
+_SHARE = 0.25
 # Time for which steps are kept, in characteristic times of the weakest wave: from before until after a wave has passed.
 _KEPT = 2.5 * PASSED
 # Contacts that the front may pass before waves other than the leading one are measured even if they have not settled:
