@@ -21,8 +21,8 @@ from shockwave.simulation.time_limit import expired
 
 # Largest number of steps of a stretch.
 _MOST_STEPS = 256
-# Number of granules by which the window may grow in a stretch: a constant, and a number for each characteristic time, of
-# at most so many. Memory that is not used is not free, since the states at all steps have this number of granules.
+# Number of granules by which the window may grow in a stretch: a constant, and a number for each characteristic time,
+# of at most so many. The states at all steps have this number of granules, so more of them take time.
 _ROOM = 32
 _ROOM_RATE = 1.1
 _ROOM_TIME = 200.0

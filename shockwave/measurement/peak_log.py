@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Iterator
 from itertools import pairwise, takewhile
 from typing import NamedTuple
@@ -163,7 +164,7 @@ class PeakLog:
         """
         contact, since, most = self.removed
         # the log is in the order of time but for the length of a step
-        begin = int(self.peaks["time"].searchsorted(now - _patience(_FLOOR * self.strongest) - LONGEST_STEP))
+        begin = bisect_left(self._copied()[1], now - _patience(_FLOOR * self.strongest) - LONGEST_STEP)
         peaks = self.table[begin : self.count]
         time, force, at = peaks["time"], peaks["force"], peaks["contact"]
         under_way = now - time < 6.0 * np.maximum(force, 1e-30) ** (-1 / 6)
@@ -236,7 +237,7 @@ def powers_between(begin: FloatArray, end: FloatArray, size: FloatArray) -> Floa
 
 
 def hermite_data(begin: FloatArray, end: FloatArray, size: FloatArray) -> FloatArray:
-    """Values and derivatives with respect to the fraction of the step, over their factorials; as in `powers_between`."""
+    """Values and derivatives with respect to the fraction of a step at its two ends, over their factorials."""
     scale = np.array([size**order / factorial for order, factorial in enumerate(_FACTORIALS)])
     scale = scale.reshape(*scale.shape, *(1,) * (begin.ndim - scale.ndim))
     return np.concatenate((begin * scale, end * scale))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from operator import neg
 
 import numpy as np
@@ -300,24 +300,29 @@ def _samples(transits: list[Transit], problem: ChainProblem) -> tuple[FloatArray
     known : FloatArray
         Position of that granule and its derivatives at the ends of the steps, as in `hermite_data`, shape (steps, 8).
     """
-    ends = np.cumsum([0, *(len(transit.times) for transit in transits)])
+    ends = [0, *accumulate(len(transit.times) for transit in transits)]
     times = np.concatenate([transit.times for transit in transits])
     x, v = np.concatenate([transit.states for transit in transits], axis=1)
     forces, rates = force_rates(x[:, :-1] - x[:, 1:], v[:, :-1] - v[:, 1:])
     jets = np.array((x[:, 1:3], v[:, 1:3], forces[:, :-1] - forces[:, 1:], rates[:, :-1] - rates[:, 1:]))
-    begin = np.delete(np.arange(len(times) - 1), ends[1:-1] - 1)  # no step leads from one wave to the next
-    driven = np.repeat([transit.peak.contact == 0 for transit in transits], np.diff(ends))
-    if driven.any():  # only the motion relative to the free-particle displacement is smooth
-        jets[:2, driven, 0] -= _free(problem, times[driven])
+    within = np.ones(len(times) - 1, bool)
+    within[[end - 1 for end in ends[1:-1]]] = False  # no step leads from one wave to the next
+    begin = within.nonzero()[0]
+    driven = np.zeros(len(times), bool)
+    for transit, first, last in zip(transits, ends[:-1], ends[1:], strict=True):
+        if transit.peak.contact == 0:  # only the motion relative to the free-particle displacement is smooth
+            driven[first:last] = True
+            jets[:2, first:last, 0] -= _free(problem, transit.times)
     size = (times[begin + 1] - times[begin])[:, None]
     known = hermite_data(jets[:, begin], jets[:, begin + 1], size[:, 0])
     nodes = times[begin, None] + size * _NODES
-    first, second = np.moveaxis(product(_VALUES_BETWEEN, known.reshape(8, -1)).reshape(known.shape), 2, 0)
+    positions = product(_VALUES_BETWEEN, known.reshape(8, -1)).reshape(known.shape)
     if driven.any():
-        first[:, driven[begin]] += _free(problem, nodes[driven[begin]].T.ravel())[0].reshape(len(_NODES), -1)
-    force, _ = force_rates(first - second, first)
+        steps = driven[begin]
+        positions[:, steps, 0] += _free(problem, nodes[steps].T.ravel())[0].reshape(len(_NODES), -1)
+    force = np.maximum(positions[..., 0] - positions[..., 1], 0.0).T
     velocity = product(_SLOPES_BETWEEN, known[..., 1]).T / size
-    return nodes, force.T, velocity, size * _WEIGHTS, known[..., 1].T
+    return nodes, force * np.sqrt(force), velocity, size * _WEIGHTS, known[..., 1].T
 
 
 def _free(problem: ChainProblem, times: FloatArray) -> FloatArray:
@@ -358,21 +363,22 @@ def _measured(
 
 def _crossing(time: FloatArray, force: FloatArray, level: float) -> float:
     """Time at which the rising samples pass ``level``, by inverse interpolation."""
-    last = len(force) - int(np.argmax(force[::-1] < level)) if np.any(force < level) else 0
+    below = (force < level).nonzero()[0]
+    last = below.item(-1) + 1 if len(below) else 0
     if last in (0, len(force)):
         return float(time[0])  # the force jumps across the level between two samples
     near = slice(max(last - _NEIGHBOURS, 0), last + _NEIGHBOURS)
     ordinates, abscissae = force[near].tolist(), (time[near] - time[last]).tolist()
     # Lagrange polynomial of the time as a function of the force.
     values = [
-        abscissa * math.prod((level - other) / (own - other) for other in ordinates if other != own)
+        abscissa * math.prod([(level - other) / (own - other) for other in ordinates if other != own])
         for own, abscissa in zip(ordinates, abscissae, strict=True)
     ]
     return float(time[last] + math.fsum(values))
 
 
 def _fastest(known: FloatArray, share: float) -> float:
-    """Maximum near the fraction ``share`` of a step of the rate of change given by `hermite_data`; 0 if it is outside."""
+    """Maximum of the rate of change given by `hermite_data` near ``share`` of a step; 0 if it is outside."""
     powers = product(POWERS, known[:, None])[::-1, 0].tolist()
     slope = 0.0
     for _ in range(_CORRECTIONS):
