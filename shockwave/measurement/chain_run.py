@@ -49,6 +49,8 @@ _LATE = 1 / 3
 _CHANGE_SHARE = 2.0
 _BACKWARD_SHARE = 4.0
 _REMAINING_SHARE = 3e-3
+# Fraction of the time after the shock at which another run is compared with this one, at the earliest.
+_COMPARED = 0.45
 # Largest distance in granules to a free end up to which waves are followed after they have been measured.
 _FARTHEST = 2000
 
@@ -201,8 +203,9 @@ class ChainRun:
         The errors of the steps grow in proportion to the time, so that half of the time is sufficient. In a finite
         chain they also grow in collisions, until the end.
         """
-        middle = (self.problem.duration + self.measured) / 2 if self.problem.granules is None else self.measured
-        return next(each for each in self._velocities if each[0] >= middle)
+        share = _COMPARED if self.problem.granules is None else 1.0
+        earliest = min(self.problem.duration + share * (self.measured - self.problem.duration), self.measured)
+        return next(each for each in self._velocities if each[0] >= earliest)
 
     def _advance(self, until: float) -> Stretch:
         """Integrate to ``until``; the last stretch."""
@@ -219,7 +222,8 @@ class ChainRun:
 
     def _has_seen_all(self, stretch: Stretch) -> bool:
         """Whether the waves are known after ``stretch``."""
-        self._velocities.append((stretch.end, stretch.v[-1].copy()))
+        for row in (len(stretch.times) // 2, -1):
+            self._velocities.append((stretch.times.item(row), stretch.v[row].copy()))
         return self._is_spent(stretch) if self.reached_end else self._judge(stretch)
 
     def _judge(self, stretch: Stretch) -> bool:

@@ -84,7 +84,7 @@ class PeakLog:
     count: int = 0
     table: np.ndarray = field(factory=lambda: np.zeros(0, _ROW))
     last: np.ndarray = field(factory=lambda: np.zeros(0, np.int64))
-    _lists: tuple[list[int], list[float]] = field(factory=lambda: ([], []))
+    _lists: tuple[list[int], list[float], list[float]] = field(factory=lambda: ([], [], []))
 
     def reserve(self, peaks: int, contacts: int) -> None:
         """Make room for so many more peaks, and for so many contacts."""
@@ -183,17 +183,18 @@ class PeakLog:
 
     def trail(self, head: Peak, contacts: int) -> Trail:
         """Peaks of the wave at ``head`` and at the preceding ``contacts``, as far as it can be traced back."""
-        behind, times = self._copied()
-        rows, patience, time = [head.row], _patience(_SAME_WAVE * head.force), head.time
-        row = head.behind
-        while row >= 0 and len(rows) <= contacts and time - times[row] < patience:
+        behind, times, forces = self._copied()
+        rows, row, time, patience = [head.row], head.behind, head.time, _patience(_SAME_WAVE * head.force)
+        for _ in range(contacts):
+            if row < 0 or time - times[row] >= patience:
+                break
             rows.append(row)
             row, time = behind[row], times[row]
-        return Trail(rows, [times[row] for row in rows], self.table["force"][rows].tolist())
+        return Trail(rows, [times[row] for row in rows], [forces[row] for row in rows])
 
     def traced(self, waves: list[tuple[int, float]], since: float) -> list[Peak]:
         """Earliest peaks after ``since`` of the waves that have peaks at these contacts and times, or these peaks."""
-        behind, times = self._copied()
+        behind, times, _ = self._copied()
         earliest = []
         for contact, time in waves:
             row = next(peak.row for peak in self.at(contact) if peak.time == time)
@@ -202,13 +203,15 @@ class PeakLog:
             earliest.append(self.peak(row))
         return earliest
 
-    def _copied(self) -> tuple[list[int], list[float]]:
-        """Columns ``behind`` and ``time`` as lists, of which single elements are found faster."""
-        behind, times = self._lists
-        new = self.table[len(times) : self.count]
-        behind += new["behind"].tolist()
-        times += new["time"].tolist()
-        return behind, times
+    def _copied(self) -> tuple[list[int], list[float], list[float]]:
+        """Columns ``behind``, ``time`` and ``force`` as lists, of which single elements are found faster."""
+        behind, times, forces = self._lists
+        if len(times) < self.count:
+            new = self.table[len(times) : self.count]
+            behind += new["behind"].tolist()
+            times += new["time"].tolist()
+            forces += new["force"].tolist()
+        return behind, times, forces
 
 
 def force_rates(overlap: FloatArray, closing: FloatArray) -> tuple[FloatArray, FloatArray]:
