@@ -25,7 +25,7 @@ _INTERVAL = 12.0
 # Its least share of the time.
 _SHARE = 0.25
 # Time for which steps are kept, in characteristic times of the weakest wave: from before until after a wave has passed.
-_KEPT = 2.5 * PASSED
+_KEPT = 3.2 * PASSED
 # Contacts that the front may pass before waves other than the leading one are measured even if they have not settled:
 # a constant, and a number for each characteristic time of the duration of the shock.
 _BUDGET = 160.0
@@ -187,6 +187,8 @@ class ChainRun:
             departed = v[::-1] if self.unfollowed_force == 0 else v[::-1][: _departed(x, v)]
             self.spalls = tuple(departed[departed > ejected].tolist())
         self.end = stretch.end
+        while self._recent:
+            self._course.recycle(self._recent.pop()[0])
         progressed(self.label, math.ceil(self.end), math.ceil(self.end))
         return self
 
@@ -207,13 +209,18 @@ class ChainRun:
         earliest = min(self.problem.duration + share * (self.measured - self.problem.duration), self.measured)
         return next(each for each in self._velocities if each[0] >= earliest)
 
+    @property
+    def _kept(self) -> float:
+        """Time for which steps are kept: from before the weakest wave has passed until after it has."""
+        return _KEPT * characteristic_time(self.wave_threshold * self.log.strongest)
+
     def _advance(self, until: float) -> Stretch:
         """Integrate to ``until``; the last stretch."""
         while True:
-            stretch = self._course.advance(until)
+            stretch = self._course.advance(until, 0.0 if self._free_end else max(until - self._kept, 0.0))
             progressed(self.label, int(stretch.end), None)
-            oldest = stretch.end - _KEPT * characteristic_time(self.wave_threshold * self.log.strongest)
-            self._recent = [(each, origin) for each, origin in self._recent if each.end > oldest]
+            while self._recent and self._recent[0][0].end <= stretch.end - self._kept:
+                self._course.recycle(self._recent.pop(0)[0])
             self._recent.append((stretch, 0.0))
             if self._free_end is not None:
                 self._free_end.observe(stretch)
@@ -222,8 +229,12 @@ class ChainRun:
 
     def _has_seen_all(self, stretch: Stretch) -> bool:
         """Whether the waves are known after ``stretch``."""
-        for row in (len(stretch.times) // 2, -1):
-            self._velocities.append((stretch.times.item(row), stretch.v[row].copy()))
+        then = stretch.end - self._kept / 2
+        for each, _ in self._recent:
+            if each.times[0] <= then < each.end:
+                row = int(each.times.searchsorted(then))
+                self._velocities.append((each.times.item(row), each.v[row].copy()))
+        self._velocities.append((stretch.end, stretch.v[-1].copy()))
         return self._is_spent(stretch) if self.reached_end else self._judge(stretch)
 
     def _judge(self, stretch: Stretch) -> bool:

@@ -1027,7 +1027,7 @@ static int run(const Method *m, Batch *batch, long width)
 /* The state of an integration of the whole chain, which `march` continues; see measurement/course.py. FLYING is the
    number of granules in free flight at the loaded end, whose positions are those at the time FLOWN. */
 enum { NOW, STEP_SIZE, UNTIL, STOP, GRANULE_COUNT, FLYING, FLOWN, AGE, TAKEN, KEPT_STEPS, EVALUATED, PEAKS, STRONGEST, ENDED,
-       TARGET, RISE, PEAK_FORCE, LENGTH, CHAIN_GRANULES, ALLOWED, STATE };
+       TARGET, RISE, PEAK_FORCE, LENGTH, CHAIN_GRANULES, ALLOWED, KEPT_SINCE, STATE };
 
 #define INTERVAL_FREE 50.0    /* interval between the ends of integrations after the force has ended */
 #define GROWTH 16             /* number of granules by which the window grows */
@@ -1097,14 +1097,14 @@ static int load(March *r, long base, long all)
     return 1;
 }
 
-/* Keeps the true positions and velocities at the present time. */
+/* Keeps the true positions and velocities at the present time, if they are wanted. */
 static void keep(March *r)
 {
     const Lane *lane = &r->lane;
     const long row = (long)r->state[KEPT_STEPS];
     double *x = r->xs + row * r->capacity, *v = r->vs + row * r->capacity;
     long j;
-    if (!r->rows) return;
+    if (!r->rows || lane->t < r->state[KEPT_SINCE]) return;
     r->times[row] = lane->t;
     for (j = 0; j < lane->base; j++) x[j] = r->x[j] + (lane->t - r->state[FLOWN]) * r->v[j];
     memcpy(v, r->v, (size_t)lane->base * sizeof(double));
