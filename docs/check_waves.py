@@ -4,7 +4,8 @@
 
 draws 40 shocks of each of 13 kinds, 0.3 to 30 characteristic times long. It simulates them with default settings, and
 once more as a reference: with smaller steps (1e-10), a lower threshold, and on twice the way and more, far beyond the
-contacts where the runs of the default stop. It takes a few minutes on two cores and writes a table of ``docs/trust.md``.
+contacts where the runs of the default stop. It takes a few minutes on two cores and writes a table of
+``docs/trust.md``.
 """
 
 from __future__ import annotations
