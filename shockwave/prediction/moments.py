@@ -43,7 +43,7 @@ from shockwave.prediction.model_interface import (
     Shocks,
 )
 from shockwave.prediction.section4 import regime, relation_of
-from shockwave.prediction.shock_impulses import Pulse, alike, pulse_of, pulses_of
+from shockwave.prediction.shock_impulses import Pulse, alike, compiled, pulse_of, pulses_of
 from shockwave.quadrature import FloatArray
 
 #: Name of the file with the coefficients, beside this one.
@@ -68,6 +68,7 @@ _SETTLED = 1e-9
 _ABOVE = 1 + 1e-9
 # Most elements of matrices that are evaluated together: more would leave the processor's cache.
 _MOST_TOGETHER = 20_000
+_NOT_CONVERGED = "the law of moments did not converge for this pulse (simulate it instead)"
 # Step of ln t0 for the derivative.
 _STEP = 1e-5
 
@@ -129,10 +130,11 @@ class Law:
         long = _LONG_POWER * np.maximum(logarithm - math.log(self.spreads[-1]), 0)
         return np.asarray(np.exp(known + short + long) + min(5e-8, float(self.errors[0])))
 
-    def bound(self, pulse: Pulse) -> float:
-        """Expected relative error for a pulse; infinite if none was measured."""
-        measured = pulse.known and pulse.spread <= FARTHEST
-        return float(self.error(pulse.spread, pulse.turns)) if measured else math.inf
+    def bounds(self, pulses: Sequence[Pulse]) -> FloatArray:
+        """Expected relative errors for pulses, shape (pulses,); infinite where none was measured."""
+        spread, known, turns = np.array([(each.spread, each.known, each.turns) for each in pulses]).T
+        errors = np.where(turns, self.error(spread, True), self.error(spread, False))
+        return np.where((known > 0) & (spread <= FARTHEST), errors, np.inf)
 
     def amplification(self, pulses: Sequence[Pulse]) -> FloatArray:
         """Amplification F/F0 of pulses, shape (pulses,)."""
@@ -152,17 +154,26 @@ def evaluated(law: Law, pulses: Sequence[Pulse]) -> tuple[FloatArray, FloatArray
     found = np.empty((len(pulses), len(COLUMNS)))
     for where in alike(np.array([pulse.times.size**2 for pulse in pulses], dtype=int), _MOST_TOGETHER):
         times, impulses = (np.array([getattr(pulses[i], name) for i in where]) for name in ("times", "impulses"))
-        log_force[where], vectors = kernel_force(law, times, impulses)
-        found[where] = columns(law, times, impulses, log_force[where], vectors)
+        log_force[where], found[where] = measured(law, times, impulses)
+    return log_force, found
+
+
+def measured(law: Law, times: FloatArray, impulses: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Results of `kernel_force` and `columns` for pulses of shape (pulses, k), by compiled code if there is any."""
+    if compiled is None:
+        log_force, vectors = kernel_force(law, times, impulses)
+        return log_force, columns(law, times, impulses, log_force, vectors)
+    log_force, found = np.empty(len(times)), np.empty((len(times), len(COLUMNS)))
+    numbers = law.width, law.reach, _G0, law.step_limit
+    if not compiled.law(times, impulses, log_force, found, len(times), *numbers):
+        raise NumericalError(_NOT_CONVERGED)
     return log_force, found
 
 
 # ---------------------------------------------------------------- kernel and local measures
 
 
-def kernel_force(
-    law: Law, times: FloatArray, impulses: FloatArray, start: tuple[FloatArray, FloatArray] | None = None
-) -> tuple[FloatArray, FloatArray]:
+def kernel_force(law: Law, times: FloatArray, impulses: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Solve for ln F/F0 of pulses by the kernel without the correction.
 
     The eigenvector is found by Noda's iteration, which solves a linear system with a shift above the largest
@@ -175,8 +186,6 @@ def kernel_force(
         The coefficients.
     times, impulses : numpy.ndarray, shape (pulses, k)
         Times and impulses of the pulses.
-    start : tuple of numpy.ndarray, optional
-        Results of similar pulses.
 
     Returns
     -------
@@ -200,7 +209,7 @@ def kernel_force(
     masses, unit = _G0 * impulses, np.eye(times.shape[1])
     # The limits of a short and of a constant force are both upper bounds.
     highest = np.minimum(1.2 * np.log(masses.sum(axis=1)), math.log(law.step_limit))
-    log_force, vector = start or (highest, np.ones_like(times))
+    log_force, vector = highest, np.ones_like(times)
     for _ in range(_MOST_STEPS):
         power = apart * np.exp(log_force * (_POWER / 6))[:, None, None]
         matrix = np.exp(-power) * masses[:, None]
@@ -217,7 +226,7 @@ def kernel_force(
         log_force = log_force + step
         if np.abs(step).max() < _SETTLED:
             return log_force, vector
-    raise NumericalError("the law of moments did not converge for this pulse (simulate it instead)")
+    raise NumericalError(_NOT_CONVERGED)
 
 
 def _applied(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
@@ -283,18 +292,15 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     peak, longer = _amplifications(law, pulse)
     sensitivity = -math.log(longer / peak) / math.log1p(_STEP)
     warnings = ["The law of moments predicts only the leading wave. A simulation gives the later waves of a train."]
-    bound = law.bound(pulse)
+    (bound,) = law.bounds([pulse]).tolist()
     return answer(shock, settings, peak, bound, sensitivity, warnings)
 
 
 def _amplifications(law: Law, pulse: Pulse) -> tuple[float, float]:
     """Amplification of a pulse, and of one of the same peak force that is longer by the step for the derivative."""
-    times, impulses, start, found = pulse.times[None], pulse.impulses[None], None, []
-    for _ in range(2):
-        log_force, vector = kernel_force(law, times, impulses, start)
-        found.append(float(law.corrected(log_force, columns(law, times, impulses, log_force, vector))[0]))
-        times, impulses, start = times * (1 + _STEP), impulses * (1 + _STEP), (log_force, vector)
-    return found[0], found[1]
+    lengths = np.array([[1.0], [1 + _STEP]])
+    peak, longer = law.corrected(*measured(law, lengths * pulse.times, lengths * pulse.impulses)).tolist()
+    return peak, longer
 
 
 def answer(
@@ -327,7 +333,7 @@ def peaks(shocks: Shocks, settings: Settings) -> Peaks:
     results = Peaks.of(len(shocks))
     pulses = pulses_of(shocks)
     results.amplification[:] = law.amplification(pulses)
-    results.high[:] = [law.bound(pulse) for pulse in pulses]
+    results.high[:] = law.bounds(pulses)
     results.low[:] = -results.high
     return results
 
