@@ -103,8 +103,8 @@ static int tridiagonal(double *d, double *e, double *first, long n)
                 const double f = s * e[i], b = c * e[i];
                 e[i + 1] = r = sqrt(f * f + g * g);
                 if (r == 0) break;
-                s = f / r;
-                c = g / r;
+                s = f * (1 / r);
+                c = g * (1 / r);
                 g = d[i + 1] - p;
                 r = (d[i] - g) * s + 2 * c * b;
                 p = s * r;
@@ -137,7 +137,7 @@ static long vectors_of(long count) { return count > STABLE ? count + 2 : 3; }
 
 /* `gauss` for one pulse of `points` impulses. `work` has room for two vectors of padded length, those of the recurrence
    and `count` numbers. */
-static int reduce(const double *times, const double *impulses, long points, double *instants, double *parts, long count,
+WIDE static int reduce(const double *times, const double *impulses, long points, double *instants, double *parts, long count,
                   double *work)
 {
     const long n = PADDED(points);
@@ -158,8 +158,8 @@ static int reduce(const double *times, const double *impulses, long points, doub
         if (fabs(position[i]) > scale) scale = fabs(position[i]);
     }
     for (i = 0; i < points; i++) {
-        position[i] /= scale;
-        vector[i] = sqrt(weight[i] / total);
+        position[i] *= 1 / scale;
+        vector[i] = sqrt(weight[i] * (1 / total));
     }
     for (row = 0; row < count; row++) {
         next = count > STABLE ? vector + n : base + (row + 2) % 3 * n;

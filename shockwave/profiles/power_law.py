@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from attrs import frozen
@@ -75,12 +75,29 @@ class Powers(ShockProfile):
         return np.asarray(np.clip((n - s) / (n - 1), 0.0, 1.0))
 
 
+_PARAMETERS = ("rise_exponent", "decay_exponent", "duration_ratio")
+
+
 class ManyPowers(Powers):
     """Power laws of many shapes, with parameters of shape (shapes,); the methods take one s for each shape."""
 
     def __init__(self, profiles: Sequence[Powers]) -> None:
-        for name in ("rise_exponent", "decay_exponent", "duration_ratio"):
+        for name in _PARAMETERS:
             setattr(self, name, np.array([getattr(profile, name) for profile in profiles], dtype=float))
+
+    def some(self, where: Any) -> ManyPowers:
+        """Those of the shapes at the indices ``where``, or where that mask is true."""
+        found = ManyPowers([])
+        for name in _PARAMETERS:
+            setattr(found, name, getattr(self, name)[where])
+        return found
+
+    def impulse_and_force(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Running impulse and force at one s of each shape, 0 <= s <= n; shape (shapes,) each."""
+        (a1, a2), left = self.closed_areas(), self._left(s)
+        rise, decay = np.minimum(s, 1.0) ** self.rise_exponent, left**self.decay_exponent
+        rising = s <= 1
+        return np.where(rising, a1 * s * rise, a1 + a2 * (1 - left * decay)), np.where(rising, rise, decay)
 
 
 @frozen(kw_only=True)

@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 import shockwave
-from shockwave.chain.chain import Scales
+from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import UsageError, message_of
 from shockwave.files import read_bytes
 from shockwave.measurement.result import SimulationResult
@@ -24,6 +24,7 @@ from shockwave.measurement.simulate import simulate_many
 from shockwave.options import SimulateOptions
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.predictor import Predictor
+from shockwave.profiles.shock import Shock
 from shockwave.registry import load, plugins
 from shockwave.scenario.block_keys import BLOCKS
 from shockwave.scenario.scenario import Scenario
@@ -83,6 +84,7 @@ class Points:
         """Evaluate some points, and return their lines of the journal."""
         scenes: dict[int, Scenario] = {}
         found: dict[int, _Found] = {}
+        lines: dict[int, str] = {}
         for index in indices:
             try:
                 scenes[index] = self._family.scenario(self.sweep.point(index))
@@ -90,46 +92,51 @@ class Points:
                 found[index] = error
         if self.sweep.run != "predict":
             found |= self._simulated(scenes)
-        predicted = self._predicted(scenes) if self.sweep.run != "simulate" else {}
+        predicted: dict[int, _Predicted] = {}
+        if self.sweep.run != "simulate":
+            for predictor, group in _groups(scenes, "predictor").items():
+                if self.sweep.run == "predict" and (ready := self._in_columns(predictor, group, scenes)):
+                    lines |= ready
+                else:
+                    shocks, chains = _shocks_and_chains(group, scenes)
+                    predicted |= zip(group, predictor.predict_each(shocks, chains), strict=True)
         return "".join(
-            self._line(index, scenes.get(index), found.get(index), predicted.get(index)) for index in indices
+            lines.get(index) or self._line(index, scenes.get(index), found.get(index), predicted.get(index))
+            for index in indices
         )
+
+    def _in_columns(self, predictor: Predictor, indices: list[int], scenes: Mapping[int, Scenario]) -> dict[int, str]:
+        """Lines of points that are predicted together; none if the model cannot, or if a plugin fails at any point."""
+        shocks, chains = _shocks_and_chains(indices, scenes)
+        try:
+            found = predictor.columns(shocks, chains)
+        except _POINT_ERRORS:
+            return {}
+        if found is None:
+            return {}
+        rows = zip(*(found.values[read.column.name] for read in self._columns), strict=True)
+        lines = {indices[place]: _done(indices[place], row) for place, row in zip(found.places, rows, strict=True)}
+        return lines | {indices[place]: _failed(indices[place], reason) for place, reason in found.failures.items()}
 
     def _line(self, index: int, scene: Scenario | None, found: _Found | None, predicted: _Predicted) -> str:
         """Line of a point; ``found`` and ``predicted`` are its results, if any, or their errors."""
         try:
             simulated, outcome = _valid(found), _valid(predicted)
             assert scene is not None
-            values = json.dumps(row(self._columns, _answer(scene, outcome, simulated)))
+            return _done(index, row(self._columns, _answer(scene, outcome, simulated)))
         except _POINT_ERRORS as error:
-            return line_of(index, "failed", f'"error": {json.dumps(message_of(error))}')
-        return line_of(index, "done", f'"values": {values}')
-
-    def _predicted(self, scenes: Mapping[int, Scenario]) -> dict[int, _Predicted]:
-        """Outcomes by point number; those of the same predictor have their accuracies computed together."""
-        groups: dict[Predictor, list[int]] = {}
-        for index, scene in scenes.items():
-            groups.setdefault(scene.predictor, []).append(index)
-        found: dict[int, _Predicted] = {}
-        for predictor, indices in groups.items():
-            shocks, chains = [scenes[index].shock for index in indices], [scenes[index].chain for index in indices]
-            found |= zip(indices, predictor.predict_each(shocks, chains), strict=True)
-        return found
+            return _failed(index, message_of(error))
 
     def _simulated(self, scenes: Mapping[int, Scenario]) -> _Results:
         """Results by point number; scenes with the same options are simulated in one call."""
-        groups: dict[SimulateOptions, list[int]] = {}
-        for index, scene in scenes.items():
-            groups.setdefault(scene.simulate, []).append(index)
         found: _Results = {}
-        for options, indices in groups.items():
+        for options, indices in _groups(scenes, "simulate").items():
             found |= self._together(options, indices, scenes)
         return found
 
     def _together(self, options: SimulateOptions, indices: list[int], scenes: Mapping[int, Scenario]) -> _Results:
         try:
-            shocks = [scenes[index].shock for index in indices]
-            chains = [scenes[index].chain for index in indices]
+            shocks, chains = _shocks_and_chains(indices, scenes)
             settings: dict[str, Any] = {name: getattr(options, name) for name in _SETTINGS}
             waves = options.waves if self.train else "primary"
             found = simulate_many(shocks, chains, **settings, waves=waves, threads=1)
@@ -139,6 +146,26 @@ class Points:
             # run one by one, to find the point that raises the error
             return {index: self._together(options, [index], scenes)[index] for index in indices}
         return dict(zip(indices, found, strict=True))
+
+
+def _groups(scenes: Mapping[int, Scenario], part: str) -> dict[Any, list[int]]:
+    """Point numbers by a part of their scenes."""
+    groups: dict[Any, list[int]] = {}
+    for index, scene in scenes.items():
+        groups.setdefault(getattr(scene, part), []).append(index)
+    return groups
+
+
+def _shocks_and_chains(indices: Sequence[int], scenes: Mapping[int, Scenario]) -> tuple[list[Shock], list[Chain]]:
+    return [scenes[index].shock for index in indices], [scenes[index].chain for index in indices]
+
+
+def _done(index: int, values: Sequence[Any]) -> str:
+    return line_of(index, "done", f'"values": {json.dumps(values)}')
+
+
+def _failed(index: int, reason: str) -> str:
+    return line_of(index, "failed", f'"error": {json.dumps(reason)}')
 
 
 def _valid(result: _T | BaseException) -> _T:
