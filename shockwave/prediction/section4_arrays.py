@@ -31,7 +31,7 @@ def peaks(shocks: Shocks, settings: Settings) -> Peaks:
     together = np.array(laws, dtype=bool)[shocks.shapes] & (settings.alpha == "constant")
     results = one_by_one(predict, shocks, settings, np.flatnonzero(~together).tolist())
     if together.any():
-        laws_of = ManyPowers([shocks.profiles[shape] for shape in shocks.shapes[together]])  # type: ignore[misc]
+        laws_of = ManyPowers([shocks.profiles[shape] for shape in shocks.shapes[together]])
         _of_powers(laws_of, shocks.rise_times[together], shocks.momentum_parameter, settings, results, together)
     results.states_error[:] = False
     return results
@@ -46,7 +46,7 @@ def _of_powers(
     together: npt.NDArray[np.bool_],
 ) -> None:
     """Fill the results of the shocks ``together``, whose shapes are ``laws``; see `section4.predict`."""
-    a1, a2 = laws.closed_areas()
+    a1, a2 = map(np.asarray, laws.closed_areas())
     n, impulse = laws.duration_ratio, rise_times * (a1 + a2)
     ratio, deviation = impulse / unit, np.abs(0.5 - a2 / (n - 1)) ** 1.5
     alpha = 2 - np.abs(0.5 - a1) ** 1.5 - deviation

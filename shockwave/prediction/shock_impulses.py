@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from functools import cache
 from importlib import import_module
+from itertools import chain
 from types import ModuleType
 
 import numpy as np
@@ -167,24 +168,28 @@ def pulses_of(shocks: Shocks) -> list[Pulse]:
     for place in sorted(set(places.tolist())):
         where = np.flatnonzero(places == place)
         if limits[place] <= _MOMENTS:  # the rule of a short pulse depends on its shape only
-            own, back = np.unique(shapes[where], return_inverse=True)
-            s, parts, moments = (each[back] for each in _rules([profiles[shape] for shape in own], counts[place]))
+            used, back = np.unique(shapes[where], return_inverse=True)
+            s, parts, moments = (each[back] for each in _rules([profiles[shape] for shape in used], counts[place]))
             parts *= (strength[where] / parts.sum(axis=1))[:, None]
         else:
             own = [profiles[shape] for shape in shapes[where]]
-            jobs = [_strongest(profile, length) for profile, length in zip(own, lengths[where].tolist(), strict=True)]
+            jobs = [_strongest(shock.profile, _length(shock)) for shock in map(shocks.shock, where.tolist())]
             s, parts = np.empty((2, len(own), counts[place]))
-            for group, *padded in _together(jobs):
-                s[group], parts[group] = gauss(*padded, counts[place])
+            for group, times, impulses in _together(jobs):
+                s[group], parts[group] = gauss(times, impulses, counts[place])
             parts *= unit[where, None]
             moments = np.array([_moments(profile) for profile in own])
         mean, deviation, total = moments.T
         times = (s - mean[:, None]) * unit[where, None]
         spread = deviation * unit[where] * strength[where] ** 0.2
         known = np.abs(total / areas[where] - 1) <= _MOST_MISSED
-        rows = zip(where.tolist(), times, parts, spread.tolist(), known.tolist(), strict=True)
-        for index, *row in rows:
-            found[index] = Pulse(*row, not single[shapes[index]] and turns(shocks.shock(index)))
+        several = [
+            not single[shape] and turns(shocks.shock(index))
+            for index, shape in zip(where.tolist(), shapes[where].tolist(), strict=True)
+        ]
+        found.update(
+            zip(where.tolist(), map(Pulse, times, parts, spread.tolist(), known.tolist(), several), strict=True)
+        )
     return [found[index] for index in range(len(shocks))]
 
 
@@ -198,15 +203,17 @@ def _rules(profiles: Sequence[ShockProfile], count: int) -> _Rules:
         return s[None], parts[None], moments[None]
     s, parts = np.empty((2, len(profiles), count))
     moments = np.empty((len(profiles), 3))
-    powers = [isinstance(profile, Powers) and trusted(profile) and profile.is_smooth for profile in profiles]
-    together, left = np.flatnonzero(powers), np.flatnonzero(~np.array(powers))
-    for begin in range(0, len(together), _AT_ONCE):
-        group = together[begin : begin + _AT_ONCE]
-        fine = _fine_impulses_of_powers(ManyPowers([profiles[index] for index in group]))  # type: ignore[misc]
-        (s[group], parts[group]), moments[group] = gauss(*fine, count), _moments_of(*fine)
-    for own, *padded in _together([_fine_impulses(profiles[index]) for index in left]):
-        group = left[own]
-        (s[group], parts[group]), moments[group] = gauss(*padded, count), _moments_of(*padded)
+    powers, left = [], []
+    for index, profile in enumerate(profiles):
+        if isinstance(profile, Powers) and trusted(profile) and profile.is_smooth:
+            powers.append((index, profile))
+        else:
+            left.append(index)
+    fine = (_fine_impulses_of_powers(powers[begin : begin + _AT_ONCE]) for begin in range(0, len(powers), _AT_ONCE))
+    others = _together([_fine_impulses(profiles[index]) for index in left])
+    for group, times, impulses in chain(fine, ((np.array(left)[own], s, parts) for own, s, parts in others)):
+        s[group], parts[group] = gauss(times, impulses, count)
+        moments[group] = _moments_of(times, impulses)
     return s, parts, moments
 
 
@@ -315,14 +322,16 @@ def _fine_impulses(profile: ShockProfile) -> tuple[FloatArray, FloatArray]:
     return s, (widths * weights).ravel() * profile.force(s)
 
 
-def _fine_impulses_of_powers(laws: ManyPowers) -> tuple[FloatArray, FloatArray]:
-    """`_fine_impulses` of smooth power laws, as rows."""
-    nodes, weights = gauss_legendre(_HALVINGS, _MIDDLE_NODES, _OUTER_NODES)
+def _fine_impulses_of_powers(powers: Sequence[tuple[int, Powers]]) -> tuple[Indices, FloatArray, FloatArray]:
+    """`_fine_impulses` of smooth power laws as rows, after the numbers of the laws."""
+    numbers, profiles = zip(*powers, strict=True)
+    laws = ManyPowers(profiles)
+    nodes, weights = (each[:, None] for each in gauss_legendre(_HALVINGS, _MIDDLE_NODES, _OUTER_NODES))
     width = laws.duration_ratio - 1
-    s = np.concatenate((np.broadcast_to(nodes[:, None], (nodes.size, width.size)), 1 + width * nodes[:, None]))
+    s = np.concatenate((np.broadcast_to(nodes, (nodes.size, len(profiles))), 1 + width * nodes))
     rise, decay = laws.rise(s[: nodes.size]), laws.decay(s[nodes.size :])
-    parts = np.concatenate((weights[:, None] * rise, width * weights[:, None] * decay))
-    return np.ascontiguousarray(s.T), np.ascontiguousarray(parts.T)
+    parts = np.concatenate((weights * rise, width * weights * decay))
+    return np.array(numbers), np.ascontiguousarray(s.T), np.ascontiguousarray(parts.T)
 
 
 def _divided(edges: FloatArray, width: float) -> FloatArray:

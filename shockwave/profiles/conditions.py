@@ -53,7 +53,7 @@ def hold(areas: Sequence[Areas], duration_ratios: Sequence[float]) -> npt.NDArra
     """Whether all conditions (3) hold, for many profiles; shape (profiles,)."""
     numbers = [(each.rise.value, each.decay.value, each.rise.error + each.decay.error) for each in areas]
     (a1, a2, error), n = np.array(numbers).T, np.array(duration_ratios, dtype=float)
-    return np.minimum(np.minimum(a2 - a1, a1 - 0.5), (n - 1) / 2 - a2) >= -(TOLERANCE * n + error)
+    return np.asarray(np.minimum(np.minimum(a2 - a1, a1 - 0.5), (n - 1) / 2 - a2) >= -(TOLERANCE * n + error))
 
 
 @kept

@@ -81,6 +81,10 @@ _PARAMETERS = ("rise_exponent", "decay_exponent", "duration_ratio")
 class ManyPowers(Powers):
     """Power laws of many shapes, with parameters of shape (shapes,); the methods take one s for each shape."""
 
+    rise_exponent: Any
+    decay_exponent: Any
+    duration_ratio: Any
+
     def __init__(self, profiles: Sequence[Powers]) -> None:
         for name in _PARAMETERS:
             setattr(self, name, np.array([getattr(profile, name) for profile in profiles], dtype=float))
