@@ -23,6 +23,11 @@
 #define BLOCK 8          /* partial sums of a long sum; arrays are padded with zeros to a multiple */
 #define PADDED(n) (((n) + BLOCK - 1) / BLOCK * BLOCK)
 
+/* Half a block as one value. */
+#define HALF (BLOCK / 2)
+typedef double Vector __attribute__((vector_size(HALF * sizeof(double)), aligned(sizeof(double)), may_alias));
+typedef long long Whole __attribute__((vector_size(HALF * sizeof(double))));
+
 /* See shock_impulses.py and moments.py for the meaning of the constants of the same names. */
 #define STABLE 32
 #define ORTHOGONAL 16
@@ -195,6 +200,35 @@ typedef struct {
     double *apart, *kernel, *system, *masses, *roots, *vector, *image, *right;
 } Kernel;
 
+#define LOG2_E 1.4426950408889634
+#define LN2_HIGH 6.93147180369123816490e-01 /* so many digits that its products with whole numbers are exact */
+#define LN2_LOW 1.90821492927058770002e-10
+#define SHIFT 6755399441055744.0             /* 1.5 * 2^52: a sum with it is rounded to a whole number */
+#define LEAST (-708.0)                       /* smaller exponents count as this one, for which the exponential is 3e-308 */
+
+/* Replaces values of at most zero, in an array of padded length, by their exponentials, to a unit in the last place. The
+   function of the C library takes several times as long, and its last digit depends on the processor. */
+WIDE static void exponentials(double *values, long n)
+{
+    static const double factors[] = {1 / 6227020800.0, 1 / 479001600.0, 1 / 39916800.0, 1 / 3628800.0, 1 / 362880.0,
+                                     1 / 40320.0, 1 / 5040.0, 1 / 720.0, 1 / 120.0, 1 / 24.0, 1 / 6.0, 0.5, 1, 1};
+    const Vector zero = {0}, least = zero + LEAST, shift = zero + SHIFT;
+    const Whole bias = (Whole)shift - 1023;
+    long e;
+    int i;
+    for (e = 0; e < n; e += HALF) {
+        const Vector given = *(Vector *)(values + e);
+        const Whole small = given < least;
+        const Vector x = (Vector)(((Whole)least & small) | ((Whole)given & ~small));
+        const Vector shifted = x * LOG2_E + shift, whole = shifted - shift;
+        const Vector left = (x - whole * LN2_HIGH) - whole * LN2_LOW;
+        const Whole power = ((Whole)shifted - bias) << 52;
+        Vector sum = zero + factors[0];
+        for (i = 1; i < 14; i++) sum = sum * left + factors[i];
+        *(Vector *)(values + e) = sum * (Vector)power;
+    }
+}
+
 static double total_mass(const double *values, long k)
 {
     double sum = 0;
@@ -235,8 +269,9 @@ WIDE static void solve(Kernel *p, double shift)
     }
 }
 
-/* `kernel_force` for one pulse; returns 0 if the iteration does not converge. */
-static int balance(const Law *law, const double *times, const double *impulses, Kernel *p, double *log_force)
+/* `kernel_force` for one pulse; returns 0 if the iteration does not converge. It starts from `log_force` and the present
+   vector if the last pulse was `similar`. */
+static int balance(const Law *law, const double *times, const double *impulses, int similar, Kernel *p, double *log_force)
 {
     const long k = p->k;
     double force;
@@ -245,7 +280,7 @@ static int balance(const Law *law, const double *times, const double *impulses, 
     for (i = 0; i < k; i++) {
         p->masses[i] = law->peak * impulses[i];
         p->roots[i] = sqrt(p->masses[i]);
-        p->vector[i] = 1;
+        if (!similar) p->vector[i] = 1;
         for (j = 0; j < k; j++) {
             const double apart = fabs(times[i] - times[j]) / law->width;
             p->apart[i * k + j] = apart * apart * sqrt(apart);
@@ -253,13 +288,12 @@ static int balance(const Law *law, const double *times, const double *impulses, 
     }
     force = 1.2 * log(total_mass(p->masses, k));
     if (!(force < law->highest)) force = law->highest;
+    if (similar) force = *log_force;
     for (step = 0; step < MOST_STEPS; step++) {
         const double growth = exp(force * (POWER / 6));
         double shift = 0, most = 0, norm = 0, value = 0, slope = 0, change;
-        for (i = 0; i < k; i++) {
-            for (j = 0; j < i; j++) p->kernel[i * k + j] = p->kernel[j * k + i];
-            for (j = i; j < k; j++) p->kernel[i * k + j] = exp(-p->apart[i * k + j] * growth);
-        }
+        for (i = 0; i < k * k; i++) p->kernel[i] = p->apart[i] * -growth;
+        exponentials(p->kernel, PADDED(k * k));
         for (i = 0; i < k; i++) p->right[i] = p->masses[i] * p->vector[i];
         apply(p->kernel, p->right, p->image, k);
         for (i = 0; i < k; i++) {
@@ -313,13 +347,12 @@ static void measure(const Law *law, const double *times, const double *impulses,
     long i, j;
     int c;
     for (i = 0; i < k; i++) whole += impulses[i] * p->vector[i] * p->vector[i];
-    for (i = 0; i < k; i++) {
-        for (j = 0; j < i; j++) p->kernel[i * k + j] = p->kernel[j * k + i];
-        for (j = i; j < k; j++) {
+    for (i = 0; i < k; i++)
+        for (j = 0; j < k; j++) {
             const double off = (times[i] - times[j]) * unit;
-            p->kernel[i * k + j] = exp(off * off * (-1 / (reach * reach)));
+            p->kernel[i * k + j] = off * off * (-1 / (reach * reach));
         }
-    }
+    exponentials(p->kernel, PADDED(k * k));
     for (c = 0; c < COLUMNS; c++) found[c] = 0;
     for (i = 0; i < k; i++) {
         double total = 0, before = 0, after = 0, squared = 0, apart = 0, directed, weight, share;
@@ -403,19 +436,22 @@ static PyObject *gauss(PyObject *self, PyObject *args)
     return work ? PyBool_FromLong(ok) : PyErr_NoMemory();
 }
 
-PyDoc_STRVAR(law_doc, "law(times, impulses, log_force, columns, rows, width, reach, peak, step_limit)\n--\n\n"
-             "Evaluate the kernel and the local measures of pulses, one in each row. Returns whether this succeeded.");
+PyDoc_STRVAR(law_doc, "law(times, impulses, log_force, columns, rows, width, reach, peak, step_limit, similar)\n--\n\n"
+             "Evaluate the kernel and the local measures of pulses, one in each row; each is similar to the one before if\n"
+             "`similar` is true. Returns whether this succeeded.");
 
 static PyObject *law_of(PyObject *self, PyObject *args)
 {
-    PyObject *own[9];
+    PyObject *own[10];
     Py_buffer view[4];
-    long columns[4] = {0, 0, 1, COLUMNS}, rows, row, k;
+    long columns[4] = {0, 0, 1, COLUMNS}, rows, row, k, square;
     double number[4], *work;
-    int i, ok = 1;
+    int i, similar, ok = 1;
     (void)self;
-    if (!PyArg_UnpackTuple(args, "law", 9, 9, own, own + 1, own + 2, own + 3, own + 4, own + 5, own + 6, own + 7, own + 8))
+    if (!PyArg_UnpackTuple(args, "law", 10, 10, own, own + 1, own + 2, own + 3, own + 4, own + 5, own + 6, own + 7, own + 8,
+                           own + 9))
         return NULL;
+    similar = PyObject_IsTrue(own[9]);
     rows = PyLong_AsLong(own[4]);
     for (i = 0; i < 4; i++) number[i] = PyFloat_AsDouble(own[5 + i]);
     if (PyErr_Occurred() || !buffers_of(args, rows, 4, 2, columns, view)) return NULL;
@@ -424,17 +460,19 @@ static PyObject *law_of(PyObject *self, PyObject *args)
         for (i = 0; i < 4; i++) PyBuffer_Release(view + i);
         return PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
     }
-    work = malloc((size_t)(k * (3 * k + 5)) * sizeof(double));
+    square = PADDED(k * k);
+    work = calloc((size_t)(3 * square + 5 * k), sizeof(double));
     if (work) {
         const Law law = {number[0], number[1], number[2], log(number[3])};
-        double *const vectors = work + 3 * k * k;
-        Kernel p = {k, work, work + k * k, work + 2 * k * k, vectors, vectors + k, vectors + 2 * k, vectors + 3 * k,
+        double *const vectors = work + 3 * square;
+        Kernel p = {k, work, work + square, work + 2 * square, vectors, vectors + k, vectors + 2 * k, vectors + 3 * k,
                     vectors + 4 * k};
         Py_BEGIN_ALLOW_THREADS
         for (row = 0; row < rows; row++) {
             const double *const times = (double *)view[0].buf + row * k, *const impulses = (double *)view[1].buf + row * k;
             double *const force = (double *)view[2].buf + row;
-            ok &= balance(&law, times, impulses, &p, force);
+            if (similar && row) *force = force[-1];
+            ok &= balance(&law, times, impulses, similar && row, &p, force);
             if (ok) measure(&law, times, impulses, &p, *force, (double *)view[3].buf + row * COLUMNS);
         }
         Py_END_ALLOW_THREADS

@@ -11,4 +11,5 @@ def law(
     reach: float,
     peak: float,
     step_limit: float,
+    similar: bool,
 ) -> bool: ...
