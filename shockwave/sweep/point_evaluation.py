@@ -28,7 +28,7 @@ from shockwave.profiles.shock import Shock
 from shockwave.registry import load, plugins
 from shockwave.scenario.block_keys import BLOCKS
 from shockwave.scenario.scenario import Scenario
-from shockwave.scenario.scene_family import Family
+from shockwave.scenario.scene_family import Family, FamilyScene
 from shockwave.scenario.scene_hash import normalised
 from shockwave.scenario.sweep_block import Sweep
 from shockwave.simulation.backend import lack
@@ -40,6 +40,7 @@ from shockwave.sweep.journal import line_of
 _T = TypeVar("_T")
 _Found = SimulationResult | BaseException
 _Results = dict[int, _Found]
+_Scenes = Mapping[int, FamilyScene]
 _Predicted = Outcome | Exception | None
 # Largest record that is hashed [bytes]; the reader of records has its own limit.
 _MOST_RECORD = 2**28
@@ -49,8 +50,10 @@ _POINT_ERRORS = (Exception, SystemExit)
 SLICE = 0.5
 # Options that apply to many simulations.
 _SETTINGS = ("rtol", "integrator", "wave_threshold", "step", "backend")
-# Most points that a worker simulates in one call.
-_MOST_TOGETHER = 128
+# Most points that a worker evaluates in one call.
+_MOST_TOGETHER = 256
+#: Largest ratio of the numbers of points of two consecutive calls.
+GROWTH = 4
 
 
 class Points:
@@ -82,12 +85,12 @@ class Points:
 
     def lines(self, indices: Sequence[int]) -> str:
         """Evaluate some points, and return their lines of the journal."""
-        scenes: dict[int, Scenario] = {}
+        scenes: dict[int, FamilyScene] = {}
         found: dict[int, _Found] = {}
         lines: dict[int, str] = {}
         for index in indices:
             try:
-                scenes[index] = self._family.scenario(self.sweep.point(index))
+                scenes[index] = self._family.scene(self.sweep.point(index))
             except _POINT_ERRORS as error:
                 found[index] = error
         if self.sweep.run != "predict":
@@ -105,7 +108,9 @@ class Points:
             for index in indices
         )
 
-    def _in_columns(self, predictor: Predictor, indices: list[int], scenes: Mapping[int, Scenario]) -> dict[int, str]:
+    def _in_columns(
+        self, predictor: Predictor, indices: list[int], scenes: _Scenes
+    ) -> dict[int, str]:
         """Lines of points that are predicted together; none if the model cannot, or if a plugin fails at any point."""
         shocks, chains = _shocks_and_chains(indices, scenes)
         try:
@@ -118,7 +123,7 @@ class Points:
         lines = {indices[place]: _done(indices[place], row) for place, row in zip(found.places, rows, strict=True)}
         return lines | {indices[place]: _failed(indices[place], reason) for place, reason in found.failures.items()}
 
-    def _line(self, index: int, scene: Scenario | None, found: _Found | None, predicted: _Predicted) -> str:
+    def _line(self, index: int, scene: FamilyScene | None, found: _Found | None, predicted: _Predicted) -> str:
         """Line of a point; ``found`` and ``predicted`` are its results, if any, or their errors."""
         try:
             simulated, outcome = _valid(found), _valid(predicted)
@@ -127,14 +132,14 @@ class Points:
         except _POINT_ERRORS as error:
             return _failed(index, message_of(error))
 
-    def _simulated(self, scenes: Mapping[int, Scenario]) -> _Results:
+    def _simulated(self, scenes: _Scenes) -> _Results:
         """Results by point number; scenes with the same options are simulated in one call."""
         found: _Results = {}
         for options, indices in _groups(scenes, "simulate").items():
             found |= self._together(options, indices, scenes)
         return found
 
-    def _together(self, options: SimulateOptions, indices: list[int], scenes: Mapping[int, Scenario]) -> _Results:
+    def _together(self, options: SimulateOptions, indices: list[int], scenes: _Scenes) -> _Results:
         try:
             shocks, chains = _shocks_and_chains(indices, scenes)
             settings: dict[str, Any] = {name: getattr(options, name) for name in _SETTINGS}
@@ -148,7 +153,7 @@ class Points:
         return dict(zip(indices, found, strict=True))
 
 
-def _groups(scenes: Mapping[int, Scenario], part: str) -> dict[Any, list[int]]:
+def _groups(scenes: _Scenes, part: str) -> dict[Any, list[int]]:
     """Point numbers by a part of their scenes."""
     groups: dict[Any, list[int]] = {}
     for index, scene in scenes.items():
@@ -156,7 +161,7 @@ def _groups(scenes: Mapping[int, Scenario], part: str) -> dict[Any, list[int]]:
     return groups
 
 
-def _shocks_and_chains(indices: Sequence[int], scenes: Mapping[int, Scenario]) -> tuple[list[Shock], list[Chain]]:
+def _shocks_and_chains(indices: Sequence[int], scenes: _Scenes) -> tuple[list[Shock], list[Chain]]:
     return [scenes[index].shock for index in indices], [scenes[index].chain for index in indices]
 
 
@@ -174,7 +179,7 @@ def _valid(result: _T | BaseException) -> _T:
     return result
 
 
-def _answer(scene: Scenario, predicted: Outcome | None, simulated: SimulationResult | None) -> Answer:
+def _answer(scene: FamilyScene, predicted: Outcome | None, simulated: SimulationResult | None) -> Answer:
     characteristic = Scales.of(scene.chain, scene.shock.peak_force).time
     times = scene.shock.rise_time / characteristic, scene.shock.duration / characteristic
     compared = None
@@ -264,7 +269,7 @@ def run_batch(content: bytes, indices: Sequence[int]) -> str:
     while not lines or (at < len(indices) and time.perf_counter() - begin < SLICE):
         lines += _cache.points.lines(indices[at : at + size])
         at += size
-        size = min(2 * size, _MOST_TOGETHER)
+        size = min(GROWTH * size, _MOST_TOGETHER)
     return lines
 
 
