@@ -1,4 +1,4 @@
-"""The compiled parts of shockwave: two C files, left out where they cannot be built. All else stands in pyproject.toml."""
+"""The compiled parts of shockwave, two C files, left out where they cannot be built; pyproject.toml has all else."""
 
 import os
 import sysconfig
@@ -18,7 +18,7 @@ class BdistWheel(bdist_wheel):
         super().run()
 
 
-# Without a C compiler, the NumPy backend gives the same results. It is also used where the files cannot be compiled yet:
+# Without a C compiler, the NumPy code gives the same results. It is also used where the files cannot be compiled yet:
 # MSVC lacks vector types, and the limited API does not support free-threaded Python.
 COMPILES = not (sysconfig.get_platform().startswith("win") or sysconfig.get_config_var("Py_GIL_DISABLED"))
 

@@ -96,6 +96,12 @@ class ManyPowers(Powers):
             setattr(found, name, getattr(self, name)[where])
         return found
 
+    def free_paths(self) -> list[FreePath]:
+        """Table of each shape; see `ShockProfile.free_path`."""
+        from shockwave.profiles.free_path import of_many_powers
+
+        return of_many_powers(self.rise_exponent, self.decay_exponent, self.duration_ratio)
+
     def impulse_and_force(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Running impulse and force at one s of each shape, 0 <= s <= n; shape (shapes,) each."""
         (a1, a2), left = self.closed_areas(), self._left(s)

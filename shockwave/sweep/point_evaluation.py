@@ -108,9 +108,7 @@ class Points:
             for index in indices
         )
 
-    def _in_columns(
-        self, predictor: Predictor, indices: list[int], scenes: _Scenes
-    ) -> dict[int, str]:
+    def _in_columns(self, predictor: Predictor, indices: list[int], scenes: _Scenes) -> dict[int, str]:
         """Lines of points that are predicted together; none if the model cannot, or if a plugin fails at any point."""
         shocks, chains = _shocks_and_chains(indices, scenes)
         try:
