@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from attrs import frozen
@@ -19,6 +18,8 @@ from shockwave.quadrature import FloatArray
 _SMALL = 2.0
 # Terms of that series: the remainder at _SMALL is below the rounding error.
 _TERMS = 24
+# Number of values below which they are evaluated faster one by one.
+_FEW = 10
 # Rate below which the force is linear: its exponentials could underflow.
 _SMALLEST = 1e-200
 # Values kept for the ends of rise and decay, at which each profile is evaluated again and again.
@@ -57,27 +58,28 @@ class Exponential(ShockProfile):
         return _ramp_at(self.rise_rate, 1.0, 1), (self.duration_ratio - 1) * _ramp_at(-self.decay_rate, 1.0, 1)
 
     def closed_running_impulse(self, s: FloatArray) -> FloatArray:
+        if s.size < _FEW:
+            return elementwise(lambda one: self.closed_at(one)[0], s)
         (a1, a2), left, rate = self.closed_areas(), self._left(s), -self.decay_rate
-        s = np.asarray(s)
         falling = a1 + (a2 - (self.duration_ratio - 1) * _ramps(rate, left, 1))
         return np.where(s <= 1, _ramps(self.rise_rate, np.minimum(s, 1.0), 1), falling)
 
     def closed_double_integral(self, s: FloatArray) -> FloatArray:
         rising = _ramps(self.rise_rate, np.minimum(s, 1.0), 2)
         passed = _ramp_at(-self.decay_rate, 1.0, 2) - _ramps(-self.decay_rate, self._left(s), 2)
-        return np.asarray(
-            rising + sum(self.closed_areas()) * np.maximum(s - 1, 0.0) - (self.duration_ratio - 1) ** 2 * passed
-        )
+        after = sum(self.closed_areas()) * (s - 1) - (self.duration_ratio - 1) ** 2 * passed
+        return np.asarray(rising + np.where(s > 1, after, 0.0))
 
     def closed_at(self, s: float) -> tuple[float, float]:
         if s <= 1:
             return _ramp_at(self.rise_rate, s, 1), _ramp_at(self.rise_rate, s, 0)
-        (a1, a2), left, rate = self.closed_areas(), float(self._left(s)), -self.decay_rate
+        (a1, a2), rate = self.closed_areas(), -self.decay_rate
+        left = min(max(1 - (s - 1) / (self.duration_ratio - 1), 0.0), 1.0)
         return a1 + (a2 - (self.duration_ratio - 1) * _ramp_at(rate, left, 1)), _ramp_at(rate, left, 0)
 
-    def _left(self, s: FloatArray | float) -> Any:
+    def _left(self, s: FloatArray) -> FloatArray:
         """Remaining fraction of the decay, 1 before the peak; same shape as ``s``."""
-        return np.clip(1 - (s - 1) / (self.duration_ratio - 1), 0.0, 1.0)
+        return np.asarray(np.clip(1 - (s - 1) / (self.duration_ratio - 1), 0.0, 1.0))
 
 
 def _ramp(rate: float, s: FloatArray) -> FloatArray:
