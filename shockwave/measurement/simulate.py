@@ -213,7 +213,8 @@ def _simulate_all(scenes: Sequence[tuple[Shock, Chain]], setup: Setup) -> list[_
             known[index] = problem, scales
         except ShockwaveError as error:
             results[index] = error
-    prepare_paths([problem for problem, _ in known.values()])
+    if len(known) > 1:
+        prepare_paths([problem for problem, _ in known.values()])
     answers = _search({index: problem for index, (problem, _) in known.items()}, setup)
     seconds = (time.perf_counter() - begin) / max(len(scenes), 1)
     for index, (problem, scales) in known.items():

@@ -130,12 +130,14 @@ class ChainProblem:
 
 
 def prepare_paths(problems: Sequence[ChainProblem]) -> None:
-    """Compute `ChainProblem.path` of all power laws together."""
-    laws = [(each, each.profile) for each in problems if isinstance(each.profile, Powers) and trusted(each.profile)]
-    if len(laws) >= _TOGETHER:
-        paths = ManyPowers([profile for _, profile in laws]).free_paths()
-        for (problem, _), path in zip(laws, paths, strict=True):
-            vars(problem)["path"] = path  # where the property keeps it
+    """Compute `ChainProblem.path` of power laws together, once for each shape."""
+    own = [(each, each.profile) for each in problems if isinstance(each.profile, Powers) and trusted(each.profile)]
+    shapes = list(dict.fromkeys(profile for _, profile in own))
+    together = len(shapes) >= _TOGETHER
+    paths = ManyPowers(shapes).free_paths() if together else [profile.free_path() for profile in shapes]
+    of = dict(zip(shapes, paths, strict=True))
+    for problem, profile in own:
+        vars(problem)["path"] = of[profile]  # where the property keeps it
 
 
 @frozen(eq=False)
