@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+import numpy as np
+import numpy.typing as npt
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from shockwave.errors import NumericalError
-from shockwave.numerics import bracketed_root, newton_root
+from shockwave.numerics import bracketed_root, newton_root, newton_roots
 
 #: Name -> function, bracket, root.
 CASES: dict[str, tuple[Callable[[float], float], float, float, float]] = {
@@ -79,3 +81,13 @@ def test_newtons_method_finds_the_root_from_any_guess(name: str, guess: float) -
     function, root = INCREASING[name]
     # some roundings
     assert newton_root(function, 1e-3, 1e3, guess, "x") == pytest.approx(root, rel=4e-15, abs=0)
+
+
+def test_many_roots_are_those_of_each_alone() -> None:
+    powers, levels = np.array([0.2, 1.0, 5.0, 9.0]), np.array([1e-3, 2.0, 1e4, 1.0])
+
+    def function(x: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        return x**powers - levels, powers * x**powers
+
+    found = newton_roots(function, np.full(4, 1e-16), np.full(4, 1e3), np.array([1.0, 0.0, 900.0, 1.0]), "x")
+    assert found == pytest.approx(levels ** (1 / powers), rel=4e-15, abs=0)
