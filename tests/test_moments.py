@@ -17,9 +17,10 @@ from pages import table as table_of
 from pulse_families import composed
 from scenes import CHAIN, STEEL, TRUTH, lasting, name_of, script, shock_of
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
+from shockwave.prediction import shock_impulses
 from shockwave.prediction.model_interface import ScaledShock, Shocks
-from shockwave.prediction.moments import COLUMNS, columns, kernel_force, moments_law
-from shockwave.prediction.shock_impulses import gauss, pulse_of, pulses_of
+from shockwave.prediction.moments import COLUMNS, columns, kernel_force, measured, moments_law
+from shockwave.prediction.shock_impulses import gauss, numpy_gauss, pulse_of, pulses_of
 from shockwave.quadrature import FloatArray
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -178,6 +179,50 @@ def test_pulses_are_reduced_together_like_each_alone() -> None:
         np.testing.assert_allclose(pulse.times, alone.times, rtol=1e-12, atol=1e-14)
         np.testing.assert_allclose(pulse.impulses, alone.impulses, rtol=1e-10)
         assert (pulse.known, pulse.turns) == (alone.known, alone.turns)
+
+
+needs_compiled = pytest.mark.skipif(shock_impulses.compiled is None, reason="the law is not compiled")
+
+
+@needs_compiled
+@pytest.mark.parametrize("count", [8, 32, 64])
+@OF_SHAPES
+def test_compiled_and_numpy_rules_agree(profile: sw.ShockProfile, count: int) -> None:
+    at, weights = fine(profile)
+    for found, expected in zip(gauss(at, weights, count), numpy_gauss(at, weights, count), strict=True):
+        assert found == pytest.approx(expected, rel=0, abs=1e-13)
+
+
+@needs_compiled
+@pytest.mark.parametrize("duration", [0.01, 2.0, 20.0, 200.0])
+@OF_SHAPES
+def test_compiled_and_numpy_kernels_and_measures_agree(profile: sw.ShockProfile, duration: float) -> None:
+    law, pulse = moments_law(), pulse_of(scaled(profile, duration))
+    row = pulse.times[None], pulse.impulses[None]
+    log_force, vectors = kernel_force(law, *row)
+    found_force, found = measured(law, *row)
+    assert found_force == pytest.approx(log_force, abs=1e-13)
+    assert found == pytest.approx(columns(law, *row, log_force, vectors), rel=1e-11, abs=1e-14)
+
+
+@needs_compiled
+def test_a_pulse_for_which_the_law_does_not_converge_leaves_the_others() -> None:
+    times, impulses = np.tile([0.0, 1.0], (3, 1)), np.array([[1.0, 2.0], [1.0, np.inf], [1.0, 2.0]])
+    log_force, found = measured(moments_law(), times, impulses)
+    assert np.isnan(log_force).tolist() == [False, True, False]
+    assert log_force[0] == log_force[2]
+    assert np.isfinite(found[[0, 2]]).all()
+
+
+@needs_compiled
+def test_compiled_code_refuses_buffers_that_do_not_fit() -> None:
+    compiled: Any = shock_impulses.compiled
+    ten, nine = np.ones(10), np.ones(9)
+    for given in ((ten, nine, ten, ten, 1), (ten, ten, ten, nine, 1), (ten, ten, ten, ten, 3), (ten, ten, ten, ten, 0)):
+        with pytest.raises(ValueError, match="buffers do not fit"):
+            compiled.gauss(*given)
+    with pytest.raises(ValueError, match="buffers do not fit"):
+        compiled.law(ten, ten, np.ones(1), nine, 1, 1.0, 1.0, 1.0, 1.0, False)
 
 
 def fine(profile: sw.ShockProfile) -> tuple[FloatArray, FloatArray]:

@@ -185,6 +185,7 @@ def test_the_law_is_not_evaluated_again_to_say_why_there_is_no_estimate(monkeypa
 
 def test_a_shock_for_which_the_law_does_not_converge_leaves_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
     # three steps suffice for the short shock, but not for the long one
+    monkeypatch.setattr(moments, "compiled", None)
     monkeypatch.setattr(moments, "_MOST_STEPS", 3)
     shocks = [lasting(sw.Triangular(duration_ratio=4), duration) for duration in (0.1, 9.0)]
     many = sw.Predictor(model="moments").predict_many(shocks, CHAIN)
@@ -274,3 +275,54 @@ def test_shocks_predicted_together_have_the_outcomes_of_single_predictions() -> 
         # the linear algebra of several shocks may round differently
         assert found.expected_error == pytest.approx(single.expected_error, rel=1e-9)
         assert attrs.astuple(found.estimate)[:3] == pytest.approx(attrs.astuple(single.estimate)[:3], rel=1e-12)
+
+
+# ---------------------------------------------------------------- columns
+
+
+def _many() -> list[tuple[sw.Shock, sw.Chain]]:
+    """Shocks of every regime and of several kinds, also outside (3), on endless and finite chains."""
+    profiles = [_power(n, rise, decay) for n in (1.1, 3, 20) for rise in (0, 0.5, 3, 300) for decay in (0, 1, 8)]
+    profiles += [sw.Exponential(rise_rate=3, decay_rate=4, duration_ratio=20), sw.Triangular(duration_ratio=3)]
+    profiles.append(sw.Tabulated(times=[0, 1, 2, 3, 4], forces=[0, 1, 0.1, 0.7, 0]))
+    chains = [CHAIN, attrs.evolve(CHAIN, granules=60)]
+    times = (1e-3, 0.4, 0.9, 3.0, 40.0)
+    scenes = [(_shock(profile, time), chain) for profile in profiles for time in times for chain in chains]
+    return [*scenes, (_shock(profiles[0], 1e5), CHAIN)]  # longer than those of the estimate
+
+
+@pytest.mark.parametrize("settings", [{}, {"alpha": "literal"}, {"wave_threshold": 1e-4}])
+def test_columns_hold_the_attributes_of_outcomes(settings: dict[str, Any]) -> None:
+    scenes = _many()[:: 1 if not settings else 23]
+    predictor = sw.Predictor(**settings)
+    shocks, chains = zip(*scenes, strict=True)
+    columns = predictor.columns(shocks, chains)
+    assert columns is not None
+    assert columns.failures == {}
+    assert columns.places == list(range(len(scenes)))
+    rows = [dict(zip(columns.values, row, strict=True)) for row in zip(*columns.values.values(), strict=True)]
+    for row, outcome in zip(rows, predictor.predict_each(shocks, chains), strict=True):
+        assert isinstance(outcome, sw.Outcome)
+        estimate = outcome.estimate
+        expected = {
+            "regime": outcome.regime,
+            "relation": outcome.relation,
+            "waves": len(outcome.waves),
+            "notes": "; ".join(outcome.warnings) or None,
+            "virtual_rise_time": getattr(outcome, "virtual_rise_time", None),
+            "estimate": estimate and estimate.peak_force,
+            "estimate_low": estimate and estimate.low,
+            "peak_force": outcome.peak_force,
+            "applied_momentum": outcome.applied_momentum,
+            "expected_error_high": outcome.expected_error and outcome.expected_error[1],
+        }
+        found = {name: row[name] for name in expected}
+        # iterations that start together may take a step more
+        assert found == {
+            name: pytest.approx(value, rel=1e-8, abs=1e-10) if isinstance(value, float) else value
+            for name, value in expected.items()
+        }
+
+
+def test_models_without_columns_have_none() -> None:
+    assert sw.Predictor(model="moments").columns([SHOCKS["train"]], [CHAIN]) is None

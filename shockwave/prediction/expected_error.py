@@ -8,7 +8,6 @@ errors of shocks that were not used in the fit lay in these ranges.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +15,7 @@ import numpy.typing as npt
 from shockwave.prediction.model_interface import Peaks, ScaledShock, Settings, Shocks
 from shockwave.prediction.moments import FARTHEST, peaks
 from shockwave.prediction.shock_impulses import LASTING, spread_of, turns
-from shockwave.profiles.conditions import Condition, conditions
+from shockwave.profiles.conditions import conditions, hold
 from shockwave.quadrature import FloatArray
 from shockwave.text import si
 
@@ -55,9 +54,9 @@ def expected_errors(found: Peaks, shocks: Shocks) -> tuple[FloatArray, FloatArra
     own, errors = found.states_error & _bounded(found), np.stack((found.low, found.high), axis=1)
     if own.all():
         return _ranges(found), errors
-    law, shapes = peaks(shocks, Settings()), zip(shocks.areas, shocks.profiles, strict=True)
-    failed = [violations(conditions(areas, profile.duration_ratio)) for areas, profile in shapes]
-    known = ~found.states_error & np.isfinite(law.high) & (np.array(failed)[shocks.shapes] == "")
+    law = peaks(shocks, Settings())
+    valid = hold(shocks.areas, [profile.duration_ratio for profile in shocks.profiles])
+    known = ~found.states_error & np.isfinite(law.high) & valid[shocks.shapes]
     estimates = np.where(own[:, None], _ranges(found), _ranges(law))
     errors[known] = (found.amplification[:, None] / estimates[:, [2, 1]] - 1)[known]
     return estimates, errors
@@ -75,9 +74,11 @@ def _bounded(found: Peaks) -> npt.NDArray[np.bool_]:
     return np.isfinite(found.high) & (found.low > -1)
 
 
-def violations(checked: Sequence[Condition]) -> str:
-    """The conditions (3) that fail, with their margins; empty if all hold."""
-    return "; ".join(f"{each.statement} fails by {-each.margin:.3g}" for each in checked if not each.holds)
+def failed_conditions(shock: ScaledShock) -> str:
+    """Warning that lists the conditions (3) that fail, with their margins; empty if all hold."""
+    checked = conditions(shock.areas, shock.profile.duration_ratio)
+    failed = "; ".join(f"{each.statement} fails by {-each.margin:.3g}" for each in checked if not each.holds)
+    return f"Section 4 does not hold here: the shock violates the conditions (3) ({failed})." if failed else ""
 
 
 def chain_problem(granules: int, shock: ScaledShock) -> str:

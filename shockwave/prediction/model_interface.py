@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from attrs import field, frozen
 
+from shockwave.chain.chain import Scales
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.profiles.base import Areas, ShockProfile
 from shockwave.profiles.guard import trusted
@@ -180,12 +181,25 @@ class Shocks:
 
 
 @frozen(eq=False)
+class ScaledShocks:
+    """Scaled shocks, with their places among the given ones and their units; errors of the others by place."""
+
+    shocks: Shocks
+    places: list[int]
+    units: list[Scales]
+    failures: dict[int, str]
+
+
+@frozen(eq=False)
 class Peaks:
     """Leading waves of many shocks: arrays of shape (shocks,), to be filled.
 
     ``low`` and ``high`` are the ends of the range of the relative error, infinite if it is unknown; ``states_error`` as
     in `ScaledAnswer`. ``failures`` has the reason for each shock without an answer; ``warnings`` are sentences that
     apply to all shocks.
+
+    A model that is `Model.complete` fills the others, too: regimes and relations, numbers of waves, results of (5g)
+    and (5h), NaN in other regimes, and ``notes``, the warnings of single shocks.
     """
 
     amplification: FloatArray
@@ -193,14 +207,21 @@ class Peaks:
     high: FloatArray
     method: npt.NDArray[np.str_]
     states_error: npt.NDArray[np.bool_]
+    regime: npt.NDArray[np.str_]
+    relation: npt.NDArray[np.str_]
+    waves: Indices
+    virtual_rise_time: FloatArray
+    added_momentum: FloatArray
     failures: dict[int, str] = field(factory=dict)
     warnings: list[str] = field(factory=list)
+    notes: dict[int, tuple[str, ...]] = field(factory=dict)
 
     @classmethod
     def of(cls, count: int) -> Peaks:
         """Make the arrays for ``count`` shocks, without answers."""
-        far = np.full(count, np.inf)
-        return cls(np.full(count, np.nan), -far, far, np.full(count, "", dtype="U16"), np.full(count, True))
+        far, unknown, text = np.full(count, np.inf), np.full((3, count), np.nan), np.full((3, count), "", dtype="U16")
+        whole = np.ones(count, dtype=np.intp)
+        return cls(unknown[0], -far, far, text[0], whole > 0, text[1], text[2], whole, unknown[1], unknown[2])
 
     def better(self, where: Indices, amplification: FloatArray | float, bound: FloatArray | float, method: str) -> None:
         """Store answers of one method for the shocks ``where`` whose bounds are below the present ones."""
@@ -212,10 +233,14 @@ class Peaks:
 
 @frozen
 class Model:
-    """A model that also evaluates many shocks at once; like any other model, it is called for one shock."""
+    """A model that also evaluates many shocks at once; like any other model, it is called for one shock.
+
+    ``complete`` states whether ``many`` predicts regimes and later waves, too. An infinite threshold omits these waves.
+    """
 
     one: Callable[[ScaledShock, Settings], ScaledAnswer]
     many: Callable[[Shocks, Settings], Peaks]
+    complete: bool = False
 
     def __call__(self, shock: ScaledShock, settings: Settings) -> ScaledAnswer:
         """Answer for one shock."""
@@ -237,7 +262,13 @@ def one_by_one(
             results.failures[index] = str(error)
             continue
         results.amplification[index], results.method[index] = answer.amplitudes[0], answer.method
-        results.states_error[index] = answer.states_error
+        results.states_error[index], results.waves[index] = answer.states_error, len(answer.amplitudes)
+        results.regime[index], results.relation[index] = answer.regime, answer.relation
+        if answer.ejection is not None:
+            results.virtual_rise_time[index] = answer.ejection.virtual_rise_time
+            results.added_momentum[index] = answer.ejection.added_momentum
+        if answer.warnings:
+            results.notes[index] = answer.warnings
         if answer.expected_error is not None:
             results.low[index], results.high[index] = answer.expected_error
     return results

@@ -43,7 +43,7 @@ from shockwave.prediction.model_interface import (
     Shocks,
 )
 from shockwave.prediction.section4 import regime, relation_of
-from shockwave.prediction.shock_impulses import Pulse, alike, pulse_of, pulses_of
+from shockwave.prediction.shock_impulses import Pulse, alike, compiled, pulse_of, pulses_of
 from shockwave.quadrature import FloatArray
 
 #: Name of the file with the coefficients, beside this one.
@@ -130,10 +130,11 @@ class Law:
         long = _LONG_POWER * np.maximum(logarithm - math.log(self.spreads[-1]), 0)
         return np.asarray(np.exp(known + short + long) + min(5e-8, float(self.errors[0])))
 
-    def bound(self, pulse: Pulse) -> float:
-        """Expected relative error for a pulse; infinite if none was measured."""
-        measured = pulse.known and pulse.spread <= FARTHEST
-        return float(self.error(pulse.spread, pulse.turns)) if measured else math.inf
+    def bounds(self, pulses: Sequence[Pulse]) -> FloatArray:
+        """Expected relative errors for pulses, shape (pulses,); infinite where none was measured."""
+        spread, known, turns = np.array([(each.spread, each.known, each.turns) for each in pulses]).T
+        errors = np.where(turns, self.error(spread, True), self.error(spread, False))
+        return np.where((known > 0) & (spread <= FARTHEST), errors, np.inf)
 
     def amplification(self, pulses: Sequence[Pulse]) -> FloatArray:
         """Amplification F/F0 of pulses, shape (pulses,)."""
@@ -153,17 +154,28 @@ def evaluated(law: Law, pulses: Sequence[Pulse]) -> tuple[FloatArray, FloatArray
     found = np.empty((len(pulses), len(COLUMNS)))
     for where in alike(np.array([pulse.times.size**2 for pulse in pulses], dtype=int), _MOST_TOGETHER):
         times, impulses = (np.array([getattr(pulses[i], name) for i in where]) for name in ("times", "impulses"))
-        log_force[where], vectors = kernel_force(law, times, impulses)
-        found[where] = columns(law, times, impulses, log_force[where], vectors)
+        log_force[where], found[where] = measured(law, times, impulses)
+    return log_force, found
+
+
+def measured(law: Law, times: FloatArray, impulses: FloatArray, similar: bool = False) -> tuple[FloatArray, FloatArray]:
+    """Results of `kernel_force` and `columns` for pulses of shape (pulses, k), by compiled code if there is any.
+
+    If the pulses are ``similar``, the result of one is the first approximation for the next.
+    """
+    if compiled is None:
+        log_force, vectors = kernel_force(law, times, impulses)
+        return log_force, columns(law, times, impulses, log_force, vectors)
+    log_force, found = np.empty(len(times)), np.empty((len(times), len(COLUMNS)))
+    numbers = law.width, law.reach, _G0, law.step_limit
+    compiled.law(times, impulses, log_force, found, len(times), *numbers, similar)
     return log_force, found
 
 
 # ---------------------------------------------------------------- kernel and local measures
 
 
-def kernel_force(
-    law: Law, times: FloatArray, impulses: FloatArray, start: tuple[FloatArray, FloatArray] | None = None
-) -> tuple[FloatArray, FloatArray]:
+def kernel_force(law: Law, times: FloatArray, impulses: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Solve for ln F/F0 of pulses by the kernel without the correction.
 
     The eigenvector is found by Noda's iteration, which solves a linear system with a shift above the largest
@@ -176,8 +188,6 @@ def kernel_force(
         The coefficients.
     times, impulses : numpy.ndarray, shape (pulses, k)
         Times and impulses of the pulses.
-    start : tuple of numpy.ndarray, optional
-        Results of similar pulses.
 
     Returns
     -------
@@ -196,7 +206,7 @@ def kernel_force(
     masses, unit = _G0 * impulses, np.eye(times.shape[1])
     # The limits of a short and of a constant force are both upper bounds.
     highest = np.minimum(1.2 * np.log(masses.sum(axis=1)), math.log(law.step_limit))
-    log_force, vector = start or (highest, np.ones_like(times))
+    log_force, vector = highest, np.ones_like(times)
     for _ in range(_MOST_STEPS):
         power = apart * np.exp(log_force * (_POWER / 6))[:, None, None]
         matrix = np.exp(-power) * masses[:, None]
@@ -281,18 +291,15 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
         raise NumericalError(_DIVERGED)
     sensitivity = -math.log(longer / peak) / math.log1p(_STEP)
     warnings = ["The law of moments predicts only the leading wave. A simulation gives the later waves of a train."]
-    bound = law.bound(pulse)
+    (bound,) = law.bounds([pulse]).tolist()
     return answer(shock, settings, peak, bound, sensitivity, warnings)
 
 
 def _amplifications(law: Law, pulse: Pulse) -> tuple[float, float]:
     """Amplification of a pulse, and of one of the same peak force that is longer by the step for the derivative."""
-    times, impulses, start, found = pulse.times[None], pulse.impulses[None], None, []
-    for _ in range(2):
-        log_force, vector = kernel_force(law, times, impulses, start)
-        found.append(float(law.corrected(log_force, columns(law, times, impulses, log_force, vector))[0]))
-        times, impulses, start = times * (1 + _STEP), impulses * (1 + _STEP), (log_force, vector)
-    return found[0], found[1]
+    lengths = np.array([[1.0], [1 + _STEP]])
+    peak, longer = law.corrected(*measured(law, lengths * pulse.times, lengths * pulse.impulses, similar=True)).tolist()
+    return peak, longer
 
 
 def answer(
@@ -325,7 +332,7 @@ def peaks(shocks: Shocks, settings: Settings) -> Peaks:
     results = Peaks.of(len(shocks))
     pulses = pulses_of(shocks)
     results.amplification[:] = law.amplification(pulses)
-    results.high[:] = [law.bound(pulse) for pulse in pulses]
+    results.high[:] = law.bounds(pulses)
     results.failures.update(dict.fromkeys(np.flatnonzero(np.isnan(results.amplification)).tolist(), _DIVERGED))
     results.high[list(results.failures)] = math.inf
     results.low[:] = -results.high

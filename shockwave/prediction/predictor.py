@@ -8,7 +8,7 @@ from functools import cache, cached_property, partial
 from typing import Any, Literal
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, MOMENTUM, PAPER_COEFFICIENT, SolitaryWave
@@ -18,8 +18,8 @@ from shockwave.prediction.expected_error import (
     FIRST_CONTACTS,
     chain_problem,
     expected_errors,
+    failed_conditions,
     unbounded,
-    violations,
     warning_of,
 )
 from shockwave.prediction.model_interface import (
@@ -28,6 +28,7 @@ from shockwave.prediction.model_interface import (
     Peaks,
     ScaledAnswer,
     ScaledShock,
+    ScaledShocks,
     Settings,
     Shocks,
     one_by_one,
@@ -42,6 +43,7 @@ from shockwave.prediction.outcome import (
     SingleOutcome,
     TrainOutcome,
 )
+from shockwave.prediction.prediction_columns import PredictionColumns, prediction_columns
 from shockwave.profiles.base import Areas, ShockProfile
 from shockwave.profiles.conditions import conditions
 from shockwave.profiles.guard import is_value
@@ -233,9 +235,8 @@ class Predictor:
         peak, low, high = (value * shock.peak_force for value in values)
         problem = "" if chain.granules is None else chain_problem(chain.granules, scaled)
         problem = problem or (unbounded(scaled, shock.peak_force) if math.isnan(peak) else "")
-        failed = "" if answer.states_error else violations(conditions(scaled.areas, shock.profile.duration_ratio))
-        warnings = [f"Section 4 does not hold here: the shock violates the conditions (3) ({failed})."] * bool(failed)
-        warnings += [*answer.warnings, *[warning_of(problem)] * bool(problem)]
+        failed = "" if answer.states_error else failed_conditions(scaled)
+        warnings = [*[failed] * bool(failed), *answer.warnings, *[warning_of(problem)] * bool(problem)]
         own = answer.states_error and answer.expected_error is not None
         method = (answer.method or self.model) if own else "moments"
         return Accuracy(
@@ -271,34 +272,12 @@ class Predictor:
         chains = [chain] * len(shocks) if isinstance(chain, Chain) else list(chain)
         if len(chains) != len(shocks):
             raise InvalidValueError.of("chain", f"must be one, or one for each shock (got {len(chains)})")
-        scales = cache(Scales.of)
-        failures: dict[int, str] = {}
-        # keys: the profile, or its identity if equal profiles may differ in their values
-        shapes: dict[object, tuple[int, ShockProfile, Areas]] = {}
-        given: dict[int, tuple[int, float]] = {}  # index of a shock -> number of its shape, rise time
-        for index, (shock, each) in enumerate(zip(shocks, chains, strict=True)):
-            check_scene(shock, each)
-            profile = shock.profile
-            key = profile if is_value(profile) else id(profile)
-            try:
-                rise_time = scales(each, shock.peak_force).rise_time(shock.rise_time)
-                if key not in shapes:
-                    shapes[key] = len(shapes), profile, profile.areas(self.quadrature)
-            except NO_ANSWER as error:
-                failures[index] = str(error)
-            else:
-                given[index] = shapes[key][0], rise_time
-        scaled = Shocks(
-            profiles=tuple(profile for _, profile, _ in shapes.values()),
-            areas=tuple(areas for _, _, areas in shapes.values()),
-            shapes=np.array([number for number, _ in given.values()], dtype=np.intp),
-            rise_times=np.array([time for _, time in given.values()], dtype=float),
-            momentum_parameter=self._momentum_parameter,
-        )
-        model, places = load("models", self.model), list(given)
+        together = self._scaled_many(shocks, chains)
+        scaled, places, failures = together.shocks, together.places, together.failures
+        model, leading = load("models", self.model), evolve(self._settings, wave_threshold=math.inf)
         with blame("models", model):
             at_once = isinstance(model, Model)
-            found: Peaks = model.many(scaled, self._settings) if at_once else one_by_one(model, scaled, self._settings)
+            found: Peaks = model.many(scaled, leading) if at_once else one_by_one(model, scaled, leading)
         failures.update({places[index]: reason for index, reason in found.failures.items()})
         results = Peaks.of(len(shocks))
         results.amplification[places] = found.amplification
@@ -313,6 +292,45 @@ class Predictor:
             failures=tuple(sorted(failures.items())),
             on_demand=partial(_accuracies, shocks, chains, scaled, found, places),
         )
+
+    def columns(self, shocks: Sequence[Shock], chains: Sequence[Chain]) -> PredictionColumns | None:
+        """Predict shocks, each on its chain, with all results in columns; None for a model that has no such results."""
+        model = load("models", self.model)
+        if not (isinstance(model, Model) and model.complete):
+            return None
+        together = self._scaled_many(shocks, chains)
+        with blame("models", model):
+            return prediction_columns(model.many(together.shocks, self._settings), together, shocks, chains)
+
+    def _scaled_many(self, shocks: Sequence[Shock], chains: Sequence[Chain]) -> ScaledShocks:
+        scales = cache(Scales.of)
+        failures: dict[int, str] = {}
+        # keys: the profile, or its identity if equal profiles may differ in their values
+        shapes: dict[object, tuple[int, ShockProfile, Areas]] = {}
+        given: dict[int, tuple[int, float]] = {}  # index of a shock -> number of its shape, rise time
+        units: list[Scales] = []
+        for index, (shock, each) in enumerate(zip(shocks, chains, strict=True)):
+            check_scene(shock, each)
+            profile = shock.profile
+            key = profile if is_value(profile) else id(profile)
+            try:
+                unit = scales(each, shock.peak_force)
+                rise_time = unit.rise_time(shock.rise_time)
+                if key not in shapes:
+                    shapes[key] = len(shapes), profile, profile.areas(self.quadrature)
+            except NO_ANSWER as error:
+                failures[index] = str(error)
+            else:
+                given[index] = shapes[key][0], rise_time
+                units.append(unit)
+        scaled = Shocks(
+            profiles=tuple(profile for _, profile, _ in shapes.values()),
+            areas=tuple(areas for _, _, areas in shapes.values()),
+            shapes=np.array([number for number, _ in given.values()], dtype=np.intp),
+            rise_times=np.array([time for _, time in given.values()], dtype=float),
+            momentum_parameter=self._momentum_parameter,
+        )
+        return ScaledShocks(scaled, list(given), units, failures)
 
     @property
     def _settings(self) -> Settings:

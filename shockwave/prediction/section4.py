@@ -24,29 +24,36 @@ from attrs import evolve
 from shockwave.numerics import bracketed_root, newton_root
 from shockwave.prediction.model_interface import (
     Inequality,
-    Model,
-    Peaks,
     Regime,
     Relation,
     ScaledAnswer,
     ScaledEjection,
     ScaledShock,
     Settings,
-    Shocks,
-    one_by_one,
 )
-from shockwave.profiles.guard import trusted
-from shockwave.profiles.power_law import ManyPowers, Powers
-from shockwave.quadrature import FloatArray
 
-# Bisections that locate a time to machine precision within thirteen powers of ten.
-_BISECTIONS = 58
-# Largest number of later waves in a train.
-_MOST_WAVES = 1000
+#: Largest number of later waves in a train.
+MOST_WAVES = 1000
 # Points of the scan for roots of (5c) towards each end of rise and decay.
 _SCAN_POINTS = 150
-# A remaining fraction of the impulse below this is a rounding error and does not form a wave.
-_NOTHING_LEFT = 1e-12
+#: A remaining fraction of the impulse below this is a rounding error and does not form a wave.
+NOTHING_LEFT = 1e-12
+#: Coefficient alpha of the later waves of a shock with the decay of a triangle, (5i).
+LATER_ALPHA = (8 - math.sqrt(2)) / 4
+#: Warnings.
+CONTRADICTION = (
+    "The peak force of the leading wave by (5h) is above that of the shock, in contradiction to (5e): the added"
+    " momentum is too large here. Simulate to obtain an accurate peak force."
+)
+ENTIRE = (
+    "The leading wave carries the entire impulse, because the wave is still forming when the shock ends."
+    " Simulate to obtain the later waves, if there are any."
+)
+STRONGER = (
+    "A later wave by (5i) is stronger than the leading wave: the rise is too slow for section 4. Simulate to"
+    " obtain accurate peak forces."
+)
+MANY = f"Only the first {MOST_WAVES} later waves are listed; a larger wave_threshold omits more."
 
 
 def regime(shock: ScaledShock) -> tuple[Regime, tuple[Inequality, ...]]:
@@ -103,13 +110,8 @@ def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Inequality, .
     total = ratio + added / shock.momentum_parameter
     # d/d ln A: the ratio decreases as 1/A, and the window grows at its beginning, where the force is F.
     slope = -ratio * (1 - 2 * force / shock.areas.total)
-    warnings: tuple[str, ...] = ()
     amplitude = total**1.2  # (5h)
-    if amplitude > 1 and relation == "less":
-        warnings = (
-            "The peak force of the leading wave by (5h) is above that of the shock, in contradiction to (5e): the added"
-            " momentum is too large here. Simulate to obtain an accurate peak force.",
-        )
+    warnings = (CONTRADICTION,) * (amplitude > 1 and relation == "less")
     return ScaledAnswer(
         "ejection",
         relation,
@@ -124,39 +126,6 @@ def _ejection(shock: ScaledShock, relation: Relation, trace: tuple[Inequality, .
 def constant_alpha(shock: ScaledShock) -> float:
     """Coefficient alpha^F0 of section 4.1: 2 minus the deviations of the areas from those of a triangle."""
     return 2 - _deviation(shock.areas.rise.value) - _deviation(_decay_share(shock))
-
-
-# ---------------------------------------------------------------- many shocks
-
-
-def peaks(shocks: Shocks, settings: Settings) -> Peaks:
-    """Predict the leading waves of many shocks; those of all power laws are computed together."""
-    shapes = zip(shocks.profiles, shocks.areas, strict=True)
-    laws = [isinstance(each, Powers) and trusted(each) and areas.rise.method == "closed form" for each, areas in shapes]
-    together = np.array(laws, dtype=bool)[shocks.shapes] & (settings.alpha == "constant")
-    # an infinite threshold omits the later waves
-    leading = evolve(settings, wave_threshold=math.inf)
-    results = one_by_one(predict, shocks, leading, np.flatnonzero(~together).tolist())
-    own = ManyPowers([shocks.profiles[shape] for shape in shocks.shapes[together]])
-    results.amplification[together] = _of_powers(own, shocks.rise_times[together], shocks.momentum_parameter)
-    results.states_error[:] = False
-    return results
-
-
-def _of_powers(laws: ManyPowers, rise_times: FloatArray, unit: float) -> FloatArray:
-    """Amplifications of power laws, shape (shocks,), by the table above; the roots of trains by bisection."""
-    a1, a2 = laws.closed_areas()
-    n, ratio = laws.duration_ratio, rise_times * (a1 + a2) / unit
-    alpha = 2 - np.abs(0.5 - a1) ** 1.5 - np.abs(0.5 - a2 / (n - 1)) ** 1.5
-    added = 2 * (1 - laws.closed_running_impulse(np.clip(n - 1 + ratio, 0.0, n)) / (a1 + a2))
-    amplification = (ratio + np.where(ratio < 1, added, 0.0)) ** 1.2
-    lower, upper = 0.99 * unit * alpha ** (5 / 6), 1.01 * np.maximum(n * rise_times, alpha * unit * ratio**-0.2)
-    for _ in range(_BISECTIONS):
-        time = np.sqrt(lower) * np.sqrt(upper)
-        impulse = rise_times * laws.closed_running_impulse(np.minimum(time / rise_times, n))
-        enough = impulse > unit * (alpha * unit / time) ** 5
-        lower, upper = np.where(enough, lower, time), np.where(enough, time, upper)
-    return np.where(alpha * unit < n * rise_times, (alpha * unit / upper) ** 6, amplification)
 
 
 # ---------------------------------------------------------------- trains
@@ -174,19 +143,13 @@ def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tu
         primary = (alpha * shock.momentum_parameter / end) ** 6
         roots, warnings, reach = (primary,), [], -1 / 6
     if end >= shock.duration:
-        warnings.append(
-            "The leading wave carries the entire impulse, because the wave is still forming when the shock ends."
-            " Simulate to obtain the later waves, if there are any."
-        )
+        warnings.append(ENTIRE)
     later = _later_waves(shock, settings.wave_threshold * primary, end)
     highest = max(later, default=0.0)
     if highest > primary:
-        warnings.append(
-            "A later wave by (5i) is stronger than the leading wave: the rise is too slow for section 4. Simulate to"
-            " obtain accurate peak forces."
-        )
-    if len(later) == _MOST_WAVES:
-        warnings.append(f"Only the first {_MOST_WAVES} later waves are listed; a larger wave_threshold omits more.")
+        warnings.append(STRONGER)
+    if len(later) == MOST_WAVES:
+        warnings.append(MANY)
     # Implicit derivative of A F^(5/6) = I(t), t = alpha(F) A F^(-1/6); ``reach`` is d ln t / d ln F for constant A.
     impulse, force = shock.at(end)
     weight = end * force / impulse
@@ -235,10 +198,10 @@ def _passage_time(shock: ScaledShock, start: float, before: float, alpha: float,
 
 def _later_waves(shock: ScaledShock, least: float, end: float) -> list[float]:
     """Peak forces, by (5i), of the waves behind the one that ends at ``end``, down to ``least``."""
-    alpha = (8 - math.sqrt(2)) / 4 - _deviation(_decay_share(shock))
+    alpha = LATER_ALPHA - _deviation(_decay_share(shock))
     waves: list[float] = []
     passage, guess, before = 0.0, 0.0, shock.at(end)[0]
-    while len(waves) < _MOST_WAVES and shock.impulse - before > _NOTHING_LEFT * shock.impulse:
+    while len(waves) < MOST_WAVES and shock.impulse - before > NOTHING_LEFT * shock.impulse:
         last, passage = passage, _passage_time(shock, end, before, alpha, guess)
         guess = passage * passage / last if last else passage
         peak = (alpha * shock.momentum_parameter / passage) ** 6
@@ -293,7 +256,3 @@ def _scan_times(shock: ScaledShock) -> list[float]:
     decay = 1 + (shock.profile.duration_ratio - 1) * share
     points = np.concatenate((share, [1.0], decay, [shock.profile.duration_ratio]))
     return [shock.rise_time * float(point) for point in points]
-
-
-#: The registered model.
-MODEL = Model(predict, peaks)

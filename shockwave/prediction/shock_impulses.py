@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from functools import cache
+from importlib import import_module
+from itertools import chain
+from types import ModuleType
 
 import numpy as np
 from attrs import frozen
@@ -14,7 +18,13 @@ from shockwave.prediction.model_interface import Indices, ScaledShock, Shocks
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import reversal
 from shockwave.profiles.guard import kept, trusted
+from shockwave.profiles.power_law import ManyPowers, Powers
 from shockwave.quadrature import FloatArray
+
+#: The law in C, several times as fast; None if it was built without a C compiler.
+compiled: ModuleType | None = None
+with suppress(ImportError):
+    compiled = import_module("shockwave.prediction._moments")
 
 # Number of times that pieces of a smooth part are halved towards its ends, for infinite slopes and steep decays.
 _HALVINGS = 12
@@ -103,6 +113,15 @@ def gauss(times: FloatArray, impulses: FloatArray, count: int) -> tuple[FloatArr
     count : int
         Number of impulses to compute; where fewer suffice, the others are rounding errors.
     """
+    if compiled is not None:
+        instants, parts = np.empty((2, *times.shape[:-1], count))
+        if compiled.gauss(times, impulses, instants, parts, times.size // times.shape[-1]):
+            return instants, parts
+    return numpy_gauss(times, impulses, count)
+
+
+def numpy_gauss(times: FloatArray, impulses: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+    """`gauss` without the compiled code."""
     impulses = np.maximum(impulses, 0)
     total = impulses.sum(axis=-1, keepdims=True)
     mean = (impulses * times).sum(axis=-1, keepdims=True) / total
@@ -137,49 +156,82 @@ def pulse_of(shock: ScaledShock) -> Pulse:
 
 def pulses_of(shocks: Shocks) -> list[Pulse]:
     """Pulses of many shocks; those with equally many impulses are computed together."""
-    scaled = [shocks.shock(index) for index in range(len(shocks))]
-    keys, moments, jobs = [], [], {}
-    for index, shock in enumerate(scaled):
-        length = _length(shock)
-        count = next(count for limit, count in _INSTANTS if length <= limit)
-        moments.append(_moments(shock.profile))
-        # The rule of a short pulse depends on its shape only.
-        keys.append((count, int(shocks.shapes[index]), index if length > _MOMENTS else -1))
-        if keys[-1] not in jobs:
-            jobs[keys[-1]] = _strongest(shock.profile, length) if length > _MOMENTS else _fine_impulses(shock.profile)
-    alone = len(shocks) == 1 and keys[0][-1] < 0
-    rules = {keys[0]: _rule(scaled[0].profile, keys[0][0])} if alone else _rules(jobs)
-    pulses = []
-    for shock, key, (mean, _, total) in zip(scaled, keys, moments, strict=True):
-        s, parts = rules[key]
-        unit, strength = shock.rise_time / MOMENTUM, shock.impulse / MOMENTUM
-        parts = parts * (strength / parts.sum() if key[-1] < 0 else unit)
-        known = abs(total / shock.areas.total - 1) <= _MOST_MISSED
-        pulses.append(Pulse((s - mean) * unit, parts, spread_of(shock), known, turns(shock)))
-    return pulses
+    profiles, shapes, unit = shocks.profiles, shocks.shapes, shocks.rise_times / MOMENTUM
+    areas = np.array([each.total for each in shocks.areas])[shapes]
+    strength = areas * unit
+    ratios = np.array([float(profile.duration_ratio) for profile in profiles])[shapes]
+    lengths = ratios * unit * np.minimum(IMPULSE_LIMIT * strength**1.2, _HIGHEST) ** (1 / 6)
+    limits, counts = zip(*_INSTANTS, strict=True)
+    places = np.searchsorted(limits, lengths)
+    single = [_has_one_peak(profile) for profile in profiles]
+    found: dict[int, Pulse] = {}
+    for place in sorted(set(places.tolist())):
+        where = np.flatnonzero(places == place)
+        if limits[place] <= _MOMENTS:  # the rule of a short pulse depends on its shape only
+            used, back = np.unique(shapes[where], return_inverse=True)
+            s, parts, moments = (each[back] for each in _rules([profiles[shape] for shape in used], counts[place]))
+            parts *= (strength[where] / parts.sum(axis=1))[:, None]
+        else:
+            own = [profiles[shape] for shape in shapes[where]]
+            jobs = [_strongest(shock.profile, _length(shock)) for shock in map(shocks.shock, where.tolist())]
+            s, parts = np.empty((2, len(own), counts[place]))
+            for group, times, impulses in _together(jobs):
+                s[group], parts[group] = gauss(times, impulses, counts[place])
+            parts *= unit[where, None]
+            moments = np.array([_moments(profile) for profile in own])
+        mean, deviation, total = moments.T
+        times = (s - mean[:, None]) * unit[where, None]
+        spread = deviation * unit[where] * strength[where] ** 0.2
+        known = np.abs(total / areas[where] - 1) <= _MOST_MISSED
+        several = [
+            not single[shape] and turns(shocks.shock(index))
+            for index, shape in zip(where.tolist(), shapes[where].tolist(), strict=True)
+        ]
+        found.update(
+            zip(where.tolist(), map(Pulse, times, parts, spread.tolist(), known.tolist(), several), strict=True)
+        )
+    return [found[index] for index in range(len(shocks))]
+
+
+_Rules = tuple[FloatArray, FloatArray, FloatArray]
+
+
+def _rules(profiles: Sequence[ShockProfile], count: int) -> _Rules:
+    """Instants s and impulses of shapes, shape (shapes, ``count``) each, and their moments, shape (shapes, 3)."""
+    if len(profiles) == 1:
+        s, parts, moments = _rule(profiles[0], count)
+        return s[None], parts[None], moments[None]
+    s, parts = np.empty((2, len(profiles), count))
+    moments = np.empty((len(profiles), 3))
+    powers, left = [], []
+    for index, profile in enumerate(profiles):
+        if isinstance(profile, Powers) and trusted(profile) and profile.is_smooth:
+            powers.append((index, profile))
+        else:
+            left.append(index)
+    fine = (_fine_impulses_of_powers(powers[begin : begin + _AT_ONCE]) for begin in range(0, len(powers), _AT_ONCE))
+    others = _together([_fine_impulses(profiles[index]) for index in left])
+    for group, times, impulses in chain(fine, ((np.array(left)[own], s, parts) for own, s, parts in others)):
+        s[group], parts[group] = gauss(times, impulses, count)
+        moments[group] = _moments_of(times, impulses)
+    return s, parts, moments
 
 
 @kept
-def _rule(profile: ShockProfile, count: int) -> tuple[FloatArray, FloatArray]:
-    return gauss(*_fine_impulses(profile), count)
+def _rule(profile: ShockProfile, count: int) -> _Rules:
+    return *gauss(*_fine_impulses(profile), count), np.array(_moments(profile))
 
 
-_Key = tuple[int, int, int]
-
-
-def _rules(jobs: Mapping[_Key, tuple[FloatArray, FloatArray]]) -> dict[_Key, tuple[FloatArray, FloatArray]]:
-    """Evaluate `gauss` for pulses by keys that begin with the number of impulses to compute."""
-    found: dict[_Key, tuple[FloatArray, FloatArray]] = {}
-    for count in {key[0] for key in jobs}:
-        own = sorted((key for key in jobs if key[0] == count), key=lambda key: jobs[key][0].size)
-        for begin in range(0, len(own), _AT_ONCE):
-            group = own[begin : begin + _AT_ONCE]
-            times, impulses = np.zeros((2, len(group), jobs[group[-1]][0].size))
-            for row, key in enumerate(group):
-                s, parts = jobs[key]
-                times[row], times[row, : s.size], impulses[row, : s.size] = s[-1], s, parts
-            found.update(zip(group, zip(*gauss(times, impulses, count), strict=True), strict=True))
-    return found
+def _together(jobs: Sequence[tuple[FloatArray, FloatArray]]) -> Iterator[tuple[Indices, FloatArray, FloatArray]]:
+    """Yield pulses of many impulses in groups: their indices, and as rows of arrays their instants and impulses."""
+    order = np.argsort([s.size for s, _ in jobs], kind="stable")
+    for begin in range(0, len(order), _AT_ONCE):
+        group = order[begin : begin + _AT_ONCE]
+        times, impulses = np.zeros((2, len(group), jobs[group[-1]][0].size))
+        for row, index in enumerate(group):
+            s, parts = jobs[index]
+            times[row], times[row, : s.size], impulses[row, : s.size] = s[-1], s, parts
+        yield group, times, impulses
 
 
 def spread_of(shock: ScaledShock) -> float:
@@ -218,12 +270,16 @@ def _strongest(profile: ShockProfile, length: float) -> tuple[FloatArray, FloatA
 
 
 @kept
-def _moments(profile: ShockProfile) -> tuple[float, float, float]:
-    """Mean and standard deviation in s, and impulse."""
-    s, impulses = _fine_impulses(profile)
-    total = float(impulses.sum())
-    mean = float((impulses * s).sum()) / total
-    return mean, math.sqrt(max(float((impulses * (s - mean) ** 2).sum()) / total, 0.0)), total
+def _moments(profile: ShockProfile) -> FloatArray:
+    return _moments_of(*_fine_impulses(profile))
+
+
+def _moments_of(s: FloatArray, impulses: FloatArray) -> FloatArray:
+    """Mean and standard deviation in s, and impulse, of pulses of shape (..., points); shape (..., 3)."""
+    total = impulses.sum(axis=-1)
+    mean = (impulses * s).sum(axis=-1) / total
+    variance = (impulses * (s - mean[..., None]) ** 2).sum(axis=-1) / total
+    return np.stack((mean, np.sqrt(variance), total), axis=-1)
 
 
 def turns(shock: ScaledShock) -> bool:
@@ -232,9 +288,14 @@ def turns(shock: ScaledShock) -> bool:
     The average has several peaks if the highest force lasts too briefly to matter.
     """
     profile = shock.profile
-    if trusted(profile) and type(profile).__name__ != "Tabulated":
+    if _has_one_peak(profile):
         return False
     return _turns(profile, round(min(max(_AVERAGED / _length(shock), 1 / _CELLS), 1) * _CELLS))
+
+
+def _has_one_peak(profile: ShockProfile) -> bool:
+    """Whether the class of the profile allows one peak only."""
+    return trusted(profile) and type(profile).__name__ != "Tabulated"
 
 
 @kept
@@ -265,6 +326,18 @@ def _fine_impulses(profile: ShockProfile) -> tuple[FloatArray, FloatArray]:
     widths = np.diff(edges)[:, None]
     s = (edges[:-1, None] + widths * nodes).ravel()
     return s, (widths * weights).ravel() * profile.force(s)
+
+
+def _fine_impulses_of_powers(powers: Sequence[tuple[int, Powers]]) -> tuple[Indices, FloatArray, FloatArray]:
+    """`_fine_impulses` of smooth power laws as rows, after the numbers of the laws."""
+    numbers, profiles = zip(*powers, strict=True)
+    laws = ManyPowers(profiles)
+    nodes, weights = (each[:, None] for each in gauss_legendre(_HALVINGS, _MIDDLE_NODES, _OUTER_NODES))
+    width = laws.duration_ratio - 1
+    s = np.concatenate((np.broadcast_to(nodes, (nodes.size, len(profiles))), 1 + width * nodes))
+    rise, decay = laws.rise(s[: nodes.size]), laws.decay(s[nodes.size :])
+    parts = np.concatenate((weights * rise, width * weights * decay))
+    return np.array(numbers), np.ascontiguousarray(s.T), np.ascontiguousarray(parts.T)
 
 
 def _divided(edges: FloatArray, width: float) -> FloatArray:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.profiles.base import Areas, ShockProfile
@@ -47,6 +50,13 @@ def conditions(areas: Areas, duration_ratio: float) -> tuple[Condition, ...]:
         Condition(name, text, margin if abs(margin) > tolerance else 0.0, margin >= -tolerance)
         for name, text, margin in margins
     )
+
+
+def hold(areas: Sequence[Areas], duration_ratios: Sequence[float]) -> npt.NDArray[np.bool_]:
+    """Whether all conditions (3) hold, for many profiles; shape (profiles,)."""
+    numbers = [(each.rise.value, each.decay.value, each.rise.error + each.decay.error) for each in areas]
+    (a1, a2, error), n = np.array(numbers).T, np.array(duration_ratios, dtype=float)
+    return np.asarray(np.minimum(np.minimum(a2 - a1, a1 - 0.5), (n - 1) / 2 - a2) >= -(TOLERANCE * n + error))
 
 
 @kept

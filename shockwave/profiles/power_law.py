@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from attrs import frozen
 
 from shockwave.fields import quantity
 from shockwave.profiles.base import ShockProfile
-from shockwave.profiles.boundary_layers import edges
+from shockwave.profiles.boundary_layers import LEAST_RATE, edges
 from shockwave.quadrature import FloatArray
 
 if TYPE_CHECKING:
@@ -34,6 +34,11 @@ class Powers(ShockProfile):
         n = self.duration_ratio
         # close to its peak a high power is nearly an exponential
         return (0.0, *edges(0.0, 1.0, -self.rise_exponent, n), 1.0, *edges(1.0, n, self.decay_exponent, n), n)
+
+    @property
+    def is_smooth(self) -> bool:
+        """Whether rise and decay have no boundary layers."""
+        return max(self.rise_exponent, self.decay_exponent) < LEAST_RATE
 
     def closed_areas(self) -> tuple[float, float]:
         return 1 / (1 + self.rise_exponent), (self.duration_ratio - 1) / (1 + self.decay_exponent)
@@ -70,12 +75,39 @@ class Powers(ShockProfile):
         return np.asarray(np.clip((n - s) / (n - 1), 0.0, 1.0))
 
 
+_PARAMETERS = ("rise_exponent", "decay_exponent", "duration_ratio")
+
+
 class ManyPowers(Powers):
     """Power laws of many shapes, with parameters of shape (shapes,); the methods take one s for each shape."""
 
+    rise_exponent: Any
+    decay_exponent: Any
+    duration_ratio: Any
+
     def __init__(self, profiles: Sequence[Powers]) -> None:
-        for name in ("rise_exponent", "decay_exponent", "duration_ratio"):
+        for name in _PARAMETERS:
             setattr(self, name, np.array([getattr(profile, name) for profile in profiles], dtype=float))
+
+    def some(self, where: Any) -> ManyPowers:
+        """Those of the shapes at the indices ``where``, or where that mask is true."""
+        found = ManyPowers([])
+        for name in _PARAMETERS:
+            setattr(found, name, getattr(self, name)[where])
+        return found
+
+    def free_paths(self) -> list[FreePath]:
+        """Table of each shape; see `ShockProfile.free_path`."""
+        from shockwave.profiles.free_path import of_many_powers
+
+        return of_many_powers(self.rise_exponent, self.decay_exponent, self.duration_ratio)
+
+    def impulse_and_force(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Running impulse and force at one s of each shape, 0 <= s <= n; shape (shapes,) each."""
+        (a1, a2), left = self.closed_areas(), self._left(s)
+        rise, decay = np.minimum(s, 1.0) ** self.rise_exponent, left**self.decay_exponent
+        rising = s <= 1
+        return np.where(rising, a1 * s * rise, a1 + a2 * (1 - left * decay)), np.where(rising, rise, decay)
 
 
 @frozen(kw_only=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import attrs
 from attrs import define, evolve, field
@@ -13,6 +13,8 @@ from attrs import define, evolve, field
 from shockwave.chain.chain import Chain
 from shockwave.chain.material import Material
 from shockwave.errors import Fault, InvalidValueError
+from shockwave.options import SimulateOptions
+from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
 from shockwave.registry import load
 from shockwave.scenario.loader import scenario_of
@@ -20,6 +22,15 @@ from shockwave.scenario.scenario import Scenario
 
 # Shocks that are kept: a bound on the memory of a long sweep.
 _MOST_KNOWN = 1024
+
+
+class FamilyScene(NamedTuple):
+    """The parts of a scenario that differ within a family."""
+
+    shock: Shock
+    chain: Chain
+    predictor: Predictor
+    simulate: SimulateOptions
 
 
 @define(eq=False)
@@ -50,6 +61,10 @@ class Family:
         PluginError
             When a plugin is faulty.
         """
+        return evolve(self.base, **self.scene(values)._asdict())
+
+    def scene(self, values: Mapping[str, Any]) -> FamilyScene:
+        """The parts of the scenario that depend on ``values``; see `scenario`."""
         parts: defaultdict[str, dict[str, Any]] = defaultdict(dict)
         shape = {}
         for name, value in values.items():
@@ -63,10 +78,9 @@ class Family:
             parts["chain"]["material"] = Material(**material)
         shock = self._reshaped(shape) if shape else self.base.shock
         chain, constants = (tuple(parts[block].items()) for block in ("chain", "chain.material"))
-        return evolve(
-            self.base,
+        return FamilyScene(
             shock=_shock(shock, parts["shock"]),
-            chain=_chain(self.base.chain, chain, constants),
+            chain=_chain(self.base.chain, chain, constants) if chain or constants else self.base.chain,
             predictor=_located("predict.", self.base.predictor, parts["predict"]),
             simulate=_located("simulate.", self.base.simulate, parts["simulate"]),
         )

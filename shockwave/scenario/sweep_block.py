@@ -118,11 +118,12 @@ class Sweep:
     def point(self, index: int) -> dict[str, Any]:
         """Values of the variables at a point, counted from 0, by their dotted names."""
         found: dict[str, Any] = {}
-        stride = self.points
+        places: list[int] = []
+        for axis in reversed(self.axes):
+            index, place = divmod(index, len(axis.values))
+            places.append(place)
         for axis in self.axes:
-            stride //= len(axis)
-            values = axis.values[index // stride % len(axis)]
-            found.update(zip(axis.names, values, strict=True))
+            found.update(zip(axis.names, axis.values[places.pop()], strict=True))
         return found
 
 

@@ -9,6 +9,7 @@ overlap, so that kinks and infinite slopes of the force do not reduce the order 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import IntEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -17,6 +18,8 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.profiles.base import ShockProfile
+from shockwave.profiles.guard import trusted
+from shockwave.profiles.power_law import ManyPowers, Powers
 from shockwave.quadrature import FloatArray
 
 if TYPE_CHECKING:
@@ -24,6 +27,8 @@ if TYPE_CHECKING:
 
 # Largest number of breakpoints on which steps end; a sampled record has more, but smaller, kinks.
 _MAX_STOPS = 64
+# Least number of power laws whose tables are computed faster together.
+_TOGETHER = 8
 # Duration of the shortest long shock, in characteristic times.
 _LONG = 10.0
 # Number of samples of the force.
@@ -122,6 +127,17 @@ class ChainProblem:
             path += impulse * (time - self.duration) / self.rise_time
         unit = self.peak_force * self.rise_time
         return unit * self.rise_time * path, unit * impulse
+
+
+def prepare_paths(problems: Sequence[ChainProblem]) -> None:
+    """Compute `ChainProblem.path` of power laws together, once for each shape."""
+    own = [(each, each.profile) for each in problems if isinstance(each.profile, Powers) and trusted(each.profile)]
+    shapes = list(dict.fromkeys(profile for _, profile in own))
+    together = len(shapes) >= _TOGETHER
+    paths = ManyPowers(shapes).free_paths() if together else [profile.free_path() for profile in shapes]
+    of = dict(zip(shapes, paths, strict=True))
+    for problem, profile in own:
+        vars(problem)["path"] = of[profile]  # where the property keeps it
 
 
 @frozen(eq=False)

@@ -50,10 +50,12 @@ class Read(NamedTuple):
 def _at(path: str) -> Callable[[Any], Any]:
     """Return a reader of the value at a dotted path, such as ``simulated.waves.1.peak_force``, or None."""
 
+    steps = [int(step) if step.isdigit() else step for step in path.split(".")]
+
     def read(value: Any) -> Any:
-        for step in path.split("."):
-            if step.isdigit():
-                value = value[int(step)] if value and int(step) < len(value) else None
+        for step in steps:
+            if isinstance(step, int):
+                value = value[step] if value and step < len(value) else None
             else:
                 value = getattr(value, step, None)
         return value

@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 import shockwave
-from shockwave.chain.chain import Scales
+from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import UsageError, message_of
 from shockwave.files import read_bytes
 from shockwave.measurement.result import SimulationResult
@@ -24,10 +24,11 @@ from shockwave.measurement.simulate import simulate_many
 from shockwave.options import SimulateOptions
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.predictor import Predictor
+from shockwave.profiles.shock import Shock
 from shockwave.registry import load, plugins
 from shockwave.scenario.block_keys import BLOCKS
 from shockwave.scenario.scenario import Scenario
-from shockwave.scenario.scene_family import Family
+from shockwave.scenario.scene_family import Family, FamilyScene
 from shockwave.scenario.scene_hash import normalised
 from shockwave.scenario.sweep_block import Sweep
 from shockwave.simulation.backend import lack
@@ -39,6 +40,7 @@ from shockwave.sweep.journal import line_of
 _T = TypeVar("_T")
 _Found = SimulationResult | BaseException
 _Results = dict[int, _Found]
+_Scenes = Mapping[int, FamilyScene]
 _Predicted = Outcome | Exception | None
 # Largest record that is hashed [bytes]; the reader of records has its own limit.
 _MOST_RECORD = 2**28
@@ -48,8 +50,10 @@ _POINT_ERRORS = (Exception, SystemExit)
 SLICE = 0.5
 # Options that apply to many simulations.
 _SETTINGS = ("rtol", "integrator", "wave_threshold", "step", "backend")
-# Most points that a worker simulates in one call.
-_MOST_TOGETHER = 128
+# Most points that a worker evaluates in one call.
+_MOST_TOGETHER = 256
+#: Largest ratio of the numbers of points of two consecutive calls.
+GROWTH = 4
 
 
 class Points:
@@ -81,55 +85,61 @@ class Points:
 
     def lines(self, indices: Sequence[int]) -> str:
         """Evaluate some points, and return their lines of the journal."""
-        scenes: dict[int, Scenario] = {}
+        scenes: dict[int, FamilyScene] = {}
         found: dict[int, _Found] = {}
+        lines: dict[int, str] = {}
         for index in indices:
             try:
-                scenes[index] = self._family.scenario(self.sweep.point(index))
+                scenes[index] = self._family.scene(self.sweep.point(index))
             except _POINT_ERRORS as error:
                 found[index] = error
         if self.sweep.run != "predict":
             found |= self._simulated(scenes)
-        predicted = self._predicted(scenes) if self.sweep.run != "simulate" else {}
+        predicted: dict[int, _Predicted] = {}
+        if self.sweep.run != "simulate":
+            for predictor, group in _groups(scenes, "predictor").items():
+                if self.sweep.run == "predict" and (ready := self._in_columns(predictor, group, scenes)):
+                    lines |= ready
+                else:
+                    shocks, chains = _shocks_and_chains(group, scenes)
+                    predicted |= zip(group, predictor.predict_each(shocks, chains), strict=True)
         return "".join(
-            self._line(index, scenes.get(index), found.get(index), predicted.get(index)) for index in indices
+            lines.get(index) or self._line(index, scenes.get(index), found.get(index), predicted.get(index))
+            for index in indices
         )
 
-    def _line(self, index: int, scene: Scenario | None, found: _Found | None, predicted: _Predicted) -> str:
+    def _in_columns(self, predictor: Predictor, indices: list[int], scenes: _Scenes) -> dict[int, str]:
+        """Lines of points that are predicted together; none if the model cannot, or if a plugin fails at any point."""
+        shocks, chains = _shocks_and_chains(indices, scenes)
+        try:
+            found = predictor.columns(shocks, chains)
+        except _POINT_ERRORS:
+            return {}
+        if found is None:
+            return {}
+        rows = zip(*(found.values[read.column.name] for read in self._columns), strict=True)
+        lines = {indices[place]: _done(indices[place], row) for place, row in zip(found.places, rows, strict=True)}
+        return lines | {indices[place]: _failed(indices[place], reason) for place, reason in found.failures.items()}
+
+    def _line(self, index: int, scene: FamilyScene | None, found: _Found | None, predicted: _Predicted) -> str:
         """Line of a point; ``found`` and ``predicted`` are its results, if any, or their errors."""
         try:
             simulated, outcome = _valid(found), _valid(predicted)
             assert scene is not None
-            values = json.dumps(row(self._columns, _answer(scene, outcome, simulated)))
+            return _done(index, row(self._columns, _answer(scene, outcome, simulated)))
         except _POINT_ERRORS as error:
-            return line_of(index, "failed", f'"error": {json.dumps(message_of(error))}')
-        return line_of(index, "done", f'"values": {values}')
+            return _failed(index, message_of(error))
 
-    def _predicted(self, scenes: Mapping[int, Scenario]) -> dict[int, _Predicted]:
-        """Outcomes by point number; those of the same predictor have their accuracies computed together."""
-        groups: dict[Predictor, list[int]] = {}
-        for index, scene in scenes.items():
-            groups.setdefault(scene.predictor, []).append(index)
-        found: dict[int, _Predicted] = {}
-        for predictor, indices in groups.items():
-            shocks, chains = [scenes[index].shock for index in indices], [scenes[index].chain for index in indices]
-            found |= zip(indices, predictor.predict_each(shocks, chains), strict=True)
-        return found
-
-    def _simulated(self, scenes: Mapping[int, Scenario]) -> _Results:
+    def _simulated(self, scenes: _Scenes) -> _Results:
         """Results by point number; scenes with the same options are simulated in one call."""
-        groups: dict[SimulateOptions, list[int]] = {}
-        for index, scene in scenes.items():
-            groups.setdefault(scene.simulate, []).append(index)
         found: _Results = {}
-        for options, indices in groups.items():
+        for options, indices in _groups(scenes, "simulate").items():
             found |= self._together(options, indices, scenes)
         return found
 
-    def _together(self, options: SimulateOptions, indices: list[int], scenes: Mapping[int, Scenario]) -> _Results:
+    def _together(self, options: SimulateOptions, indices: list[int], scenes: _Scenes) -> _Results:
         try:
-            shocks = [scenes[index].shock for index in indices]
-            chains = [scenes[index].chain for index in indices]
+            shocks, chains = _shocks_and_chains(indices, scenes)
             settings: dict[str, Any] = {name: getattr(options, name) for name in _SETTINGS}
             waves = options.waves if self.train else "primary"
             found = simulate_many(shocks, chains, **settings, waves=waves, threads=1)
@@ -141,13 +151,33 @@ class Points:
         return dict(zip(indices, found, strict=True))
 
 
+def _groups(scenes: _Scenes, part: str) -> dict[Any, list[int]]:
+    """Point numbers by a part of their scenes."""
+    groups: dict[Any, list[int]] = {}
+    for index, scene in scenes.items():
+        groups.setdefault(getattr(scene, part), []).append(index)
+    return groups
+
+
+def _shocks_and_chains(indices: Sequence[int], scenes: _Scenes) -> tuple[list[Shock], list[Chain]]:
+    return [scenes[index].shock for index in indices], [scenes[index].chain for index in indices]
+
+
+def _done(index: int, values: Sequence[Any]) -> str:
+    return line_of(index, "done", f'"values": {json.dumps(values)}')
+
+
+def _failed(index: int, reason: str) -> str:
+    return line_of(index, "failed", f'"error": {json.dumps(reason)}')
+
+
 def _valid(result: _T | BaseException) -> _T:
     if isinstance(result, BaseException):
         raise result
     return result
 
 
-def _answer(scene: Scenario, predicted: Outcome | None, simulated: SimulationResult | None) -> Answer:
+def _answer(scene: FamilyScene, predicted: Outcome | None, simulated: SimulationResult | None) -> Answer:
     characteristic = Scales.of(scene.chain, scene.shock.peak_force).time
     times = scene.shock.rise_time / characteristic, scene.shock.duration / characteristic
     compared = None
@@ -237,7 +267,7 @@ def run_batch(content: bytes, indices: Sequence[int]) -> str:
     while not lines or (at < len(indices) and time.perf_counter() - begin < SLICE):
         lines += _cache.points.lines(indices[at : at + size])
         at += size
-        size = min(2 * size, _MOST_TOGETHER)
+        size = min(GROWTH * size, _MOST_TOGETHER)
     return lines
 
 

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import csv
 import json
+from functools import lru_cache
+from operator import add
 from pathlib import Path
 
 from shockwave.files import replacing
 from shockwave.progress import progressed
 from shockwave.sweep.definition import SweepDefinition, as_text
-from shockwave.sweep.journal import Journal
+from shockwave.sweep.journal import Digits, Journal
+
+# Texts of values that are kept.
+_MOST_KEPT = 4096
 
 
 def write_tables(definition: SweepDefinition, journal: Journal) -> tuple[Path, ...]:
@@ -23,16 +28,17 @@ def write_tables(definition: SweepDefinition, journal: Journal) -> tuple[Path, .
     files = (journal.folder / "results.csv", journal.folder / "results.jsonl")
     units = definition.units
     heads = [f"{name} [{unit}]" if unit else name for name, unit in units.items()]
-    names = ["index", *units, "status", "problem"]
+    keys = [f"{json.dumps(name)}: " for name in ("index", *units, "status", "problem")]
+    text_of = lru_cache(_MOST_KEPT, typed=True)(json.dumps)  # most values occur at many points
     with replacing(files[0]) as table, replacing(files[1]) as objects:
         writer = csv.writer(table, lineterminator="\n")
         writer.writerow([*heads, "status", "problem"])
         # point by point, so that memory does not grow with their number
-        for row in journal.rows(definition):
+        for row in journal.rows(definition, Digits):
             values = [*row.point, *row.values, row.status, row.problem]
             # the writer prints floats with all digits
-            writer.writerow([value if isinstance(value, float) else as_text(value) for value in values])
-            found = zip(names, [row.number, *values], strict=True)
-            objects.write(json.dumps(dict(found)) + "\n")
+            writer.writerow([value if isinstance(value, float | str) else as_text(value) for value in values])
+            texts = [value if type(value) is Digits else text_of(value) for value in (row.number, *values)]
+            objects.write(f"{{{', '.join(map(add, keys, texts))}}}\n")
             progressed("writing tables", row.number + 1, journal.points)
     return files

@@ -19,7 +19,7 @@ from pebble import ProcessExpired, ProcessPool
 from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import ShockwaveError, UsageError
 from shockwave.sweep.fork_server import START, start_server
-from shockwave.sweep.point_evaluation import SLICE, run_batch
+from shockwave.sweep.point_evaluation import GROWTH, SLICE, run_batch
 
 # Time for a scheduler and its first worker to answer [s].
 _PATIENCE = 30
@@ -154,8 +154,8 @@ class Processes(Workers):
             self.close()
             self.renewals -= 1
             self.pool = self._start()
-        # the points before the one that hangs take a slice, those in the same call twice as long
-        extra = 3 * SLICE if len(indices) > 1 else 0.0
+        # the points before the one that hangs take a slice, those in the same call GROWTH times as long
+        extra = (1 + GROWTH) * SLICE if len(indices) > 1 else 0.0
         limit = self.timeout and self.timeout + extra
         return self.pool.schedule(run_batch, (content, indices), timeout=limit)
 

@@ -1,0 +1,99 @@
+"""Predictions of many shocks in columns, such as those of a sweep."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+
+from shockwave.chain.chain import Chain
+from shockwave.prediction.expected_error import (
+    FIRST_CONTACTS,
+    chain_problem,
+    expected_errors,
+    failed_conditions,
+    unbounded,
+    warning_of,
+)
+from shockwave.prediction.model_interface import Peaks, ScaledShocks
+from shockwave.profiles.conditions import hold
+from shockwave.profiles.shock import Shock
+
+
+@frozen(eq=False)
+class PredictionColumns:
+    """Results of the shocks at ``places``: lists of numbers and texts by name, with None where there is no value.
+
+    ``failures`` has the error for each of the other shocks.
+    """
+
+    places: list[int]
+    values: dict[str, list[Any]]
+    failures: dict[int, str]
+
+
+def prediction_columns(
+    found: Peaks, together: ScaledShocks, shocks: Sequence[Shock], chains: Sequence[Chain]
+) -> PredictionColumns:
+    """Columns of the attributes of outcomes, from the answers ``found`` of a complete model; see `Outcome`."""
+    scaled, places, units = together.shocks, together.places, together.units
+    estimates, errors = expected_errors(found, scaled)
+    failures = together.failures | {places[index]: reason for index, reason in found.failures.items()}
+    valid = (
+        hold(scaled.areas, [profile.duration_ratio for profile in scaled.profiles])[scaled.shapes] | found.states_error
+    )
+    unknown = np.isnan(estimates[:, 0])
+    notes: list[str | None] = []
+    for own, place in enumerate(places):
+        shock, granules = shocks[place], chains[place].granules
+        said = list(shock.profile.notes)
+        if not valid[own]:
+            said.append(failed_conditions(scaled.shock(own)))
+        said += found.notes.get(own, ())
+        problem = "" if granules is None else chain_problem(granules, scaled.shock(own))
+        problem = problem or (unbounded(scaled.shock(own), shock.peak_force) if unknown[own] else "")
+        if problem:
+            said.append(warning_of(problem))
+            estimates[own], errors[own] = np.nan, (-np.inf, np.inf)
+        if granules is not None:
+            said.append(FIRST_CONTACTS)
+        notes.append("; ".join(dict.fromkeys(said)) or None)
+    forces, rise_times, times, momenta = (
+        np.array(
+            [
+                (shocks[place].peak_force, shocks[place].rise_time, unit.time, unit.momentum)
+                for place, unit in zip(places, units, strict=True)
+            ]
+        )
+        .reshape(-1, 4)
+        .T
+    )
+    areas, ratios = (
+        np.array(each, dtype=float)[scaled.shapes]
+        for each in ([each.total for each in scaled.areas], [profile.duration_ratio for profile in scaled.profiles])
+    )
+    peak, low, high = (estimates * forces[:, None]).T
+    known = np.isfinite(errors[:, 0])
+    numbers = {
+        "peak_force": found.amplification * forces,
+        "amplification": found.amplification,
+        "expected_error_low": np.where(known, errors[:, 0], np.nan),
+        "expected_error_high": np.where(known, errors[:, 1], np.nan),
+        "estimate": peak,
+        "estimate_low": low,
+        "estimate_high": high,
+        "estimate_amplification": peak / forces,
+        "applied_momentum": scaled.rise_times * areas * momenta,
+        "virtual_rise_time": found.virtual_rise_time * times,
+        "added_momentum": found.added_momentum * momenta,
+        "scaled_rise_time": rise_times / times,
+        "scaled_duration": ratios * rise_times / times,
+    }
+    values: dict[str, list[Any]] = {
+        name: [value if finite else None for value, finite in zip(column.tolist(), np.isfinite(column), strict=True)]
+        for name, column in numbers.items()
+    }
+    values |= {name: getattr(found, name).tolist() for name in ("regime", "relation", "waves")} | {"notes": notes}
+    return PredictionColumns(places, values, failures)
