@@ -93,6 +93,7 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
 
 def predict(options: Namespace) -> int:
     def one(scenario: Scenario) -> Any:
+        scenario = scenario.covered_by(scenario.predictor.name)
         return evolve(scenario.predictor.predict(scenario.shock, scenario.chain), scenario=scenario.name)
 
     return _run(options, one, _outcome_row)
@@ -173,6 +174,7 @@ def curve(options: Namespace) -> int:
 
     check_output(options.output, ".json", ".svg", ".png", ".pdf")
     (scenario,) = loaded([options.file], output=options.output)
+    scenario = scenario.covered_by("the universal curve")
     ratio = rise_time_of(scenario)
     found = UniversalCurve(scenario.shock.profile, rtol=options.rtol, longest=options.longest)
     if options.output:
