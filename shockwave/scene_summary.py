@@ -63,8 +63,13 @@ class Scene:
     def facts(self) -> list[tuple[str, str]]:
         """Label and text of the shock and of the chain."""
         length = "semi-infinite" if self.granules is None else f"{self.granules} granules"
-        duration = f"{si(self.rise_time * self.duration_ratio, 's')} (n = {self.duration_ratio:.5g})"
-        shock = f"peak {si(self.peak_force, 'N')}, rise {si(self.rise_time, 's')}, duration {duration}"
         stiffness = f"E {si(self.youngs_modulus, 'Pa')}, nu {self.poisson_ratio:.4g}"
         chain = f"R {si(self.radius, 'm')}, {stiffness}, rho {self.density:.5g} kg/m^3, {length}"
-        return [("shock", f"{self.profile}, {shock}"), ("chain", chain)]
+        shock = shock_text(self.profile, self.peak_force, self.rise_time, self.duration_ratio)
+        return [("shock", shock), ("chain", chain)]
+
+
+def shock_text(profile: str, peak_force: float, rise_time: float, duration_ratio: float) -> str:
+    """Profile and numbers of a shock."""
+    duration = f"{si(rise_time * duration_ratio, 's')} (n = {duration_ratio:.5g})"
+    return f"{profile}, peak {si(peak_force, 'N')}, rise {si(rise_time, 's')}, duration {duration}"

@@ -100,12 +100,43 @@ class Passage:
 
 @frozen(kw_only=True)
 class ContactPeak:
-    """Peak force at a contact, counted from 0 [N], its time [s], and the estimated relative error of the force."""
+    """Greatest force at a contact.
+
+    Attributes
+    ----------
+    contact : int
+        The contact, counted from 0.
+    peak_force : float
+        Greatest total contact force [N].
+    time : float
+        Time of this force [s].
+    error_estimate : float
+        Estimated error of the force, relative to its dynamic part ``peak_force - static_force``.
+    static_force : float
+        Force at the contact before the shock arrives [N].
+    """
 
     contact: int
     peak_force: float
     time: float
     error_estimate: float
+    static_force: float = 0.0
+
+
+@frozen(kw_only=True)
+class Yielding:
+    """First yield of the contacts.
+
+    Attributes
+    ----------
+    first_yield_force : float
+        Smallest force in the chain at which a contact begins to yield [N].
+    peak_ratio : float
+        Largest ratio of a peak force to the force at which its contact begins to yield.
+    """
+
+    first_yield_force: float
+    peak_ratio: float
 
 
 @frozen(kw_only=True)
