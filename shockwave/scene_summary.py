@@ -52,7 +52,7 @@ class Scene:
             youngs_modulus=chain.material.youngs_modulus,
             poisson_ratio=chain.material.poisson_ratio,
             density=chain.material.density,
-            granules=chain.granules,
+            granules=chain.count,
             notes=tuple(shock.profile.notes),
         )
 

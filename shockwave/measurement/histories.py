@@ -31,7 +31,7 @@ _REACH = 8
 def passage_at(result: SimulationResult, contact: int) -> Passage:
     """Compute a `SimulationResult.passage`."""
     contact = checked_contact(result.chain, contact)
-    found, granules = result.found, result.chain.granules
+    found, granules = result.found, result.chain.count
     feels_end = granules is not None and (result.measured is not None or contact > granules - 2 - _REACH)
     beyond = contact - found.contact
     exact = beyond >= 0 and not feels_end

@@ -70,7 +70,7 @@ def check_requests(options: SimulateOptions, chain: Chain, scales: Scales) -> No
 
 def checked_contact(chain: Chain, contact: int) -> int:
     """Check that ``contact`` is a contact of the chain."""
-    granules = chain.granules
+    granules = chain.count
     whole = isinstance(contact, int | np.integer) and not isinstance(contact, bool)
     if not whole or contact < 0 or (granules is not None and contact > granules - 2):
         most = "" if granules is None else f" and at most {granules - 2}, the last of this chain"

@@ -168,7 +168,7 @@ def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
     strength = ratio * shock.profile.areas().total / MOMENTUM
     force = min(1.0, strength**1.2)
     scales = own if force == 1.0 else Scales.of(chain, shock.peak_force * force)
-    problem = ChainProblem(shock.profile, ratio * force ** (1 / 6), 1 / force, chain.granules)
+    problem = ChainProblem(shock.profile, ratio * force ** (1 / 6), 1 / force, chain.count)
     cost = _COST * problem.duration**2
     if cost > _MAX_COST:
         raise NumericalError(

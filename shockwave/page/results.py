@@ -106,7 +106,7 @@ def _simulate(scenario: Scenario) -> SimulationResult:
         primary = evolve(scenario.simulate, waves="primary", record=(), interval=None, until=None)
         return simulate_with(primary, shock, chain)
     until = max(_BEYOND * problem.duration, _PASSED)
-    reached = int(_RATE * until) if chain.granules is None else min(int(_RATE * until), chain.granules - 1)
+    reached = int(_RATE * until) if chain.count is None else min(int(_RATE * until), chain.count - 1)
     options = evolve(
         scenario.simulate,
         contacts=range(0, reached, -(-reached // _CONTACTS)),

@@ -187,7 +187,7 @@ class Predictor:
         scales = Scales.of(chain, shock.peak_force)
         coefficient = coefficient_of(self.momentum_coefficient)
         unit = SolitaryWave.of(shock.peak_force, chain, coefficient)
-        chain_assumed = ", on a semi-infinite chain" if answer.reason and chain.granules is not None else ""
+        chain_assumed = ", on a semi-infinite chain" if answer.reason and chain.count is not None else ""
         common: dict[str, Any] = {
             "model": self.model,
             "method": answer.method or self.model,
@@ -226,7 +226,7 @@ class Predictor:
     ) -> Accuracy[Any, Any]:
         *values, least, most = ranges()
         peak, low, high = (value * shock.peak_force for value in values)
-        problem = "" if chain.granules is None else chain_problem(chain.granules, scaled)
+        problem = "" if chain.count is None else chain_problem(chain.count, scaled)
         problem = problem or (unbounded(scaled, shock.peak_force) if math.isnan(peak) else "")
         failed = "" if answer.states_error else violations(conditions(scaled.areas, shock.profile.duration_ratio))
         warnings = [f"Section 4 does not hold here: the shock violates the conditions (3) ({failed})."] * bool(failed)
@@ -237,7 +237,7 @@ class Predictor:
             None if problem else Estimate(peak, low, high, method),
             problem or None,
             None if problem or math.isinf(least) else (least, most),
-            (*shock.profile.notes, *warnings, *[FIRST_CONTACTS] * (chain.granules is not None)),
+            (*shock.profile.notes, *warnings, *[FIRST_CONTACTS] * (chain.count is not None)),
         )
 
     def predict_many(self, shocks: Iterable[Shock], chain: Chain | Sequence[Chain]) -> Predictions:
@@ -356,7 +356,7 @@ def _accuracies(
     for own, index in enumerate(places):
         if own in found.failures:
             continue
-        granules = chains[index].granules
+        granules = chains[index].count
         if granules is not None and (problem := chain_problem(granules, scaled.shock(own))):
             estimates[index], errors[index] = np.nan, (-np.inf, np.inf)
             notes[warning_of(problem)] = None

@@ -89,9 +89,9 @@ def duration_of(scenario: Scenario) -> float:
 def notes_of(scenario: Scenario) -> tuple[str, ...]:
     """Notes on results of curves for the scenario."""
     notes = tuple(scenario.shock.profile.notes)
-    if scenario.chain.granules is None:
+    if scenario.chain.count is None:
         return notes
-    return (*notes, f"the chain of {scenario.chain.granules} granules is treated as semi-infinite")
+    return (*notes, f"the chain of {scenario.chain.count} granules is treated as semi-infinite")
 
 
 # ---------------------------------------------------------------- curves
