@@ -1,4 +1,4 @@
-"""Results of simulations of chains beyond equal spheres: forces at the contacts, at the wall, energies and velocities."""
+"""Results of simulations of chains beyond equal spheres: forces at the contacts and the wall, energies, velocities."""
 
 from __future__ import annotations
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from types import ModuleType
 
 import numpy as np
 import numpy.typing as npt
-from attrs import frozen
+from attrs import evolve, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.ends import Wall
@@ -14,11 +15,14 @@ from shockwave.chain.impact import Impact
 from shockwave.chain.layout import Layout
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.errors import InvalidValueError
-from shockwave.measurement.simulation_setup import Setup, setup_of
-from shockwave.options import SimulateOptions
+from shockwave.measurement.simulation_setup import RTOL
+from shockwave.options import Backend, SimulateOptions
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
+from shockwave.registry import load
 from shockwave.simulation.assembly import Assembly
+from shockwave.simulation.backend import chosen
+from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.problem import ChainProblem
 
 #: Largest number of contacts that are reported unless they are requested.
@@ -39,8 +43,12 @@ class ChainSetup:
         Units of ``assembly``; its mass and contact stiffness are medians of the chain's.
     assembly : Assembly
         The scaled problem.
-    setup : Setup
-        Options with defaults, and the integrator.
+    options : SimulateOptions
+        The options with all defaults filled in, except the integrator.
+    method : type of Integrator or None
+        The integrator that the options name.
+    compiled : module or None
+        The compiled module, or None for NumPy.
     reported : array of int
         Contacts to report.
     """
@@ -50,7 +58,9 @@ class ChainSetup:
     layout: Layout
     scales: Scales
     assembly: Assembly
-    setup: Setup
+    options: SimulateOptions
+    method: type[Integrator] | None
+    compiled: ModuleType | None
     reported: npt.NDArray[np.intp]
 
     @classmethod
@@ -65,8 +75,12 @@ class ChainSetup:
         layout = Layout.of(chain, excitation)
         scales = _scales(layout, excitation, chain)
         assembly = _assembly(layout, scales, excitation)
-        setup = setup_of(options)
-        return cls(excitation, chain, layout, scales, assembly, setup, _reported(options, len(layout.stiffnesses)))
+        method = None if options.integrator is None else load("integrators", options.integrator)
+        compiled = None if layout.law else chosen(options.backend)
+        backend: Backend = "numpy" if compiled is None else "compiled"
+        filled = evolve(options, rtol=options.rtol or RTOL, backend=backend)
+        reported = _reported(options, len(layout.stiffnesses))
+        return cls(excitation, chain, layout, scales, assembly, filled, method, compiled, reported)
 
     @property
     def granules(self) -> int:
@@ -81,13 +95,13 @@ class ChainSetup:
     @property
     def until(self) -> float | None:
         """Requested end of the simulated time, scaled."""
-        until = self.setup.options.until
+        until = self.options.until
         return None if until is None else until / self.scales.time
 
     @property
-    def static_forces(self) -> FloatArray:
-        """Static contact forces, scaled."""
-        return self.layout.static_forces / self.scales.force
+    def rtol(self) -> float:
+        """Requested relative error."""
+        return self.options.rtol or RTOL
 
     def judged(self, forces: FloatArray) -> npt.NDArray[np.intp]:
         """Contacts whose errors decide whether the tolerance is met: those that the result shows."""

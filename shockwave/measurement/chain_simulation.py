@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from typing import NamedTuple
+from itertools import pairwise
+from typing import NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -16,12 +17,14 @@ from shockwave.errors import NumericalError
 from shockwave.measurement.chain_result import ChainResult, SegmentEnergy, Transmitted
 from shockwave.measurement.chain_scene import ChainScene
 from shockwave.measurement.chain_setup import ChainSetup
+from shockwave.measurement.first_yield import first_yield_force
 from shockwave.measurement.recording import Recording, sample_times
-from shockwave.measurement.result import ContactPeak, Cost, Yielding
+from shockwave.measurement.result import ContactPeak, Cost, SimulationResult, Yielding
+from shockwave.measurement.simulation_setup import immeasurable, scaled
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.assembly import Motion, contact_energies, integrate
+from shockwave.simulation.assembly import Motion, integrate
 from shockwave.simulation.time_limit import time_limit
 
 # Error tolerance of a step of the first run over the requested relative error, and the factor from run to run.
@@ -45,10 +48,10 @@ _NEGLIGIBLE_OF_TOTAL = 1e-13
 _TIME_SHARE = 10.0
 # Larger differences of the times of two runs, in characteristic times, belong to different peaks of about equal force.
 _OTHER_PEAK = 0.5
+# Longest chain of equal granules whose contact forces are computed without being asked for.
+_MOST_GRANULES = 20_000
 # Least velocity of a granule that flies off, over that of the fastest granule.
 _EJECTED = 1e-3
-# Yield pressure over the yield strength, for F_y = pi^3 R*^2 (1.6 sigma_y)^3 / (6 E*^2).
-_YIELD = 1.6
 
 
 def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: Chain) -> ChainResult:
@@ -65,6 +68,29 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
     case = ChainSetup.of(options, excitation, chain)
     runs = _runs(case)
     return _result(case, runs, time.perf_counter() - begin)
+
+
+def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], ContactPeak]:
+    """Greatest forces at the reported contacts of a finite chain of equal granules, and at all contacts.
+
+    Raises
+    ------
+    NumericalError
+        If the integration would take too long, fails, or reaches the time limit.
+    """
+    granules = cast(int, result.chain.granules)
+    if result.options.timeout is None:
+        reason = immeasurable(scaled(result.shock, result.chain)[0])
+        if not reason and result.options.until is None and granules > _MOST_GRANULES:
+            reason = f"the chain has {granules} granules, more than {_MOST_GRANULES} (give until, or a timeout)"
+        if reason:
+            raise NumericalError(f"they are not computed, because {reason}")
+    # the integrator of the waves may be unable to step this chain, or have a fixed step
+    options = evolve(result.options, integrator=None, step=None)
+    case = ChainSetup.of(options, result.shock, result.chain)
+    runs = _runs(case)
+    top = int(np.argmax(runs.best.forces))
+    return tuple(_peak(case, runs, contact) for contact in case.reported.tolist()), _peak(case, runs, top)
 
 
 # ---------------------------------------------------------------- runs and errors
@@ -84,14 +110,13 @@ class _Runs(NamedTuple):
 
 def _runs(case: ChainSetup) -> _Runs:
     """Integrate with smaller and smaller tolerances until the difference of two runs shows that they are met."""
-    adaptive = case.setup.method.adaptive
-    tolerance = max(_FIRST * case.setup.rtol, _TIGHTEST / _TIGHTER) if adaptive else 2 * (case.setup.options.step or 0.0)
+    tolerance = max(_FIRST * case.rtol, _TIGHTEST / _TIGHTER)
     coarse = _run(case, tolerance)
     steps, evaluations = coarse.steps, coarse.evaluations
     until = case.until if case.until is not None else coarse.end
     best: _Runs | None = None
-    for _ in range(_RUNS - 1 if adaptive else 1):
-        tolerance = max(tolerance * _TIGHTER, _TIGHTEST) if adaptive else tolerance / 2
+    for _ in range(_RUNS - 1):
+        tolerance = max(tolerance * _TIGHTER, _TIGHTEST)
         try:
             fine = _run(case, tolerance, until)
         except NumericalError:
@@ -99,7 +124,7 @@ def _runs(case: ChainSetup) -> _Runs:
                 raise
             break
         steps, evaluations = steps + fine.steps, evaluations + fine.evaluations
-        errors, missed = _errors(case, coarse, fine, tolerance if adaptive else 0.0)
+        errors, missed = _errors(case, coarse, fine, tolerance)
         if best is None or errors[case.reported].max() < best.errors[case.reported].max():
             best = _Runs(fine, coarse, tolerance, errors, missed, steps, evaluations)
         if not missed or tolerance <= _TIGHTEST:
@@ -114,18 +139,16 @@ def _run(case: ChainSetup, tolerance: float, until: float | None = None, times: 
         case.assembly,
         tolerance,
         until=case.until if until is None else until,
-        times=times,
-        compiled=case.setup.compiled,
-        integrator=case.setup.method,
+        times=() if times is None else times,
+        compiled=case.compiled,
+        integrator=case.method,
     )
 
 
 def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float) -> tuple[FloatArray, bool]:
     """Relative error estimates of the forces at all contacts, and whether a reported one misses its tolerance."""
-    forces, power, rtol = fine.forces, case.assembly.exponent, case.setup.rtol
-    dynamic = forces - case.static_forces
-    slope = power * case.assembly.stiffnesses ** (1 / power) * forces ** ((power - 1) / power)
-    error = _DIFFERENCE_SHARE * np.abs(forces - coarse.forces) + _TOLERANCE_SHARE * tolerance * slope
+    forces, dynamic, rtol = fine.forces, fine.dynamic_forces, case.rtol
+    error = _DIFFERENCE_SHARE * np.abs(dynamic - coarse.dynamic_forces) + _TOLERANCE_SHARE * tolerance * dynamic
     error += _ROUNDING * forces
     base = np.maximum(dynamic, np.maximum(_NEGLIGIBLE * dynamic.max(), _NEGLIGIBLE_OF_TOTAL * forces))
     errors = np.divide(error, base, out=np.zeros_like(error), where=base > 0)
@@ -141,7 +164,7 @@ def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float) ->
 
 def _result(case: ChainSetup, runs: _Runs, seconds: float) -> ChainResult:
     layout, scales, motion = case.layout, case.scales, runs.best
-    options = case.setup.options
+    options = evolve(case.options, integrator=motion.integrator)
     peaks = [_peak(case, runs, contact) for contact in case.reported.tolist()]
     top = _peak(case, runs, int(np.argmax(motion.forces)))
     momentum, energy = _applied(case, motion)
@@ -192,15 +215,13 @@ def _notes(excitation: Shock | Impact) -> tuple[str, ...]:
 
 
 def _missed(case: ChainSetup, runs: _Runs) -> list[str]:
-    """Warning if the reported forces do not meet the tolerance, or the step is too large."""
+    """Warning if a shown force does not meet the tolerance."""
     if not runs.missed:
         return []
-    worst = int(case.reported[np.argmax(runs.errors[case.reported])])
+    judged = case.judged(runs.best.forces)
+    worst = int(judged[np.argmax(runs.errors[judged])])
     reached = f"the relative error of the greatest force at contact {worst} is estimated as {runs.errors[worst]:.1e}"
-    if case.setup.options.rtol is None:
-        step = f"The step of {case.setup.options.step:g} is large for {case.setup.options.integrator}: {reached}"
-        return [f"{step}. A smaller step reduces the error."]
-    return [f"The tolerance was not met: {reached}, not {case.setup.options.rtol:.1e}."]
+    return [f"The tolerance was not met: {reached}, not {case.rtol:.1e}."]
 
 
 def _peak(case: ChainSetup, runs: _Runs, contact: int) -> ContactPeak:
@@ -244,7 +265,7 @@ def _energies(case: ChainSetup, motion: Motion) -> tuple[list[tuple[int, int, fl
         each[-1] += motion.potential[-1]
     segments = np.asarray(case.layout.segments)
     begins = [0, *(np.flatnonzero(np.diff(segments)) + 1).tolist(), granules]
-    parts = zip(begins, begins[1:], strict=False)
+    parts = pairwise(begins)
     found = [(begin, end - 1, math.fsum(each[begin:end])) for begin, end in parts]
     movable = len(motion.kinetic) > granules
     return found, float(motion.kinetic[-1]) + motion.end_energy if movable else None
@@ -296,7 +317,7 @@ def _yielding(case: ChainSetup, motion: Motion) -> Yielding | None:
     if not at.size or layout.law is not None:
         return None
     radii, moduli = layout.reduced_radii[at], layout.moduli[at]
-    first = math.pi**3 / 6 * (_YIELD * softer[at]) ** 3 * (radii / moduli) ** 2
+    first = first_yield_force(radii, moduli, softer[at])
     ratios = motion.forces[at] * case.scales.force / first
     return Yielding(first_yield_force=float(first.min()), peak_ratio=float(ratios.max()))
 
@@ -318,8 +339,7 @@ def _record(result: ChainResult) -> Recording:
         case = ChainSetup.of(options, result.excitation, result.chain)
         end = result.end / case.scales.time
         times = sample_times(options, case.scales, end, case.granules)
-        tolerance = _FIRST * case.setup.rtol * _TIGHTER if case.setup.method.adaptive else options.step or 0.0
-        motion = _run(case, max(tolerance, _TIGHTEST), end, times)
+        motion = _run(case, max(_FIRST * case.rtol * _TIGHTER, _TIGHTEST), end, times)
     scales = case.scales
     x, v = motion.samples_x[:, : case.granules], motion.samples_v[:, : case.granules]
     recording = Recording(times=times * scales.time, contacts=options.contacts)
@@ -332,7 +352,7 @@ def _record(result: ChainResult) -> Recording:
         recording = evolve(recording, displacements=displacements, velocities=scales.velocity * v)
     if "energies" in options.record:
         kinetic = 0.5 * np.add.reduce(v * v / case.assembly.inverse_masses[: case.granules], axis=1)
-        contact = np.add.reduce(contact_energies(case.assembly, motion.samples_x), axis=1)
+        contact = np.add.reduce([case.assembly.potential(each) for each in motion.samples_x], axis=1)
         energies = scales.energy * kinetic, scales.energy * contact
         recording = evolve(recording, kinetic_energy=energies[0], contact_energy=energies[1])
     return recording

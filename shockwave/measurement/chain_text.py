@@ -37,7 +37,7 @@ def chain_lead(result: ChainResult) -> str:
     top = result.greatest_force
     return (
         f"greatest force {_force(top)} {_place(result, top.contact)}, {si(top.time, 's', _TIME_DIGITS)}, "
-        f"estimated relative error {top.error_estimate:.0e}"
+        f"estimated error {top.error_estimate:.0e}"
     )
 
 
@@ -51,9 +51,9 @@ def chain_answer(result: ChainResult) -> Iterator[tuple[str, str]]:
     wall = result.transmitted
     if wall is not None:
         force = si(wall.peak_force, "N", error=wall.error_estimate)
-        at = f" at {si(wall.time, 's', _TIME_DIGITS)}, estimated relative error {wall.error_estimate:.0e}"
-        yield "force on the wall", force + (at if wall.peak_force else "")
-        yield "impulse on the wall", si(wall.impulse, "N s")
+        at = f" at {si(wall.time, 's', _TIME_DIGITS)}, estimated error {wall.error_estimate:.0e}"
+        yield "wall force", force + (at if wall.peak_force else "")
+        yield "wall impulse", si(wall.impulse, "N s")
     if result.restitution is not None:
         yield "restitution", f"{result.restitution:.5g} (of the striker)"
     if result.recoil_velocities is not None:
@@ -73,7 +73,7 @@ def chain_answer(result: ChainResult) -> Iterator[tuple[str, str]]:
 
 
 def contact_table(result: ChainResult) -> str:
-    """A row for each reported contact, or for some of them on a screen that is not wide; then the segments' energies."""
+    """A row for each reported contact, or for some on a screen that is not wide; then the energies of the segments."""
     peaks = result.contacts
     shown = _chosen(len(peaks))
     lines = [table(_CONTACTS, [_row(result, peaks[index]) for index in shown])]
