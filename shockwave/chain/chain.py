@@ -104,7 +104,7 @@ class Chain:
         self.__attrs_init__(
             material=material,
             radius=radius_of(radius, diameter),
-            granules=granules,  # type: ignore[arg-type]  # converted to a tuple
+            granules=granules,
             end=end,
             precompression=precompression,
             gravity=gravity,

@@ -71,10 +71,11 @@ def _further(chain: Chain) -> Iterator[tuple[str, str]]:
         for place, _, segment in segments:
             if segment.gap:
                 yield f"granules{place}.gap", "a gap"
-            if len(set(_sizes(chain, segment))) > 1:
-                yield f"granules{place}", "a taper"
-            elif _kind(chain, segment) != equal:
-                yield f"granules{place}", "other granules than before"
+        for place, _, segment in segments:
+            taper = len(set(_sizes(chain, segment))) > 1
+            if taper or _kind(chain, segment) != equal:
+                yield f"granules{place}", "a taper" if taper else "granules of another kind"
+                break
     names = {"end": "a wall", "precompression": "a static force", "gravity": "gravity", "damping": "damping"}
     for name, text in (names | {"contact": "another contact law"}).items():
         if getattr(chain, name):

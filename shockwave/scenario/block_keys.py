@@ -17,7 +17,7 @@ from attrs import evolve, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.material import Material
-from shockwave.fields import Quantity, quantity_of
+from shockwave.fields import DIAMETER, Quantity, quantity_of
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
@@ -26,7 +26,6 @@ from shockwave.profiles.shock import DURATION, Shock
 #: The profile whose samples may come from a file.
 RECORD = "tabulated"
 _RATIO = Quantity("", "n, total duration over rise time", above=1, example="10")
-_DIAMETER = Quantity("m", "diameter 2 R of the granules", above=0)
 
 
 @frozen
@@ -105,8 +104,9 @@ def _settings(cls: type) -> tuple[Key, ...]:
 
 SCENARIO = (
     Key("name", annotation=str, meaning="name of the scenario; if omitted, the name of the file"),
-    Key("chain", required=True, meaning="a mapping of material, diameter, granules"),
+    Key("chain", required=True, meaning="a mapping of material, diameter, granules, and further features"),
     Key("shock", required=True, meaning="a mapping of profile, peak_force, rise_time, duration_ratio, parameters"),
+    Key("impact", meaning="a striker: a mapping of velocity, diameter, material", instead_of=("shock",)),
     Key("predict", default=None, meaning="settings of the prediction"),
     Key("simulate", default=None, meaning="settings of the simulation"),
     Key("requires", annotation=list[str], default=None, meaning="Python packages that must be installed"),
@@ -114,13 +114,20 @@ SCENARIO = (
     Key("sweep", default=None, meaning="a mapping of grid, zip or points, for many cases"),
     Key("uncertainty", default=None, meaning="a mapping of dotted names to probability distributions"),
 )
-_, _RADIUS, _GRANULES = keys_of(Chain)
+_CHAIN = {key.name: key for key in keys_of(Chain)}
 CHAIN = (
     Key("material", required=True, kind="materials", meaning="a name from `shockwave list materials`, or a mapping"),
-    Key("diameter", required=True, spec=_DIAMETER),
-    evolve(_RADIUS, required=False, instead_of=("diameter",)),
-    _GRANULES,
+    Key("diameter", required=True, spec=DIAMETER),
+    evolve(_CHAIN["radius"], required=False, instead_of=("diameter",)),
+    _CHAIN["granules"],
+    Key("end", default="free", meaning="free, or a mapping of wall, mass, stiffness, damping"),
+    _CHAIN["precompression"],
+    _CHAIN["gravity"],
+    Key("damping", default=None, meaning="a mapping of model and its parameters"),
+    Key("contact", default=None, meaning="exponent and stiffness, or model and its parameters; if omitted, Hertz's"),
 )
+#: Keys of the ``chain`` block that have blocks of their own; ``granules`` has one if it is a list.
+CHAIN_BLOCKS = ("end", "damping", "contact")
 #: Keys for an unknown profile; `shock_keys` gives those for a known one.
 SHOCK = (
     Key("profile", required=True, annotation=str, kind="profiles", meaning="a name from `shockwave list profiles`"),
