@@ -142,7 +142,7 @@ def _simulate(scenario: Scenario) -> SimulationResult | Any:
 def _simulate_chain(scenario: Scenario) -> Any:
     """Simulate a chain beyond equal spheres, with the forces that are drawn."""
     plain = evolve(scenario.simulate, record=(), interval=None)
-    result = simulate_with(plain, scenario.excitation, scenario.chain)
+    result: Any = simulate_with(plain, scenario.excitation, scenario.chain)
     contacts = result.scene.contacts
     options = evolve(
         result.options,
