@@ -131,11 +131,11 @@ def _row(result: ChainResult, peak: ContactPeak) -> tuple[str, ...]:
 
 
 def _name(result: ChainResult, contact: int) -> str:
-    return f"{contact} (wall)" if result.transmitted and contact == result.scene.contacts - 1 else str(contact)
+    return f"{contact} (wall)" if result.transmitted and contact == result.contact_count - 1 else str(contact)
 
 
 def _place(result: ChainResult, contact: int) -> str:
-    at_wall = result.transmitted is not None and contact == result.scene.contacts - 1
+    at_wall = result.transmitted is not None and contact == result.contact_count - 1
     return "on the wall" if at_wall else f"at contact {contact}"
 
 

@@ -38,10 +38,10 @@ def peak_forces(ax: Axes, result: ChainResult) -> Axes:
     if static.any():
         ax.plot(contacts, static, color=GREY, linewidth=1.0, linestyle=":", label="static force")
     if result.transmitted is not None:
-        wall = result.scene.contacts - 1
+        wall = result.contact_count - 1
         ax.plot([wall], [result.transmitted.peak_force], "s", color=VERMILION, markersize=4.5, label="wall")
     _borders(ax, result, vertical=True)
-    ax.set(xlim=(-0.5, result.scene.contacts - 0.5), ylim=(0, 1.08 * float(forces.max()) or 1.0))
+    ax.set(xlim=(-0.5, result.contact_count - 0.5), ylim=(0, 1.08 * float(forces.max()) or 1.0))
     ax.locator_params(axis="x", integer=True)
     return finish(ax, ("contact", ""), ("greatest force", "N"))
 
