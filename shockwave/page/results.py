@@ -141,7 +141,7 @@ def _simulate(scenario: Scenario) -> SimulationResult | Any:
 
 def _simulate_chain(scenario: Scenario) -> Any:
     """Simulate a chain beyond equal spheres, with the forces that are drawn."""
-    plain = evolve(scenario.simulate, record=(), interval=None)
+    plain = evolve(scenario.simulate, contacts=(), record=(), interval=None)
     result: Any = simulate_with(plain, scenario.excitation, scenario.chain)
     contacts = result.contact_count
     options = evolve(
