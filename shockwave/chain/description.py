@@ -16,9 +16,8 @@ from shockwave.text import si
 
 # Lines of segments; the number of further granules is stated.
 _MOST_LINES = 12
-#: Argument -> key of a scenario, where they differ, by class.
-KEYS: dict[type, dict[str, str]] = {Taper: {"first": "from", "last": "to"}}
-_WALL = {"material": "wall"}
+# Arguments of a taper whose keys have other names.
+_ENDS = {"first": "from", "last": "to"}
 
 
 def chain_data(chain: Chain, names: bool = True) -> dict[str, Any]:
@@ -27,7 +26,8 @@ def chain_data(chain: Chain, names: bool = True) -> dict[str, Any]:
     if isinstance(chain.granules, tuple):
         form["granules"] = [_part(part, names) for part in chain.granules]
     if chain.end is not None:
-        form["end"] = {_WALL.get(name, name): value for name, value in _block(chain.end, names).items()}
+        own = _block(chain.end, names)
+        form["end"] = {"wall": own.pop("material", "same"), **own}
     for name, law in (("damping", chain.damping), ("contact", chain.contact)):
         if law is not None:
             entry = entry_of("contacts", type(law))
@@ -54,7 +54,7 @@ def _block(owner: Any, names: bool) -> dict[str, Any]:
     for field in attrs.fields(type(owner)):
         value = getattr(owner, field.name)
         if value != field.default:
-            form[KEYS.get(type(owner), {}).get(field.name, field.name)] = _value(value, names)
+            form[_ENDS.get(field.name, field.name)] = _value(value, names)
     return form
 
 
