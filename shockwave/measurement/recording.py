@@ -40,7 +40,9 @@ class Recording:
     displacements, velocities : array, shape (k, granules), or None
         Displacements [m] and velocities [m/s] of all granules that have moved by the end.
     kinetic_energy, contact_energy : array, shape (k,), or None
-        Kinetic energy and contact energy of the chain [J].
+        Kinetic energy and contact energy of the chain [J], the latter counted from the static state.
+    wall_force : array, shape (k,), or None
+        Force on the wall [N]; None without a wall or ``forces``.
     """
 
     times: FloatArray
@@ -50,6 +52,7 @@ class Recording:
     velocities: FloatArray | None = None
     kinetic_energy: FloatArray | None = None
     contact_energy: FloatArray | None = None
+    wall_force: FloatArray | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Attributes by name, with arrays as lists of SI floats."""

@@ -11,6 +11,7 @@ from attrs import asdict, evolve, field, frozen
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.errors import NumericalError
+from shockwave.measurement.first_yield import first_yield_force
 from shockwave.measurement.recording import Recording, plain
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
@@ -30,6 +31,11 @@ _UNITS = {
 }
 # JSON keys for the granules that leave the ends of the chain.
 _ENDS = ("recoil_momentum", "recoil_error", "recoil_velocities", "ejected_granules", "spall_velocities")
+# JSON keys that apply to chains beyond equal spheres only.
+_BEYOND = (
+    *("transmitted", "end", "arrival_time", "applied_energy", "velocities", "restitution", "segments", "end_energy"),
+    "dissipated_energy",
+)
 
 
 @frozen(kw_only=True)
@@ -100,12 +106,43 @@ class Passage:
 
 @frozen(kw_only=True)
 class ContactPeak:
-    """Peak force at a contact, counted from 0 [N], its time [s], and the estimated relative error of the force."""
+    """Greatest force at a contact.
+
+    Attributes
+    ----------
+    contact : int
+        The contact, counted from 0.
+    peak_force : float
+        Greatest total contact force [N].
+    time : float
+        Time of this force [s].
+    error_estimate : float
+        Estimated error of the force, relative to its dynamic part ``peak_force - static_force``.
+    static_force : float
+        Force at the contact before the shock arrives [N].
+    """
 
     contact: int
     peak_force: float
     time: float
     error_estimate: float
+    static_force: float = 0.0
+
+
+@frozen(kw_only=True)
+class Yielding:
+    """First yield of the contacts.
+
+    Attributes
+    ----------
+    first_yield_force : float
+        Smallest force in the chain at which a contact begins to yield [N].
+    peak_ratio : float
+        Largest ratio of a peak force to the force at which its contact begins to yield.
+    """
+
+    first_yield_force: float
+    peak_ratio: float
 
 
 @frozen(kw_only=True)
@@ -322,9 +359,26 @@ class SimulationResult:
         return self.train.spall_velocities
 
     @property
+    def contacts(self) -> tuple[ContactPeak, ...]:
+        """Greatest force at each reported contact of a finite chain within the simulated time; else empty."""
+        return self._contacts[0]
+
+    @property
     def greatest_force(self) -> ContactPeak | None:
-        """Greatest contact force; None if the chain is semi-infinite."""
-        return self.train.greatest_force
+        """Greatest contact force; None if the chain is semi-infinite.
+
+        If the option ``waves`` is ``primary``, it is the greatest one within the simulated time of `contacts`.
+        """
+        return self._contacts[1] if self.options.waves == "primary" else self.train.greatest_force
+
+    @property
+    def yielding(self) -> Yielding | None:
+        """First yield of the contacts, for the leading wave; None if the yield strength is not known."""
+        chain, strength = self.chain, self.chain.material.yield_strength
+        if strength is None:
+            return None
+        first = first_yield_force(chain.radius / 2, chain.plane_strain_modulus / 2, strength)
+        return Yielding(first_yield_force=first, peak_ratio=self.peak_force / first)
 
     @property
     def recording(self) -> Recording | None:
@@ -341,6 +395,16 @@ class SimulationResult:
             except NumericalError as error:
                 warnings.append(f"No passage at contact {contact}: {error}.")
         return tuple(passages), tuple(warnings)
+
+    @cached_property
+    def _contacts(self) -> tuple[tuple[ContactPeak, ...], ContactPeak | None, tuple[str, ...]]:
+        """Peaks at the reported contacts, the greatest of all, and a warning if they could not be computed."""
+        if self.chain.granules is None:
+            return (), None, ()
+        try:
+            return *self.on_demand("contacts", self), ()
+        except NumericalError as error:
+            return (), None, (f"No forces at the contacts: {error}.",)
 
     @cached_property
     def _recording(self) -> tuple[Recording | None, tuple[str, ...]]:
@@ -379,9 +443,12 @@ class SimulationResult:
             "waves": [asdict(wave) for wave in self.waves],
             "wave_threshold": self.options.wave_threshold,
             "passages": [asdict(passage) for passage in self.passages],
+            "contacts": [asdict(peak) for peak in self.contacts],
             "applied_momentum": self.applied_momentum,
             **ends,
-            "greatest_force": asdict(self.greatest_force) if train and self.greatest_force else None,
+            "greatest_force": self.greatest_force and asdict(self.greatest_force),
+            **dict.fromkeys(_BEYOND),
+            "yield": self.yielding and asdict(self.yielding),
             "momentum_defect": self.momentum_defect,
             "energy_defect": self.energy_defect,
             "recording": self.recording and self.recording.to_dict(),
@@ -390,7 +457,7 @@ class SimulationResult:
             "rtol": self.rtol,
             "step": self.options.step,
             "cost": asdict(self.cost),
-            "warnings": list(self.all_warnings),
+            "warnings": [*self.all_warnings, *self._contacts[2]],
             "scene": self.scene.to_dict(),
         }
 

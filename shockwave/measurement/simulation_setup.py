@@ -19,8 +19,8 @@ from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.problem import ChainProblem, Request
 
-# Default relative error of an adaptive method.
-_RTOL = 1e-6
+#: Default relative error of an adaptive method.
+RTOL = 1e-6
 # Default step of a fixed-step method, in characteristic times of the wave.
 _STEP = 0.02
 # Tolerance below which the method of high order needs fewer evaluations.
@@ -78,13 +78,14 @@ class Setup:
     """Options with all defaults filled in, and the integrator.
 
     ``search`` is the integrator if the search for the leading wave can use it, otherwise None. ``compiled`` is the
-    compiled module, or None for NumPy.
+    compiled module, or None for NumPy. ``given`` are the options without the defaults.
     """
 
     options: SimulateOptions
     method: type[Integrator]
     search: type[Nystroem] | None
     compiled: ModuleType | None
+    given: SimulateOptions
 
     @property
     def rtol(self) -> float:
@@ -141,11 +142,11 @@ def setup_of(options: SimulateOptions) -> Setup:
     filled = evolve(
         options,
         integrator=name,
-        rtol=(options.rtol or _RTOL) if method.adaptive else None,
+        rtol=(options.rtol or RTOL) if method.adaptive else None,
         step=None if method.adaptive else (options.step or _STEP),
         backend="numpy" if compiled is None else "compiled",
     )
-    return Setup(filled, method, search, compiled)
+    return Setup(filled, method, search, compiled, options)
 
 
 def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
