@@ -76,7 +76,8 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
             done.append(result)
         except Exception as error:
             text, code = failure(error)
-            problems.append(f"{scenario.path}: {text}")
+            located = text.startswith(f"{scenario.path}:")
+            problems.append(text if located else f"{scenario.path}: {text}")
             documents.append({"scenario": scenario.name, "error": text})
             status = max(status, code)
         except KeyboardInterrupt:
