@@ -123,6 +123,10 @@ _TRAIN = (
     _count("ejected_granules", "number of rebounding granules", _at("simulated.ejected_granules")),
     _number("momentum_defect", "", "relative difference of momentum and impulse", "simulated.momentum_defect"),
 )
+_FINITE = (
+    _number("greatest_force", "N", "greatest contact force in a finite chain", "simulated.greatest_force.peak_force"),
+    _number("greatest_error", "", "relative error of greatest_force", "simulated.greatest_force.error_estimate"),
+)
 _COMPARED = (
     _number("error", "", "relative error of the predicted peak force, accurate to error_estimate", "compared.error"),
     _text("relation", f"simulated: {_RELATION}", "compared.relation"),
@@ -162,9 +166,12 @@ def chain_reads(run: Run, contacts: Sequence[int]) -> tuple[Read, ...]:
     return (*predicted, *_CHAIN, *forces, *_LAST[-1:])
 
 
-def reads(run: Run, train: bool) -> tuple[Read, ...]:
-    """Return the columns of a sweep that does ``run`` and measures the whole ``train`` or the leading wave only."""
-    more = _TRAIN if train else ()
+def reads(run: Run, train: bool, finite: bool = False) -> tuple[Read, ...]:
+    """Return the columns of a sweep that does ``run`` and measures the whole ``train`` or the leading wave only.
+
+    ``finite`` states whether some of the chains are finite.
+    """
+    more = (*(_TRAIN if train else ()), *(_FINITE if finite else ()))
     if run == "predict":
         return (*_predicted(""), *_ESTIMATE, *_PREDICTED, *_LAST)
     if run == "simulate":

@@ -75,7 +75,9 @@ class Points:
             _is_feature(name) for axis in self.sweep.axes for name in axis.names
         )
         run = self.sweep.run
-        self._columns = chain_reads(run, scenario.simulate.contacts) if self.chains else reads(run, self.train)
+        finite = scenario.chain.granules is not None or any("chain.granules" in axis.names for axis in self.sweep.axes)
+        own = reads(run, self.train, finite)
+        self._columns = chain_reads(run, scenario.simulate.contacts) if self.chains else own
         self._family = Family(scenario)
         self.definition = SweepDefinition(
             name=scenario.name,
