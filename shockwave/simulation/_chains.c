@@ -41,7 +41,7 @@
 #define NEARLY 0.1
 #define HOPELESS 1e6
 #define MOST_TURNS 30
-#define NEAR 1e-4
+#define NEAR 1e-7
 #define PASSED 0.99
 #define WAVE 1e-3
 #define MAX_STAGES 17
@@ -516,6 +516,22 @@ static double stored(const March *m, long j, double d)
     return d > 0 ? m->k[j] / (m->p + 1) * pow(d, m->p + 1) : 0;
 }
 
+/* Raises the scales of the errors to what was reached by n contacts, or is expected next to it. */
+static void raise_scales(March *m, long n)
+{
+    double least_w = 0, least_u = 0;
+    long j;
+    for (j = 0; j < m->n; j++) {
+        const double d = m->finish.d[j], w = j < n ? fabs(m->finish.w[j]) : 0, u = j < n ? fabs((d > 0 ? d : 0) - m->base[j]) : 0;
+        if (m->reach_w[j] * least_w > m->scale_w[j]) m->scale_w[j] = m->reach_w[j] * least_w;
+        if (m->reach_u[j] * least_u > m->scale_u[j]) m->scale_u[j] = m->reach_u[j] * least_u;
+        if (w > m->scale_w[j]) m->scale_w[j] = w;
+        if (u > m->scale_u[j]) m->scale_u[j] = u;
+        least_w = m->scale_w[j];
+        least_u = m->scale_u[j];
+    }
+}
+
 /* Processes an accepted step and begins the next one. */
 static void accept(March *m, double h, double end)
 {
@@ -537,14 +553,6 @@ static void accept(March *m, double h, double end)
     if (m->driven) add_work(m, h, end);
     for (j = 0; j < n; j++) if (m->start.slope[j] > 0 && m->finish.slope[j] <= 0) find_peak(m, h, j);
     store_samples(m, end);
-    for (j = n - 1; j >= 0; j--) {
-        const double d = m->finish.d[j], w = fabs(m->finish.w[j]), u = fabs((d > 0 ? d : 0) - m->base[j]);
-        const double least_w = j ? m->reach_w[j] * m->scale_w[j - 1] : 0, least_u = j ? m->reach_u[j] * m->scale_u[j - 1] : 0;
-        if (w > m->scale_w[j]) m->scale_w[j] = w;
-        if (least_w > m->scale_w[j]) m->scale_w[j] = least_w;
-        if (u > m->scale_u[j]) m->scale_u[j] = u;
-        if (least_u > m->scale_u[j]) m->scale_u[j] = least_u;
-    }
     m->time = end;
     m->steps++;
     if (m->stop < m->stop_count && end == m->stops[m->stop]) m->stop++;
@@ -554,6 +562,7 @@ static void accept(March *m, double h, double end)
     }
     if (n < m->bodies && (fabs(m->finish.x[last]) > AT_REST || fabs(m->finish.v[last]) > AT_REST))
         m->n = n + GROWTH < m->bodies ? n + GROWTH : m->bodies;
+    raise_scales(m, n);
     m->start = m->finish;
     m->finish = swapped;
     begin(m);
@@ -649,9 +658,9 @@ static int set_up(March *m, const Py_buffer *view)
     const double *method = view[V_METHOD].buf, *chain = view[V_CHAIN].buf, *s = view[V_SETTINGS].buf;
     const Py_ssize_t bodies = count_of(view + V_X) - 1, pieces = count_of(view + V_ROWS) / ROW;
     Py_ssize_t k;
-    if (count_of(view + V_METHOD) < 4 || !(method[0] >= 2 && method[0] <= MAX_STAGES)) return 0;
+    if (count_of(view + V_METHOD) < 3 || !(method[0] >= 2 && method[0] <= MAX_STAGES)) return 0;
     m->stages = (int)method[0];
-    if (count_of(view + V_METHOD) != 4 + m->stages * (2 * m->stages + 7)) return 0;
+    if (count_of(view + V_METHOD) != 3 + m->stages * (2 * m->stages + 7)) return 0;
     if (bodies < 1 || count_of(view + V_V) != bodies + 1 || count_of(view + V_CHAIN) != COLUMNS * bodies) return 0;
     if (count_of(view + V_SCALES) != 2 * bodies || count_of(view + V_PEAKS) != 2 * bodies
         || count_of(view + V_SUMS) != 2 * bodies || count_of(view + V_SETTINGS) != SETTINGS
@@ -662,8 +671,8 @@ static int set_up(March *m, const Py_buffer *view)
         if (!(row[2] >= 0 && row[3] >= 0 && row[2] + row[3] <= (double)(count_of(view + V_COEFFICIENTS) / 2))) return 0;
     }
     m->order = (int)method[1];
-    m->moves = method[3] != 0;
-    m->nodes = method + 4;
+    m->moves = method[2] != 0;
+    m->nodes = method + 3;
     m->positions = m->nodes + m->stages;
     m->velocities = m->positions + m->stages * m->stages;
     m->weights = m->velocities + m->stages * m->stages;
