@@ -161,11 +161,13 @@ INLINE void contact_forces(const March *m, const double p, const double q, const
         elastic = closed ? elastic : -still[j];
         all = total = elastic;
         if (damped) {
-            const double w = v[j] - v[j + 1], part = c[j] * power_of(inside, q) * w;
+            const double w = v[j] - v[j + 1], viscous = c[j] * power_of(inside, q) * w;
+            /* only the dashpot of a contact that is off does not act: its force would jump within the step */
             const int acts = q == 0 ? on[j] != 0 : closed;
-            all = q == 0 || closed ? elastic + part : elastic;
-            total = acts ? (all <= -still[j] ? -still[j] : all) : -still[j];
-            power[j] = (acts ? total - elastic : 0) * w;
+            all = elastic + (q == 0 || closed ? viscous : 0);
+            total = acts ? all : elastic;
+            total = total <= -still[j] ? -still[j] : total;
+            power[j] = (total - elastic) * w;
         }
         f[j + 1] = total;
         raw[j] = all + still[j];
@@ -378,19 +380,20 @@ static double kink(const March *m, double h)
     for (j = 0; j < m->n; j++) {
         const double d0 = s->d[j], d1 = f->d[j], raw0 = s->raw[j], raw1 = f->raw[j];
         const int acts = (m->jumps ? m->on[j] != 0 : d0 >= 0) && raw0 >= 0;
-        double at, error;
+        double at, error, active, idle;
+        int jumps;
         if (acts == (d1 >= 0 && raw1 >= 0)) continue;
         at = (d0 < 0) != (d1 < 0) ? root_of(d0, d1, h * s->w[j], h * f->w[j]) : 0.5;
-        if (!acts && m->jumps && d0 < 0) {
-            error = raw1 * (1 - at) * h;
-            if (f->w[j] > 0) at += 0.5 * late(m, f->x, f->w[j], j) / (h * f->w[j]);
-        } else {
-            double active, idle;
-            if (m->damped && d0 >= 0 && raw0 * raw1 < 0 && (d1 >= 0 || m->q == 0)) at = raw0 / (raw0 - raw1);
-            else if (m->damped && acts) at *= 0.5; /* the force ends before the contact opens */
-            active = acts ? at : 1 - at;
-            idle = acts ? 1 - at : at;
-            error = KINK * h * (raw0 > raw1 ? raw0 : raw1) * (idle < active ? idle / active : 1);
+        jumps = !acts && m->jumps && d0 < 0;
+        if (m->damped && d0 >= 0 && raw0 * raw1 < 0 && (d1 >= 0 || m->q == 0)) at = raw0 / (raw0 - raw1);
+        else if (m->damped && acts) at *= 0.5; /* the force ends before the contact opens */
+        active = acts ? at : 1 - at;
+        idle = acts ? 1 - at : at;
+        error = KINK * h * (raw0 > raw1 ? raw0 : raw1) * (idle < active ? idle / active : 1);
+        if (jumps) {
+            const double w = s->w[j] > f->w[j] ? s->w[j] : f->w[j];
+            error += m->c[j] * w * (1 - at) * h;
+            if (w > 0) at += 0.5 * late(m, f->x, f->w[j], j) / (h * w);
         }
         if (error > KINK_SHARE * m->tolerance * m->scale_w[j] / m->both[j] && at < share
             && at * h > MIN_STEP * (m->time > m->settings[FIRST] ? m->time : m->settings[FIRST])) share = at;

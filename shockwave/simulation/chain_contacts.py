@@ -87,13 +87,12 @@ class Contacts:
                 f = np.where(base > 0, static * np.expm1(self.p * np.log1p(strain)), k * inside**self.p)
             raw = f = np.where(closed, f, -static)
             if self.damped:
-                if self.q == 0.0:
-                    raw, acts = f + self.c[part] * w, self.on[part]
-                else:
-                    rate = _power(inside, self.q)
-                    raw, acts = np.where(closed, f + self.c[part] * rate * w, f), closed
-                total = np.where(acts, np.maximum(raw, -static), -static)
-                powers = np.where(acts, total - f, 0.0) * w
+                # only the dashpot of a contact that is off does not act: its force would jump within the step
+                acts = self.on[part] if self.q == 0.0 else closed
+                viscous = self.c[part] * _power(inside, self.q) * w
+                raw = f + (viscous if self.q == 0.0 else np.where(closed, viscous, 0.0))
+                total = np.maximum(np.where(acts, raw, f), -static)
+                powers = (total - f) * w
                 f = total
         if high == self.bodies and (self.end_stiffness or self.end_damping):
             f[-1] = self.end_stiffness * x[-2] + self.end_damping * v[-2]

@@ -245,16 +245,17 @@ class _March(Contacts):
             least = _KINK_SHARE * self.tolerance * float(self.job.scales[0, j]) / float(self.both[j])
             at = root(d0, d1, size * float(start.w[j]), size * float(finish.w[j])) if (d0 < 0) != (d1 < 0) else 0.5
             closes = not acts[j]
-            if closes and self.jumps and d0 < 0:
-                error = raw1 * (1 - at) * size
-                at += 0.5 * float(late[j]) / (size * float(finish.w[j])) if finish.w[j] > 0 else 0.0
-            else:
-                if self.damped and d0 >= 0 and raw0 * raw1 < 0 and (d1 >= 0 or self.q == 0.0):
-                    at = raw0 / (raw0 - raw1)
-                elif self.damped and not closes:
-                    at *= 0.5  # the force ends before the contact opens
-                active, idle = (1 - at, at) if closes else (at, 1 - at)
-                error = _KINK * size * max(raw0, raw1) * min(1.0, idle / max(active, 1e-300))
+            jumps = closes and self.jumps and d0 < 0
+            if self.damped and d0 >= 0 and raw0 * raw1 < 0 and (d1 >= 0 or self.q == 0.0):
+                at = raw0 / (raw0 - raw1)
+            elif self.damped and not closes:
+                at *= 0.5  # the force ends before the contact opens
+            active, idle = (1 - at, at) if closes else (at, 1 - at)
+            error = _KINK * size * max(raw0, raw1) * min(1.0, idle / max(active, 1e-300))
+            if jumps:
+                w = max(float(start.w[j]), float(finish.w[j]))
+                error += float(self.c[j]) * w * (1 - at) * size
+                at += 0.5 * float(late[j]) / (size * w) if w > 0 else 0.0
             if error > least and at * size > _MIN_STEP * max(self.time, self.first):
                 share = min(share, at)
         return share
