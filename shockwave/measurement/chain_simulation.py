@@ -16,10 +16,10 @@ from shockwave.chain.chain import Chain
 from shockwave.chain.impact import Impact
 from shockwave.errors import NumericalError
 from shockwave.measurement.chain_result import ChainResult, SegmentEnergy, Transmitted
-from shockwave.measurement.chain_runs import Runs, histories, runs_of
 from shockwave.measurement.chain_setup import ChainSetup
 from shockwave.measurement.contact_peaks import ContactPeak, Yielding, first_yield_force
 from shockwave.measurement.recording import Recording, sample_times
+from shockwave.measurement.repeated_runs import Runs, histories, runs_of
 from shockwave.measurement.result import Cost, SimulationResult
 from shockwave.measurement.simulation_setup import immeasurable, scaled
 from shockwave.options import SimulateOptions
