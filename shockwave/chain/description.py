@@ -57,13 +57,14 @@ def text(value: Any, unit: str = "") -> str:
     if isinstance(value, tuple):
         rest = [f"{len(value) - _MOST_ITEMS} more"] if len(value) > _MOST_ITEMS else []
         return "; ".join([*map(text, value[:_MOST_ITEMS]), *rest])
-    if isinstance(value, Material) and value.name:
-        return value.name
+    if isinstance(value, Material):
+        constants = f"E {si(value.youngs_modulus, 'Pa')}, nu {value.poisson_ratio:.4g}, rho {value.density:.5g} kg/m^3"
+        return value.name or constants
     if isinstance(value, Taper):
         return f"{si(value.first, 'm')} to {si(value.last, 'm')}, {value.spacing}"
     if attrs.has(type(value)):
         own = [f"{_KEYS.get(type(value), {}).get(name, name)} {text(one, of)}" for name, one, of in _stated(value)]
         entry = entry_of("contacts", type(value))
-        head = entry.name if entry else "wall same" if isinstance(value, Wall) and value.material == "same" else ""
-        return ", ".join(filter(None, (head, *own)))
+        defaults = "wall same" if isinstance(value, Wall) and value.material == "same" else ""
+        return ", ".join(filter(None, (entry.name if entry else defaults, *own))) or "count 1"
     return si(value, unit) if isinstance(value, float) else str(value)
