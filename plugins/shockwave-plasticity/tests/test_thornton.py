@@ -46,7 +46,7 @@ def test_first_yield_is_that_of_the_limiting_pressure() -> None:
 
 
 def test_a_sphere_on_a_heavy_wall_has_the_published_yield_velocity() -> None:
-    # v_y = (pi / (2 E*))^2 (2 / (5 rho))^(1/2) p^(5/2), Thornton's eq. (36), with m* the mass of the sphere
+    # v_y = (pi / (2 E*))^2 (2 / (5 rho))^(1/2) p^(5/2), with m* the mass of the sphere
     pairs = _layout().pairs
     overlap, force = LAW.first_yield(pairs)
     mass = 4 / 3 * math.pi * STEEL.density * pairs.radii**3
@@ -70,7 +70,7 @@ def test_forces_are_continuous_and_unloading_is_elastic() -> None:
 
 
 def _published(ratio: float) -> float:
-    """Thornton's eq. (42): restitution for the ratio v_y/v."""
+    """Thornton's restitution for the ratio v_y/v."""
     first = math.sqrt(6 * math.sqrt(3) / 5) * math.sqrt(1 - ratio**2 / 6)
     return first * (ratio / (ratio + 2 * math.sqrt(6 / 5 - ratio**2 / 5))) ** 0.25
 

@@ -17,14 +17,18 @@ FloatArray = npt.NDArray[np.float64]
 class Thornton(ContactLaw):
     """Hertz's contact up to first yield, then a constant pressure in the growing part of the contact area.
 
-    C. Thornton, J. Appl. Mech. 64 (1997) 383. The pressure at the centre of the contact is limited to ``yield_pressure``
-    p. It is reached at the overlap d_y = (pi p / (2 E*))^2 R* and the force F_y = pi^3 p^3 R*^2 / (6 E*^2). Beyond it
+    C. Thornton, J. Appl. Mech. 64 (1997) 383. The pressure at the centre of the contact is limited to
+    ``yield_pressure`` p. It is reached at the overlap d_y = (pi p / (2 E*))^2 R* and the force
+    F_y = pi^3 p^3 R*^2 / (6 E*^2). Beyond it
 
         F = F_y + pi p R* (d - d_y).
 
-    Unloading from the greatest force F_m, and reloading, is Hertzian with the radius R_m = 4 E* a^3 / (3 F_m) of the
-    flattened contact, where a^2 = (2 F_m + F_y) / (2 pi p): F = 4/3 E* sqrt(R_m) (d - d_m + a^2/R_m)^(3/2). The state
-    of a contact is its greatest overlap d_m.
+    Unloading from the greatest force F_m, and reloading, is Hertzian with the radius R_m = 4 E* a^3 / (3 F_m)
+    of the flattened contact, where a^2 = (2 F_m + F_y) / (2 pi p):
+
+        F = 4/3 E* sqrt(R_m) (d - d_m + a^2/R_m)^(3/2).
+
+    The state of a contact is its greatest overlap d_m.
 
     Parameters
     ----------
@@ -68,7 +72,7 @@ class Thornton(ContactLaw):
 
     def _loading(self, overlap: FloatArray, pairs: Pairs) -> FloatArray:
         """Forces of a first loading."""
-        yields, first = self.first_yield(pairs)
+        yields, _ = self.first_yield(pairs)
         closed = np.maximum(overlap, 0.0)
         hertz = 4 / 3 * pairs.moduli * np.sqrt(pairs.radii) * np.minimum(closed, yields) ** 1.5
         return hertz + math.pi * self.yield_pressure * pairs.radii * np.maximum(closed - yields, 0.0)
