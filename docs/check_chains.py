@@ -5,9 +5,9 @@
 simulates 300 seeded random chains through the public interface: 2 to 200 granules in segments, tapers and cells of
 seven materials, walls, movable ends, gaps, precompression, gravity, three dampings, contact exponents, shocks and
 strikers. The reference is DOP853 of SciPy at 1e-13, which integrates all granules of the chain, restarts at the kinks
-of the shock, and knows nothing of windows, equilibria or free-particle displacements. The table, at three tolerances,
-is written into ``docs/chains.md``. It takes about an hour on one core; all cores are used. ``--count`` changes the
-number of chains.
+of the shock and wherever a contact opens, closes or is cut off, and knows nothing of windows, equilibria or
+free-particle displacements. The table, at three tolerances, is written into ``docs/chains.md``. It takes about an hour
+on one core; all cores are used. ``--count`` changes the number of chains.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import DOP853
+from scipy.integrate import DOP853, DenseOutput
+from scipy.optimize import brentq
 
 import shockwave as sw
 from shockwave.chain.layout import Layout
@@ -142,7 +143,7 @@ class Reference:
         self.start[len(masses)] = layout.velocity * unit / self.length
 
     def contacts(self, states: Array) -> tuple[Array, Array]:
-        """Total contact forces and overlaps for states of shape (2 bodies, ...)."""
+        """Total contact forces, and what changes its sign at their kinks, for states of shape (2 bodies, ...)."""
         bodies = len(self.rates)
         ends = [states[:bodies], states[bodies:]]
         if self.fixed:
@@ -152,7 +153,8 @@ class Reference:
         closed = np.maximum(overlap, 0.0)
         force = self.stiffnesses.reshape(column) * closed**self.exponent
         force += self.damping.reshape(column) * closed**self.power * (ends[1][:-1] - ends[1][1:])
-        return np.where(overlap > 0, np.maximum(force, 0.0), 0.0), overlap
+        acts = overlap > 0
+        return np.where(acts, np.maximum(force, 0.0), 0.0), np.where(acts & (force < 0), force, overlap)
 
     def __call__(self, time: float, state: Array) -> Array:
         bodies = len(self.rates)
@@ -175,21 +177,46 @@ class Reference:
             stops += [point * self.shock.rise_time for point in self.shock.profile.breakpoints]
         times = sorted({stop / self.unit for stop in stops if 0 <= stop <= end} | {0.0})
         state, best, when = self.start, self.contacts(self.start)[0], np.zeros(len(self.static))
+        size: float | None = None
         for begin, stop in pairwise(times):
-            solver = DOP853(self, begin, state, stop, max_step=STEP, rtol=RTOL, atol=ATOL)
-            while solver.status == "running":
-                solver.step()
-                dense = solver.dense_output()
-                sampled = np.linspace(solver.t_old, solver.t, SAMPLES)
-                forces = self.contacts(dense(sampled))[0]
-                for contact in np.flatnonzero(forces.max(axis=1) > best * (1 - 1e-3)):
-                    time, force = self._top(dense, sampled, forces[contact], contact)
-                    if force > best[contact]:
-                        best[contact], when[contact] = force, time
-            state = solver.y
+            time, kink, struck = begin, stop, -1
+            while time < stop:
+                step = None if size is None else min(size, kink - time)
+                solver = DOP853(self, time, state, kink, first_step=step, max_step=STEP, rtol=RTOL, atol=ATOL)
+                while solver.status == "running":
+                    before = solver.y
+                    solver.step()
+                    dense, sampled = solver.dense_output(), np.linspace(solver.t_old, solver.t, SAMPLES)
+                    forces, signs = self.contacts(dense(sampled))
+                    if kink == stop and (found := self._kink(dense, sampled, signs, struck)):
+                        # once more, to the kink
+                        state, (time, kink, struck), size = before, (solver.t_old, *found), solver.step_size
+                        break
+                    struck = -1 if kink == stop else struck
+                    for contact in np.flatnonzero(forces.max(axis=1) > best * (1 - 1e-3)):
+                        at, force = self._top(dense, sampled, forces[contact], contact)
+                        if force > best[contact]:
+                            best[contact], when[contact] = force, at
+                else:
+                    state, time, size, kink = solver.y, kink, solver.h_abs, stop
         return (best - self.static) * self.force, when * self.unit
 
-    def _top(self, dense: object, times: Array, forces: Array, contact: int) -> tuple[float, float]:
+    def _kink(self, dense: DenseOutput, times: Array, signs: Array, struck: int) -> tuple[float, int] | None:
+        """The first time within a step at which a contact opens, closes or is cut off, and the contact."""
+        changes = signs[:, :-1] * signs[:, 1:] < 0
+        changes[struck, :2] &= struck < 0
+        if not changes.any():
+            return None
+        place = int(changes.any(axis=0).argmax())
+        found = []
+        for contact in np.flatnonzero(changes[:, place]).tolist():
+            interval = float(times[place]), float(times[place + 1])
+            sign = lambda time, own=contact: float(self.contacts(dense(np.array([time])))[1][own, 0])  # noqa: E731
+            found.append((brentq(sign, *interval, xtol=1e-15, rtol=1e-15), contact))
+        time, contact = min(found)
+        return (time, contact) if times[0] < time < times[-1] else None
+
+    def _top(self, dense: DenseOutput, times: Array, forces: Array, contact: int) -> tuple[float, float]:
         """Time and value of the maximum of a force within a step, by two parabolas."""
         top = int(forces.argmax())
         found = float(times[top]), float(forces[top])
