@@ -155,7 +155,7 @@ def text_of(value: object, limit: int = 60) -> str:
     return shown if len(shown) <= limit else shown[: limit - 3] + "..."
 
 
-def listed(names: Iterable[object]) -> str:
+def listed(names: Iterable[object], conjunction: str = "or") -> str:
     """``names`` for a sentence, such as ``a, b or c``."""
     *most, last = map(str, names)
-    return f"{', '.join(most)} or {last}" if most else last
+    return f"{', '.join(most)} {conjunction} {last}" if most else last

@@ -77,17 +77,21 @@ def newton_root(
     Raises
     ------
     NumericalError
-        If the iteration has not converged after 200 steps.
+        If the function has no root between both, or the iteration has not converged after 200 steps.
     """
-    x = min(max(guess, lower), upper)
+    x, begin, end = min(max(guess, lower), upper), lower, upper
     for count in range(1, _MOST_ITERATIONS):
         value, slope = function(x)
         lower, upper = (lower, x) if value > 0 else (x, upper)
-        last, x = x, x * math.exp(min(-value / slope, _LARGEST_STEP))
+        last, newton = x, x * math.exp(min(-value / slope, _LARGEST_STEP))
+        x = newton
         if not lower <= x <= upper or count % _NEWTON_STEPS == 0:
             x = math.sqrt(lower) * math.sqrt(upper)
         if abs(x - last) <= _SMALL_STEP * x:
-            return x
+            # at an end of the bracket, only a small step of Newton's method shows that the root is there
+            if (begin < lower and upper < end) or abs(newton - last) <= _SMALL_STEP * last:
+                return x
+            raise NumericalError(f"{what}: no change of sign between {begin:g} and {end:g}")
     raise NumericalError(f"{what}: not found in {_MOST_ITERATIONS} steps between {lower:g} and {upper:g}")
 
 

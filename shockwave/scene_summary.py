@@ -7,11 +7,25 @@ from typing import TYPE_CHECKING, Any
 from attrs import asdict, frozen
 
 from shockwave.chain.chain import Chain
+from shockwave.errors import InvalidValueError
 from shockwave.profiles.shock import Shock
 from shockwave.text import si
 
 if TYPE_CHECKING:  # a shock on equal granules does not need it
     from shockwave.chain.impact import Impact
+
+
+def check_scene(shock: object, chain: object) -> None:
+    """Refuse arguments in the wrong order, and anything else that is not a shock and a chain.
+
+    Raises
+    ------
+    InvalidValueError
+        If ``shock`` is not a Shock or ``chain`` not a Chain.
+    """
+    if not (isinstance(shock, Shock) and isinstance(chain, Chain)):
+        got = f"got {type(shock).__name__} and {type(chain).__name__}"
+        raise InvalidValueError.of("shock", f"must be a Shock, and the chain a Chain ({got})")
 
 
 @frozen(kw_only=True)

@@ -132,7 +132,7 @@ def test_a_finite_chain_has_no_bound(model: str, granules: int, sentence: str) -
     many = predictor.predict_many([triangle(4.0)] * 2, [chain, CHAIN])
     assert np.isfinite(many.expected_error).tolist() == [[False, False], [True, True]]
     (warning,) = many.warnings
-    assert warning.startswith(sentence)
+    assert warning.startswith(f"Shock 0: {sentence}")
 
 
 @pytest.mark.parametrize("rtol", [1e-9, 0.6, "no"])

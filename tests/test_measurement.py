@@ -136,3 +136,13 @@ def test_a_wave_that_cannot_be_measured_is_counted_in_a_warning(monkeypatch: pyt
     train = sw.simulate(triangle(4), CHAIN).train
     assert len(train.waves) == 1
     assert "Waves that could not be measured and are left out: 1." in train.warnings
+
+
+def test_a_wave_that_will_meet_granules_in_motion_has_an_error_estimate_that_holds() -> None:
+    # two triangles, whose strong waves cross and leave granules in motion, which the third wave has not reached yet
+    times, forces = [0.0, 1.789, 3.4872, 4.1057, 6.5353, 7.3035], [0.0, 0.8426, 0.0, 0.0, 1.0, 0.0]
+    record = sw.Tabulated(times=np.array(times) * UNITS.time, forces=np.array(forces) * FORCE)
+    *_, last = sw.simulate(sw.Shock(profile=record), CHAIN).waves
+    assert last.error_estimate is not None
+    # from a run over twice the distance, at tolerances of 1e-9 and 1e-10
+    assert abs(last.peak_force / 0.829823 - 1) < last.error_estimate

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import shockwave as sw
-from scenes import CHAIN, FORCE, STEEL
+from scenes import CHAIN, FORCE, STEEL, lasting
 from shockwave.chain import Scales
-from shockwave.prediction import expected_error
+from shockwave.prediction import expected_error, moments, shock_impulses
 
 T0 = Scales.of(CHAIN, FORCE).time
 
@@ -172,6 +172,47 @@ def test_the_accuracy_is_computed_when_it_is_accessed(monkeypatch: pytest.Monkey
     # once for each, and no more for the warnings
     assert (outcome.warnings, many.warnings) == ((), ())
     assert len(calls) == 2
+
+
+def test_the_law_is_not_evaluated_again_to_say_why_there_is_no_estimate(monkeypatch: pytest.MonkeyPatch) -> None:
+    strongest, calls = shock_impulses._strongest, []
+    monkeypatch.setattr(shock_impulses, "_strongest", lambda *given: calls.append(given) or strongest(*given))
+    outcome = sw.Predictor().predict(lasting(sw.Triangular(duration_ratio=4), 5000.0), CHAIN)
+    assert outcome.no_estimate is not None
+    assert "longer" in outcome.no_estimate
+    assert len(calls) == 1
+
+
+def test_a_shock_for_which_the_law_does_not_converge_leaves_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    # three steps suffice for the short shock, but not for the long one
+    monkeypatch.setattr(moments, "_MOST_STEPS", 3)
+    shocks = [lasting(sw.Triangular(duration_ratio=4), duration) for duration in (0.1, 9.0)]
+    many = sw.Predictor(model="moments").predict_many(shocks, CHAIN)
+    assert np.isfinite(many.peak_force).tolist() == [True, False]
+    assert [index for index, reason in many.failures if "did not converge" in reason] == [1]
+    with pytest.raises(sw.NumericalError, match="did not converge"):
+        sw.Predictor(model="moments").predict(shocks[1], CHAIN)
+    assert np.isfinite(sw.Predictor().predict_many(shocks, CHAIN).estimate[:, 0]).tolist() == [True, False]
+
+
+def test_warnings_of_many_predictions_name_their_shocks() -> None:
+    record = sw.Tabulated(times=[5, 6, 7, 9], forces=[0, 100, 20, 0])
+    shocks = [_shock(sw.Triangular(duration_ratio=2), 1.0), *[sw.Shock(profile=record, rise_time=1e-5)] * 20]
+    chains = [sw.Chain(material=CHAIN.material, radius=CHAIN.radius, granules=n) for n in (5, *[10_000] * 20)]
+    short, shifted, *others = sw.Predictor().predict_many(shocks, chains).warnings
+    assert short.startswith("Shock 0: The error is not known: in a chain of 5 granules")
+    assert shifted.startswith("Shocks 1, 2, 3, 4, 5, 6, 7, 8 and 12 more: The times begin at 5 s")
+    assert not others
+
+
+def test_a_shock_and_a_chain_in_the_wrong_order_are_refused() -> None:
+    rule = r"^shock: must be a Shock, and the chain a Chain \(got Chain and Shock\)$"
+    with pytest.raises(sw.InvalidValueError, match=rule):
+        sw.Predictor().predict(CHAIN, SHOCKS["train"])  # type: ignore[arg-type]
+    with pytest.raises(sw.InvalidValueError, match=rule):
+        sw.Predictor().predict_many([CHAIN], [SHOCKS["train"]])  # type: ignore[list-item]
+    with pytest.raises(sw.InvalidValueError, match=rule):
+        sw.simulate(CHAIN, SHOCKS["train"])  # type: ignore[arg-type]
 
 
 def test_an_outcome_can_be_pickled() -> None:

@@ -50,7 +50,9 @@ def test_tight_passages_have_twelve_digits_and_the_missed_tolerance_is_reported(
     result = reference_run(case, 1e-13)
     # rounding of some hundred steps; the uncertainty of the limit is at most 5e-14
     assert off_reference(result, case, contact) < 1e-12
-    assert any("tolerance was not met" in note for note in result.warnings)
+    (warning,) = result.warnings
+    assert warning.startswith("The tolerance was not met")
+    assert warning.endswith("Smaller steps did not reduce it further.")
     assert 1e-13 < result.error_estimate < 1e-11
 
 
@@ -143,6 +145,14 @@ def test_shocks_of_any_duration_meet_the_tolerance(duration: float) -> None:
     assert result.momentum_defect < 1e-11
 
 
+def test_a_very_long_shock_is_known_at_a_loose_tolerance() -> None:
+    shock = sw.Shock.of_duration(profile=sw.Triangular(duration_ratio=2), peak_force=FORCE, duration=50e-3)
+    result = sw.simulate(shock, CHAIN, rtol=1e-4, waves="primary")
+    assert not result.warnings
+    # the reference is known to 1e-8 by the other pair
+    assert abs(result.peak_force / 230.24386224 - 1) < result.error_estimate + 1e-8
+
+
 def test_too_long_shock_is_refused() -> None:
     with pytest.raises(sw.NumericalError, match=r"the shock lasts 3e\+04 characteristic times of its wave"):
         sw.simulate(triangle(3e4), CHAIN)
@@ -224,7 +234,9 @@ def test_a_search_without_enough_work_states_how_much_another_wave_is_stronger(
     found = sw.simulate(sw.Shock(profile=OVERTAKEN), CHAIN, rtol=1e-4, waves="primary", backend=backend)
     assert 1e-3 < found.error_estimate < 0.2
     assert abs(found.amplification / 1.588404327 - 1) <= found.error_estimate
-    assert "tolerance" in " ".join(found.warnings)
+    (warning,) = found.warnings
+    assert warning.startswith("The tolerance was not met")
+    assert "A wave behind it may still exceed it" in warning
 
 
 def test_a_shock_that_is_too_long_is_refused_at_once_with_its_cost() -> None:

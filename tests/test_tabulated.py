@@ -153,6 +153,8 @@ def test_a_record_can_be_left_as_it_is():
     assert any(note.startswith(changes) for note in Tabulated(times, forces).notes)
     with pytest.raises(InvalidValueError, match=r"forces\[3\]: must be >= 0 N in a record that is not cleaned"):
         Tabulated(range(6), [0, 4, 2, -1, 2, 0], clean=False)
+    with pytest.raises(InvalidValueError, match=r"^clean: must be True or False \(got 'no'\)$"):
+        Tabulated(times, forces, clean="no")
 
 
 @pytest.mark.parametrize("lead", [[1.0] * 4, [25.0] * 6, [0, 0.4, 0.9, 1.3, 1.6, 2.0]], ids=["short", "high", "rising"])

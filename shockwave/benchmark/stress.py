@@ -7,7 +7,6 @@ import time
 import traceback
 from collections.abc import Iterable
 from concurrent.futures import Future
-from multiprocessing import get_context
 from typing import Any
 
 from attrs import asdict, frozen
@@ -16,8 +15,16 @@ from pebble import ProcessExpired, ProcessPool
 from shockwave.benchmark.extreme_cases import CHECKS, Case, Finding, find
 from shockwave.progress import counted
 from shockwave.simulation.backend import Backend, chosen, lack
+from shockwave.sweep.fork_server import START, start_server
 from shockwave.text import alarm, limits, si, strong, table
 
+# Modules that are loaded once, before the processes of the cases are forked.
+_MODULES = (
+    __name__,
+    "shockwave.measurement.train",
+    "shockwave.profiles.free_path",
+    "shockwave.simulation.scipy_solver",
+)
 # Relative uncertainty of the time of a single run.
 _SINGLE = 0.3
 
@@ -128,7 +135,8 @@ def stress(names: Iterable[str] = (), backend: str | None = None) -> Stress:
     jobs = [(case, each) for case in find(names) for each in (backends if case.each_backend else backends[-1:])]
     begin = time.perf_counter()
     rows: list[Row] = []
-    with ProcessPool(os.cpu_count() or 1, max_tasks=1, context=get_context("spawn")) as pool:
+    start_server(modules=_MODULES)
+    with ProcessPool(os.cpu_count() or 1, max_tasks=1, context=START) as pool:
         futures = [pool.schedule(_in_process, (case.name, each), timeout=case.limit) for case, each in jobs]
         try:
             for (case, each), future in zip(counted("stress", jobs), futures, strict=True):

@@ -17,11 +17,16 @@ from shockwave.text import on_stdout
 
 # New objects after which garbage is collected: more than a command creates at its start, nearly all of which last.
 _GARBAGE = 50_000
+# Numbers of threads of the libraries of linear algebra, read when NumPy is loaded: matrices are small, and further
+# threads would spend several times the computing time on waiting for one another.
+_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status; exceptions are reported, not raised."""
     gc.set_threshold(_GARBAGE)
+    for name in _THREADS:
+        os.environ.setdefault(name, "1")
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # characters that the terminal cannot show are no error
             stream.reconfigure(errors="backslashreplace")

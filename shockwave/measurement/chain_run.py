@@ -11,7 +11,7 @@ from shockwave.chain.solitary_wave import SPEED
 from shockwave.measurement.course import Course
 from shockwave.measurement.measured_wave import MeasuredWave
 from shockwave.measurement.peak_log import Peak, PeakLog, characteristic_time
-from shockwave.measurement.waves import PASSED, Outlook, Probe, distance_from_limit
+from shockwave.measurement.waves import PASSED, PASSING, Outlook, Probe, distance_from_limit
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Integrator
@@ -49,6 +49,10 @@ _LATE = 1 / 3
 _CHANGE_SHARE = 2.0
 _BACKWARD_SHARE = 4.0
 _REMAINING_SHARE = 3e-3
+# Contributions to the error of a wave that has not settled, measured by docs/check_estimates.py: its enlargement, and
+# the share of the motion that faster waves have left ahead, which it will meet, over the 5/6 power of its peak force.
+_UNSETTLED = 2.0
+_AHEAD_SHARE = 0.07
 # Largest distance in granules to a free end up to which waves are followed after they have been measured.
 _FARTHEST = 2000
 
@@ -232,7 +236,7 @@ class ChainRun:
                 self._wait = outlook.wait(wave, allowed)
                 self._shorten(outlook, strong[: place - self._removed], stretch)
                 return False
-            self._ready[place] = self._reading(outlook, wave)
+            self._ready[place] = self._reading(outlook, place, wave)
         complete = outlook.is_complete(stretch.x[-1], stretch.v[-1])
         self.settled = complete or front <= budget
         if not complete and self.settled:
@@ -275,16 +279,23 @@ class ChainRun:
             else:
                 self.unread += 1
 
-    def _reading(self, outlook: Outlook, wave: int) -> tuple[Peak, float]:
+    def _reading(self, outlook: Outlook, place: int, wave: int) -> tuple[Peak, float]:
         """The peak at which a wave is read, and a bound on its distance from the limit."""
         peak, doubt = self.log.peak(outlook.passed(wave).rows[0]), outlook.bound(wave)
         # The first wave meets no other, so that its deviation decreases geometrically. Without a bound a wave may still
         # collide with others.
-        return peak, distance_from_limit(peak, self.log) if (wave or self._removed) and math.isfinite(doubt) else doubt
+        if (wave or self._removed) and math.isfinite(doubt):
+            head = outlook.heads[wave]
+            doubt = distance_from_limit(head, self.log) + abs(head.force / peak.force - 1)
+            if place not in self._ready:
+                ahead = outlook.heads[wave - 1].contact - PASSING if wave else self.log.removed[0]
+                motion = np.abs(self._recent[-1].v[-1, head.contact + _REACH : ahead])
+                doubt = _UNSETTLED * (doubt + _AHEAD_SHARE * float(motion.sum()) / head.force ** (5 / 6))
+        return peak, doubt
 
     def _measured(self, outlook: Outlook, place: int, wave: int) -> MeasuredWave:
         """Measure a wave, in general far beyond the contact where it settled."""
-        peak, distance = reading = self._reading(outlook, wave)
+        peak, distance = reading = self._reading(outlook, place, wave)
         settled, before = self._ready.get(place, reading)
         probe = Probe(peak.contact, self.problem)
         for stretch in self._recent:

@@ -66,7 +66,7 @@ class Train:
         Velocities of the granules that leave the free end [m/s], last granule first; None if the chain is semi-infinite
         or the waves were not followed to its end.
     greatest_force : ContactPeak or None
-        Greatest contact force; None if the chain is semi-infinite.
+        Greatest contact force; None on a semi-infinite chain unless it exceeds that of the leading wave by 1 %.
     cost : Cost
         Cost of the two runs.
     warnings : tuple of str
@@ -254,7 +254,7 @@ class SimulationResult:
 
     @property
     def greatest_force(self) -> ContactPeak | None:
-        """Greatest contact force; None if the chain is semi-infinite.
+        """Greatest contact force; None on a semi-infinite chain unless it exceeds that of the leading wave by 1 %.
 
         If the option ``waves`` is ``primary``, it is the greatest one within the simulated time of `contacts`.
         """

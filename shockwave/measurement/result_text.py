@@ -41,6 +41,11 @@ def lead_text(result: SimulationResult) -> str:
 
 def greatest_text(result: SimulationResult) -> str:
     """Greatest contact force of a finite chain with contact and time, if it exceeds the leading wave; else empty."""
+    return "" if result.chain.granules is None else _exceeding(result)
+
+
+def _exceeding(result: SimulationResult) -> str:
+    """Greatest contact force with contact and time, if it is known and exceeds the leading wave; else empty."""
     top = result.greatest_force if result.options.waves == "train" else None
     error = 0.0 if top is None else top.error_estimate
     if top is None or top.peak_force <= result.peak_force * (1 + error + result.error_estimate):
@@ -67,6 +72,8 @@ def result_answer(result: SimulationResult) -> Iterator[tuple[str, str]]:
     yield "amplification", f"{result.amplification:.{digits}g} times the shock's peak force"
     if result.options.waves != "train":
         return
+    if result.chain.granules is None and (greatest := _exceeding(result)):
+        yield "greatest force", greatest
     count = len(result.waves)
     threshold = f"above {result.options.wave_threshold:g} of the leading wave"
     yield "waves", f"{count} {'wave' if count == 1 else 'waves'} {threshold}"

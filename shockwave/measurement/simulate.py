@@ -242,7 +242,7 @@ def _simulate_all(scenes: Sequence[tuple[Shock | Impact, Chain]], setup: Setup) 
             scales=scales,
             found=answer.primary,
             error_estimate=answer.error_estimate,
-            warnings=(*shock.profile.notes, *answer.warnings, *_missed(setup.options, answer.error_estimate)),
+            warnings=(*shock.profile.notes, *answer.warnings, *_missed(setup.options, answer)),
             seconds=seconds + time.perf_counter() - begin,
             on_demand=_on_demand,
             measured=answer.train,
@@ -266,18 +266,6 @@ def _equal_granules(excitation: object, chain: Chain) -> Chain | None:
     return reduced(chain) if isinstance(excitation, Shock) else None
 
 
-def _missed(options: SimulateOptions, error_estimate: float) -> list[str]:
-    """Warning if the peak force of the leading wave does not meet the tolerance, or the step is too large."""
-    if options.rtol is not None and error_estimate > options.rtol:
-        reached = f"the relative error of the peak force is estimated as {error_estimate:.1e}, not {options.rtol:.1e}"
-        advice = "Simulate with another integrator or rtol to check the peak force."
-        return [f"The tolerance was not met: {reached}. {advice}"]
-    if options.rtol is None and error_estimate > _UNSETTLED:
-        step = f"The step of {options.step:g} is too large for {options.integrator}: the result is not accurate"
-        return [f"{step}. A smaller step reduces the error."]
-    return []
-
-
 class _Answer(NamedTuple):
     """Leading wave with its error estimate; train and warnings if it was measured on the whole chain."""
 
@@ -285,6 +273,24 @@ class _Answer(NamedTuple):
     error_estimate: float
     train: Train | None = None
     warnings: tuple[str, ...] = ()
+
+
+def _missed(options: SimulateOptions, answer: _Answer) -> list[str]:
+    """Warning if the peak force of the leading wave does not meet the tolerance, or the step is too large."""
+    error, search = answer.error_estimate, answer.train is None
+    if options.rtol is not None and error > options.rtol:
+        reached = f"the relative error of the peak force is estimated as {error:.1e}, not {options.rtol:.1e}"
+        advice = "Smaller steps did not reduce it further." if search else "A smaller rtol may reduce it."
+        if search and answer.primary.doubt > error / 2:
+            advice = (
+                "A wave behind it may still exceed it, and following both takes too long for any rtol: shorten the"
+                " shock, or take the range of the estimate of a prediction."
+            )
+        return [f"The tolerance was not met: {reached}. {advice}"]
+    if options.rtol is None and error > _UNSETTLED:
+        step = f"The step of {options.step:g} is too large for {options.integrator}: the result is not accurate"
+        return [f"{step}. A smaller step reduces the error."]
+    return []
 
 
 def _search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, _Answer]:
@@ -311,7 +317,7 @@ def _search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, _Answe
             elif primary.status not in (Status.TOO_LONG, Status.FAILED):
                 continue
             unknown[key] = primary
-            if setup.rtol * 10.0 ** (repeats - decades) <= _LOOSEST or not repeats:
+            if setup.rtol_of(problems[key]) * 10.0 ** (repeats - decades) <= _LOOSEST or not repeats:
                 # while the force acts, rejected steps take most of the work: smaller ones take less
                 left[key] = decades - repeats if repeats or primary.impulse else 1
         repeats += 1

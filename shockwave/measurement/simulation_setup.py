@@ -10,10 +10,11 @@ from attrs import evolve, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import MOMENTUM
-from shockwave.errors import InvalidValueError, NumericalError
+from shockwave.errors import NumericalError
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
 from shockwave.registry import load
+from shockwave.scene_summary import check_scene
 from shockwave.simulation.backend import chosen
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Nystroem
@@ -92,11 +93,15 @@ class Setup:
         """Requested relative error, or a substitute for a fixed-step method."""
         return self.options.rtol or _FIXED_RTOL
 
+    def rtol_of(self, problem: ChainProblem) -> float:
+        """Relative error for the search of a problem; that of a long shock is small enough to separate its waves."""
+        return min(self.rtol, _LONG_RTOL) if problem.is_long else self.rtol
+
     def request(
         self, problem: ChainProblem, decades: int = 0, contacts: tuple[int, ...] = (), patient: bool = False
     ) -> Request:
         """Make the request to the search for the leading wave, with a tolerance smaller by this number of decades."""
-        rtol = min(self.rtol, _LONG_RTOL) if problem.is_long else self.rtol
+        rtol = self.rtol_of(problem)
         tighter = _TIGHTER**decades
         if problem.rises_again:
             # Such a leading wave is examined late, when its changes are as small as the step errors.
@@ -159,9 +164,7 @@ def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
     NumericalError
         If the shock is too long.
     """
-    if not (isinstance(shock, Shock) and isinstance(chain, Chain)):
-        got = f"got {type(shock).__name__} and {type(chain).__name__}"
-        raise InvalidValueError.of("shock", f"must be a Shock, and the chain a Chain ({got})")
+    check_scene(shock, chain)
     own = Scales.of(chain, shock.peak_force)
     # The scaled rise time determines the result. Its last digits depend on the units in use; they are rounded off, so
     # that the same scene in other units, or scaled to another chain, is the same problem to the last bit.

@@ -33,6 +33,8 @@ _LEAST_DOUBT = 1e-10
 _ROUNDING = 1e-12
 # Largest relative error estimate that is meaningful.
 _UNSETTLED = 0.1
+# Least greatest force on a semi-infinite chain, over that of the leading wave, that is reported.
+_EXCESS = 1.01
 # Longest chain: a number of contacts, and a number for each characteristic time of the duration of the shock.
 _MOST_CONTACTS = 1000
 _MOST_RATE = 10
@@ -148,7 +150,7 @@ def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, 
         recoil_error=error * scales.momentum,
         recoil_velocities=tuple(velocity for velocity in velocities if -velocity > ejected),
         spall_velocities=None if fine.spalls is None else tuple(u * scales.velocity for u in fine.spalls),
-        greatest_force=None if problem.granules is None else _greatest(fine, coarse.log, scales),
+        greatest_force=_greatest(fine, coarse.log, scales),
         cost=Cost(
             steps=fine.steps + coarse.steps,
             force_evaluations=fine.integrator.evaluations + coarse.integrator.evaluations,
@@ -159,9 +161,14 @@ def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, 
     return train, fine
 
 
-def _greatest(fine: ChainRun, coarse: PeakLog, scales: Scales) -> ContactPeak:
-    """Greatest contact force of the fine run, in SI units, with an error estimate like that of a wave."""
+def _greatest(fine: ChainRun, coarse: PeakLog, scales: Scales) -> ContactPeak | None:
+    """Greatest contact force of the fine run, in SI units, with an error estimate like that of a wave.
+
+    It is None on a semi-infinite chain if it hardly exceeds the leading wave, whose limit may be farther on.
+    """
     top = fine.log.top()
+    if fine.problem.granules is None and top.force <= _EXCESS * max(wave.peak_force for wave in fine.waves):
+        return None
     error = abs(coarse.top().force / top.force - 1) + _energy_error(fine) + fine.integrator.tolerance
     return ContactPeak(
         contact=top.contact, peak_force=top.force * scales.force, time=top.time * scales.time, error_estimate=error

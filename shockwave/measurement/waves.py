@@ -21,8 +21,8 @@ from shockwave.simulation.problem import ChainProblem, contact_energies
 _STRIDE = 10
 # Number of contacts that give the rate at which a bound decreases.
 _STEP = 5
-# Number of contacts, from its head backwards, that a wave may still be passing.
-_PASSING = 10
+#: Number of contacts, from its head backwards, that a wave may still be passing.
+PASSING = 10
 #: Time in which the tail of a wave of peak force 1 passes: 3.5 widths of 1.56 characteristic times.
 PASSED = 3.5 * 1.56
 # Number of granules behind its peak over which a wave extends.
@@ -96,7 +96,7 @@ class Outlook:
     def passed(self, wave: int) -> Trail:
         """The peaks of a wave from the foremost contact through which all of it has passed, if there is one."""
         if wave not in self._trails:
-            trail = self._log.trail(self.heads[wave], 2 * _STRIDE + _STEP + _PASSING)
+            trail = self._log.trail(self.heads[wave], 2 * _STRIDE + _STEP + PASSING)
             latest = self._now - PASSED * characteristic_time(self.heads[wave].force)
             first = bisect(trail.times, -latest, key=neg)
             self._trails[wave] = Trail(trail.rows[first:], trail.times[first:], trail.forces[first:])

@@ -14,7 +14,7 @@ from shockwave.errors import InvalidValueError, ShockwaveError
 from shockwave.measurement.simulate import simulate_many
 from shockwave.pictures.drawing import BLACK, BLUE, GREY, SKY, VERMILION, finish, regime_spans, style
 from shockwave.pictures.maps import edges_of
-from shockwave.prediction.outcome import Outcome
+from shockwave.prediction.outcome import Predictions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
@@ -34,6 +34,8 @@ _LONGEST = 500.0
 _SIMULATED = 41
 # Number of predictions; regime borders are drawn halfway between two of them.
 _PREDICTED = 241
+# Predictions from one value of the expected range to the next.
+_EVERY = 8
 # Points of a universal curve.
 _CURVE_POINTS = 600
 # Least rise time, as a fraction of the longest one of a curve.
@@ -90,7 +92,8 @@ def amplification(
             raise outcome
         outcomes.append(outcome)
     regime_spans(ax, edges_of(fine, log=True), np.array([outcome.regime for outcome in outcomes]))
-    _predictions(ax, fine, outcomes)
+    ax.plot(fine, [outcome.amplification for outcome in outcomes], color=BLUE, linewidth=1.2, label="predicted")
+    _expected_range(ax, fine[::_EVERY], predictor.predict_many(patterns[::_EVERY], chain))
     shocks = [evolve(pattern, rise_time=ratio * unit) for ratio in ratios]
     results = zip(ratios, simulate_many(shocks, chain, waves="primary"), strict=True)
     found = {ratio: one.amplification for ratio, one in results if not isinstance(one, ShockwaveError)}
@@ -108,16 +111,14 @@ def _default_ratios(profile: ShockProfile) -> list[float]:
     return list(map(float, np.geomspace(least, most, _SIMULATED)))
 
 
-def _predictions(ax: Axes, ratios: FloatArray, outcomes: list[Outcome]) -> None:
-    """Draw the line of the predictions and the expected range of a simulation."""
-    values = np.array([outcome.amplification for outcome in outcomes])
-    unknown = (math.nan, math.nan)
-    low, high = np.array([outcome.expected_error or unknown for outcome in outcomes]).T
-    ax.plot(ratios, values, color=BLUE, linewidth=1.2, label="predicted")
+def _expected_range(ax: Axes, ratios: FloatArray, predicted: Predictions) -> None:
+    """Draw the expected range of a simulation, which varies slowly, if it is known."""
+    low, high = predicted.expected_error.T
     if np.isfinite(low).any():
         # an error of -100 % has no upper bound
-        bounds = values / (1 + high), values / np.maximum(1 + low, 1e-3)
-        ax.fill_between(ratios, *bounds, color=SKY, alpha=0.35, linewidth=0, label="expected range")
+        bounds = predicted.amplification / (1 + high), predicted.amplification / np.maximum(1 + low, 1e-3)
+        known = np.isfinite(low)
+        ax.fill_between(ratios, *bounds, where=known, color=SKY, alpha=0.35, linewidth=0, label="expected range")
 
 
 def _frame(ax: Axes, least: float, most: float, highest: float, mark: float | None) -> Axes:

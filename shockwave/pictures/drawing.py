@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from shockwave.pictures.figures import SMALL
+from shockwave.pictures.figures import POINTS, SMALL
 from shockwave.text import si
 
 if TYPE_CHECKING:
@@ -46,9 +46,12 @@ _LEGEND: dict[str, Any] = {
     "columnspacing": 1.2,
     "fontsize": SMALL,
     "frameon": False,
+    "handlelength": 2.0,
+    "handletextpad": 0.8,
 }
 # Most points of a drawn line or area.
 _MOST_POINTS = 800
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _SHADES = {"ejection": "#FFFFFF", "single": "#D0D0D0", "train": "#F1F1F1"}
 # Least width of a labelled regime, as a fraction of the axis.
 _NARROW = 0.12
@@ -63,6 +66,11 @@ def style(index: int, marked: bool = False) -> dict[str, Any]:
     """Return colour, line style and, if it is ``marked``, marker of one line among others."""
     marker = MARKERS[index % len(MARKERS)] if marked else ""
     return {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)], "marker": marker}
+
+
+def power_of_ten(exponent: int) -> str:
+    """Return 10 to this power with a raised exponent."""
+    return "10" + str(exponent).translate(_RAISED)
 
 
 def literal(text: str) -> str:
@@ -82,6 +90,8 @@ def label_axis(ax: Axes, axis: Literal["x", "y"], name: str, unit: str = "") -> 
     if few:
         chosen.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         chosen.set_minor_formatter(NullFormatter())
+    elif logarithmic:  # a formula for each tick would take longer than the rest of the axis
+        chosen.set_major_formatter(FuncFormatter(lambda value, _: power_of_ten(round(math.log10(value)))))
     if few or (unit and not logarithmic):
         largest = max(abs(low), abs(high))
         number, _, unit = si_label(largest, unit, 9).partition(" ")
@@ -101,11 +111,19 @@ def finish(ax: Axes, x: tuple[str, str], y: tuple[str, str], legend: bool = True
 
 def add_legend(ax: Axes, entries: Iterable[Any]) -> None:
     """Add a legend above the axes, in as many columns as fit."""
-    handles = list(entries)
-    for columns in range(len(handles), 0, -1):
-        legend = ax.legend(handles=handles, ncols=columns, **_LEGEND)
-        if legend.get_window_extent().width <= ax.bbox.width:
-            return
+    from matplotlib.cbook import is_math_text
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
+
+    handles, font, figure = list(entries), FontProperties(size=SMALL), ax.get_figure()
+    if not handles or figure is None:
+        return
+    labels = [str(handle.get_label()) for handle in handles]
+    texts = [text_to_path.get_text_width_height_descent(label, font, is_math_text(label))[0] for label in labels]
+    widths = np.array(texts) + SMALL * (_LEGEND["handlelength"] + _LEGEND["handletextpad"] + _LEGEND["columnspacing"])
+    room = POINTS * ax.bbox.width / figure.dpi + SMALL * _LEGEND["columnspacing"]
+    fitting = (n for n in range(len(handles), 1, -1) if sum(map(max, np.array_split(widths, n))) <= room)
+    ax.legend(handles=handles, ncols=next(fitting, 1), **_LEGEND)
 
 
 def colour_scale(ax: Axes, drawn: Any, name: str, unit: str = "", **options: Any) -> Any:

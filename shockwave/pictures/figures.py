@@ -5,8 +5,11 @@ from __future__ import annotations
 import io
 import re
 from html import escape
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from shockwave import OWN_DISTRIBUTION
 from shockwave.errors import InvalidValueError, UsageError
@@ -24,6 +27,10 @@ _WIDTHS = {"column": 3.4, "page": 7.0}
 _HEIGHT = 2.6
 # Resolution of PNG files and rasterised maps [dots per inch].
 _DOTS = 200
+#: Points per inch; a point is the unit of SVG files.
+POINTS = 72
+# Space around axes with their labels [pt].
+_PAD = 3.0
 _FORMATS = ("svg", "png", "pdf")
 #: Size of small text [pt], legible in a column.
 SMALL = 7.0
@@ -73,12 +80,14 @@ def figure(
         size = (_WIDTHS[size], _HEIGHT * rows)
     try:
         from matplotlib import rc_context
+        from matplotlib.backends.backend_svg import FigureCanvasSVG
         from matplotlib.figure import Figure
     except ImportError as missing:
         remedy = f"pip install '{OWN_DISTRIBUTION}[plot]'"
         raise UsageError(f"matplotlib must be installed (got {missing}; {remedy})") from missing
     with rc_context(_STYLE):
         drawn = Figure(figsize=size, layout="constrained")
+        FigureCanvasSVG(drawn)  # text is measured as it is written
         places: Any = drawn.subplots(rows, columns, squeeze=False)
     return drawn, tuple(places.flat)
 
@@ -104,15 +113,23 @@ def svg(figure: Figure, name: str = "picture", description: str = "") -> str:
         raise InvalidValueError.of("name", f"must be a letter, then letters, digits and hyphens (got {name!r})")
     from matplotlib import rc_context
 
-    layout = figure.get_layout_engine()
-    if layout is not None and figure.stale:  # a second layout of the same figure would shift its axes slightly
-        layout.execute(figure)
-    figure.set_layout_engine("none")  # otherwise matplotlib draws the figure once more for the layout
-    written = io.StringIO()
-    # without a salt, the names of shared shapes differ from run to run
+    backend: Any = import_module("matplotlib.backends.backend_svg")
+    written, dots = io.StringIO(), figure.dpi
     unsigned = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+    layout, stale = figure.get_layout_engine(), figure.stale
+    # savefig would draw twice, once for the layout
+    figure.set_layout_engine("none")
+    figure.dpi = POINTS
+    width, height = figure.get_size_inches()
+    # without a salt, the names of shared shapes differ from run to run
     with rc_context({"svg.hashsalt": "shockwave", "svg.fonttype": "path"}):
-        figure.savefig(written, format="svg", metadata=unsigned, dpi=_DOTS)
+        page = backend.RendererSVG(POINTS * width, POINTS * height, written, image_dpi=_DOTS, metadata=unsigned)
+        renderer = backend.MixedModeRenderer(figure, width, height, _DOTS, page)
+        if layout is not None and stale:  # a second layout of the same figure would shift its axes slightly
+            _fit(figure.axes[0], renderer) if len(figure.axes) == 1 else layout.execute(figure)
+        figure.draw(renderer)
+        renderer.finalize()
+    figure.dpi = dots
     figure.set_layout_engine(layout)
     figure.stale = False
     text = re.sub(r"\s*<!--.*?-->", "", written.getvalue().partition("<svg ")[2], flags=re.DOTALL)
@@ -122,6 +139,16 @@ def svg(figure: Figure, name: str = "picture", description: str = "") -> str:
     text = re.sub(r'( id="|href="#|url\(#)', rf"\1{name}-", text)
     label = f' aria-label="{escape(admitted(description))}"' if description else ""
     return f'<svg role="img"{label} {text}'
+
+
+def _fit(ax: Axes, renderer: Any) -> None:
+    """Place the axes so that they and their labels fill the figure, from one measurement of the labels."""
+    inner, outer = ax.get_window_extent(), ax.get_tightbbox(renderer, for_layout_only=True)
+    assert outer is not None
+    margins = np.abs(outer.get_points() - inner.get_points()) + _PAD
+    (left, low), (right, high) = margins / ax.figure.bbox.size
+    ax.set_position((left, low, 1 - left - right, 1 - low - high))
+    ax.set_in_layout(True)
 
 
 def save(figure: Figure, file: str | Path) -> None:

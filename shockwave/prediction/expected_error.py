@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from shockwave.prediction.model_interface import Peaks, ScaledShock, Settings, Shocks
 from shockwave.prediction.moments import FARTHEST, peaks
-from shockwave.prediction.shock_impulses import LASTING, pulse_of, turns
+from shockwave.prediction.shock_impulses import LASTING, spread_of, turns
 from shockwave.profiles.conditions import Condition, conditions
 from shockwave.quadrature import FloatArray
 from shockwave.text import si
@@ -94,11 +94,10 @@ def chain_problem(granules: int, shock: ScaledShock) -> str:
 
 def unbounded(shock: ScaledShock, force: float) -> str:
     """Reason why there is no estimate for a shock of peak force ``force`` [N], with what is known of its wave."""
-    pulse = pulse_of(shock)
-    if pulse.spread <= FARTHEST:
+    if spread_of(shock) <= FARTHEST:
         return "the force varies too fast for its moments to be computed; simulate"
     problem = "the shock is longer than those for which errors were measured"
-    if pulse.turns:
+    if turns(shock):
         return f"{problem}, and has several peaks; simulate its strongest part"
     return f"{problem}; {si(LASTING * force, 'N', digits=3)} is the limit if it is smooth, and steps give more"
 

@@ -66,6 +66,7 @@ _MOST_STEPS = 60
 _SETTLED = 1e-9
 # Shift of the matrix over its upper bound of the eigenvalue; a shift by the eigenvalue would make it singular.
 _ABOVE = 1 + 1e-9
+_DIVERGED = "the law of moments did not converge for this pulse (simulate it instead)"
 # Most elements of matrices that are evaluated together: more would leave the processor's cache.
 _MOST_TOGETHER = 20_000
 # Step of ln t0 for the derivative.
@@ -181,14 +182,9 @@ def kernel_force(
     Returns
     -------
     numpy.ndarray, shape (pulses,)
-        ln F/F0.
+        ln F/F0; NaN for a pulse for which the iteration does not converge.
     numpy.ndarray, shape (pulses, k)
         Eigenvector psi.
-
-    Raises
-    ------
-    NumericalError
-        If the iteration does not converge.
 
     References
     ----------
@@ -217,7 +213,7 @@ def kernel_force(
         log_force = log_force + step
         if np.abs(step).max() < _SETTLED:
             return log_force, vector
-    raise NumericalError("the law of moments did not converge for this pulse (simulate it instead)")
+    return np.where(np.abs(step) < _SETTLED, log_force, math.nan), vector
 
 
 def _applied(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
@@ -281,6 +277,8 @@ def predict(shock: ScaledShock, settings: Settings) -> ScaledAnswer:
     pulse = pulse_of(shock)
     law = moments_law()
     peak, longer = _amplifications(law, pulse)
+    if math.isnan(peak):
+        raise NumericalError(_DIVERGED)
     sensitivity = -math.log(longer / peak) / math.log1p(_STEP)
     warnings = ["The law of moments predicts only the leading wave. A simulation gives the later waves of a train."]
     bound = law.bound(pulse)
@@ -328,6 +326,8 @@ def peaks(shocks: Shocks, settings: Settings) -> Peaks:
     pulses = pulses_of(shocks)
     results.amplification[:] = law.amplification(pulses)
     results.high[:] = [law.bound(pulse) for pulse in pulses]
+    results.failures.update(dict.fromkeys(np.flatnonzero(np.isnan(results.amplification)).tolist(), _DIVERGED))
+    results.high[list(results.failures)] = math.inf
     results.low[:] = -results.high
     return results
 

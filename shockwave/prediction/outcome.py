@@ -360,7 +360,7 @@ class Predictions(_OnDemand[FloatArray, FloatArray]):
     expected_error : numpy.ndarray, shape (shocks, 2)
         Lowest and highest expected relative error of ``peak_force``; infinite if it is not known.
     warnings : tuple of str
-        Sentences on the limits of the predictions.
+        Sentences on the limits of the predictions; those on single shocks begin with their indices.
     """
 
     model: str

@@ -13,7 +13,7 @@ from attrs import frozen
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, MOMENTUM, PAPER_COEFFICIENT, SolitaryWave
 from shockwave.errors import InvalidValueError
-from shockwave.fields import Quantity, quantity
+from shockwave.fields import Quantity, listed, quantity
 from shockwave.prediction.expected_error import (
     FIRST_CONTACTS,
     chain_problem,
@@ -48,11 +48,13 @@ from shockwave.profiles.guard import is_value
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.registry import blame, find, load
-from shockwave.scene_summary import Scene
+from shockwave.scene_summary import Scene, check_scene
 
 #: Leading number of A by name.
 MOMENTUM_COEFFICIENTS = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
 _RTOL = "relative tolerance of the peak force of the leading wave; for model auto, 1e-3 if omitted"
+# Most shocks that a warning on several of them names.
+_MOST_NUMBERED = 8
 MOMENTUM_COEFFICIENT = Quantity("", "leading number of A", at_least=0.01, at_most=1000)
 
 
@@ -142,6 +144,8 @@ class Predictor:
         ------
         NotCoveredError
             If the scene has features beyond a shock on equal granules with free ends.
+        InvalidValueError
+            If ``shock`` is not a Shock or ``chain`` not a Chain.
         NumericalError
             If a root of the relations for trains is not found, or no method has an answer.
         """
@@ -181,11 +185,12 @@ class Predictor:
 
     def _covered(self, shock: Shock, chain: Chain) -> Chain:
         """The chain as a number of equal granules; raises NotCoveredError if it has further features."""
-        if chain.is_uniform and isinstance(shock, Shock):
-            return chain
-        from shockwave.chain.coverage import covered  # not needed for equal granules
+        if isinstance(chain, Chain) and not (chain.is_uniform and isinstance(shock, Shock)):
+            from shockwave.chain.coverage import covered  # not needed for equal granules
 
-        return covered(chain, shock, self.name)
+            chain = covered(chain, shock, self.name)
+        check_scene(shock, chain)
+        return chain
 
     def _scaled(self, shock: Shock, chain: Chain) -> ScaledShock:
         areas = shock.profile.areas(self.quadrature)
@@ -276,7 +281,7 @@ class Predictor:
         Raises
         ------
         InvalidValueError
-            If the number of chains differs from that of the shocks.
+            If the number of chains differs from that of the shocks, or an argument is of the wrong type.
         """
         shocks = list(shocks)
         chains = [chain] * len(shocks) if isinstance(chain, Chain) else list(chain)
@@ -288,6 +293,7 @@ class Predictor:
         shapes: dict[object, tuple[int, ShockProfile, Areas]] = {}
         given: dict[int, tuple[int, float]] = {}  # index of a shock -> number of its shape, rise time
         for index, (shock, each) in enumerate(zip(shocks, chains, strict=True)):
+            check_scene(shock, each)
             try:
                 chains[index] = each = self._covered(shock, each)
                 profile = shock.profile
@@ -369,14 +375,24 @@ def _accuracies(
     """Accuracies of predictions of the shocks at ``places``, which are ``scaled``, by the answers ``found``."""
     estimates, errors = np.full((len(shocks), 3), np.nan), np.full((len(shocks), 2), (-np.inf, np.inf))
     estimates[places], errors[places] = expected_errors(found, scaled)
-    notes: dict[str, None] = {}
+    notes: dict[str, list[int]] = {}
     for own, index in enumerate(places):
         if own in found.failures:
             continue
         granules = chains[index].count
         if granules is not None and (problem := chain_problem(granules, scaled.shock(own))):
             estimates[index], errors[index] = np.nan, (-np.inf, np.inf)
-            notes[warning_of(problem)] = None
-        notes.update(dict.fromkeys(shocks[index].profile.notes))
+            notes.setdefault(warning_of(problem), []).append(index)
+        for note in shocks[index].profile.notes:
+            notes.setdefault(note, []).append(index)
     forces = np.array([shock.peak_force for shock in shocks], dtype=float)
-    return Accuracy(estimates * forces[:, None], None, errors, (*found.warnings, *notes))
+    warnings = [f"{_numbered(indices)}: {note}" for note, indices in notes.items()]
+    return Accuracy(estimates * forces[:, None], None, errors, (*found.warnings, *warnings))
+
+
+def _numbered(indices: Sequence[int]) -> str:
+    """Shocks by their indices, such as ``Shocks 0, 4 and 5``; of many, the first ones and the number of others."""
+    shown = [str(index) for index in indices[:_MOST_NUMBERED]]
+    if len(indices) > len(shown):
+        shown.append(f"{len(indices) - len(shown)} more")
+    return f"Shock{'s' * (len(shown) > 1)} {listed(shown, 'and')}"

@@ -150,12 +150,12 @@ def pulses_of(shocks: Shocks) -> list[Pulse]:
     alone = len(shocks) == 1 and keys[0][-1] < 0
     rules = {keys[0]: _rule(scaled[0].profile, keys[0][0])} if alone else _rules(jobs)
     pulses = []
-    for shock, key, (mean, deviation, total) in zip(scaled, keys, moments, strict=True):
+    for shock, key, (mean, _, total) in zip(scaled, keys, moments, strict=True):
         s, parts = rules[key]
         unit, strength = shock.rise_time / MOMENTUM, shock.impulse / MOMENTUM
         parts = parts * (strength / parts.sum() if key[-1] < 0 else unit)
         known = abs(total / shock.areas.total - 1) <= _MOST_MISSED
-        pulses.append(Pulse((s - mean) * unit, parts, deviation * unit * strength**0.2, known, turns(shock)))
+        pulses.append(Pulse((s - mean) * unit, parts, spread_of(shock), known, turns(shock)))
     return pulses
 
 
@@ -180,6 +180,12 @@ def _rules(jobs: Mapping[_Key, tuple[FloatArray, FloatArray]]) -> dict[_Key, tup
                 times[row], times[row, : s.size], impulses[row, : s.size] = s[-1], s, parts
             found.update(zip(group, zip(*gauss(times, impulses, count), strict=True), strict=True))
     return found
+
+
+def spread_of(shock: ScaledShock) -> float:
+    """Spread tau of the pulse of a shock; see `Pulse`."""
+    _, deviation, _ = _moments(shock.profile)
+    return float(deviation * shock.rise_time / MOMENTUM * (shock.impulse / MOMENTUM) ** 0.2)
 
 
 def _length(shock: ScaledShock) -> float:

@@ -17,7 +17,7 @@ class Condition:
     """One inequality of (3).
 
     ``statement`` is the inequality. ``margin`` is the difference of its two sides in units of the rise time, negative
-    if the inequality is violated. ``holds`` allows for a tolerance of 1e-9 n.
+    if the inequality is violated, and zero if the sides are equal within a tolerance of 1e-9 n; then it ``holds``.
     """
 
     name: str
@@ -43,7 +43,10 @@ def conditions(areas: Areas, duration_ratio: float) -> tuple[Condition, ...]:
         ("steep-rise", "a1 >= 1/2", a1 - 0.5),
         ("slow-decay", "a2 <= (n-1)/2", (duration_ratio - 1) / 2 - a2),
     )
-    return tuple(Condition(name, text, margin, margin >= -tolerance) for name, text, margin in margins)
+    return tuple(
+        Condition(name, text, margin if abs(margin) > tolerance else 0.0, margin >= -tolerance)
+        for name, text, margin in margins
+    )
 
 
 @kept

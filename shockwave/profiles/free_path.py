@@ -83,20 +83,20 @@ class FreePath:
 
     def at(self, s: float) -> tuple[float, float]:
         """(path, impulse) at one s, 0 <= s <= n."""
-        begins, rows, paths, impulses = self._plain
-        begin, end, start, count, amplitude, exponent, anchor, scale = rows[bisect_right(begins, s) - 1]
+        begins, pieces = self._used
+        index = bisect_right(begins, s) - 1
+        begin, end, higher, lowest, amplitude, exponent, anchor, scale = pieces.get(index) or self._use(index)
         # Differences of close numbers are exact, so narrow pieces far from 0 lose no digits.
         z = ((s - begin) - (end - s)) / (end - begin)
         path = impulse = 0.0
-        if count:
-            first = int(start)
+        if lowest:
             twice = 2.0 * z
             path_after = impulse_after = 0.0
-            for k in range(first + int(count) - 1, first, -1):  # Clenshaw's recurrence
-                path, path_after = paths[k] + twice * path - path_after, path
-                impulse, impulse_after = impulses[k] + twice * impulse - impulse_after, impulse
-            path = paths[first] + z * path - path_after
-            impulse = impulses[first] + z * impulse - impulse_after
+            for c, d in higher:  # Clenshaw's recurrence
+                path, path_after = c + twice * path - path_after, path
+                impulse, impulse_after = d + twice * impulse - impulse_after, impulse
+            path = lowest[0] + z * path - path_after
+            impulse = lowest[1] + z * impulse - impulse_after
         if amplitude:
             u = abs(s - anchor) / scale
             power = amplitude * u ** (exponent - 1.0)
@@ -105,10 +105,16 @@ class FreePath:
         return path, impulse
 
     @functools.cached_property
-    def _plain(self) -> tuple[Any, ...]:
-        """Begins, rows, c_k and d_k as lists, which are faster to index than arrays."""
-        columns = (self.rows[:, 0], self.rows, *self.coefficients.T)
-        return tuple(column.tolist() for column in columns)
+    def _used(self) -> tuple[list[float], dict[int, tuple[Any, ...]]]:
+        """Begins of all pieces, and the pieces used so far as plain numbers, which are faster than arrays."""
+        return self.rows[:, 0].tolist(), {}
+
+    def _use(self, index: int) -> tuple[Any, ...]:
+        """A piece as plain numbers: of a record of many samples, few pieces are used."""
+        begin, end, first, count, *power = self.rows[index].tolist()
+        lowest, *higher = self.coefficients[int(first) : int(first + count)].tolist() or [()]
+        piece = self._used[1][index] = (begin, end, higher[::-1], lowest, *power)
+        return piece
 
 
 # ---------------------------------------------------------------- closed forms

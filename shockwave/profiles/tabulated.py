@@ -84,9 +84,8 @@ class Pulse:
 class Tabulated(ShockProfile):
     """A force record, linear between its samples, with its own peak force, rise time and duration ratio n.
 
-    The rise ends at the first sample with the highest force; a plateau is part of the decay. A baseline, negative
-    forces, and quiet samples before and after the pulse are removed unless ``clean`` is False; `notes` state what was
-    removed, and by how much that changed the impulse and the peak force.
+    The rise ends at the first sample with the highest force; a plateau is part of the decay. Unless ``clean`` is False,
+    a baseline, negative forces and quiet samples around the pulse are removed; `notes` state what this changes.
 
     Parameters
     ----------
@@ -115,6 +114,8 @@ class Tabulated(ShockProfile):
     _assumed: tuple[str, ...] = attrs.field(init=False, repr=False, eq=False, default=())
 
     def __attrs_post_init__(self) -> None:
+        if not isinstance(self.clean, bool):
+            raise InvalidValueError.of("clean", f"must be True or False (got {text_of(self.clean)})")
         pulse = pulse_of(self.times, self.forces, self.duration_ratio, self.clean)
         object.__setattr__(self, "_pulse", pulse)
         object.__setattr__(self, "duration_ratio", float(pulse.knots[-1]))
@@ -251,9 +252,8 @@ def pulse_of(times: FloatArray, forces: FloatArray, ratio: float | None, clean: 
     peak = int(np.argmax(values))
     if peak in (0, values.size - 1):
         part, where = ("rise", "before") if peak == 0 else ("decay", "after")
-        problem = f"must not be the peak, because then there is no {part} (got {peak_force:g} N; "
-        remedy = f"add a sample of zero force {where} it)"
-        raise InvalidValueError.of(f"forces[{start + peak}]", problem + remedy)
+        problem = f"must not be the peak, because then there is no {part} (got {peak_force:g} N; add a sample of zero"
+        raise InvalidValueError.of(f"forces[{start + peak}]", f"{problem} force {where} it)")
     # Extremely large times overflow.
     with np.errstate(over="ignore", invalid="ignore"):
         elapsed = times[start : start + values.size] - times[start]
