@@ -32,7 +32,7 @@ class End:
 
 
 def greatest_overlap(start: End, finish: End, size: float, tolerance: float) -> float:
-    """Fraction of a step at which an overlap is greatest, where the history of a contact changes; 1 if it is not inside.
+    """Fraction of a step at which an overlap is greatest, where the history of a contact changes; else 1.
 
     A step that ends later by less than a relative change of the overlap of ``tolerance`` need not be divided.
     """
