@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import random
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -21,10 +22,11 @@ from shockwave.cli import main
 from shockwave.errors import NotCoveredError, ScenarioError
 from shockwave.registry import load
 from shockwave.scenario.dotted_names import variables
+from shockwave.scenario.loader import scenario_of
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.scene_hash import scene_hash
 from shockwave.scenario.schema import schema
-from shockwave.scenario.yaml_document import parse_document
+from shockwave.scenario.yaml_document import Document, parse_document
 from shockwave.scene_summary import ChainScene
 
 TRUTH: dict[str, dict[str, Any]] = json.loads((ROOT / "tests" / "data" / "chains.json").read_text())
@@ -172,6 +174,8 @@ MARKED = {
     "error-in-a-cell": (finite().replace("{count: 4}", "{repeat: 2, cell: [{count: 1}, {count: |0}]}"),
         "chain.granules[0].cell[1].count", ">= 1"),
     "no-segment": (finite().replace("[{count: 4}]", "|[]"), "chain.granules", "one or more segments"),
+    "nothing-as-a-segment": (finite().replace("[{count: 4}]", "[{count: 4}, |null]"),
+        "chain.granules[1]", "must be a mapping of count, material, diameter, radius, gap (got nothing)"),
     "end-of-text": (finite(", end: |wall"),
         "chain.end", "must be free, or a mapping of wall, mass, stiffness, damping"),
     "free-end-with-stiffness": (finite(", |end: {stiffness: 1}"), "chain.end.wall", "must be given"),
@@ -212,7 +216,8 @@ MARKED = {
         "chain.granules", "must be at least 2 granules, a striker included"),
     "too-many": (finite(", end: {wall: same}").replace("[{count: 4}]", "|5000000"),
         "chain.granules", "must be <= 1000000 for a chain with end"),
-    "weightless": (finite().replace("count: 4", "count: 4, diameter: |1e-200"), "chain.granules[0].diameter", ">= 1e-12"),
+    "weightless": (finite().replace("count: 4", "count: 4, diameter: |1e-200"),
+        "chain.granules[0].diameter", ">= 1e-12"),
     "sweep-of-a-missing-segment": (finite() + "sweep: {grid: {|'chain.granules[3].radius': [1, 2]}}\n",
         "sweep.grid.'chain.granules[3].radius'", "did you mean 'chain.granules[0].radius'?"),
 }  # fmt: skip
@@ -466,3 +471,27 @@ def test_contact_laws_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["list", "contacts", "--json"]) == 0
     names = [row["name"] for row in json.loads(capsys.readouterr().out)]
     assert names[:5] == ["hertz", "power-law", "kuwabara-kono", "dashpot", "tsuji"]
+
+
+_VALUES = [
+    *(None, {}, [], 0, 1, 2.0, 0.5, -1, True, "", "same", "rigid", "free", "ptfe", "hertz", "tsuji", "dashpot", "5 %"),
+    *("1 mm", "2 kg", "3 m/s", [{"count": 2}], {"wall": "same"}, {"from": 1, "to": 2}, {"repeat": 2, "cell": [{}]}),
+    *({"model": "dashpot", "coefficient": 1}, {"exponent": 2, "stiffness": 1}, {"count": 3, "gap": 0}),
+    {"youngs_modulus": 1e9, "poisson_ratio": 0.3, "density": 1e3},
+]
+
+
+def test_the_schema_accepts_what_the_loader_accepts() -> None:
+    draw, validator, admitted = random.Random(0), _validator(), 0
+    document = parse_document(WHOLE, "scene")
+    paths = [path for path in document.values if path]
+    for _ in range(1000):
+        changes = {draw.choice(paths): draw.choice(_VALUES) for _ in range(draw.choice([1, 1, 2]))}
+        data = document.having(changes).data
+        try:
+            scenario_of(Document("scene", data), None)
+        except sw.ShockwaveError:
+            continue
+        assert list(validator.iter_errors(data)) == [], changes
+        admitted += 1
+    assert admitted > 30

@@ -8,7 +8,6 @@ from attrs import evolve
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.impact import Impact
-from shockwave.chain.material import Material
 from shockwave.chain.segments import Segment, Taper, each_segment
 from shockwave.errors import Fault, NotCoveredError
 
@@ -28,13 +27,12 @@ def reduced(chain: Chain) -> Chain | None:
     """The chain as a number of equal granules with free ends; None if it has further features."""
     if chain.is_uniform:
         return chain
-    if next(_further(chain), None) is not None:
+    # one granule is no chain by itself
+    if chain.count == 1 or next(_further(chain), None) is not None:
         return None
     assert isinstance(chain.granules, Sequence)
-    first = next(segment for _, _, segment in each_segment(chain.granules))
-    (radius,) = set(_sizes(chain, first))
-    if chain.count == 1:  # no chain by itself
-        return None
+    first = next(segment for _, segment in each_segment(chain.granules))
+    radius = _kind(chain, first)[0]
     return evolve(chain, material=first.material or chain.material, radius=radius, granules=chain.count)
 
 
@@ -65,30 +63,24 @@ def covered(chain: Chain, excitation: object, method: str) -> Chain:
 
 def _further(chain: Chain) -> Iterator[tuple[str, str]]:
     """Path below ``chain`` and description of every feature beyond equal granules with free ends."""
-    if isinstance(chain.granules, Sequence):
-        segments = [*each_segment(chain.granules)]
-        equal = _kind(chain, segments[0][2])
-        for place, _, segment in segments:
-            if segment.gap:
-                yield f"granules{place}.gap", "a gap"
-        for place, _, segment in segments:
-            taper = len(set(_sizes(chain, segment))) > 1
-            if taper or _kind(chain, segment) != equal:
-                yield f"granules{place}", "a taper" if taper else "granules of another kind"
-                break
+    segments = [*each_segment(chain.granules)] if isinstance(chain.granules, Sequence) else []
+    for place, segment in segments:
+        if segment.gap:
+            yield f"granules{place}.gap", "a gap"
+    for place, segment in segments:
+        kind = _kind(chain, segment)
+        taper = kind[0] != kind[1]
+        if taper or kind != _kind(chain, segments[0][1]):
+            yield f"granules{place}", "a taper" if taper else "granules of another kind"
+            break
     names = {"end": "a wall", "precompression": "a static force", "gravity": "gravity", "damping": "damping"}
     for name, text in (names | {"contact": "another contact law"}).items():
         if getattr(chain, name):
             yield name, text
 
 
-def _sizes(chain: Chain, segment: Segment) -> tuple[float, float]:
-    """Radii of the first and the last granule of a segment [m]."""
-    radius = segment.radius or chain.radius
-    return (radius.first, radius.last) if isinstance(radius, Taper) else (radius, radius)
-
-
 def _kind(chain: Chain, segment: Segment) -> tuple[float, ...]:
-    """Everything on which the motion of a granule depends."""
-    material: Material = segment.material or chain.material
-    return *_sizes(chain, segment), material.youngs_modulus, material.poisson_ratio, material.density
+    """Radii [m] of the first and the last granule of a segment, and the constants of its material."""
+    material, radius = segment.material or chain.material, segment.radius or chain.radius
+    ends = (radius.first, radius.last) if isinstance(radius, Taper) else (radius, radius)
+    return *ends, material.youngs_modulus, material.poisson_ratio, material.density

@@ -10,7 +10,6 @@ import numpy as np
 from attrs import frozen
 
 from shockwave.chain.contact_law import Pairs
-from shockwave.errors import InvalidValueError
 from shockwave.fields import quantity
 from shockwave.quadrature import FloatArray
 
@@ -88,16 +87,7 @@ class Tsuji(Damping):
     restitution: float = quantity("", "coefficient of restitution", above=0, at_most=1)
 
     def power(self, exponent: float) -> float:
-        """q = 1/4.
-
-        Raises
-        ------
-        InvalidValueError
-            If the elastic force is not Hertz's: restitution would depend on the velocity.
-        """
-        if exponent != HERTZ:
-            rule = "must be dashpot or kuwabara-kono for a contact exponent other than 1.5, for which restitution"
-            raise InvalidValueError.of("model", f"{rule} depends on the velocity (got tsuji, exponent {exponent:g})")
+        """q = 1/4; `Chain` refuses other elastic forces than Hertz's."""
         return 0.25
 
     def coefficients(self, pairs: Pairs) -> FloatArray:

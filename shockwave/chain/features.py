@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from shockwave.chain.contact_law import ContactLaw, PowerContact
-from shockwave.chain.damping import Damping, Tsuji
+from shockwave.chain.damping import HERTZ, Damping, Tsuji
 from shockwave.chain.ends import Wall
 from shockwave.chain.segments import MOST_GRANULES, Cell, Segment, each_segment
 from shockwave.errors import Fault, InvalidValueError
@@ -55,15 +55,14 @@ def _of_pairs(granules: Granules, given: Mapping[str, Any]) -> Iterator[Fault]:
     static = [name for name in ("precompression", "gravity") if name in given]
     if "gravity" in given and "end" not in given:
         yield Fault("gravity", f"must be 0 for a chain with a free end (got {given['gravity']:g}; give a wall as end)")
-    for place, _, segment in each_segment(granules) if static and isinstance(granules, Sequence) else ():
+    for place, segment in each_segment(granules) if static and isinstance(granules, Sequence) else ():
         if segment.gap:
             yield Fault(f"granules{place}.gap", f"must be 0 under {' and '.join(static)} (got {segment.gap:g} m)")
     contact, damping = given.get("contact"), given.get("damping")
     if isinstance(contact, ContactLaw):
         for name in (*static, *(["damping"] if damping else [])):
             yield Fault(name, f"must be left out for the contact law {type(contact).__name__}, which does not cover it")
-    elif isinstance(contact, PowerContact) and isinstance(damping, Tsuji):
-        try:
-            damping.power(contact.exponent)
-        except InvalidValueError as error:
-            yield Fault("damping.model", error.faults[0].problem)
+    elif isinstance(damping, Tsuji) and contact is not None and contact.exponent != HERTZ:
+        rule = "must be dashpot or kuwabara-kono for a contact exponent other than 1.5, for which restitution"
+        got = f"got tsuji, exponent {contact.exponent:g}"
+        yield Fault("damping.model", f"{rule} depends on the velocity ({got})")

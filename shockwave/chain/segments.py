@@ -155,10 +155,10 @@ def checked_segments(value: Sequence[Any]) -> tuple[Segment | Cell, ...]:
     return tuple(value)
 
 
-def each_segment(parts: Sequence[Segment | Cell]) -> Iterator[tuple[str, int, Segment]]:
-    """Path below ``granules``, index of the part, and segment, of every segment; those of a cell once."""
+def each_segment(parts: Sequence[Segment | Cell]) -> Iterator[tuple[str, Segment]]:
+    """Path below ``granules`` and segment, of every segment; those of a cell once."""
     for index, part in enumerate(parts):
         if isinstance(part, Segment):
-            yield f"[{index}]", index, part
+            yield f"[{index}]", part
         else:
-            yield from ((f"[{index}].cell[{inner}]", index, segment) for inner, segment in enumerate(part.cell))
+            yield from ((f"[{index}].cell[{inner}]", segment) for inner, segment in enumerate(part.cell))

@@ -93,6 +93,8 @@ def _cell(given: Any) -> list[Segment]:
 
 
 def _segment(given: Any) -> Segment:
+    if given is None:
+        raise ValueError(f"must be a mapping of {', '.join(key.name for key in SEGMENT)} (got nothing)")
     sizes = {key.name: partial(_size, key) for key in SEGMENT if key.name in _SIZES}
     return _made(Segment, given, SEGMENT, {"material": material, **sizes})
 

@@ -31,6 +31,17 @@ class End:
     slope: FloatArray
 
 
+def greatest_overlap(start: End, finish: End, size: float, tolerance: float) -> float:
+    """Fraction of a step at which an overlap is greatest, where the history of a contact changes; else 1.
+
+    A step that ends later by less than a relative change of the overlap of ``tolerance`` need not be divided.
+    """
+    turns = np.flatnonzero((start.w > 0) & (finish.w < 0) & (finish.d > 0))
+    before, after, overlap = start.w[turns], -finish.w[turns], finish.d[turns]
+    late = after * after / (before + after) * size > tolerance * overlap
+    return float((before / (before + after))[late].min(initial=1.0))
+
+
 class Contacts:
     """The contacts of a `Job`, and the applied force.
 
