@@ -27,6 +27,7 @@ def extension(name):
     return Extension(
         f"shockwave.simulation.{name}",
         [f"shockwave/simulation/{name}.c"],
+        depends=["shockwave/simulation/_free_path.h"],
         optional=True,
         py_limited_api=True,
         define_macros=[("Py_LIMITED_API", "0x030B0000")],

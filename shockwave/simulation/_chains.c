@@ -242,8 +242,8 @@ static double next_stop(const March *m)
 /* Overlap by which a contact with a dashpot may be early or late to close. */
 static double late(const March *m, const double *x, double w, long j)
 {
-    const double allowed = m->r->located * m->r->tolerance * m->scale_w[j] / larger(m->both[j] * m->c[j], 1e-300);
-    return larger(allowed, m->r->rounding * (fabs(x[j]) + fabs(x[j + 1]) + m->r->time * fabs(w)));
+    const double most = smaller(m->scale_w[j] / larger(m->both[j] * m->c[j], 1e-300), m->scale_u[j]);
+    return larger(most * (m->r->located * m->r->tolerance), m->r->rounding * (fabs(x[j]) + fabs(x[j + 1]) + m->r->time * fabs(w)));
 }
 
 /* Size and end of the next step. */

@@ -43,7 +43,7 @@ _FAR = 1e100
 _STEPS = 400_000
 _STEPS_PER_BODY = 400
 _WORK = 1e10
-_WORK_PER_BODY = 1e7
+_WORK_PER_BODY = 2e6
 # Number of nodes of the rule for the energy of contacts with a static overlap.
 _NODES = 12
 

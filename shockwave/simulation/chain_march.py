@@ -216,10 +216,10 @@ class _March(Contacts):
     def late(self, x: FloatArray, w: FloatArray) -> FloatArray:
         """Overlaps by which contacts with a dashpot may be early or late to close."""
         n = len(w)
-        allowed = _LOCATED * self.tolerance * self.job.scales[0, :n] / np.maximum(self.both[:n] * self.c[:n], 1e-300)
-        return np.asarray(
-            np.maximum(allowed, _ROUNDING * (np.abs(x[:n]) + np.abs(x[1 : n + 1]) + self.time * np.abs(w)))
-        )
+        velocity, overlap = self.job.scales[:, :n]
+        most = np.minimum(velocity / np.maximum(self.both[:n] * self.c[:n], 1e-300), overlap)
+        least = _ROUNDING * (np.abs(x[:n]) + np.abs(x[1 : n + 1]) + self.time * np.abs(w))
+        return np.asarray(np.maximum(most * (_LOCATED * self.tolerance), least))
 
     def next_size(self, start: End) -> tuple[float, float]:
         """Size and end of the next step."""
@@ -391,6 +391,7 @@ class _March(Contacts):
             x, v = start.x, start.v
             if time > self.time:
                 x, v, _ = self.attempt(start, time - self.time, time, 0, self.n)
+                self.evaluations += len(job.method.nodes)
             row = job.samples[self.next_sample]
             row[0], row[1], row[2, :-1] = x, v, self.forces(x, v, 0, self.bodies)[0] + self.static
             self.next_sample += 1
