@@ -31,12 +31,15 @@ class Transmitted:
         Integral of the total minus the static force from 0 to the end of the simulated time [N s].
     error_estimate : float
         Estimated error of ``peak_force``, relative to its dynamic part.
+    static_force : float
+        Force on the wall before the shock arrives [N].
     """
 
     peak_force: float
     time: float
     impulse: float
     error_estimate: float
+    static_force: float = 0.0
 
 
 @frozen(kw_only=True)
@@ -191,6 +194,11 @@ class ChainResult:
             return (self.on_demand(self) if self.options.record else None), ()
         except NumericalError as error:
             return None, (f"No histories: {error}.",)
+
+    @property
+    def wave_warnings(self) -> tuple[str, ...]:
+        """Warnings of the forces."""
+        return self.warnings
 
     @property
     def all_warnings(self) -> tuple[str, ...]:

@@ -242,6 +242,7 @@ def _transmitted(case: ChainSetup, runs: _Runs) -> Transmitted:
         time=last.time,
         impulse=float(runs.best.impulses[-1]) * case.scales.momentum,
         error_estimate=last.error_estimate,
+        static_force=last.static_force,
     )
 
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import TypeVar
 
 from shockwave.measurement.chain_result import ChainResult
 from shockwave.measurement.result import ContactPeak
 from shockwave.text import facts, is_wide, limits, notes, si, strong, table
 
+_Item = TypeVar("_Item")
 _CONTACTS = ("contact", "greatest force", "time", "error")
 _SEGMENTS = ("granules", "energy", "share")
-# Most rows of a table that is not wide: the first, the last, and evenly chosen ones between them.
+# Most rows of a table that is not wide.
 _MOST_ROWS = 16
 _TIME_DIGITS = 5
 _ENERGY_DIGITS = 4
@@ -75,8 +77,8 @@ def chain_answer(result: ChainResult) -> Iterator[tuple[str, str]]:
 def contact_table(result: ChainResult) -> str:
     """A row for each reported contact, or for some on a screen that is not wide; then the energies of the segments."""
     peaks = result.contacts
-    shown = _chosen(len(peaks))
-    lines = [table(_CONTACTS, [_row(result, peaks[index]) for index in shown])]
+    shown = chosen(peaks)
+    lines = [table(_CONTACTS, [_row(result, peak) for peak in shown])]
     if len(shown) < len(peaks):
         lines.append(f"  ({len(shown)} of {len(peaks)} contacts; --wide shows all)")
     if len(result.segments) > 1:
@@ -86,10 +88,9 @@ def contact_table(result: ChainResult) -> str:
 
 def _segment_table(result: ChainResult) -> str:
     applied = result.applied_energy
-    shown = _chosen(len(result.segments))
+    shown = chosen(result.segments)
     rows = []
-    for index in shown:
-        segment = result.segments[index]
+    for segment in shown:
         place = f"{segment.first}" if segment.first == segment.last else f"{segment.first} to {segment.last}"
         share = f"{segment.energy / applied:.1%}" if applied else "-"
         rows.append((place, si(segment.energy, "J", _ENERGY_DIGITS), share))
@@ -115,11 +116,12 @@ def chain_details(result: ChainResult) -> Iterator[tuple[str, str]]:
     yield "cost", f"{cost.steps} steps, {cost.force_evaluations} force evaluations, {cost.seconds:.2g} s"
 
 
-def _chosen(count: int) -> list[int]:
-    """Indices of the rows that are shown."""
-    if is_wide() or count <= _MOST_ROWS:
-        return list(range(count))
-    return [round(index * (count - 1) / (_MOST_ROWS - 1)) for index in range(_MOST_ROWS)]
+def chosen(items: Sequence[_Item]) -> Sequence[_Item]:
+    """All items on a wide screen, else the first, the last, and evenly chosen ones between them."""
+    last = len(items) - 1
+    if is_wide() or last < _MOST_ROWS:
+        return items
+    return [items[round(row * last / (_MOST_ROWS - 1))] for row in range(_MOST_ROWS)]
 
 
 def _row(result: ChainResult, peak: ContactPeak) -> tuple[str, ...]:
