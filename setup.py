@@ -1,4 +1,4 @@
-"""The compiled part of shockwave: one C file, left out where it cannot be built. All else stands in pyproject.toml."""
+"""The compiled parts of shockwave: C files, left out where they cannot be built. All else stands in pyproject.toml."""
 
 import os
 import sysconfig
@@ -8,7 +8,7 @@ from setuptools.command.bdist_wheel import bdist_wheel
 
 
 class BdistWheel(bdist_wheel):
-    """A wheel that is tagged for a platform only if the C file was compiled."""
+    """A wheel that is tagged for a platform only if a C file was compiled."""
 
     def run(self):
         self.run_command("build_ext")
@@ -22,19 +22,21 @@ class BdistWheel(bdist_wheel):
 # MSVC lacks vector types, and the limited API does not support free-threaded Python.
 COMPILES = not (sysconfig.get_platform().startswith("win") or sysconfig.get_config_var("Py_GIL_DISABLED"))
 
-EXTENSION = Extension(
-    "shockwave.simulation._compiled",
-    ["shockwave/simulation/_compiled.c"],
-    optional=True,
-    py_limited_api=True,
-    define_macros=[("Py_LIMITED_API", "0x030B0000")],
-    # Products and sums stay apart: results are the same on every processor, and the same as NumPy's.
-    extra_compile_args=["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"],
-    libraries=["m"],
-)
+def extension(name):
+    return Extension(
+        f"shockwave.simulation.{name}",
+        [f"shockwave/simulation/{name}.c"],
+        optional=True,
+        py_limited_api=True,
+        define_macros=[("Py_LIMITED_API", "0x030B0000")],
+        # Products and sums stay apart: results are the same on every processor, and the same as NumPy's.
+        extra_compile_args=["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"],
+        libraries=["m"],
+    )
+
 
 setup(
     cmdclass={"bdist_wheel": BdistWheel},
-    ext_modules=[EXTENSION] if COMPILES else [],
+    ext_modules=[extension("_compiled"), extension("_chains")] if COMPILES else [],
     options={"bdist_wheel": {"py_limited_api": "cp311"}} if COMPILES else {},
 )

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from attrs import asdict, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.profiles.shock import Shock
 from shockwave.text import si
+
+if TYPE_CHECKING:  # a shock on equal granules does not need it
+    from shockwave.chain.impact import Impact
 
 
 @frozen(kw_only=True)
@@ -65,11 +68,68 @@ class Scene:
         length = "semi-infinite" if self.granules is None else f"{self.granules} granules"
         stiffness = f"E {si(self.youngs_modulus, 'Pa')}, nu {self.poisson_ratio:.4g}"
         chain = f"R {si(self.radius, 'm')}, {stiffness}, rho {self.density:.5g} kg/m^3, {length}"
-        shock = shock_text(self.profile, self.peak_force, self.rise_time, self.duration_ratio)
-        return [("shock", shock), ("chain", chain)]
+        return [("shock", self.shock), ("chain", chain)]
+
+    @property
+    def shock(self) -> str:
+        """The shock in one line."""
+        duration = f"{si(self.rise_time * self.duration_ratio, 's')} (n = {self.duration_ratio:.5g})"
+        return f"{self.profile}, peak {si(self.peak_force, 'N')}, rise {si(self.rise_time, 's')}, duration {duration}"
 
 
-def shock_text(profile: str, peak_force: float, rise_time: float, duration_ratio: float) -> str:
-    """Profile and numbers of a shock."""
-    duration = f"{si(rise_time * duration_ratio, 's')} (n = {duration_ratio:.5g})"
-    return f"{profile}, peak {si(peak_force, 'N')}, rise {si(rise_time, 's')}, duration {duration}"
+@frozen(kw_only=True)
+class ChainScene:
+    """Shock or impact, and a finite chain with further features, as plain data.
+
+    Attributes
+    ----------
+    shock : dict or None
+        Numbers of the shock, as in `Scene`; None for an impact.
+    impact : dict or None
+        The ``impact`` block of a scenario; None for a shock.
+    chain : dict
+        The ``chain`` block of a scenario, in SI units.
+    granules : int
+        Number of granules, without a striker.
+    lines : tuple of (str, str)
+        Label and text of every part.
+    notes : tuple of str
+        Changes that were made to the given record.
+    """
+
+    shock: dict[str, Any] | None
+    impact: dict[str, Any] | None
+    chain: dict[str, Any]
+    granules: int
+    lines: tuple[tuple[str, str], ...]
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, excitation: Shock | Impact, chain: Chain) -> ChainScene:
+        """The scene of ``excitation`` on ``chain``."""
+        from shockwave.chain.description import (
+            chain_data,
+            chain_lines,
+            impact_data,
+            impact_line,
+        )  # for such chains only
+
+        granules = chain.count or 0
+        if isinstance(excitation, Shock):
+            scene = Scene.of(excitation, chain)
+            names = ("profile", "peak_force", "rise_time", "duration_ratio")
+            shock = {name: getattr(scene, name) for name in names}
+            lines = (("shock", scene.shock), *chain_lines(chain))
+            return cls(
+                shock=shock, impact=None, chain=chain_data(chain), granules=granules, lines=lines, notes=scene.notes
+            )
+        lines = (("impact", impact_line(excitation, chain)), *chain_lines(chain))
+        return cls(shock=None, impact=impact_data(excitation), chain=chain_data(chain), granules=granules, lines=lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Shock, impact and chain; the notes stand among the warnings of the result."""
+        return {"shock": self.shock, "impact": self.impact, "chain": self.chain, "granules": self.granules}
+
+    def facts(self) -> list[tuple[str, str]]:
+        """Label and text of the shock or the impact, and of the parts of the chain."""
+        return [*self.lines]

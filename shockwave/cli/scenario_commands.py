@@ -283,7 +283,7 @@ def _comparison_row(both: Comparison) -> _Row:
     simulated = both.simulated
     published = both.published
     if predicted is None:
-        row = _chain_row(simulated)
+        row = _simulation_row(simulated)
         return row | {"simulation error": row.pop("error")}
     row = {
         "scenario": predicted.scenario or "-",

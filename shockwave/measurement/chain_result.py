@@ -10,10 +10,10 @@ from attrs import asdict, field, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.errors import NumericalError
-from shockwave.measurement.chain_scene import ChainScene
 from shockwave.measurement.recording import Recording, plain
 from shockwave.measurement.result import ContactPeak, Cost, Yielding
 from shockwave.options import SimulateOptions
+from shockwave.scene_summary import ChainScene
 from shockwave.text import printed
 
 
@@ -73,6 +73,8 @@ class ChainResult:
         Scene and settings; ``options`` contains the integrator and the backend that were used.
     scene : ChainScene
         Summary of excitation and chain.
+    contact_count : int
+        Number of contacts of the chain; the last one is with the wall, if there is one.
     contacts : tuple of ContactPeak
         Greatest total force at each reported contact, in the order of the contacts; force and time are 0 at a contact
         that never closes. The error estimates are relative to the dynamic part of the force.
@@ -127,6 +129,7 @@ class ChainResult:
     chain: Chain
     options: SimulateOptions
     scene: ChainScene
+    contact_count: int
     contacts: tuple[ContactPeak, ...]
     greatest_force: ContactPeak
     transmitted: Transmitted | None

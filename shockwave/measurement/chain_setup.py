@@ -21,7 +21,6 @@ from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.registry import load
 from shockwave.simulation.assembly import Assembly
-from shockwave.simulation.backend import chosen
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.problem import ChainProblem
 
@@ -76,7 +75,7 @@ class ChainSetup:
         scales = _scales(layout, excitation, chain)
         assembly = _assembly(layout, scales, excitation)
         method = None if options.integrator is None else load("integrators", options.integrator)
-        compiled = None if layout.law else chosen(options.backend)
+        compiled: ModuleType | None = None
         backend: Backend = "numpy" if compiled is None else "compiled"
         filled = evolve(options, rtol=options.rtol or RTOL, backend=backend)
         reported = _reported(options, len(layout.stiffnesses))

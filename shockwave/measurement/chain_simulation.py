@@ -15,7 +15,6 @@ from shockwave.chain.chain import Chain
 from shockwave.chain.impact import Impact
 from shockwave.errors import NumericalError
 from shockwave.measurement.chain_result import ChainResult, SegmentEnergy, Transmitted
-from shockwave.measurement.chain_scene import ChainScene
 from shockwave.measurement.chain_setup import ChainSetup
 from shockwave.measurement.first_yield import first_yield_force
 from shockwave.measurement.recording import Recording, sample_times
@@ -24,6 +23,7 @@ from shockwave.measurement.simulation_setup import immeasurable, scaled
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
+from shockwave.scene_summary import ChainScene
 from shockwave.simulation.assembly import Motion, integrate
 from shockwave.simulation.time_limit import time_limit
 
@@ -183,7 +183,8 @@ def _result(case: ChainSetup, runs: _Runs, seconds: float) -> ChainResult:
         excitation=case.excitation,
         chain=case.chain,
         options=options,
-        scene=ChainScene.of(case.excitation, case.chain, layout),
+        scene=ChainScene.of(case.excitation, case.chain),
+        contact_count=len(layout.stiffnesses),
         contacts=tuple(peaks),
         greatest_force=top,
         transmitted=_transmitted(case, runs) if case.has_wall else None,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TypeVar
 
-from shockwave.measurement.chain_result import ChainResult
+from shockwave.measurement.chain_result import ChainResult, SegmentEnergy
 from shockwave.measurement.result import ContactPeak
 from shockwave.text import facts, is_wide, limits, notes, si, strong, table
 
@@ -91,23 +91,32 @@ def _segment_table(result: ChainResult) -> str:
     shown = chosen(result.segments)
     rows = []
     for segment in shown:
-        place = f"{segment.first}" if segment.first == segment.last else f"{segment.first} to {segment.last}"
         share = f"{segment.energy / applied:.1%}" if applied else "-"
-        rows.append((place, si(segment.energy, "J", _ENERGY_DIGITS), share))
+        rows.append((span(segment), si(segment.energy, "J", _ENERGY_DIGITS), share))
     lines = [table(_SEGMENTS, rows)]
     if len(shown) < len(result.segments):
         lines.append(f"  ({len(shown)} of {len(result.segments)} segments; --wide shows all)")
     return "\n".join(lines)
 
 
-def chain_details(result: ChainResult) -> Iterator[tuple[str, str]]:
-    """Labels and texts of the balances, the histories and the cost."""
+def span(segment: SegmentEnergy) -> str:
+    """Numbers of the granules of a segment."""
+    return f"{segment.first}" if segment.first == segment.last else f"{segment.first} to {segment.last}"
+
+
+def chain_balances(result: ChainResult) -> Iterator[tuple[str, str]]:
+    """Labels and texts of momentum and energy."""
     yield "applied", f"momentum {si(result.applied_momentum, 'N s')}, energy {si(result.applied_energy, 'J')}"
     if result.dissipated_energy:
         share = f" ({result.dissipated_energy / result.applied_energy:.1%})" if result.applied_energy else ""
         yield "dissipated", f"{si(result.dissipated_energy, 'J')}{share}"
     balance = f"momentum {result.momentum_defect:.0e}, energy {result.energy_defect:.0e} (relative defects)"
     yield "balance", balance
+
+
+def chain_details(result: ChainResult) -> Iterator[tuple[str, str]]:
+    """Labels and texts of the balances, the histories and the cost."""
+    yield from chain_balances(result)
     if result.recording is not None:
         times = result.recording.times
         yield "recorded", f"{', '.join(result.options.record)}: {len(times)} samples to {si(times[-1], 's')}"
@@ -131,11 +140,11 @@ def _row(result: ChainResult, peak: ContactPeak) -> tuple[str, ...]:
 
 
 def _name(result: ChainResult, contact: int) -> str:
-    return f"{contact} (wall)" if result.transmitted and contact == result.scene.contacts - 1 else str(contact)
+    return f"{contact} (wall)" if result.transmitted and contact == result.contact_count - 1 else str(contact)
 
 
 def _place(result: ChainResult, contact: int) -> str:
-    at_wall = result.transmitted is not None and contact == result.scene.contacts - 1
+    at_wall = result.transmitted is not None and contact == result.contact_count - 1
     return "on the wall" if at_wall else f"at contact {contact}"
 
 

@@ -59,9 +59,9 @@ def written(found: Findings) -> str:
     """
     filters: tuple[Callable[..., object], ...] = (estimate_figures, formula, greatest_text, percent, quantity, small)
     if found.is_beyond:
-        from shockwave.measurement.chain_text import chain_answer, chain_details, chain_lead, chosen
+        from shockwave.measurement.chain_text import chain_answer, chain_balances, chain_lead, chosen, span
 
-        filters = (*filters, chain_answer, chain_details, chain_lead, chosen)
+        filters = (*filters, chain_answer, chain_balances, chain_lead, chosen, span)
         about: dict[str, Any] = {"conditions": ()}
     else:
         about = _of_shock(found.scenario)

@@ -141,9 +141,9 @@ def _simulate(scenario: Scenario) -> SimulationResult | Any:
 
 def _simulate_chain(scenario: Scenario) -> Any:
     """Simulate a chain beyond equal spheres, with the forces that are drawn."""
-    plain = evolve(scenario.simulate, record=(), interval=None)
-    result = simulate_with(plain, scenario.excitation, scenario.chain)
-    contacts = result.scene.contacts
+    plain = evolve(scenario.simulate, contacts=(), record=(), interval=None)
+    result: Any = simulate_with(plain, scenario.excitation, scenario.chain)
+    contacts = result.contact_count
     options = evolve(
         result.options,
         contacts=range(0, contacts, -(-contacts // _CONTACTS)),

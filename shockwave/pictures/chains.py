@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from shockwave.chain.layout import Layout
 from shockwave.errors import InvalidValueError
 from shockwave.measurement.chain_result import ChainResult
 from shockwave.pictures.drawing import BLUE, GREY, VERMILION, add_legend, finish, halo, label_axis
@@ -16,12 +17,12 @@ from shockwave.pictures.waves import field_of_forces, recorded
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Most borders of a picture; of a chain with more segments, such as a repeated cell, none is drawn.
+# Most borders of a picture; of a chain with more, such as a repeated cell, none is drawn.
 _MOST_BORDERS = 12
 
 
 def peak_forces(ax: Axes, result: ChainResult) -> Axes:
-    """Draw the greatest force at the reported contacts along the chain, with the borders of its segments.
+    """Draw the greatest force at the reported contacts along the chain, with the borders of materials.
 
     Parameters
     ----------
@@ -38,16 +39,16 @@ def peak_forces(ax: Axes, result: ChainResult) -> Axes:
     if static.any():
         ax.plot(contacts, static, color=GREY, linewidth=1.0, linestyle=":", label="static force")
     if result.transmitted is not None:
-        wall = result.scene.contacts - 1
+        wall = result.contact_count - 1
         ax.plot([wall], [result.transmitted.peak_force], "s", color=VERMILION, markersize=4.5, label="wall")
     _borders(ax, result, vertical=True)
-    ax.set(xlim=(-0.5, result.scene.contacts - 0.5), ylim=(0, 1.08 * float(forces.max()) or 1.0))
+    ax.set(xlim=(-0.5, result.contact_count - 0.5), ylim=(0, 1.08 * float(forces.max()) or 1.0))
     ax.locator_params(axis="x", integer=True)
     return finish(ax, ("contact", ""), ("greatest force", "N"))
 
 
 def chain_map(ax: Axes, result: ChainResult) -> Axes:
-    """Draw a space-time diagram: contact force over contacts and time, with the borders of the segments.
+    """Draw a space-time diagram: contact force over contacts and time, with the borders of materials.
 
     Parameters
     ----------
@@ -106,11 +107,14 @@ def wall_force(ax: Axes, result: ChainResult) -> Axes:
 
 
 def _borders(ax: Axes, result: ChainResult, vertical: bool) -> None:
-    """Lines between segments: at the contacts between their granules."""
-    borders = [second.first - 1 for _, second in pairwise(result.segments)]
+    """Lines at the contacts between granules of different materials."""
+    materials = Layout.of(result.chain, result.excitation).materials
+    borders = [contact for contact, (one, other) in enumerate(pairwise(materials)) if one != other]
     if len(borders) > _MOST_BORDERS:
         return
-    draw = ax.axvline if vertical else ax.axhline
-    look: dict[str, Any] = {"color": GREY, "linewidth": 0.8, "linestyle": "--", "path_effects": halo()}
+    look: dict[str, Any] = {"color": GREY, "linewidth": 0.8, "linestyle": "--"}
     for border in borders:
-        draw(border, **look)
+        if vertical:
+            ax.axvline(border, zorder=0, **look)
+        else:
+            ax.axhline(border, path_effects=halo(), **look)

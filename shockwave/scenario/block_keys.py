@@ -9,6 +9,7 @@ from __future__ import annotations
 import inspect
 import re
 import typing
+from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
@@ -33,7 +34,7 @@ class Key:
     """A key of a block.
 
     ``annotation`` is the type of a key without a ``spec``; ``default`` is that of the constructor; ``kind`` is the
-    registry whose names are its values. The key may replace those in ``instead_of``.
+    registry whose names are its values, and ``also`` are further ones. The key may replace those in ``instead_of``.
     """
 
     name: str
@@ -44,6 +45,7 @@ class Key:
     meaning: str = ""
     kind: str = ""
     instead_of: tuple[str, ...] = ()
+    also: tuple[str, ...] = ()
 
     @property
     def purpose(self) -> str:
@@ -100,6 +102,13 @@ def _settings(cls: type) -> tuple[Key, ...]:
     return tuple(evolve(key, kind=kinds.get(key.name, "")) for key in keys_of(cls))
 
 
+def has_chain_blocks(data: Mapping[str, Any]) -> bool:
+    """Whether a document has blocks for chains beyond equal spheres."""
+    chain = data.get("chain")
+    given = chain if isinstance(chain, dict) else {}
+    return "impact" in data or isinstance(given.get("granules"), list) or not given.keys().isdisjoint(CHAIN_BLOCKS)
+
+
 # ---------------------------------------------------------------- keys of blocks
 
 SCENARIO = (
@@ -139,7 +148,7 @@ SHOCK = (
 )
 #: Blocks whose values have dotted names, without the parameters of the profile.
 BLOCKS = {
-    "chain": (evolve(CHAIN[0], annotation=str), *CHAIN[1:]),
+    "chain": (evolve(CHAIN[0], annotation=str), *(key for key in CHAIN[1:] if key.name not in CHAIN_BLOCKS)),
     "chain.material": tuple(key for key in keys_of(Material) if key.spec is not None),
     "shock": SHOCK,
     "predict": _settings(Predictor),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from typing import Any, TypeVar
 
@@ -12,10 +13,10 @@ from shockwave.chain.ends import Wall
 from shockwave.chain.impact import Impact
 from shockwave.chain.material import Material
 from shockwave.chain.segments import Cell, Segment, Taper
-from shockwave.errors import InvalidValueError
+from shockwave.errors import InvalidValueError, ShockwaveError
 from shockwave.fields import DIAMETER, text_of
 from shockwave.registry import blame, entries, load
-from shockwave.scenario.block_keys import Key, keys_of
+from shockwave.scenario.block_keys import BLOCKS, Key, keys_of
 from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, items, structure
 from shockwave.scenario.yaml_document import steps_of
 
@@ -37,11 +38,17 @@ TAPER = (
 )
 #: Keys of a segment.
 SEGMENT = (_keys(Segment)["count"], _MATERIAL, Key("diameter", spec=DIAMETER), _RADIUS, _keys(Segment)["gap"])
+# Keys of sizes, of which a segment has one.
+_SIZES = ("diameter", "radius")
 #: Keys of a repeated cell.
 CELL = (_keys(Cell)["repeat"], Key("cell", required=True, meaning="a list of the segments of a cell"))
+#: Walls that are no materials.
+WALLS = ("same", "rigid")
 #: Keys of an end with a wall.
 END = (
-    Key("wall", required=True, kind="materials", meaning="same (as the last granule), rigid, or a material"),
+    Key(
+        "wall", required=True, kind="materials", also=WALLS, meaning="same (as the last granule), rigid, or a material"
+    ),
     *(_keys(Wall)[name] for name in ("mass", "stiffness", "damping")),
 )
 #: Keys of the ``impact`` block.
@@ -51,8 +58,6 @@ IMPACT = (
     evolve(_keys(Impact)["radius"], instead_of=("diameter",)),
     _MATERIAL,
 )
-#: Walls that are no materials.
-WALLS = ("same", "rigid")
 #: Key of a block that names a contact law or a damping.
 MODEL = Key("model", required=True, annotation=str, meaning="a name from `shockwave list contacts`")
 #: Block -> the text in ``takes`` of the entries that it names.
@@ -92,7 +97,7 @@ def _cell(given: Any) -> list[Segment]:
 
 
 def _segment(given: Any) -> Segment:
-    sizes = {key.name: partial(_size, key) for key in SEGMENT if key.name in ("diameter", "radius")}
+    sizes = {key.name: partial(_size, key) for key in SEGMENT if key.name in _SIZES}
     return _made(Segment, given, SEGMENT, {"material": material, **sizes})
 
 
@@ -153,6 +158,54 @@ PARSERS: Mapping[str, Parser] = {
     "damping": partial(law, "damping"),
     "contact": partial(law, "contact"),
 }
+
+
+# ---------------------------------------------------------------- dotted names
+
+
+def keys_below(data: Mapping[str, Any]) -> Iterator[tuple[str, Key]]:
+    """Dotted name and key of every value below ``impact`` and the blocks of ``chain`` in a document."""
+    chain = _mapping(data.get("chain"))
+    parts = chain.get("granules")
+    for index, part in enumerate(parts if isinstance(parts, list) else ()):
+        place, own = f"chain.granules[{index}]", _mapping(part)
+        if "cell" in own:
+            yield f"{place}.repeat", CELL[0]
+            for inner, segment in enumerate(own["cell"] if isinstance(own["cell"], list) else ()):
+                yield from _of_block(f"{place}.cell[{inner}]", SEGMENT, _mapping(segment))
+        else:
+            yield from _of_block(place, SEGMENT, own)
+    if isinstance(chain.get("end"), dict):
+        yield from _of_block("chain.end", END, chain["end"])
+    for block in LAWS:
+        own = _mapping(chain.get(block))
+        with suppress(ShockwaveError):  # reported at the place of the name
+            name = own.get("model", "power-law" if block == "contact" and own else None)
+            if isinstance(name, str):
+                yield from _of_block(f"chain.{block}", keys_of(load("contacts", name)), own)
+    if "impact" in data:
+        yield from _of_block("impact", IMPACT, _mapping(data["impact"]))
+
+
+def _mapping(given: Any) -> dict[str, Any]:
+    return given if isinstance(given, dict) else {}
+
+
+def _of_block(place: str, keys: Sequence[Key], given: Mapping[str, Any]) -> Iterator[tuple[str, Key]]:
+    for key in keys:
+        name = f"{place}.{key.name}"
+        if key.kind == "materials":
+            yield name, evolve(key, annotation=str)
+            if given.get(key.name) not in WALLS:
+                yield from ((f"{name}.{own.name}", own) for own in BLOCKS["chain.material"])
+        elif key.name in _SIZES and (tapers := [one for one in _SIZES if isinstance(given.get(one), dict)]):
+            name = f"{place}.{tapers[0]}"
+            yield from ((f"{name}.{end.name}", end) for end in TAPER[:2])
+        else:
+            yield name, key
+
+
+# ---------------------------------------------------------------- objects
 
 
 def _made(

@@ -21,10 +21,10 @@ from shockwave.registry import blame, load
 from shockwave.scenario.block_keys import (
     BLOCKS,
     CHAIN,
-    CHAIN_BLOCKS,
     RECORD,
     SCENARIO,
     Key,
+    has_chain_blocks,
     keys_of,
     parameters_of,
     shock_keys,
@@ -241,9 +241,8 @@ class _Loading:
     # ---------------------------------------------------------------- chain
 
     def _chain(self, data: Any) -> Any:
-        given = data if isinstance(data, dict) else {}
         parsers = None
-        if isinstance(given.get("granules"), list) or not given.keys().isdisjoint(CHAIN_BLOCKS):
+        if has_chain_blocks({"chain": data}):
             from shockwave.scenario import chain_blocks  # not needed for equal granules
 
             parsers = chain_blocks.PARSERS
@@ -252,6 +251,8 @@ class _Loading:
         if not valid or material is None:
             return None
         values["material"] = material
+        if "diameter" in values:
+            values["radius"] = values.pop("diameter") / 2
         return self.build(Chain, values, ("chain",))
 
     def _impact(self, data: Any) -> Any:

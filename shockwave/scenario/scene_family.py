@@ -15,6 +15,7 @@ from shockwave.chain.material import Material
 from shockwave.errors import Fault, InvalidValueError
 from shockwave.profiles.shock import Shock
 from shockwave.registry import load
+from shockwave.scenario.block_keys import BLOCKS
 from shockwave.scenario.loader import scenario_of
 from shockwave.scenario.scenario import Scenario
 
@@ -51,22 +52,30 @@ class Family:
             When a plugin is faulty.
         """
         parts: defaultdict[str, dict[str, Any]] = defaultdict(dict)
-        shape = {}
+        shape, below = {}, {}
         for name, value in values.items():
             block, _, last = name.rpartition(".")
             if block == "shock.parameters" or name in ("shock.profile", "shock.duration_ratio"):
                 shape[name] = value
-            else:
+            elif block in BLOCKS:
                 parts[block][last] = value
+            else:
+                below[name] = value
         material = parts["chain"].get("material")
         if isinstance(material, Mapping):
             parts["chain"]["material"] = Material(**material)
         shock = self._reshaped(shape) if shape else self.base.shock
         chain, constants = (tuple(parts[block].items()) for block in ("chain", "chain.material"))
+        made, impact = _chain(self.base.chain, chain, constants), self.base.impact
+        if below:
+            from shockwave.scenario.chain_values import replaced  # needed only here
+
+            made, impact = replaced(made, impact, below)
         return evolve(
             self.base,
             shock=_shock(shock, parts["shock"]),
-            chain=_chain(self.base.chain, chain, constants),
+            chain=made,
+            impact=impact,
             predictor=_located("predict.", self.base.predictor, parts["predict"]),
             simulate=_located("simulate.", self.base.simulate, parts["simulate"]),
         )

@@ -125,7 +125,7 @@ def converted(key: Key, value: Any) -> Any:
     if value is None and key.may_be_none:
         return None
     if spec is None:
-        if key.kind and isinstance(value, str):
+        if key.kind and isinstance(value, str) and value not in key.also:
             find(key.kind, value)
         return _of_kind(value, key.annotation)
     if not spec.samples:

@@ -127,7 +127,7 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     problem = job.problem
     none = np.empty(0)
     tables = (none, none) if problem is None else (problem.path.rows, problem.path.coefficients)
-    arrays = job.settings, job.chain, job.x, job.v, job.scales, job.peaks, job.sums, job.stops, job.times, job.samples
+    arrays = job.stops, job.times, job.settings, job.chain, job.x, job.v, job.scales, job.peaks, job.sums, job.samples
     compiled.run(job.method.packed, *tables, *arrays, job.found, expired)
 
 
@@ -205,7 +205,7 @@ class _March:
                 if self.q == 0.0:
                     raw, acts = f + self.c[part] * w, self.on[part]
                 else:
-                    rate = np.sqrt(inside) if self.q == 0.5 else inside**self.q
+                    rate = _power(inside, self.q)
                     raw, acts = np.where(closed, f + self.c[part] * rate * w, f), closed
                 total = np.where(acts, np.maximum(raw, -static), -static)
                 powers = np.where(acts, total - f, 0.0) * w
@@ -222,13 +222,13 @@ class _March:
         w = v[part] - v[low + 1 : high + 1]
         closed = d > MIN_OVERLAP
         inside = np.where(closed, d, 1.0)
-        power = np.sqrt(inside) if self.p == 1.5 else inside ** (self.p - 1)
+        power = _power(inside, self.p - 1)
         slope = self.p * self.k[part] * power * w
         if self.damped:
             a = self.padded[low : high + 1] * (f[low : high + 1] - f[low + 1 : high + 2])
             if low == 0:
                 a[0] += self.inverse[0] * self.applied(time)
-            rate = 1.0 if self.q == 0.0 else np.sqrt(inside) if self.q == 0.5 else inside**self.q
+            rate = _power(inside, self.q)
             slope = slope + self.c[part] * rate * (self.q / inside * w * w + (a[:-1] - a[1:]))
         return np.where(closed, slope, 0.0)
 
@@ -538,6 +538,13 @@ class _March:
             row = job.samples[self.next_sample]
             row[0], row[1], row[2, :-1] = x, v, self.forces(x, v, 0, self.bodies)[0] + self.static
             self.next_sample += 1
+
+
+def _power(d: FloatArray, q: float) -> FloatArray:
+    """The power q of d, by roots where possible: they are equal to the last bit everywhere."""
+    if q == 0.25:
+        return np.asarray(np.sqrt(np.sqrt(d)))
+    return np.ones_like(d) if q == 0 else np.sqrt(d) if q == 0.5 else np.asarray(d**q)
 
 
 def root(d0: float, d1: float, m0: float, m1: float) -> float:

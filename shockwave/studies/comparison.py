@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from attrs import asdict, frozen
 
@@ -98,7 +98,7 @@ def compare(
     predictor = predictor or Predictor()
     predicted, reason = None, None
     try:
-        predicted = predictor.predict(shock, chain)
+        predicted = predictor.predict(cast(Shock, shock), chain)
     except NotCoveredError as error:
         reason = str(error)
     simulated = simulate_with(options, shock, chain) if options is not None else simulate(shock, chain, **asked)
