@@ -70,7 +70,9 @@ class ChainResult:
     Attributes
     ----------
     excitation, chain, options : Shock or Impact, Chain, SimulateOptions
-        Scene and settings; ``options`` contains the integrator and the backend that were used.
+        Scene and settings.
+    integrator, backend : str
+        Name of the integrator; ``compiled`` or ``numpy``, the code that integrated the chain.
     scene : ChainScene
         Summary of excitation and chain.
     contact_count : int
@@ -128,6 +130,8 @@ class ChainResult:
     excitation: Any
     chain: Chain
     options: SimulateOptions
+    integrator: str
+    backend: str
     scene: ChainScene
     contact_count: int
     contacts: tuple[ContactPeak, ...]
@@ -169,16 +173,6 @@ class ChainResult:
     def ejected_granules(self) -> int | None:
         """Number of granules that fly backwards at the struck end; None under precompression or gravity."""
         return None if self.recoil_velocities is None else len(self.recoil_velocities)
-
-    @property
-    def integrator(self) -> str:
-        """Name of the integrator."""
-        return self.options.integrator or ""
-
-    @property
-    def backend(self) -> str:
-        """Backend that integrated the chain: ``compiled`` or ``numpy``."""
-        return self.options.backend
 
     @property
     def rtol(self) -> float | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from importlib import import_module
 from types import ModuleType
 
 import numpy as np
@@ -16,11 +17,12 @@ from shockwave.chain.layout import Layout
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.errors import InvalidValueError
 from shockwave.measurement.simulation_setup import RTOL
-from shockwave.options import Backend, SimulateOptions
+from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.registry import load
 from shockwave.simulation.assembly import Assembly
+from shockwave.simulation.backend import chosen
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.problem import ChainProblem
 
@@ -75,9 +77,8 @@ class ChainSetup:
         scales = _scales(layout, excitation, chain)
         assembly = _assembly(layout, scales, excitation)
         method = None if options.integrator is None else load("integrators", options.integrator)
-        compiled: ModuleType | None = None
-        backend: Backend = "numpy" if compiled is None else "compiled"
-        filled = evolve(options, rtol=options.rtol or RTOL, backend=backend)
+        compiled = None if layout.law else _compiled(options.backend)
+        filled = evolve(options, rtol=options.rtol or RTOL)
         reported = _reported(options, len(layout.stiffnesses))
         return cls(excitation, chain, layout, scales, assembly, filled, method, compiled, reported)
 
@@ -106,6 +107,11 @@ class ChainSetup:
         """Contacts whose errors decide whether the tolerance is met: those that the result shows."""
         wall = [len(forces) - 1] if self.has_wall else []
         return np.unique(np.concatenate((self.reported, [np.argmax(forces)], wall)).astype(np.intp))
+
+
+def _compiled(backend: str) -> ModuleType | None:
+    """The compiled module for chains, or None for NumPy."""
+    return None if chosen(backend) is None else import_module("shockwave.simulation._chains")
 
 
 def _reported(options: SimulateOptions, contacts: int) -> npt.NDArray[np.intp]:

@@ -164,7 +164,6 @@ def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float) ->
 
 def _result(case: ChainSetup, runs: _Runs, seconds: float) -> ChainResult:
     layout, scales, motion = case.layout, case.scales, runs.best
-    options = evolve(case.options, integrator=motion.integrator)
     peaks = [_peak(case, runs, contact) for contact in case.reported.tolist()]
     top = _peak(case, runs, int(np.argmax(motion.forces)))
     momentum, energy = _applied(case, motion)
@@ -182,7 +181,9 @@ def _result(case: ChainSetup, runs: _Runs, seconds: float) -> ChainResult:
     return ChainResult(
         excitation=case.excitation,
         chain=case.chain,
-        options=options,
+        options=case.options,
+        integrator=motion.integrator,
+        backend="numpy" if case.compiled is None else "compiled",
         scene=ChainScene.of(case.excitation, case.chain),
         contact_count=len(layout.stiffnesses),
         contacts=tuple(peaks),
