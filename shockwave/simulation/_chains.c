@@ -525,7 +525,9 @@ static void accept(March *m, double h, double end)
     for (j = 0; j < n; j++) if (m->start.slope[j] > 0 && m->finish.slope[j] <= 0) find_peak(m, h, j);
     store_samples(m, end);
     for (j = n - 1; j >= 0; j--) {
-        const double d = m->finish.d[j], w = fabs(m->finish.w[j]), u = fabs((d > 0 ? d : 0) - m->base[j]);
+        /* the change of the overlap, not the difference of overlaps: ahead of the wave that is below their rounding errors */
+        const double stretch = (m->finish.x[j] - m->finish.x[j + 1]) + m->gap[j], w = fabs(m->finish.w[j]);
+        const double u = m->finish.d[j] > 0 ? fabs(stretch) : m->base[j];
         const double least_w = j ? m->reach_w[j] * m->scale_w[j - 1] : 0, least_u = j ? m->reach_u[j] * m->scale_u[j - 1] : 0;
         if (w > m->scale_w[j]) m->scale_w[j] = w;
         if (least_w > m->scale_w[j]) m->scale_w[j] = least_w;

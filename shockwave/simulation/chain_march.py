@@ -433,7 +433,9 @@ class _March:
             for j in np.flatnonzero((start.slope > 0) & (finish.slope <= 0)).tolist():
                 self.find_peak(start, finish, size, j)
         self.sample(start, end)
-        w, u = np.abs(finish.w), np.abs(np.maximum(finish.d, 0.0) - self.base[:n])
+        # the change of the overlap, not the difference of overlaps: ahead of the wave that is below their rounding errors
+        stretch = (finish.x[:n] - finish.x[1 : n + 1]) + self.gap[:n]
+        w, u = np.abs(finish.w), np.where(finish.d > 0, np.abs(stretch), self.base[:n])
         for scale, value, reach in ((job.scales[0], w, self.reach_w), (job.scales[1], u, self.reach_u)):
             expected = np.append(0.0, reach[1:n] * scale[: n - 1])
             scale[:n] = np.maximum(np.maximum(scale[:n], value), expected)
