@@ -76,7 +76,8 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
             done.append(result)
         except Exception as error:
             text, code = failure(error)
-            problems.append(f"{scenario.path}: {text}")
+            located = text.startswith(f"{scenario.path}:")
+            problems.append(text if located else f"{scenario.path}: {text}")
             documents.append({"scenario": scenario.name, "error": text})
             status = max(status, code)
         except KeyboardInterrupt:
@@ -94,6 +95,7 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
 
 def predict(options: Namespace) -> int:
     def one(scenario: Scenario) -> Any:
+        scenario = scenario.covered_by(scenario.predictor.name)
         return evolve(scenario.predictor.predict(scenario.shock, scenario.chain), scenario=scenario.name)
 
     return _run(options, one, _outcome_row)
@@ -174,6 +176,7 @@ def curve(options: Namespace) -> int:
 
     check_output(options.output, ".json", ".svg", ".png", ".pdf")
     (scenario,) = loaded([options.file], output=options.output)
+    scenario = scenario.covered_by("the universal curve")
     ratio = rise_time_of(scenario)
     found = UniversalCurve(scenario.shock.profile, rtol=options.rtol, longest=options.longest)
     if options.output:

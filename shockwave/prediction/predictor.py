@@ -140,6 +140,8 @@ class Predictor:
 
         Raises
         ------
+        NotCoveredError
+            If the scene has features beyond a shock on equal granules with free ends.
         NumericalError
             If a root of the relations for trains is not found, or no method has an answer.
         """
@@ -160,6 +162,7 @@ class Predictor:
         ranges = _Ranges(scaled, answers, self._settings)
         for shock, chain in zip(shocks, chains, strict=True):
             try:
+                chain = self._covered(shock, chain)
                 one = self._scaled(shock, chain)
                 with blame("models", model):
                     answer: ScaledAnswer = model(one, self._settings)
@@ -170,6 +173,19 @@ class Predictor:
             scaled.append(one)
             answers.append(answer)
         return found
+
+    @property
+    def name(self) -> str:
+        """The model, for messages."""
+        return f"model {self.model!r}"
+
+    def _covered(self, shock: Shock, chain: Chain) -> Chain:
+        """The chain as a number of equal granules; raises NotCoveredError if it has further features."""
+        if chain.is_uniform and isinstance(shock, Shock):
+            return chain
+        from shockwave.chain.coverage import covered  # not needed for equal granules
+
+        return covered(chain, shock, self.name)
 
     def _scaled(self, shock: Shock, chain: Chain) -> ScaledShock:
         areas = shock.profile.areas(self.quadrature)
@@ -272,9 +288,10 @@ class Predictor:
         shapes: dict[object, tuple[int, ShockProfile, Areas]] = {}
         given: dict[int, tuple[int, float]] = {}  # index of a shock -> number of its shape, rise time
         for index, (shock, each) in enumerate(zip(shocks, chains, strict=True)):
-            profile = shock.profile
-            key = profile if is_value(profile) else id(profile)
             try:
+                chains[index] = each = self._covered(shock, each)
+                profile = shock.profile
+                key = profile if is_value(profile) else id(profile)
                 rise_time = scales(each, shock.peak_force).rise_time(shock.rise_time)
                 if key not in shapes:
                     shapes[key] = len(shapes), profile, profile.areas(self.quadrature)

@@ -137,6 +137,10 @@ CHAIN = (
 )
 #: Keys of the ``chain`` block that have blocks of their own; ``granules`` has one if it is a list.
 CHAIN_BLOCKS = ("end", "damping", "contact")
+#: Walls that are no materials.
+WALLS = ("same", "rigid")
+#: Last parts of the dotted names of materials.
+MATERIALS = ("material", "wall")
 #: Keys for an unknown profile; `shock_keys` gives those for a known one.
 SHOCK = (
     Key("profile", required=True, annotation=str, kind="profiles", meaning="a name from `shockwave list profiles`"),

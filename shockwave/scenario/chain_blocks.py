@@ -16,7 +16,7 @@ from shockwave.chain.segments import Cell, Segment, Taper
 from shockwave.errors import InvalidValueError, ShockwaveError
 from shockwave.fields import DIAMETER, text_of
 from shockwave.registry import blame, entries, load
-from shockwave.scenario.block_keys import BLOCKS, Key, keys_of
+from shockwave.scenario.block_keys import BLOCKS, WALLS, Key, keys_of
 from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, items, structure
 from shockwave.scenario.yaml_document import steps_of
 
@@ -42,8 +42,6 @@ SEGMENT = (_keys(Segment)["count"], _MATERIAL, Key("diameter", spec=DIAMETER), _
 _SIZES = ("diameter", "radius")
 #: Keys of a repeated cell.
 CELL = (_keys(Cell)["repeat"], Key("cell", required=True, meaning="a list of the segments of a cell"))
-#: Walls that are no materials.
-WALLS = ("same", "rigid")
 #: Keys of an end with a wall.
 END = (
     Key(

@@ -12,7 +12,7 @@ from shockwave.chain.impact import Impact
 from shockwave.chain.material import Material
 from shockwave.errors import Fault, InvalidValueError
 from shockwave.registry import load
-from shockwave.scenario.chain_blocks import WALLS
+from shockwave.scenario.block_keys import MATERIALS, WALLS
 from shockwave.scenario.yaml_document import Steps, steps_of
 
 # Key -> attribute, where they differ.
@@ -67,7 +67,7 @@ def _replaced(part: Any, steps: Steps, value: Any, chain: Chain) -> Any:
         value = _replaced(_inner(part, step, chain), rest, halved, chain)
     elif step == "diameter":
         value = value / 2
-    elif step in ("material", "wall"):
+    elif step in MATERIALS:
         value = _material(value)
     if isinstance(part, dict):
         return part | {step: value}

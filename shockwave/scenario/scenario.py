@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from attrs import field, frozen
+from attrs import evolve, field, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.errors import Fault, NotCoveredError
@@ -91,20 +91,20 @@ class Scenario:
         """The shock, or the impact in its place."""
         return self.shock if self.impact is None else self.impact
 
-    def check_covered(self, method: str) -> None:
-        """Check that a ``method`` for shocks on equal granules with free ends covers the scene.
+    def covered_by(self, method: str) -> Scenario:
+        """The scenario with its chain as a number of equal granules, for a ``method`` that covers no other.
 
         Raises
         ------
         NotCoveredError
-            If it does not; the features that it does not cover are located in the file.
+            If the scene has further features, which are located in the file.
         """
         if self.impact is None and self.chain.is_uniform:
-            return
+            return self
         from shockwave.chain.coverage import covered
 
         try:
-            covered(self.chain, self.excitation, method)
+            return evolve(self, chain=covered(self.chain, self.excitation, method))
         except NotCoveredError as error:
             raise NotCoveredError(self._located(fault) for fault in error.faults) from None
 

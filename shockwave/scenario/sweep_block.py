@@ -14,13 +14,11 @@ from shockwave.chain.material import Material
 from shockwave.errors import PluginError, UnknownNameError
 from shockwave.fields import Quantity, text_of
 from shockwave.registry import load
-from shockwave.scenario.block_keys import BLOCKS, Key, keys_of
+from shockwave.scenario.block_keys import BLOCKS, MATERIALS, Key, keys_of
 from shockwave.scenario.dotted_names import Variable, variables
 from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, gathered, items, structure
 from shockwave.scenario.yaml_document import Document, Steps, steps_of
 
-# Last steps of the paths of materials.
-_MATERIALS = ("material", "wall")
 Run = Literal["predict", "simulate", "compare"]
 # Scenes of a sweep, and values on an axis: bounds on its memory.
 _MOST_POINTS = 10**7
@@ -278,9 +276,9 @@ def first(document: Document, sweep: Sweep | None, index: int = 0) -> Document:
     values: dict[Steps, Any] = {steps_of(name): value for name, value in sweep.point(index).items()}
     place = document.keys.get(("sweep",))
     # the materials first, because their constants may be varied too
-    materials = {steps: value for steps, value in values.items() if steps[-1] in _MATERIALS}
+    materials = {steps: value for steps, value in values.items() if steps[-1] in MATERIALS}
     document = document.having(materials, place)
-    for steps in [steps[:-1] for steps in values if len(steps) > 1 and steps[-2] in _MATERIALS]:
+    for steps in [steps[:-1] for steps in values if len(steps) > 1 and steps[-2] in MATERIALS]:
         document = document.having(_constants(document, steps))
     return document.having({steps: value for steps, value in values.items() if steps not in materials}, place)
 

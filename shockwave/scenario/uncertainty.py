@@ -82,7 +82,7 @@ def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
         raise WrongsError([Wrong((), problem)])
     twins = [
         Wrong((one,), f"must be left out if {other} is given (got both; delete one)", at_key=True)
-        for one, other in (*TWINS, *((name.replace("diameter", "radius"), name) for name in given))
+        for one, other in dict.fromkeys((*TWINS, *((name, name.replace("diameter", "radius")) for name in given)))
         if one != other and one in given and other in given
     ]
     converters = {name: partial(_spread, of) for name, of in variables(data).items()}

@@ -27,13 +27,14 @@
 #define GROWTH 8
 #define MARGIN 4
 #define AT_REST 1e-40
-#define SAFETY 0.9
+#define SAFETY 0.6
 #define MIN_FACTOR 0.2
 #define MAX_FACTOR 3.0
 #define MIN_STEP 1e-15
 #define MIN_FIRST 1e-13
 #define SOON 1e-3
 #define KINK 0.1
+#define KINK_SHARE 0.1
 #define MOST_CUTS 8
 #define LOCATED 0.1
 #define NEARLY 0.1
@@ -380,17 +381,16 @@ static double kink(const March *m, double h)
         at = d0 * d1 < 0 ? root_of(d0, d1, h * s->w[j], h * f->w[j]) : 0.5;
         if (!acts && m->jumps && d0 < 0) {
             error = raw1 * (1 - at) * h;
-            if (f->w[j] > 0) at += 0.5 * slack(m, j) / (h * f->w[j]);
+            if (f->w[j] > 0) at += 0.5 * LOCATED * slack(m, j) / (h * f->w[j]);
         } else {
             double active, idle;
             if (m->damped && d0 >= 0 && raw0 * raw1 < 0 && (d1 >= 0 || m->q == 0)) at = raw0 / (raw0 - raw1);
             else if (m->damped && acts) at *= 0.5; /* the force ends before the contact opens */
             active = acts ? at : 1 - at;
             idle = acts ? 1 - at : at;
-            if (idle * idle / (active > 1e-300 ? active : 1e-300) < active) active = idle * idle / (active > 1e-300 ? active : 1e-300);
-            error = KINK * h * (raw0 > raw1 ? raw0 : raw1) * active;
+            error = KINK * h * (raw0 > raw1 ? raw0 : raw1) * (idle < active ? idle / active : 1);
         }
-        if (error > m->tolerance * m->scale_w[j] / m->both[j] && at < share
+        if (error > KINK_SHARE * m->tolerance * m->scale_w[j] / m->both[j] && at < share
             && at * h > MIN_STEP * (m->time > m->settings[FIRST] ? m->time : m->settings[FIRST])) share = at;
     }
     return share;
@@ -508,6 +508,12 @@ static void look_for_arrival(March *m)
     }
 }
 
+/* Elastic energy of a contact at an overlap. */
+static double stored(const March *m, long j, double d)
+{
+    return d > 0 ? m->k[j] / (m->p + 1) * pow(d, m->p + 1) : 0;
+}
+
 /* Processes an accepted step and begins the next one. */
 static void accept(March *m, double h, double end)
 {
@@ -519,7 +525,12 @@ static void accept(March *m, double h, double end)
     for (j = 0; j < n; j++) m->impulse[j] += h * m->sum[j + 1];
     if (m->damped) {
         combine(m->powers, weights, m->stages, 0, n, m->sum);
-        for (j = 0; j < n; j++) m->lost[j] += h * m->sum[j];
+        for (j = 0; j < n; j++) {
+            const End *s = &m->start, *f = &m->finish;
+            /* a contact that is cut off loses its energy, whatever the length of the step */
+            if (m->k[j] > 0 && (s->raw[j] < 0 || s->d[j] < 0) && (f->raw[j] < 0 || f->d[j] < 0)) m->lost[j] += stored(m, j, s->d[j]) - stored(m, j, f->d[j]);
+            else m->lost[j] += h * m->sum[j];
+        }
     }
     if (m->driven) add_work(m, h, end);
     for (j = 0; j < n; j++) if (m->start.slope[j] > 0 && m->finish.slope[j] <= 0) find_peak(m, h, j);

@@ -290,23 +290,24 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
     offsets[contacts:] = -_FAR
     base, gap = np.maximum(offsets, 0.0), np.minimum(offsets, 0.0)
     before = np.append(inverse[0], inverse[:-1])
-    reach_w = _EXPECTED * np.minimum(2 * inverse / (before + inverse), 1.0)
-    linear = p * k * base ** (p - 1)
-    softer = np.append(0.0, np.minimum(_ratio(k[:-1], k[1:]) ** (1 / p), _ratio(linear[:-1], linear[1:])))
-    reach_u = _EXPECTED * np.minimum(softer, 1.0)
-    scales = np.array([np.append(1.0, reach_w[1:]), np.append(1.0, reach_u[1:])])
-    scales = np.maximum(np.multiply.accumulate(scales, axis=1), _LEAST) * np.array(_first_scales(assembly))[:, None]
+    velocity, force = _first_scales(assembly)
+    # overlap of each contact under the force at the first one
+    extent = np.minimum((force / np.where(k > 0, k, 1.0)) ** (1 / p), _ratio(force, p * k * base ** (p - 1)))
+    reach = np.array([2 * inverse / (before + inverse), extent / np.append(extent[0], extent[:-1])])
+    reach = _EXPECTED * np.minimum(reach, 1.0)
+    scales = np.multiply.accumulate(np.column_stack(([1.0, 1.0], reach[:, 1:])), axis=1)
+    scales = np.maximum(scales, _LEAST) * (_EXPECTED * np.array([[velocity], [extent[0]]]))
     scales[:, contacts:] = math.inf
     first = _FIRST_STEP * float(scales[1, 0] / scales[0, 0])
-    force = (0.0, 1.0, 0.0) if problem is None else (problem.duration, problem.rise_time, problem.peak_force)
+    pulse = (0.0, 1.0, 0.0) if problem is None else (problem.duration, problem.rise_time, problem.peak_force)
     work = _WORK + _WORK_PER_BODY * bodies
-    settings = [p, assembly.damping_power, tolerance, math.inf if until is None else until, *force, first]
-    settings += [force[0] / _LEAST_STEPS, contacts, assembly.end_stiffness, assembly.end_damping]
+    settings = [p, assembly.damping_power, tolerance, math.inf if until is None else until, *pulse, first]
+    settings += [pulse[0] / _LEAST_STEPS, contacts, assembly.end_stiffness, assembly.end_damping]
     settings += [_STEPS + _STEPS_PER_BODY * bodies, work, assembly.is_damped]
     x, v = np.zeros((2, bodies + 1))
     v[0] = assembly.velocity
     static = k * base**p
-    chain = np.array([inverse, k, gap, base, np.sqrt(base), static, c, reach_w, reach_u])
+    chain = np.array([inverse, k, gap, base, np.sqrt(base), static, c, *reach])
     return Job(
         method=method,
         problem=problem,
@@ -325,25 +326,24 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
     )
 
 
-def _ratio(one: FloatArray, other: FloatArray) -> FloatArray:
-    """Quotient, 1 if the second is zero."""
-    return np.asarray(np.where(other > 0, one / np.where(other > 0, other, 1.0), 1.0))
+def _ratio(one: float, others: FloatArray) -> FloatArray:
+    """Quotients, infinite where a divisor is zero."""
+    return np.asarray(np.where(others > 0, one / np.where(others > 0, others, 1.0), math.inf))
 
 
 def _first_scales(assembly: Assembly) -> tuple[float, float]:
-    """Orders of magnitude of closing velocity and overlap at the first contact."""
+    """Orders of magnitude of closing velocity and force, minus the static one, at the first contact."""
     p, k = assembly.exponent, float(assembly.stiffnesses[0])
     linear = p * k * max(float(assembly.overlaps[0]), 0.0) ** (p - 1)
     mass = 1 / float(np.sum(assembly.inverse_masses[:2]))
-    velocity, overlap = assembly.velocity, math.inf
+    velocity, force = assembly.velocity, math.inf
     if assembly.force is not None:
         force = assembly.force.peak_force
         overlap = min((force / k) ** (1 / p), force / linear if linear else math.inf)
         impulse = assembly.force.free(assembly.force.duration)[1]
         velocity = min(math.sqrt(overlap * force / mass), impulse * float(assembly.inverse_masses[0]))
     reached = ((p + 1) / 2 * mass * velocity**2 / k) ** (1 / (p + 1))
-    reached = min(reached, velocity * math.sqrt(mass / linear) if linear else math.inf)
-    return _EXPECTED * velocity, _EXPECTED * min(overlap, reached)
+    return velocity, min(force, max(k * reached**p, velocity * math.sqrt(mass * linear)))
 
 
 def _check(job: Job) -> None:

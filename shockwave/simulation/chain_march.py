@@ -28,7 +28,7 @@ _GROWTH = 8
 _MARGIN = 4
 _AT_REST = 1e-40
 # Safety factor and limits of the ratio of consecutive step sizes (Hairer, Norsett & Wanner, section II.4).
-_SAFETY = 0.9
+_SAFETY = 0.6
 _MIN_FACTOR = 0.2
 _MAX_FACTOR = 3.0
 # Smallest step, relative to the time and to the first step.
@@ -38,6 +38,8 @@ _MIN_FIRST = 1e-13
 _SOON = 1e-3
 # Velocity error of a step with a kink of the force, over the length of the shorter part and the force.
 _KINK = 0.1
+# Fraction of the tolerance that a kink may use.
+_KINK_SHARE = 0.1
 # Largest number of steps that are shortened in succession to end at a kink.
 _MOST_CUTS = 8
 # Fraction of the tolerance within which the closing of a contact with a dashpot is located.
@@ -403,19 +405,19 @@ class _March:
         slack = self.slack(self.n)
         for j in np.flatnonzero(changes).tolist():
             d0, d1, raw0, raw1 = (float(a[j]) for a in (start.d, finish.d, start.raw, finish.raw))
-            least = self.tolerance * float(self.job.scales[0, j]) / float(self.both[j])
+            least = _KINK_SHARE * self.tolerance * float(self.job.scales[0, j]) / float(self.both[j])
             at = root(d0, d1, size * float(start.w[j]), size * float(finish.w[j])) if d0 * d1 < 0 else 0.5
             closes = not acts[j]
             if closes and self.jumps and d0 < 0:
                 error = raw1 * (1 - at) * size
-                at += 0.5 * float(slack[j]) / (size * float(finish.w[j])) if finish.w[j] > 0 else 0.0
+                at += 0.5 * _LOCATED * float(slack[j]) / (size * float(finish.w[j])) if finish.w[j] > 0 else 0.0
             else:
                 if self.damped and d0 >= 0 and raw0 * raw1 < 0 and (d1 >= 0 or self.q == 0.0):
                     at = raw0 / (raw0 - raw1)
                 elif self.damped and not closes:
                     at *= 0.5  # the force ends before the contact opens
                 active, idle = (1 - at, at) if closes else (at, 1 - at)
-                error = _KINK * size * max(raw0, raw1) * min(active, idle * idle / max(active, 1e-300))
+                error = _KINK * size * max(raw0, raw1) * min(1.0, idle / max(active, 1e-300))
             if error > least and at * size > _MIN_STEP * max(self.time, self.first):
                 share = min(share, at)
         return share
@@ -426,7 +428,11 @@ class _March:
         weights = job.method.weights[1][:, None]
         job.sums[0, :n] += size * np.add.reduce(weights * self.stages[:, 1 : n + 1], axis=0)
         if self.damped:
-            job.sums[1, :n] += size * np.add.reduce(weights * self.powers[:, :n], axis=0)
+            lost = size * np.add.reduce(weights * self.powers[:, :n], axis=0)
+            # a contact that is cut off loses its energy, whatever the length of the step
+            idle = [((end.raw < 0) | (end.d < 0)) & (self.k[:n] > 0) for end in (start, finish)]
+            kept = [self.k[:n] / (self.p + 1) * np.maximum(end.d, 0.0) ** (self.p + 1) for end in (start, finish)]
+            job.sums[1, :n] += np.where(idle[0] & idle[1], kept[0] - kept[1], lost)
         if self.driven:
             self.add_work(finish, size, end, impulses)
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):

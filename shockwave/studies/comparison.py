@@ -99,8 +99,11 @@ def compare(
     predicted, reason = None, None
     try:
         predicted = predictor.predict(cast(Shock, shock), chain)
-    except NotCoveredError as error:
-        reason = str(error)
+    except NotCoveredError:
+        from shockwave.chain.coverage import refusal  # not needed for equal granules
+
+        features = ", ".join(f"{fault.problem} ({fault.path})" for fault in refusal(chain, shock))
+        reason = f"{predictor.model} covers shocks on chains of equal granules with free ends, not {features}"
     simulated = simulate_with(options, shock, chain) if options is not None else simulate(shock, chain, **asked)
     if predicted is None:
         return Comparison(predicted=None, simulated=simulated, error=None, relation=None, reason=reason)
@@ -129,8 +132,7 @@ def comparison_text(both: Comparison) -> str:
     """The error of the prediction, both answers, what decided the prediction, and the waves of both."""
     predicted, simulated = both.predicted, both.simulated
     if predicted is None:
-        reason = [line for part in (both.reason or "").splitlines() for line in paragraph("  no prediction: ", part, 4)]
-        return "\n".join([str(simulated), "", *reason])
+        return "\n".join([str(simulated), "", *paragraph("  no prediction: ", both.reason or "", 4)])
     name = f"{predicted.scenario}: " if predicted.scenario else ""
     waves = wave_tables(simulated)  # integrates the train, whose warnings and cost belong to the lines around
     warnings = dict.fromkeys([*outcome_limits(predicted), *result_limits(simulated)])

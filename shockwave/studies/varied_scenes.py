@@ -53,11 +53,16 @@ def scenario_of(scene: Scenario | Shock, chain: Chain | None) -> Scenario:
     ------
     InvalidValueError
         If neither is given.
+    NotCoveredError
+        If the scene has features beyond a shock on equal granules with free ends.
     """
     if isinstance(scene, Scenario) and chain is None:
-        return scene
+        return scene.covered_by("this study")
     if isinstance(scene, Shock) and isinstance(chain, Chain):
-        return Scenario(name="", path=None, shock=scene, chain=chain, predictor=Predictor(), simulate=SimulateOptions())
+        found = Scenario(
+            name="", path=None, shock=scene, chain=chain, predictor=Predictor(), simulate=SimulateOptions()
+        )
+        return found.covered_by("this study")
     raise InvalidValueError.of("scene", f"must be a Scenario, or a Shock together with a Chain (got {text_of(scene)})")
 
 

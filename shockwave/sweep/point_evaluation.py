@@ -11,33 +11,36 @@ import time
 from collections.abc import Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, Union
 
 import numpy as np
 
 import shockwave
 from shockwave.chain.chain import Scales
-from shockwave.errors import UsageError, message_of
+from shockwave.errors import NotCoveredError, UsageError, message_of
 from shockwave.files import read_bytes
 from shockwave.measurement.result import SimulationResult
-from shockwave.measurement.simulate import simulate_many
+from shockwave.measurement.simulate import simulate_many, simulate_with
 from shockwave.options import SimulateOptions
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.predictor import Predictor
 from shockwave.registry import load, plugins
-from shockwave.scenario.block_keys import BLOCKS
+from shockwave.scenario.block_keys import BLOCKS, MATERIALS, WALLS
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.scene_hash import normalised
 from shockwave.scenario.sweep_block import Sweep
 from shockwave.simulation.backend import lack
 from shockwave.studies.comparison import beside
-from shockwave.sweep.columns import Answer, reads, row
+from shockwave.sweep.columns import Answer, chain_reads, reads, row
 from shockwave.sweep.definition import SweepDefinition
 from shockwave.sweep.journal import line_of
 
+if TYPE_CHECKING:
+    from shockwave.measurement.chain_result import ChainResult
+
 _T = TypeVar("_T")
-_Found = SimulationResult | BaseException
+_Found = Union["SimulationResult", "ChainResult", BaseException]
 _Results = dict[int, _Found]
 _Predicted = Outcome | Exception | None
 # Largest record that is hashed [bytes]; the reader of records has its own limit.
@@ -67,7 +70,14 @@ class Points:
         given = scenario.document.data.get("simulate") if scenario.document else None
         #: Whether all waves are measured, or the leading wave only.
         self.train = isinstance(given, dict) and given.get("waves") == "train"
-        self._columns = reads(self.sweep.run, self.train)
+        #: Whether scenes may have features beyond a shock on equal granules, so that forces at contacts are measured.
+        self.chains = _has_features(scenario) or any(
+            _is_feature(name) for axis in self.sweep.axes for name in axis.names
+        )
+        run = self.sweep.run
+        finite = scenario.chain.granules is not None or any("chain.granules" in axis.names for axis in self.sweep.axes)
+        own = reads(run, self.train, finite)
+        self._columns = chain_reads(run, scenario.simulate.contacts) if self.chains else own
         self._family = Family(scenario)
         self.definition = SweepDefinition(
             name=scenario.name,
@@ -112,12 +122,18 @@ class Points:
             groups.setdefault(scene.predictor, []).append(index)
         found: dict[int, _Predicted] = {}
         for predictor, indices in groups.items():
-            shocks, chains = [scenes[index].shock for index in indices], [scenes[index].chain for index in indices]
-            found |= zip(indices, predictor.predict_each(shocks, chains), strict=True)
+            # a scene that the model does not cover, such as an impact, is refused
+            shocks: list[Any] = [scenes[index].excitation for index in indices]
+            outcomes = predictor.predict_each(shocks, [scenes[index].chain for index in indices])
+            found |= zip(indices, outcomes, strict=True)
+        if self.sweep.run == "compare":
+            found = {index: None if isinstance(one, NotCoveredError) else one for index, one in found.items()}
         return found
 
     def _simulated(self, scenes: Mapping[int, Scenario]) -> _Results:
         """Results by point number; scenes with the same options are simulated in one call."""
+        if self.chains:
+            return {index: _alone(scene) for index, scene in scenes.items()}
         groups: dict[SimulateOptions, list[int]] = {}
         for index, scene in scenes.items():
             groups.setdefault(scene.simulate, []).append(index)
@@ -147,11 +163,33 @@ def _valid(result: _T | BaseException) -> _T:
     return result
 
 
-def _answer(scene: Scenario, predicted: Outcome | None, simulated: SimulationResult | None) -> Answer:
+def _has_features(scene: Scenario) -> bool:
+    """Whether a scene may have features beyond a shock on equal granules."""
+    return scene.impact is not None or not scene.chain.is_uniform
+
+
+def _is_feature(name: str) -> bool:
+    """Whether a variable is a feature beyond a shock on equal granules."""
+    return name.rpartition(".")[0] not in (*BLOCKS, "shock.parameters") or name.endswith(
+        (".precompression", ".gravity")
+    )
+
+
+def _alone(scene: Scenario) -> _Found:
+    """Result of one scene."""
+    try:
+        return simulate_with(scene.simulate, scene.excitation, scene.chain)
+    except _POINT_ERRORS as error:
+        return error
+
+
+def _answer(scene: Scenario, predicted: Outcome | None, simulated: SimulationResult | ChainResult | None) -> Answer:
+    if _has_features(scene):
+        return Answer(predicted=predicted, simulated=simulated)
     characteristic = Scales.of(scene.chain, scene.shock.peak_force).time
     times = scene.shock.rise_time / characteristic, scene.shock.duration / characteristic
     compared = None
-    if predicted is not None and simulated is not None:
+    if predicted is not None and isinstance(simulated, SimulationResult):
         compared = beside(predicted, simulated, scene.predictor.equal_tolerance)
     return Answer(*times, predicted, simulated, compared)
 
@@ -181,18 +219,23 @@ def _versions_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
 
 def _used(scenario: Scenario, sweep: Sweep) -> set[tuple[str, Any]]:
     """Kinds and names of the registered objects in use; for a profile also the address of its class."""
-    cls = type(scenario.shock.profile)
-    used = {
-        ("profiles", f"{cls.__module__}:{cls.__qualname__}"),
+    used: set[tuple[str, Any]] = {
         ("materials", scenario.chain.material.name),
         ("integrators", scenario.simulate.integrator),
         ("models", scenario.predictor.model),
         ("quadratures", scenario.predictor.quadrature),
     }
-    if scenario.document is not None:
-        used.add(("profiles", scenario.document.data["shock"]["profile"]))
-    used |= {(_KINDS[name], value) for name, value in sweep.pairs() if name in _KINDS and isinstance(value, str)}
-    return used
+    if scenario.shock is not None:
+        cls = type(scenario.shock.profile)
+        used.add(("profiles", f"{cls.__module__}:{cls.__qualname__}"))
+        if scenario.document is not None:
+            used.add(("profiles", scenario.document.data["shock"]["profile"]))
+    if not scenario.chain.is_uniform:
+        laws = scenario.chain.damping, scenario.chain.contact
+        used |= {("contacts", f"{type(law).__module__}:{type(law).__qualname__}") for law in laws}
+    texts = {(name, value) for name, value in sweep.pairs() if isinstance(value, str)}
+    used |= {(_KINDS[name], value) for name, value in texts if name in _KINDS}
+    return used | {("materials", value) for name, value in texts if name.endswith(MATERIALS)}
 
 
 def _named_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
@@ -200,7 +243,7 @@ def _named_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
     folder = scenario.path.parent if scenario.path is not None else Path()
     found = {}
     for name, value in sweep.pairs():
-        if name == "chain.material" and isinstance(value, str):
+        if name.endswith(MATERIALS) and isinstance(value, str) and value not in WALLS:
             found[f"material {value}"] = _hash(repr(load("materials", value)).encode())
         elif name == "shock.parameters.file":
             found[f"file {value}"] = _hash(read_bytes(folder / value, _MOST_RECORD))
