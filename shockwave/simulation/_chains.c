@@ -37,6 +37,7 @@
 #define KINK_SHARE 0.1
 #define MOST_CUTS 8
 #define LOCATED 0.1
+#define ROUNDING 1e-14
 #define NEARLY 0.1
 #define HOPELESS 1e6
 #define MOST_TURNS 30
@@ -319,11 +320,12 @@ static double next_stop(const March *m)
     return m->stop < m->stop_count && m->stops[m->stop] < m->until ? m->stops[m->stop] : m->until;
 }
 
-/* Overlap by which a contact with a dashpot may be late to close. */
-static double slack(const March *m, long j)
+/* Overlap by which a contact with a dashpot may be early or late to close. */
+static double late(const March *m, const double *x, double w, long j)
 {
-    const double rate = m->both[j] * m->c[j];
-    return m->tolerance * m->scale_w[j] / (rate > 1e-300 ? rate : 1e-300);
+    const double rate = m->both[j] * m->c[j], allowed = LOCATED * m->tolerance * m->scale_w[j] / (rate > 1e-300 ? rate : 1e-300);
+    const double least = ROUNDING * (fabs(x[j]) + fabs(x[j + 1]) + m->time * fabs(w));
+    return allowed > least ? allowed : least;
 }
 
 /* Size and end of the next step. */
@@ -378,10 +380,10 @@ static double kink(const March *m, double h)
         const int acts = (m->jumps ? m->on[j] != 0 : d0 >= 0) && raw0 >= 0;
         double at, error;
         if (acts == (d1 >= 0 && raw1 >= 0)) continue;
-        at = d0 * d1 < 0 ? root_of(d0, d1, h * s->w[j], h * f->w[j]) : 0.5;
+        at = (d0 < 0) != (d1 < 0) ? root_of(d0, d1, h * s->w[j], h * f->w[j]) : 0.5;
         if (!acts && m->jumps && d0 < 0) {
             error = raw1 * (1 - at) * h;
-            if (f->w[j] > 0) at += 0.5 * LOCATED * slack(m, j) / (h * f->w[j]);
+            if (f->w[j] > 0) at += 0.5 * late(m, f->x, f->w[j], j) / (h * f->w[j]);
         } else {
             double active, idle;
             if (m->damped && d0 >= 0 && raw0 * raw1 < 0 && (d1 >= 0 || m->q == 0)) at = raw0 / (raw0 - raw1);
@@ -463,7 +465,7 @@ static void begin(March *m)
     long j;
     for (j = 0; m->jumps && j < m->n; j++) {
         const double d = (x[j] - x[j + 1]) + m->gap[j] + m->base[j];
-        m->on[j] = d >= 0 || (d >= -LOCATED * slack(m, j) && v[j] > v[j + 1]);
+        m->on[j] = d >= 0 || (v[j] > v[j + 1] && d >= -late(m, x, v[j] - v[j + 1], j));
     }
     complete(m, &m->start, m->time);
     for (j = 0; j < m->n && j < m->contacts; j++) raise_best(m, j, m->start.f[j + 1], m->time);
@@ -591,7 +593,7 @@ static int integrate(March *m)
         if (error < HOPELESS && cuts < MOST_CUTS) share = kink(m, h);
         factor = SAFETY * pow(error > 1e-12 ? error : 1e-12, -1.0 / (m->order + 1));
         if (share < 1) {
-            if (!cuts++) m->held = m->size;
+            if (!cuts++) m->held = error <= 1 ? m->size : h * (factor > MIN_FACTOR ? factor : MIN_FACTOR);
             m->size = h * share;
         } else if (!(error <= 1)) {
             const double least = MIN_STEP * m->time > MIN_FIRST * first ? MIN_STEP * m->time : MIN_FIRST * first;

@@ -44,6 +44,8 @@ _KINK_SHARE = 0.1
 _MOST_CUTS = 8
 # Fraction of the tolerance within which the closing of a contact with a dashpot is located.
 _LOCATED = 0.1
+# Rounding error of an overlap, relative to positions and displacements.
+_ROUNDING = 1e-14
 # A maximum within a step is computed if it may exceed the greatest force so far, less this fraction of it.
 _NEARLY = 0.1
 # Error over the tolerance beyond which a step is too long to find a kink in it.
@@ -342,7 +344,8 @@ class _March:
             factor = _SAFETY * max(error, 1e-12) ** (-1 / (job.method.error_order + 1)) if error == error else 0.0
             if share < 1.0:
                 cuts += 1
-                self.held = self.size if cuts == 1 else self.held
+                if cuts == 1:
+                    self.held = self.size if error <= 1 else size * max(factor, _MIN_FACTOR)
                 self.size = size * share
             elif not error <= 1:
                 self.size = size * (factor if _MIN_FACTOR < factor < 1 else _MIN_FACTOR)
@@ -367,7 +370,8 @@ class _March:
         n = self.n
         if self.jumps:
             d = (x[:n] - x[1 : n + 1]) + self.gap[:n] + self.base[:n]
-            self.on[:n] = (d >= 0) | ((d >= -_LOCATED * self.slack(n)) & (v[:n] > v[1 : n + 1]))
+            w = v[:n] - v[1 : n + 1]
+            self.on[:n] = (d >= 0) | ((d >= -self.late(x, w)) & (w > 0))
         start = self.end_of(x, v, self.time)
         f, best = start.f[1 : n + 1], self.job.peaks
         above = f[: self.contacts] > best[0, : min(n, self.contacts)]
@@ -375,9 +379,11 @@ class _March:
         best[1, : len(above)][above] = self.time
         return start
 
-    def slack(self, n: int) -> FloatArray:
-        """Overlaps by which contacts with a dashpot may be late to close."""
-        return np.asarray(self.tolerance * self.job.scales[0, :n] / np.maximum(self.both[:n] * self.c[:n], 1e-300))
+    def late(self, x: FloatArray, w: FloatArray) -> FloatArray:
+        """Overlaps by which contacts with a dashpot may be early or late to close."""
+        n = len(w)
+        allowed = _LOCATED * self.tolerance * self.job.scales[0, :n] / np.maximum(self.both[:n] * self.c[:n], 1e-300)
+        return np.maximum(allowed, _ROUNDING * (np.abs(x[:n]) + np.abs(x[1 : n + 1]) + self.time * np.abs(w)))
 
     def next_size(self, start: _End) -> tuple[float, float]:
         """Size and end of the next step."""
@@ -402,15 +408,15 @@ class _March:
         changes = acts != ((finish.d >= 0) & (finish.raw >= 0))
         if not changes.any():
             return share
-        slack = self.slack(self.n)
+        late = self.late(finish.x, finish.w)
         for j in np.flatnonzero(changes).tolist():
             d0, d1, raw0, raw1 = (float(a[j]) for a in (start.d, finish.d, start.raw, finish.raw))
             least = _KINK_SHARE * self.tolerance * float(self.job.scales[0, j]) / float(self.both[j])
-            at = root(d0, d1, size * float(start.w[j]), size * float(finish.w[j])) if d0 * d1 < 0 else 0.5
+            at = root(d0, d1, size * float(start.w[j]), size * float(finish.w[j])) if (d0 < 0) != (d1 < 0) else 0.5
             closes = not acts[j]
             if closes and self.jumps and d0 < 0:
                 error = raw1 * (1 - at) * size
-                at += 0.5 * _LOCATED * float(slack[j]) / (size * float(finish.w[j])) if finish.w[j] > 0 else 0.0
+                at += 0.5 * float(late[j]) / (size * float(finish.w[j])) if finish.w[j] > 0 else 0.0
             else:
                 if self.damped and d0 >= 0 and raw0 * raw1 < 0 and (d1 >= 0 or self.q == 0.0):
                     at = raw0 / (raw0 - raw1)
