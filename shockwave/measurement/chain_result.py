@@ -10,8 +10,9 @@ from attrs import asdict, field, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.errors import NumericalError
+from shockwave.measurement.contact_peaks import ContactPeak, Yielding
 from shockwave.measurement.recording import Recording, plain
-from shockwave.measurement.result import ContactPeak, Cost, Yielding
+from shockwave.measurement.result import Cost
 from shockwave.options import SimulateOptions
 from shockwave.scene_summary import ChainScene
 from shockwave.text import printed

@@ -78,7 +78,7 @@ class ChainSetup:
         assembly = _assembly(layout, scales, excitation)
         method = None if options.integrator is None else load("integrators", options.integrator)
         compiled = None if layout.law else _compiled(options.backend)
-        filled = evolve(options, rtol=options.rtol or RTOL)
+        filled = options if method is not None and not method.adaptive else evolve(options, rtol=options.rtol or RTOL)
         reported = _reported(options, len(layout.stiffnesses))
         return cls(excitation, chain, layout, scales, assembly, filled, method, compiled, reported)
 

@@ -16,9 +16,9 @@ from shockwave.chain.impact import Impact
 from shockwave.errors import NumericalError
 from shockwave.measurement.chain_result import ChainResult, SegmentEnergy, Transmitted
 from shockwave.measurement.chain_setup import ChainSetup
-from shockwave.measurement.first_yield import first_yield_force
+from shockwave.measurement.contact_peaks import ContactPeak, Yielding, first_yield_force
 from shockwave.measurement.recording import Recording, sample_times
-from shockwave.measurement.result import ContactPeak, Cost, SimulationResult, Yielding
+from shockwave.measurement.result import Cost, SimulationResult
 from shockwave.measurement.simulation_setup import immeasurable, scaled
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import TypeVar
 
 from shockwave.measurement.chain_result import ChainResult, SegmentEnergy
-from shockwave.measurement.result import ContactPeak
+from shockwave.measurement.contact_peaks import ContactPeak
 from shockwave.text import facts, is_wide, limits, notes, si, strong, table
 
 _Item = TypeVar("_Item")

@@ -10,8 +10,9 @@ from attrs import evolve
 from shockwave.chain.solitary_wave import SPEED
 from shockwave.errors import NumericalError
 from shockwave.measurement.course import Course
+from shockwave.measurement.measured_wave import Passage
 from shockwave.measurement.recording import AFTER, Recording, checked_contact, sample_times
-from shockwave.measurement.result import Passage, SimulationResult
+from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulation_setup import scaled, setup_of
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray

@@ -6,12 +6,13 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-from attrs import asdict, evolve, field, frozen
+from attrs import asdict, field, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.errors import NumericalError
-from shockwave.measurement.first_yield import first_yield_force
+from shockwave.measurement.contact_peaks import ContactPeak, Yielding, first_yield_force
+from shockwave.measurement.measured_wave import MeasuredWave, Passage
 from shockwave.measurement.recording import Recording, plain
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
@@ -19,16 +20,6 @@ from shockwave.scene_summary import Scene
 from shockwave.simulation.problem import Primary
 from shockwave.text import printed
 
-# Attribute of a wave -> attribute of `Scales` that is its unit.
-_UNITS = {
-    "peak_force": "force",
-    "momentum": "momentum",
-    "energy": "energy",
-    "speed": "wave_speed",
-    "width": "time",
-    "granule_velocity": "velocity",
-    "arrival_time": "time",
-}
 # JSON keys for the granules that leave the ends of the chain.
 _ENDS = ("recoil_momentum", "recoil_error", "recoil_velocities", "ejected_granules", "spall_velocities")
 # JSON keys that apply to chains beyond equal spheres only.
@@ -36,113 +27,6 @@ _BEYOND = (
     *("transmitted", "end", "arrival_time", "applied_energy", "velocities", "restitution", "segments", "end_energy"),
     "dissipated_energy",
 )
-
-
-@frozen(kw_only=True)
-class MeasuredWave:
-    """A wave measured at a contact, in SI units (in scaled units until the result is complete).
-
-    Attributes
-    ----------
-    peak_force, momentum, energy, width, granule_velocity : float
-        As in `SolitaryWave`, measured from the history of the contact force. If only the leading wave was followed, its
-        width and granule velocity are those of the exact wave of the same peak force.
-    speed : float or None
-        Speed of the peak along the chain [m/s]; None if only one contact was passed.
-    contact : int
-        Contact at which the wave was measured, counted from 0; contact i lies between granules i and i + 1.
-    arrival_time : float
-        Time of the peak at this contact [s].
-    error_estimate : float or None
-        Relative error estimate of ``peak_force`` as the limit far along the chain; None for a wave that had not
-        settled, or that was found in only one of the two runs.
-    foot : float
-        Residual force between the wave and its neighbours, over its peak force; approximately the relative error of
-        momentum, energy, width and granule velocity.
-    """
-
-    peak_force: float
-    momentum: float
-    energy: float
-    speed: float | None
-    width: float
-    granule_velocity: float
-    contact: int
-    arrival_time: float
-    error_estimate: float | None
-    foot: float
-
-    def in_si(self, scales: Scales, error_estimate: float | None) -> MeasuredWave:
-        """Convert a wave in scaled units to SI units, with its error estimate."""
-        known = {name: getattr(self, name) for name in _UNITS if getattr(self, name) is not None}
-        values = {name: value * getattr(scales, _UNITS[name]) for name, value in known.items()}
-        return evolve(self, error_estimate=error_estimate, **values)
-
-
-@frozen(kw_only=True)
-class Passage:
-    """The leading wave at a contact, in SI units.
-
-    Attributes
-    ----------
-    contact : int
-        The contact, counted from 0.
-    arrival_time : float
-        Time of the peak [s].
-    peak_force : float
-        Peak contact force [N].
-    exact : bool
-        Whether the wave had settled before this contact, so that the values follow from the exact solitary wave.
-    error_estimate : float
-        Relative error estimate of both time and peak force.
-    """
-
-    contact: int
-    arrival_time: float
-    peak_force: float
-    exact: bool
-    error_estimate: float
-
-
-@frozen(kw_only=True)
-class ContactPeak:
-    """Greatest force at a contact.
-
-    Attributes
-    ----------
-    contact : int
-        The contact, counted from 0.
-    peak_force : float
-        Greatest total contact force [N].
-    time : float
-        Time of this force [s].
-    error_estimate : float
-        Estimated error of the force, relative to its dynamic part ``peak_force - static_force``.
-    static_force : float
-        Force at the contact before the shock arrives [N].
-    """
-
-    contact: int
-    peak_force: float
-    time: float
-    error_estimate: float
-    static_force: float = 0.0
-
-
-@frozen(kw_only=True)
-class Yielding:
-    """First yield of the contacts.
-
-    Attributes
-    ----------
-    first_yield_force : float
-        Smallest force in the chain at which a contact begins to yield [N].
-    peak_ratio : float
-        Largest ratio of a peak force to the force at which its contact begins to yield.
-    """
-
-    first_yield_force: float
-    peak_ratio: float
 
 
 @frozen(kw_only=True)

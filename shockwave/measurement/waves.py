@@ -10,8 +10,8 @@ import numpy as np
 from attrs import define, field
 
 from shockwave.chain.solitary_wave import ENERGY, SPEED
+from shockwave.measurement.measured_wave import MeasuredWave
 from shockwave.measurement.peak_log import Peak, PeakLog, Trail, characteristic_time, force_rates, powers_between
-from shockwave.measurement.result import MeasuredWave
 from shockwave.numerics import product
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import Stretch, free_granules

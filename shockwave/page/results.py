@@ -8,7 +8,8 @@ from typing import Any, TypeVar
 from attrs import evolve, frozen
 
 from shockwave.errors import ShockwaveError
-from shockwave.measurement.result import Passage, SimulationResult
+from shockwave.measurement.measured_wave import Passage
+from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import immeasurable, scaled, simulate_with
 from shockwave.prediction.outcome import Outcome
 from shockwave.scenario.scenario import Scenario
