@@ -556,6 +556,11 @@ static void accept(March *m, double h, double end)
     }
     if (n < m->bodies && (fabs(m->finish.x[last]) > AT_REST || fabs(m->finish.v[last]) > AT_REST))
         m->n = n + GROWTH < m->bodies ? n + GROWTH : m->bodies;
+    /* under static forces the bodies at the end of the window are not quite at rest */
+    for (j = n; j < m->n; j++) {
+        m->scale_w[j] = fmax(m->scale_w[j], m->reach_w[j] * m->scale_w[j - 1]);
+        m->scale_u[j] = fmax(m->scale_u[j], m->reach_u[j] * m->scale_u[j - 1]);
+    }
     m->start = m->finish;
     m->finish = swapped;
     begin(m);

@@ -462,6 +462,10 @@ class _March:
         last = max(n - _MARGIN, 0)
         if n < self.bodies and max(abs(finish.x[last]), abs(finish.v[last])) > _AT_REST:
             self.n = min(n + _GROWTH, self.bodies)
+            # under static forces the bodies at the end of the window are not quite at rest
+            for j in range(n, self.n):
+                for scale, reach in ((job.scales[0], self.reach_w), (job.scales[1], self.reach_u)):
+                    scale[j] = max(scale[j], reach[j] * scale[j - 1])
         if job.law is not None:
             count = self.contacts
             self.state = job.law.update(finish.d[:count], finish.w[:count], self.state)
