@@ -22,6 +22,7 @@ class BdistWheel(bdist_wheel):
 # MSVC lacks vector types, and the limited API does not support free-threaded Python.
 COMPILES = not (sysconfig.get_platform().startswith("win") or sysconfig.get_config_var("Py_GIL_DISABLED"))
 
+
 def extension(name):
     return Extension(
         f"shockwave.simulation.{name}",

@@ -27,7 +27,7 @@ import shockwave as sw
 from shockwave.chain import library
 
 PAGE = Path(__file__).parent / "validation.md"
-SCENES = Path(__file__).parent.parent / "profiles" / "chains"
+SCENES = Path(__file__).parent.parent / "profiles" / "validation"
 END = "<!-- end of table -->"
 HEADER = "| quantity | reference | shockwave | estimated error | difference |\n|---|---|---|---|---|"
 # Relative tolerance of all simulations.
@@ -272,7 +272,7 @@ SPEEDS = (
 
 def precompression() -> Iterator[Row]:
     """Speed of solitary waves on a static force, over the speed of sound, against Coste's formula."""
-    impact, chain, unit = scene("precompressed")
+    impact, chain, unit = scene("coste")
     static = chain.precompression
     sound = math.sqrt(1.5) * unit.stiffness ** (1 / 3) * static ** (1 / 6) / math.sqrt(unit.mass)
 

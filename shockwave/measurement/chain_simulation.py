@@ -10,6 +10,7 @@ from typing import NamedTuple, cast
 import numpy as np
 import numpy.typing as npt
 from attrs import evolve
+from numpy.lib.stride_tricks import sliding_window_view
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.impact import Impact
@@ -34,16 +35,19 @@ _TIGHTER = 0.1
 _TIGHTEST = 1e-15
 # Largest number of runs: two show the error, each further one corrects a result that misses its tolerance.
 _RUNS = 5
-# Contributions to the error of a force, measured by docs/check_chains.py: the difference of the last two runs, the
-# error tolerance of a step as an error of the overlap, and rounding.
-_DIFFERENCE_SHARE = 0.5
-_TOLERANCE_SHARE = 1.0
+# The relative error of a force is twice the largest difference of the last two runs at this number of contacts on both
+# sides, for it may vanish by chance at one of them, plus the error tolerance of a step; docs/check_chains.py measures
+# how often it holds.
+_NEIGHBOURS = 3
+_DIFFERENCES = 2.0
+# Relative rounding error of a total force.
 _ROUNDING = 1e-14
-# Tightest tolerance of a force, over its total: a static force that is much larger hides its dynamic part.
+# Tightest tolerance of a force, over its total; errors are relative to no smaller dynamic part than this one allows.
 _LEAST_OF_TOTAL = 1e-12
-# Dynamic part below which a force has no relative error of its own, over the largest dynamic part and over the total.
+# Dynamic part below which a force has no relative error of its own, over the largest dynamic part.
 _NEGLIGIBLE = 1e-9
-_NEGLIGIBLE_OF_TOTAL = 1e-13
+# The same if no contact ever closes: no dynamic part is zero.
+_TINY = 1e-300
 # Error of the time of a peak, in characteristic times, that is allowed over the tolerance of the force.
 _TIME_SHARE = 10.0
 # Larger differences of the times of two runs, in characteristic times, belong to different peaks of about equal force.
@@ -148,15 +152,17 @@ def _run(case: ChainSetup, tolerance: float, until: float | None = None, times: 
 def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float) -> tuple[FloatArray, bool]:
     """Relative error estimates of the forces at all contacts, and whether a reported one misses its tolerance."""
     forces, dynamic, rtol = fine.forces, fine.dynamic_forces, case.rtol
-    error = _DIFFERENCE_SHARE * np.abs(dynamic - coarse.dynamic_forces) + _TOLERANCE_SHARE * tolerance * dynamic
-    error += _ROUNDING * forces
-    base = np.maximum(dynamic, np.maximum(_NEGLIGIBLE * dynamic.max(), _NEGLIGIBLE_OF_TOTAL * forces))
-    errors = np.divide(error, base, out=np.zeros_like(error), where=base > 0)
+    least = max(_NEGLIGIBLE * float(dynamic.max()), _TINY)
+    base = np.maximum(np.maximum(dynamic, least), _LEAST_OF_TOTAL / rtol * forces)
+    near = 2 * _NEIGHBOURS + 1
+    changes = sliding_window_view(np.pad(np.abs(dynamic - coarse.dynamic_forces), _NEIGHBOURS), near)
+    bases = np.maximum(sliding_window_view(np.pad(base, _NEIGHBOURS), near), base[:, None])
+    errors = _DIFFERENCES * (changes / bases).max(axis=1) + tolerance + _ROUNDING * forces / base
+    errors[forces <= 0] = 0.0
     judged = case.judged(forces)
     late = np.abs(fine.force_times - coarse.force_times)[judged]
-    late = _DIFFERENCE_SHARE * late[late < _OTHER_PEAK].max(initial=0.0)
-    misses = errors * base > np.maximum(rtol * base, _LEAST_OF_TOTAL * forces)
-    return errors, bool(misses[judged].any() or late > _TIME_SHARE * rtol)
+    late = late[late < _OTHER_PEAK].max(initial=0.0)
+    return errors, bool(errors[judged].max() > rtol or late > _TIME_SHARE * rtol)
 
 
 # ---------------------------------------------------------------- the result

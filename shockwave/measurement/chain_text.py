@@ -81,18 +81,19 @@ def contact_table(result: ChainResult) -> str:
     lines = [table(_CONTACTS, [_row(result, peak) for peak in shown])]
     if len(shown) < len(peaks):
         lines.append(f"  ({len(shown)} of {len(peaks)} contacts; --wide shows all)")
-    if len(result.segments) > 1:
+    if len(result.segments) > 1 or result.end_energy is not None:
         lines += ["", _segment_table(result)]
     return "\n".join(lines)
 
 
 def _segment_table(result: ChainResult) -> str:
-    applied = result.applied_energy
     shown = chosen(result.segments)
-    rows = []
-    for segment in shown:
-        share = f"{segment.energy / applied:.1%}" if applied else "-"
-        rows.append((span(segment), si(segment.energy, "J", _ENERGY_DIGITS), share))
+    energies = [(span(segment), segment.energy) for segment in shown]
+    if result.end_energy is not None:
+        energies.append(("wall", result.end_energy))
+    rows = [
+        (name, si(energy, "J", _ENERGY_DIGITS), f"{energy / result.applied_energy:.1%}") for name, energy in energies
+    ]
     lines = [table(_SEGMENTS, rows)]
     if len(shown) < len(result.segments):
         lines.append(f"  ({len(shown)} of {len(result.segments)} segments; --wide shows all)")
@@ -108,8 +109,8 @@ def chain_balances(result: ChainResult) -> Iterator[tuple[str, str]]:
     """Labels and texts of momentum and energy."""
     yield "applied", f"momentum {si(result.applied_momentum, 'N s')}, energy {si(result.applied_energy, 'J')}"
     if result.dissipated_energy:
-        share = f" ({result.dissipated_energy / result.applied_energy:.1%})" if result.applied_energy else ""
-        yield "dissipated", f"{si(result.dissipated_energy, 'J')}{share}"
+        share = result.dissipated_energy / result.applied_energy
+        yield "dissipated", f"{si(result.dissipated_energy, 'J')} ({share:.1%})"
     balance = f"momentum {result.momentum_defect:.0e}, energy {result.energy_defect:.0e} (relative defects)"
     yield "balance", balance
 

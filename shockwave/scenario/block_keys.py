@@ -124,11 +124,12 @@ SCENARIO = (
     Key("uncertainty", default=None, meaning="a mapping of dotted names to probability distributions"),
 )
 _CHAIN = {key.name: key for key in keys_of(Chain)}
+GRANULES = _CHAIN["granules"]
 CHAIN = (
     Key("material", required=True, kind="materials", meaning="a name from `shockwave list materials`, or a mapping"),
     Key("diameter", required=True, spec=DIAMETER),
     evolve(_CHAIN["radius"], required=False, instead_of=("diameter",)),
-    _CHAIN["granules"],
+    GRANULES,
     Key("end", default="free", meaning="free, or a mapping of wall, mass, stiffness, damping"),
     _CHAIN["precompression"],
     _CHAIN["gravity"],

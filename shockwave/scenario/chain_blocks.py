@@ -13,10 +13,10 @@ from shockwave.chain.ends import Wall
 from shockwave.chain.impact import Impact
 from shockwave.chain.material import Material
 from shockwave.chain.segments import Cell, Segment, Taper
-from shockwave.errors import InvalidValueError, ShockwaveError
-from shockwave.fields import DIAMETER, text_of
+from shockwave.errors import InvalidValueError, PluginError, ShockwaveError, UnknownNameError
+from shockwave.fields import DIAMETER, listed, text_of
 from shockwave.registry import blame, entries, load
-from shockwave.scenario.block_keys import BLOCKS, WALLS, Key, keys_of
+from shockwave.scenario.block_keys import BLOCKS, GRANULES, WALLS, Key, keys_of
 from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, items, structure
 from shockwave.scenario.yaml_document import steps_of
 
@@ -73,13 +73,10 @@ def material(given: Any) -> Material:
 def granules(given: Any) -> Any:
     """Segments, or the number of equal granules."""
     if not isinstance(given, list):
-        return converted(_GRANULES, given)
+        return converted(GRANULES, given)
     if not given:
         raise ValueError("must be a list of one or more segments, or a whole number (got [])")
     return tuple(items(given, _part))
-
-
-_GRANULES = Key("granules", spec=_keys(Segment)["count"].spec)
 
 
 def _part(given: Any) -> Segment | Cell:
@@ -129,12 +126,14 @@ def law(block: str, given: Any) -> Any:
         return _made(load("contacts", "power-law"), given, keys_of(load("contacts", "power-law")))
     known = models(block)
     if isinstance(given, dict) and isinstance(name, str):
-        cls = load("contacts", name)
+        try:
+            cls = load("contacts", name)
+        except (UnknownNameError, PluginError) as error:
+            raise WrongsError([Wrong(("model",), error)]) from None
         if name in known:
-            rest = {key: value for key, value in given.items() if key != "model"}
             with blame("contacts", cls):
-                return _made(cls, rest, keys_of(cls))
-        raise WrongsError([Wrong(("model",), f"must be {' or '.join(known)} (got {name!r})")])
+                return _made(lambda model, **values: cls(**values), given, (MODEL, *keys_of(cls)))
+        raise WrongsError([Wrong(("model",), f"must be {listed(known)} (got {name!r})")])
     structure(given, (MODEL,))  # raises
     raise AssertionError
 

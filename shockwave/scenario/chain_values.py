@@ -73,7 +73,9 @@ def _replaced(part: Any, steps: Steps, value: Any, chain: Chain) -> Any:
         return part | {step: value}
     if isinstance(part, tuple):
         return tuple(value if index == step else one for index, one in enumerate(part))
-    return evolve(part, **{_ATTRIBUTES.get(str(step), str(step)): value})
+    # other constants make another material
+    own = {"name": "", "source": ""} if isinstance(part, Material) else {}
+    return evolve(part, **own, **{_ATTRIBUTES.get(str(step), str(step)): value})
 
 
 def _inner(part: Any, step: str | int, chain: Chain) -> Any:

@@ -66,6 +66,7 @@ def schema() -> Form:
         "type": "object",
         "properties": forms,
         "additionalProperties": False,
+        **_never([(key.name, other) for key in SCENARIO for other in key.instead_of]),
         # the points of a sweep may fill in what is missing here
         "if": {"properties": {"sweep": {"type": "object"}}, "required": ["sweep"]},
         "else": _complete([_where("profile", name, needed) for name, (_, needed) in profiles.items()]),
@@ -80,7 +81,9 @@ def _complete(of_profiles: list[Form]) -> Form:
     properties = {**material["properties"], "granules": segments, "end": _if_mapping(end)}
     for block in LAWS:
         laws = [_where("model", name, _required(_law(name))) for name in models(block)]
-        properties[block] = _if_mapping({"allOf": laws} | ({"required": ["model"]} if block == "damping" else {}))
+        # the law whose parameters need no name
+        unnamed = _required(_law("power-law")[1:]) if block == "contact" else {"required": ["model"]}
+        properties[block] = _if_mapping({"allOf": [*laws, {"anyOf": [{"required": ["model"]}, unnamed]}]})
     chain = _required(CHAIN) | {"properties": properties}
     shock = _required(SHOCK) | {"allOf": of_profiles}
     impact = _required(IMPACT) | material
@@ -107,12 +110,10 @@ def _chain() -> Form:
     properties["end"] |= {"anyOf": [{"enum": ["free", None]}, _mapping(END)]}
     for block in LAWS:
         known = models(block)
-        laws = [_where("model", name, {"properties": _mapping(_law(name))["properties"]}) for name in known]
-        keys: Form = {key.name: {} for name in known for key in _law(name)}
-        own = {"type": "object", "properties": {"model": {"enum": known}, **keys}, "additionalProperties": False}
-        if block == "contact":  # the law whose parameters need no name
-            own = {"anyOf": [_mapping(_law("power-law")[1:]) | {"not": {"required": ["model"]}}, own]}
-        properties[block] |= {"anyOf": [{"type": "null"}, own | {"allOf": laws}]}
+        laws = [_where("model", name, _mapping(_law(name))) for name in known]
+        unnamed = _mapping(_law("power-law")) if block == "contact" else {}
+        named = {"if": {"required": ["model"]}, "then": {"properties": {"model": {"enum": known}}}, "else": unnamed}
+        properties[block] |= {"type": ["object", "null"], "allOf": [_if_mapping({"allOf": [named, *laws]})]}
     return form
 
 

@@ -41,7 +41,7 @@
 #define NEARLY 0.1
 #define HOPELESS 1e6
 #define MOST_TURNS 30
-#define NEAR 1e-4
+#define NEAR 1e-7
 #define PASSED 0.99
 #define WAVE 1e-3
 #define MAX_STAGES 17
@@ -161,11 +161,13 @@ INLINE void contact_forces(const March *m, const double p, const double q, const
         elastic = closed ? elastic : -still[j];
         all = total = elastic;
         if (damped) {
-            const double w = v[j] - v[j + 1], part = c[j] * power_of(inside, q) * w;
+            const double w = v[j] - v[j + 1], viscous = c[j] * power_of(inside, q) * w;
+            /* only the dashpot of a contact that is off does not act: its force would jump within the step */
             const int acts = q == 0 ? on[j] != 0 : closed;
-            all = q == 0 || closed ? elastic + part : elastic;
-            total = acts ? (all <= -still[j] ? -still[j] : all) : -still[j];
-            power[j] = (acts ? total - elastic : 0) * w;
+            all = elastic + (q == 0 || closed ? viscous : 0);
+            total = acts ? all : elastic;
+            total = total <= -still[j] ? -still[j] : total;
+            power[j] = (total - elastic) * w;
         }
         f[j + 1] = total;
         raw[j] = all + still[j];
@@ -378,19 +380,20 @@ static double kink(const March *m, double h)
     for (j = 0; j < m->n; j++) {
         const double d0 = s->d[j], d1 = f->d[j], raw0 = s->raw[j], raw1 = f->raw[j];
         const int acts = (m->jumps ? m->on[j] != 0 : d0 >= 0) && raw0 >= 0;
-        double at, error;
+        double at, error, active, idle;
+        int jumps;
         if (acts == (d1 >= 0 && raw1 >= 0)) continue;
         at = (d0 < 0) != (d1 < 0) ? root_of(d0, d1, h * s->w[j], h * f->w[j]) : 0.5;
-        if (!acts && m->jumps && d0 < 0) {
-            error = raw1 * (1 - at) * h;
-            if (f->w[j] > 0) at += 0.5 * late(m, f->x, f->w[j], j) / (h * f->w[j]);
-        } else {
-            double active, idle;
-            if (m->damped && d0 >= 0 && raw0 * raw1 < 0 && (d1 >= 0 || m->q == 0)) at = raw0 / (raw0 - raw1);
-            else if (m->damped && acts) at *= 0.5; /* the force ends before the contact opens */
-            active = acts ? at : 1 - at;
-            idle = acts ? 1 - at : at;
-            error = KINK * h * (raw0 > raw1 ? raw0 : raw1) * (idle < active ? idle / active : 1);
+        jumps = !acts && m->jumps && d0 < 0;
+        if (m->damped && d0 >= 0 && raw0 * raw1 < 0 && (d1 >= 0 || m->q == 0)) at = raw0 / (raw0 - raw1);
+        else if (m->damped && acts) at *= 0.5; /* the force ends before the contact opens */
+        active = acts ? at : 1 - at;
+        idle = acts ? 1 - at : at;
+        error = KINK * h * (raw0 > raw1 ? raw0 : raw1) * (idle < active ? idle / active : 1);
+        if (jumps) {
+            const double w = s->w[j] > f->w[j] ? s->w[j] : f->w[j];
+            error += m->c[j] * w * (1 - at) * h;
+            if (w > 0) at += 0.5 * late(m, f->x, f->w[j], j) / (h * w);
         }
         if (error > KINK_SHARE * m->tolerance * m->scale_w[j] / m->both[j] && at < share
             && at * h > MIN_STEP * (m->time > m->settings[FIRST] ? m->time : m->settings[FIRST])) share = at;
@@ -516,6 +519,22 @@ static double stored(const March *m, long j, double d)
     return d > 0 ? m->k[j] / (m->p + 1) * pow(d, m->p + 1) : 0;
 }
 
+/* Raises the scales of the errors to what was reached by n contacts, or is expected next to it. */
+static void raise_scales(March *m, long n)
+{
+    double least_w = 0, least_u = 0;
+    long j;
+    for (j = 0; j < m->n; j++) {
+        const double d = m->finish.d[j], w = j < n ? fabs(m->finish.w[j]) : 0, u = j < n ? fabs((d > 0 ? d : 0) - m->base[j]) : 0;
+        if (m->reach_w[j] * least_w > m->scale_w[j]) m->scale_w[j] = m->reach_w[j] * least_w;
+        if (m->reach_u[j] * least_u > m->scale_u[j]) m->scale_u[j] = m->reach_u[j] * least_u;
+        if (w > m->scale_w[j]) m->scale_w[j] = w;
+        if (u > m->scale_u[j]) m->scale_u[j] = u;
+        least_w = m->scale_w[j];
+        least_u = m->scale_u[j];
+    }
+}
+
 /* Processes an accepted step and begins the next one. */
 static void accept(March *m, double h, double end)
 {
@@ -537,16 +556,6 @@ static void accept(March *m, double h, double end)
     if (m->driven) add_work(m, h, end);
     for (j = 0; j < n; j++) if (m->start.slope[j] > 0 && m->finish.slope[j] <= 0) find_peak(m, h, j);
     store_samples(m, end);
-    for (j = n - 1; j >= 0; j--) {
-        /* the change of the overlap, not the difference of overlaps: ahead of the wave that is below their rounding errors */
-        const double stretch = (m->finish.x[j] - m->finish.x[j + 1]) + m->gap[j], w = fabs(m->finish.w[j]);
-        const double u = m->finish.d[j] > 0 ? fabs(stretch) : m->base[j];
-        const double least_w = j ? m->reach_w[j] * m->scale_w[j - 1] : 0, least_u = j ? m->reach_u[j] * m->scale_u[j - 1] : 0;
-        if (w > m->scale_w[j]) m->scale_w[j] = w;
-        if (least_w > m->scale_w[j]) m->scale_w[j] = least_w;
-        if (u > m->scale_u[j]) m->scale_u[j] = u;
-        if (least_u > m->scale_u[j]) m->scale_u[j] = least_u;
-    }
     m->time = end;
     m->steps++;
     if (m->stop < m->stop_count && end == m->stops[m->stop]) m->stop++;
@@ -556,11 +565,7 @@ static void accept(March *m, double h, double end)
     }
     if (n < m->bodies && (fabs(m->finish.x[last]) > AT_REST || fabs(m->finish.v[last]) > AT_REST))
         m->n = n + GROWTH < m->bodies ? n + GROWTH : m->bodies;
-    /* under static forces the bodies at the end of the window are not quite at rest */
-    for (j = n; j < m->n; j++) {
-        m->scale_w[j] = fmax(m->scale_w[j], m->reach_w[j] * m->scale_w[j - 1]);
-        m->scale_u[j] = fmax(m->scale_u[j], m->reach_u[j] * m->scale_u[j - 1]);
-    }
+    raise_scales(m, n);
     m->start = m->finish;
     m->finish = swapped;
     begin(m);
@@ -656,9 +661,9 @@ static int set_up(March *m, const Py_buffer *view)
     const double *method = view[V_METHOD].buf, *chain = view[V_CHAIN].buf, *s = view[V_SETTINGS].buf;
     const Py_ssize_t bodies = count_of(view + V_X) - 1, pieces = count_of(view + V_ROWS) / ROW;
     Py_ssize_t k;
-    if (count_of(view + V_METHOD) < 4 || !(method[0] >= 2 && method[0] <= MAX_STAGES)) return 0;
+    if (count_of(view + V_METHOD) < 3 || !(method[0] >= 2 && method[0] <= MAX_STAGES)) return 0;
     m->stages = (int)method[0];
-    if (count_of(view + V_METHOD) != 4 + m->stages * (2 * m->stages + 7)) return 0;
+    if (count_of(view + V_METHOD) != 3 + m->stages * (2 * m->stages + 7)) return 0;
     if (bodies < 1 || count_of(view + V_V) != bodies + 1 || count_of(view + V_CHAIN) != COLUMNS * bodies) return 0;
     if (count_of(view + V_SCALES) != 2 * bodies || count_of(view + V_PEAKS) != 2 * bodies
         || count_of(view + V_SUMS) != 2 * bodies || count_of(view + V_SETTINGS) != SETTINGS
@@ -669,8 +674,8 @@ static int set_up(March *m, const Py_buffer *view)
         if (!(row[2] >= 0 && row[3] >= 0 && row[2] + row[3] <= (double)(count_of(view + V_COEFFICIENTS) / 2))) return 0;
     }
     m->order = (int)method[1];
-    m->moves = method[3] != 0;
-    m->nodes = method + 4;
+    m->moves = method[2] != 0;
+    m->nodes = method + 3;
     m->positions = m->nodes + m->stages;
     m->velocities = m->positions + m->stages * m->stages;
     m->weights = m->velocities + m->stages * m->stages;

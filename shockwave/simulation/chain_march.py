@@ -7,20 +7,17 @@ kinks of the applied force, and where a contact closes, opens or starts to be cu
 from __future__ import annotations
 
 import math
-from enum import IntEnum
 from types import ModuleType
-from typing import Any
 
 import numpy as np
-from attrs import define, frozen
 
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.general_nystroem import GeneralTableau, scaled_error
-from shockwave.simulation.problem import ChainProblem
+from shockwave.simulation.chain_contacts import Contacts, End
+from shockwave.simulation.chain_job import Job, Status
+from shockwave.simulation.cubic import root, top
+from shockwave.simulation.general_nystroem import scaled_error
 from shockwave.simulation.time_limit import expired
 
-# Smaller overlaps count as zero: arithmetic with subnormal numbers is slow.
-MIN_OVERLAP = 1e-60
 # Number of granules of the first window, and by which it grows.
 _WINDOW = 12
 _GROWTH = 8
@@ -52,75 +49,12 @@ _NEARLY = 0.1
 _HOPELESS = 1e6
 # Largest number of steps to a maximum.
 _MOST_TURNS = 30
-# Precision of the time of a maximum, over the step, up to which the force is a parabola.
-_NEAR = 1e-4
+# Precision of the time of a maximum, over the step.
+_NEAR = 1e-7
 # The wave has arrived when the last force is below this fraction of its maximum ...
 _PASSED = 0.99
 # ... if that is at least this fraction of the greatest force at the contact before.
 _WAVE = 1e-3
-
-
-class Status(IntEnum):
-    """Status of a run."""
-
-    RUNNING = 0
-    DONE = 1
-    TOO_LONG = 2
-    FAILED = 3
-
-
-@frozen(eq=False)
-class Job:
-    """Input and output of a run, as arrays that the compiled code shares.
-
-    Row j of an array with a row for each body belongs to contact j, between bodies j and j + 1; the last one is the
-    contact with the wall, the spring of a movable end, or none.
-
-    Attributes
-    ----------
-    method : GeneralTableau
-    problem : ChainProblem or None
-        The applied force.
-    law : object or None
-        Contact law of a plugin.
-    settings : array, shape (15,)
-        Exponent, damping power, tolerance, until (infinite: found by the run), duration, rise time and peak force,
-        first step, longest step under force, number of contacts, stiffness and damping of the end, most steps, most
-        work, damped.
-    chain : array, shape (9, bodies)
-        Inverse masses, stiffnesses, gaps (zero or negative), static overlaps, their roots, static forces, damping
-        coefficients, and the least fractions of closing velocity and overlap expected of a contact, over those of the
-        contact before.
-    x, v : array, shape (bodies + 1,)
-        State; the last value is the wall.
-    scales : array, shape (2, bodies)
-        Closing velocities and overlaps to which the errors are compared.
-    peaks : array, shape (2, bodies)
-        Greatest force minus static force, and its time.
-    sums : array, shape (2, bodies)
-        Impulse, and dissipated energy.
-    stops, times : array
-        Kinks of the applied force; times of samples.
-    samples : array, shape (times, 3, bodies + 1)
-        x, v and total forces.
-    found : array, shape (6,)
-        Status, time, arrival (negative: none), work, steps, evaluations.
-    """
-
-    method: GeneralTableau
-    problem: ChainProblem | None
-    law: Any
-    settings: FloatArray
-    chain: FloatArray
-    x: FloatArray
-    v: FloatArray
-    scales: FloatArray
-    peaks: FloatArray
-    sums: FloatArray
-    stops: FloatArray
-    times: FloatArray
-    samples: FloatArray
-    found: FloatArray
 
 
 def run(job: Job, compiled: ModuleType | None) -> None:
@@ -135,43 +69,14 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     compiled.run(job.method.packed, *tables, *arrays, job.found, expired)
 
 
-@define(eq=False)
-class _End:
-    """State at one end of a step: overlaps, closing velocities, forces minus static ones (contact j in element j + 1), forces
-    before they are cut off, and their time derivatives, zero for an open contact.
-    """
-
-    x: FloatArray
-    v: FloatArray
-    d: FloatArray
-    w: FloatArray
-    f: FloatArray
-    raw: FloatArray
-    powers: FloatArray
-    slope: FloatArray
-
-
-class _March:
+class _March(Contacts):
     """A run with NumPy; ``n`` bodies are in the window, the others at rest."""
 
     def __init__(self, job: Job) -> None:
-        self.job = job
-        self.p, self.q, self.tolerance, self.until, self.duration = job.settings[:5].tolist()
-        self.first, self.longest, contacts, self.end_stiffness, self.end_damping = job.settings[7:12].tolist()
-        self.most_steps, self.most_work, damped = job.settings[12:].tolist()
-        self.inverse, self.k, self.gap, self.base, self.root, self.static, self.c = job.chain[:7]
-        self.reach_w, self.reach_u = job.chain[7:]
-        self.bodies, self.contacts = len(self.inverse), int(contacts)
-        self.padded = np.append(self.inverse, 0.0)
-        # accelerations of the closing velocity of each contact by a unit force
-        self.both = self.inverse + self.padded[1:]
-        self.damped = damped != 0
-        self.jumps = self.damped and self.q == 0 and job.law is None
+        super().__init__(job)
         self.n = min(_WINDOW, self.bodies) if job.law is None else self.bodies
         stages = len(job.method.nodes)
         self.stages, self.powers = np.zeros((stages, self.bodies + 2)), np.zeros((stages, self.bodies))
-        self.on = np.ones(self.bodies, dtype=bool)
-        self.state = None if job.law is None else job.law.initial_state()
         self.stops = [*job.stops.tolist(), math.inf]
         self.driven = job.problem is not None
         self.free = (0.0, 0.0)
@@ -180,86 +85,10 @@ class _March:
         self.rejected = False
         self.steps = self.evaluations = self.next_sample = 0
 
-    # ---------------------------------------------------------------- forces
-
-    def forces(self, x: FloatArray, v: FloatArray, low: int, high: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Forces minus static ones, power of the damping, and forces before they are cut off, of contacts of a range."""
-        part = slice(low, high)
-        k, base, static = self.k[part], self.base[part], self.static[part]
-        stretch = (x[part] - x[low + 1 : high + 1]) + self.gap[part]
-        d = stretch + base
-        w = v[part] - v[low + 1 : high + 1]
-        closed = d > MIN_OVERLAP
-        inside = np.where(closed, d, 1.0)
-        powers = np.zeros(high - low)
-        if self.job.law is not None:
-            raw = np.zeros(high - low)
-            raw[: self.contacts] = self.job.law.force(d[: self.contacts], w[: self.contacts], self.state)
-            f = np.maximum(raw, 0.0)
-            powers = f * w
-        else:
-            if self.p == 1.5:
-                root = np.sqrt(inside)
-                f = k * (stretch * (d + root * self.root[part] + base) / (root + self.root[part]))
-            else:
-                strain = np.where(closed, stretch, 0.0) / np.where(base > 0, base, 1.0)
-                f = np.where(base > 0, static * np.expm1(self.p * np.log1p(strain)), k * inside**self.p)
-            raw = f = np.where(closed, f, -static)
-            if self.damped:
-                if self.q == 0.0:
-                    raw, acts = f + self.c[part] * w, self.on[part]
-                else:
-                    rate = _power(inside, self.q)
-                    raw, acts = np.where(closed, f + self.c[part] * rate * w, f), closed
-                total = np.where(acts, np.maximum(raw, -static), -static)
-                powers = np.where(acts, total - f, 0.0) * w
-                f = total
-        if high == self.bodies and (self.end_stiffness or self.end_damping):
-            f[-1] = self.end_stiffness * x[-2] + self.end_damping * v[-2]
-            powers[-1] = self.end_damping * v[-2] * v[-2]
-        return f, powers, raw + static
-
-    def slopes(self, x: FloatArray, v: FloatArray, f: FloatArray, low: int, high: int, time: float) -> FloatArray:
-        """Time derivatives of the forces of closed contacts of a range before they are cut off."""
-        part = slice(low, high)
-        d = (x[part] - x[low + 1 : high + 1]) + self.gap[part] + self.base[part]
-        w = v[part] - v[low + 1 : high + 1]
-        closed = d > MIN_OVERLAP
-        inside = np.where(closed, d, 1.0)
-        power = _power(inside, self.p - 1)
-        slope = self.p * self.k[part] * power * w
-        if self.damped:
-            a = self.padded[low : high + 1] * (f[low : high + 1] - f[low + 1 : high + 2])
-            if low == 0:
-                a[0] += self.inverse[0] * self.applied(time)
-            rate = _power(inside, self.q)
-            slope = slope + self.c[part] * rate * (self.q / inside * w * w + (a[:-1] - a[1:]))
-        return np.where(closed, slope, 0.0)
-
-    def applied(self, time: float) -> float:
-        """Applied force, from the difference of its impulse."""
-        problem = self.job.problem
-        if problem is None or time >= self.duration:
-            return 0.0
-        about = 1e-4 * self.longest
-        before, after = max(time - about, 0.0), min(time + about, self.duration)
-        return (problem.free(after)[1] - problem.free(before)[1]) / (after - before)
-
-    def end_of(self, x: FloatArray, v: FloatArray, time: float) -> _End:
-        """Everything at one end of a step."""
-        n = self.n
-        forces, powers, raw = self.forces(x, v, 0, n)
-        whole = np.zeros(self.bodies + 2)
-        whole[1 : n + 1] = forces
-        d = (x[:n] - x[1 : n + 1]) + self.gap[:n] + self.base[:n]
-        w = v[:n] - v[1 : n + 1]
-        slope = np.where(raw > 0, self.slopes(x, v, whole, 0, n, time), 0.0)
-        return _End(x, v, d, w, whole, raw, powers, slope)
-
     # ---------------------------------------------------------------- steps
 
     def attempt(
-        self, start: _End, size: float, end: float, low: int, high: int
+        self, start: End, size: float, end: float, low: int, high: int
     ) -> tuple[FloatArray, FloatArray, list[float]]:
         """State after a step, of bodies low to high; valid at least one body per stage inside of ends within the chain.
 
@@ -305,7 +134,7 @@ class _March:
         problem = self.job.problem
         assert problem is not None
         path, impulse = problem.free(time)
-        return self.inverse[0] * ((path - self.free[0]) - passed * self.free[1]), impulse - self.free[1]
+        return float(self.inverse[0]) * ((path - self.free[0]) - passed * self.free[1]), impulse - self.free[1]
 
     def error(self, size: float) -> float:
         """Largest error of the last attempt over the tolerance."""
@@ -320,8 +149,8 @@ class _March:
             ):
                 sums = np.add.reduce(row[:, None] * f, axis=0)
                 changes = np.append(power * (self.inverse[:n] * (sums[:-1] - sums[1:])), 0.0)
-                error = float((np.abs(changes[:-1] - changes[1:]) / scale[:n]).max())
-                most = error if not error <= most else most
+                error = np.max(np.abs(changes[:-1] - changes[1:]) / scale[:n])
+                most = most if error <= most else float(error)
             worst.append(most)
         return scaled_error(*worst) / self.tolerance
 
@@ -337,7 +166,7 @@ class _March:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
                 x1, v1, impulses = self.attempt(start, size, end, 0, self.n)
                 error = self.error(size)
-                finish = self.end_of(x1, v1, end)
+                finish = self.end_of(x1, v1, end, self.n)
             self.evaluations += len(job.method.nodes)
             self.effort += len(job.method.nodes) * self.n
             share = self.kink(start, finish, size) if error < _HOPELESS and cuts < _MOST_CUTS else 1.0
@@ -365,14 +194,14 @@ class _March:
         job.x[:], job.v[:] = start.x, start.v
         job.found[:] = status, self.time, self.arrival, self.work, self.steps, self.evaluations
 
-    def begin(self, x: FloatArray, v: FloatArray) -> _End:
+    def begin(self, x: FloatArray, v: FloatArray) -> End:
         """The beginning of the next step; contacts with a dashpot close here."""
         n = self.n
         if self.jumps:
             d = (x[:n] - x[1 : n + 1]) + self.gap[:n] + self.base[:n]
             w = v[:n] - v[1 : n + 1]
             self.on[:n] = (d >= 0) | ((d >= -self.late(x, w)) & (w > 0))
-        start = self.end_of(x, v, self.time)
+        start = self.end_of(x, v, self.time, n)
         f, best = start.f[1 : n + 1], self.job.peaks
         above = f[: self.contacts] > best[0, : min(n, self.contacts)]
         best[0, : len(above)][above] = f[: len(above)][above]
@@ -383,9 +212,11 @@ class _March:
         """Overlaps by which contacts with a dashpot may be early or late to close."""
         n = len(w)
         allowed = _LOCATED * self.tolerance * self.job.scales[0, :n] / np.maximum(self.both[:n] * self.c[:n], 1e-300)
-        return np.maximum(allowed, _ROUNDING * (np.abs(x[:n]) + np.abs(x[1 : n + 1]) + self.time * np.abs(w)))
+        return np.asarray(
+            np.maximum(allowed, _ROUNDING * (np.abs(x[:n]) + np.abs(x[1 : n + 1]) + self.time * np.abs(w)))
+        )
 
-    def next_size(self, start: _End) -> tuple[float, float]:
+    def next_size(self, start: End) -> tuple[float, float]:
         """Size and end of the next step."""
         stop = min(self.stops[0], self.until)
         left = stop - self.time
@@ -399,8 +230,8 @@ class _March:
         size = min(size, left / 2)  # avoids a very short last step
         return size, self.time + size
 
-    def kink(self, start: _End, finish: _End, size: float) -> float:
-        """Fraction of the step at which it should end because a contact closes, opens or is cut off; 1 if it need not."""
+    def kink(self, start: End, finish: End, size: float) -> float:
+        """Fraction of the step at which it should end since a contact closes, opens or is cut off; 1 if it need not."""
         share = 1.0
         acts = (start.d >= 0) & (start.raw >= 0)
         if self.jumps:
@@ -414,21 +245,22 @@ class _March:
             least = _KINK_SHARE * self.tolerance * float(self.job.scales[0, j]) / float(self.both[j])
             at = root(d0, d1, size * float(start.w[j]), size * float(finish.w[j])) if (d0 < 0) != (d1 < 0) else 0.5
             closes = not acts[j]
-            if closes and self.jumps and d0 < 0:
-                error = raw1 * (1 - at) * size
-                at += 0.5 * float(late[j]) / (size * float(finish.w[j])) if finish.w[j] > 0 else 0.0
-            else:
-                if self.damped and d0 >= 0 and raw0 * raw1 < 0 and (d1 >= 0 or self.q == 0.0):
-                    at = raw0 / (raw0 - raw1)
-                elif self.damped and not closes:
-                    at *= 0.5  # the force ends before the contact opens
-                active, idle = (1 - at, at) if closes else (at, 1 - at)
-                error = _KINK * size * max(raw0, raw1) * min(1.0, idle / max(active, 1e-300))
+            jumps = closes and self.jumps and d0 < 0
+            if self.damped and d0 >= 0 and raw0 * raw1 < 0 and (d1 >= 0 or self.q == 0.0):
+                at = raw0 / (raw0 - raw1)
+            elif self.damped and not closes:
+                at *= 0.5  # the force ends before the contact opens
+            active, idle = (1 - at, at) if closes else (at, 1 - at)
+            error = _KINK * size * max(raw0, raw1) * min(1.0, idle / max(active, 1e-300))
+            if jumps:
+                w = max(float(start.w[j]), float(finish.w[j]))
+                error += float(self.c[j]) * w * (1 - at) * size
+                at += 0.5 * float(late[j]) / (size * w) if w > 0 else 0.0
             if error > least and at * size > _MIN_STEP * max(self.time, self.first):
                 share = min(share, at)
         return share
 
-    def accept(self, start: _End, finish: _End, size: float, end: float, impulses: list[float]) -> _End:
+    def accept(self, start: End, finish: End, size: float, end: float, impulses: list[float]) -> End:
         """Process an accepted step; the beginning of the next one."""
         job, n = self.job, self.n
         weights = job.method.weights[1][:, None]
@@ -445,12 +277,6 @@ class _March:
             for j in np.flatnonzero((start.slope > 0) & (finish.slope <= 0)).tolist():
                 self.find_peak(start, finish, size, j)
         self.sample(start, end)
-        # the change of the overlap, not the difference of overlaps: ahead of the wave that is below their rounding errors
-        stretch = (finish.x[:n] - finish.x[1 : n + 1]) + self.gap[:n]
-        w, u = np.abs(finish.w), np.where(finish.d > 0, np.abs(stretch), self.base[:n])
-        for scale, value, reach in ((job.scales[0], w, self.reach_w), (job.scales[1], u, self.reach_u)):
-            expected = np.append(0.0, reach[1:n] * scale[: n - 1])
-            scale[:n] = np.maximum(np.maximum(scale[:n], value), expected)
         self.time = end
         self.steps += 1
         if end == self.stops[0]:
@@ -462,10 +288,7 @@ class _March:
         last = max(n - _MARGIN, 0)
         if n < self.bodies and max(abs(finish.x[last]), abs(finish.v[last])) > _AT_REST:
             self.n = min(n + _GROWTH, self.bodies)
-            # under static forces the bodies at the end of the window are not quite at rest
-            for j in range(n, self.n):
-                for scale, reach in ((job.scales[0], self.reach_w), (job.scales[1], self.reach_u)):
-                    scale[j] = max(scale[j], reach[j] * scale[j - 1])
+        self.raise_scales(finish)
         if job.law is not None:
             count = self.contacts
             self.state = job.law.update(finish.d[:count], finish.w[:count], self.state)
@@ -473,7 +296,17 @@ class _March:
         self.look_for_arrival(following)
         return following
 
-    def add_work(self, finish: _End, size: float, end: float, impulses: list[float]) -> None:
+    def raise_scales(self, finish: End) -> None:
+        """Raise the scales of the errors to what was reached, or is expected next to it."""
+        n = len(finish.w)
+        reached = np.abs(finish.w), np.abs(np.maximum(finish.d, 0.0) - self.base[:n])
+        for scale, values, reach in zip(self.job.scales, reached, (self.reach_w, self.reach_u), strict=True):
+            scale[:n] = np.maximum(scale[:n], values)
+            least = 0.0
+            for j, (own, share) in enumerate(zip(scale[: self.n].tolist(), reach.tolist(), strict=False)):
+                least = scale[j] = max(own, share * least)
+
+    def add_work(self, finish: End, size: float, end: float, impulses: list[float]) -> None:
         """Add the work of the force, integrated by parts: J w + J^2/2m minus the integral of J w'.
 
         J is the impulse since the beginning of the step, w the velocity of body 0 without it. With the mean of w', the
@@ -490,11 +323,11 @@ class _March:
         self.work += impulse * (float(finish.v[0]) - inverse * impulse) + 0.5 * inverse * impulse * impulse
         self.work += inverse * (size * product + mean * (area - size * summed))
 
-    def is_over(self, start: _End) -> bool:
+    def is_over(self, start: End) -> bool:
         """Whether no contact force acts and none can follow."""
         return self.time >= self.duration and not start.f.any() and not (start.w > 0).any()
 
-    def look_for_arrival(self, start: _End) -> None:
+    def look_for_arrival(self, start: End) -> None:
         """Set the time at which the wave arrives at the last contact, and the end of the run if that depends on it."""
         last = self.contacts - 1
         best, times = self.job.peaks
@@ -507,7 +340,7 @@ class _March:
 
     # ---------------------------------------------------------------- peaks and samples
 
-    def find_peak(self, start: _End, finish: _End, size: float, j: int) -> None:
+    def find_peak(self, start: End, finish: End, size: float, j: int) -> None:
         """Compute the maximum of a contact force within the step, if it may be the greatest so far.
 
         Repeated steps end at the time at which its slope vanishes, from cubic interpolation of the force.
@@ -545,7 +378,7 @@ class _March:
         if here > best[0]:
             best[:] = here, time
 
-    def sample(self, start: _End, end: float) -> None:
+    def sample(self, start: End, end: float) -> None:
         """Store the states at the requested times up to the end of the step."""
         job = self.job
         while self.next_sample < len(job.times) and job.times[self.next_sample] <= max(end, self.time):
@@ -556,32 +389,3 @@ class _March:
             row = job.samples[self.next_sample]
             row[0], row[1], row[2, :-1] = x, v, self.forces(x, v, 0, self.bodies)[0] + self.static
             self.next_sample += 1
-
-
-def _power(d: FloatArray, q: float) -> FloatArray:
-    """The power q of d, by roots where possible: they are equal to the last bit everywhere."""
-    if q == 0.25:
-        return np.asarray(np.sqrt(np.sqrt(d)))
-    return np.ones_like(d) if q == 0 else np.sqrt(d) if q == 0.5 else np.asarray(d**q)
-
-
-def root(d0: float, d1: float, m0: float, m1: float) -> float:
-    """Root in [0, 1] of the cubic with values d0, d1 of opposite signs and slopes m0, m1 at the ends."""
-    c, e = 3 * (d1 - d0) - 2 * m0 - m1, m0 + m1 - 2 * (d1 - d0)
-    low, high, at = 0.0, 1.0, d0 / (d0 - d1)
-    for _ in range(6):
-        value = d0 + at * (m0 + at * (c + at * e))
-        slope = m0 + at * (2 * c + at * 3 * e)
-        low, high = (at, high) if value * d0 > 0 else (low, at)
-        at = at - value / slope if slope else -1.0
-        if not low <= at <= high:
-            at = (low + high) / 2
-    return at
-
-
-def top(r0: float, r1: float, rise: float) -> float:
-    """Place in (0, 1) of the maximum of the cubic that rises by ``rise``, with slopes r0 > 0 and r1 <= 0 at the ends."""
-    b, c = 6 * rise - 4 * r0 - 2 * r1, 3 * (r0 + r1) - 6 * rise
-    square = b * b - 4 * c * r0
-    at = 2 * r0 / (math.sqrt(square) - b) if square > 0 and math.sqrt(square) > b else r0 / (r0 - r1)
-    return at if 0.0 < at < 1.0 else 0.5

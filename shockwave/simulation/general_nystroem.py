@@ -33,8 +33,6 @@ class GeneralTableau:
         second are zero if there is only one.
     error_order : int
         The error estimate scales as the step to the power ``error_order + 1``.
-    last_is_end : bool
-        Whether the last stage is the state at the end of the step.
     damped : bool
         Whether there are stages of the velocity.
     """
@@ -44,13 +42,12 @@ class GeneralTableau:
     velocities: FloatArray
     weights: FloatArray
     error_order: int
-    last_is_end: bool
     damped: bool
 
     @property
     def packed(self) -> FloatArray:
         """One-dimensional array for the compiled code."""
-        head = [len(self.nodes), self.error_order, self.last_is_end, self.damped]
+        head = [len(self.nodes), self.error_order, self.damped]
         parts = (self.nodes, self.positions, self.velocities, self.weights)
         return np.concatenate([np.array(head, dtype=float), *(part.ravel() for part in parts)])
 
@@ -64,7 +61,7 @@ def of_nystroem(tableau: Tableau, error_order: int) -> GeneralTableau:
     weights = np.concatenate((tableau.weights, np.zeros((2, stages))))
     nodes = np.append(0.0, tableau.nodes)
     none = np.zeros_like(positions)
-    return GeneralTableau(nodes, positions, none, weights, error_order, tableau.last_is_first, False)
+    return GeneralTableau(nodes, positions, none, weights, error_order, damped=False)
 
 
 @cache
@@ -79,9 +76,10 @@ def dop853() -> GeneralTableau:
     def times_a(row: list[Fraction]) -> list[Fraction]:
         return [sum((row[k] * a[k][j] for k in stages), Fraction(0)) for j in stages]
 
-    weights = [times_a(b), b, times_a(error5), error5, times_a(error3), error3]
-    arrays = (np.array(rows, dtype=float) for rows in (nodes, [times_a(row) for row in a], a, weights))
-    return GeneralTableau(*arrays, error_order=7, last_is_end=False, damped=True)
+    rows = [times_a(b), b, times_a(error5), error5, times_a(error3), error3]
+    squared = [times_a(row) for row in a]
+    c, positions, velocities, weights = (np.array(each, dtype=float) for each in (nodes, squared, a, rows))
+    return GeneralTableau(c, positions, velocities, weights, error_order=7, damped=True)
 
 
 def scaled_error(first: float, second: float) -> float:
