@@ -8,8 +8,8 @@ from attrs import frozen
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.chain_job import Job
 
-# Smaller overlaps count as zero: arithmetic with subnormal numbers is slow.
-_MIN_OVERLAP = 1e-60
+#: Smaller overlaps count as zero: arithmetic with subnormal numbers is slow.
+MIN_OVERLAP = 1e-60
 
 
 @frozen(eq=False)
@@ -46,8 +46,7 @@ class Contacts:
         self.reach_w, self.reach_u = job.chain[7:]
         self.bodies, self.contacts = len(self.inverse), int(contacts)
         self.padded = np.append(self.inverse, 0.0)
-        # accelerations of the closing velocity of each contact by a unit force
-        self.both = self.inverse + self.padded[1:]
+        self.both = job.switches[0]
         self.damped = damped != 0
         self.jumps = self.damped and self.q == 0 and job.law is None
         self.on = np.ones(self.bodies, dtype=bool)
@@ -64,13 +63,13 @@ class Contacts:
         return End(x, v, d, w, whole, raw, powers, slope)
 
     def forces(self, x: FloatArray, v: FloatArray, low: int, high: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Forces minus static ones, powers of the damping, and forces before they are cut off, of a range of contacts."""
+        """Forces minus static ones, powers of the damping, and forces before they are cut off, of some contacts."""
         part = slice(low, high)
         k, base, static = self.k[part], self.base[part], self.static[part]
         stretch = (x[part] - x[low + 1 : high + 1]) + self.gap[part]
         d = stretch + base
         w = v[part] - v[low + 1 : high + 1]
-        closed = d > _MIN_OVERLAP
+        closed = d > MIN_OVERLAP
         inside = np.where(closed, d, 1.0)
         powers = np.zeros(high - low)
         if self.job.law is not None:
@@ -104,7 +103,7 @@ class Contacts:
         part = slice(low, high)
         d = (x[part] - x[low + 1 : high + 1]) + self.gap[part] + self.base[part]
         w = v[part] - v[low + 1 : high + 1]
-        closed = d > _MIN_OVERLAP
+        closed = d > MIN_OVERLAP
         inside = np.where(closed, d, 1.0)
         power = _power(inside, self.p - 1)
         slope = self.p * self.k[part] * power * w

@@ -12,7 +12,7 @@ from types import ModuleType
 import numpy as np
 
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.chain_contacts import Contacts, End
+from shockwave.simulation.chain_contacts import MIN_OVERLAP, Contacts, End
 from shockwave.simulation.chain_job import Job, Status
 from shockwave.simulation.cubic import root, top
 from shockwave.simulation.general_nystroem import scaled_error
@@ -62,11 +62,16 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     if compiled is None:
         _March(job).run()
         return
-    problem = job.problem
     none = np.empty(0)
+    problem, found = job.problem, len(job.found)
     tables = (none, none) if problem is None else (problem.path.rows, problem.path.coefficients)
-    arrays = job.stops, job.times, job.settings, job.chain, job.x, job.v, job.scales, job.peaks, job.sums, job.samples
-    compiled.run(job.method.packed, *tables, *arrays, job.found, expired)
+    window = MIN_OVERLAP, _WINDOW, _GROWTH, _MARGIN, _AT_REST
+    control = _SAFETY, _MIN_FACTOR, _MAX_FACTOR, _MIN_STEP, _MIN_FIRST
+    kinks = _SOON, _KINK, _KINK_SHARE, _MOST_CUTS, _LOCATED, _ROUNDING
+    peaks = _NEARLY, _HOPELESS, _MOST_TURNS, _NEAR, _PASSED, _WAVE
+    settings = np.concatenate((job.settings, window, control, kinks, peaks, [0.0, 0.0, -1.0, 0.0, 0.0, 0.0]))
+    compiled.run(job.method.packed, *tables, job.stops, job.times, settings, job.table, job.samples, expired)
+    job.found[:] = settings[-found:]
 
 
 class _March(Contacts):

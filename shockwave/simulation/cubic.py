@@ -18,7 +18,7 @@ def root(d0: float, d1: float, m0: float, m1: float) -> float:
 
 
 def top(r0: float, r1: float, rise: float) -> float:
-    """Place in (0, 1) of the maximum of the cubic with slopes r0 > 0 and r1 <= 0 at its ends, which rises by ``rise``."""
+    """Place in (0, 1) of the maximum of a cubic that rises by ``rise``, with slopes r0 > 0 and r1 <= 0 at its ends."""
     b, c = 6 * rise - 4 * r0 - 2 * r1, 3 * (r0 + r1) - 6 * rise
     square = b * b - 4 * c * r0
     at = 2 * r0 / (math.sqrt(square) - b) if square > 0 and math.sqrt(square) > b else r0 / (r0 - r1)
