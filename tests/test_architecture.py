@@ -106,8 +106,9 @@ SLOW = "scipy", "pint", "cattrs", "pluggy", "importlib.metadata", "concurrent", 
 FEATURES = (
     *(f"shockwave.chain.{name}" for name in ("contact_law", "coverage", "damping", "description", "ends", "features")),
     *(f"shockwave.chain.{name}" for name in ("impact", "layout", "segments")),
-    *(f"shockwave.{name}" for name in ("scenario.chain_", "measurement.chain_result", "measurement.chain_s")),
+    *(f"shockwave.measurement.{name}" for name in ("chain_result", "chain_s", "chain_text", "repeated_runs")),
     *(f"shockwave.simulation.{name}" for name in ("assembly", "chain_", "_chains", "general_")),
+    "shockwave.scenario.chain_",
 )
 OTHER_PROFILES = tuple(f"shockwave.profiles.{name}" for name in ("exponential", "triangular", "record"))
 

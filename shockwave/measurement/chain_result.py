@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-from attrs import asdict, field, frozen
+from attrs import field, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.errors import NumericalError
@@ -16,6 +16,14 @@ from shockwave.measurement.result import Cost
 from shockwave.options import SimulateOptions
 from shockwave.scene_summary import ChainScene
 from shockwave.text import printed
+
+# Attributes that the document contains under their names.
+_KEYS = (
+    *("scenario", "peak_force", "amplification", "error_estimate", "waves", "contacts", "greatest_force"),
+    *("transmitted", "end", "arrival_time", "applied_momentum", "applied_energy", "dissipated_energy"),
+    *("recoil_momentum", "recoil_velocities", "ejected_granules", "spall_velocities", "velocities", "restitution"),
+    *("segments", "end_energy", "momentum_defect", "energy_defect", "recording", "integrator", "backend", "cost"),
+)
 
 
 @frozen(kw_only=True)
@@ -91,9 +99,9 @@ class ChainResult:
         Time at which the leading wave reaches the last contact [s]; None if it does not.
     velocities : tuple of float
         Velocities of all granules at the end of the simulated time [m/s], the striker first.
-    recoil_velocities, recoil_momentum, recoil_error : tuple of float or None, float or None, float or None
-        Velocities [m/s], total momentum [N s] and its error estimate [N s] of the granules at the struck end that fly
-        backwards at the end of the simulated time, first granule first; None under precompression or gravity.
+    recoil_velocities, recoil_momentum : tuple of float or None, float or None
+        Velocities [m/s], first granule first, and total momentum [N s] of the granules at the struck end that fly
+        backwards at the end of the simulated time; None under precompression or gravity.
     spall_velocities : tuple of float or None
         Velocities of the granules that fly off the free end [m/s], last granule first; None with a wall or under
         precompression.
@@ -143,7 +151,6 @@ class ChainResult:
     velocities: tuple[float, ...]
     recoil_velocities: tuple[float, ...] | None
     recoil_momentum: float | None
-    recoil_error: float | None
     spall_velocities: tuple[float, ...] | None
     restitution: float | None
     applied_momentum: float
@@ -205,43 +212,10 @@ class ChainResult:
 
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``simulate --json``: SI floats, no NaN."""
-        return {
-            "scenario": self.scenario,
-            "peak_force": None,
-            "amplification": None,
-            "error_estimate": self.error_estimate,
-            "waves": [],
-            "wave_threshold": self.options.wave_threshold,
-            "passages": [],
-            "contacts": [asdict(peak) for peak in self.contacts],
-            "greatest_force": asdict(self.greatest_force),
-            "transmitted": self.transmitted and asdict(self.transmitted),
-            "end": self.end,
-            "arrival_time": self.arrival_time,
-            "applied_momentum": self.applied_momentum,
-            "applied_energy": self.applied_energy,
-            "recoil_momentum": self.recoil_momentum,
-            "recoil_error": self.recoil_error,
-            "recoil_velocities": plain(self.recoil_velocities),
-            "ejected_granules": self.ejected_granules,
-            "spall_velocities": plain(self.spall_velocities),
-            "velocities": plain(self.velocities),
-            "restitution": self.restitution,
-            "segments": [asdict(segment) for segment in self.segments],
-            "end_energy": self.end_energy,
-            "dissipated_energy": self.dissipated_energy,
-            "yield": self.yielding and asdict(self.yielding),
-            "momentum_defect": self.momentum_defect,
-            "energy_defect": self.energy_defect,
-            "recording": self.recording and self.recording.to_dict(),
-            "integrator": self.integrator,
-            "backend": self.backend,
-            "rtol": self.rtol,
-            "step": self.options.step,
-            "cost": asdict(self.cost),
-            "warnings": list(self.all_warnings),
-            "scene": self.scene.to_dict(),
-        }
+        document = {name: plain(getattr(self, name)) for name in _KEYS}
+        own = {name: plain(getattr(self.options, name)) for name in ("wave_threshold", "rtol", "step")}
+        others = {"passages": [], "recoil_error": None, "yield": plain(self.yielding), "scene": self.scene.to_dict()}
+        return {**document, **own, **others, "warnings": list(self.all_warnings)}
 
     def __str__(self) -> str:
         return printed(self, "shockwave.measurement.chain_text:chain_text")

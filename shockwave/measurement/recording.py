@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from attrs import asdict, frozen
+from attrs import asdict, frozen, has
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import InvalidValueError
@@ -21,8 +21,12 @@ _MOST_NUMBERS = 20_000_000
 
 
 def plain(value: Any) -> Any:
-    """``value``, with tuples and arrays converted to lists."""
-    return value.tolist() if hasattr(value, "tolist") else list(value) if isinstance(value, tuple) else value
+    """``value``, with tuples and arrays converted to lists, and results to dictionaries."""
+    if has(type(value)):
+        return {name: plain(own) for name, own in asdict(value, recurse=False).items()}
+    return (
+        value.tolist() if hasattr(value, "tolist") else list(map(plain, value)) if isinstance(value, tuple) else value
+    )
 
 
 @frozen(kw_only=True, eq=False)
@@ -56,7 +60,8 @@ class Recording:
 
     def to_dict(self) -> dict[str, Any]:
         """Attributes by name, with arrays as lists of SI floats."""
-        return {name: plain(value) for name, value in asdict(self).items()}
+        document: dict[str, Any] = plain(self)
+        return document
 
 
 def check_requests(options: SimulateOptions, chain: Chain, scales: Scales) -> None:

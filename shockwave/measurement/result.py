@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-from attrs import asdict, field, frozen
+from attrs import field, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import SolitaryWave
@@ -20,6 +20,11 @@ from shockwave.scene_summary import Scene
 from shockwave.simulation.problem import Primary
 from shockwave.text import printed
 
+# Attributes that the document contains under their names.
+_KEYS = (
+    *("scenario", "peak_force", "amplification", "error_estimate", "waves", "passages", "contacts", "greatest_force"),
+    *("applied_momentum", "momentum_defect", "energy_defect", "recording", "integrator", "backend", "rtol", "cost"),
+)
 # JSON keys for the granules that leave the ends of the chain.
 _ENDS = ("recoil_momentum", "recoil_error", "recoil_velocities", "ejected_granules", "spall_velocities")
 # JSON keys that apply to chains beyond equal spheres only.
@@ -319,31 +324,10 @@ class SimulationResult:
         train = self.options.waves == "train"
         known = train and self.recoil_error < self.applied_momentum
         ends = {name: plain(getattr(self, name)) if known else None for name in _ENDS}
-        return {
-            "scenario": self.scenario,
-            "peak_force": self.peak_force,
-            "amplification": self.amplification,
-            "error_estimate": self.error_estimate,
-            "waves": [asdict(wave) for wave in self.waves],
-            "wave_threshold": self.options.wave_threshold,
-            "passages": [asdict(passage) for passage in self.passages],
-            "contacts": [asdict(peak) for peak in self.contacts],
-            "applied_momentum": self.applied_momentum,
-            **ends,
-            "greatest_force": self.greatest_force and asdict(self.greatest_force),
-            **dict.fromkeys(_BEYOND),
-            "yield": self.yielding and asdict(self.yielding),
-            "momentum_defect": self.momentum_defect,
-            "energy_defect": self.energy_defect,
-            "recording": self.recording and self.recording.to_dict(),
-            "integrator": self.integrator,
-            "backend": self.backend,
-            "rtol": self.rtol,
-            "step": self.options.step,
-            "cost": asdict(self.cost),
-            "warnings": [*self.all_warnings, *self._contacts[2]],
-            "scene": self.scene.to_dict(),
-        }
+        options = {"wave_threshold": self.options.wave_threshold, "step": self.options.step}
+        others = {**dict.fromkeys(_BEYOND), "yield": plain(self.yielding), "scene": self.scene.to_dict()}
+        document = {name: plain(getattr(self, name)) for name in _KEYS}
+        return {**document, **ends, **options, **others, "warnings": [*self.all_warnings, *self._contacts[2]]}
 
     def __str__(self) -> str:
         return printed(self, "shockwave.measurement.result_text:result_text")
