@@ -107,24 +107,18 @@ class ChainScene:
     @classmethod
     def of(cls, excitation: Shock | Impact, chain: Chain) -> ChainScene:
         """The scene of ``excitation`` on ``chain``."""
-        from shockwave.chain.description import (
-            chain_data,
-            chain_lines,
-            impact_data,
-            impact_line,
-        )  # for such chains only
+        from shockwave.chain.description import lines, plain, text  # for such chains only
 
-        granules = chain.count or 0
+        own: dict[str, Any] = {"shock": None, "impact": None}
         if isinstance(excitation, Shock):
             scene = Scene.of(excitation, chain)
             names = ("profile", "peak_force", "rise_time", "duration_ratio")
-            shock = {name: getattr(scene, name) for name in names}
-            lines = (("shock", scene.shock), *chain_lines(chain))
-            return cls(
-                shock=shock, impact=None, chain=chain_data(chain), granules=granules, lines=lines, notes=scene.notes
-            )
-        lines = (("impact", impact_line(excitation, chain)), *chain_lines(chain))
-        return cls(shock=None, impact=impact_data(excitation), chain=chain_data(chain), granules=granules, lines=lines)
+            own |= {"shock": {name: getattr(scene, name) for name in names}, "notes": scene.notes}
+            first = ("shock", scene.shock)
+        else:
+            own["impact"] = plain(excitation)
+            first = ("impact", text(excitation))
+        return cls(chain=plain(chain), granules=chain.count or 0, lines=(first, *lines(chain)), **own)
 
     def to_dict(self) -> dict[str, Any]:
         """Shock, impact and chain; the notes stand among the warnings of the result."""

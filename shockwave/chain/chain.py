@@ -118,7 +118,7 @@ class Chain:
         if not self.is_uniform:
             from shockwave.chain.features import check_features  # needed only here
 
-            names = ("material", "granules", "end", "precompression", "gravity", "damping", "contact")
+            names = ("granules", "end", "precompression", "gravity", "damping", "contact")
             check_features(**{name: getattr(self, name) for name in names})
 
     @property

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from shockwave.chain.contact_law import ContactLaw, PowerContact
 from shockwave.chain.damping import Damping, Tsuji
 from shockwave.chain.ends import Wall
-from shockwave.chain.material import Material
-from shockwave.chain.segments import MOST_GRANULES, Cell, Segment, Taper, each_segment
+from shockwave.chain.segments import MOST_GRANULES, Cell, Segment, each_segment
 from shockwave.errors import Fault, InvalidValueError
 from shockwave.fields import text_of
 
@@ -23,7 +21,7 @@ _TYPES: Mapping[str, tuple[Any, str]] = {
 }
 
 
-def check_features(material: Material, granules: Granules, **features: Any) -> None:
+def check_features(granules: Granules, **features: Any) -> None:
     """Check the features of a chain, which are named as the arguments of `Chain`.
 
     Raises
@@ -37,7 +35,7 @@ def check_features(material: Material, granules: Granules, **features: Any) -> N
         for name, (types, rule) in _TYPES.items()
         if name in given and not isinstance(given[name], types)
     ]
-    faults = faults or [*_of_length(granules, given), *_of_sizes(material, granules), *_of_pairs(granules, given)]
+    faults = faults or [*_of_length(granules, given), *_of_pairs(granules, given)]
     if faults:
         raise InvalidValueError(faults)
 
@@ -50,19 +48,6 @@ def _of_length(granules: Granules, given: Mapping[str, Any]) -> Iterator[Fault]:
     elif isinstance(granules, int) and granules > MOST_GRANULES:
         names = ", ".join(given)
         yield Fault("granules", f"must be <= {MOST_GRANULES} for a chain with {names} (got {granules})")
-
-
-def _of_sizes(material: Material, granules: Granules) -> Iterator[Fault]:
-    """Errors of sizes that give granules no mass or stiffness."""
-    for place, _, segment in each_segment(granules) if isinstance(granules, Sequence) else ():
-        radius = segment.radius
-        for end in (radius.first, radius.last) if isinstance(radius, Taper) else (radius,) if radius else ():
-            own = segment.material or material
-            numbers = (own.density * end * end * end, own.youngs_modulus * math.sqrt(end))
-            if not all(0 < number < math.inf for number in numbers):
-                rule = "must give granules a mass and a stiffness that floating-point numbers can hold"
-                yield Fault(f"granules{place}.radius", f"{rule} (got {end:g} m)")
-                break
 
 
 def _of_pairs(granules: Granules, given: Mapping[str, Any]) -> Iterator[Fault]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from attrs import field, frozen
 
 from shockwave.chain.material import Material, checked_material
-from shockwave.fields import quantity, radius_of
+from shockwave.fields import SIZES, quantity, radius_of
 
 
 @frozen(kw_only=True, init=False)
@@ -28,7 +28,7 @@ class Impact:
     """
 
     velocity: float = quantity("m/s", "velocity of the striker", above=0)
-    radius: float | None = quantity("m", "radius of the striker", above=0, default=None)
+    radius: float | None = quantity("m", "radius of the striker", **SIZES, default=None)
     material: Material | None = field(default=None, validator=checked_material)
 
     def __init__(

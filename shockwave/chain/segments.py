@@ -9,7 +9,7 @@ from attrs import field, frozen
 
 from shockwave.chain.material import Material, checked_material
 from shockwave.errors import Fault, InvalidValueError
-from shockwave.fields import Quantity, declaration, one_of, quantity, radius_of, text_of
+from shockwave.fields import SIZES, Quantity, declaration, one_of, quantity, radius_of, text_of
 
 #: Greatest number of granules in segments: a bound on memory, far beyond what can be integrated.
 MOST_GRANULES = 1_000_000
@@ -32,8 +32,8 @@ class Taper:
         If a value is out of range.
     """
 
-    first: float = quantity("m", "size of the first granule", above=0)
-    last: float = quantity("m", "size of the last granule", above=0)
+    first: float = quantity("m", "size of the first granule", **SIZES)
+    last: float = quantity("m", "size of the last granule", **SIZES)
     spacing: Literal["linear", "geometric"] = field(default="linear", validator=one_of("linear", "geometric"))
 
     @property
@@ -51,7 +51,7 @@ class Taper:
         return [self.first, *between, self.last]
 
 
-RADIUS = Quantity("m", "radius of the granules", above=0, optional=True)
+RADIUS = Quantity("m", "radius of the granules", **SIZES, optional=True)
 
 
 def _radius(value: Any) -> Any:

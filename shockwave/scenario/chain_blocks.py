@@ -14,7 +14,7 @@ from shockwave.chain.impact import Impact
 from shockwave.chain.material import Material
 from shockwave.chain.segments import Cell, Segment, Taper
 from shockwave.errors import InvalidValueError, PluginError, ShockwaveError, UnknownNameError
-from shockwave.fields import DIAMETER, listed, text_of
+from shockwave.fields import SIZES, Quantity, listed, text_of
 from shockwave.registry import blame, entries, load
 from shockwave.scenario.block_keys import BLOCKS, GRANULES, WALLS, Key, keys_of
 from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, items, structure
@@ -29,6 +29,7 @@ def _keys(cls: type) -> dict[str, Key]:
 
 
 _MATERIAL = Key("material", kind="materials", meaning="a name or a mapping; by default that of the chain")
+_DIAMETER = Quantity("m", "diameter of the granules", **SIZES)
 _RADIUS = evolve(_keys(Segment)["radius"], instead_of=("diameter",))
 #: Keys of a taper, which takes the place of a single size.
 TAPER = (
@@ -37,7 +38,7 @@ TAPER = (
     evolve(_keys(Taper)["spacing"], meaning="linear (equal differences, default) or geometric (equal ratios)"),
 )
 #: Keys of a segment.
-SEGMENT = (_keys(Segment)["count"], _MATERIAL, Key("diameter", spec=DIAMETER), _RADIUS, _keys(Segment)["gap"])
+SEGMENT = (_keys(Segment)["count"], _MATERIAL, Key("diameter", spec=_DIAMETER), _RADIUS, _keys(Segment)["gap"])
 # Keys of sizes, of which a segment has one.
 _SIZES = ("diameter", "radius")
 #: Keys of a repeated cell.
@@ -52,7 +53,7 @@ END = (
 #: Keys of the ``impact`` block.
 IMPACT = (
     _keys(Impact)["velocity"],
-    Key("diameter", spec=evolve(DIAMETER, meaning="diameter of the striker, by default that of the chain")),
+    Key("diameter", spec=evolve(_DIAMETER, meaning="diameter of the striker, by default that of the chain")),
     evolve(_keys(Impact)["radius"], instead_of=("diameter",)),
     _MATERIAL,
 )

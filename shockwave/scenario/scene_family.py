@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -18,6 +18,7 @@ from shockwave.registry import load
 from shockwave.scenario.block_keys import BLOCKS
 from shockwave.scenario.loader import scenario_of
 from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.sweep_block import varied
 
 # Shocks that are kept: a bound on the memory of a long sweep.
 _MOST_KNOWN = 1024
@@ -52,7 +53,7 @@ class Family:
             When a plugin is faulty.
         """
         parts: defaultdict[str, dict[str, Any]] = defaultdict(dict)
-        shape, below = {}, {}
+        shape = {}
         for name, value in values.items():
             block, _, last = name.rpartition(".")
             if block == "shock.parameters" or name in ("shock.profile", "shock.duration_ratio"):
@@ -60,25 +61,26 @@ class Family:
             elif block in BLOCKS:
                 parts[block][last] = value
             else:
-                below[name] = value
+                return self._loaded(values)
         material = parts["chain"].get("material")
         if isinstance(material, Mapping):
             parts["chain"]["material"] = Material(**material)
         shock = self._reshaped(shape) if shape else self.base.shock
         chain, constants = (tuple(parts[block].items()) for block in ("chain", "chain.material"))
-        made, impact = _chain(self.base.chain, chain, constants), self.base.impact
-        if below:
-            from shockwave.scenario.chain_values import replaced  # needed only here
-
-            made, impact = replaced(made, impact, below)
         return evolve(
             self.base,
             shock=_shock(shock, parts["shock"]),
-            chain=made,
-            impact=impact,
+            chain=_chain(self.base.chain, chain, constants),
             predictor=_located("predict.", self.base.predictor, parts["predict"]),
             simulate=_located("simulate.", self.base.simulate, parts["simulate"]),
         )
+
+    def _loaded(self, values: Mapping[str, Any]) -> Scenario:
+        """The scenario of the document with other values, some of them below the blocks of the chain."""
+        if self.base.document is None:
+            raise _of_file(values)
+        document = varied(self.base.document, values)
+        return evolve(scenario_of(document, self.base.path), sweep=self.base.sweep, uncertainty=self.base.uncertainty)
 
     def _reshaped(self, values: Mapping[str, Any]) -> Shock:
         """The shock with another profile; kept, because a grid uses it repeatedly."""
@@ -124,10 +126,14 @@ def _located(block: str, part: Any, values: Mapping[str, Any]) -> Any:
         raise InvalidValueError(Fault(f"{block}{fault.path}", fault.problem) for fault in error.faults) from None
 
 
+def _of_file(names: Iterable[str]) -> InvalidValueError:
+    got = "got a shock and a chain made in Python; load a scenario from a file"
+    return InvalidValueError.of(", ".join(names), f"must be values of a scenario file ({got})")
+
+
 def _of_profile(shock: Shock, values: Mapping[str, Any]) -> Shock:
     """The shock with other parameters of its profile, for a scene without a document."""
     if "shock.profile" in values or not attrs.has(type(shock.profile)):
-        got = "got a shock and a chain made in Python; load a scenario from a file"
-        raise InvalidValueError.of(", ".join(values), f"must be values of a scenario file ({got})")
+        raise _of_file(values)
     own = {name.rpartition(".")[2]: value for name, value in values.items()}
     return evolve(shock, profile=_located("shock.parameters.", shock.profile, own))

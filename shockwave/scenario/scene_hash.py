@@ -53,11 +53,11 @@ def normalised(scenario: Scenario) -> str:
 def _chain(chain: Chain) -> dict[str, Any]:
     if not chain.is_uniform:
         from shockwave.chain.coverage import reduced  # not needed for equal granules
-        from shockwave.chain.description import chain_data
+        from shockwave.chain.description import plain
 
         equal = reduced(chain)
         if equal is None:
-            return chain_data(chain, names=False)
+            return dict(plain(chain, names=False))
         chain = equal
     constants = ("youngs_modulus", "poisson_ratio", "density")
     material = {name: getattr(chain.material, name) for name in constants}
@@ -68,9 +68,9 @@ def _chain(chain: Chain) -> dict[str, Any]:
 
 def _excitation(scenario: Scenario) -> dict[str, Any]:
     if scenario.impact is not None:
-        from shockwave.chain.description import impact_data  # not needed for a shock
+        from shockwave.chain.description import plain  # not needed for a shock
 
-        return {"impact": impact_data(scenario.impact, names=False)}
+        return {"impact": plain(scenario.impact, names=False)}
     shock = scenario.shock
     cls = type(shock.profile)
     own = {

@@ -273,14 +273,18 @@ def first(document: Document, sweep: Sweep | None, index: int = 0) -> Document:
     document = evolve(document, data=rest)
     if sweep is None:
         return document
-    values: dict[Steps, Any] = {steps_of(name): value for name, value in sweep.point(index).items()}
-    place = document.keys.get(("sweep",))
+    return varied(document, sweep.point(index), document.keys.get(("sweep",)))
+
+
+def varied(document: Document, values: Mapping[str, Any], place: Any = None) -> Document:
+    """The document with other values at their dotted names; ``place`` is their place."""
+    changes: dict[Steps, Any] = {steps_of(name): value for name, value in values.items()}
     # the materials first, because their constants may be varied too
-    materials = {steps: value for steps, value in values.items() if steps[-1] in MATERIALS}
+    materials = {steps: value for steps, value in changes.items() if steps[-1] in MATERIALS}
     document = document.having(materials, place)
-    for steps in [steps[:-1] for steps in values if len(steps) > 1 and steps[-2] in MATERIALS]:
+    for steps in {steps[:-1]: None for steps in changes if len(steps) > 1 and steps[-2] in MATERIALS}:
         document = document.having(_constants(document, steps))
-    return document.having({steps: value for steps, value in values.items() if steps not in materials}, place)
+    return document.having({steps: value for steps, value in changes.items() if steps not in materials}, place)
 
 
 def _constants(document: Document, steps: Steps) -> dict[Steps, Any]:

@@ -238,6 +238,12 @@ class _March(Contacts):
     def kink(self, start: End, finish: End, size: float) -> float:
         """Fraction of the step at which it should end since a contact closes, opens or is cut off; 1 if it need not."""
         share = 1.0
+        if self.job.law is not None:
+            # the history of a contact changes where its overlap is greatest
+            for j in np.flatnonzero((start.w > 0) & (finish.w < 0) & (finish.d > 0)).tolist():
+                w0, w1 = float(start.w[j]), float(finish.w[j])
+                if -w1 * w1 / (w1 - w0) * size > self.tolerance * float(finish.d[j]):
+                    share = min(share, w0 / (w0 - w1))
         acts = (start.d >= 0) & (start.raw >= 0)
         if self.jumps:
             acts = self.on[: self.n] & (start.raw >= 0)

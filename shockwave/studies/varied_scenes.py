@@ -29,7 +29,6 @@ from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
 from shockwave.registry import entry_of
-from shockwave.scenario.block_keys import BLOCKS
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_family import Family
 from shockwave.studies.scaling_exponents import POWERS, Exponents
@@ -67,29 +66,17 @@ def scenario_of(scene: Scenario | Shock, chain: Chain | None) -> Scenario:
 
 
 def data_of(scenario: Scenario) -> Mapping[str, Any]:
-    """The content of the document; without a document, the name of the profile and the blocks of the chain."""
+    """The content of the document; without a document, the name of the profile only."""
     if scenario.document is not None:
         return scenario.document.data
-    found: dict[str, Any] = {}
-    if scenario.shock is not None:
-        entry = entry_of("profiles", type(scenario.shock.profile))
-        found["shock"] = {"profile": entry and entry.name}
-    if scenario.impact is not None or not scenario.chain.is_uniform:
-        from shockwave.chain.description import chain_data, impact_data  # needed only here
-
-        found["chain"] = chain_data(scenario.chain)
-        found |= {} if scenario.impact is None else {"impact": impact_data(scenario.impact)}
-    return found
+    entry = entry_of("profiles", type(scenario.shock.profile))
+    return {"shock": {"profile": entry and entry.name}}
 
 
 def value_of(scenario: Scenario, name: str) -> float:
     """Value of the parameter ``name`` in the scenario, in SI units."""
     if name == "chain.diameter":
         return 2 * scenario.chain.radius
-    if name.rpartition(".")[0] not in (*BLOCKS, "shock.parameters"):
-        from shockwave.scenario.chain_values import value_at  # needed only here
-
-        return float(value_at(scenario.chain, scenario.impact, name))
     path = name.replace("shock.duration_ratio", "shock.profile.duration_ratio")
     return float(attrgetter(path.replace("shock.parameters", "shock.profile"))(scenario))
 
