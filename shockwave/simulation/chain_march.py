@@ -310,7 +310,9 @@ class _March(Contacts):
     def raise_scales(self, finish: End) -> None:
         """Raise the scales of the errors to what was reached, or is expected next to it."""
         n = len(finish.w)
-        reached = np.abs(finish.w), np.abs(np.maximum(finish.d, 0.0) - self.base[:n])
+        # the change of the overlap, not the difference of overlaps: ahead of the wave that is below their rounding errors
+        stretch = np.abs((finish.x[:n] - finish.x[1 : n + 1]) + self.gap[:n])
+        reached = np.abs(finish.w), np.where(finish.d > 0, stretch, self.base[:n])
         for scale, values, reach in zip(self.job.scales, reached, (self.reach_w, self.reach_u), strict=True):
             scale[:n] = np.maximum(scale[:n], values)
             least = 0.0
