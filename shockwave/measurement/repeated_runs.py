@@ -11,20 +11,17 @@ from shockwave.errors import NumericalError
 from shockwave.measurement.chain_setup import ChainSetup
 from shockwave.measurement.contact_peaks import ContactPeak
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.assembly import Motion, integrate
+from shockwave.simulation.assembly import ESTIMATE_FACTOR, Motion, integrate, tolerances_for
 
-# Error tolerance of a step of the second run over the requested relative error, and the factor from run to run.
-_FINE = 0.1
-_TIGHTER = 0.1
-# Least error tolerance of a step; below it, rounding errors dominate.
+# Least error tolerance of a step, and its factor from run to run.
 _TIGHTEST = 1e-15
+_TIGHTER = 0.1
 # Largest number of runs: two show the error, each further one corrects a result that misses its tolerance.
 _RUNS = 5
-# The relative error of a force is twice the largest difference of the last two runs at this number of contacts on both
-# sides, for it may vanish by chance at one of them, plus the error tolerance of a step; docs/check_chains.py measures
-# how often it holds.
+# The relative error of a force follows from the largest difference of the last two runs at this number of contacts on
+# both sides, for it may vanish by chance at one of them, and the error tolerance of a step; docs/check_chains.py
+# measures how often it holds.
 _NEIGHBOURS = 3
-_DIFFERENCES = 2.0
 # Relative rounding error of a total force.
 _ROUNDING = 1e-14
 # Tightest tolerance of a force, over its total; errors are relative to no smaller dynamic part than this one allows.
@@ -93,8 +90,8 @@ def runs_of(case: ChainSetup) -> Runs:
     NumericalError
         If the first two runs fail or reach the time limit.
     """
-    tolerance = max(_FINE * case.rtol, _TIGHTEST)
-    coarse = run(case, tolerance / _TIGHTER, case.until)
+    tolerance, first = tolerances_for(case.rtol)
+    coarse = run(case, first, case.until)
     steps, evaluations = coarse.steps, coarse.evaluations
     best: Runs | None = None
     for _ in range(_RUNS - 1):
@@ -122,7 +119,7 @@ def run(case: ChainSetup, tolerance: float, until: float | None, times: FloatArr
 
 def histories(case: ChainSetup, until: float, times: FloatArray) -> Motion:
     """A run with the tolerance of the second one, with the states at ``times``."""
-    return run(case, max(_FINE * case.rtol, _TIGHTEST), until, times)
+    return run(case, tolerances_for(case.rtol)[0], until, times)
 
 
 def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float) -> tuple[FloatArray, bool]:
@@ -133,7 +130,7 @@ def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float) ->
     near = 2 * _NEIGHBOURS + 1
     changes = sliding_window_view(np.pad(np.abs(dynamic - coarse.dynamic_forces), _NEIGHBOURS), near)
     bases = np.maximum(sliding_window_view(np.pad(base, _NEIGHBOURS), near), base[:, None])
-    errors = _DIFFERENCES * (changes / bases).max(axis=1) + tolerance + _ROUNDING * forces / base
+    errors = ESTIMATE_FACTOR * (changes / bases).max(axis=1) + tolerance + _ROUNDING * forces / base
     errors[forces <= 0] = 0.0
     judged = case.judged(forces)
     late = np.abs(fine.force_times - coarse.force_times)[judged]
