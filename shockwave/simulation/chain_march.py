@@ -310,9 +310,7 @@ class _March(Contacts):
     def raise_scales(self, finish: End) -> None:
         """Raise the scales of the errors to what was reached, or is expected next to it."""
         n = len(finish.w)
-        # the change of the overlap, not the difference of overlaps: ahead of the wave that is below their rounding errors
-        stretch = np.abs((finish.x[:n] - finish.x[1 : n + 1]) + self.gap[:n])
-        reached = np.abs(finish.w), np.where(finish.d > 0, stretch, self.base[:n])
+        reached = np.abs(finish.w), self.changes(finish)
         for scale, values, reach in zip(self.job.scales, reached, (self.reach_w, self.reach_u), strict=True):
             scale[:n] = np.maximum(scale[:n], values)
             least = 0.0
@@ -350,8 +348,6 @@ class _March(Contacts):
             self.arrival = float(times[last])
             if self.until == math.inf:
                 self.until = max(self.duration + 3 * self.arrival, self.time)
-
-    # ---------------------------------------------------------------- peaks and samples
 
     def find_peak(self, start: End, finish: End, size: float, j: int) -> None:
         """Compute the maximum of a contact force within the step, if it may be the greatest so far.
