@@ -429,7 +429,9 @@ static void raise_scales(March *m, long n)
     double least_w = 0, least_u = 0;
     long j;
     for (j = 0; j < m->n; j++) {
-        const double w = j < n ? fabs(m->finish.w[j]) : 0, u = j < n ? fabs(larger(m->finish.d[j], 0) - m->base[j]) : 0;
+        /* the change of the overlap, not the difference of overlaps: ahead of the wave that is below their rounding errors */
+        const double stretch = j < n ? fabs((m->finish.x[j] - m->finish.x[j + 1]) + m->gap[j]) : 0;
+        const double w = j < n ? fabs(m->finish.w[j]) : 0, u = j < n && m->finish.d[j] <= 0 ? m->base[j] : stretch;
         m->scale_w[j] = least_w = larger(larger(m->scale_w[j], w), m->reach_w[j] * least_w);
         m->scale_u[j] = least_u = larger(larger(m->scale_u[j], u), m->reach_u[j] * least_u);
     }

@@ -109,6 +109,15 @@ class Contacts:
             powers[-1] = self.end_damping * v[-2] * v[-2]
         return f, powers, raw + static
 
+    def changes(self, end: End) -> FloatArray:
+        """Absolute changes of the overlaps since the beginning.
+
+        They are not the difference of overlaps: ahead of a wave they are smaller than its rounding errors.
+        """
+        n = len(end.d)
+        stretch = np.abs((end.x[:n] - end.x[1 : n + 1]) + self.gap[:n])
+        return np.asarray(np.where(end.d > 0, stretch, self.base[:n]))
+
     def slopes(self, x: FloatArray, v: FloatArray, f: FloatArray, low: int, high: int, time: float) -> FloatArray:
         """Time derivatives of the forces of closed contacts of a range before they are cut off."""
         part = slice(low, high)

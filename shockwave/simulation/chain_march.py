@@ -304,7 +304,7 @@ class _March(Contacts):
     def raise_scales(self, finish: End) -> None:
         """Raise the scales of the errors to what was reached, or is expected next to it."""
         n = len(finish.w)
-        reached = np.abs(finish.w), np.abs(np.maximum(finish.d, 0.0) - self.base[:n])
+        reached = np.abs(finish.w), self.changes(finish)
         for scale, values, reach in zip(self.job.scales, reached, (self.reach_w, self.reach_u), strict=True):
             scale[:n] = np.maximum(scale[:n], values)
             least = 0.0
@@ -342,8 +342,6 @@ class _March(Contacts):
             self.arrival = float(times[last])
             if self.until == math.inf:
                 self.until = max(self.duration + 3 * self.arrival, self.time)
-
-    # ---------------------------------------------------------------- peaks and samples
 
     def find_peak(self, start: End, finish: End, size: float, j: int) -> None:
         """Compute the maximum of a contact force within the step, if it may be the greatest so far.
