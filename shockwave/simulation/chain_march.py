@@ -157,7 +157,7 @@ class _March(Contacts):
                 error = np.max(np.abs(changes[:-1] - changes[1:]) / scale[:n])
                 most = most if error <= most else float(error)
             worst.append(most)
-        return scaled_error(*worst) / self.tolerance
+        return float(scaled_error(*worst) / self.tolerance)
 
     def run(self) -> None:
         """Integrate to the end."""
