@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from attrs import define, evolve, field
+from attrs import define, field
 
 from shockwave.chain.solitary_wave import SPEED
 from shockwave.measurement.course import Course
 from shockwave.measurement.measured_wave import MeasuredWave
 from shockwave.measurement.peak_log import Peak, PeakLog, characteristic_time
-from shockwave.measurement.waves import PASSED, PASSING, Outlook, Probe, distance_from_limit
+from shockwave.measurement.waves import PASSED, PASSING, Outlook, Probe, Transit, distance_from_limit, measured
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Integrator
@@ -21,14 +21,14 @@ from shockwave.simulation.problem import ChainProblem, chain_energy
 #: Least backward velocity of an ejected granule, over the peak velocity of the granules in the leading wave.
 EJECTED = 1e-3
 # Interval at which the waves are examined, in characteristic times.
-_INTERVAL = 6.0
+_INTERVAL = 12.0
 # Its least share of the time.
-_SHARE = 0.12
+_SHARE = 0.25
 # Time for which steps are kept, in characteristic times of the weakest wave: from before until after a wave has passed.
-_KEPT = 2.5 * PASSED
+_KEPT = 3.2 * PASSED
 # Contacts that the front may pass before waves other than the leading one are measured even if they have not settled:
 # a constant, and a number for each characteristic time of the duration of the shock.
-_BUDGET = 150.0
+_BUDGET = 160.0
 _BUDGET_RATE = 6.0
 # Scatter of peak forces over the error tolerance of a step.
 _NOISE = 30.0
@@ -53,6 +53,8 @@ _REMAINING_SHARE = 3e-3
 # the share of the motion that faster waves have left ahead, which it will meet, over the 5/6 power of its peak force.
 _UNSETTLED = 2.0
 _AHEAD_SHARE = 0.07
+# Fraction of the time after the shock at which another run is compared with this one, at the earliest.
+_COMPARED = 0.45
 # Largest distance in granules to a free end up to which waves are followed after they have been measured.
 _FARTHEST = 2000
 
@@ -124,19 +126,21 @@ class ChainRun:
     _course: Course = field(init=False)
     _driven_steps: int = 0
     _free_end: Probe | None = None
-    _recent: list[Stretch] = field(factory=list)
+    _recent: list[tuple[Stretch, float]] = field(factory=list)
+    _transits: list[Transit] = field(factory=list)
     _ready: dict[int, tuple[Peak, float]] = field(factory=dict)
     _rearmost: int = 0
     _removed: int = 0
     _lead: Peak = field(init=False)
     _wait: float = 0.0
+    _left: float = math.inf
     _velocities: list[tuple[float, FloatArray]] = field(factory=list)
 
     def __attrs_post_init__(self) -> None:
         self._course = Course.of(self.problem, self.integrator)
         if self.problem.granules is not None:
             last = self.problem.granules - 2
-            self._free_end = Probe(max(last - _REACH, last // 2), self.problem)
+            self._free_end = Probe(max(last - _REACH, last // 2))
 
     @property
     def log(self) -> PeakLog:
@@ -158,11 +162,15 @@ class ChainRun:
         self.work = chain_energy(stretch.x[-1], stretch.v[-1])
         self._driven_steps = self.steps
         while not self._has_seen_all(stretch):
-            stretch = self._advance(stretch.end + max(_INTERVAL, _SHARE * stretch.end, self._wait))
+            interval = max(_INTERVAL, _SHARE * stretch.end, self._wait)
+            stretch = self._advance(stretch.end + min(interval, self._left))
         # Rounding errors grow when weak waves collide, so everything but the spall is measured now.
         x, v = stretch.x[-1], stretch.v[-1]
         if self._free_end is not None and self.reached_end:
-            self.waves = self._at_end(self._free_end)
+            self._transits = self._at_end(self._free_end)
+        # two heads may belong to the same wave where it has passed
+        transits = {(each.peak.contact, each.peak.time): each for each in self._transits}
+        self.waves = measured(list(transits.values()), self.problem)
         self.measured = stretch.end
         self.momentum += float(np.sum(v))
         self.energy += chain_energy(x, v)
@@ -183,6 +191,8 @@ class ChainRun:
             departed = v[::-1] if self.unfollowed_force == 0 else v[::-1][: _departed(x, v)]
             self.spalls = tuple(departed[departed > ejected].tolist())
         self.end = stretch.end
+        while self._recent:
+            self._course.recycle(self._recent.pop()[0])
         progressed(self.label, math.ceil(self.end), math.ceil(self.end))
         return self
 
@@ -192,14 +202,30 @@ class ChainRun:
         granules = self.problem.granules
         return granules is not None and self.log.front >= granules - 1 - _REACH
 
+    @property
+    def compared(self) -> tuple[float, FloatArray]:
+        """Time at which a coarser run is compared with this one, and the velocities of the granules.
+
+        The errors of the steps grow in proportion to the time, so that half of the time is sufficient. In a finite
+        chain they also grow in collisions, until the end.
+        """
+        share = _COMPARED if self.problem.granules is None else 1.0
+        earliest = min(self.problem.duration + share * (self.measured - self.problem.duration), self.measured)
+        return next(each for each in self._velocities if each[0] >= earliest)
+
+    @property
+    def _kept(self) -> float:
+        """Time for which steps are kept: from before the weakest wave has passed until after it has."""
+        return _KEPT * characteristic_time(self.wave_threshold * self.log.strongest)
+
     def _advance(self, until: float) -> Stretch:
         """Integrate to ``until``; the last stretch."""
         while True:
-            stretch = self._course.advance(until)
+            stretch = self._course.advance(until, 0.0 if self._free_end else max(until - self._kept, 0.0))
             progressed(self.label, int(stretch.end), None)
-            oldest = stretch.end - _KEPT * characteristic_time(self.wave_threshold * self.log.strongest)
-            self._recent = [each for each in self._recent if each.end > oldest]
-            self._recent.append(stretch)
+            while self._recent and self._recent[0][0].end <= stretch.end - self._kept:
+                self._course.recycle(self._recent.pop(0)[0])
+            self._recent.append((stretch, 0.0))
             if self._free_end is not None:
                 self._free_end.observe(stretch)
             if stretch.end >= until:
@@ -207,19 +233,27 @@ class ChainRun:
 
     def _has_seen_all(self, stretch: Stretch) -> bool:
         """Whether the waves are known after ``stretch``."""
+        then = stretch.end - self._kept / 2
+        for each, _ in self._recent:
+            if each.times[0] <= then < each.end:
+                row = int(each.times.searchsorted(then))
+                self._velocities.append((each.times.item(row), each.v[row].copy()))
         self._velocities.append((stretch.end, stretch.v[-1].copy()))
         return self._is_spent(stretch) if self.reached_end else self._judge(stretch)
 
     def _judge(self, stretch: Stretch) -> bool:
         """Whether every wave has settled; then they are measured."""
-        self._wait = 0.0
+        self._wait, self._left = 0.0, math.inf
         outlook = Outlook(self.log, stretch.end, self.wave_threshold, _NOISE * self.integrator.tolerance)
         if not self._removed:
             if not outlook.heads:
                 return False
             self._lead = outlook.heads[0]
-        front = self._lead.contact + (stretch.end - self._lead.time) * SPEED / characteristic_time(self._lead.force)
+        speed = SPEED / characteristic_time(self._lead.force)
+        front = self._lead.contact + (stretch.end - self._lead.time) * speed
         budget = _BUDGET + _BUDGET_RATE * self.problem.duration
+        if front <= budget:
+            self._left = (budget + 1 - front) / speed
         # In order of position: behind a wave that has not settled, a peak can remain constant for a while.
         strong = [wave for wave, head in enumerate(outlook.heads) if head.force >= outlook.least]
         places = dict(enumerate(strong, start=self._removed))
@@ -243,8 +277,6 @@ class ChainRun:
             self._shorten(outlook, strong, stretch)
             return False
         self._measure(outlook, strong)
-        # two heads may belong to the same wave where it has passed
-        self.waves = tuple({(wave.contact, wave.arrival_time): wave for wave in self.waves}.values())
         self._rearmost = outlook.heads[strong[-1]].contact if strong else self.log.removed[0]
         return True
 
@@ -269,13 +301,13 @@ class ChainRun:
         self.log.removed = (granules - 1, stretch.end, outlook.strongest)
         self.shortened += ((stretch.end, granules),)
         origin = self._course.shorten(granules)
-        self._recent = [evolve(each, x=each.x[:, :granules] - origin, v=each.v[:, :granules]) for each in self._recent]
+        self._recent = [(each, before + origin) for each, before in self._recent]
 
     def _measure(self, outlook: Outlook, waves: list[int]) -> None:
-        """Measure these waves."""
+        """Keep what is needed to measure these waves."""
         for place, wave in enumerate(waves, start=self._removed):
             if outlook.passed(wave).rows:
-                self.waves += (self._measured(outlook, place, wave),)
+                self._transits.append(self._transit(outlook, place, wave))
             else:
                 self.unread += 1
 
@@ -289,19 +321,18 @@ class ChainRun:
             doubt = distance_from_limit(head, self.log) + abs(head.force / peak.force - 1)
             if place not in self._ready:
                 ahead = outlook.heads[wave - 1].contact - PASSING if wave else self.log.removed[0]
-                motion = np.abs(self._recent[-1].v[-1, head.contact + _REACH : ahead])
+                motion = np.abs(self._recent[-1][0].v[-1, head.contact + _REACH : ahead])
                 doubt = _UNSETTLED * (doubt + _AHEAD_SHARE * float(motion.sum()) / head.force ** (5 / 6))
         return peak, doubt
 
-    def _measured(self, outlook: Outlook, place: int, wave: int) -> MeasuredWave:
-        """Measure a wave, in general far beyond the contact where it settled."""
+    def _transit(self, outlook: Outlook, place: int, wave: int) -> Transit:
+        """Where a wave is measured, in general far beyond the contact where it settled."""
         peak, distance = reading = self._reading(outlook, place, wave)
         settled, before = self._ready.get(place, reading)
-        probe = Probe(peak.contact, self.problem)
-        for stretch in self._recent:
-            probe.observe(stretch)
-        doubt = min(distance, before + abs(peak.force / settled.force - 1))
-        return probe.wave(peak, self.log.following(peak), self.log, doubt)
+        probe = Probe(peak.contact)
+        for stretch, origin in self._recent:
+            probe.observe(stretch, origin)
+        return probe.transit(peak, self.log, min(distance, before + abs(peak.force / settled.force - 1)))
 
     def _is_spent(self, stretch: Stretch) -> bool:
         """Whether nothing more can leave a finite chain: its granules move apart, or have had enough steps to."""
@@ -318,15 +349,14 @@ class ChainRun:
         self.unfollowed_force = (2.5 * energy) ** 0.6
         return self.steps - self._driven_steps > _PARTING + _PARTING_RATE * (self.problem.granules or 0)
 
-    def _at_end(self, end: Probe) -> tuple[MeasuredWave, ...]:
+    def _at_end(self, end: Probe) -> list[Transit]:
         """Waves at the end of a finite chain."""
         peaks = list(self.log.at(end.contact))[::-1]
         least = self.wave_threshold * max((peak.force for peak in peaks), default=0.0)
         # The peak itself is the result. A slow force can limit both runs to the longest step, so that their difference
         # does not show the step error.
         doubt = self.integrator.tolerance
-        followed = zip(peaks, [*(peak.time for peak in peaks[1:]), math.inf], strict=True)
-        return tuple(end.wave(peak, following, self.log, doubt) for peak, following in followed if peak.force >= least)
+        return [end.transit(peak, self.log, doubt) for peak in peaks if peak.force >= least]
 
 
 def rebounding(v: FloatArray, ejected: float) -> tuple[tuple[float, ...], float]:

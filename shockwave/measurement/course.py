@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import abc
 import math
+from collections import deque
 from functools import partial
 from types import ModuleType
 from typing import cast, final
@@ -13,6 +14,7 @@ import numpy as np
 from shockwave.errors import NumericalError
 from shockwave.measurement.peak_log import PeakLog
 from shockwave.progress import progressed
+from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.march import FIRST_WINDOW, March, Span, Stretch, overdue
 from shockwave.simulation.nystroem import Nystroem
@@ -21,12 +23,20 @@ from shockwave.simulation.time_limit import expired
 
 # Largest number of steps of a stretch.
 _MOST_STEPS = 256
-# Number of granules by which the front may advance in a stretch.
-_ROOM = 128
+# Number of granules by which the window may grow in a stretch: a constant, and a number for each characteristic time,
+# of at most so many. The states at all steps have this number of granules, so more of them take time.
+_ROOM = 32
+_ROOM_RATE = 1.1
+_ROOM_TIME = 200.0
+# Number of granules for which memory is reserved, besides half of those at hand.
+_SLACK = 128
+# Memory of former stretches: the first access to new memory takes as long as many steps. The largest size that is kept.
+_spare: deque[FloatArray] = deque(maxlen=8)
+_LARGEST = 2**19
 # The state of the compiled code; see `_compiled.c`.
 _COLUMNS = (
     "now", "size", "until", "stop", "granules", "flying", "flown", "age", "steps", "kept", "evaluations", "peaks",
-    "strongest", "ended", "target", "rise_time", "peak_force", "duration", "length", "tolerance",
+    "strongest", "ended", "target", "rise_time", "peak_force", "duration", "length", "tolerance", "kept_since",
 )  # fmt: skip
 _STATE = np.dtype([(name, float) for name in _COLUMNS])
 
@@ -48,8 +58,11 @@ class Course(abc.ABC):
         return _StepByStep(problem, integrator)
 
     @abc.abstractmethod
-    def advance(self, until: float) -> Stretch:
-        """Integrate to the end of the first step at or after ``until`` or, in a long stretch, less far."""
+    def advance(self, until: float, since: float = 0.0) -> Stretch:
+        """Integrate to the end of the first step at or after ``until`` or, in a long stretch, less far.
+
+        The stretch may omit the states before ``since``.
+        """
 
     @abc.abstractmethod
     def shorten(self, granules: int) -> float:
@@ -57,6 +70,9 @@ class Course(abc.ABC):
 
         Ahead of it the chain is at rest.
         """
+
+    def recycle(self, stretch: Stretch) -> None:  # noqa: B027
+        """Allow the memory of a stretch to be used for another one."""
 
     @final
     def advance_to(self, until: float, label: str, total: float) -> Stretch:
@@ -75,7 +91,7 @@ class _StepByStep(Course):
         self._march = March.of(problem, integrator)
         self._spans = self._march.run(math.inf)
 
-    def advance(self, until: float) -> Stretch:
+    def advance(self, until: float, since: float = 0.0) -> Stretch:
         spans: list[Span] = []
         while not spans or (spans[-1].end < until and len(spans) < _MOST_STEPS):
             spans.append(next(self._spans))
@@ -103,21 +119,30 @@ class _Compiled(Course):
         self._state["tolerance"] = integrator.tolerance
         tables = integrator.tableau.packed, problem.path.rows, problem.path.coefficients, np.array(problem.stops)
         self._continue = partial(cast(ModuleType, integrator.compiled).march, *tables, self._state)
-        self._chain = np.zeros((3, 2 * _ROOM))
+        self._chain = np.zeros((3, int(self._state["granules"])))
         self._rows = _MOST_STEPS + 1 if kept else 0
 
-    def advance(self, until: float) -> Stretch:
+    def advance(self, until: float, since: float = 0.0) -> Stretch:
         if expired():
             raise overdue(self.now)
         state, log = self._state, self.log
-        if self._chain.shape[1] < state["granules"] + _ROOM:
-            self._chain = np.concatenate((self._chain, np.zeros((3, 2 * _ROOM))), axis=1)
-        capacity = self._chain.shape[1]
+        granules = int(state["granules"])
+        capacity = granules + _ROOM + int(_ROOM_RATE * min(until - self.now, _ROOM_TIME))
+        chain = np.zeros((3, capacity))
+        chain[:, :granules] = self._chain[:, :granules]
+        self._chain = chain
         log.reserve(4 * capacity, capacity)
-        times, states = np.empty(self._rows), np.empty((2, self._rows, capacity))
-        begin = self.now
-        state["target"], state["peaks"], state["strongest"] = until, log.count, log.strongest
-        self._continue(self._chain, times, states[0], states[1], log.table, log.last, expired)
+        rows, size = self._rows, self._rows * capacity
+        try:
+            memory = _spare.pop()
+        except IndexError:
+            memory = np.empty((2, 0))
+        if memory.shape[1] < size:
+            memory = np.empty((2, size + size // 2 + rows * _SLACK))
+        times, (xs, vs) = np.empty(rows), memory[:, :size].reshape(2, rows, capacity)
+        state["target"], state["kept_since"] = until, since
+        state["peaks"], state["strongest"] = log.count, log.strongest
+        self._continue(chain, times, xs, vs, log.table, log.last, expired)
         found = dict(zip(_COLUMNS, state.item(), strict=True))
         log.count, log.strongest = int(found["peaks"]), found["strongest"]
         self.now, self.steps, self.integrator.evaluations = found["now"], int(found["steps"]), int(found["evaluations"])
@@ -127,8 +152,8 @@ class _Compiled(Course):
             raise NumericalError(f"{self.integrator.name} cannot step beyond t = {self.now:g} T0")
         kept, granules = int(found["kept"]), int(found["granules"])
         if kept:
-            return Stretch((), times[:kept], states[0, :kept, :granules], states[1, :kept, :granules])
-        return Stretch((), np.array([begin, self.now]), *self._chain[:2, None, :granules])
+            return Stretch((), times[:kept], xs[:kept, :granules], vs[:kept, :granules])
+        return Stretch((), np.array([self.now]), *self._chain[:2, None, :granules])
 
     def shorten(self, granules: int) -> float:
         origin = self._chain.item(0, granules - 1)
@@ -139,3 +164,8 @@ class _Compiled(Course):
             self._chain[2] = 0.0
         self._state["granules"], self._state["until"] = granules, self.now
         return float(origin)
+
+    def recycle(self, stretch: Stretch) -> None:
+        memory = stretch.x.base
+        if isinstance(memory, np.ndarray) and memory.size <= _LARGEST:
+            _spare.append(memory)

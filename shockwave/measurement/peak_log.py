@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Iterator
 from itertools import pairwise, takewhile
 from typing import NamedTuple
@@ -30,9 +31,9 @@ _NEAR = 1e-5
 # Fraction of its peak force that a wave keeps at least from one contact to the next few.
 _SAME_WAVE = 0.5
 
-# Matrix from the value and the first three derivatives, each over its factorial, at 0 and at 1 to the powers 0 to 7.
-_POWERS = np.eye(8)
-_POWERS[4:] = [
+#: Matrix from the value and the first three derivatives, each over its factorial, at 0 and at 1 to the powers 0 to 7.
+POWERS = np.eye(8)
+POWERS[4:] = [
     [-35, -20, -10, -4, 35, -15, 5, -1],
     [84, 45, 20, 6, -84, 39, -14, 3],
     [-70, -36, -15, -4, 70, -34, 13, -3],
@@ -83,11 +84,14 @@ class PeakLog:
     count: int = 0
     table: np.ndarray = field(factory=lambda: np.zeros(0, _ROW))
     last: np.ndarray = field(factory=lambda: np.zeros(0, np.int64))
+    _lists: tuple[list[int], list[float], list[float]] = field(factory=lambda: ([], [], []))
 
     def reserve(self, peaks: int, contacts: int) -> None:
         """Make room for so many more peaks, and for so many contacts."""
         if self.count + peaks > len(self.table):
-            self.table = np.concatenate((self.peaks, np.empty(self.count + 2 * peaks, _ROW)))
+            table = np.empty(2 * (self.count + peaks), _ROW)
+            table[: self.count] = self.peaks
+            self.table = table
         if contacts > len(self.last):
             self.last = np.concatenate((self.last, np.full(contacts, -1)))
 
@@ -160,7 +164,7 @@ class PeakLog:
         """
         contact, since, most = self.removed
         # the log is in the order of time but for the length of a step
-        begin = int(self.peaks["time"].searchsorted(now - _patience(_FLOOR * self.strongest) - LONGEST_STEP))
+        begin = bisect_left(self._copied()[1], now - _patience(_FLOOR * self.strongest) - LONGEST_STEP)
         peaks = self.table[begin : self.count]
         time, force, at = peaks["time"], peaks["force"], peaks["contact"]
         under_way = now - time < 6.0 * np.maximum(force, 1e-30) ** (-1 / 6)
@@ -179,14 +183,35 @@ class PeakLog:
 
     def trail(self, head: Peak, contacts: int) -> Trail:
         """Peaks of the wave at ``head`` and at the preceding ``contacts``, as far as it can be traced back."""
-        behind, times = self.table["behind"], self.table["time"]
-        trail, longest = Trail([head.row], [head.time], []), _patience(_SAME_WAVE * head.force)
-        index = head.behind
-        while index >= 0 and len(trail.rows) <= contacts and trail.times[-1] - (time := times.item(index)) < longest:
-            trail.rows.append(index)
-            trail.times.append(time)
-            index = behind.item(index)
-        return trail._replace(forces=self.table["force"][trail.rows].tolist())
+        behind, times, forces = self._copied()
+        rows, row, time, patience = [head.row], head.behind, head.time, _patience(_SAME_WAVE * head.force)
+        for _ in range(contacts):
+            if row < 0 or time - times[row] >= patience:
+                break
+            rows.append(row)
+            row, time = behind[row], times[row]
+        return Trail(rows, [times[row] for row in rows], [forces[row] for row in rows])
+
+    def traced(self, waves: list[tuple[int, float]], since: float) -> list[Peak]:
+        """Earliest peaks after ``since`` of the waves that have peaks at these contacts and times, or these peaks."""
+        behind, times, _ = self._copied()
+        earliest = []
+        for contact, time in waves:
+            row = next(peak.row for peak in self.at(contact) if peak.time == time)
+            while (before := behind[row]) >= 0 and times[before] >= since:
+                row = before
+            earliest.append(self.peak(row))
+        return earliest
+
+    def _copied(self) -> tuple[list[int], list[float], list[float]]:
+        """Columns ``behind``, ``time`` and ``force`` as lists, of which single elements are found faster."""
+        behind, times, forces = self._lists
+        if len(times) < self.count:
+            new = self.table[len(times) : self.count]
+            behind += new["behind"].tolist()
+            times += new["time"].tolist()
+            forces += new["force"].tolist()
+        return behind, times, forces
 
 
 def force_rates(overlap: FloatArray, closing: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -210,10 +235,15 @@ def powers_between(begin: FloatArray, end: FloatArray, size: FloatArray) -> Floa
     FloatArray
         Coefficients, lowest first, shape (8, ...).
     """
+    known = hermite_data(begin, end, size)
+    return product(POWERS, known.reshape(8, -1)).reshape(known.shape)
+
+
+def hermite_data(begin: FloatArray, end: FloatArray, size: FloatArray) -> FloatArray:
+    """Values and derivatives with respect to the fraction of a step at its two ends, over their factorials."""
     scale = np.array([size**order / factorial for order, factorial in enumerate(_FACTORIALS)])
     scale = scale.reshape(*scale.shape, *(1,) * (begin.ndim - scale.ndim))
-    known = np.concatenate((begin * scale, end * scale))
-    return product(_POWERS, known.reshape(8, -1)).reshape(known.shape)
+    return np.concatenate((begin * scale, end * scale))
 
 
 def _maxima(stretch: Stretch, steps: np.ndarray, contacts: np.ndarray) -> tuple[FloatArray, FloatArray]:

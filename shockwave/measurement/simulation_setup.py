@@ -185,10 +185,12 @@ def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
 
 def immeasurable(problem: ChainProblem) -> str:
     """Reason not to integrate the whole chain without a time limit; empty if there is none."""
+    granules = problem.granules
+    if granules is None and problem.duration * (1 + _NEAR_PEAK_FACTOR) <= _LONGEST_TRAIN:  # even if all of it is near
+        return ""
     near_peak = float(np.mean(problem.course > _NEAR_PEAK)) * problem.duration
     length = problem.duration + _NEAR_PEAK_FACTOR * near_peak
     seconds, most = _TRAIN_SECONDS * length, _TRAIN_SECONDS * _LONGEST_TRAIN
-    granules = problem.granules
     if granules is not None and granules <= _TO_THE_END:
         steps = granules * _STEPS + problem.duration * _DRIVEN_STEPS if problem.duration > _SINGLE else 0
         seconds, most = steps * (_STEP_SECONDS + _GRANULE_SECONDS * granules), _MOST_SECONDS

@@ -13,9 +13,10 @@ from shockwave.measurement.chain_run import EJECTED, ChainRun, rebounding
 from shockwave.measurement.contact_peaks import ContactPeak
 from shockwave.measurement.course import Course
 from shockwave.measurement.measured_wave import MeasuredWave
-from shockwave.measurement.peak_log import PeakLog
+from shockwave.measurement.peak_log import Peak, PeakLog
 from shockwave.measurement.result import Cost, SimulationResult, Train
 from shockwave.measurement.simulation_setup import Setup, immeasurable, scaled, setup_of
+from shockwave.simulation.integrator import LONGEST_STEP
 from shockwave.simulation.problem import ChainProblem, Primary, Status
 from shockwave.text import si
 
@@ -46,7 +47,8 @@ def train_of(result: SimulationResult) -> Train:
     if result.options.timeout is None and (reason := immeasurable(problem)):
         return _primary_alone(result, f"The train is not integrated, because {reason}.")
     try:
-        train, _ = _train(problem, scales, setup_of(result.options))
+        # the search for the leading wave is more accurate than the runs for all waves
+        train, _ = _train(problem, scales, setup_of(result.options), _LATER_DOUBT)
     except NumericalError as error:
         return _primary_alone(result, f"The train could not be measured: {error}.")
     strongest, *others = train.waves
@@ -57,7 +59,6 @@ def train_of(result: SimulationResult) -> Train:
             " estimates: neither is known to better than this. A smaller rtol may remove the difference."
         )
         return evolve(train, warnings=(*train.warnings, warning))
-    # The search for the leading wave is more accurate than the runs for all waves.
     primary = evolve(strongest, peak_force=result.peak_force, error_estimate=result.error_estimate)
     return evolve(train, waves=(primary, *others))
 
@@ -75,7 +76,7 @@ def measure_primary(
     problem: ChainProblem, scales: Scales, setup: Setup
 ) -> tuple[Primary, float, Train, tuple[str, ...]]:
     """Leading wave that the search does not find, with its error estimate, the train and warnings."""
-    train, fine = _train(problem, scales, setup)
+    train, fine = _train(problem, scales, setup, _PRIMARY_DOUBT)
     strongest = max(fine.waves, key=lambda wave: wave.peak_force)
     primary = Primary(
         status=Status.KNOWN,
@@ -106,11 +107,14 @@ def measure_primary(
     return primary, 1.0 if error is None else error, train, warnings
 
 
-def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, ChainRun]:
-    """Measure the train; a second, coarser run shows the step errors. The train, and the first run."""
+def _train(problem: ChainProblem, scales: Scales, setup: Setup, share: float) -> tuple[Train, ChainRun]:
+    """Measure the train; a second, coarser run of half the time shows the step errors. The train, and the first run.
+
+    ``share`` is the allowed deviation of the leading wave from its limit, over the tolerance.
+    """
     begin = time.perf_counter()
     most = int(_MOST_CONTACTS + _MOST_RATE * problem.duration)
-    first, later = (max(min(share * setup.rtol, _MOST_DOUBT), _LEAST_DOUBT) for share in (_PRIMARY_DOUBT, _LATER_DOUBT))
+    first, later = (max(min(each * setup.rtol, _MOST_DOUBT), _LEAST_DOUBT) for each in (share, _LATER_DOUBT))
     arguments = (setup.options.wave_threshold, first, later, most)
     fine = ChainRun(problem, setup.integrator(), *arguments, "wave train, run 1 of 2").finished()
     if not fine.waves:
@@ -118,19 +122,27 @@ def _train(problem: ChainProblem, scales: Scales, setup: Setup) -> tuple[Train, 
             f"no wave formed within {most} contacts: the shock is too slow for its peak force"
             " (shorten the shock, or increase its peak force)"
         )
-    coarse = Course.of(problem, setup.integrator(_COARSE), kept=False)
-    label = "wave train, run 2 of 2"
-    for when, granules in fine.shortened:
-        coarse.advance_to(when, label, fine.end)
-        coarse.shorten(granules)
-    stretch = coarse.advance_to(fine.measured, label, fine.end)
     slowest = EJECTED * max(wave.granule_velocity for wave in fine.waves)
-    difference = sum(fine.recoils) - sum(rebounding(stretch.v[-1], slowest)[0])
-    coarse.advance_to(fine.end, label, fine.end)
-    waves = _waves(fine, coarse.log, scales)
+    compared, then = fine.compared
+    traced = fine.log.traced([(wave.contact, wave.arrival_time) for wave in fine.waves], compared)
+    coarse = Course.of(problem, setup.integrator(_COARSE), kept=False)
+    # granules of a finite chain may collide until the end
+    end = fine.end if problem.granules else max(compared, *(peak.time + LONGEST_STEP for peak in traced))
+    difference = 0.0
+    for until, granules in sorted([(compared, 0), *fine.shortened, (end, 0)]):
+        if until > end:
+            break
+        stretch = coarse.advance_to(until, "wave train, run 2 of 2", end)
+        if granules:
+            coarse.shorten(granules)
+        elif until == compared:
+            difference = sum(rebounding(then, slowest)[0]) - sum(rebounding(stretch.v[-1], slowest)[0])
+    waves = _waves(fine, traced, coarse.log, scales)
     ejected = EJECTED * waves[0].granule_velocity
     recoil = sum(fine.recoils)
-    error = abs(difference) + fine.unfinished_recoil + fine.integrator.tolerance * fine.momentum
+    error = (
+        abs(difference) * fine.measured / compared + fine.unfinished_recoil + fine.integrator.tolerance * fine.momentum
+    )
     velocities = [velocity * scales.velocity for velocity in fine.recoils]
     warnings: tuple[str, ...] = ()
     settled = fine.settled and all(wave.error_estimate is not None for wave in waves)
@@ -181,17 +193,17 @@ def _energy_error(fine: ChainRun) -> float:
     return 0.6 * abs(fine.energy / fine.work - 1) if fine.work else 0.0
 
 
-def _waves(fine: ChainRun, coarse: PeakLog, scales: Scales) -> tuple[MeasuredWave, ...]:
+def _waves(fine: ChainRun, traced: list[Peak], coarse: PeakLog, scales: Scales) -> tuple[MeasuredWave, ...]:
     """Waves of the fine run, strongest first, in SI units.
 
-    The error estimate of each is the sum of the difference of the two runs at its contact, its own bound, the energy
-    defect, and the tolerance of a step.
+    The error estimate of each is the sum of the difference of the two runs at an earlier peak of the wave, ``traced``,
+    in proportion to the time, its own bound, the energy defect, and the tolerance of a step.
     """
     waves = []
     strongest = max(wave.peak_force for wave in fine.waves)
-    for wave in fine.waves:
-        same = min(coarse.at(wave.contact), key=lambda peak: abs(peak.time - wave.arrival_time), default=None)
-        difference = 1.0 if same is None else abs(same.force / wave.peak_force - 1)
+    for wave, peak in zip(fine.waves, traced, strict=True):
+        same = min(coarse.at(peak.contact), key=lambda other: abs(other.time - peak.time), default=None)
+        difference = 1.0 if same is None else abs(same.force / peak.force - 1) * wave.arrival_time / peak.time
         # errors of a step are larger relative to weak waves; the difference may vanish by chance
         step = fine.integrator.tolerance * math.sqrt(strongest / wave.peak_force)
         error = difference + (wave.error_estimate or 0.0) + _energy_error(fine) + step + _ROUNDING

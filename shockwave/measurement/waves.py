@@ -4,14 +4,23 @@ from __future__ import annotations
 
 import math
 from bisect import bisect
+from itertools import accumulate, pairwise
 from operator import neg
 
 import numpy as np
-from attrs import define, field
+from attrs import define, field, frozen
 
 from shockwave.chain.solitary_wave import ENERGY, SPEED
 from shockwave.measurement.measured_wave import MeasuredWave
-from shockwave.measurement.peak_log import Peak, PeakLog, Trail, characteristic_time, force_rates, powers_between
+from shockwave.measurement.peak_log import (
+    POWERS,
+    Peak,
+    PeakLog,
+    Trail,
+    characteristic_time,
+    force_rates,
+    hermite_data,
+)
 from shockwave.numerics import product
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import Stretch, free_granules
@@ -21,6 +30,8 @@ from shockwave.simulation.problem import ChainProblem, contact_energies
 _STRIDE = 10
 # Number of contacts that give the rate at which a bound decreases.
 _STEP = 5
+# Largest fraction of the contacts passed so far for which the decrease of a bound is extrapolated.
+_AHEAD = 0.4
 #: Number of contacts, from its head backwards, that a wave may still be passing.
 PASSING = 10
 #: Time in which the tail of a wave of peak force 1 passes: 3.5 widths of 1.56 characteristic times.
@@ -50,6 +61,11 @@ _NODES = (1 + _LEGENDRE[0]) / 2
 _WEIGHTS = _LEGENDRE[1] / 2
 _VALUES = np.vander(_NODES, 8, increasing=True)
 _SLOPES = np.pad(_VALUES[:, :-1] * np.arange(1, 8), ((0, 0), (1, 0)))
+# The same from the `hermite_data`.
+_VALUES_BETWEEN, _SLOPES_BETWEEN = product(_VALUES, POWERS), product(_SLOPES, POWERS)
+# Number of waves that are measured together, and the largest number of values for which `product` is faster.
+_TOGETHER = 16
+_FEW = 2048
 # Number of samples on each side of a crossing or a maximum that its polynomial interpolates.
 _NEIGHBOURS = 4
 # Number of Newton steps to a maximum, and how far it may be from its step, over the size of the step.
@@ -92,11 +108,13 @@ class Outlook:
         self.strongest = max(self.strongest, log.removed[2])
         self.least = threshold * self.strongest
         self._trails: dict[int, Trail] = {}
+        self._length: dict[int, int] = {}
 
     def passed(self, wave: int) -> Trail:
         """The peaks of a wave from the foremost contact through which all of it has passed, if there is one."""
         if wave not in self._trails:
             trail = self._log.trail(self.heads[wave], 2 * _STRIDE + _STEP + PASSING)
+            self._length[wave] = len(trail.rows)
             latest = self._now - PASSED * characteristic_time(self.heads[wave].force)
             first = bisect(trail.times, -latest, key=neg)
             self._trails[wave] = Trail(trail.rows[first:], trail.times[first:], trail.forces[first:])
@@ -119,12 +137,16 @@ class Outlook:
 
     def wait(self, wave: int, allowed: float) -> float:
         """Time that passes at least before the bound of a wave decreases to ``allowed``; 0 if it is not known."""
-        trail = self.passed(wave).forces
-        contacts: float = 2 * _STRIDE + _STEP + 1 - len(trail)
+        trail = self.passed(wave)
+        contacts = 2 * _STRIDE + _STEP + 1 - float(len(trail.rows))
+        if not trail.rows:  # all of the wave passes a contact later
+            contacts += PASSED * SPEED - self._length.get(wave, 0)
         if contacts <= 0:
-            doubt, before = _doubt(trail, self._noise), _doubt(trail[_STEP:], self._noise)
-            known = allowed < doubt < before < math.inf
-            contacts = min(_STEP * math.log(doubt / allowed) / math.log(before / doubt), _STRIDE) if known else 0
+            doubt, before = _doubt(trail.forces, self._noise), _doubt(trail.forces[_STEP:], self._noise)
+            if not allowed < doubt < before < math.inf:
+                return 0.0
+            contacts = _STEP * math.log(doubt / allowed) / math.log(before / doubt)
+            contacts = min(contacts, max(_STRIDE, _AHEAD * self.heads[wave].contact))
         return contacts * characteristic_time(self.heads[wave].force) / SPEED
 
     def is_complete(self, x: FloatArray, v: FloatArray) -> bool:
@@ -164,22 +186,21 @@ def distance_from_limit(peak: Peak, log: PeakLog) -> float:
     give the exponent. If the peaks do not change uniformly, the wave has collided with others or its change reverses:
     it may change again as much as on the last third of its way.
     """
-    forces = np.array(log.trail(peak, max(_FAR, peak.contact // 3)).forces)
-    whole = float(np.ptp(forces)) / peak.force
+    forces = log.trail(peak, max(_FAR, peak.contact // 3)).forces
+    whole = _span(forces) / peak.force
     if len(forces) <= 2 * _STRIDE:
         return whole
-    near = float(np.ptp(forces[: _STRIDE + 1])) / peak.force
+    near = _span(forces[: _STRIDE + 1]) / peak.force
     if near * peak.force <= log.tolerance:
         return near * max(3.0, _HIDDEN * peak.contact)
-    last, before = -np.diff(forces[: 2 * _STRIDE + 1 : _STRIDE])
-    halves = -np.diff(forces[: 2 * _STRIDE : _STRIDE // 2])
-    onwards = np.append(halves, (before, forces[0] - forces[2], forces[2 * _STRIDE] - forces[:_FAR][-1])) * last >= 0
+    last, before = (new - old for new, old in pairwise(forces[: 2 * _STRIDE + 1 : _STRIDE]))
+    halves = [new - old for new, old in pairwise(forces[: 2 * _STRIDE : _STRIDE // 2])]
+    changes = (*halves, before, forces[0] - forces[2], forces[2 * _STRIDE] - forces[:_FAR][-1])
     turning = halves[0] * halves[2] < _TURNING * halves[1] ** 2
-    if not onwards.all() or turning or abs(last) >= abs(before):
+    if any(change * last < 0 for change in changes) or turning or abs(last) >= abs(before):
         return min(whole, _MOST_CHANGE * near)
-    ways = peak.contact - _STRIDE * np.array([0.5, 1.5])
-    exponent = math.log(before / last) / math.log(float(ways[0] / ways[1])) - 1
-    return _MARGIN * abs(float(last)) * peak.contact / (_STRIDE * max(exponent, 1.0)) / peak.force
+    exponent = math.log(before / last) / math.log((peak.contact - 0.5 * _STRIDE) / (peak.contact - 1.5 * _STRIDE)) - 1
+    return _MARGIN * abs(last) * peak.contact / (_STRIDE * max(exponent, 1.0)) / peak.force
 
 
 def _span(values: list[float]) -> float:
@@ -203,17 +224,34 @@ def _nothing_to_come(x: FloatArray, v: FloatArray, rearmost: int, least_force: f
 # ---------------------------------------------------------------- properties
 
 
+@frozen(eq=False)
+class Transit:
+    """A wave at a contact: its peak, and the motion there between the force minima before and after it.
+
+    The minima lie between the times ``begin`` and ``end``. ``times`` are the ends of steps, shape (n,), and ``states``
+    the positions and velocities of the granules of the contact and their neighbours, shape (2, n, 4). ``doubt`` is the
+    bound on the relative deviation of its peak force from the limit.
+    """
+
+    peak: Peak
+    begin: float
+    end: float
+    times: FloatArray
+    states: FloatArray
+    speed: float | None
+    doubt: float
+
+
 @define
 class Probe:
     """History at ``contact``: positions and velocities of its granules and their neighbours at the ends of steps."""
 
     contact: int
-    problem: ChainProblem
     _times: list[FloatArray] = field(factory=list)
     _states: list[FloatArray] = field(factory=list)
 
-    def observe(self, stretch: Stretch) -> None:
-        """Record ``stretch``, unless the front has not reached the contact."""
+    def observe(self, stretch: Stretch, origin: float = 0.0) -> None:
+        """Record ``stretch``, with positions relative to ``origin``, unless the front has not reached the contact."""
         if self.contact + 1 >= stretch.x.shape[1] or not stretch.x[-1, self.contact]:
             return
         # At an end of the chain a granule is repeated, without force between the two.
@@ -222,95 +260,141 @@ class Probe:
         states = np.array((stretch.x[known:, max(first, 0) : last], stretch.v[known:, max(first, 0) : last]))
         if states.shape[2] < 4:
             states = states[:, :, np.clip(np.arange(first, last), 0, stretch.x.shape[1] - 1) - max(first, 0)]
+        states[0] -= origin
         self._times.append(stretch.times[known:])
         self._states.append(states)
 
-    def wave(self, peak: Peak, following: float, log: PeakLog, doubt: float) -> MeasuredWave:
-        """Measure the wave with the maximum ``peak``, between the force minima before and after it, in scaled units.
-
-        ``following`` is the time of the next peak at the contact, or infinite. ``doubt`` is the bound on the relative
-        deviation of its peak force from the limit.
-        """
+    def transit(self, peak: Peak, log: PeakLog, doubt: float) -> Transit:
+        """The wave with the maximum ``peak``; ``doubt`` is the bound on its distance from the limit."""
         reach = 2 * PASSED * characteristic_time(peak.force)
-        before = max(log.peak(peak.previous).time if peak.previous >= 0 else 0.0, peak.time - reach)
-        after = min(following, peak.time + reach)
-        time, force, velocity, weight, powers, sizes = self._samples(before, after)
-        top = int(np.argmin(np.abs(time - peak.time)))
-        left, right = int(np.searchsorted(time, before)), int(np.searchsorted(time, after))
-        begin = left + int(np.argmin(force[left : top + 1]))
-        end = top + int(np.argmin(force[top : max(right, top + 1)]))
-        inside = slice(begin, end + 1)
-        rise = _crossing(time[begin : top + 1], force[begin : top + 1], peak.force / 2)
-        fall = _crossing(time[top : end + 1][::-1], force[top : end + 1][::-1], peak.force / 2)
+        begin = max(log.peak(peak.previous).time if peak.previous >= 0 else 0.0, peak.time - reach)
+        end = min(log.following(peak), peak.time + reach)
+        times, states = np.concatenate(self._times), np.concatenate(self._states, axis=1)
+        used = slice(max(int(times.searchsorted(begin, "right")) - 1, 0), int(times.searchsorted(end)) + 1)
         arrivals = log.trail(peak, _SPEED_BASE).times
         passed = len(arrivals) - 1
-        return MeasuredWave(
-            peak_force=peak.force,
-            momentum=float((weight[inside] * force[inside]).sum()),
-            energy=float((weight[inside] * force[inside] * velocity[inside]).sum()),
-            speed=passed / (peak.time - arrivals[-1]) if passed else None,
-            width=fall - rise,
-            granule_velocity=_maximum(velocity, powers, sizes, begin + int(np.argmax(velocity[inside]))),
-            contact=self.contact,
-            arrival_time=peak.time,
-            error_estimate=doubt,
-            foot=float(max(force[begin], force[end])) / peak.force,
-        )
+        speed = passed / (peak.time - arrivals[-1]) if passed else None
+        return Transit(peak, begin, end, times[used], states[:, used], speed, doubt)
 
-    def _samples(self, begin: float, end: float) -> tuple[FloatArray, ...]:
-        """Times, forces, velocities of the granule behind the contact, and weights, at the Gauss nodes of each step.
 
-        Also the powers of its position, and the step sizes.
-        """
-        times, states = np.concatenate(self._times), np.concatenate(self._states, axis=1)
-        used = slice(max(int(np.searchsorted(times, begin, "right")) - 1, 0), int(np.searchsorted(times, end)) + 1)
-        times, (x, v) = times[used], states[:, used]
-        forces, rates = force_rates(-np.diff(x), -np.diff(v))
-        jets = np.array((x[:, 1:3], v[:, 1:3], -np.diff(forces), -np.diff(rates)))
-        if self.contact == 0:  # only the motion relative to the free-particle displacement is smooth
-            jets[:2, :, 0] -= self._driven(times)
-        size = np.diff(times)
-        powers = powers_between(jets[:, :-1], jets[:, 1:], size)
-        nodes = (times[:-1, None] + size[:, None] * _NODES).ravel()
-        # from shape (nodes, steps, 2) to one row per granule, in the order of time
-        positions = product(_VALUES, powers.reshape(8, -1)).reshape(powers.shape).T.reshape(2, -1)
-        velocity = product(_SLOPES, powers[..., 1]).T / size[:, None]
-        if self.contact == 0:
-            positions[0] += self._driven(nodes)[0]
-        force, _ = force_rates(positions[0] - positions[1], np.zeros_like(nodes))
-        return nodes, force, velocity.ravel(), (size[:, None] * _WEIGHTS).ravel(), powers[..., 1], size
+def measured(transits: list[Transit], problem: ChainProblem) -> tuple[MeasuredWave, ...]:
+    """Measure waves, in scaled units."""
+    waves: list[MeasuredWave] = []
+    for first in range(0, len(transits), _TOGETHER):
+        together = transits[first : first + _TOGETHER]
+        samples = _samples(together, problem)
+        step = 0
+        for transit in together:
+            steps = slice(step, step + len(transit.times) - 1)
+            waves.append(_measured(transit, *(part[..., steps, :] for part in samples)))
+            step = steps.stop
+    return tuple(waves)
 
-    def _driven(self, times: FloatArray) -> FloatArray:
-        """Displacement and velocity of a free granule under the shock, shape (2, times)."""
-        return np.array([self.problem.free(time) for time in times.tolist()]).T
+
+def _samples(transits: list[Transit], problem: ChainProblem) -> tuple[FloatArray, ...]:
+    """Motion at the Gauss nodes of the steps of all waves, in the order of the waves.
+
+    Times, forces, velocities of the second granule of the contact, and weights of sums over the time, each of shape
+    (steps, nodes); and the position of that granule, as in `hermite_data`, shape (steps, 8).
+    """
+    ends = [0, *accumulate(len(transit.times) for transit in transits)]
+    times = np.concatenate([transit.times for transit in transits])
+    x, v = np.concatenate([transit.states for transit in transits], axis=1)
+    forces, rates = force_rates(x[:, :-1] - x[:, 1:], v[:, :-1] - v[:, 1:])
+    jets = np.array((x[:, 1:3], v[:, 1:3], forces[:, :-1] - forces[:, 1:], rates[:, :-1] - rates[:, 1:]))
+    within = np.ones(len(times) - 1, bool)
+    within[[end - 1 for end in ends[1:-1]]] = False  # no step leads from one wave to the next
+    begin = within.nonzero()[0]
+    driven = np.zeros(len(times), bool)
+    for transit, first, last in zip(transits, ends[:-1], ends[1:], strict=True):
+        if transit.peak.contact == 0:  # only the motion relative to the free-particle displacement is smooth
+            driven[first:last] = True
+            jets[:2, first:last, 0] -= _free(problem, transit.times)
+    size = (times[begin + 1] - times[begin])[:, None]
+    known = hermite_data(jets[:, begin], jets[:, begin + 1], size[:, 0])
+    nodes = times[begin, None] + size * _NODES
+    positions = _between(_VALUES_BETWEEN, known)
+    if driven.any():
+        steps = driven[begin]
+        positions[:, steps, 0] += _free(problem, nodes[steps].T.ravel())[0].reshape(len(_NODES), -1)
+    force = np.maximum(positions[..., 0] - positions[..., 1], 0.0).T
+    velocity = _between(_SLOPES_BETWEEN, known[..., 1]).T / size
+    return nodes, force * np.sqrt(force), velocity, size * _WEIGHTS, known[..., 1].T
+
+
+def _between(weights: FloatArray, known: FloatArray) -> FloatArray:
+    """Weighted sums of the rows of ``known``; of many columns with less memory than `product`, in the same order."""
+    if known.size < _FEW:
+        return product(weights, known.reshape(8, -1)).reshape(known.shape)
+    sums = np.zeros(known.shape)
+    for column, row in zip(weights.T, known, strict=True):
+        sums += np.multiply.outer(column, row)
+    return sums
+
+
+def _free(problem: ChainProblem, times: FloatArray) -> FloatArray:
+    """Displacement and velocity of a free granule under the shock, shape (2, times)."""
+    return np.array([problem.free(time) for time in times.tolist()]).T
+
+
+def _measured(
+    transit: Transit, time: FloatArray, force: FloatArray, velocity: FloatArray, weight: FloatArray, known: FloatArray
+) -> MeasuredWave:
+    """Measure a wave, from the `_samples` of its steps."""
+    time, force, velocity, weight = time.ravel(), force.ravel(), velocity.ravel(), weight.ravel()
+    peak = transit.peak
+    top = int(np.abs(time - peak.time).argmin())
+    left, right = time.searchsorted((transit.begin, transit.end)).tolist()
+    begin = left + int(force[left : top + 1].argmin())
+    end = top + int(force[top : max(right, top + 1)].argmin())
+    inside = slice(begin, end + 1)
+    pushed = weight[inside] * force[inside]
+    rise = _crossing(time[begin : top + 1], force[begin : top + 1], peak.force / 2)
+    fall = _crossing(time[top : end + 1][::-1], force[top : end + 1][::-1], peak.force / 2)
+    fastest = begin + int(velocity[inside].argmax())
+    step, node = divmod(fastest, len(_NODES))
+    size = transit.times.item(step + 1) - transit.times.item(step)
+    return MeasuredWave(
+        peak_force=peak.force,
+        momentum=float(pushed.sum()),
+        energy=float((pushed * velocity[inside]).sum()),
+        speed=transit.speed,
+        width=fall - rise,
+        granule_velocity=max(velocity.item(fastest), _fastest(known[step], _NODES.item(node)) / size),
+        contact=peak.contact,
+        arrival_time=peak.time,
+        error_estimate=transit.doubt,
+        foot=max(force.item(begin), force.item(end)) / peak.force,
+    )
 
 
 def _crossing(time: FloatArray, force: FloatArray, level: float) -> float:
     """Time at which the rising samples pass ``level``, by inverse interpolation."""
-    last = len(force) - int(np.argmax(force[::-1] < level)) if np.any(force < level) else 0
+    below = (force < level).nonzero()[0]
+    last = below.item(-1) + 1 if len(below) else 0
     if last in (0, len(force)):
         return float(time[0])  # the force jumps across the level between two samples
     near = slice(max(last - _NEIGHBOURS, 0), last + _NEIGHBOURS)
     ordinates, abscissae = force[near].tolist(), (time[near] - time[last]).tolist()
     # Lagrange polynomial of the time as a function of the force.
     values = [
-        abscissa * math.prod((level - other) / (own - other) for other in ordinates if other != own)
+        abscissa * math.prod([(level - other) / (own - other) for other in ordinates if other != own])
         for own, abscissa in zip(ordinates, abscissae, strict=True)
     ]
     return float(time[last] + math.fsum(values))
 
 
-def _maximum(samples: FloatArray, powers: FloatArray, sizes: FloatArray, top: int) -> float:
-    """Maximum of the velocity near the sample ``top``, from the polynomial of the position in its step."""
-    step, node = divmod(top, len(_NODES))
-    share, coefficients = float(_NODES[node]), [float(power) for power in powers[:, step]]
+def _fastest(known: FloatArray, share: float) -> float:
+    """Maximum of the rate of change given by `hermite_data` near ``share`` of a step; 0 if it is outside."""
+    powers = product(POWERS, known[:, None])[::-1, 0].tolist()
+    slope = 0.0
     for _ in range(_CORRECTIONS):
         value, slope, bend, curve = 0.0, 0.0, 0.0, 0.0
-        for power in reversed(coefficients):
+        for power in powers:
             value, slope, bend, curve = (
                 value * share + power, slope * share + value, bend * share + slope, curve * share + bend
             )  # fmt: skip
         if not curve < 0:
             break
         share -= bend / (3 * curve)
-    return max(float(samples[top]), slope / float(sizes[step])) if -_EDGE < share < 1 + _EDGE else float(samples[top])
+    return slope if -_EDGE < share < 1 + _EDGE else 0.0

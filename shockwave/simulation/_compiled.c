@@ -21,6 +21,7 @@
 /* Compiled for several vector widths; the loader selects the widest that the processor supports. */
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
 #define WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
+#define AVX2 __attribute__((target("avx2")))
 #else
 #define WIDE
 #endif
@@ -94,7 +95,7 @@ static int window_of(Window *w, long lanes, long rows)
 
 /* Accelerations k[terms] at the positions y = x + c h v + h^2 sum of a_j k_j, j < terms, with h of shape (BLOCK,), and
    the contact forces f. `shift` is added to the first row. */
-WIDE static void stage(long n, int terms, double c, const double *a, const double *h, const double *shift, Window *w)
+static void stage(long n, int terms, double c, const double *a, const double *h, const double *shift, Window *w)
 {
     const Vector step = VECTOR(h) * c, square = VECTOR(h) * VECTOR(h);
     const Vector step2 = VECTOR(h + HALF) * c, square2 = VECTOR(h + HALF) * VECTOR(h + HALF);
@@ -123,7 +124,7 @@ WIDE static void stage(long n, int terms, double c, const double *a, const doubl
 }
 
 /* The new state x1, v1, and its largest difference from the embedded method for each element of a block. */
-WIDE static void combine(long n, const Method *m, const double *h, Window *w, double *worst)
+static void combine(long n, const Method *m, const double *h, Window *w, double *worst)
 {
     double *const *const k = w->k;
     long e, half;
@@ -152,11 +153,108 @@ WIDE static void combine(long n, const Method *m, const double *h, Window *w, do
     }
 }
 
+#ifdef AVX2
+/* The same as `stage`, for processors with vectors of 256 bits. Positions and contact forces remain in registers, one
+   block ahead and one behind. */
+AVX2 static void stage_wide(long n, int terms, double c, const double *a, const double *h, const double *shift, Window *w)
+{
+    const Vector step = VECTOR(h) * c, square = VECTOR(h) * VECTOR(h);
+    const Vector step2 = VECTOR(h + HALF) * c, square2 = VECTOR(h + HALF) * VECTOR(h + HALF);
+    const Choice following = {1, 2, 3, 4}, preceding = {3, 4, 5, 6};
+    const int single = w->lanes == 1;
+    const double *const x = w->x, *const v = w->v;
+    double *const *const k = w->k, *const out = k[terms];
+    Vector now = VECTOR(shift), now2 = VECTOR(shift + HALF), force = {0}, force2 = {0};
+    double closed[BLOCK], root[BLOCK];
+    long e;
+    int j, l;
+    for (e = -BLOCK; e < n; e += BLOCK) {
+        Vector next = VECTOR(x + e + BLOCK), next2 = VECTOR(x + e + BLOCK + HALF), overlap, overlap2, before, before2;
+        /* granules beyond the window are at rest */
+        if (e + BLOCK < n) {
+            Vector sum = square - square, sum2 = sum;
+            for (j = 0; j < terms; j++) {
+                sum += VECTOR(k[j] + e + BLOCK) * a[j];
+                sum2 += VECTOR(k[j] + e + BLOCK + HALF) * a[j];
+            }
+            next = next + step * VECTOR(v + e + BLOCK) + square * sum;
+            next2 = next2 + step2 * VECTOR(v + e + BLOCK + HALF) + square2 * sum2;
+        }
+        if (e < 0) { now += next; now2 += next2; continue; }
+        overlap = now - (single ? __builtin_shuffle(now, now2, following) : next);
+        overlap2 = now2 - (single ? __builtin_shuffle(now2, next, following) : next2);
+        overlap = (Vector)((Choice)overlap & (overlap > MIN_OVERLAP));
+        overlap2 = (Vector)((Choice)overlap2 & (overlap2 > MIN_OVERLAP));
+        VECTOR(closed) = overlap;
+        VECTOR(closed + HALF) = overlap2;
+#pragma GCC unroll 1
+        for (l = 0; l < HALF; l++) root[l] = sqrt(closed[l]);
+#pragma GCC unroll 1
+        for (l = HALF; l < BLOCK; l++) root[l] = sqrt(closed[l]);
+        before = force;
+        before2 = force2;
+        force = overlap * VECTOR(root);
+        force2 = overlap2 * VECTOR(root + HALF);
+        VECTOR(out + e) = (single ? __builtin_shuffle(before2, force, preceding) : before) - force;
+        VECTOR(out + e + HALF) = (single ? __builtin_shuffle(force, force2, preceding) : before2) - force2;
+        now = next;
+        now2 = next2;
+    }
+}
+
+/* The same as `combine`, for processors with vectors of 256 bits. */
+AVX2 static void combine_wide(long n, const Method *m, const double *h, Window *w, double *worst)
+{
+    double *const *const k = w->k;
+    Vector most[2] = {{0}, {0}};
+    long e;
+    int i, j;
+    for (e = 0; e < n; e += BLOCK) {
+        Vector b[2], bp[2], d[2], dp[2];
+        for (i = 0; i < 2; i++) {
+            const Vector first = VECTOR(k[0] + e + i * HALF);
+            b[i] = first * m->b[0];
+            bp[i] = first * m->bp[0];
+            d[i] = first * m->e[0];
+            dp[i] = first * m->ep[0];
+        }
+        for (j = 1; j < m->stages; j++)
+            for (i = 0; i < 2; i++) {
+                const Vector kj = VECTOR(k[j] + e + i * HALF);
+                b[i] += kj * m->b[j];
+                bp[i] += kj * m->bp[j];
+                d[i] += kj * m->e[j];
+                dp[i] += kj * m->ep[j];
+            }
+        for (i = 0; i < 2; i++) {
+            const long at = e + i * HALF;
+            const Vector step = VECTOR(h + i * HALF), square = step * step;
+            VECTOR(w->x1 + at) = VECTOR(w->x + at) + step * VECTOR(w->v + at) + square * b[i];
+            VECTOR(w->v1 + at) = VECTOR(w->v + at) + step * bp[i];
+            d[i] = ABSOLUTE(square * d[i]);
+            dp[i] = ABSOLUTE(step * dp[i]);
+            most[i] = GREATER(most[i], d[i]);
+            most[i] = GREATER(most[i], dp[i]);
+        }
+    }
+    VECTOR(worst) = most[0];
+    VECTOR(worst + HALF) = most[1];
+}
+#endif
+
 /* Attempts a step of sizes h from x, v with accelerations k[0]. `shift`, stages x BLOCK, is the free-particle
    displacement at the stages. Sets x1, v1 to the new state and `worst` to the largest error of each element. */
 static void attempt(const Method *m, Window *w, long n, const double *h, const double *shift, double *worst)
 {
     int i;
+#ifdef AVX2
+    if (__builtin_cpu_supports("avx2")) {
+        for (i = 1; i < m->stages; i++)
+            stage_wide(n, i, m->c[i], m->a + i * m->stages, h, shift + i * BLOCK, w);
+        combine_wide(n, m, h, w, worst);
+        return;
+    }
+#endif
     for (i = 1; i < m->stages; i++)
         stage(n, i, m->c[i], m->a + i * m->stages, h, shift + i * BLOCK, w);
     combine(n, m, h, w, worst);
@@ -885,7 +983,7 @@ static int run(const Method *m, Batch *batch, long width)
 /* The state of an integration of the whole chain, which `march` continues; see measurement/course.py. FLYING is the
    number of granules in free flight at the loaded end, whose positions are those at the time FLOWN. */
 enum { NOW, STEP_SIZE, UNTIL, STOP, GRANULE_COUNT, FLYING, FLOWN, AGE, TAKEN, KEPT_STEPS, EVALUATED, PEAKS, STRONGEST, ENDED,
-       TARGET, RISE, PEAK_FORCE, LENGTH, CHAIN_GRANULES, ALLOWED, STATE };
+       TARGET, RISE, PEAK_FORCE, LENGTH, CHAIN_GRANULES, ALLOWED, KEPT_SINCE, STATE };
 
 #define INTERVAL_FREE 50.0    /* interval between the ends of integrations after the force has ended */
 #define GROWTH 16             /* number of granules by which the window grows */
@@ -955,14 +1053,14 @@ static int load(March *r, long base, long all)
     return 1;
 }
 
-/* Keeps the true positions and velocities at the present time. */
+/* Keeps the true positions and velocities at the present time, if they are wanted. */
 static void keep(March *r)
 {
     const Lane *lane = &r->lane;
     const long row = (long)r->state[KEPT_STEPS];
     double *x = r->xs + row * r->capacity, *v = r->vs + row * r->capacity;
     long j;
-    if (!r->rows) return;
+    if (!r->rows || lane->t < r->state[KEPT_SINCE]) return;
     r->times[row] = lane->t;
     for (j = 0; j < lane->base; j++) x[j] = r->x[j] + (lane->t - r->state[FLOWN]) * r->v[j];
     memcpy(v, r->v, (size_t)lane->base * sizeof(double));
