@@ -1,4 +1,4 @@
-"""The compiled parts of shockwave, two C files, left out where they cannot be built; pyproject.toml has all else."""
+"""The compiled parts of shockwave: C files, left out where they cannot be built. All else stands in pyproject.toml."""
 
 import os
 import sysconfig
@@ -26,6 +26,7 @@ EXTENSIONS = [
     Extension(
         f"shockwave.{name}",
         [f"shockwave/{name.replace('.', '/')}.c"],
+        depends=["shockwave/simulation/_free_path.h"],
         optional=True,
         py_limited_api=True,
         define_macros=[("Py_LIMITED_API", "0x030B0000")],
@@ -33,7 +34,7 @@ EXTENSIONS = [
         extra_compile_args=["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"],
         libraries=["m"],
     )
-    for name in ("simulation._compiled", "prediction._moments")
+    for name in ("simulation._compiled", "simulation._chains", "prediction._moments")
 ]
 
 setup(

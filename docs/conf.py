@@ -46,4 +46,5 @@ myst_substitutions = {
     "integrators": _listed("integrators"),
     "quadratures": _listed("quadratures"),
     "models": _listed("models"),
+    "contacts": _listed("contacts"),
 }

@@ -6,8 +6,19 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.chain import Chain as Chain
     from shockwave.chain import Material as Material
     from shockwave.chain import SolitaryWave as SolitaryWave
+    from shockwave.chain.contact_law import ContactLaw as ContactLaw
+    from shockwave.chain.contact_law import PowerContact as PowerContact
+    from shockwave.chain.damping import Dashpot as Dashpot
+    from shockwave.chain.damping import KuwabaraKono as KuwabaraKono
+    from shockwave.chain.damping import Tsuji as Tsuji
+    from shockwave.chain.ends import Wall as Wall
+    from shockwave.chain.impact import Impact as Impact
+    from shockwave.chain.segments import Cell as Cell
+    from shockwave.chain.segments import Segment as Segment
+    from shockwave.chain.segments import Taper as Taper
     from shockwave.errors import FileAccessError as FileAccessError
     from shockwave.errors import InvalidValueError as InvalidValueError
+    from shockwave.errors import NotCoveredError as NotCoveredError
     from shockwave.errors import NumericalError as NumericalError
     from shockwave.errors import PluginError as PluginError
     from shockwave.errors import ScenarioError as ScenarioError
@@ -15,6 +26,7 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.errors import UnknownNameError as UnknownNameError
     from shockwave.errors import UsageError as UsageError
     from shockwave.fields import quantity as quantity
+    from shockwave.measurement.chain_result import ChainResult as ChainResult
     from shockwave.measurement.result import SimulationResult as SimulationResult
     from shockwave.measurement.simulate import simulate as simulate
     from shockwave.measurement.simulate import simulate_many as simulate_many

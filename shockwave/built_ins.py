@@ -1,4 +1,4 @@
-"""Entries of all built-in profiles, integrators, quadratures, materials and models."""
+"""Entries of all built-in profiles, integrators, quadratures, materials, models and contact laws."""
 
 from __future__ import annotations
 
@@ -10,6 +10,10 @@ _PROFILES = "shockwave.profiles"
 _QUADRATURES = "shockwave.quadrature"
 _NYSTROEM = "shockwave.simulation.nystroem"
 _FIXED_STEP = "shockwave.simulation.fixed_step"
+_CONTACT = "shockwave.chain.contact_law"
+_DAMPING = "shockwave.chain.damping"
+# A damping is named in the ``damping`` block, other contact laws in the ``contact`` block.
+_DAMPS = "damping"
 _SCIPY = "shockwave.simulation.scipy_solver"
 _RELATIONS = "relations of section 4 of Hasan & Nemat-Nasser"
 _LAW = "law of moments: peak force from moments of the shock"
@@ -20,7 +24,8 @@ class Entry(NamedTuple):
     """A registered object: its ``name``, its ``address`` (``package.module:attribute``) and a ``summary`` in one line.
 
     ``takes`` lists the settings that it uses, if they differ within its kind: for an integrator ``rtol`` if it is
-    adaptive and ``step`` otherwise; for a model ``alpha`` and ``rtol``, if it uses them. The registry sets
+    adaptive and ``step`` otherwise; for a model ``alpha`` and ``rtol``, if it uses them; for a contact law ``damping``
+    if it is a damping. The registry sets
     ``distribution``.
     """
 
@@ -75,5 +80,12 @@ ENTRIES = {
         Entry("section-4", "shockwave.prediction.section4_arrays:MODEL", _RELATIONS, takes="alpha"),
         Entry("moments", "shockwave.prediction.moments:MODEL", _LAW),
         Entry("auto", "shockwave.studies.automatic_model:MODEL", _CHEAPEST, takes="rtol"),
+    ],
+    "contacts": [
+        Entry("hertz", f"{_CONTACT}:Hertz", "k d^(3/2), k from materials and radii (default)"),
+        Entry("power-law", f"{_CONTACT}:PowerContact", "k d^p, with k and p the same at all contacts"),
+        Entry("kuwabara-kono", f"{_DAMPING}:KuwabaraKono", "damping (3/2) k A d^(1/2) d', viscoelastic", takes=_DAMPS),
+        Entry("dashpot", f"{_DAMPING}:Dashpot", "damping c d', linear", takes=_DAMPS),
+        Entry("tsuji", f"{_DAMPING}:Tsuji", "damping c d^(1/4) d', of a constant restitution", takes=_DAMPS),
     ],
 }

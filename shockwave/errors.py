@@ -64,6 +64,10 @@ class InvalidValueError(_FaultsError, ValueError):
         return cls([Fault(path, problem)])
 
 
+class NotCoveredError(InvalidValueError):
+    """A method does not cover a scene; ``faults`` lists the features that it does not cover."""
+
+
 class ScenarioError(_FaultsError):
     """A scenario file is not valid; ``faults`` lists all of its errors."""
 

@@ -106,6 +106,43 @@ def quantity(unit: str, meaning: str, *, default: Any = attrs.NOTHING, **declare
     return attrs.field(default=default, converter=_CONVERTER, metadata={_KEY: spec})
 
 
+def declaration(spec: Quantity) -> dict[str, Quantity]:
+    """Metadata of an attrs field with a converter of its own, whose numbers have the declaration ``spec``."""
+    return {_KEY: spec}
+
+
+def one_of(*known: str) -> Any:
+    """Validator of an attrs field that holds one of the texts ``known``."""
+
+    def check(_: object, attribute: attrs.Attribute[Any], value: object) -> None:
+        if value not in known:
+            raise InvalidValueError.of(attribute.name, f"must be {listed(known)} (got {text_of(value)})")
+
+    return check
+
+
+#: Range of sizes in chains of different granules [m], so that their masses and stiffnesses are floats.
+SIZES: dict[str, Any] = {"at_least": 1e-12, "at_most": 1e6}
+#: Diameter of granules, which can be given instead of the radius.
+DIAMETER = Quantity("m", "diameter 2 R of the granules", above=0)
+
+
+def radius_of(radius: Any, diameter: Any) -> Any:
+    """Radius from the arguments of a constructor that takes either; unchecked if it was given itself.
+
+    Raises
+    ------
+    InvalidValueError
+        If both are given, or the diameter is out of range.
+    """
+    if diameter is None:
+        return radius
+    if radius is not None:
+        raise InvalidValueError.of("diameter", "must be left out if radius is given (got both; delete one)")
+    # a taper of diameters is one of radii with half the sizes
+    return diameter.half if hasattr(diameter, "half") else DIAMETER.checked("diameter", diameter) / 2
+
+
 def quantity_of(attribute: attrs.Attribute[Any]) -> Quantity | None:
     """Declaration of an attrs attribute, if it has one."""
     spec = attribute.metadata.get(_KEY)

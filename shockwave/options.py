@@ -7,11 +7,10 @@ import typing
 from collections.abc import Collection, Iterable
 from typing import Any, Literal
 
-import attrs
 from attrs import field, frozen
 
 from shockwave.errors import InvalidValueError
-from shockwave.fields import listed, quantity, text_of
+from shockwave.fields import one_of, quantity, text_of
 from shockwave.registry import find
 
 Waves = Literal["train", "primary"]
@@ -20,15 +19,6 @@ Recorded = Literal["forces", "field", "energies"]
 
 # Greatest number of a contact: far beyond any chain that can be simulated.
 _MOST_CONTACT = 10**12
-
-
-def _one_of(kind: Any) -> Any:
-    def check(_: object, attribute: attrs.Attribute[Any], value: object) -> None:
-        known = typing.get_args(kind)
-        if value not in known:
-            raise InvalidValueError.of(attribute.name, f"must be {listed(known)} (got {text_of(value)})")
-
-    return check
 
 
 def _contacts(values: Any) -> tuple[int, ...]:
@@ -98,8 +88,8 @@ class SimulateOptions:
     wave_threshold: float = quantity(
         "", "weakest wave that counts, relative to the leading wave", at_least=1e-3, below=1, default=5e-3
     )
-    waves: Waves = field(default="train", validator=_one_of(Waves))
-    backend: Backend = field(default="auto", validator=_one_of(Backend))
+    waves: Waves = field(default="train", validator=one_of(*typing.get_args(Waves)))
+    backend: Backend = field(default="auto", validator=one_of(*typing.get_args(Backend)))
     contacts: tuple[int, ...] = field(default=(), converter=_contacts)
     record: tuple[Recorded, ...] = field(default=(), converter=_recorded)
     interval: float | None = quantity("s", "sampling interval of the histories", above=0, default=None)

@@ -1,4 +1,4 @@
-"""Registry of profiles, integrators, quadratures, materials and models, built in or from plugins.
+"""Registry of profiles, integrators, quadratures, materials, models and contact laws, built in or from plugins.
 
 A registry holds addresses (``package.module:attribute``): listing names imports nothing, and a scene imports only the
 objects that it names. Addresses are imported in this module only.
@@ -26,7 +26,7 @@ from shockwave.built_ins import Entry
 from shockwave.errors import MOST_NAMES, PluginError, ShockwaveError, UnknownNameError, nearest
 
 #: Kind of an entry -> its name in messages.
-KINDS = {f"{name}s": name for name in ("profile", "integrator", "quadrature", "material", "model")}
+KINDS = {f"{name}s": name for name in ("profile", "integrator", "quadrature", "material", "model", "contact")}
 #: Environment variable with the distributions to ignore, separated by commas.
 DISABLE = "SHOCKWAVE_DISABLE_PLUGINS"
 #: Value of this variable that stands for all distributions.
@@ -38,6 +38,7 @@ _BASES = {
     "profiles": "shockwave.profiles.base:ShockProfile",
     "integrators": "shockwave.simulation.integrator:Integrator",
     "quadratures": "shockwave.quadrature.base:Quadrature",
+    "contacts": "shockwave.chain.contact_law:ContactLaw",
 }
 
 

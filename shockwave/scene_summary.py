@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from attrs import asdict, frozen
 
@@ -10,6 +10,9 @@ from shockwave.chain.chain import Chain
 from shockwave.errors import InvalidValueError
 from shockwave.profiles.shock import Shock
 from shockwave.text import si
+
+if TYPE_CHECKING:  # a shock on equal granules does not need it
+    from shockwave.chain.impact import Impact
 
 
 def check_scene(shock: object, chain: object) -> None:
@@ -66,7 +69,7 @@ class Scene:
             youngs_modulus=chain.material.youngs_modulus,
             poisson_ratio=chain.material.poisson_ratio,
             density=chain.material.density,
-            granules=chain.granules,
+            granules=chain.count,
             notes=tuple(shock.profile.notes),
         )
 
@@ -77,8 +80,64 @@ class Scene:
     def facts(self) -> list[tuple[str, str]]:
         """Label and text of the shock and of the chain."""
         length = "semi-infinite" if self.granules is None else f"{self.granules} granules"
-        duration = f"{si(self.rise_time * self.duration_ratio, 's')} (n = {self.duration_ratio:.5g})"
-        shock = f"peak {si(self.peak_force, 'N')}, rise {si(self.rise_time, 's')}, duration {duration}"
         stiffness = f"E {si(self.youngs_modulus, 'Pa')}, nu {self.poisson_ratio:.4g}"
         chain = f"R {si(self.radius, 'm')}, {stiffness}, rho {self.density:.5g} kg/m^3, {length}"
-        return [("shock", f"{self.profile}, {shock}"), ("chain", chain)]
+        return [("shock", self.shock), ("chain", chain)]
+
+    @property
+    def shock(self) -> str:
+        """The shock in one line."""
+        duration = f"{si(self.rise_time * self.duration_ratio, 's')} (n = {self.duration_ratio:.5g})"
+        return f"{self.profile}, peak {si(self.peak_force, 'N')}, rise {si(self.rise_time, 's')}, duration {duration}"
+
+
+@frozen(kw_only=True)
+class ChainScene:
+    """Shock or impact, and a finite chain with further features, as plain data.
+
+    Attributes
+    ----------
+    shock : dict or None
+        Numbers of the shock, as in `Scene`; None for an impact.
+    impact : dict or None
+        The ``impact`` block of a scenario; None for a shock.
+    chain : dict
+        The ``chain`` block of a scenario, in SI units.
+    granules : int
+        Number of granules, without a striker.
+    lines : tuple of (str, str)
+        Label and text of every part.
+    notes : tuple of str
+        Changes that were made to the given record.
+    """
+
+    shock: dict[str, Any] | None
+    impact: dict[str, Any] | None
+    chain: dict[str, Any]
+    granules: int
+    lines: tuple[tuple[str, str], ...]
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, excitation: Shock | Impact, chain: Chain) -> ChainScene:
+        """The scene of ``excitation`` on ``chain``."""
+        from shockwave.chain.description import lines, plain, text  # for such chains only
+
+        own: dict[str, Any] = {"shock": None, "impact": None}
+        if isinstance(excitation, Shock):
+            scene = Scene.of(excitation, chain)
+            names = ("profile", "peak_force", "rise_time", "duration_ratio")
+            own |= {"shock": {name: getattr(scene, name) for name in names}, "notes": scene.notes}
+            first = ("shock", scene.shock)
+        else:
+            own["impact"] = plain(excitation)
+            first = ("impact", text(excitation))
+        return cls(chain=plain(chain), granules=chain.count or 0, lines=(first, *lines(chain)), **own)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Shock, impact and chain; the notes stand among the warnings of the result."""
+        return {"shock": self.shock, "impact": self.impact, "chain": self.chain, "granules": self.granules}
+
+    def facts(self) -> list[tuple[str, str]]:
+        """Label and text of the shock or the impact, and of the parts of the chain."""
+        return [*self.lines]

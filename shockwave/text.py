@@ -65,6 +65,11 @@ def on_stdout(wide: bool = False) -> Iterator[None]:
         _screen.reset(token)
 
 
+def is_wide() -> bool:
+    """Whether tables keep all columns and rows."""
+    return _screen.get().wide
+
+
 def strong(text: str) -> str:
     """``text``, bold where the screen has colour, and wrapped: the answer."""
     lines = wrapped(text, _screen.get().columns, "  ")

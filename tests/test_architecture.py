@@ -102,6 +102,14 @@ HELP = "from shockwave.cli import main\ntry: main(['--help'])\nexcept SystemExit
 COLUMN = "shockwave.simulation", "shockwave.measurement"
 OUTPUT = "shockwave.benchmark", "shockwave.page", "shockwave.pictures", "matplotlib", "jinja2", "pebble"
 SLOW = "scipy", "pint", "cattrs", "pluggy", "importlib.metadata", "concurrent", "numpy.ma.", "secrets", "tempfile"
+#: Modules for chains beyond equal spheres.
+FEATURES = (
+    *(f"shockwave.chain.{name}" for name in ("contact_law", "coverage", "damping", "description", "ends", "features")),
+    *(f"shockwave.chain.{name}" for name in ("impact", "layout", "segments")),
+    *(f"shockwave.measurement.{name}" for name in ("chain_result", "chain_s", "chain_text", "repeated_runs")),
+    *(f"shockwave.simulation.{name}" for name in ("assembly", "chain_", "_chains", "general_")),
+    "shockwave.scenario.chain_",
+)
 OTHER_PROFILES = tuple(f"shockwave.profiles.{name}" for name in ("exponential", "triangular", "record"))
 
 
@@ -111,10 +119,13 @@ OTHER_PROFILES = tuple(f"shockwave.profiles.{name}" for name in ("exponential", 
         ("import shockwave", ("numpy", "scipy", "attrs", "pint", "yaml", "pluggy")),
         (HELP, ("numpy", "scipy", "pint", "yaml")),
         (command("list"), ("numpy", "scipy", "shockwave.profiles", "shockwave.chain")),
-        (command("predict", SCENE), (*COLUMN, *OTHER_PROFILES, *OUTPUT, *SLOW, "shockwave.quadrature.gauss")),
-        (command("simulate", SCENE), (*OUTPUT, *SLOW)),
+        (
+            command("predict", SCENE),
+            (*COLUMN, *OTHER_PROFILES, *OUTPUT, *SLOW, *FEATURES, "shockwave.quadrature.gauss"),
+        ),
+        (command("simulate", SCENE), (*OUTPUT, *SLOW, *FEATURES)),
         ("import shockwave.pictures", ("matplotlib",)),
-        (f"{IN_PYTHON}sw.simulate(shock, chain, rtol=1e-2)", ("shockwave.prediction",)),
+        (f"{IN_PYTHON}sw.simulate(shock, chain, rtol=1e-2)", ("shockwave.prediction", *FEATURES)),
         (f"{IN_PYTHON}sw.Predictor(model='moments').predict(shock, chain)", (*COLUMN, "scipy")),
     ],
     ids=["import", "help", "list", "predict", "simulate", "pictures", "simulate-in-python", "moments"],

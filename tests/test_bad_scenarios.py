@@ -32,7 +32,8 @@ MARKED = {
     "unknown-block": (_with("|predicts: {}"), "predicts", "did you mean 'predict'?"),
     "unknown-key": (
         _chain("material: copper, radius: 1, |diametr: 2"), "chain.diametr",
-        "unknown key (got 'diametr'; did you mean 'diameter'? known: material, diameter, radius, granules)",
+        "unknown key (got 'diametr'; did you mean 'diameter'? known: material, diameter, radius, granules, end, "
+        "precompression, gravity, damping, contact)",
     ),
     "parameter-of-none": (_shock("}", ", parameters: {|n: 1}}"), "shock.parameters.n", "no keys are allowed here"),
     "missing-size": ("|" + _chain("material: copper"), "chain.diameter", "or give radius"),

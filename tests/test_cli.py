@@ -17,7 +17,7 @@ from shockwave.measurement import simulate
 ROOT = Path(__file__).parent.parent
 PAPER = ROOT / "profiles" / "paper"
 SCENE = str(PAPER / "table2-row1.yaml")
-ALL_SCENES = sorted(file for file in (ROOT / "profiles").rglob("*.yaml") if file.parent.name != "maps")
+ALL_SCENES = [file for file in sorted((ROOT / "profiles").rglob("*.yaml")) if "\nsweep:" not in file.read_text()]
 
 SOFT = """
 chain: {material: {youngs_modulus: 1e9, poisson_ratio: 0.3, density: 1000}, radius: 1e-3}
@@ -61,9 +61,12 @@ def test_compare_of_one_scene_shows_the_published_figures(capsys: pytest.Capture
 @pytest.mark.parametrize("scene", ALL_SCENES, ids=lambda scene: scene.stem)
 def test_every_shipped_scene_is_compared(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found = document(capsys, "compare", "--json", "--rtol", "1e-4", str(scene))
+    assert found["simulated"]["error_estimate"] < 1e-4
+    if scene.parent.name in ("chains", "validation"):  # beyond equal spheres, so that no model covers them
+        assert (found["predicted"], found["errors"]) == (None, None)
+        return
     error = found["errors"]["peak_force"]
     assert error == found["predicted"]["peak_force"] / found["simulated"]["peak_force"] - 1
-    assert found["simulated"]["error_estimate"] < 1e-4
     bounds = found["predicted"]["expected_error"]
     assert bounds is None or bounds[0] <= error <= bounds[1]
 

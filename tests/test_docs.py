@@ -26,6 +26,7 @@ from shockwave.cli.parser import KINDS, parser
 from shockwave.fields import quantity_of
 from shockwave.options import SimulateOptions
 from shockwave.scenario import block_keys as keys
+from shockwave.scenario import chain_blocks
 from shockwave.scenario.scenario import Published
 
 #: Pages of which commands and code take seconds.
@@ -58,7 +59,7 @@ def test_scenarios_load_or_fail_as_stated(block: Block, tmp_path: Path, patch: p
         text = yaml.safe_dump({**yaml.safe_load(base.read_text(encoding="utf-8")), **yaml.safe_load(text)})
     file.write_text(text, encoding="utf-8")
     if "faulty" not in block.directives:
-        assert sw.load_scenario(file).shock.peak_force > 0
+        assert sw.load_scenario(file).excitation is not None
         return
     with pytest.raises(sw.ScenarioError) as caught:
         sw.load_scenario(file)
@@ -135,7 +136,8 @@ def kind_and_rule(key: keys.Key) -> tuple[str, str]:
     if key.annotation is bool:
         return "true or false", "-"
     if key.annotation is typing.Any:
-        return "name or mapping" if key.name == "material" else "mapping", "-"
+        named = {"material": "name or mapping", "wall": "name or mapping", "cell": "list of segments"}
+        return named.get(key.name, "mapping"), "-"
     if float in members:
         return "name or number" if str in members else "number", "-"
     return "list of whole numbers" if listed and int in members else "list of text" if listed else "text", "-"
@@ -145,6 +147,11 @@ KEYS = {
     "scenario": keys.SCENARIO,
     "chain": keys.CHAIN,
     "material": keys.keys_of(sw.Material),
+    "segment": chain_blocks.SEGMENT,
+    "cell": chain_blocks.CELL,
+    "taper": chain_blocks.TAPER,
+    "end": chain_blocks.END,
+    "impact": chain_blocks.IMPACT,
     "shock": keys.shock_keys(sw.PowerLaw),
     "power-law": keys.parameters_of("power-law", sw.PowerLaw),
     "exponential": keys.parameters_of("exponential", sw.Exponential),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections import Counter
 from pathlib import Path
@@ -14,6 +15,7 @@ import shockwave as sw
 from pages import ROOT
 from shockwave import built_ins
 from shockwave.chain.chain import Chain
+from shockwave.chain.impact import Impact
 from shockwave.chain.library import PAPER_STEEL
 from shockwave.chain.material import Material
 from shockwave.errors import FileAccessError, ScenarioError
@@ -24,6 +26,7 @@ from shockwave.profiles.shock import Shock
 from shockwave.profiles.tabulated import Tabulated
 from shockwave.registry import load
 from shockwave.scenario.block_keys import CHAIN, SCENARIO, keys_of, parameters_of, shock_keys
+from shockwave.scenario.chain_blocks import CELL, END, IMPACT, SEGMENT, TAPER
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Published, Scenario
 from shockwave.scenario.sweep_block import SWEEP
@@ -142,11 +145,37 @@ def test_templates_load_and_have_every_key(tmp_path: Path, profile: str) -> None
     parameters = parameters_of(profile, load("profiles", profile))
     blocks = [SCENARIO, SWEEP, CHAIN, parameters, shock_keys(load("profiles", profile))[: None if parameters else -1]]
     blocks += [keys_of(cls) for cls in (Material, Predictor, SimulateOptions, Published)]
+    blocks += [SEGMENT, CELL, TAPER, END, IMPACT]
     assert {key.name for block in blocks for key in block if f" {key.name}:" not in text.replace("\n", " ")} == set()
 
 
+def _without_features(text: str) -> str:
+    """A template without the keys of chains beyond equal granules."""
+    features = re.search(r"\n  # further features of finite chains.*?\n\n", text, re.DOTALL)
+    impact = re.search(r"\n# impact:.*?\n\n", text, re.DOTALL)
+    assert features
+    assert impact
+    return text.replace(features[0], "\n").replace(impact[0], "\n")
+
+
+def test_commented_features_of_a_template_are_valid(tmp_path: Path) -> None:
+    head, _, features = template().partition("  # further features of finite chains")
+    features, rest = features.split("\n\n", 1)
+    features = features.split("\n", 1)[1].replace("\n  # ", "\n  ").replace("  # granules", "  granules", 1)
+    shock, _, impact = rest.partition("# impact:")
+    impact = "impact:" + impact.split("\n\n")[0].replace("\n#", "\n")
+    with_shock = _load(tmp_path, f"{head}{features}\n{shock}")
+    assert with_shock.chain.count == 20 + 10 + 15 * 3
+    assert with_shock.chain.end is not None
+    with_impact = _load(tmp_path, f"{head}{features}\n{impact}\n")
+    assert with_impact.chain == with_shock.chain
+    assert with_impact.excitation == Impact(velocity=0.5, diameter=16e-3, material=load("materials", "paper-steel"))
+
+
 def test_commented_lines_of_a_template_are_valid(tmp_path: Path) -> None:
-    text = template().replace("material: paper-steel", "").replace("\n  # material:", "\n  material:")
+    text = (
+        _without_features(template()).replace("material: paper-steel", "").replace("\n  # material:", "\n  material:")
+    )
     text = text.replace("\n  #   ", "\n    ").replace("\n#   ", "\n  ")
     for key in ("published", "sweep", "uncertainty", "  granules", "  quadrature"):
         text = text.replace(f"\n{key.replace('  ', '  # ') if key[0] == ' ' else f'# {key}'}", f"\n{key}")
@@ -174,4 +203,4 @@ def test_loading_makes_few_calls(file: str) -> None:
         load_scenario(path)
     finally:
         sys.setprofile(None)
-    assert 0 < calls.total() <= 400, calls.most_common(10)
+    assert 0 < calls.total() <= 430, calls.most_common(10)

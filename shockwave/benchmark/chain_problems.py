@@ -109,8 +109,8 @@ def case_of(scenario: Scenario) -> Case:
     """
     shock, chain = scenario.shock, scenario.chain
     contact = min(int(simulate(shock, chain, waves="primary").found.contact), _FARTHEST)
-    if chain.granules is not None:
-        contact = max(min(contact, chain.granules - 2 - _BEFORE_END), 0)
+    if chain.count is not None:
+        contact = max(min(contact, chain.count - 2 - _BEFORE_END), 0)
     return Case(scenario.name, type(shock.profile).__name__, shock, chain, contact)
 
 

@@ -1,54 +1,139 @@
-"""The chain of equal spheres, and the scales of the dimensionless equations of motion, eq. (1)."""
+"""The chain of spheres, and the scales of the dimensionless equations of motion of equal spheres, eq. (1)."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
-from attrs import frozen
+from attrs import field, frozen
 
-from shockwave.chain.material import Material
+from shockwave.chain.material import Material, checked_material
 from shockwave.errors import InvalidValueError
-from shockwave.fields import quantity, text_of
+from shockwave.fields import Quantity, declaration, quantity, radius_of
 
-_LOOK_UP = "shockwave.registry.load('materials', 'ptfe') loads one from the library"
+if TYPE_CHECKING:  # a chain of equal spheres does not need them
+    from shockwave.chain.contact_law import ContactLaw, PowerContact
+    from shockwave.chain.damping import Damping
+    from shockwave.chain.ends import Wall
+    from shockwave.chain.segments import Cell, Segment
+
 # Range of the energy scale [J] for which the energies of the weakest and the strongest wave are floats.
 _ENERGIES = (1e-200, 1e250)
 # Range of t0/T0 for which the double integrals of the shock and powers of it are floats.
 _RATIOS = (1e-30, 1e12)
 
 
-@frozen(kw_only=True)
+GRANULES = Quantity("", "number of granules", at_least=2, at_most=1e9, whole=True, optional=True)
+
+
+def _granules(value: Any) -> Any:
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        from shockwave.chain.segments import checked_segments  # a chain of equal granules does not need it
+
+        return checked_segments(value)
+    return GRANULES.checked("granules", value)
+
+
+def _contact(value: Any) -> Any:
+    if value is None:
+        return None
+    from shockwave.chain.contact_law import Hertz  # a chain of equal granules does not need it
+
+    return None if isinstance(value, Hertz) else value
+
+
+@frozen(kw_only=True, init=False)
 class Chain:
-    """Equal elastic spheres in a row, in contact without compression, with both ends free.
+    """Elastic spheres in a row, by default equal, in contact without compression, and with both ends free.
+
+    All features beyond equal spheres need a finite chain.
 
     Parameters
     ----------
     material : Material
-        Material of the granules.
-    radius : float
-        Radius R of the granules [m], above 0.
-    granules : int, optional
-        Number of granules, at least 2. By default the chain is semi-infinite.
+        Material of the granules that state none.
+    radius, diameter : float
+        Size of the granules that state none [m], above 0: one of them.
+    granules : int or sequence of Segment and Cell, optional
+        Number of equal granules, at least 2, or the segments of the chain, struck end first. By default the chain is
+        semi-infinite.
+    end : Wall, optional
+        Wall behind the last granule. By default the end is free.
+    precompression : float
+        Static force on the first granule, but not on a striker, and on the last one if the end is free [N], default 0.
+    gravity : float
+        Acceleration of gravity along the chain, towards the wall [m/s^2], default 0; it needs a wall. It does not act
+        on a striker.
+    damping : KuwabaraKono, Dashpot or Tsuji, optional
+        Damping at all contacts.
+    contact : PowerContact or ContactLaw, optional
+        Contact law. By default Hertz's.
 
     Raises
     ------
     InvalidValueError
-        If a value is out of range, or the mass or stiffness of a granule is not representable as a float.
+        If a value is out of range, the mass or stiffness of a granule is not representable as a float, or features
+        exclude each other; all errors are listed.
     """
 
-    material: Material
+    material: Material = field(validator=checked_material)
     radius: float = quantity("m", "radius R of the granules", above=0)
-    granules: int | None = quantity(
-        "", "number of granules", at_least=2, at_most=1e9, whole=True, optional=True, default=None
+    granules: int | tuple[Segment | Cell, ...] | None = field(
+        default=None, converter=_granules, metadata=declaration(GRANULES)
     )
+    end: Wall | None = None
+    precompression: float = quantity("N", "static contact force", at_least=0, default=0.0)
+    gravity: float = quantity("m/s**2", "acceleration of gravity towards the wall", at_least=0, default=0.0)
+    damping: Damping | None = None
+    contact: PowerContact | ContactLaw | None = field(default=None, converter=_contact)
 
-    def __attrs_post_init__(self) -> None:
-        if not isinstance(self.material, Material):
-            raise InvalidValueError.of("material", f"must be a Material (got {text_of(self.material)}; {_LOOK_UP})")
+    def __init__(
+        self,
+        *,
+        material: Material,
+        radius: float | None = None,
+        diameter: float | None = None,
+        granules: int | Sequence[Segment | Cell] | None = None,
+        end: Wall | None = None,
+        precompression: float = 0.0,
+        gravity: float = 0.0,
+        damping: Damping | None = None,
+        contact: PowerContact | ContactLaw | None = None,
+    ) -> None:
+        self.__attrs_init__(
+            material=material,
+            radius=radius_of(radius, diameter),
+            granules=granules,
+            end=end,
+            precompression=precompression,
+            gravity=gravity,
+            damping=damping,
+            contact=contact,
+        )
         for name, value in (("mass", self.granule_mass), ("stiffness", self.contact_stiffness)):
             if not (math.isfinite(value) and value > 0):
                 problem = f"must give granules a {name} that a floating-point number can hold (got {value:g})"
                 raise InvalidValueError.of("radius", problem)
+        if not self.is_uniform:
+            from shockwave.chain.features import check_features  # needed only here
+
+            names = ("granules", "end", "precompression", "gravity", "damping", "contact")
+            check_features(**{name: getattr(self, name) for name in names})
+
+    @property
+    def is_uniform(self) -> bool:
+        """Whether the chain is described by material, radius and number of granules alone."""
+        parts = (self.end, self.damping, self.contact)
+        plain = parts == (None, None, None) and not (self.precompression or self.gravity)
+        return plain and not isinstance(self.granules, tuple)
+
+    @property
+    def count(self) -> int | None:
+        """Number of granules; None for a semi-infinite chain."""
+        if isinstance(self.granules, tuple):
+            return sum(part.granules for part in self.granules)
+        return self.granules
 
     @property
     def granule_mass(self) -> float:

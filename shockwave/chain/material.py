@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from attrs import field, frozen
 
-from shockwave.fields import quantity
+from shockwave.errors import InvalidValueError
+from shockwave.fields import quantity, text_of
+
+_LOOK_UP = "shockwave.registry.load('materials', 'ptfe') loads one from the library"
 
 
 @frozen(kw_only=True)
@@ -19,6 +24,8 @@ class Material:
         Poisson's ratio nu, between -1 and 0.5, both excluded.
     density : float
         Density rho [kg/m^3], above 0.
+    yield_strength : float, optional
+        Yield strength [Pa], above 0, at which contacts begin to deform plastically; by default unknown.
     name, source : str, optional
         Name of the material, and source of its values.
 
@@ -31,5 +38,12 @@ class Material:
     youngs_modulus: float = quantity("Pa", "Young's modulus E", above=0)
     poisson_ratio: float = quantity("", "Poisson's ratio nu", above=-1, below=0.5)
     density: float = quantity("kg/m**3", "density rho", above=0)
+    yield_strength: float | None = quantity("Pa", "yield strength", above=0, default=None)
     name: str = field(default="")
     source: str = field(default="")
+
+
+def checked_material(_: object, attribute: Any, value: Any) -> None:
+    """Validator of an attrs field that holds a `Material`, or None if that is its default."""
+    if not (isinstance(value, Material) or (value is None and attribute.default is None)):
+        raise InvalidValueError.of(attribute.name, f"must be a Material (got {text_of(value)}; {_LOOK_UP})")

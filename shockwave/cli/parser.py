@@ -9,7 +9,7 @@ from typing import Any
 
 from shockwave import __version__
 
-KINDS = ("profiles", "integrators", "backends", "quadratures", "materials", "models", "plugins")
+KINDS = ("profiles", "integrators", "backends", "quadratures", "materials", "models", "contacts", "plugins")
 _EXITS = "exit status: 0 success; 1 a run failed; 2 wrong usage; 3 invalid scenario; 4 faulty plugin; 5 file access"
 
 _Option = tuple[list[str], dict[str, Any]]

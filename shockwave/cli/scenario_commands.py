@@ -18,6 +18,7 @@ from shockwave.scenario.scenario import Scenario
 from shockwave.text import alarm, error_text, limits, notes, paragraph, range_text, si, strong, table
 
 if TYPE_CHECKING:
+    from shockwave.measurement.chain_result import ChainResult
     from shockwave.measurement.result import SimulationResult
     from shockwave.options import SimulateOptions
     from shockwave.prediction.outcome import Outcome
@@ -75,7 +76,8 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
             done.append(result)
         except Exception as error:
             text, code = failure(error)
-            problems.append(f"{scenario.path}: {text}")
+            located = text.startswith(f"{scenario.path}:")
+            problems.append(text if located else f"{scenario.path}: {text}")
             documents.append({"scenario": scenario.name, "error": text})
             status = max(status, code)
         except KeyboardInterrupt:
@@ -93,6 +95,7 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
 
 def predict(options: Namespace) -> int:
     def one(scenario: Scenario) -> Any:
+        scenario = scenario.covered_by(scenario.predictor.name)
         return evolve(scenario.predictor.predict(scenario.shock, scenario.chain), scenario=scenario.name)
 
     return _run(options, one, _outcome_row)
@@ -102,7 +105,7 @@ def simulate(options: Namespace) -> int:
     from shockwave.measurement.simulate import simulate_with
 
     def one(scenario: Scenario) -> Any:
-        result = simulate_with(_settings(options, scenario), scenario.shock, scenario.chain)
+        result = simulate_with(_settings(options, scenario), scenario.excitation, scenario.chain)
         return evolve(result, scenario=scenario.name)
 
     return _run(options, one, _simulation_row)
@@ -112,8 +115,8 @@ def compare(options: Namespace) -> int:
     from shockwave.studies.comparison import compare as compared
 
     def one(scenario: Scenario) -> Any:
-        found = compared(scenario.shock, scenario.chain, scenario.predictor, _settings(options, scenario))
-        predicted = evolve(found.predicted, scenario=scenario.name)
+        found = compared(scenario.excitation, scenario.chain, scenario.predictor, _settings(options, scenario))
+        predicted = found.predicted and evolve(found.predicted, scenario=scenario.name)
         simulated = evolve(found.simulated, scenario=scenario.name)
         return evolve(found, predicted=predicted, simulated=simulated, published=scenario.published)
 
@@ -173,6 +176,7 @@ def curve(options: Namespace) -> int:
 
     check_output(options.output, ".json", ".svg", ".png", ".pdf")
     (scenario,) = loaded([options.file], output=options.output)
+    scenario = scenario.covered_by("the universal curve")
     ratio = rise_time_of(scenario)
     found = UniversalCurve(scenario.shock.profile, rtol=options.rtol, longest=options.longest)
     if options.output:
@@ -195,8 +199,8 @@ def curve(options: Namespace) -> int:
 
 # Columns that a narrow screen leaves out, the last named first.
 _SPARE = (
-    *("(3)", "expected error", "relation", "regime", "ejected", "waves", "published error", "virtual t0"),
-    *("published t0", "amplification", "simulation error"),
+    *("wall force", "(3)", "expected error", "relation", "regime", "ejected", "waves", "published error", "virtual t0"),
+    *("published t0", "amplification", "wall impulse", "simulation error"),
 )
 _FAILS = "FAIL"
 _LEGEND = """\
@@ -212,7 +216,8 @@ def _table(rows: Sequence[_Row], results: Sequence[Any], legend: str) -> str:
     spare = [name for name in _SPARE if name in header and not (failed and name == "(3)")]
     limiting, others = [], []
     for result in results:
-        for answer in (result.predicted, result.simulated) if hasattr(result, "predicted") else (result,):
+        answers = (result.predicted, result.simulated) if hasattr(result, "predicted") else (result,)
+        for answer in filter(None, answers):
             warnings = getattr(answer, "all_warnings", answer.warnings)
             named = {warning: f"{answer.scenario}: {warning}" for warning in warnings}
             limiting += [named[warning] for warning in warnings if warning not in answer.scene.notes]
@@ -245,7 +250,9 @@ def _estimate_cells(outcome: Outcome) -> _Row:
     return {"estimate": peak, "range": ends}
 
 
-def _simulation_row(result: SimulationResult) -> _Row:
+def _simulation_row(result: SimulationResult | ChainResult) -> _Row:
+    if result.peak_force is None:
+        return _chain_row(result)
     error = result.error_estimate
     return {
         "scenario": result.scenario or "-",
@@ -258,17 +265,36 @@ def _simulation_row(result: SimulationResult) -> _Row:
     }
 
 
+def _chain_row(result: ChainResult) -> _Row:
+    """Cells of a chain beyond equal spheres."""
+    top, wall = result.greatest_force, result.transmitted
+    row = {
+        "scenario": result.scenario or "-",
+        "greatest force": si(top.peak_force, "N", error=top.error_estimate),
+        "error": f"{top.error_estimate:.0e}",
+    }
+    if wall is not None:
+        row |= {
+            "wall force": si(wall.peak_force, "N", error=wall.error_estimate),
+            "wall impulse": si(wall.impulse, "N s"),
+        }
+    return row
+
+
 def _comparison_row(both: Comparison) -> _Row:
     predicted = both.predicted
     simulated = both.simulated
     published = both.published
+    if predicted is None:
+        row = _simulation_row(simulated)
+        return row | {"simulation error": row.pop("error")}
     row = {
         "scenario": predicted.scenario or "-",
         **_greatest_cell(simulated),
         "simulated": si(simulated.peak_force, "N", error=simulated.error_estimate),
         **_estimate_cells(predicted),
         predicted.model: si(predicted.peak_force, "N", error=predicted.shown_error),
-        "error": error_text(both.error),
+        "error": error_text(both.error or 0.0),
         "expected error": range_text(predicted.expected_error),
         "(3)": _conditions(predicted),
         "regime": predicted.regime,

@@ -9,8 +9,8 @@ from attrs import define, field
 
 from shockwave.chain.solitary_wave import SPEED
 from shockwave.measurement.course import Course
+from shockwave.measurement.measured_wave import MeasuredWave
 from shockwave.measurement.peak_log import Peak, PeakLog, characteristic_time
-from shockwave.measurement.result import MeasuredWave
 from shockwave.measurement.waves import PASSED, PASSING, Outlook, Probe, Transit, distance_from_limit, measured
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray

@@ -10,8 +10,9 @@ from attrs import evolve
 from shockwave.chain.solitary_wave import SPEED
 from shockwave.errors import NumericalError
 from shockwave.measurement.course import Course
+from shockwave.measurement.measured_wave import Passage
 from shockwave.measurement.recording import AFTER, Recording, checked_contact, sample_times
-from shockwave.measurement.result import Passage, SimulationResult
+from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulation_setup import scaled, setup_of
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
@@ -31,7 +32,7 @@ _REACH = 8
 def passage_at(result: SimulationResult, contact: int) -> Passage:
     """Compute a `SimulationResult.passage`."""
     contact = checked_contact(result.chain, contact)
-    found, granules = result.found, result.chain.granules
+    found, granules = result.found, result.chain.count
     feels_end = granules is not None and (result.measured is not None or contact > granules - 2 - _REACH)
     beyond = contact - found.contact
     exact = beyond >= 0 and not feels_end

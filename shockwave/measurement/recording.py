@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from attrs import asdict, frozen
+from attrs import asdict, frozen, has
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import InvalidValueError
@@ -21,8 +21,12 @@ _MOST_NUMBERS = 20_000_000
 
 
 def plain(value: Any) -> Any:
-    """``value``, with tuples and arrays converted to lists."""
-    return value.tolist() if hasattr(value, "tolist") else list(value) if isinstance(value, tuple) else value
+    """``value``, with tuples and arrays converted to lists, and results to dictionaries."""
+    if has(type(value)):
+        return {name: plain(own) for name, own in asdict(value, recurse=False).items()}
+    return (
+        value.tolist() if hasattr(value, "tolist") else list(map(plain, value)) if isinstance(value, tuple) else value
+    )
 
 
 @frozen(kw_only=True, eq=False)
@@ -40,7 +44,9 @@ class Recording:
     displacements, velocities : array, shape (k, granules), or None
         Displacements [m] and velocities [m/s] of all granules that have moved by the end.
     kinetic_energy, contact_energy : array, shape (k,), or None
-        Kinetic energy and contact energy of the chain [J].
+        Kinetic energy and contact energy of the chain [J], the latter counted from the static state.
+    wall_force : array, shape (k,), or None
+        Force on the wall [N]; None without a wall or ``forces``.
     """
 
     times: FloatArray
@@ -50,10 +56,12 @@ class Recording:
     velocities: FloatArray | None = None
     kinetic_energy: FloatArray | None = None
     contact_energy: FloatArray | None = None
+    wall_force: FloatArray | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Attributes by name, with arrays as lists of SI floats."""
-        return {name: plain(value) for name, value in asdict(self).items()}
+        document: dict[str, Any] = plain(self)
+        return document
 
 
 def check_requests(options: SimulateOptions, chain: Chain, scales: Scales) -> None:
@@ -67,7 +75,7 @@ def check_requests(options: SimulateOptions, chain: Chain, scales: Scales) -> No
 
 def checked_contact(chain: Chain, contact: int) -> int:
     """Check that ``contact`` is a contact of the chain."""
-    granules = chain.granules
+    granules = chain.count
     whole = isinstance(contact, int | np.integer) and not isinstance(contact, bool)
     if not whole or contact < 0 or (granules is not None and contact > granules - 2):
         most = "" if granules is None else f" and at most {granules - 2}, the last of this chain"

@@ -6,11 +6,13 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-from attrs import asdict, evolve, field, frozen
+from attrs import field, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.errors import NumericalError
+from shockwave.measurement.contact_peaks import ContactPeak, Yielding, first_yield_force
+from shockwave.measurement.measured_wave import MeasuredWave, Passage
 from shockwave.measurement.recording import Recording, plain
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
@@ -18,94 +20,18 @@ from shockwave.scene_summary import Scene
 from shockwave.simulation.problem import Primary
 from shockwave.text import printed
 
-# Attribute of a wave -> attribute of `Scales` that is its unit.
-_UNITS = {
-    "peak_force": "force",
-    "momentum": "momentum",
-    "energy": "energy",
-    "speed": "wave_speed",
-    "width": "time",
-    "granule_velocity": "velocity",
-    "arrival_time": "time",
-}
+# Attributes that the document contains under their names.
+_KEYS = (
+    *("scenario", "peak_force", "amplification", "error_estimate", "waves", "passages", "contacts", "greatest_force"),
+    *("applied_momentum", "momentum_defect", "energy_defect", "recording", "integrator", "backend", "rtol", "cost"),
+)
 # JSON keys for the granules that leave the ends of the chain.
 _ENDS = ("recoil_momentum", "recoil_error", "recoil_velocities", "ejected_granules", "spall_velocities")
-
-
-@frozen(kw_only=True)
-class MeasuredWave:
-    """A wave measured at a contact, in SI units (in scaled units until the result is complete).
-
-    Attributes
-    ----------
-    peak_force, momentum, energy, width, granule_velocity : float
-        As in `SolitaryWave`, measured from the history of the contact force. If only the leading wave was followed, its
-        width and granule velocity are those of the exact wave of the same peak force.
-    speed : float or None
-        Speed of the peak along the chain [m/s]; None if only one contact was passed.
-    contact : int
-        Contact at which the wave was measured, counted from 0; contact i lies between granules i and i + 1.
-    arrival_time : float
-        Time of the peak at this contact [s].
-    error_estimate : float or None
-        Relative error estimate of ``peak_force`` as the limit far along the chain; None for a wave that had not
-        settled, or that was found in only one of the two runs.
-    foot : float
-        Residual force between the wave and its neighbours, over its peak force; approximately the relative error of
-        momentum, energy, width and granule velocity.
-    """
-
-    peak_force: float
-    momentum: float
-    energy: float
-    speed: float | None
-    width: float
-    granule_velocity: float
-    contact: int
-    arrival_time: float
-    error_estimate: float | None
-    foot: float
-
-    def in_si(self, scales: Scales, error_estimate: float | None) -> MeasuredWave:
-        """Convert a wave in scaled units to SI units, with its error estimate."""
-        known = {name: getattr(self, name) for name in _UNITS if getattr(self, name) is not None}
-        values = {name: value * getattr(scales, _UNITS[name]) for name, value in known.items()}
-        return evolve(self, error_estimate=error_estimate, **values)
-
-
-@frozen(kw_only=True)
-class Passage:
-    """The leading wave at a contact, in SI units.
-
-    Attributes
-    ----------
-    contact : int
-        The contact, counted from 0.
-    arrival_time : float
-        Time of the peak [s].
-    peak_force : float
-        Peak contact force [N].
-    exact : bool
-        Whether the wave had settled before this contact, so that the values follow from the exact solitary wave.
-    error_estimate : float
-        Relative error estimate of both time and peak force.
-    """
-
-    contact: int
-    arrival_time: float
-    peak_force: float
-    exact: bool
-    error_estimate: float
-
-
-@frozen(kw_only=True)
-class ContactPeak:
-    """Peak force at a contact, counted from 0 [N], its time [s], and the estimated relative error of the force."""
-
-    contact: int
-    peak_force: float
-    time: float
-    error_estimate: float
+# JSON keys that apply to chains beyond equal spheres only.
+_BEYOND = (
+    *("transmitted", "end", "arrival_time", "applied_energy", "velocities", "restitution", "segments", "end_energy"),
+    "dissipated_energy",
+)
 
 
 @frozen(kw_only=True)
@@ -322,9 +248,26 @@ class SimulationResult:
         return self.train.spall_velocities
 
     @property
+    def contacts(self) -> tuple[ContactPeak, ...]:
+        """Greatest force at each reported contact of a finite chain within the simulated time; else empty."""
+        return self._contacts[0]
+
+    @property
     def greatest_force(self) -> ContactPeak | None:
-        """Greatest contact force; None on a semi-infinite chain unless it exceeds that of the leading wave by 1 %."""
-        return self.train.greatest_force
+        """Greatest contact force; None on a semi-infinite chain unless it exceeds that of the leading wave by 1 %.
+
+        If the option ``waves`` is ``primary``, it is the greatest one within the simulated time of `contacts`.
+        """
+        return self._contacts[1] if self.options.waves == "primary" else self.train.greatest_force
+
+    @property
+    def yielding(self) -> Yielding | None:
+        """First yield of the contacts, for the leading wave; None if the yield strength is not known."""
+        chain, strength = self.chain, self.chain.material.yield_strength
+        if strength is None:
+            return None
+        first = first_yield_force(chain.radius / 2, chain.plane_strain_modulus / 2, strength)
+        return Yielding(first_yield_force=first, peak_ratio=self.peak_force / first)
 
     @property
     def recording(self) -> Recording | None:
@@ -341,6 +284,16 @@ class SimulationResult:
             except NumericalError as error:
                 warnings.append(f"No passage at contact {contact}: {error}.")
         return tuple(passages), tuple(warnings)
+
+    @cached_property
+    def _contacts(self) -> tuple[tuple[ContactPeak, ...], ContactPeak | None, tuple[str, ...]]:
+        """Peaks at the reported contacts, the greatest of all, and a warning if they could not be computed."""
+        if self.chain.granules is None:
+            return (), None, ()
+        try:
+            return *self.on_demand("contacts", self), ()
+        except NumericalError as error:
+            return (), None, (f"No forces at the contacts: {error}.",)
 
     @cached_property
     def _recording(self) -> tuple[Recording | None, tuple[str, ...]]:
@@ -371,28 +324,10 @@ class SimulationResult:
         train = self.options.waves == "train"
         known = train and self.recoil_error < self.applied_momentum
         ends = {name: plain(getattr(self, name)) if known else None for name in _ENDS}
-        return {
-            "scenario": self.scenario,
-            "peak_force": self.peak_force,
-            "amplification": self.amplification,
-            "error_estimate": self.error_estimate,
-            "waves": [asdict(wave) for wave in self.waves],
-            "wave_threshold": self.options.wave_threshold,
-            "passages": [asdict(passage) for passage in self.passages],
-            "applied_momentum": self.applied_momentum,
-            **ends,
-            "greatest_force": asdict(self.greatest_force) if train and self.greatest_force else None,
-            "momentum_defect": self.momentum_defect,
-            "energy_defect": self.energy_defect,
-            "recording": self.recording and self.recording.to_dict(),
-            "integrator": self.integrator,
-            "backend": self.backend,
-            "rtol": self.rtol,
-            "step": self.options.step,
-            "cost": asdict(self.cost),
-            "warnings": list(self.all_warnings),
-            "scene": self.scene.to_dict(),
-        }
+        options = {"wave_threshold": self.options.wave_threshold, "step": self.options.step}
+        others = {**dict.fromkeys(_BEYOND), "yield": plain(self.yielding), "scene": self.scene.to_dict()}
+        document = {name: plain(getattr(self, name)) for name in _KEYS}
+        return {**document, **ends, **options, **others, "warnings": [*self.all_warnings, *self._contacts[2]]}
 
     def __str__(self) -> str:
         return printed(self, "shockwave.measurement.result_text:result_text")

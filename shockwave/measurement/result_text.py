@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from shockwave.measurement.result import MeasuredWave, Passage, SimulationResult
+from shockwave.measurement.measured_wave import MeasuredWave, Passage
+from shockwave.measurement.result import SimulationResult
 from shockwave.text import facts, limits, notes, si, significant_digits, strong, table
 
 _WAVES = ("peak force", "error", "momentum", "energy", "speed", "width", "arrival", "contact", "residual")

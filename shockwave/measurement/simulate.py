@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from threading import Event
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
@@ -23,6 +23,8 @@ from shockwave.simulation.time_limit import expired, time_limit
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
+
+    from shockwave.chain.impact import Impact
 
 __all__ = ["immeasurable", "scaled", "setup_of", "simulate", "simulate_many", "simulate_with"]
 
@@ -54,11 +56,13 @@ _OUTGROWN = 1e-3
 # longer shocks are too similar to be separated there.
 _WORTHWHILE = 60.0
 
-_Outcome = SimulationResult | ShockwaveError
+# A `ChainResult` for a chain beyond equal spheres; typed so that other callers need not tell the two apart.
+_Result: TypeAlias = SimulationResult | Any
+_Outcome: TypeAlias = _Result | ShockwaveError
 
 
 def simulate(
-    shock: Shock,
+    shock: Shock | Impact,
     chain: Chain,
     rtol: float | None = None,
     integrator: str | None = None,
@@ -72,25 +76,26 @@ def simulate(
     interval: float | None = None,
     until: float | None = None,
     timeout: float | None = None,
-) -> SimulationResult:
+) -> _Result:
     """Integrate eq. (1) and measure the solitary waves that form.
 
     The leading wave is followed until the limit of its peak force along the chain is accurate to ``rtol``. The other
-    waves and the rebounding granules are integrated when they are first accessed.
+    waves and the rebounding granules are integrated when they are first accessed. In a chain beyond equal spheres, or
+    under an impact, the greatest forces at the contacts are measured instead.
 
     Parameters
     ----------
-    shock : Shock
-        Profile, peak force and rise time.
+    shock : Shock or Impact
+        Profile, peak force and rise time, or a striker.
     chain : Chain
-        Material, radius, and number of granules or None.
+        The chain.
     rtol, integrator, wave_threshold, step, waves, backend, contacts, record, interval, until, timeout
         As in `SimulateOptions`.
 
     Returns
     -------
-    SimulationResult
-        Result in SI units.
+    SimulationResult or ChainResult
+        Result in SI units; a `ChainResult` for a chain with features beyond equal spheres and free ends.
 
     Raises
     ------
@@ -115,7 +120,7 @@ def simulate(
     return simulate_with(options, shock, chain)
 
 
-def simulate_with(options: SimulateOptions, shock: Shock, chain: Chain) -> SimulationResult:
+def simulate_with(options: SimulateOptions, shock: Shock | Impact, chain: Chain) -> _Result:
     """Simulate with the options in one object, such as that of a scenario; see `simulate`."""
     (result,) = _simulate([(shock, chain)], setup_of(options))
     if isinstance(result, ShockwaveError):
@@ -124,7 +129,7 @@ def simulate_with(options: SimulateOptions, shock: Shock, chain: Chain) -> Simul
 
 
 def simulate_many(
-    shocks: Iterable[Shock],
+    shocks: Iterable[Shock | Impact],
     chain: Chain | Sequence[Chain],
     rtol: float | None = None,
     integrator: str | None = None,
@@ -139,8 +144,8 @@ def simulate_many(
 
     Parameters
     ----------
-    shocks : iterable of Shock
-        The shocks.
+    shocks : iterable of Shock or Impact
+        The shocks or strikers.
     chain : Chain or sequence of Chain
         One chain for all shocks, or one for each shock.
     rtol, integrator, wave_threshold, step, waves, backend
@@ -150,7 +155,7 @@ def simulate_many(
 
     Returns
     -------
-    list of SimulationResult or ShockwaveError
+    list of SimulationResult, ChainResult or ShockwaveError
         Results in the order of the shocks; the error for a shock whose simulation failed.
 
     Raises
@@ -197,19 +202,26 @@ def _pool(threads: int) -> AbstractContextManager[Executor | None]:
     return ThreadPoolExecutor(threads)
 
 
-def _simulate(scenes: Sequence[tuple[Shock, Chain]], setup: Setup, interrupted: Event | None = None) -> list[_Outcome]:
+def _simulate(
+    scenes: Sequence[tuple[Shock | Impact, Chain]], setup: Setup, interrupted: Event | None = None
+) -> list[_Outcome]:
     with time_limit(setup.options.timeout, interrupted):
         return _simulate_all(scenes, setup)
 
 
-def _simulate_all(scenes: Sequence[tuple[Shock, Chain]], setup: Setup) -> list[_Outcome]:
+def _simulate_all(scenes: Sequence[tuple[Shock | Impact, Chain]], setup: Setup) -> list[_Outcome]:
     begin = time.perf_counter()
     results: dict[int, _Outcome] = {}
     known: dict[int, tuple[ChainProblem, Scales]] = {}
+    scenes = list(scenes)
     for index, (shock, chain) in enumerate(scenes):
         try:
-            problem, scales = scaled(shock, chain)
-            check_requests(setup.options, chain, scales)
+            equal = _equal_granules(shock, chain)
+            if equal is None:
+                continue
+            scenes[index] = shock, equal
+            problem, scales = scaled(cast(Shock, shock), equal)
+            check_requests(setup.options, equal, scales)
             known[index] = problem, scales
         except ShockwaveError as error:
             results[index] = error
@@ -219,7 +231,7 @@ def _simulate_all(scenes: Sequence[tuple[Shock, Chain]], setup: Setup) -> list[_
     seconds = (time.perf_counter() - begin) / max(len(scenes), 1)
     for index, (problem, scales) in known.items():
         begin = time.perf_counter()
-        shock, chain = scenes[index]
+        shock, chain = cast(tuple[Shock, Chain], scenes[index])
         try:
             answer = answers.get(index) or _measured(problem, scales, setup)
         except ShockwaveError as error:
@@ -237,7 +249,23 @@ def _simulate_all(scenes: Sequence[tuple[Shock, Chain]], setup: Setup) -> list[_
             on_demand=_on_demand,
             measured=answer.train,
         )
+    for index in set(range(len(scenes))).difference(results):
+        from shockwave.measurement.chain_simulation import simulate_chain  # a chain of equal granules does not need it
+
+        try:
+            results[index] = simulate_chain(setup.given, *scenes[index])
+        except ShockwaveError as error:
+            results[index] = error
     return [results[index] for index in range(len(scenes))]
+
+
+def _equal_granules(excitation: object, chain: Chain) -> Chain | None:
+    """The chain as equal granules with free ends; None if the scene has further features."""
+    if not isinstance(chain, Chain) or (chain.is_uniform and isinstance(excitation, Shock)):
+        return chain
+    from shockwave.chain.coverage import reduced
+
+    return reduced(chain) if isinstance(excitation, Shock) else None
 
 
 class _Answer(NamedTuple):
@@ -330,6 +358,10 @@ def _on_demand(part: str, result: SimulationResult, *arguments: Any) -> Any:
     from shockwave.measurement.train import train_of
 
     functions: dict[str, Callable[..., Any]] = {"train": train_of, "passage": passage_at, "recording": record}
+    if part == "contacts":
+        from shockwave.measurement.chain_simulation import contact_peaks
+
+        functions[part] = contact_peaks
     allowed = result.options.timeout
     with time_limit(None if allowed is None else allowed - result.seconds):
         return functions[part](result, *arguments)

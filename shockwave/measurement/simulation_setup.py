@@ -20,8 +20,8 @@ from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Nystroem
 from shockwave.simulation.problem import ChainProblem, Request
 
-# Default relative error of an adaptive method.
-_RTOL = 1e-6
+#: Default relative error of an adaptive method.
+RTOL = 1e-6
 # Default step of a fixed-step method, in characteristic times of the wave.
 _STEP = 0.02
 # Tolerance below which the method of high order needs fewer evaluations.
@@ -79,13 +79,14 @@ class Setup:
     """Options with all defaults filled in, and the integrator.
 
     ``search`` is the integrator if the search for the leading wave can use it, otherwise None. ``compiled`` is the
-    compiled module, or None for NumPy.
+    compiled module, or None for NumPy. ``given`` are the options without the defaults.
     """
 
     options: SimulateOptions
     method: type[Integrator]
     search: type[Nystroem] | None
     compiled: ModuleType | None
+    given: SimulateOptions
 
     @property
     def rtol(self) -> float:
@@ -146,11 +147,11 @@ def setup_of(options: SimulateOptions) -> Setup:
     filled = evolve(
         options,
         integrator=name,
-        rtol=(options.rtol or _RTOL) if method.adaptive else None,
+        rtol=(options.rtol or RTOL) if method.adaptive else None,
         step=None if method.adaptive else (options.step or _STEP),
         backend="numpy" if compiled is None else "compiled",
     )
-    return Setup(filled, method, search, compiled)
+    return Setup(filled, method, search, compiled, options)
 
 
 def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
@@ -171,7 +172,7 @@ def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
     strength = ratio * shock.profile.areas().total / MOMENTUM
     force = min(1.0, strength**1.2)
     scales = own if force == 1.0 else Scales.of(chain, shock.peak_force * force)
-    problem = ChainProblem(shock.profile, ratio * force ** (1 / 6), 1 / force, chain.granules)
+    problem = ChainProblem(shock.profile, ratio * force ** (1 / 6), 1 / force, chain.count)
     cost = _COST * problem.duration**2
     if cost > _MAX_COST:
         raise NumericalError(

@@ -11,6 +11,7 @@ import numpy as np
 from attrs import define, field, frozen
 
 from shockwave.chain.solitary_wave import ENERGY, SPEED
+from shockwave.measurement.measured_wave import MeasuredWave
 from shockwave.measurement.peak_log import (
     POWERS,
     Peak,
@@ -20,7 +21,6 @@ from shockwave.measurement.peak_log import (
     force_rates,
     hermite_data,
 )
-from shockwave.measurement.result import MeasuredWave
 from shockwave.numerics import product
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import Stretch, free_granules

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from shockwave import pictures
 from shockwave.chain.chain import Scales
@@ -15,6 +15,8 @@ from shockwave.progress import counted
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from shockwave.profiles.shock import Shock
 
 
 # Width and height [in]: a column in print, legible on a phone.
@@ -44,6 +46,8 @@ def drawn(found: Findings) -> tuple[dict[str, Figure], dict[str, str]]:
 def drawings(found: Findings) -> dict[str, Callable[[Axes], object]]:
     """Return the functions that draw the pictures of a scene, in their order; their titles are in the template."""
     shock, predicted, result, compared = found.scenario.shock, found.predicted, found.simulated, found.comparison
+    if found.is_beyond:
+        return _of_chain(shock, result)
     chosen: dict[str, Callable[[Axes], object]] = {
         "pulse": lambda ax: pictures.pulse(ax, shock),
         "conditions": lambda ax: pictures.conditions(ax, shock),
@@ -64,4 +68,16 @@ def drawings(found: Findings) -> dict[str, Callable[[Axes], object]]:
         own = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
         predictor = found.scenario.predictor
         chosen["amplification"] = lambda ax: pictures.amplification(ax, shock.profile, predictor, chain, mark=own)
+    return chosen
+
+
+def _of_chain(shock: Shock | None, result: Any) -> dict[str, Callable[[Axes], object]]:
+    """Functions that draw the pictures of a chain beyond equal spheres."""
+    chosen: dict[str, Callable[[Axes], object]] = {}
+    if shock is not None:
+        chosen["pulse"] = lambda ax: pictures.pulse(ax, shock)
+    chosen["peaks"] = lambda ax: pictures.peak_forces(ax, result)
+    chosen["chain-map"] = lambda ax: pictures.chain_map(ax, result)
+    if result.transmitted is not None:
+        chosen["wall"] = lambda ax: pictures.wall_force(ax, result)
     return chosen

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import attrs
 import numpy as np
@@ -56,19 +57,20 @@ def written(found: Findings) -> str:
     UsageError
         If matplotlib is not installed.
     """
-    shock, chain = found.scenario.shock, found.scenario.chain
-    areas = shock.profile.areas()
+    filters: tuple[Callable[..., object], ...] = (estimate_figures, formula, greatest_text, percent, quantity, small)
+    if found.is_beyond:
+        from shockwave.measurement.chain_text import chain_answer, chain_balances, chain_lead, chosen, span
+
+        filters = (*filters, chain_answer, chain_balances, chain_lead, chosen, span)
+        about: dict[str, Any] = {"conditions": ()}
+    else:
+        about = _of_shock(found.scenario)
     figures, not_drawn = drawn(found)
-    profile = entry_of("profiles", type(shock.profile))
     return html_of(
         Path(__file__).with_name("report.html.jinja"),
-        (estimate_figures, formula, greatest_text, percent, quantity, small),
+        filters,
         found=found,
-        profile=profile.name if profile else type(shock.profile).__name__,
-        parameters=_parameters(shock.profile),
-        areas=areas,
-        characteristic_time=Scales.of(chain, shock.peak_force).time,
-        conditions=conditions(areas, float(shock.profile.duration_ratio)),
+        **about,
         figures=counted("rendering", list(figures.items())),
         not_drawn=not_drawn,
         svg=pictures.svg,
@@ -76,6 +78,20 @@ def written(found: Findings) -> str:
         hash=scene_hash(found.scenario),
         parts=parts_in_use(found),
     )
+
+
+def _of_shock(scenario: Scenario) -> dict[str, Any]:
+    """What the page states about the shock and the conditions on it."""
+    shock = scenario.shock
+    areas = shock.profile.areas()
+    profile = entry_of("profiles", type(shock.profile))
+    return {
+        "profile": profile.name if profile else type(shock.profile).__name__,
+        "parameters": _parameters(shock.profile),
+        "areas": areas,
+        "characteristic_time": Scales.of(scenario.chain, shock.peak_force).time,
+        "conditions": conditions(areas, float(shock.profile.duration_ratio)),
+    }
 
 
 # ---------------------------------------------------------------- parameters and provenance
@@ -110,8 +126,9 @@ def _versions(found: Findings) -> Iterator[tuple[str, str]]:
 
 def parts_in_use(found: Findings) -> Iterator[tuple[str, str, str]]:
     """Yield kind, name and distribution of each registered object in use."""
-    profile = type(found.scenario.shock.profile)
-    used: list[tuple[str, Entry | None]] = [("profile", entry_of("profiles", profile))]
+    used: list[tuple[str, Entry | None]] = []
+    if found.scenario.shock is not None:
+        used.append(("profile", entry_of("profiles", type(found.scenario.shock.profile))))
     if found.predicted is not None:
         used.append(("model", find("models", found.predicted.model)))
     if found.simulated is not None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from attrs import evolve, frozen
 
 from shockwave.errors import ShockwaveError
-from shockwave.measurement.result import Passage, SimulationResult
+from shockwave.measurement.measured_wave import Passage
+from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import immeasurable, scaled, simulate_with
 from shockwave.prediction.outcome import Outcome
 from shockwave.scenario.scenario import Scenario
@@ -22,6 +23,9 @@ _BEYOND = 1.15
 _RATE = 0.9
 # Most contacts in the space-time diagram.
 _CONTACTS = 120
+# Most samples of the histories of a chain beyond equal spheres, and their shortest interval [characteristic times].
+_SAMPLES = 2000
+_SHORTEST = 0.05
 
 _T = TypeVar("_T")
 
@@ -35,8 +39,8 @@ class Findings:
     scenario : Scenario
         The scenario.
     predicted : Outcome or None
-        The prediction; None if it failed.
-    simulated : SimulationResult or None
+        The prediction; None if it failed, or the model does not cover the chain.
+    simulated : SimulationResult, ChainResult or None
         The simulation, with histories unless the shock is too long; None if it failed.
     comparison : Comparison or None
         The comparison; None if either failed.
@@ -50,11 +54,16 @@ class Findings:
 
     scenario: Scenario
     predicted: Outcome | None
-    simulated: SimulationResult | None
+    simulated: SimulationResult | Any | None
     comparison: Comparison | None
     passages: tuple[Passage, ...]
     failures: tuple[str, ...]
     text: str
+
+    @property
+    def is_beyond(self) -> bool:
+        """Whether the simulation is that of a chain beyond equal spheres."""
+        return self.simulated is not None and self.simulated.peak_force is None
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -68,10 +77,13 @@ def findings(scenario: Scenario) -> Findings:
     """Predict and simulate ``scenario``; if one fails, the other is still computed."""
     failures: list[str] = []
     predictor = scenario.predictor
-    predicted = _attempt(failures, "The prediction failed", predictor.predict, scenario.shock, scenario.chain)
     simulated = _attempt(failures, "The simulation failed", _simulate, scenario)
+    if _is_beyond(scenario):
+        predicted = None
+    else:
+        predicted = _attempt(failures, "The prediction failed", predictor.predict, scenario.shock, scenario.chain)
     passages = []
-    if simulated is not None:
+    if simulated is not None and simulated.waves:
         failure = "The waves behind the leading wave could not be measured"
         # computed here, and cached
         if simulated.options.waves == "train" and _attempt(failures, failure, getattr, simulated, "train") is None:
@@ -98,15 +110,26 @@ def _attempt(failures: list[str], failure: str, compute: Callable[..., _T], *arg
         return None
 
 
-def _simulate(scenario: Scenario) -> SimulationResult:
+def _is_beyond(scenario: Scenario) -> bool:
+    """Whether a scene has features beyond a shock on equal granules with free ends."""
+    if scenario.shock is not None and scenario.chain.is_uniform:
+        return False
+    from shockwave.chain.coverage import refusal
+
+    return bool(refusal(scenario.chain, scenario.excitation))
+
+
+def _simulate(scenario: Scenario) -> SimulationResult | Any:
     """Simulate as requested, with the histories that are drawn."""
     shock, chain = scenario.shock, scenario.chain
+    if _is_beyond(scenario):
+        return _simulate_chain(scenario)
     problem, scales = scaled(shock, chain)
     if immeasurable(problem):
         primary = evolve(scenario.simulate, waves="primary", record=(), interval=None, until=None)
         return simulate_with(primary, shock, chain)
     until = max(_BEYOND * problem.duration, _PASSED)
-    reached = int(_RATE * until) if chain.granules is None else min(int(_RATE * until), chain.granules - 1)
+    reached = int(_RATE * until) if chain.count is None else min(int(_RATE * until), chain.count - 1)
     options = evolve(
         scenario.simulate,
         contacts=range(0, reached, -(-reached // _CONTACTS)),
@@ -115,3 +138,17 @@ def _simulate(scenario: Scenario) -> SimulationResult:
         until=until * scales.time,
     )
     return simulate_with(options, shock, chain)
+
+
+def _simulate_chain(scenario: Scenario) -> Any:
+    """Simulate a chain beyond equal spheres, with the forces that are drawn."""
+    plain = evolve(scenario.simulate, contacts=(), record=(), interval=None)
+    result: Any = simulate_with(plain, scenario.excitation, scenario.chain)
+    contacts = result.contact_count
+    options = evolve(
+        result.options,
+        contacts=range(0, contacts, -(-contacts // _CONTACTS)),
+        record=("forces",),
+        interval=max(result.end / _SAMPLES, _SHORTEST * result.characteristic_time),
+    )
+    return evolve(result, options=options)

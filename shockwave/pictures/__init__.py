@@ -10,6 +10,9 @@ from shockwave.pictures.accuracy import work_precision as work_precision
 from shockwave.pictures.amplification_curves import amplification as amplification
 from shockwave.pictures.amplification_curves import design as design
 from shockwave.pictures.amplification_curves import universal_curves as universal_curves
+from shockwave.pictures.chains import chain_map as chain_map
+from shockwave.pictures.chains import peak_forces as peak_forces
+from shockwave.pictures.chains import wall_force as wall_force
 from shockwave.pictures.figures import figure as figure
 from shockwave.pictures.figures import save as save
 from shockwave.pictures.figures import svg as svg

@@ -17,6 +17,8 @@ from shockwave.pictures.maps import colour_cells, edges_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from shockwave.measurement.chain_result import ChainResult
+
 
 # Most lines of contact forces.
 _MOST_LINES = 6
@@ -26,7 +28,7 @@ _MOST_CELLS = 480
 _HIGHEST = 3.0
 
 
-def recorded(result: SimulationResult, kind: str) -> Recording:
+def recorded(result: SimulationResult | ChainResult, kind: str) -> Recording:
     """Return the histories of a result.
 
     Raises
@@ -97,18 +99,9 @@ def space_time(ax: Axes, result: SimulationResult) -> Axes:
     InvalidValueError
         If no forces were recorded.
     """
-    from matplotlib.colors import PowerNorm
-
     kept = recorded(result, "forces")
-    contacts = np.asarray(kept.contacts, dtype=float)
-    # fewer samples in time: the greatest force of each interval
-    begins = np.arange(0, len(kept.times), math.ceil(len(kept.times) / _MOST_CELLS))
-    forces = np.maximum.reduceat(np.asarray(kept.forces), begins, axis=0)
-    edges = np.append(kept.times[begins], kept.times[-1]), edges_of(contacts)
-    norm = PowerNorm(0.5, vmin=0.0, vmax=float(forces.max()) or 1.0)
-    drawn = colour_cells(ax, edges, forces, norm=norm, cmap=FIELD)
-    colour_scale(ax, drawn, "contact force", "N")
-    ends = contacts[[0, -1]]
+    field_of_forces(ax, kept)
+    ends = np.asarray(kept.contacts, dtype=float)[[0, -1]]
     settled = [wave for wave in result.waves if wave.error_estimate is not None]
     for number, wave in enumerate(settled, start=1):
         if wave.speed is not None:
@@ -116,6 +109,19 @@ def space_time(ax: Axes, result: SimulationResult) -> Axes:
             look: dict[str, Any] = {"color": BLUE, "linewidth": 0.7, "linestyle": "--", "path_effects": halo()}
             ax.plot(front, ends, label=f"front {number}", **look)
     return finish(ax, ("time", "s"), ("contact", ""), legend=False)
+
+
+def field_of_forces(ax: Axes, kept: Recording) -> None:
+    """Draw contact forces as colours over time and contacts, with a colour bar."""
+    from matplotlib.colors import PowerNorm
+
+    # fewer samples in time: the greatest force of each interval
+    begins = np.arange(0, len(kept.times), math.ceil(len(kept.times) / _MOST_CELLS))
+    forces = np.maximum.reduceat(np.asarray(kept.forces), begins, axis=0)
+    edges = np.append(kept.times[begins], kept.times[-1]), edges_of(np.asarray(kept.contacts, dtype=float))
+    norm = PowerNorm(0.5, vmin=0.0, vmax=float(forces.max()) or 1.0)
+    drawn = colour_cells(ax, edges, forces, norm=norm, cmap=FIELD)
+    colour_scale(ax, drawn, "contact force", "N")
 
 
 def train(ax: Axes, comparison: Any) -> Axes:

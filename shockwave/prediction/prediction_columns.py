@@ -47,7 +47,7 @@ def prediction_columns(
     unknown = np.isnan(estimates[:, 0])
     notes: list[str | None] = []
     for own, place in enumerate(places):
-        shock, granules = shocks[place], chains[place].granules
+        shock, granules = shocks[place], chains[place].count
         said = list(shock.profile.notes)
         if not valid[own]:
             said.append(failed_conditions(scaled.shock(own)))

@@ -144,6 +144,8 @@ class Predictor:
 
         Raises
         ------
+        NotCoveredError
+            If the scene has features beyond a shock on equal granules with free ends.
         InvalidValueError
             If ``shock`` is not a Shock or ``chain`` not a Chain.
         NumericalError
@@ -166,6 +168,7 @@ class Predictor:
         ranges = _Ranges(scaled, answers, self._settings)
         for shock, chain in zip(shocks, chains, strict=True):
             try:
+                chain = self._covered(shock, chain)
                 one = self._scaled(shock, chain)
                 with blame("models", model):
                     answer: ScaledAnswer = model(one, self._settings)
@@ -177,8 +180,21 @@ class Predictor:
             answers.append(answer)
         return found
 
-    def _scaled(self, shock: Shock, chain: Chain) -> ScaledShock:
+    @property
+    def name(self) -> str:
+        """The model, for messages."""
+        return f"model {self.model!r}"
+
+    def _covered(self, shock: Shock, chain: Chain) -> Chain:
+        """The chain as a number of equal granules; raises NotCoveredError if it has further features."""
+        if isinstance(chain, Chain) and not (chain.is_uniform and isinstance(shock, Shock)):
+            from shockwave.chain.coverage import covered  # not needed for equal granules
+
+            chain = covered(chain, shock, self.name)
         check_scene(shock, chain)
+        return chain
+
+    def _scaled(self, shock: Shock, chain: Chain) -> ScaledShock:
         areas = shock.profile.areas(self.quadrature)
         ratio = Scales.of(chain, shock.peak_force).rise_time(shock.rise_time)
         return ScaledShock(shock.profile, areas, ratio, self._momentum_parameter)
@@ -194,7 +210,7 @@ class Predictor:
         scales = Scales.of(chain, shock.peak_force)
         coefficient = coefficient_of(self.momentum_coefficient)
         unit = SolitaryWave.of(shock.peak_force, chain, coefficient)
-        chain_assumed = ", on a semi-infinite chain" if answer.reason and chain.granules is not None else ""
+        chain_assumed = ", on a semi-infinite chain" if answer.reason and chain.count is not None else ""
         common: dict[str, Any] = {
             "model": self.model,
             "method": answer.method or self.model,
@@ -233,7 +249,7 @@ class Predictor:
     ) -> Accuracy[Any, Any]:
         *values, least, most = ranges()
         peak, low, high = (value * shock.peak_force for value in values)
-        problem = "" if chain.granules is None else chain_problem(chain.granules, scaled)
+        problem = "" if chain.count is None else chain_problem(chain.count, scaled)
         problem = problem or (unbounded(scaled, shock.peak_force) if math.isnan(peak) else "")
         failed = "" if answer.states_error else failed_conditions(scaled)
         warnings = [*[failed] * bool(failed), *answer.warnings, *[warning_of(problem)] * bool(problem)]
@@ -243,7 +259,7 @@ class Predictor:
             None if problem else Estimate(peak, low, high, method),
             problem or None,
             None if problem or math.isinf(least) else (least, most),
-            (*shock.profile.notes, *warnings, *[FIRST_CONTACTS] * (chain.granules is not None)),
+            (*shock.profile.notes, *warnings, *[FIRST_CONTACTS] * (chain.count is not None)),
         )
 
     def predict_many(self, shocks: Iterable[Shock], chain: Chain | Sequence[Chain]) -> Predictions:
@@ -298,11 +314,13 @@ class Predictor:
         model = load("models", self.model)
         if not (isinstance(model, Model) and model.complete):
             return None
+        chains = list(chains)
         together = self._scaled_many(shocks, chains)
         with blame("models", model):
             return prediction_columns(model.many(together.shocks, self._settings), together, shocks, chains)
 
-    def _scaled_many(self, shocks: Sequence[Shock], chains: Sequence[Chain]) -> ScaledShocks:
+    def _scaled_many(self, shocks: Sequence[Shock], chains: list[Chain]) -> ScaledShocks:
+        """Scaled shocks; replaces chains that amount to equal granules."""
         scales = cache(Scales.of)
         failures: dict[int, str] = {}
         # keys: the profile, or its identity if equal profiles may differ in their values
@@ -311,9 +329,10 @@ class Predictor:
         units: list[Scales] = []
         for index, (shock, each) in enumerate(zip(shocks, chains, strict=True)):
             check_scene(shock, each)
-            profile = shock.profile
-            key = profile if is_value(profile) else id(profile)
             try:
+                chains[index] = each = self._covered(shock, each)
+                profile = shock.profile
+                key = profile if is_value(profile) else id(profile)
                 unit = scales(each, shock.peak_force)
                 rise_time = unit.rise_time(shock.rise_time)
                 if key not in shapes:
@@ -380,7 +399,7 @@ def _accuracies(
     for own, index in enumerate(places):
         if own in found.failures:
             continue
-        granules = chains[index].granules
+        granules = chains[index].count
         if granules is not None and (problem := chain_problem(granules, scaled.shock(own))):
             estimates[index], errors[index] = np.nan, (-np.inf, np.inf)
             notes.setdefault(warning_of(problem), []).append(index)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import inspect
 import re
 import typing
+from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
@@ -17,7 +18,7 @@ from attrs import evolve, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.material import Material
-from shockwave.fields import Quantity, quantity_of
+from shockwave.fields import DIAMETER, Quantity, quantity_of
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
@@ -26,7 +27,6 @@ from shockwave.profiles.shock import DURATION, Shock
 #: The profile whose samples may come from a file.
 RECORD = "tabulated"
 _RATIO = Quantity("", "n, total duration over rise time", above=1, example="10")
-_DIAMETER = Quantity("m", "diameter 2 R of the granules", above=0)
 
 
 @frozen
@@ -34,7 +34,7 @@ class Key:
     """A key of a block.
 
     ``annotation`` is the type of a key without a ``spec``; ``default`` is that of the constructor; ``kind`` is the
-    registry whose names are its values. The key may replace those in ``instead_of``.
+    registry whose names are its values, and ``also`` are further ones. The key may replace those in ``instead_of``.
     """
 
     name: str
@@ -45,6 +45,7 @@ class Key:
     meaning: str = ""
     kind: str = ""
     instead_of: tuple[str, ...] = ()
+    also: tuple[str, ...] = ()
 
     @property
     def purpose(self) -> str:
@@ -101,12 +102,20 @@ def _settings(cls: type) -> tuple[Key, ...]:
     return tuple(evolve(key, kind=kinds.get(key.name, "")) for key in keys_of(cls))
 
 
+def has_chain_blocks(data: Mapping[str, Any]) -> bool:
+    """Whether a document has blocks for chains beyond equal spheres."""
+    chain = data.get("chain")
+    given = chain if isinstance(chain, dict) else {}
+    return "impact" in data or isinstance(given.get("granules"), list) or not given.keys().isdisjoint(CHAIN_BLOCKS)
+
+
 # ---------------------------------------------------------------- keys of blocks
 
 SCENARIO = (
     Key("name", annotation=str, meaning="name of the scenario; if omitted, the name of the file"),
-    Key("chain", required=True, meaning="a mapping of material, diameter, granules"),
+    Key("chain", required=True, meaning="a mapping of material, diameter, granules, and further features"),
     Key("shock", required=True, meaning="a mapping of profile, peak_force, rise_time, duration_ratio, parameters"),
+    Key("impact", meaning="a striker: a mapping of velocity, diameter, material", instead_of=("shock",)),
     Key("predict", default=None, meaning="settings of the prediction"),
     Key("simulate", default=None, meaning="settings of the simulation"),
     Key("requires", annotation=list[str], default=None, meaning="Python packages that must be installed"),
@@ -114,13 +123,25 @@ SCENARIO = (
     Key("sweep", default=None, meaning="a mapping of grid, zip or points, for many cases"),
     Key("uncertainty", default=None, meaning="a mapping of dotted names to probability distributions"),
 )
-_, _RADIUS, _GRANULES = keys_of(Chain)
+_CHAIN = {key.name: key for key in keys_of(Chain)}
+GRANULES = _CHAIN["granules"]
 CHAIN = (
     Key("material", required=True, kind="materials", meaning="a name from `shockwave list materials`, or a mapping"),
-    Key("diameter", required=True, spec=_DIAMETER),
-    evolve(_RADIUS, required=False, instead_of=("diameter",)),
-    _GRANULES,
+    Key("diameter", required=True, spec=DIAMETER),
+    evolve(_CHAIN["radius"], required=False, instead_of=("diameter",)),
+    GRANULES,
+    Key("end", default="free", meaning="free, or a mapping of wall, mass, stiffness, damping"),
+    _CHAIN["precompression"],
+    _CHAIN["gravity"],
+    Key("damping", default=None, meaning="a mapping of model and its parameters"),
+    Key("contact", default=None, meaning="exponent and stiffness, or model and its parameters; if omitted, Hertz's"),
 )
+#: Keys of the ``chain`` block that have blocks of their own; ``granules`` has one if it is a list.
+CHAIN_BLOCKS = ("end", "damping", "contact")
+#: Walls that are no materials.
+WALLS = ("same", "rigid")
+#: Last parts of the dotted names of materials.
+MATERIALS = ("material", "wall")
 #: Keys for an unknown profile; `shock_keys` gives those for a known one.
 SHOCK = (
     Key("profile", required=True, annotation=str, kind="profiles", meaning="a name from `shockwave list profiles`"),
@@ -132,7 +153,7 @@ SHOCK = (
 )
 #: Blocks whose values have dotted names, without the parameters of the profile.
 BLOCKS = {
-    "chain": (evolve(CHAIN[0], annotation=str), *CHAIN[1:]),
+    "chain": (evolve(CHAIN[0], annotation=str), *(key for key in CHAIN[1:] if key.name not in CHAIN_BLOCKS)),
     "chain.material": tuple(key for key in keys_of(Material) if key.spec is not None),
     "shock": SHOCK,
     "predict": _settings(Predictor),

@@ -12,7 +12,7 @@ from attrs import frozen
 from shockwave.errors import InvalidValueError, ShockwaveError, nearest
 from shockwave.fields import text_of
 from shockwave.registry import load
-from shockwave.scenario.block_keys import BLOCKS, SHOCK, Key, parameters_of, shock_keys
+from shockwave.scenario.block_keys import BLOCKS, SHOCK, Key, has_chain_blocks, parameters_of, shock_keys
 from shockwave.scenario.value_conversion import converted
 
 
@@ -92,4 +92,8 @@ def variables(data: Mapping[str, Any], profiles: Sequence[Any] = ()) -> dict[str
             name = f"{block}.{key.name}"
             found.setdefault(name, Variable(name, key))
     del found["shock.parameters"]
+    if has_chain_blocks(data):
+        from shockwave.scenario.chain_blocks import keys_below  # not needed for a shock on equal granules
+
+        found |= {name: Variable(name, key) for name, key in keys_below(data)}
     return found

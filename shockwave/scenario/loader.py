@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -19,17 +18,26 @@ from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
 from shockwave.registry import blame, load
-from shockwave.scenario.block_keys import BLOCKS, CHAIN, RECORD, SCENARIO, Key, keys_of, parameters_of, shock_keys
+from shockwave.scenario.block_keys import (
+    BLOCKS,
+    CHAIN,
+    RECORD,
+    SCENARIO,
+    Key,
+    has_chain_blocks,
+    keys_of,
+    parameters_of,
+    shock_keys,
+)
 from shockwave.scenario.scenario import Published, Scenario
 from shockwave.scenario.sweep_block import Sweep, beginnings, first, names
 from shockwave.scenario.sweep_block import read as read_sweep
 from shockwave.scenario.uncertainty import Spread
 from shockwave.scenario.uncertainty import read as read_spreads
 from shockwave.scenario.value_conversion import Wrong, WrongsError, structure
-from shockwave.scenario.yaml_document import Document, Steps, read_document
+from shockwave.scenario.yaml_document import Document, Steps, read_document, steps_of
 
 _PARAMETERS: Steps = ("shock", "parameters")
-_STEP = re.compile(r"([^.\[\]]+)|\[([0-9]{1,9})\]")
 # Errors that are listed; the number of the others is stated.
 _MOST_FAULTS = 100
 _SIZES = ("peak_force", "rise_time", "duration")
@@ -130,10 +138,12 @@ class _Loading:
 
     # ---------------------------------------------------------------- blocks
 
-    def values(self, path: Steps, given: Any, keys: Sequence[Key]) -> tuple[dict[str, Any], bool]:
+    def values(
+        self, path: Steps, given: Any, keys: Sequence[Key], parsers: Mapping[str, Callable[[Any], Any]] | None = None
+    ) -> tuple[dict[str, Any], bool]:
         """Valid values of the block at ``path``, and whether the block has no errors."""
         try:
-            return structure(given, keys), True
+            return structure(given, keys, parsers), True
         except WrongsError as error:
             self.report(path, error.wrongs)
             return error.valid, False
@@ -181,9 +191,11 @@ class _Loading:
         if fault.location:  # in a record, a file of its own
             self.faults.append(fault)
             return
-        steps = [int(index) if index else name for name, index in _STEP.findall(fault.path)]
+        steps = steps_of(fault.path)
         below = elsewhere.get(str(steps[0]), (*path, steps[0])) if steps else path
         place = (*below, *steps[1:])
+        if place not in self.document.values and place[-1:] == ("radius",):
+            place = (*place[:-1], "diameter")
         self.add(place, fault.problem, at_key=place not in self.document.values)
 
     # ---------------------------------------------------------------- scene
@@ -195,6 +207,7 @@ class _Loading:
         parts = {
             "name": data.get("name") or (self.path.stem if self.path is not None else self.document.name),
             "shock": self._shock(data["shock"]) if "shock" in data else None,
+            "impact": self._impact(data["impact"]) if "impact" in data else None,
             "chain": self._chain(data["chain"]) if "chain" in data else None,
             "predictor": self.block("predict", data.get("predict"), Predictor),
             "simulate": self.block("simulate", data.get("simulate"), SimulateOptions),
@@ -202,6 +215,7 @@ class _Loading:
             "uncertainty": self._uncertainty(whole.data.get("uncertainty")),
         }
         self._requires(data.get("requires"))
+        self._together(parts["chain"], parts["impact"])
         self.finish()
         return Scenario(path=self.path, sweep=sweep, document=self.document, **parts)
 
@@ -227,15 +241,36 @@ class _Loading:
     # ---------------------------------------------------------------- chain
 
     def _chain(self, data: Any) -> Any:
-        values, valid = self.values(("chain",), data, CHAIN)
+        parsers = None
+        if has_chain_blocks({"chain": data}):
+            from shockwave.scenario import chain_blocks  # not needed for equal granules
+
+            parsers = chain_blocks.PARSERS
+        values, valid = self.values(("chain",), data, CHAIN, parsers)
         material = self._material(values["material"]) if "material" in values else None
         if not valid or material is None:
             return None
         values["material"] = material
-        elsewhere = {"radius": ("chain", "diameter")} if "diameter" in values else {}
         if "diameter" in values:
             values["radius"] = values.pop("diameter") / 2
-        return self.build(Chain, values, ("chain",), elsewhere)
+        return self.build(Chain, values, ("chain",))
+
+    def _impact(self, data: Any) -> Any:
+        from shockwave.scenario.chain_blocks import impact  # not needed for a shock
+
+        try:
+            return impact(data)
+        except WrongsError as error:
+            self.report(("impact",), error.wrongs)
+            return None
+
+    def _together(self, chain: Any, impact: Any) -> None:
+        """Add the faults of a chain beyond equal spheres under a shock or an impact."""
+        if isinstance(chain, Chain) and (impact is not None or not chain.is_uniform):
+            from shockwave.chain.coverage import scene_faults
+
+            for fault in scene_faults(chain, impact):
+                self._place(fault, (), {})
 
     def _material(self, data: Any) -> Any:
         if isinstance(data, str):

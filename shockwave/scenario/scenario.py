@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from attrs import field, frozen
+from attrs import evolve, field, frozen
 
 from shockwave.chain.chain import Chain
+from shockwave.errors import Fault, NotCoveredError
 from shockwave.fields import quantity
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
@@ -15,7 +16,10 @@ from shockwave.profiles.shock import Shock
 from shockwave.scenario.block_keys import RECORD
 from shockwave.scenario.sweep_block import Sweep
 from shockwave.scenario.uncertainty import Spread
-from shockwave.scenario.yaml_document import Document
+from shockwave.scenario.yaml_document import Document, steps_of
+
+if TYPE_CHECKING:  # a scenario with a shock does not need it
+    from shockwave.chain.impact import Impact
 
 
 @frozen(kw_only=True)
@@ -51,9 +55,11 @@ class Scenario:
     path : pathlib.Path or None
         File from which it was read.
     shock : Shock
-        Profile, peak force, rise time.
+        Profile, peak force, rise time; None if there is an impact.
     chain : Chain
-        Material, radius, number of granules.
+        Material, radius, granules and further features.
+    impact : Impact or None
+        A striker in place of a shock.
     predictor : Predictor
         Predictor with the settings of the ``predict`` block.
     simulate : SimulateOptions
@@ -70,8 +76,9 @@ class Scenario:
 
     name: str
     path: Path | None
-    shock: Shock
+    shock: Shock = field(default=None)
     chain: Chain
+    impact: Impact | None = None
     predictor: Predictor
     simulate: SimulateOptions
     published: Published | None = None
@@ -80,10 +87,36 @@ class Scenario:
     document: Document | None = field(default=None, eq=False, repr=False)
 
     @property
+    def excitation(self) -> Shock | Impact:
+        """The shock, or the impact in its place."""
+        return self.shock if self.impact is None else self.impact
+
+    def covered_by(self, method: str) -> Scenario:
+        """The scenario with its chain as a number of equal granules, for a ``method`` that covers no other.
+
+        Raises
+        ------
+        NotCoveredError
+            If the scene has further features, which are located in the file.
+        """
+        if self.impact is None and self.chain.is_uniform:
+            return self
+        from shockwave.chain.coverage import covered
+
+        try:
+            return evolve(self, chain=covered(self.chain, self.excitation, method))
+        except NotCoveredError as error:
+            raise NotCoveredError(self._located(fault) for fault in error.faults) from None
+
+    def _located(self, fault: Fault) -> Fault:
+        steps = steps_of(fault.path)
+        return fault if self.document is None else self.document.fault(steps, fault.problem, at_key=True)
+
+    @property
     def files(self) -> tuple[Path, ...]:
         """Files from which the scenario was read: its own and that of its record."""
         if self.path is None or self.document is None:
             return ()
-        shock = self.document.data["shock"]
-        record = (shock.get("parameters") or {}).get("file") if shock["profile"] == RECORD else None
+        shock = self.document.data.get("shock") or {}
+        record = (shock.get("parameters") or {}).get("file") if shock.get("profile") == RECORD else None
         return (self.path, self.path.parent / record) if record else (self.path,)

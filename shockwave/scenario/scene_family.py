@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import attrs
 from attrs import define, evolve, field
@@ -17,8 +17,13 @@ from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
 from shockwave.registry import load
+from shockwave.scenario.block_keys import BLOCKS
 from shockwave.scenario.loader import scenario_of
 from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.sweep_block import varied
+
+if TYPE_CHECKING:
+    from shockwave.chain.impact import Impact
 
 # Shocks that are kept: a bound on the memory of a long sweep.
 _MOST_KNOWN = 1024
@@ -28,9 +33,20 @@ class FamilyScene(NamedTuple):
     """The parts of a scenario that differ within a family."""
 
     shock: Shock
+    impact: Impact | None
     chain: Chain
     predictor: Predictor
     simulate: SimulateOptions
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> FamilyScene:
+        """The parts of a whole scenario."""
+        return cls(*(getattr(scenario, name) for name in cls._fields))
+
+    @property
+    def excitation(self) -> Shock | Impact:
+        """The shock or the impact."""
+        return self.shock if self.impact is None else self.impact
 
 
 @define(eq=False)
@@ -71,8 +87,10 @@ class Family:
             block, _, last = name.rpartition(".")
             if block == "shock.parameters" or name in ("shock.profile", "shock.duration_ratio"):
                 shape[name] = value
-            else:
+            elif block in BLOCKS:
                 parts[block][last] = value
+            else:
+                return self._loaded(values)
         material = parts["chain"].get("material")
         if isinstance(material, Mapping):
             parts["chain"]["material"] = Material(**material)
@@ -80,10 +98,17 @@ class Family:
         chain, constants = (tuple(parts[block].items()) for block in ("chain", "chain.material"))
         return FamilyScene(
             shock=_shock(shock, parts["shock"]),
+            impact=self.base.impact,
             chain=_chain(self.base.chain, chain, constants) if chain or constants else self.base.chain,
             predictor=_located("predict.", self.base.predictor, parts["predict"]),
             simulate=_located("simulate.", self.base.simulate, parts["simulate"]),
         )
+
+    def _loaded(self, values: Mapping[str, Any]) -> FamilyScene:
+        """The scene of the document with other values, some of them below the blocks of the chain."""
+        if self.base.document is None:
+            raise _of_file(values)
+        return FamilyScene.of(scenario_of(varied(self.base.document, values), self.base.path))
 
     def _reshaped(self, values: Mapping[str, Any]) -> Shock:
         """The shock with another profile; kept, because a grid uses it repeatedly."""
@@ -129,10 +154,14 @@ def _located(block: str, part: Any, values: Mapping[str, Any]) -> Any:
         raise InvalidValueError(Fault(f"{block}{fault.path}", fault.problem) for fault in error.faults) from None
 
 
+def _of_file(names: Iterable[str]) -> InvalidValueError:
+    got = "got a shock and a chain made in Python; load a scenario from a file"
+    return InvalidValueError.of(", ".join(names), f"must be values of a scenario file ({got})")
+
+
 def _of_profile(shock: Shock, values: Mapping[str, Any]) -> Shock:
     """The shock with other parameters of its profile, for a scene without a document."""
     if "shock.profile" in values or not attrs.has(type(shock.profile)):
-        got = "got a shock and a chain made in Python; load a scenario from a file"
-        raise InvalidValueError.of(", ".join(values), f"must be values of a scenario file ({got})")
+        raise _of_file(values)
     own = {name.rpartition(".")[2]: value for name, value in values.items()}
     return evolve(shock, profile=_located("shock.parameters.", shock.profile, own))

@@ -10,6 +10,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from shockwave.chain.chain import Chain
 from shockwave.prediction.predictor import coefficient_of
 from shockwave.profiles.base import ShockProfile
 from shockwave.scenario.block_keys import keys_of
@@ -39,25 +40,46 @@ def normalised(scenario: Scenario) -> str:
     scenario : Scenario
         The scenario.
     """
-    shock, chain, predictor = scenario.shock, scenario.chain, scenario.predictor
-    cls = type(shock.profile)
-    constants = ("youngs_modulus", "poisson_ratio", "density")
+    predictor = scenario.predictor
     form = {
-        "chain": {
-            "material": {name: getattr(chain.material, name) for name in constants},
-            "radius": chain.radius,
-            "granules": chain.granules,
-        },
+        "chain": _chain(scenario.chain),
         "predict": {**_settings(predictor), "momentum_coefficient": coefficient_of(predictor.momentum_coefficient)},
-        "shock": {
-            "parameters": parameters(shock.profile),
-            "peak_force": shock.peak_force,
-            "profile": f"{cls.__module__}:{cls.__qualname__}",
-            "rise_time": shock.rise_time,
-        },
+        **_excitation(scenario),
         "simulate": {**_settings(scenario.simulate), "record": sorted(set(scenario.simulate.record))},
     }
     return json.dumps(_canonical(form), sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def _chain(chain: Chain) -> dict[str, Any]:
+    if not chain.is_uniform:
+        from shockwave.chain.coverage import reduced  # not needed for equal granules
+        from shockwave.chain.description import plain
+
+        equal = reduced(chain)
+        if equal is None:
+            return dict(plain(chain, names=False))
+        chain = equal
+    constants = ("youngs_modulus", "poisson_ratio", "density")
+    material = {name: getattr(chain.material, name) for name in constants}
+    if chain.material.yield_strength is not None:
+        material["yield_strength"] = chain.material.yield_strength
+    return {"material": material, "radius": chain.radius, "granules": chain.granules}
+
+
+def _excitation(scenario: Scenario) -> dict[str, Any]:
+    if scenario.impact is not None:
+        from shockwave.chain.description import plain  # not needed for a shock
+
+        return {"impact": plain(scenario.impact, names=False)}
+    shock = scenario.shock
+    cls = type(shock.profile)
+    own = {
+        "parameters": parameters(shock.profile),
+        "peak_force": shock.peak_force,
+        "profile": f"{cls.__module__}:{cls.__qualname__}",
+        "rise_time": shock.rise_time,
+    }
+    return {"shock": own}
 
 
 def parameters(profile: ShockProfile) -> dict[str, Any]:

@@ -17,13 +17,14 @@ from shockwave import __version__, registry
 from shockwave.chain.material import Material
 from shockwave.fields import Quantity
 from shockwave.scenario.block_keys import BLOCKS, CHAIN, SCENARIO, SHOCK, Key, keys_of, parameters_of, shock_keys
+from shockwave.scenario.chain_blocks import CELL, END, IMPACT, LAWS, MODEL, SEGMENT, TAPER, models
 from shockwave.scenario.scenario import Published
 from shockwave.scenario.sweep_block import SWEEP
 from shockwave.scenario.uncertainty import TWINS
 
 _DRAFT = "http://json-schema.org/draft-07/schema#"
 _ABOUT = (
-    "One shock on one chain of equal elastic spheres. A bare number is in SI units; a value with a unit,"
+    "One shock or impact on one chain of elastic spheres. A bare number is in SI units; a value with a unit,"
     " such as 15 us, is converted."
 )
 # Beginning of the text of a quantity. Units are not checked: a pattern cannot cover all their spellings.
@@ -43,12 +44,11 @@ def schema() -> Form:
         with any parameters.
     """
     forms = {key.name: _value(key) for key in SCENARIO}
-    forms["chain"] |= _mapping(CHAIN)
-    material = forms["chain"]["properties"]["material"]
-    material["anyOf"] = [{"enum": material.pop("enum")}, _mapping(keys_of(Material))]
+    forms["chain"] |= _chain()
+    forms["impact"] |= _mapping(IMPACT)
     forms["shock"] |= _mapping(SHOCK)
     profiles = {name: _of_profile(name) for name in _names("profiles")}
-    forms["shock"]["allOf"] = [_where_profile(name, admitted) for name, (admitted, _) in profiles.items()]
+    forms["shock"]["allOf"] = [_where("profile", name, admitted) for name, (admitted, _) in profiles.items()]
     forms["predict"] |= _or_null(_mapping(BLOCKS["predict"]))
     forms["simulate"] |= _or_null(_mapping(BLOCKS["simulate"]))
     forms["published"] |= _or_null(_mapping(keys_of(Published)) | _required(keys_of(Published)))
@@ -66,18 +66,72 @@ def schema() -> Form:
         "type": "object",
         "properties": forms,
         "additionalProperties": False,
+        **_never([(key.name, other) for key in SCENARIO for other in key.instead_of]),
         # the points of a sweep may fill in what is missing here
         "if": {"properties": {"sweep": {"type": "object"}}, "required": ["sweep"]},
-        "else": _complete([_where_profile(name, needed) for name, (_, needed) in profiles.items()]),
+        "else": _complete([_where("profile", name, needed) for name, (_, needed) in profiles.items()]),
     }
 
 
 def _complete(of_profiles: list[Form]) -> Form:
     """Keys that a scenario of a single scene must have."""
-    material = {"if": {"type": "object"}, "then": _required(keys_of(Material))}
-    chain = _required(CHAIN) | {"properties": {"material": material}}
+    material = {"properties": {"material": _if_mapping(_required(keys_of(Material)))}}
+    segments = {"items": material | {"properties": {**material["properties"], "cell": {"items": material}}}}
+    end = _required(END) | {"properties": {"wall": material["properties"]["material"]}}
+    properties = {**material["properties"], "granules": segments, "end": _if_mapping(end)}
+    for block in LAWS:
+        laws = [_where("model", name, _required(_law(name))) for name in models(block)]
+        # the law whose parameters need no name
+        unnamed = _required(_law("power-law")[1:]) if block == "contact" else {"required": ["model"]}
+        properties[block] = _if_mapping({"allOf": [*laws, {"anyOf": [{"required": ["model"]}, unnamed]}]})
+    chain = _required(CHAIN) | {"properties": properties}
     shock = _required(SHOCK) | {"allOf": of_profiles}
-    return _required(SCENARIO) | {"properties": {"chain": chain, "shock": shock}}
+    impact = _required(IMPACT) | material
+    return _required(SCENARIO) | {"properties": {"chain": chain, "shock": shock, "impact": impact}}
+
+
+def _if_mapping(form: Form) -> Form:
+    return {"if": {"type": "object"}, "then": form}
+
+
+# ---------------------------------------------------------------- chains beyond equal spheres
+
+
+def _chain() -> Form:
+    """Values of the ``chain`` block."""
+    form = _mapping(CHAIN)
+    properties = form["properties"]
+    cell = _mapping(CELL) | _required(CELL)
+    cell["properties"]["cell"] |= {"type": "array", "minItems": 1, "items": _segment()}
+    parts = {"type": "array", "minItems": 1, "items": {"anyOf": [_segment(), cell]}}
+    granules = properties["granules"]
+    description = {"description": f"{granules.pop('description')}; or a list of segments, struck end first"}
+    properties["granules"] = description | {"anyOf": [granules, parts]}
+    properties["end"] |= {"anyOf": [{"enum": ["free", None]}, _mapping(END)]}
+    for block in LAWS:
+        known = models(block)
+        laws = [_where("model", name, _mapping(_law(name))) for name in known]
+        unnamed = _mapping(_law("power-law")) if block == "contact" else {}
+        named = {"if": {"required": ["model"]}, "then": {"properties": {"model": {"enum": known}}}, "else": unnamed}
+        properties[block] |= {"type": ["object", "null"], "allOf": [_if_mapping({"allOf": [named, *laws]})]}
+    return form
+
+
+def _segment() -> Form:
+    form = _mapping(SEGMENT)
+    for name in ("diameter", "radius"):
+        size = form["properties"][name]
+        taper = _mapping(TAPER) | _required(TAPER)
+        form["properties"][name] = {"description": size.pop("description"), "anyOf": [size, taper]}
+    return form
+
+
+def _law(name: str) -> tuple[Key, ...]:
+    """Keys of a block that names a contact law; the model alone if its class cannot be imported."""
+    try:
+        return (MODEL, *keys_of(registry.load("contacts", name)))
+    except Exception:  # a plugin's class may be anything
+        return (MODEL,)
 
 
 # ---------------------------------------------------------------- blocks
@@ -108,8 +162,8 @@ def _required(own: Sequence[Key]) -> Form:
     return form
 
 
-def _where_profile(name: str, form: Form) -> Form:
-    condition = {"properties": {"profile": {"const": name}}, "required": ["profile"]}
+def _where(key: str, name: str, form: Form) -> Form:
+    condition = {"properties": {key: {"const": name}}, "required": [key]}
     return {"if": condition, "then": form}
 
 
@@ -133,7 +187,9 @@ def _of_profile(name: str) -> tuple[Form, Form]:
 def _dotted() -> Form:
     """A mapping of dotted names."""
     blocks = "|".join(map(re.escape, (*BLOCKS, "shock.parameters")))
-    return {"type": "object", "propertyNames": {"pattern": rf"^({blocks})\.\w+$"}}
+    place = rf"({blocks}|impact|chain\.({'|'.join(LAWS)}|end)|chain\.granules\[[0-9]+\](\.cell\[[0-9]+\])?)"
+    # a material or a taper may be a mapping
+    return {"type": "object", "propertyNames": {"pattern": rf"^{place}\.\w+$|^{place}\.(\w+)\.\w+$"}}
 
 
 # ---------------------------------------------------------------- values
@@ -144,6 +200,8 @@ def _value(key: Key) -> Form:
     spec = key.spec
     if spec is not None:
         form: Form = {"type": "array", "items": _quantity(spec)} if spec.samples else _quantity(spec)
+    elif key.kind == "materials":
+        form = {"anyOf": [{"enum": [*key.also, *_names(key.kind)]}, _mapping(keys_of(Material))]}
     elif key.kind:
         form = {"enum": _names(key.kind)}
     else:

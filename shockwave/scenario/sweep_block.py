@@ -14,13 +14,12 @@ from shockwave.chain.material import Material
 from shockwave.errors import PluginError, UnknownNameError
 from shockwave.fields import Quantity, text_of
 from shockwave.registry import load
-from shockwave.scenario.block_keys import BLOCKS, Key, keys_of
+from shockwave.scenario.block_keys import BLOCKS, MATERIALS, Key, keys_of
 from shockwave.scenario.dotted_names import Variable, variables
 from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, gathered, items, structure
-from shockwave.scenario.yaml_document import Document, Steps
+from shockwave.scenario.yaml_document import Document, Steps, steps_of
 
 Run = Literal["predict", "simulate", "compare"]
-_MATERIAL: Steps = ("chain", "material")
 # Scenes of a sweep, and values on an axis: bounds on its memory.
 _MOST_POINTS = 10**7
 _MOST_VALUES = 10**6
@@ -184,7 +183,7 @@ def _repeated(varied: list[tuple[str, str, list[Any]]]) -> Iterator[Wrong]:
 
 def names(block: Any) -> set[Steps]:
     """Paths of the values that a block varies, whether valid or not."""
-    return {tuple(name.split(".")) for _, name, _ in _varied(block)}
+    return {steps_of(name) for _, name, _ in _varied(block)}
 
 
 def _columns(known: Mapping[str, Variable], given: Any) -> list[tuple[Variable, list[Any]]]:
@@ -241,7 +240,7 @@ def _values(of: Variable, given: Any) -> list[Any]:
 
 def _value(of: Variable, given: Any) -> Any:
     """Value of ``of`` in SI units; a material may be a mapping."""
-    if of.name == "chain.material" and isinstance(given, dict):
+    if of.key.kind == "materials" and isinstance(given, dict):
         return structure(given, keys_of(Material))
     return of.converted(given)
 
@@ -275,24 +274,37 @@ def first(document: Document, sweep: Sweep | None, index: int = 0) -> Document:
     document = evolve(document, data=rest)
     if sweep is None:
         return document
-    values: dict[Steps, Any] = {tuple(name.split(".")): value for name, value in sweep.point(index).items()}
-    place = document.keys.get(("sweep",))
-    # the material first, because its constants may be varied too
-    if _MATERIAL in values:
-        document = document.having({_MATERIAL: values.pop(_MATERIAL)}, place)
-    if any(steps[:-1] == _MATERIAL for steps in values):
-        document = document.having(_constants(document))
-    return document.having(values, place)
+    return varied(document, sweep.point(index), document.keys.get(("sweep",)))
 
 
-def _constants(document: Document) -> dict[Steps, Any]:
-    """Constants of the material of a document, if it is given by its name."""
-    chain = document.data.get("chain")
-    name = chain.get("material") if isinstance(chain, dict) else None
-    if not isinstance(name, str):
-        return {}
-    try:
-        material = load("materials", name)
-    except (PluginError, UnknownNameError):  # reported where the material is built
-        return {}
-    return {_MATERIAL: {key.name: getattr(material, key.name) for key in BLOCKS["chain.material"]}}
+def varied(document: Document, values: Mapping[str, Any], place: Any = None) -> Document:
+    """The document with other values at their dotted names; ``place`` is their place."""
+    changes: dict[Steps, Any] = {steps_of(name): value for name, value in values.items()}
+    # the materials first, because their constants may be varied too
+    materials = {steps: value for steps, value in changes.items() if steps[-1] in MATERIALS}
+    document = document.having(materials, place)
+    for steps in {steps[:-1]: None for steps in changes if len(steps) > 1 and steps[-2] in MATERIALS}:
+        document = document.having(_constants(document, steps))
+    return document.having({steps: value for steps, value in changes.items() if steps not in materials}, place)
+
+
+def _constants(document: Document, steps: Steps) -> dict[Steps, Any]:
+    """Constants of the material at a path of a document; by default that of the chain."""
+    given = _at(document.data, steps) or _at(document.data, ("chain", "material"))
+    if isinstance(given, str):
+        try:
+            material = load("materials", given)
+        except (PluginError, UnknownNameError):  # reported where the material is built
+            return {}
+        given = {key.name: getattr(material, key.name) for key in BLOCKS["chain.material"]}
+    return {steps: given} if isinstance(given, dict) else {}
+
+
+def _at(block: Any, steps: Steps) -> Any:
+    """Value at a path below ``block``; None if there is none."""
+    for step in steps:
+        try:
+            block = block[step]
+        except (KeyError, IndexError, TypeError):
+            return None
+    return block

@@ -58,8 +58,8 @@ class Spread:
 
 
 def is_continuous(of: Variable) -> bool:
-    """Whether a variable is a continuous value of the chain or the shock."""
-    return of.unit is not None and not of.whole and of.name.startswith(("chain.", "shock."))
+    """Whether a variable is a continuous value of the chain, the shock or the impact."""
+    return of.unit is not None and not of.whole and of.name.startswith(("chain.", "shock.", "impact."))
 
 
 def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
@@ -82,8 +82,8 @@ def read(given: Any, data: Mapping[str, Any]) -> tuple[Spread, ...]:
         raise WrongsError([Wrong((), problem)])
     twins = [
         Wrong((one,), f"must be left out if {other} is given (got both; delete one)", at_key=True)
-        for one, other in TWINS
-        if one in given and other in given
+        for one, other in dict.fromkeys((*TWINS, *((name, name.replace("diameter", "radius")) for name in given)))
+        if one != other and one in given and other in given
     ]
     converters = {name: partial(_spread, of) for name, of in variables(data).items()}
     return tuple(gathered(given.items(), converters, twins).values())

@@ -37,7 +37,9 @@ class WrongsError(ValueError):
         self.valid = dict(valid or {})
 
 
-def structure(data: Any, keys: Sequence[Key]) -> dict[str, Any]:
+def structure(
+    data: Any, keys: Sequence[Key], parsers: Mapping[str, Callable[[Any], Any]] | None = None
+) -> dict[str, Any]:
     """Values of a block, converted to arguments of constructors.
 
     Parameters
@@ -46,6 +48,8 @@ def structure(data: Any, keys: Sequence[Key]) -> dict[str, Any]:
         Content of the block. None stands for an empty block.
     keys : sequence of Key
         Its keys.
+    parsers : mapping, optional
+        Conversions of keys whose values are blocks themselves.
 
     Raises
     ------
@@ -56,7 +60,8 @@ def structure(data: Any, keys: Sequence[Key]) -> dict[str, Any]:
     if not isinstance(given, dict):
         names = ", ".join(key.name for key in keys) or "nothing"
         raise WrongsError([Wrong((), f"must be a mapping of {names} (got {text_of(given)})")])
-    return gathered(given.items(), {key.name: partial(converted, key) for key in keys}, _of_keys(given, keys))
+    converters = {key.name: partial(converted, key) for key in keys} | dict(parsers or {})
+    return gathered(given.items(), converters, _of_keys(given, keys))
 
 
 def _of_keys(given: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Wrong]:
@@ -120,7 +125,7 @@ def converted(key: Key, value: Any) -> Any:
     if value is None and key.may_be_none:
         return None
     if spec is None:
-        if key.kind and isinstance(value, str):
+        if key.kind and isinstance(value, str) and value not in key.also:
             find(key.kind, value)
         return _of_kind(value, key.annotation)
     if not spec.samples:

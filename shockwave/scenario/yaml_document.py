@@ -38,6 +38,7 @@ _BREAK = re.compile(r"\r\n|\r|\n")
 # Characters that only some programs treat as line breaks count as unprintable: line numbers are then unambiguous.
 _UNPRINTABLE = "[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
 _ASCII_UNPRINTABLE = re.compile("[^\t\n\r\x20-\x7e]")
+_STEP = re.compile(r"([^.\[\]]+)|\[([0-9]{1,9})\]")
 _PLAIN_KEY = re.compile(r"[\w-]{1,60}")
 
 
@@ -50,6 +51,11 @@ def dotted(path: Steps) -> str:
         else:
             text += ("." if text else "") + (step if _PLAIN_KEY.fullmatch(step) else text_of(step))
     return text
+
+
+def steps_of(name: str) -> Steps:
+    """Path that ``name`` writes, such as ``chain.granules[1].diameter``; the inverse of `dotted` for plain keys."""
+    return tuple(int(index) if index else step for step, index in _STEP.findall(name))
 
 
 @define(eq=False)
@@ -85,23 +91,31 @@ class Document:
     def having(self, values: Mapping[Steps, Any], place: yaml.Mark | None = None) -> Document:
         """The document with other ``values`` at their paths; missing mappings on the way are created.
 
-        A value below something that is not a mapping is ignored, because the loader reports an error there anyway.
+        A value below something that is not a mapping, or beyond the end of a list, is ignored, because the loader
+        reports an error there anyway.
         ``place`` is the place of the values; by default it is that of the block above them.
         """
-        data = dict(self.data)
+        data = self.data
         for path, value in values.items():
-            block: Any = data
-            for step in path[:-1]:
-                # copied, as other documents share it
-                block[step] = dict(block[step]) if isinstance(block.get(step), dict) else block.get(step) or {}
-                block = block[step]
-                if not isinstance(block, dict):
-                    break
-            else:
-                block[path[-1]] = value
+            data = _with(data, path, value)
         placed = dict.fromkeys(values, place) if place is not None else {}
         kept = {path: own for path, own in self.values.items() if path not in values}
         return evolve(self, data=data, values=kept | placed, keys=self.keys | placed)
+
+
+def _with(block: Any, path: Steps, value: Any) -> Any:
+    """A copy of ``block``, which other documents share, with ``value`` at ``path``."""
+    step, rest = path[0], path[1:]
+    copy: Any
+    if isinstance(block, list) and isinstance(step, int) and step < len(block):
+        copy, inner = [*block], block[step]
+    elif isinstance(block, dict | None) and isinstance(step, str):
+        copy = dict(block or {})
+        inner = copy.get(step)
+    else:
+        return block
+    copy[step] = _with(inner, rest, value) if rest else value
+    return copy
 
 
 def read_document(path: str | os.PathLike[str]) -> Document:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Callable, Iterator
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, Literal, TypeAlias
 
 from attrs import define, field, frozen
 
@@ -45,7 +45,9 @@ class Integrator(abc.ABC):
     Contract for implementers
     -------------------------
     1. ``name`` is the registered name of the class, ``order`` the order of its global error in the step size;
-       ``adaptive`` and ``symplectic`` state its properties.
+       ``adaptive`` and ``symplectic`` state its properties. ``chains`` is ``equal`` for a method that can only step
+       chains of equal granules, ``conservative`` if the granules may differ, and ``any`` if the contacts may also be
+       damped; the last two are for the built-in methods with tables of coefficients.
     2. An adaptive method uses ``tolerance``, the absolute error allowed in a step, in scaled units, in which
        displacements and velocities are of order one. A method with a fixed step uses ``size`` instead, the longest
        step in scaled units of time. Each ignores the setting of the other; ``first_size`` is a hint for adaptive
@@ -68,6 +70,7 @@ class Integrator(abc.ABC):
     order: ClassVar[int]
     adaptive: ClassVar[bool]
     symplectic: ClassVar[bool]
+    chains: ClassVar[Literal["equal", "conservative", "any"]] = "equal"
 
     tolerance: float = 1e-9
     size: float = 0.05

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
 from types import ModuleType
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 from attrs import define, field, frozen
@@ -102,6 +102,7 @@ class Nystroem(OneStep):
 
     adaptive: ClassVar[bool] = True
     symplectic: ClassVar[bool] = False
+    chains: ClassVar[Literal["equal", "conservative", "any"]] = "conservative"
     tableau: ClassVar[Tableau]
     #: Ratio of the tolerance of a step to the requested relative error of a peak force.
     caution: ClassVar[float] = 1.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 import scipy.integrate
@@ -88,6 +88,7 @@ class Dop853(ScipySolver):
 
     name: ClassVar[str] = "dop853"
     order: ClassVar[int] = 8
+    chains: ClassVar[Literal["equal", "conservative", "any"]] = "any"
     solver = scipy.integrate.DOP853
 
 

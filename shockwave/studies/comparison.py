@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 from attrs import asdict, frozen
 
 from shockwave.chain.chain import Chain
+from shockwave.errors import NotCoveredError
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.result_text import lead_text, result_answer, result_details, result_limits, wave_tables
 from shockwave.measurement.simulate import simulate, simulate_with
@@ -23,7 +24,10 @@ from shockwave.prediction.outcome import (
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
 from shockwave.scenario.scenario import Published
-from shockwave.text import error_text, facts, limits, notes, si, strong
+from shockwave.text import error_text, facts, limits, notes, paragraph, si, strong
+
+if TYPE_CHECKING:
+    from shockwave.chain.impact import Impact
 
 
 @frozen(kw_only=True)
@@ -32,31 +36,39 @@ class Comparison:
 
     Attributes
     ----------
-    predicted, simulated : Outcome, SimulationResult
-        The two answers.
-    error : float
-        Relative error of the predicted peak force, uncertain by ``simulated.error_estimate``.
-    relation : str
-        ``less``, ``equal`` or ``greater`` by simulation, with the predictor's tolerance of equality.
+    predicted : Outcome or None
+        The prediction; None where the model does not cover the scene.
+    simulated : SimulationResult or ChainResult
+        The simulation; a ChainResult for a chain beyond equal spheres.
+    error : float or None
+        Relative error of the predicted peak force, uncertain by ``simulated.error_estimate``; None without prediction.
+    relation : str or None
+        ``less``, ``equal`` or ``greater`` by simulation, with the predictor's tolerance of equality; None without
+        prediction.
     published : Published or None
         Figures printed in a source for the same scene.
+    reason : str or None
+        Reason why there is no prediction.
     """
 
-    predicted: Outcome
-    simulated: SimulationResult
-    error: float
-    relation: Relation
+    predicted: Outcome | None
+    simulated: SimulationResult | Any
+    error: float | None
+    relation: Relation | None
     published: Published | None = None
+    reason: str | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``compare --json`` prints."""
+        predicted = self.predicted
         return {
-            "scenario": self.predicted.scenario,
-            "predicted": self.predicted.to_dict(),
+            "scenario": self.simulated.scenario,
+            "predicted": predicted and predicted.to_dict(),
             "simulated": self.simulated.to_dict(),
-            "errors": {"peak_force": self.error},
-            "relations": {"predicted": self.predicted.relation, "simulated": self.relation},
+            "errors": predicted and {"peak_force": self.error},
+            "relations": predicted and {"predicted": predicted.relation, "simulated": self.relation},
             "published": None if self.published is None else asdict(self.published),
+            "reason": self.reason,
         }
 
     def __str__(self) -> str:
@@ -64,13 +76,17 @@ class Comparison:
 
 
 def compare(
-    shock: Shock, chain: Chain, predictor: Predictor | None = None, options: SimulateOptions | None = None, **asked: Any
+    shock: Shock | Impact,
+    chain: Chain,
+    predictor: Predictor | None = None,
+    options: SimulateOptions | None = None,
+    **asked: Any,
 ) -> Comparison:
-    """Predict and simulate ``shock`` on ``chain``.
+    """Predict and simulate ``shock`` on ``chain``; simulate alone where the model does not cover the scene.
 
     Parameters
     ----------
-    shock, chain : Shock, Chain
+    shock, chain : Shock or Impact, Chain
         The scene.
     predictor : Predictor, optional
         Left out, one with its defaults.
@@ -80,8 +96,17 @@ def compare(
         the arguments of `simulate`.
     """
     predictor = predictor or Predictor()
-    predicted = predictor.predict(shock, chain)
+    predicted, reason = None, None
+    try:
+        predicted = predictor.predict(cast(Shock, shock), chain)
+    except NotCoveredError:
+        from shockwave.chain.coverage import refusal  # not needed for equal granules
+
+        features = ", ".join(f"{fault.problem} ({fault.path})" for fault in refusal(chain, shock))
+        reason = f"{predictor.model} covers shocks on chains of equal granules with free ends, not {features}"
     simulated = simulate_with(options, shock, chain) if options is not None else simulate(shock, chain, **asked)
+    if predicted is None:
+        return Comparison(predicted=None, simulated=simulated, error=None, relation=None, reason=reason)
     return beside(predicted, simulated, predictor.equal_tolerance)
 
 
@@ -106,12 +131,14 @@ def _figures(published: Published) -> str:
 def comparison_text(both: Comparison) -> str:
     """The error of the prediction, both answers, what decided the prediction, and the waves of both."""
     predicted, simulated = both.predicted, both.simulated
+    if predicted is None:
+        return "\n".join([str(simulated), "", *paragraph("  no prediction: ", both.reason or "", 4)])
     name = f"{predicted.scenario}: " if predicted.scenario else ""
     waves = wave_tables(simulated)  # integrates the train, whose warnings and cost belong to the lines around
     warnings = dict.fromkeys([*outcome_limits(predicted), *result_limits(simulated)])
     answers = [
         ("estimate", estimate_text(predicted)),
-        ("error", f"{predicted.model} {error_text(both.error)}"),
+        ("error", f"{predicted.model} {error_text(both.error or 0.0)}"),
         ("relation", f"predicted {predicted.relation}, simulated {both.relation} (relative to the shock)"),
     ]
     if both.published is not None:

@@ -296,7 +296,7 @@ class _Search:
             rise_time=ratio,
             granule_mass=chain.granule_mass,
             mass_per_length=chain.granule_mass / (2 * chain.radius),
-            chain_mass=None if chain.granules is None else chain.granules * chain.granule_mass,
+            chain_mass=None if chain.count is None else chain.count * chain.granule_mass,
             exponents=varied_scenes.exponents_of(scenario, curve),
         )
 

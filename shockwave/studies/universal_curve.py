@@ -178,6 +178,10 @@ class UniversalCurve(CurveData):
         InvalidValueError
             If the shock has another shape, or is longer than the curve covers.
         """
+        if not chain.is_uniform:
+            from shockwave.chain.coverage import covered  # not needed for equal granules
+
+            chain = covered(chain, shock, "the universal curve")
         if not self.shape.fits(shock.profile):
             rule = f"must have the shape {self.shape.profile}"
             raise InvalidValueError.of("profile", f"{rule} (got {text_of(shock.profile)})")

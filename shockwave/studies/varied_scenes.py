@@ -52,11 +52,16 @@ def scenario_of(scene: Scenario | Shock, chain: Chain | None) -> Scenario:
     ------
     InvalidValueError
         If neither is given.
+    NotCoveredError
+        If the scene has features beyond a shock on equal granules with free ends.
     """
     if isinstance(scene, Scenario) and chain is None:
-        return scene
+        return scene.covered_by("this study")
     if isinstance(scene, Shock) and isinstance(chain, Chain):
-        return Scenario(name="", path=None, shock=scene, chain=chain, predictor=Predictor(), simulate=SimulateOptions())
+        found = Scenario(
+            name="", path=None, shock=scene, chain=chain, predictor=Predictor(), simulate=SimulateOptions()
+        )
+        return found.covered_by("this study")
     raise InvalidValueError.of("scene", f"must be a Scenario, or a Shock together with a Chain (got {text_of(scene)})")
 
 
@@ -89,9 +94,9 @@ def duration_of(scenario: Scenario) -> float:
 def notes_of(scenario: Scenario) -> tuple[str, ...]:
     """Notes on results of curves for the scenario."""
     notes = tuple(scenario.shock.profile.notes)
-    if scenario.chain.granules is None:
+    if scenario.chain.count is None:
         return notes
-    return (*notes, f"the chain of {scenario.chain.granules} granules is treated as semi-infinite")
+    return (*notes, f"the chain of {scenario.chain.count} granules is treated as semi-infinite")
 
 
 # ---------------------------------------------------------------- curves

@@ -19,6 +19,7 @@ _ESTIMATES = {
     "amplification": "error_estimate",
     "second_peak_force": "second_error_estimate",
     "recoil_momentum": "recoil_error",
+    "greatest_force": "greatest_error",
 }
 # Columns of predicted quantities, after a prefix, that have an expected error.
 _EXPECTED = ("peak_force", "amplification")

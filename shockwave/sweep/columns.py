@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from shockwave.measurement.result import SimulationResult
 from shockwave.prediction.outcome import Outcome
@@ -12,17 +12,20 @@ from shockwave.scenario.sweep_block import Run
 from shockwave.studies.comparison import Comparison
 from shockwave.sweep.definition import NOTES, Column
 
+if TYPE_CHECKING:
+    from shockwave.measurement.chain_result import ChainResult
+
 
 class Answer(NamedTuple):
     """Results at a point; those that were not requested are None.
 
-    ``rise_time`` and ``duration`` are in characteristic times of the chain.
+    ``rise_time`` and ``duration`` are in characteristic times of the chain; None for chains beyond equal granules.
     """
 
-    rise_time: float
-    duration: float
+    rise_time: float | None = None
+    duration: float | None = None
     predicted: Outcome | None = None
-    simulated: SimulationResult | None = None
+    simulated: SimulationResult | ChainResult | None = None
     compared: Comparison | None = None
 
     @property
@@ -122,6 +125,10 @@ _TRAIN = (
     _count("ejected_granules", "number of rebounding granules", _at("simulated.ejected_granules")),
     _number("momentum_defect", "", "relative difference of momentum and impulse", "simulated.momentum_defect"),
 )
+_FINITE = (
+    _number("greatest_force", "N", "greatest contact force in a finite chain", "simulated.greatest_force.peak_force"),
+    _number("greatest_error", "", "relative error of greatest_force", "simulated.greatest_force.error_estimate"),
+)
 _COMPARED = (
     _number("error", "", "relative error of the predicted peak force, accurate to error_estimate", "compared.error"),
     _text("relation", f"simulated: {_RELATION}", "compared.relation"),
@@ -135,9 +142,38 @@ _LAST = (
 )
 
 
-def reads(run: Run, train: bool) -> tuple[Read, ...]:
-    """Return the columns of a sweep that does ``run`` and measures the whole ``train`` or the leading wave only."""
-    more = _TRAIN if train else ()
+_CHAIN = (
+    _number("greatest_force", "N", "greatest force at all contacts", "simulated.greatest_force.peak_force"),
+    _count("greatest_contact", "contact at which it acts", _at("simulated.greatest_force.contact")),
+    _number("greatest_time", "s", "time at which it acts", "simulated.greatest_force.time"),
+    _number("transmitted_force", "N", "greatest force on the wall", "simulated.transmitted.peak_force"),
+    _number("transmitted_impulse", "N s", "impulse on the wall", "simulated.transmitted.impulse"),
+    _number("error_estimate", "", "relative error of the simulated forces, estimated", "simulated.error_estimate"),
+    _number("restitution", "", "coefficient of restitution of the striker", "simulated.restitution"),
+    _number("dissipated_energy", "J", "energy dissipated by damping", "simulated.dissipated_energy"),
+)
+
+
+def chain_reads(run: Run, contacts: Sequence[int]) -> tuple[Read, ...]:
+    """Return the columns of a sweep of chains beyond equal granules, with the forces at these ``contacts``."""
+    forces = [
+        _number(
+            f"force_{contact}", "N", f"greatest force at contact {contact}", f"simulated.contacts.{index}.peak_force"
+        )
+        for index, contact in enumerate(contacts)
+    ]
+    if run == "predict":
+        return reads(run, False)
+    predicted = (*_predicted("predicted_"), *_ESTIMATE) if run == "compare" else ()
+    return (*predicted, *_CHAIN, *forces, *_LAST[-1:])
+
+
+def reads(run: Run, train: bool, finite: bool = False) -> tuple[Read, ...]:
+    """Return the columns of a sweep that does ``run`` and measures the whole ``train`` or the leading wave only.
+
+    ``finite`` states whether some of the chains are finite.
+    """
+    more = (*(_TRAIN if train else ()), *(_FINITE if finite else ()))
     if run == "predict":
         return (*_predicted(""), *_ESTIMATE, *_PREDICTED, *_LAST)
     if run == "simulate":

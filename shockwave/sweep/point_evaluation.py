@@ -11,34 +11,36 @@ import time
 from collections.abc import Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, Union
 
 import numpy as np
 
 import shockwave
 from shockwave.chain.chain import Chain, Scales
-from shockwave.errors import UsageError, message_of
+from shockwave.errors import NotCoveredError, UsageError, message_of
 from shockwave.files import read_bytes
 from shockwave.measurement.result import SimulationResult
-from shockwave.measurement.simulate import simulate_many
+from shockwave.measurement.simulate import simulate_many, simulate_with
 from shockwave.options import SimulateOptions
 from shockwave.prediction.outcome import Outcome
 from shockwave.prediction.predictor import Predictor
-from shockwave.profiles.shock import Shock
 from shockwave.registry import load, plugins
-from shockwave.scenario.block_keys import BLOCKS
+from shockwave.scenario.block_keys import BLOCKS, MATERIALS, WALLS
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_family import Family, FamilyScene
 from shockwave.scenario.scene_hash import normalised
 from shockwave.scenario.sweep_block import Sweep
 from shockwave.simulation.backend import lack
 from shockwave.studies.comparison import beside
-from shockwave.sweep.columns import Answer, reads, row
+from shockwave.sweep.columns import Answer, chain_reads, reads, row
 from shockwave.sweep.definition import SweepDefinition
 from shockwave.sweep.journal import line_of
 
+if TYPE_CHECKING:
+    from shockwave.measurement.chain_result import ChainResult
+
 _T = TypeVar("_T")
-_Found = SimulationResult | BaseException
+_Found = Union["SimulationResult", "ChainResult", BaseException]
 _Results = dict[int, _Found]
 _Scenes = Mapping[int, FamilyScene]
 _Predicted = Outcome | Exception | None
@@ -71,7 +73,14 @@ class Points:
         given = scenario.document.data.get("simulate") if scenario.document else None
         #: Whether all waves are measured, or the leading wave only.
         self.train = isinstance(given, dict) and given.get("waves") == "train"
-        self._columns = reads(self.sweep.run, self.train)
+        #: Whether scenes may have features beyond a shock on equal granules, so that forces at contacts are measured.
+        self.chains = _has_features(scenario) or any(
+            _is_feature(name) for axis in self.sweep.axes for name in axis.names
+        )
+        run = self.sweep.run
+        finite = scenario.chain.granules is not None or any("chain.granules" in axis.names for axis in self.sweep.axes)
+        own = reads(run, self.train, finite)
+        self._columns = chain_reads(run, scenario.simulate.contacts) if self.chains else own
         self._family = Family(scenario)
         self.definition = SweepDefinition(
             name=scenario.name,
@@ -98,11 +107,11 @@ class Points:
         predicted: dict[int, _Predicted] = {}
         if self.sweep.run != "simulate":
             for predictor, group in _groups(scenes, "predictor").items():
-                if self.sweep.run == "predict" and (ready := self._in_columns(predictor, group, scenes)):
+                alone = self.sweep.run == "predict" and not self.chains
+                if alone and (ready := self._in_columns(predictor, group, scenes)):
                     lines |= ready
                 else:
-                    shocks, chains = _shocks_and_chains(group, scenes)
-                    predicted |= zip(group, predictor.predict_each(shocks, chains), strict=True)
+                    predicted |= self._predicted(predictor, group, scenes)
         return "".join(
             lines.get(index) or self._line(index, scenes.get(index), found.get(index), predicted.get(index))
             for index in indices
@@ -110,9 +119,8 @@ class Points:
 
     def _in_columns(self, predictor: Predictor, indices: list[int], scenes: _Scenes) -> dict[int, str]:
         """Lines of points that are predicted together; none if the model cannot, or if a plugin fails at any point."""
-        shocks, chains = _shocks_and_chains(indices, scenes)
         try:
-            found = predictor.columns(shocks, chains)
+            found = predictor.columns(*_excitations_and_chains(indices, scenes))
         except _POINT_ERRORS:
             return {}
         if found is None:
@@ -130,8 +138,17 @@ class Points:
         except _POINT_ERRORS as error:
             return _failed(index, message_of(error))
 
+    def _predicted(self, predictor: Predictor, indices: list[int], scenes: _Scenes) -> dict[int, _Predicted]:
+        """Outcomes by point number; None where there is a simulation, and the model does not cover the scene."""
+        outcomes: list[_Predicted] = list(predictor.predict_each(*_excitations_and_chains(indices, scenes)))
+        if self.sweep.run == "compare":
+            outcomes = [None if isinstance(one, NotCoveredError) else one for one in outcomes]
+        return dict(zip(indices, outcomes, strict=True))
+
     def _simulated(self, scenes: _Scenes) -> _Results:
         """Results by point number; scenes with the same options are simulated in one call."""
+        if self.chains:
+            return {index: _alone(scene) for index, scene in scenes.items()}
         found: _Results = {}
         for options, indices in _groups(scenes, "simulate").items():
             found |= self._together(options, indices, scenes)
@@ -139,7 +156,7 @@ class Points:
 
     def _together(self, options: SimulateOptions, indices: list[int], scenes: _Scenes) -> _Results:
         try:
-            shocks, chains = _shocks_and_chains(indices, scenes)
+            shocks, chains = _excitations_and_chains(indices, scenes)
             settings: dict[str, Any] = {name: getattr(options, name) for name in _SETTINGS}
             waves = options.waves if self.train else "primary"
             found = simulate_many(shocks, chains, **settings, waves=waves, threads=1)
@@ -159,8 +176,8 @@ def _groups(scenes: _Scenes, part: str) -> dict[Any, list[int]]:
     return groups
 
 
-def _shocks_and_chains(indices: Sequence[int], scenes: _Scenes) -> tuple[list[Shock], list[Chain]]:
-    return [scenes[index].shock for index in indices], [scenes[index].chain for index in indices]
+def _excitations_and_chains(indices: Sequence[int], scenes: _Scenes) -> tuple[list[Any], list[Chain]]:
+    return [scenes[index].excitation for index in indices], [scenes[index].chain for index in indices]
 
 
 def _done(index: int, values: Sequence[Any]) -> str:
@@ -177,11 +194,33 @@ def _valid(result: _T | BaseException) -> _T:
     return result
 
 
-def _answer(scene: FamilyScene, predicted: Outcome | None, simulated: SimulationResult | None) -> Answer:
+def _has_features(scene: Scenario | FamilyScene) -> bool:
+    """Whether a scene may have features beyond a shock on equal granules."""
+    return scene.impact is not None or not scene.chain.is_uniform
+
+
+def _is_feature(name: str) -> bool:
+    """Whether a variable is a feature beyond a shock on equal granules."""
+    return name.rpartition(".")[0] not in (*BLOCKS, "shock.parameters") or name.endswith(
+        (".precompression", ".gravity")
+    )
+
+
+def _alone(scene: FamilyScene) -> _Found:
+    """Result of one scene."""
+    try:
+        return simulate_with(scene.simulate, scene.excitation, scene.chain)
+    except _POINT_ERRORS as error:
+        return error
+
+
+def _answer(scene: FamilyScene, predicted: Outcome | None, simulated: SimulationResult | ChainResult | None) -> Answer:
+    if _has_features(scene):
+        return Answer(predicted=predicted, simulated=simulated)
     characteristic = Scales.of(scene.chain, scene.shock.peak_force).time
     times = scene.shock.rise_time / characteristic, scene.shock.duration / characteristic
     compared = None
-    if predicted is not None and simulated is not None:
+    if predicted is not None and isinstance(simulated, SimulationResult):
         compared = beside(predicted, simulated, scene.predictor.equal_tolerance)
     return Answer(*times, predicted, simulated, compared)
 
@@ -211,18 +250,23 @@ def _versions_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
 
 def _used(scenario: Scenario, sweep: Sweep) -> set[tuple[str, Any]]:
     """Kinds and names of the registered objects in use; for a profile also the address of its class."""
-    cls = type(scenario.shock.profile)
-    used = {
-        ("profiles", f"{cls.__module__}:{cls.__qualname__}"),
+    used: set[tuple[str, Any]] = {
         ("materials", scenario.chain.material.name),
         ("integrators", scenario.simulate.integrator),
         ("models", scenario.predictor.model),
         ("quadratures", scenario.predictor.quadrature),
     }
-    if scenario.document is not None:
-        used.add(("profiles", scenario.document.data["shock"]["profile"]))
-    used |= {(_KINDS[name], value) for name, value in sweep.pairs() if name in _KINDS and isinstance(value, str)}
-    return used
+    if scenario.shock is not None:
+        cls = type(scenario.shock.profile)
+        used.add(("profiles", f"{cls.__module__}:{cls.__qualname__}"))
+        if scenario.document is not None:
+            used.add(("profiles", scenario.document.data["shock"]["profile"]))
+    if not scenario.chain.is_uniform:
+        laws = scenario.chain.damping, scenario.chain.contact
+        used |= {("contacts", f"{type(law).__module__}:{type(law).__qualname__}") for law in laws}
+    texts = {(name, value) for name, value in sweep.pairs() if isinstance(value, str)}
+    used |= {(_KINDS[name], value) for name, value in texts if name in _KINDS}
+    return used | {("materials", value) for name, value in texts if name.endswith(MATERIALS)}
 
 
 def _named_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
@@ -230,7 +274,7 @@ def _named_here(scenario: Scenario, sweep: Sweep) -> dict[str, str]:
     folder = scenario.path.parent if scenario.path is not None else Path()
     found = {}
     for name, value in sweep.pairs():
-        if name == "chain.material" and isinstance(value, str):
+        if name.endswith(MATERIALS) and isinstance(value, str) and value not in WALLS:
             found[f"material {value}"] = _hash(repr(load("materials", value)).encode())
         elif name == "shock.parameters.file":
             found[f"file {value}"] = _hash(read_bytes(folder / value, _MOST_RECORD))

@@ -1,0 +1,1 @@
+"""Elastic-plastic contacts for shockwave."""

@@ -1,0 +1,98 @@
+"""Thornton's law: its curves, and the coefficient of restitution that he published."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shockwave as sw
+from shockwave.chain.contact_law import BoundLaw
+from shockwave.chain.layout import Layout
+from shockwave.registry import load
+
+from shockwave_plasticity.thornton import Thornton
+
+STEEL = sw.Material(youngs_modulus=200e9, poisson_ratio=0.3, density=7800.0)
+LAW = Thornton(yield_pressure=1e9)
+#: Two equal spheres, of which one strikes the other.
+PAIR = sw.Chain(material=STEEL, radius=5e-3, granules=[sw.Segment()], contact=LAW)
+
+
+def _layout(velocity: float = 1.0) -> Layout:
+    return Layout.of(PAIR, sw.Impact(velocity=velocity))
+
+
+def _bound() -> BoundLaw:
+    law = _layout().law
+    assert law is not None
+    return law
+
+
+def _yield_velocity() -> float:
+    """Relative velocity at which a collision just yields: m* v^2 / 2 = 2/5 F_y d_y."""
+    pairs = _layout().pairs
+    overlap, force = LAW.first_yield(pairs)
+    return float(np.sqrt(4 / 5 * force * overlap / pairs.masses)[0])
+
+
+def test_first_yield_is_that_of_the_limiting_pressure() -> None:
+    pairs = _layout().pairs
+    overlap, force = LAW.first_yield(pairs)
+    # the pressure of Hertz at the centre of the contact, 3 F / (2 pi a^2) with a^2 = R* d
+    assert 3 * force / (2 * math.pi * pairs.radii * overlap) == pytest.approx([1e9], rel=1e-12)
+    assert force == pytest.approx(math.pi**3 * 1e27 * pairs.radii**2 / (6 * pairs.moduli**2), rel=1e-12)
+
+
+def test_a_sphere_on_a_heavy_wall_has_the_published_yield_velocity() -> None:
+    # v_y = (pi / (2 E*))^2 (2 / (5 rho))^(1/2) p^(5/2), with m* the mass of the sphere
+    pairs = _layout().pairs
+    overlap, force = LAW.first_yield(pairs)
+    mass = 4 / 3 * math.pi * STEEL.density * pairs.radii**3
+    published = (math.pi / (2 * pairs.moduli)) ** 2 * math.sqrt(2 / (5 * STEEL.density)) * 1e9**2.5
+    assert np.sqrt(4 / 5 * force * overlap / mass) == pytest.approx(published, rel=1e-12)
+
+
+def test_forces_are_continuous_and_unloading_is_elastic() -> None:
+    law = _bound()
+    yields = float(LAW.first_yield(law.pairs)[0][0])
+    rest = np.zeros(1)
+    for greatest in (0.5 * yields, 3 * yields, 30 * yields):
+        state = law.update(np.array([greatest]), rest, law.initial_state())
+        at = law.force(np.array([greatest]), rest, law.initial_state())
+        for side in (1 - 1e-9, 1 + 1e-9):
+            assert law.force(np.array([side * greatest]), rest, state) == pytest.approx(at, rel=1e-7)
+        # unloading does not change the greatest overlap, and follows one curve
+        half = law.force(np.array([greatest / 2]), rest, state)
+        assert law.update(np.array([greatest / 2]), rest, state) == pytest.approx(state)
+        assert half <= law.force(np.array([greatest / 2]), rest, law.initial_state()) * (1 + 1e-12)
+
+
+def _published(ratio: float) -> float:
+    """Thornton's restitution for the ratio v_y/v."""
+    first = math.sqrt(6 * math.sqrt(3) / 5) * math.sqrt(1 - ratio**2 / 6)
+    return first * (ratio / (ratio + 2 * math.sqrt(6 / 5 - ratio**2 / 5))) ** 0.25
+
+
+@pytest.mark.parametrize("ratio", [0.8, 0.3, 0.1, 0.03, 0.01])
+def test_restitution_is_the_published_curve(ratio: float) -> None:
+    impact = sw.Impact(velocity=_yield_velocity() / ratio)
+    result = sw.simulate(impact, PAIR, rtol=1e-6)
+    # a few times the tolerance
+    assert result.restitution == pytest.approx(_published(ratio), rel=5e-6)
+
+
+def test_a_scenario_names_the_law(tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text(
+        "chain: {material: paper-steel, radius: 5 mm, granules: [{count: 1}],"
+        " contact: {model: thornton, yield_pressure: 1 GPa}}\nimpact: {velocity: 1 m/s}\n"
+    )
+    assert sw.load_scenario(file).chain.contact == LAW
+    assert load("contacts", "thornton") is Thornton
+
+
+def test_slower_collisions_are_elastic() -> None:
+    result = sw.simulate(sw.Impact(velocity=0.9 * _yield_velocity()), PAIR, rtol=1e-6)
+    assert result.restitution == pytest.approx(1.0, rel=1e-5)

@@ -1,0 +1,125 @@
+"""Contact laws: the force between two granules as a function of their overlap, and the contract of further laws."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+from attrs import evolve, frozen
+
+from shockwave.fields import quantity
+from shockwave.quadrature import FloatArray
+
+
+@frozen(eq=False)
+class Pairs:
+    """All contacts of a chain, as arrays of shape (contacts,) in the order of the contacts.
+
+    Attributes
+    ----------
+    moduli : ndarray
+        E* [Pa], 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2; a rigid wall adds nothing.
+    radii : ndarray
+        R* [m], 1/R* = 1/R1 + 1/R2; for a flat, that of the granule.
+    masses : ndarray
+        Reduced mass m1 m2/(m1 + m2) [kg]; for a fixed wall, that of the granule.
+    stiffnesses : ndarray
+        k of F = k d^p [N/m^p].
+    exponent : float
+        p of all contacts.
+    """
+
+    moduli: FloatArray
+    radii: FloatArray
+    masses: FloatArray
+    stiffnesses: FloatArray
+    exponent: float = 1.5
+
+
+class ContactLaw(ABC):
+    """The force between two granules in contact; base class of laws that plugins add.
+
+    A law is an immutable attrs class (``attrs.frozen``). Its fields are the parameters of the ``contact`` block of a
+    scenario; declare numbers with `shockwave.fields.quantity`. The NumPy code steps it:
+
+    1. ``force(overlap, closing_velocity, state, pairs)`` returns the forces [N] at all contacts at once. ``overlap``
+       [m] and ``closing_velocity`` [m/s], its derivative, have the shape (contacts,); ``pairs`` holds the properties of
+       the contacts. All quantities are in SI units.
+    2. The force is zero where the overlap is zero or negative. A negative force counts as zero: contacts never attract.
+    3. It is a continuous function of the overlap and the closing velocity, and has no other input: it neither changes
+       ``state`` nor remembers a call, because an integrator calls it many times in a step, and repeats steps.
+    4. ``state`` has the shape (states, contacts), with the class attribute ``states``, and is zero at first. It
+       describes the history of the contacts, such as their greatest overlap, up to the last accepted step. The force
+       must also hold for overlaps beyond that history, as they occur within a step.
+    5. ``update(overlap, closing_velocity, state, pairs)`` returns the state after an accepted step, from the overlaps
+       and velocities at its end, as a new array. The default returns ``state``. An update that changes the force at
+       that overlap and velocity adds or removes energy.
+
+    Laws with velocity-dependent forces include their own damping. A law is not combined with ``damping``,
+    ``precompression`` or ``gravity``.
+    """
+
+    #: Numbers that describe the history of a contact.
+    states: int = 0
+
+    @abstractmethod
+    def force(self, overlap: FloatArray, closing_velocity: FloatArray, state: FloatArray, pairs: Pairs) -> FloatArray:
+        """Forces [N] at all contacts."""
+
+    def update(self, overlap: FloatArray, closing_velocity: FloatArray, state: FloatArray, pairs: Pairs) -> FloatArray:
+        """The state after an accepted step that ends with these overlaps and velocities."""
+        return state
+
+
+@frozen(eq=False)
+class BoundLaw:
+    """A contact law with the contacts of a chain, in units of length, velocity and force [SI]."""
+
+    law: ContactLaw
+    pairs: Pairs
+    length: float = 1.0
+    velocity: float = 1.0
+    unit_force: float = 1.0
+
+    def scaled(self, length: float, velocity: float, force: float) -> BoundLaw:
+        """The law for overlaps, velocities and forces in these units [m], [m/s], [N]."""
+        return evolve(self, length=length, velocity=velocity, unit_force=force)
+
+    def initial_state(self) -> FloatArray:
+        """State of contacts without a history, of shape (states, contacts)."""
+        return np.zeros((self.law.states, len(self.pairs.stiffnesses)))
+
+    def force(self, overlap: FloatArray, closing_velocity: FloatArray, state: FloatArray) -> FloatArray:
+        """Forces at all contacts, zero or positive."""
+        found = self.law.force(overlap * self.length, closing_velocity * self.velocity, state, self.pairs)
+        return np.where(overlap > 0, np.maximum(found, 0.0), 0.0) / self.unit_force
+
+    def update(self, overlap: FloatArray, closing_velocity: FloatArray, state: FloatArray) -> FloatArray:
+        """The state after an accepted step."""
+        return self.law.update(overlap * self.length, closing_velocity * self.velocity, state, self.pairs)
+
+
+@frozen(kw_only=True)
+class PowerContact:
+    """A contact law F = k d^p with the same stiffness at all contacts, in place of Hertz's.
+
+    Parameters
+    ----------
+    exponent : float
+        p, from 1 to 10; 1 is a linear spring.
+    stiffness : float
+        k [N/m^p], above 0.
+
+    Raises
+    ------
+    InvalidValueError
+        If a value is out of range.
+    """
+
+    exponent: float = quantity("", "exponent p of F = k d^p", at_least=1, at_most=10)
+    stiffness: float = quantity("", "stiffness k of F = k d^p, in N/m**p", above=0)
+
+
+@frozen
+class Hertz:
+    """Hertz's law F = k d^(3/2), with k from the materials and radii of each contact: the default."""

@@ -1,0 +1,86 @@
+"""Scenes of equal granules among all scenes: rules on chain and excitation, and features beyond equal granules."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from attrs import evolve
+
+from shockwave.chain.chain import Chain
+from shockwave.chain.impact import Impact
+from shockwave.chain.segments import Segment, Taper, each_segment
+from shockwave.errors import Fault, NotCoveredError
+
+
+def scene_faults(chain: Chain, excitation: object) -> list[Fault]:
+    """Errors of a chain beyond equal spheres, or under an impact."""
+    struck = isinstance(excitation, Impact)
+    if chain.count is None:
+        why = ", because a striker needs a finite chain" if struck else ""
+        return [Fault("chain.granules", f"must be given{why} (got nothing)")]
+    if chain.count + struck < 2:
+        return [Fault("chain.granules", "must be at least 2 granules, a striker included (got 1)")]
+    return []
+
+
+def reduced(chain: Chain) -> Chain | None:
+    """The chain as a number of equal granules with free ends; None if it has further features."""
+    if chain.is_uniform:
+        return chain
+    # one granule is no chain by itself
+    if chain.count == 1 or next(_further(chain), None) is not None:
+        return None
+    assert isinstance(chain.granules, Sequence)
+    first = next(segment for _, segment in each_segment(chain.granules))
+    radius = _kind(chain, first)[0]
+    return evolve(chain, material=first.material or chain.material, radius=radius, granules=chain.count)
+
+
+def refusal(chain: Chain, excitation: object) -> list[Fault]:
+    """Features of a scene that methods for equal granules under a shock do not cover; empty if they cover it."""
+    faults = [] if chain.is_uniform else [Fault(f"chain.{path}", reason) for path, reason in _further(chain)]
+    if isinstance(excitation, Impact):
+        faults.append(Fault("impact", "a striker"))
+    return faults
+
+
+def covered(chain: Chain, excitation: object, method: str) -> Chain:
+    """The chain as a number of equal granules, for a ``method`` that covers no other.
+
+    Raises
+    ------
+    NotCoveredError
+        If the scene has further features; it lists all of them.
+    """
+    faults = refusal(chain, excitation)
+    equal = reduced(chain)
+    if faults or equal is None:
+        rule = f"must be left out for {method}, which covers shocks on chains of equal granules with free ends"
+        problems = [Fault(fault.path, f"{rule} (got {fault.problem}; simulate instead)") for fault in faults]
+        raise NotCoveredError(problems or [Fault("chain.granules", f"{rule} (got 1 granule)")])
+    return equal
+
+
+def _further(chain: Chain) -> Iterator[tuple[str, str]]:
+    """Path below ``chain`` and description of every feature beyond equal granules with free ends."""
+    segments = [*each_segment(chain.granules)] if isinstance(chain.granules, Sequence) else []
+    for place, segment in segments:
+        if segment.gap:
+            yield f"granules{place}.gap", "a gap"
+    for place, segment in segments:
+        kind = _kind(chain, segment)
+        taper = kind[0] != kind[1]
+        if taper or kind != _kind(chain, segments[0][1]):
+            yield f"granules{place}", "a taper" if taper else "granules of another kind"
+            break
+    names = {"end": "a wall", "precompression": "a static force", "gravity": "gravity", "damping": "damping"}
+    for name, text in (names | {"contact": "another contact law"}).items():
+        if getattr(chain, name):
+            yield name, text
+
+
+def _kind(chain: Chain, segment: Segment) -> tuple[float, ...]:
+    """Radii [m] of the first and the last granule of a segment, and the constants of its material."""
+    material, radius = segment.material or chain.material, segment.radius or chain.radius
+    ends = (radius.first, radius.last) if isinstance(radius, Taper) else (radius, radius)
+    return *ends, material.youngs_modulus, material.poisson_ratio, material.density

@@ -1,0 +1,122 @@
+"""Damping at contacts: a force in proportion to the closing velocity of the overlap."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+
+import numpy as np
+from attrs import frozen
+
+from shockwave.chain.contact_law import Pairs
+from shockwave.fields import quantity
+from shockwave.quadrature import FloatArray
+
+#: Exponent of Hertz's law.
+HERTZ = 1.5
+# Halvings of an interval, after which it has the width of a rounding error.
+_HALVINGS = 100
+
+
+class Damping(ABC):
+    """A force c d^q d' at each contact, added to the elastic force; the sum is never attractive."""
+
+    @abstractmethod
+    def power(self, exponent: float) -> float:
+        """Exponent q, for an elastic force k d^p with p the ``exponent``."""
+
+    @abstractmethod
+    def coefficients(self, pairs: Pairs) -> FloatArray:
+        """Coefficients c [N s/m^(q + 1)], of shape (contacts,)."""
+
+
+@frozen(kw_only=True)
+class KuwabaraKono(Damping):
+    """Viscoelastic contact of Kuwabara and Kono (1987), (3/2) k A d^(1/2) d'; in general p k A d^(p-1) d'.
+
+    Parameters
+    ----------
+    time : float
+        A [s], a property of the materials, above 0.
+    """
+
+    time: float = quantity("s", "viscous time A of Kuwabara and Kono", above=0)
+
+    def power(self, exponent: float) -> float:
+        """q = p - 1."""
+        return exponent - 1
+
+    def coefficients(self, pairs: Pairs) -> FloatArray:
+        """c = p k A."""
+        return pairs.exponent * self.time * pairs.stiffnesses
+
+
+@frozen(kw_only=True)
+class Dashpot(Damping):
+    """A linear dashpot, c d'.
+
+    Parameters
+    ----------
+    coefficient : float
+        c [N s/m], above 0.
+    """
+
+    coefficient: float = quantity("N*s/m", "coefficient c of the dashpot", above=0)
+
+    def power(self, exponent: float) -> float:
+        """q = 0."""
+        return 0.0
+
+    def coefficients(self, pairs: Pairs) -> FloatArray:
+        """The same at all contacts."""
+        return np.full(pairs.stiffnesses.shape, self.coefficient)
+
+
+@frozen(kw_only=True)
+class Tsuji(Damping):
+    """Damping of Tsuji, Tanaka and Ishida (1992), c d^(1/4) d': restitution does not depend on the velocity.
+
+    Parameters
+    ----------
+    restitution : float
+        Coefficient of restitution of a collision of the two granules of a contact, above 0 and at most 1. A collision
+        ends where the total force vanishes.
+    """
+
+    restitution: float = quantity("", "coefficient of restitution", above=0, at_most=1)
+
+    def power(self, exponent: float) -> float:
+        """q = 1/4; `Chain` refuses other elastic forces than Hertz's."""
+        return 0.25
+
+    def coefficients(self, pairs: Pairs) -> FloatArray:
+        """c = sqrt(5) z sqrt(m* k), with the damping ratio z of `tsuji_ratio`."""
+        return math.sqrt(5) * tsuji_ratio(self.restitution) * np.sqrt(pairs.masses * pairs.stiffnesses)
+
+
+def tsuji_ratio(restitution: float) -> float:
+    """Damping ratio z of Tsuji's force for a coefficient of restitution e.
+
+    With w = d^(5/4), m d'' = -k d^(3/2) - c d^(1/4) d' becomes the equation of a linear oscillator with the damping
+    ratio z = c/sqrt(5 m k). Its collision ends where the total force, hence the acceleration, vanishes (Schwager and
+    Poeschel 2007, for the linear dashpot). With z = sin(a), ln e = -(pi - 2 a) tan(a); above z = 1, at e < exp(-2),
+    z = cosh(b) and ln e = -2 b coth(b).
+    """
+    loss = -math.log(restitution)
+    if loss == 0:
+        return 0.0
+    if loss < 2:
+        return math.sin(_root(lambda a: (math.pi - 2 * a) * math.tan(a), loss, 0.0, math.pi / 2))
+    return math.cosh(_root(lambda b: 2 * b / math.tanh(b) if b else 2.0, loss, 0.0, loss / 2))
+
+
+def _root(function: Callable[[float], float], value: float, low: float, high: float) -> float:
+    """Argument at which an increasing function has a value, by bisection."""
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        if function(middle) < value:
+            low = middle
+        else:
+            high = middle
+    return high

@@ -1,0 +1,49 @@
+"""The end of a chain: a flat wall, fixed or movable."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from attrs import field, frozen
+
+from shockwave.chain.material import Material
+from shockwave.errors import InvalidValueError
+from shockwave.fields import quantity, text_of
+
+
+def _wall(_: object, attribute: Any, value: object) -> None:
+    if not (isinstance(value, Material) or value in ("same", "rigid")):
+        problem = f"must be 'same', 'rigid' or a Material (got {text_of(value)})"
+        raise InvalidValueError.of(attribute.name, problem)
+
+
+@frozen(kw_only=True)
+class Wall:
+    """A flat wall at the end of a chain; it is fixed unless it has a mass.
+
+    Parameters
+    ----------
+    material : Material, "same" or "rigid"
+        Material of the wall. ``same`` (default) is the material of the last granule, ``rigid`` an undeformable one.
+    mass : float, optional
+        Mass of a movable wall [kg].
+    stiffness, damping : float
+        Spring [N/m] and dashpot [N s/m] between a movable wall and the ground, default 0. A static load of the chain
+        is balanced by a constant force on the wall, so that the spring acts on displacements only.
+
+    Raises
+    ------
+    InvalidValueError
+        If a value is out of range, or a wall without a mass has a stiffness or a damping.
+    """
+
+    material: Material | Literal["same", "rigid"] = field(default="same", validator=_wall)
+    mass: float | None = quantity("kg", "mass of a movable wall", above=0, default=None)
+    stiffness: float = quantity("N/m", "stiffness of the spring behind a movable wall", at_least=0, default=0.0)
+    damping: float = quantity("N*s/m", "coefficient of the dashpot behind a movable wall", at_least=0, default=0.0)
+
+    def __attrs_post_init__(self) -> None:
+        for name in ("stiffness", "damping"):
+            if self.mass is None and getattr(self, name):
+                got = f"got {getattr(self, name):g}; give the mass of the wall"
+                raise InvalidValueError.of(name, f"must be left out for a fixed wall ({got})")

@@ -1,0 +1,42 @@
+"""The impact: a striker in place of a force pulse."""
+
+from __future__ import annotations
+
+from attrs import field, frozen
+
+from shockwave.chain.material import Material, checked_material
+from shockwave.fields import SIZES, quantity, radius_of
+
+
+@frozen(kw_only=True, init=False)
+class Impact:
+    """A sphere that strikes the first granule of a finite chain.
+
+    Parameters
+    ----------
+    velocity : float
+        Velocity of the striker towards the chain [m/s], above 0.
+    radius, diameter : float, optional
+        Size of the striker [m], at most one of them; by default that of the chain.
+    material : Material, optional
+        Material of the striker; by default that of the chain.
+
+    Raises
+    ------
+    InvalidValueError
+        If a value is out of range, or both sizes are given.
+    """
+
+    velocity: float = quantity("m/s", "velocity of the striker", above=0)
+    radius: float | None = quantity("m", "radius of the striker", **SIZES, default=None)
+    material: Material | None = field(default=None, validator=checked_material)
+
+    def __init__(
+        self,
+        *,
+        velocity: float,
+        radius: float | None = None,
+        diameter: float | None = None,
+        material: Material | None = None,
+    ) -> None:
+        self.__attrs_init__(velocity=velocity, radius=radius_of(radius, diameter), material=material)

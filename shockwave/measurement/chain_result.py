@@ -1,0 +1,221 @@
+"""Results of simulations of chains beyond equal spheres: forces at the contacts and the wall, energies, velocities."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+from attrs import field, frozen
+
+from shockwave.chain.chain import Chain
+from shockwave.errors import NumericalError
+from shockwave.measurement.contact_peaks import ContactPeak, Yielding
+from shockwave.measurement.recording import Recording, plain
+from shockwave.measurement.result import Cost
+from shockwave.options import SimulateOptions
+from shockwave.scene_summary import ChainScene
+from shockwave.text import printed
+
+# Attributes that the document contains under their names.
+_KEYS = (
+    *("scenario", "peak_force", "amplification", "error_estimate", "waves", "contacts", "greatest_force"),
+    *("transmitted", "end", "arrival_time", "applied_momentum", "applied_energy", "dissipated_energy"),
+    *("recoil_momentum", "recoil_velocities", "ejected_granules", "spall_velocities", "velocities", "restitution"),
+    *("segments", "end_energy", "momentum_defect", "energy_defect", "recording", "integrator", "backend", "cost"),
+)
+
+
+@frozen(kw_only=True)
+class Transmitted:
+    """Force on the wall at the end of the chain.
+
+    Attributes
+    ----------
+    peak_force : float
+        Greatest total force [N].
+    time : float
+        Time of this force [s].
+    impulse : float
+        Integral of the total minus the static force from 0 to the end of the simulated time [N s].
+    error_estimate : float
+        Estimated error of ``peak_force``, relative to its dynamic part.
+    static_force : float
+        Force on the wall before the shock arrives [N].
+    """
+
+    peak_force: float
+    time: float
+    impulse: float
+    error_estimate: float
+    static_force: float = 0.0
+
+
+@frozen(kw_only=True)
+class SegmentEnergy:
+    """Energy in a segment of the chain at the end of the simulated time.
+
+    Attributes
+    ----------
+    first, last : int
+        Numbers of its first and its last granule.
+    energy : float
+        Kinetic energy of its granules and elastic energy of their contacts [J], counted from the static state. A
+        contact between two segments counts half in each, the contact with the wall entirely in the last one.
+    """
+
+    first: int
+    last: int
+    energy: float
+
+
+@frozen(kw_only=True, slots=False)
+class ChainResult:
+    """Result of a simulation of a chain beyond equal spheres, from 0 to the end of the simulated time.
+
+    There is no limit along such a chain, so that ``peak_force`` and ``amplification`` are None and ``waves`` is empty.
+    Two results are equal if scene, settings and computed values are equal.
+
+    Attributes
+    ----------
+    excitation, chain, options : Shock or Impact, Chain, SimulateOptions
+        Scene and settings.
+    integrator, backend : str
+        Name of the integrator; ``compiled`` or ``numpy``, the code that integrated the chain.
+    scene : ChainScene
+        Summary of excitation and chain.
+    contact_count : int
+        Number of contacts of the chain; the last one is with the wall, if there is one.
+    contacts : tuple of ContactPeak
+        Greatest total force at each reported contact, in the order of the contacts; force and time are 0 at a contact
+        that never closes. The error estimates are relative to the dynamic part of the force.
+    greatest_force : ContactPeak
+        The greatest of the forces at all contacts.
+    transmitted : Transmitted or None
+        Force on the wall; None if the end is free.
+    end : float
+        End of the simulated time [s].
+    arrival_time : float or None
+        Time at which the leading wave reaches the last contact [s]; None if it does not.
+    velocities : tuple of float
+        Velocities of all granules at the end of the simulated time [m/s], the striker first.
+    recoil_velocities, recoil_momentum : tuple of float or None, float or None
+        Velocities [m/s], first granule first, and total momentum [N s] of the granules at the struck end that fly
+        backwards at the end of the simulated time; None under precompression or gravity.
+    spall_velocities : tuple of float or None
+        Velocities of the granules that fly off the free end [m/s], last granule first; None with a wall or under
+        precompression.
+    restitution : float or None
+        Coefficient of restitution of a striker that has rebounded: its velocity away from the chain's centre of mass
+        or, with a wall, away from the wall, over its velocity before the impact. None without a striker, or if it
+        still touches the first granule.
+    applied_momentum, applied_energy : float
+        Impulse and work of the shock, or momentum and energy of the striker [N s, J].
+    dissipated_energy : float
+        Energy that the damping of contacts and of the wall has dissipated [J].
+    segments : tuple of SegmentEnergy
+        Energy in each segment at the end of the simulated time; a striker is a segment of its own.
+    end_energy : float or None
+        Kinetic and elastic energy of a movable wall and its spring [J]; None without one.
+    yielding : Yielding or None
+        First yield of the contacts; None if no yield strength is known.
+    momentum_defect : float
+        Momentum of the granules compared with the applied momentum less the impulse on the wall, relative to the
+        applied momentum.
+    energy_defect : float
+        Energy of the chain and dissipated energy compared with the applied energy, relative.
+    characteristic_time : float
+        Time in which the errors of the times of the forces are measured [s].
+    cost : Cost
+        Cost of all runs.
+    warnings : tuple of str
+        Sentences on the limits of the result.
+    on_demand : callable
+        Function that computes the ``recording`` when it is accessed.
+    scenario : str or None
+        Name of the scenario, if there is one.
+    """
+
+    excitation: Any
+    chain: Chain
+    options: SimulateOptions
+    integrator: str
+    backend: str
+    scene: ChainScene
+    contact_count: int
+    contacts: tuple[ContactPeak, ...]
+    greatest_force: ContactPeak
+    transmitted: Transmitted | None
+    end: float
+    arrival_time: float | None
+    velocities: tuple[float, ...]
+    recoil_velocities: tuple[float, ...] | None
+    recoil_momentum: float | None
+    spall_velocities: tuple[float, ...] | None
+    restitution: float | None
+    applied_momentum: float
+    applied_energy: float
+    dissipated_energy: float
+    segments: tuple[SegmentEnergy, ...]
+    end_energy: float | None
+    yielding: Yielding | None
+    momentum_defect: float
+    energy_defect: float
+    characteristic_time: float
+    cost: Cost
+    warnings: tuple[str, ...]
+    on_demand: Callable[..., Any] = field(eq=False, repr=False)
+    scenario: str | None = None
+
+    #: The limit along an endless chain of equal granules, which does not exist here.
+    peak_force: None = field(default=None, init=False, repr=False)
+    amplification: None = field(default=None, init=False, repr=False)
+    waves: tuple[()] = field(default=(), init=False, repr=False)
+
+    @property
+    def error_estimate(self) -> float:
+        """Largest error estimate of the reported contacts."""
+        return max(peak.error_estimate for peak in self.contacts)
+
+    @property
+    def ejected_granules(self) -> int | None:
+        """Number of granules that fly backwards at the struck end; None under precompression or gravity."""
+        return None if self.recoil_velocities is None else len(self.recoil_velocities)
+
+    @property
+    def rtol(self) -> float | None:
+        """Requested relative error; None for a fixed-step method."""
+        return self.options.rtol
+
+    @property
+    def recording(self) -> Recording | None:
+        """Requested histories, integrated at the first access; None if they could not be computed."""
+        return self._recording[0]
+
+    @cached_property
+    def _recording(self) -> tuple[Recording | None, tuple[str, ...]]:
+        """Histories, and a warning if they could not be computed."""
+        try:
+            return (self.on_demand(self) if self.options.record else None), ()
+        except NumericalError as error:
+            return None, (f"No histories: {error}.",)
+
+    @property
+    def wave_warnings(self) -> tuple[str, ...]:
+        """Warnings of the forces."""
+        return self.warnings
+
+    @property
+    def all_warnings(self) -> tuple[str, ...]:
+        """Warnings of the forces and the histories."""
+        return (*self.warnings, *self._recording[1])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Document printed by ``simulate --json``: SI floats, no NaN."""
+        document = {name: plain(getattr(self, name)) for name in _KEYS}
+        own = {name: plain(getattr(self.options, name)) for name in ("wave_threshold", "rtol", "step")}
+        others = {"passages": [], "recoil_error": None, "yield": plain(self.yielding), "scene": self.scene.to_dict()}
+        return {**document, **own, **others, "warnings": list(self.all_warnings)}
+
+    def __str__(self) -> str:
+        return printed(self, "shockwave.measurement.chain_text:chain_text")

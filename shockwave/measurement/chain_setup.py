@@ -1,0 +1,174 @@
+"""Setup of a simulation of a finite chain: units, the scaled problem, and the reported contacts."""
+
+from __future__ import annotations
+
+import math
+from importlib import import_module
+from types import ModuleType
+
+import numpy as np
+import numpy.typing as npt
+from attrs import evolve, frozen
+
+from shockwave.chain.chain import Chain, Scales
+from shockwave.chain.ends import Wall
+from shockwave.chain.impact import Impact
+from shockwave.chain.layout import Layout
+from shockwave.chain.solitary_wave import MOMENTUM
+from shockwave.errors import InvalidValueError
+from shockwave.measurement.simulation_setup import RTOL
+from shockwave.options import SimulateOptions
+from shockwave.profiles.shock import Shock
+from shockwave.quadrature import FloatArray
+from shockwave.registry import load
+from shockwave.simulation.assembly import Assembly
+from shockwave.simulation.backend import chosen
+from shockwave.simulation.integrator import Integrator
+from shockwave.simulation.problem import ChainProblem
+
+#: Largest number of contacts that are reported unless they are requested.
+MOST_REPORTED = 1000
+
+
+@frozen(eq=False)
+class ChainSetup:
+    """A chain with its excitation, in SI units and as a scaled problem.
+
+    Attributes
+    ----------
+    excitation, chain : Shock or Impact, Chain
+        The scene.
+    layout : Layout
+        Masses, stiffnesses and static forces in SI units.
+    scales : Scales
+        Units of ``assembly``; its mass and contact stiffness are medians of the chain's.
+    assembly : Assembly
+        The scaled problem.
+    options : SimulateOptions
+        The options with all defaults filled in, except the integrator.
+    method : type of Integrator or None
+        The integrator that the options name.
+    compiled : module or None
+        The compiled module, or None for NumPy.
+    reported : array of int
+        Contacts to report.
+    """
+
+    excitation: Shock | Impact
+    chain: Chain
+    layout: Layout
+    scales: Scales
+    assembly: Assembly
+    options: SimulateOptions
+    method: type[Integrator] | None
+    compiled: ModuleType | None
+    reported: npt.NDArray[np.intp]
+
+    @classmethod
+    def of(cls, options: SimulateOptions, excitation: Shock | Impact, chain: Chain) -> ChainSetup:
+        """Lay out and scale a chain.
+
+        Raises
+        ------
+        InvalidValueError
+            If a value is out of range, or a contact of the options is not one of the chain.
+        """
+        layout = Layout.of(chain, excitation)
+        scales = _scales(layout, excitation, chain)
+        assembly = _assembly(layout, scales, excitation)
+        method = None if options.integrator is None else load("integrators", options.integrator)
+        compiled = None if layout.law else _compiled(options.backend)
+        filled = options if method is not None and not method.adaptive else evolve(options, rtol=options.rtol or RTOL)
+        reported = _reported(options, len(layout.stiffnesses))
+        return cls(excitation, chain, layout, scales, assembly, filled, method, compiled, reported)
+
+    @property
+    def granules(self) -> int:
+        """Number of granules, a striker included."""
+        return len(self.layout.masses)
+
+    @property
+    def has_wall(self) -> bool:
+        """Whether the last contact is with a wall."""
+        return self.layout.wall is not None
+
+    @property
+    def until(self) -> float | None:
+        """Requested end of the simulated time, scaled."""
+        until = self.options.until
+        return None if until is None else until / self.scales.time
+
+    @property
+    def rtol(self) -> float:
+        """Requested relative error."""
+        return self.options.rtol or RTOL
+
+    def judged(self, forces: FloatArray) -> npt.NDArray[np.intp]:
+        """Contacts whose errors decide whether the tolerance is met: those that the result shows."""
+        wall = [len(forces) - 1] if self.has_wall else []
+        return np.unique(np.concatenate((self.reported, [np.argmax(forces)], wall)).astype(np.intp))
+
+
+def _compiled(backend: str) -> ModuleType | None:
+    """The compiled module for chains, or None for NumPy."""
+    return None if chosen(backend) is None else import_module("shockwave.simulation._chains")
+
+
+def _reported(options: SimulateOptions, contacts: int) -> npt.NDArray[np.intp]:
+    """The requested contacts, or all of them, evenly chosen if there are many."""
+    if not options.contacts:
+        return np.round(np.linspace(0, contacts - 1, min(contacts, MOST_REPORTED))).astype(np.intp)
+    if options.contacts[-1] >= contacts:
+        problem = f"must be at most {contacts - 1}, the last contact of this chain (got {options.contacts[-1]})"
+        raise InvalidValueError.of("contacts", problem)
+    return np.array(options.contacts)
+
+
+def _scales(layout: Layout, excitation: Shock | Impact, chain: Chain) -> Scales:
+    """Units in which a typical granule, a typical contact and the force on it are about 1.
+
+    The force of a shock is its peak force or, for a short shock, approximately that of its wave; the force of a
+    striker is that which stops a granule of its velocity.
+    """
+    power = layout.exponent
+    mass, stiffness = float(np.median(layout.masses)), float(np.median(layout.stiffnesses))
+    if isinstance(excitation, Impact):
+        # (m^p v^2p k)^(1/(p+1)), factor by factor so that no intermediate power overflows
+        force = mass ** (power / (power + 1)) * excitation.velocity ** (2 * power / (power + 1))
+        return _unit(mass, stiffness, power, force * stiffness ** (1 / (power + 1)), chain)
+    scales = _unit(mass, stiffness, power, excitation.peak_force, chain)
+    strength = scales.rise_time(excitation.rise_time) * excitation.profile.areas().total / MOMENTUM
+    if strength >= 1:
+        return scales
+    return _unit(mass, stiffness, power, excitation.peak_force * strength ** (2 * power / (power + 1)), chain)
+
+
+def _unit(mass: float, stiffness: float, power: float, force: float, chain: Chain) -> Scales:
+    """Units of mass, contact stiffness and force: T0 = m^(1/2) k^(-1/(2p)) F^(-(p-1)/(2p))."""
+    time = math.sqrt(mass) * stiffness ** (-0.5 / power) * force ** (-0.5 * (power - 1) / power)
+    return Scales(force, time, mass, 2 * chain.radius)
+
+
+def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact) -> Assembly:
+    power, rate = layout.exponent, layout.damping_power
+    length = scales.energy / scales.force
+    force = None
+    if isinstance(excitation, Shock):
+        rise_time = scales.rise_time(excitation.rise_time)
+        force = ChainProblem(excitation.profile, rise_time, excitation.peak_force / scales.force)
+    wall = layout.wall or Wall()
+    bodies = layout.masses if wall.mass is None else np.append(layout.masses, wall.mass)
+    return Assembly(
+        inverse_masses=scales.mass / bodies,
+        stiffnesses=layout.stiffnesses * (length**power / scales.force),
+        overlaps=layout.overlaps / length,
+        exponent=power,
+        fixed_wall=layout.wall is not None and wall.mass is None,
+        damping=layout.damping_coefficients * (length**rate * scales.velocity / scales.force),
+        damping_power=rate,
+        end_stiffness=wall.stiffness * length / scales.force,
+        end_damping=wall.damping * scales.velocity / scales.force,
+        force=force,
+        velocity=layout.velocity / scales.velocity,
+        law=layout.law and layout.law.scaled(length, scales.velocity, scales.force),
+    )

@@ -1,0 +1,223 @@
+"""Simulation of chains beyond equal spheres, from excitation and chain to a result with error estimates."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import cast
+
+import numpy as np
+import numpy.typing as npt
+from attrs import evolve
+
+from shockwave.chain.chain import Chain
+from shockwave.chain.impact import Impact
+from shockwave.errors import NumericalError
+from shockwave.measurement.chain_result import ChainResult, SegmentEnergy, Transmitted
+from shockwave.measurement.chain_setup import ChainSetup
+from shockwave.measurement.contact_peaks import ContactPeak, Yielding, first_yield_force
+from shockwave.measurement.recording import Recording, sample_times
+from shockwave.measurement.repeated_runs import Runs, histories, runs_of
+from shockwave.measurement.result import Cost, SimulationResult
+from shockwave.measurement.simulation_setup import immeasurable, scaled
+from shockwave.options import SimulateOptions
+from shockwave.profiles.shock import Shock
+from shockwave.quadrature import FloatArray
+from shockwave.scene_summary import ChainScene
+from shockwave.simulation.assembly import Motion
+from shockwave.simulation.time_limit import time_limit
+
+# Longest chain of equal granules whose contact forces are computed without being asked for.
+_MOST_GRANULES = 20_000
+# Least velocity of a granule that flies off, over that of the fastest granule.
+_EJECTED = 1e-3
+
+
+def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: Chain) -> ChainResult:
+    """Simulate a finite chain with an excitation, and estimate the errors of the forces.
+
+    Raises
+    ------
+    InvalidValueError
+        If a value is out of range, or a contact of the options is not one of the chain.
+    NumericalError
+        If the integrator fails, or the time limit is reached.
+    """
+    begin = time.perf_counter()
+    runs = runs_of(ChainSetup.of(options, excitation, chain))
+    case, motion, scales = runs.case, runs.motion, runs.case.scales
+    count, start = case.granules, case.assembly.velocity / float(case.assembly.inverse_masses[0])
+    momentum, energy = motion.applied_impulse + start, motion.work + motion.initial_energy
+    impulse = float(motion.impulses[-1]) if case.has_wall else 0.0
+    carried = math.fsum(motion.v[:count] / case.assembly.inverse_masses[:count])
+    movable = len(motion.v) > count
+    velocities, masses = scales.velocity * motion.v[:count], case.layout.masses
+    apart, loaded = _apart(case, motion), bool(case.layout.static_forces.any())
+    rebounding = None if loaded else _flying(-velocities, apart)
+    spalls = None if loaded or case.has_wall else _flying(velocities[::-1], apart[::-1])
+    notes = excitation.profile.notes if isinstance(excitation, Shock) else ()
+    return ChainResult(
+        excitation=excitation,
+        chain=chain,
+        options=case.options,
+        integrator=motion.integrator,
+        backend="numpy" if case.compiled is None else "compiled",
+        scene=ChainScene.of(excitation, chain),
+        contact_count=len(motion.forces),
+        contacts=runs.reported,
+        greatest_force=runs.greatest,
+        transmitted=_transmitted(runs, impulse * scales.momentum) if case.has_wall else None,
+        end=motion.end * scales.time,
+        arrival_time=None if motion.arrival is None else motion.arrival * scales.time,
+        velocities=tuple(velocities.tolist()),
+        recoil_velocities=None if rebounding is None else tuple((-rebounding).tolist()),
+        recoil_momentum=None if rebounding is None else -math.fsum(masses[: len(rebounding)] * rebounding),
+        spall_velocities=None if spalls is None else tuple(spalls.tolist()),
+        restitution=_restitution(case, velocities, bool(apart[0])),
+        applied_momentum=momentum * scales.momentum,
+        applied_energy=energy * scales.energy,
+        dissipated_energy=motion.dissipated * scales.energy,
+        segments=tuple(_segments(case, motion)),
+        end_energy=(float(motion.kinetic[-1]) + motion.end_energy) * scales.energy if movable else None,
+        yielding=_yielding(case, motion),
+        momentum_defect=abs(carried + impulse - momentum) / momentum,
+        energy_defect=abs(motion.energy_balance) / energy,
+        characteristic_time=scales.time,
+        cost=Cost(steps=runs.steps, force_evaluations=runs.evaluations, seconds=time.perf_counter() - begin),
+        warnings=(*notes, *_missed(runs)),
+        on_demand=_record,
+    )
+
+
+def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], ContactPeak]:
+    """Greatest forces at the reported contacts of a finite chain of equal granules, and at all contacts.
+
+    Raises
+    ------
+    NumericalError
+        If the integration would take too long, fails, or reaches the time limit.
+    """
+    granules, options = cast(int, result.chain.granules), result.options
+    if options.timeout is None:
+        reason = immeasurable(scaled(result.shock, result.chain)[0])
+        if not reason and options.until is None and granules > _MOST_GRANULES:
+            reason = f"the chain has {granules} granules, more than {_MOST_GRANULES} (give until, or a timeout)"
+        if reason:
+            raise NumericalError(f"they are not computed, because {reason}")
+    # the integrator of the waves may be unable to step this chain, or have a fixed step
+    options = evolve(options, integrator=None, step=None)
+    runs = runs_of(ChainSetup.of(options, result.shock, result.chain))
+    return runs.reported, runs.greatest
+
+
+# ---------------------------------------------------------------- parts of the result
+
+
+def _missed(runs: Runs) -> list[str]:
+    """Warning if a shown force does not meet the tolerance."""
+    if not runs.missed:
+        return []
+    judged = runs.case.judged(runs.motion.forces)
+    worst = int(judged[np.argmax(runs.errors[judged])])
+    reached = f"the relative error of the greatest force at contact {worst} is estimated as {runs.errors[worst]:.1e}"
+    return [f"The tolerance was not met: {reached}, not {runs.case.rtol:.1e}."]
+
+
+def _transmitted(runs: Runs, impulse: float) -> Transmitted:
+    wall = runs.peak(len(runs.motion.forces) - 1)
+    return Transmitted(
+        peak_force=wall.peak_force,
+        time=wall.time,
+        impulse=impulse,
+        error_estimate=wall.error_estimate,
+        static_force=wall.static_force,
+    )
+
+
+def _segments(case: ChainSetup, motion: Motion) -> Iterator[SegmentEnergy]:
+    """Energy of each segment."""
+    count, energies = case.granules, case.scales.energy * motion.kinetic[: case.granules]
+    halves = case.scales.energy / 2 * motion.potential
+    energies[:-1] += halves[: count - 1]
+    energies[1:] += halves[: count - 1]
+    if case.has_wall:
+        energies[-1] += 2 * halves[-1]
+    begins = [0, *(np.flatnonzero(np.diff(case.layout.segments)) + 1).tolist(), count]
+    for begin, end in pairwise(begins):
+        yield SegmentEnergy(first=begin, last=end - 1, energy=math.fsum(energies[begin:end]))
+
+
+def _apart(case: ChainSetup, motion: Motion) -> npt.NDArray[np.bool_]:
+    """Whether each contact between granules is open, and its granules do not approach each other."""
+    x, v = motion.x[: case.granules], motion.v[: case.granules]
+    gaps = x[1:] - x[:-1] - case.assembly.overlaps[: case.granules - 1]
+    return np.asarray((gaps >= 0) & (v[:-1] <= v[1:]))
+
+
+def _flying(outwards: FloatArray, apart: npt.NDArray[np.bool_]) -> FloatArray:
+    """Velocities of the granules that fly off an end, from there inwards, of ``outwards`` of all granules."""
+    free = len(outwards) if apart.all() else int(np.argmin(apart))
+    slow = outwards[:free] <= _EJECTED * np.abs(outwards).max()
+    return outwards[: int(np.argmax(slow)) if slow.any() else free]
+
+
+def _restitution(case: ChainSetup, velocities: FloatArray, apart: bool) -> float | None:
+    if not (case.layout.striker and apart):
+        return None
+    masses = case.layout.masses[1:]
+    centre = 0.0 if case.has_wall else math.fsum(masses * velocities[1:]) / math.fsum(masses)
+    away = centre - float(velocities[0])
+    return away / case.layout.velocity if away > 0 else None
+
+
+def _yielding(case: ChainSetup, motion: Motion) -> Yielding | None:
+    """First yield by the softer material of each contact, where the yield strength is known."""
+    layout = case.layout
+    known = [math.inf if each.yield_strength is None else each.yield_strength for each in layout.materials]
+    if layout.wall is not None:
+        known.append(getattr(layout.wall.material, "yield_strength", None) or math.inf)
+    softer = np.minimum(known[:-1], known[1:])
+    at = np.flatnonzero(np.isfinite(softer))
+    if not at.size or layout.law is not None:
+        return None
+    radii, moduli = layout.reduced_radii[at], layout.moduli[at]
+    first = first_yield_force(radii, moduli, softer[at])
+    ratios = motion.forces[at] * case.scales.force / first
+    return Yielding(first_yield_force=float(first.min()), peak_ratio=float(ratios.max()))
+
+
+# ---------------------------------------------------------------- histories
+
+
+def _record(result: ChainResult) -> Recording:
+    """Histories that the options of ``result`` request, by another integration of the chain.
+
+    Raises
+    ------
+    InvalidValueError
+        If the histories have too many values.
+    """
+    options = result.options
+    case = ChainSetup.of(options, result.excitation, result.chain)
+    scales, count = case.scales, case.granules
+    times = sample_times(options, scales, result.end / scales.time, count)
+    with time_limit(None if options.timeout is None else options.timeout - result.cost.seconds):
+        motion = histories(case, result.end / scales.time, times)
+    recorded: dict[str, FloatArray] = {}
+    if "forces" in options.record:
+        forces = scales.force * motion.samples_forces
+        recorded["forces"] = forces[:, list(options.contacts)]
+        if case.has_wall:
+            recorded["wall_force"] = forces[:, -1]
+    if "field" in options.record:
+        recorded["displacements"] = scales.energy / scales.force * motion.samples_x[:, :count]
+        recorded["velocities"] = scales.velocity * motion.samples_v[:, :count]
+    if "energies" in options.record:
+        masses, v = case.layout.masses, scales.velocity * motion.samples_v[:, :count]
+        recorded["kinetic_energy"] = 0.5 * np.add.reduce(masses * v * v, axis=1)
+        if case.layout.law is None:
+            contacts = np.add.reduce([case.assembly.potential(x) for x in motion.samples_x], axis=1)
+            recorded["contact_energy"] = scales.energy * contacts
+    return Recording(times=times * scales.time, contacts=options.contacts, **recorded)

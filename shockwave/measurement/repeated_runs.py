@@ -1,0 +1,138 @@
+"""Runs of a chain with decreasing tolerances, and the error estimates that their differences give."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from shockwave.errors import NumericalError
+from shockwave.measurement.chain_setup import ChainSetup
+from shockwave.measurement.contact_peaks import ContactPeak
+from shockwave.quadrature import FloatArray
+from shockwave.simulation.assembly import ESTIMATE_FACTOR, Motion, integrate, tolerances_for
+
+# Least error tolerance of a step, and its factor from run to run.
+_TIGHTEST = 1e-15
+_TIGHTER = 0.1
+# Largest number of runs: two show the error, each further one corrects a result that misses its tolerance.
+_RUNS = 5
+# The relative error of a force follows from the largest difference of the last two runs at this number of contacts on
+# both sides, for it may vanish by chance at one of them, and the error tolerance of a step; docs/check_chains.py
+# measures how often it holds.
+_NEIGHBOURS = 3
+# Relative rounding error of a total force.
+_ROUNDING = 1e-14
+# Tightest tolerance of a force, over its total; errors are relative to no smaller dynamic part than this one allows.
+_LEAST_OF_TOTAL = 1e-12
+# Dynamic part below which a force has no relative error of its own, over the largest dynamic part; above zero even if
+# no contact ever closes.
+_NEGLIGIBLE = 1e-9
+_TINY = 1e-300
+# Error of the time of a peak, in characteristic times, that is allowed over the tolerance of the force.
+_TIME_SHARE = 10.0
+# Larger differences of the times of two runs, in characteristic times, belong to different peaks of about equal force.
+_OTHER_PEAK = 0.5
+
+
+class Runs(NamedTuple):
+    """The best of several runs.
+
+    Attributes
+    ----------
+    case : ChainSetup
+        The chain.
+    motion : Motion
+        The best run.
+    errors : array, shape (contacts,)
+        Error estimates of its greatest forces, relative to their dynamic parts.
+    missed : bool
+        Whether a force that the result shows, or its time, misses the tolerance.
+    steps, evaluations : int
+        Cost of all runs.
+    """
+
+    case: ChainSetup
+    motion: Motion
+    errors: FloatArray
+    missed: bool
+    steps: int
+    evaluations: int
+
+    @property
+    def greatest(self) -> ContactPeak:
+        """The greatest of all forces."""
+        return self.peak(int(np.argmax(self.motion.forces)))
+
+    @property
+    def reported(self) -> tuple[ContactPeak, ...]:
+        """The greatest forces at the reported contacts."""
+        return tuple(map(self.peak, self.case.reported.tolist()))
+
+    def peak(self, contact: int) -> ContactPeak:
+        """The greatest force at a contact."""
+        scales, motion = self.case.scales, self.motion
+        return ContactPeak(
+            contact=contact,
+            peak_force=float(motion.forces[contact]) * scales.force,
+            time=float(motion.force_times[contact]) * scales.time,
+            error_estimate=float(self.errors[contact]),
+            static_force=float(self.case.layout.static_forces[contact]),
+        )
+
+
+def runs_of(case: ChainSetup) -> Runs:
+    """Integrate a chain with smaller and smaller tolerances until the difference of two runs shows that they are met.
+
+    Raises
+    ------
+    NumericalError
+        If the first two runs fail or reach the time limit.
+    """
+    tolerance, first = tolerances_for(case.rtol)
+    coarse = run(case, first, case.until)
+    steps, evaluations = coarse.steps, coarse.evaluations
+    best: Runs | None = None
+    for _ in range(_RUNS - 1):
+        try:
+            fine = run(case, tolerance, coarse.end)
+        except NumericalError:
+            if best is None:
+                raise
+            break
+        steps, evaluations = steps + fine.steps, evaluations + fine.evaluations
+        errors, missed = _errors(case, coarse, fine, tolerance)
+        if best is None or errors[case.reported].max() < best.errors[case.reported].max():
+            best = Runs(case, fine, errors, missed, steps, evaluations)
+        if not missed or tolerance <= _TIGHTEST:
+            break
+        coarse, tolerance = fine, max(tolerance * _TIGHTER, _TIGHTEST)
+    assert best is not None
+    return best._replace(steps=steps, evaluations=evaluations)
+
+
+def run(case: ChainSetup, tolerance: float, until: float | None, times: FloatArray | tuple[()] = ()) -> Motion:
+    """One run to ``until``, with the states at ``times``."""
+    return integrate(case.assembly, tolerance, until=until, times=times, compiled=case.compiled, integrator=case.method)
+
+
+def histories(case: ChainSetup, until: float, times: FloatArray) -> Motion:
+    """A run with the tolerance of the second one, with the states at ``times``."""
+    return run(case, tolerances_for(case.rtol)[0], until, times)
+
+
+def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float) -> tuple[FloatArray, bool]:
+    """Relative error estimates of the forces at all contacts, and whether a reported one misses its tolerance."""
+    forces, dynamic, rtol = fine.forces, fine.dynamic_forces, case.rtol
+    least = max(_NEGLIGIBLE * float(dynamic.max()), _TINY)
+    base = np.maximum(np.maximum(dynamic, least), _LEAST_OF_TOTAL / rtol * forces)
+    near = 2 * _NEIGHBOURS + 1
+    changes = sliding_window_view(np.pad(np.abs(dynamic - coarse.dynamic_forces), _NEIGHBOURS), near)
+    bases = np.maximum(sliding_window_view(np.pad(base, _NEIGHBOURS), near), base[:, None])
+    errors = ESTIMATE_FACTOR * (changes / bases).max(axis=1) + tolerance + _ROUNDING * forces / base
+    errors[forces <= 0] = 0.0
+    judged = case.judged(forces)
+    late = np.abs(fine.force_times - coarse.force_times)[judged]
+    late = late[late < _OTHER_PEAK].max(initial=0.0)
+    return errors, bool(errors[judged].max() > rtol or late > _TIME_SHARE * rtol)

@@ -1,0 +1,120 @@
+"""Chains beyond equal spheres: peak force along the chain, space-time diagram with borders, force on the wall."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from shockwave.chain.layout import Layout
+from shockwave.errors import InvalidValueError
+from shockwave.measurement.chain_result import ChainResult
+from shockwave.pictures.drawing import BLUE, GREY, VERMILION, add_legend, finish, halo, label_axis
+from shockwave.pictures.figures import SMALL
+from shockwave.pictures.waves import field_of_forces, recorded
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# Most borders of a picture; of a chain with more, such as a repeated cell, none is drawn.
+_MOST_BORDERS = 12
+
+
+def peak_forces(ax: Axes, result: ChainResult) -> Axes:
+    """Draw the greatest force at the reported contacts along the chain, with the borders of materials.
+
+    Parameters
+    ----------
+    ax : Axes
+        Axes to draw on.
+    result : ChainResult
+        Result of a simulation; force in N. A static force is a dotted line, the force on a wall a square.
+    """
+    contacts = np.array([peak.contact for peak in result.contacts])
+    forces = np.array([peak.peak_force for peak in result.contacts])
+    marker = "o" if len(contacts) <= 100 else ""
+    ax.plot(contacts, forces, color=BLUE, linewidth=1.1, marker=marker, markersize=2.5, label="greatest force")
+    static = np.array([peak.static_force for peak in result.contacts])
+    if static.any():
+        ax.plot(contacts, static, color=GREY, linewidth=1.0, linestyle=":", label="static force")
+    if result.transmitted is not None:
+        wall = result.contact_count - 1
+        ax.plot([wall], [result.transmitted.peak_force], "s", color=VERMILION, markersize=4.5, label="wall")
+    _borders(ax, result, vertical=True)
+    ax.set(xlim=(-0.5, result.contact_count - 0.5), ylim=(0, 1.08 * float(forces.max()) or 1.0))
+    ax.locator_params(axis="x", integer=True)
+    return finish(ax, ("contact", ""), ("greatest force", "N"))
+
+
+def chain_map(ax: Axes, result: ChainResult) -> Axes:
+    """Draw a space-time diagram: contact force over contacts and time, with the borders of materials.
+
+    Parameters
+    ----------
+    ax : Axes
+        Axes to draw on; a colour bar is added beside it.
+    result : ChainResult
+        Result with ``forces`` recorded at many contacts; time in s, force in N.
+
+    Raises
+    ------
+    InvalidValueError
+        If no forces were recorded.
+    """
+    field_of_forces(ax, recorded(result, "forces"))
+    _borders(ax, result, vertical=False)
+    return finish(ax, ("time", "s"), ("contact", ""), legend=False)
+
+
+def wall_force(ax: Axes, result: ChainResult) -> Axes:
+    """Draw the force on the wall against time and, on a second axis, its impulse.
+
+    Parameters
+    ----------
+    ax : Axes
+        Axes to draw on; an axis of the impulse is added at the right.
+    result : ChainResult
+        Result of a chain with a wall, with ``forces`` recorded; force in N, impulse in N s.
+
+    Raises
+    ------
+    InvalidValueError
+        If no forces were recorded, or the end of the chain is free.
+    """
+    kept = recorded(result, "forces")
+    if kept.wall_force is None or result.transmitted is None:
+        raise InvalidValueError.of("chain.end", "must be a wall (got a free end)")
+    times, forces = np.asarray(kept.times), np.asarray(kept.wall_force)
+    excess = forces - result.transmitted.static_force
+    impulse = np.append(0.0, np.cumsum(np.diff(times) * (excess[1:] + excess[:-1]) / 2))
+    ax.plot(times, forces, color=BLUE, linewidth=1.1, label="force")
+    ax.set(xlim=(0, times[-1]), ylim=(0, 1.08 * max(float(forces.max()), result.transmitted.peak_force) or 1.0))
+    right = ax.twinx()
+    right.plot(times, impulse, color=VERMILION, linewidth=1.1, linestyle="--", label="impulse")
+    right.grid(False)
+    right.tick_params(labelsize=SMALL)
+    right.spines["right"].set_visible(True)
+    low, high = min(0.0, float(impulse.min())), max(float(impulse.max()), result.transmitted.impulse)
+    right.set_ylim(1.08 * low, 1.08 * high if high > low else 1.0)
+    label_axis(right, "y", "impulse", "N s")
+    right.yaxis.label.set_fontsize(ax.yaxis.label.get_fontsize())
+    label_axis(ax, "x", "time", "s")
+    label_axis(ax, "y", "force on the wall", "N")
+    handles = [*ax.get_legend_handles_labels()[0], *right.get_legend_handles_labels()[0]]
+    add_legend(ax, handles)
+    return ax
+
+
+def _borders(ax: Axes, result: ChainResult, vertical: bool) -> None:
+    """Lines at the contacts between granules of different materials."""
+    materials = Layout.of(result.chain, result.excitation).materials
+    borders = [contact for contact, (one, other) in enumerate(pairwise(materials)) if one != other]
+    if len(borders) > _MOST_BORDERS:
+        return
+    look: dict[str, Any] = {"color": GREY, "linewidth": 0.8, "linestyle": "--"}
+    for border in borders:
+        if vertical:
+            ax.axvline(border, zorder=0, **look)
+        else:
+            ax.axhline(border, path_effects=halo(), **look)

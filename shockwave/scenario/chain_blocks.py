@@ -1,0 +1,229 @@
+"""Blocks of a scenario for chains beyond equal spheres: segments, end, damping, contact law and impact."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from functools import partial
+from typing import Any, TypeVar
+
+from attrs import evolve
+
+from shockwave.chain.ends import Wall
+from shockwave.chain.impact import Impact
+from shockwave.chain.material import Material
+from shockwave.chain.segments import Cell, Segment, Taper
+from shockwave.errors import InvalidValueError, PluginError, ShockwaveError, UnknownNameError
+from shockwave.fields import SIZES, Quantity, listed, text_of
+from shockwave.registry import blame, entries, load
+from shockwave.scenario.block_keys import BLOCKS, GRANULES, WALLS, Key, keys_of
+from shockwave.scenario.value_conversion import Wrong, WrongsError, converted, items, structure
+from shockwave.scenario.yaml_document import steps_of
+
+_T = TypeVar("_T")
+Parser = Callable[[Any], Any]
+
+
+def _keys(cls: type) -> dict[str, Key]:
+    return {key.name: key for key in keys_of(cls)}
+
+
+_MATERIAL = Key("material", kind="materials", meaning="a name or a mapping; by default that of the chain")
+_DIAMETER = Quantity("m", "diameter of the granules", **SIZES)
+_RADIUS = evolve(_keys(Segment)["radius"], instead_of=("diameter",))
+#: Keys of a taper, which takes the place of a single size.
+TAPER = (
+    Key("from", required=True, spec=_keys(Taper)["first"].spec),
+    Key("to", required=True, spec=_keys(Taper)["last"].spec),
+    evolve(_keys(Taper)["spacing"], meaning="linear (equal differences, default) or geometric (equal ratios)"),
+)
+#: Keys of a segment.
+SEGMENT = (_keys(Segment)["count"], _MATERIAL, Key("diameter", spec=_DIAMETER), _RADIUS, _keys(Segment)["gap"])
+# Keys of sizes, of which a segment has one.
+_SIZES = ("diameter", "radius")
+#: Keys of a repeated cell.
+CELL = (_keys(Cell)["repeat"], Key("cell", required=True, meaning="a list of the segments of a cell"))
+#: Keys of an end with a wall.
+END = (
+    Key(
+        "wall", required=True, kind="materials", also=WALLS, meaning="same (as the last granule), rigid, or a material"
+    ),
+    *(_keys(Wall)[name] for name in ("mass", "stiffness", "damping")),
+)
+#: Keys of the ``impact`` block.
+IMPACT = (
+    _keys(Impact)["velocity"],
+    Key("diameter", spec=evolve(_DIAMETER, meaning="diameter of the striker, by default that of the chain")),
+    evolve(_keys(Impact)["radius"], instead_of=("diameter",)),
+    _MATERIAL,
+)
+#: Key of a block that names a contact law or a damping.
+MODEL = Key("model", required=True, annotation=str, meaning="a name from `shockwave list contacts`")
+#: Block -> the text in ``takes`` of the entries that it names.
+LAWS = {"damping": "damping", "contact": ""}
+
+
+def material(given: Any) -> Material:
+    """Material of the library, or that of a mapping."""
+    if isinstance(given, str):
+        found: Material = load("materials", given)
+        return found
+    return Material(**structure(given, keys_of(Material)))
+
+
+def granules(given: Any) -> Any:
+    """Segments, or the number of equal granules."""
+    if not isinstance(given, list):
+        return converted(GRANULES, given)
+    if not given:
+        raise ValueError("must be a list of one or more segments, or a whole number (got [])")
+    return tuple(items(given, _part))
+
+
+def _part(given: Any) -> Segment | Cell:
+    if isinstance(given, dict) and not {"repeat", "cell"}.isdisjoint(given):
+        return _made(Cell, given, CELL, {"cell": _cell})
+    return _segment(given)
+
+
+def _cell(given: Any) -> list[Segment]:
+    if not isinstance(given, list) or not given:
+        raise ValueError(f"must be a list of one or more segments (got {text_of(given)})")
+    return items(given, _segment)
+
+
+def _segment(given: Any) -> Segment:
+    if given is None:
+        raise ValueError(f"must be a mapping of {', '.join(key.name for key in SEGMENT)} (got nothing)")
+    sizes = {key.name: partial(_size, key) for key in SEGMENT if key.name in _SIZES}
+    return _made(Segment, given, SEGMENT, {"material": material, **sizes})
+
+
+def _size(key: Key, given: Any) -> Any:
+    if not isinstance(given, dict):
+        return converted(key, given)
+    values = structure(given, TAPER)
+    return Taper(first=values.pop("from"), last=values.pop("to"), **values)
+
+
+def end(given: Any) -> Wall | None:
+    """The wall; None for a free end."""
+    if given in (None, "free"):
+        return None
+    if not isinstance(given, dict):
+        raise ValueError(f"must be free, or a mapping of {', '.join(key.name for key in END)} (got {text_of(given)})")
+    return _made(Wall, given, END, {"wall": _wall}, {"wall": "material"})
+
+
+def _wall(given: Any) -> Any:
+    return given if given in WALLS else material(given)
+
+
+def law(block: str, given: Any) -> Any:
+    """Contact law or damping of the ``block`` damping or contact; None for an empty block."""
+    if given is None:
+        return None
+    name = given.get("model") if isinstance(given, dict) else None
+    if name is None and block == "contact" and isinstance(given, dict):
+        # the law whose parameters need no name
+        return _made(load("contacts", "power-law"), given, keys_of(load("contacts", "power-law")))
+    known = models(block)
+    if isinstance(given, dict) and isinstance(name, str):
+        try:
+            cls = load("contacts", name)
+        except (UnknownNameError, PluginError) as error:
+            raise WrongsError([Wrong(("model",), error)]) from None
+        if name in known:
+            with blame("contacts", cls):
+                return _made(lambda model, **values: cls(**values), given, (MODEL, *keys_of(cls)))
+        raise WrongsError([Wrong(("model",), f"must be {listed(known)} (got {name!r})")])
+    structure(given, (MODEL,))  # raises
+    raise AssertionError
+
+
+def models(block: str) -> list[str]:
+    """Names that the ``block`` damping or contact takes."""
+    return [entry.name for entry in entries("contacts") if entry.takes == LAWS[block]]
+
+
+def impact(given: Any) -> Impact:
+    """The impact."""
+    return _made(Impact, given, IMPACT, {"material": material})
+
+
+#: Key of the ``chain`` block -> its parser.
+PARSERS: Mapping[str, Parser] = {
+    "granules": granules,
+    "end": end,
+    "damping": partial(law, "damping"),
+    "contact": partial(law, "contact"),
+}
+
+
+# ---------------------------------------------------------------- dotted names
+
+
+def keys_below(data: Mapping[str, Any]) -> Iterator[tuple[str, Key]]:
+    """Dotted name and key of every value below ``impact`` and the blocks of ``chain`` in a document."""
+    chain = _mapping(data.get("chain"))
+    parts = chain.get("granules")
+    for index, part in enumerate(parts if isinstance(parts, list) else ()):
+        place, own = f"chain.granules[{index}]", _mapping(part)
+        if "cell" in own:
+            yield f"{place}.repeat", CELL[0]
+            for inner, segment in enumerate(own["cell"] if isinstance(own["cell"], list) else ()):
+                yield from _of_block(f"{place}.cell[{inner}]", SEGMENT, _mapping(segment))
+        else:
+            yield from _of_block(place, SEGMENT, own)
+    if isinstance(chain.get("end"), dict):
+        yield from _of_block("chain.end", END, chain["end"])
+    for block in LAWS:
+        own = _mapping(chain.get(block))
+        with suppress(ShockwaveError):  # reported at the place of the name
+            name = own.get("model", "power-law" if block == "contact" and own else None)
+            if isinstance(name, str):
+                yield from _of_block(f"chain.{block}", keys_of(load("contacts", name)), own)
+    if "impact" in data:
+        yield from _of_block("impact", IMPACT, _mapping(data["impact"]))
+
+
+def _mapping(given: Any) -> dict[str, Any]:
+    return given if isinstance(given, dict) else {}
+
+
+def _of_block(place: str, keys: Sequence[Key], given: Mapping[str, Any]) -> Iterator[tuple[str, Key]]:
+    for key in keys:
+        name = f"{place}.{key.name}"
+        if key.kind == "materials":
+            yield name, evolve(key, annotation=str)
+            if given.get(key.name) not in WALLS:
+                yield from ((f"{name}.{own.name}", own) for own in BLOCKS["chain.material"])
+        elif key.name in _SIZES and (tapers := [one for one in _SIZES if isinstance(given.get(one), dict)]):
+            name = f"{place}.{tapers[0]}"
+            yield from ((f"{name}.{end.name}", end) for end in TAPER[:2])
+        else:
+            yield name, key
+
+
+# ---------------------------------------------------------------- objects
+
+
+def _made(
+    cls: Callable[..., _T],
+    given: Any,
+    keys: Sequence[Key],
+    parsers: Mapping[str, Parser] | None = None,
+    names: Mapping[str, str] | None = None,
+) -> _T:
+    """Instance of ``cls`` from a block; ``names`` are arguments that differ from their keys."""
+    names = names or {}
+    values = structure(given, keys, parsers or {})
+    try:
+        return cls(**{names.get(name, name): value for name, value in values.items()})
+    except InvalidValueError as error:
+        own = {argument: name for name, argument in names.items()}
+        wrongs = []
+        for fault in error.faults:
+            first, *rest = steps_of(fault.path) or ("",)
+            wrongs.append(Wrong((own.get(str(first), first), *rest) if first else (), fault.problem))
+        raise WrongsError(wrongs) from None

@@ -1,0 +1,618 @@
+/* Integration of chains of mixed granules: the algorithm of chain_march.py in C, operation by operation.
+
+   Body j is at x[j], v[j]; element j + 1 of an array of forces belongs to the contact between bodies j and j + 1, so that
+   the neighbours of body j are elements j and j + 1. The function takes buffers of float64 and has no state; the global
+   interpreter lock is released while it runs. */
+
+#ifndef Py_LIMITED_API
+#define Py_LIMITED_API 0x030B0000
+#endif
+#define PY_SSIZE_T_CLEAN
+#include <Python.h>
+#include <string.h>
+#include "_free_path.h"
+
+/* Compiled for several vector widths; the loader selects the widest that the processor supports. */
+#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
+#define WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
+#else
+#define WIDE
+#endif
+#define INLINE static inline __attribute__((always_inline))
+
+#define MAX_STAGES 17
+#define INTERVAL 2e6 /* number of contact forces between two calls of `expired`: tens of milliseconds */
+
+enum { RUNNING, DONE, TOO_LONG, FAILED };
+
+/* Settings, constants and results of a run, in the order of chain_march.py, which explains them. */
+typedef struct {
+    double p, q, tolerance, until, duration, rise_time, peak_force, first, longest, contacts, end_stiffness, end_damping,
+        most_steps, most_work, damped;
+    double min_overlap, window, growth, margin, at_rest, safety, min_factor, max_factor, min_step, min_first, soon, kink,
+        kink_share, most_cuts, located, rounding, nearly, hopeless, most_turns, near, passed, wave;
+    double status, time, arrival, work, steps, evaluations;
+} Run;
+
+/* State at one end of a step; see End in chain_contacts.py. */
+typedef struct {
+    double *x, *v, *d, *w, *f, *raw, *power, *slope;
+} End;
+
+typedef struct {
+    Run *r;
+    const double *stops, *times, *nodes, *positions, *velocities, *weights; /* of the method; weights: 6 x stages */
+    double *inverse, *k, *gap, *base, *root, *still, *c, *reach_w, *reach_u, *scale_w, *scale_u, *best, *since, *impulse, *lost;
+    double *both, *on, *y, *z, *tx, *tv, *tf, *traw, *tpower, *sum, *stage[MAX_STAGES], *powers[MAX_STAGES], *samples;
+    End start, finish;
+    long bodies, n, stop, stop_count, sample, sample_count;
+    int stages, order, moves, damped, jumps, driven, rejected, stopped; /* moves: whether stages have velocities */
+    double size, held, effort, asked, free[2], impulses[MAX_STAGES + 1];
+    Path path;
+    PyObject *expired;
+    PyThreadState *thread;
+} March;
+
+static double larger(double one, double other) { return one > other ? one : other; }
+static double smaller(double one, double other) { return one < other ? one : other; }
+
+/* Displacement of body 0 by the applied force since the beginning of the step, `passed` before, and the impulse. */
+static double shift(March *m, double passed, double time, double *impulse)
+{
+    double path, all;
+    free_path(&m->path, time, &path, &all);
+    *impulse = all - m->free[1];
+    return m->inverse[0] * ((path - m->free[0]) - passed * m->free[1]);
+}
+
+/* Applied force, from the difference of its impulse. */
+static double applied(March *m, double time)
+{
+    const double about = 1e-4 * m->r->longest;
+    const double before = larger(time - about, 0), after = smaller(time + about, m->r->duration);
+    double path, first, last;
+    if (!m->path.pieces || time >= m->r->duration) return 0;
+    free_path(&m->path, before, &path, &first);
+    free_path(&m->path, after, &path, &last);
+    return (last - first) / (after - before);
+}
+
+/* ---------------------------------------------------------------- forces */
+
+INLINE double power_of(double d, double q)
+{
+    return q == 0 ? 1 : q == 0.5 ? sqrt(d) : q == 0.25 ? sqrt(sqrt(d)) : pow(d, q);
+}
+
+/* Forces minus static ones f[1...], powers of the damping, forces before they are cut off, of contacts low to high. */
+INLINE void contact_forces(const March *m, const double p, const double q, const int damped, const double *restrict x,
+                           const double *restrict v, long low, long high, double *restrict f, double *restrict power,
+                           double *restrict raw)
+{
+    const double *restrict const k = m->k, *restrict const gap = m->gap, *restrict const base = m->base;
+    const double *restrict const root = m->root, *restrict const still = m->still, *restrict const c = m->c;
+    const double *restrict const on = m->on, least = m->r->min_overlap;
+    long j;
+    for (j = low; j < high; j++) {
+        const double stretch = (x[j] - x[j + 1]) + gap[j], d = stretch + base[j], inside = d > least ? d : 1, r = sqrt(inside);
+        double elastic = p == 1.5 ? k[j] * (stretch * (d + r * root[j] + base[j]) / (r + root[j]))
+            : base[j] > 0 ? still[j] * expm1(p * log1p((d > least ? stretch : 0) / base[j])) : k[j] * pow(inside, p);
+        double all = elastic = d > least ? elastic : -still[j], total = all;
+        if (damped) {
+            const double w = v[j] - v[j + 1], viscous = c[j] * power_of(inside, q) * w;
+            all = elastic + (q == 0 || d > least ? viscous : 0);
+            /* only the dashpot of a contact that is off does not act: its force would jump within the step */
+            total = (q == 0 ? on[j] != 0 : d > least) ? all : elastic;
+            total = total <= -still[j] ? -still[j] : total;
+            power[j] = (total - elastic) * w;
+        }
+        f[j + 1] = total;
+        raw[j] = all + still[j];
+    }
+}
+
+WIDE static void forces(const March *m, const double *x, const double *v, long low, long high, double *f, double *power,
+                        double *raw)
+{
+    const double p = m->r->p, q = m->r->q, stiffness = m->r->end_stiffness, damping = m->r->end_damping;
+    if (p == 1.5 && !m->damped) contact_forces(m, 1.5, 0, 0, x, v, low, high, f, power, raw);
+    else if (p == 1.5 && q == 0) contact_forces(m, 1.5, 0, 1, x, v, low, high, f, power, raw);
+    else if (p == 1.5 && q == 0.25) contact_forces(m, 1.5, 0.25, 1, x, v, low, high, f, power, raw);
+    else if (p == 1.5 && q == 0.5) contact_forces(m, 1.5, 0.5, 1, x, v, low, high, f, power, raw);
+    else contact_forces(m, p, q, m->damped, x, v, low, high, f, power, raw);
+    if (high == m->bodies && (stiffness != 0 || damping != 0)) {
+        f[high] = stiffness * x[high - 1] + damping * v[high - 1];
+        power[high - 1] = damping * v[high - 1] * v[high - 1];
+    }
+}
+
+/* Time derivatives of the forces of closed contacts, before they are cut off. */
+static void slopes(March *m, const double *x, const double *v, const double *f, const double *raw, long low, long high,
+                   double time, double *slope)
+{
+    const double p = m->r->p, q = m->r->q;
+    long j;
+    for (j = low; j < high; j++) {
+        const double d = (x[j] - x[j + 1]) + m->gap[j] + m->base[j], w = v[j] - v[j + 1];
+        const int closed = d > m->r->min_overlap && raw[j] > 0;
+        slope[j] = closed ? p * m->k[j] * power_of(d, p - 1) * w : 0;
+        if (closed && m->damped) {
+            double a = m->inverse[j] * (f[j] - f[j + 1]);
+            const double next = j + 1 < m->bodies ? m->inverse[j + 1] * (f[j + 1] - f[j + 2]) : 0;
+            if (j == 0) a += m->inverse[0] * applied(m, time);
+            slope[j] += m->c[j] * power_of(d, q) * (q / d * w * w + (a - next));
+        }
+    }
+}
+
+/* Everything at one end of a step, from positions and velocities. */
+static void complete(March *m, End *end, double time)
+{
+    long j;
+    forces(m, end->x, end->v, 0, m->n, end->f, end->power, end->raw);
+    end->f[m->n + 1] = 0;
+    for (j = 0; j < m->n; j++) {
+        end->d[j] = (end->x[j] - end->x[j + 1]) + m->gap[j] + m->base[j];
+        end->w[j] = end->v[j] - end->v[j + 1];
+    }
+    slopes(m, end->x, end->v, end->f, end->raw, 0, m->n, time, end->slope);
+}
+
+/* ---------------------------------------------------------------- steps */
+
+/* sum[j] = sum of a[i] f_i[j], i < terms, of elements low to high. */
+WIDE static void combine(double *const *f, const double *a, int terms, long low, long high, double *restrict sum)
+{
+    long j;
+    int i;
+    for (j = low; j < high; j++) sum[j] = f[0][j] * a[0];
+    for (i = 1; i < terms; i++) {
+        const double *restrict const each = f[i], weight = a[i];
+        if (weight != 0) for (j = low; j < high; j++) sum[j] += weight * each[j];
+    }
+}
+
+/* y = x + t v + factor (inverse mass) (difference of the sums of the forces), of bodies low to high. */
+WIDE static void displace(March *m, const double *restrict x, double t, const double *restrict v, double factor,
+                          const double *weights, int terms, long low, long high, double *restrict y)
+{
+    const double *restrict const inverse = m->inverse, *restrict const sum = m->sum;
+    long j;
+    combine(m->stage, weights, terms, low, high + 1, m->sum);
+    for (j = low; j < high; j++) y[j] = (x[j] + t * v[j]) + factor * (inverse[j] * (sum[j] - sum[j + 1]));
+    y[high] = x[high];
+}
+
+/* Attempts a step of bodies low to high from m->start; the new state is valid one body per stage inside the range. */
+static void attempt(March *m, double h, double end, long low, long high, double *x1, double *v1)
+{
+    const End *s = &m->start;
+    const int stages = m->stages;
+    int i;
+    m->stage[0] = s->f;
+    m->powers[0] = s->power;
+    for (i = 1; i <= stages; i++) {
+        const double t = i < stages ? m->nodes[i] * h : h, *const weights = i < stages ? m->positions + i * stages : m->weights;
+        double *const y = i < stages ? m->y : x1, *const z = i < stages ? m->z : v1;
+        displace(m, s->x, t, s->v, h * h, weights, i, low, high, y);
+        if (i == stages) displace(m, s->v, 0, s->v, h, m->weights + stages, i, low, high, z);
+        else if (m->moves) displace(m, s->v, 0, s->v, h, m->velocities + i * stages, i, low, high, z);
+        if (m->driven && low == 0) {
+            y[0] += shift(m, t, i == stages || m->nodes[i] == 1 ? end : m->r->time + t, m->impulses + i);
+            z[0] += m->inverse[0] * m->impulses[i];
+        }
+        if (i < stages) forces(m, y, z, low, high, m->stage[i], m->powers[i], m->traw);
+    }
+    m->r->evaluations += stages;
+}
+
+/* Largest change between neighbours of factor (inverse mass) (difference of the sums) over the scale. */
+static double largest(March *m, const double *weights, double factor, const double *scale)
+{
+    const double *sum = m->sum;
+    double most = 0, before, next, error;
+    long j;
+    combine(m->stage, weights, m->stages, 0, m->n + 1, m->sum);
+    before = factor * (m->inverse[0] * (sum[0] - sum[1]));
+    for (j = 0; j < m->n; j++, before = next) {
+        next = j + 1 < m->n ? factor * (m->inverse[j + 1] * (sum[j + 1] - sum[j + 2])) : 0;
+        error = fabs(before - next) / scale[j];
+        if (!(error < 1e300)) return INFINITY;
+        most = larger(most, error);
+    }
+    return most;
+}
+
+/* Largest error of the last attempt, over the tolerance. */
+static double error_of(March *m, double h)
+{
+    const double *weights = m->weights + 2 * m->stages;
+    double first = larger(largest(m, weights, h * h, m->scale_u), largest(m, weights + m->stages, h, m->scale_w)), second = 0;
+    weights += 2 * m->stages;
+    if (m->moves) second = larger(largest(m, weights, h * h, m->scale_u), largest(m, weights + m->stages, h, m->scale_w));
+    if (second != 0) first = first * first / sqrt(first * first + 0.01 * second * second);
+    return first / m->r->tolerance;
+}
+
+static double next_stop(const March *m)
+{
+    return m->stop < m->stop_count ? smaller(m->stops[m->stop], m->r->until) : m->r->until;
+}
+
+/* Overlap by which a contact with a dashpot may be early or late to close. */
+static double late(const March *m, const double *x, double w, long j)
+{
+    const double most = smaller(m->scale_w[j] / larger(m->both[j] * m->c[j], 1e-300), m->scale_u[j]);
+    return larger(most * (m->r->located * m->r->tolerance), m->r->rounding * (fabs(x[j]) + fabs(x[j + 1]) + m->r->time * fabs(w)));
+}
+
+/* Size and end of the next step. */
+static double next_size(const March *m, double *end)
+{
+    const double left = next_stop(m) - m->r->time;
+    double size = m->driven ? smaller(m->size, m->r->longest) : m->size, soon = INFINITY;
+    long j;
+    for (j = 0; j < m->n; j++)
+        if (m->start.d[j] < 0 && m->start.w[j] > 0) soon = smaller(soon, -m->start.d[j] / m->start.w[j]);
+    if (m->r->soon * size < soon && soon < size) size = soon;
+    *end = next_stop(m);
+    if (size >= left) return left;
+    size = smaller(size, left / 2); /* avoids a very short last step */
+    *end = m->r->time + size;
+    return size;
+}
+
+/* Root in [0, 1] of the cubic with values d0, d1 of opposite signs and slopes m0, m1 at the ends. */
+static double root_of(double d0, double d1, double m0, double m1)
+{
+    const double c = 3 * (d1 - d0) - 2 * m0 - m1, e = m0 + m1 - 2 * (d1 - d0);
+    double low = 0, high = 1, at = d0 / (d0 - d1);
+    int i;
+    for (i = 0; i < 6; i++) {
+        const double value = d0 + at * (m0 + at * (c + at * e)), slope = m0 + at * (2 * c + at * 3 * e);
+        if (value * d0 > 0) low = at; else high = at;
+        at = slope != 0 ? at - value / slope : -1;
+        if (!(low <= at && at <= high)) at = (low + high) / 2;
+    }
+    return at;
+}
+
+/* Place in (0, 1) of the maximum of the cubic that rises by `rise`, with slopes r0 > 0 and r1 <= 0 at the ends. */
+static double top_of(double r0, double r1, double rise)
+{
+    const double b = 6 * rise - 4 * r0 - 2 * r1, c = 3 * (r0 + r1) - 6 * rise, square = b * b - 4 * c * r0;
+    const double at = square > 0 && sqrt(square) > b ? 2 * r0 / (sqrt(square) - b) : r0 / (r0 - r1);
+    return at > 0 && at < 1 ? at : 0.5;
+}
+
+/* Fraction of the step at which it should end because a contact closes, opens or is cut off; 1 if it need not. */
+static double kink(const March *m, double h)
+{
+    const End *s = &m->start, *f = &m->finish;
+    double share = 1;
+    long j;
+    for (j = 0; j < m->n; j++) {
+        const double d0 = s->d[j], d1 = f->d[j], raw0 = s->raw[j], raw1 = f->raw[j], w = larger(s->w[j], f->w[j]);
+        const int acts = (m->jumps ? m->on[j] != 0 : d0 >= 0) && raw0 >= 0;
+        double at, error, active, idle;
+        if (acts == (d1 >= 0 && raw1 >= 0)) continue;
+        at = (d0 < 0) != (d1 < 0) ? root_of(d0, d1, h * s->w[j], h * f->w[j]) : 0.5;
+        if (m->damped && d0 >= 0 && raw0 * raw1 < 0 && (d1 >= 0 || m->r->q == 0)) at = raw0 / (raw0 - raw1);
+        else if (m->damped && acts) at *= 0.5; /* the force ends before the contact opens */
+        active = acts ? at : 1 - at;
+        idle = acts ? 1 - at : at;
+        error = m->r->kink * h * larger(raw0, raw1) * smaller(1, idle / larger(active, 1e-300));
+        if (!acts && m->jumps && d0 < 0) {
+            error += m->c[j] * w * (1 - at) * h;
+            if (w > 0) at += 0.5 * late(m, f->x, f->w[j], j) / (h * w);
+        }
+        if (error > m->r->kink_share * m->r->tolerance * m->scale_w[j] / m->both[j]
+            && at * h > m->r->min_step * larger(m->r->time, m->r->first)) share = smaller(share, at);
+    }
+    return share;
+}
+
+/* ---------------------------------------------------------------- peaks and samples */
+
+static void raise_best(March *m, long j, double force, double time)
+{
+    if (force > m->best[j]) { m->best[j] = force; m->since[j] = time; }
+}
+
+/* Computes the maximum of a contact force within the step, if it may be the greatest so far: repeated steps end at the
+   time at which its slope vanishes, from cubic interpolation of the force. */
+static void find_peak(March *m, double h, long j)
+{
+    const long reach = m->stages + 2, first = j > reach ? j - reach : 0, last = j + reach + 1 < m->n ? j + reach + 1 : m->n;
+    const long near = j ? j - 1 : 0, after = j + 2 < m->n ? j + 2 : m->n;
+    double low = 0, f0 = m->start.f[j + 1], r0 = h * m->start.slope[j];
+    double high = 1, f1 = m->finish.f[j + 1], r1 = h * m->finish.slope[j];
+    double share = top_of(r0, r1, f1 - f0), time = m->r->time, here = f0, slope, left;
+    int turn;
+    if (larger(f0, f1) + 0.25 * (r0 - r1) <= m->best[j] - m->r->nearly * fabs(m->best[j] + m->still[j])) return;
+    for (turn = 0; turn < m->r->most_turns; turn++) {
+        time = m->r->time + share * h;
+        attempt(m, share * h, time, first, last, m->tx, m->tv);
+        forces(m, m->tx, m->tv, near, after, m->tf, m->tpower, m->traw);
+        m->tf[near] = near ? m->tf[near] : 0;
+        m->tf[after + 1] = 0;
+        slopes(m, m->tx, m->tv, m->tf, m->traw, j, j + 1, time, m->sum);
+        slope = h * m->sum[j];
+        here = m->tf[j + 1];
+        if (slope > 0) { low = share; f0 = here; r0 = slope; }
+        else { high = share; f1 = here; r1 = slope; }
+        left = low + (high - low) * top_of((high - low) * r0, (high - low) * r1, f1 - f0) - share;
+        if (fabs(left) < m->r->near || high - low < m->r->near) {
+            raise_best(m, j, here + 0.5 * slope * left, time + left * h);
+            return;
+        }
+        share += left;
+    }
+    raise_best(m, j, here, time);
+}
+
+/* Stores the states at the requested times up to the end of the step. */
+static void store_samples(March *m, double end)
+{
+    const long row = m->bodies + 1;
+    for (; m->sample < m->sample_count && m->times[m->sample] <= end; m->sample++) {
+        const double time = m->times[m->sample];
+        double *x = m->samples + 3 * row * m->sample, *v = x + row;
+        long j;
+        memcpy(x, m->start.x, (size_t)row * sizeof(double));
+        memcpy(v, m->start.v, (size_t)row * sizeof(double));
+        if (time > m->r->time) attempt(m, time - m->r->time, time, 0, m->n, x, v);
+        forces(m, x, v, 0, m->bodies, m->tf, m->tpower, m->traw);
+        for (j = 0; j < m->bodies; j++) v[row + j] = m->tf[j + 1] + m->still[j];
+    }
+}
+
+/* ---------------------------------------------------------------- integration */
+
+/* Begins the next step at m->start; contacts with a dashpot close here. */
+static void begin(March *m)
+{
+    const double *x = m->start.x, *v = m->start.v;
+    long j;
+    for (j = 0; m->jumps && j < m->n; j++) {
+        const double d = (x[j] - x[j + 1]) + m->gap[j] + m->base[j], w = v[j] - v[j + 1];
+        m->on[j] = d >= 0 || (w > 0 && d >= -late(m, x, w, j));
+    }
+    complete(m, &m->start, m->r->time);
+    for (j = 0; j < m->n && j < m->r->contacts; j++) raise_best(m, j, m->start.f[j + 1], m->r->time);
+}
+
+/* Adds the work of the force, integrated by parts; see chain_march.py. */
+static void add_work(March *m, double h, double end)
+{
+    const double inverse = m->inverse[0], impulse = m->impulses[m->stages], *weights = m->weights + m->stages;
+    double mean = 0, summed = 0, product = 0, area, ignored;
+    int i;
+    for (i = 0; i < m->stages; i++) {
+        product += weights[i] * m->impulses[i] * m->stage[i][1];
+        mean += weights[i] * m->stage[i][1];
+        summed += weights[i] * m->impulses[i];
+    }
+    area = shift(m, h, end, &ignored) / inverse;
+    m->r->work += impulse * (m->finish.v[0] - inverse * impulse) + 0.5 * inverse * impulse * impulse;
+    m->r->work += inverse * (h * product + mean * (area - h * summed));
+}
+
+/* Whether no contact force acts and none can follow. */
+static int is_over(const March *m)
+{
+    long j = 0;
+    while (j < m->n && m->start.f[j + 1] == 0 && !(m->start.w[j] > 0)) j++;
+    return j == m->n && m->r->time >= m->r->duration;
+}
+
+/* Sets the time at which the wave arrives at the last contact, and the end of the run if that depends on it. */
+static void look_for_arrival(March *m)
+{
+    const long last = (long)m->r->contacts - 1;
+    if (m->r->arrival >= 0 || m->n <= last || !(m->best[last] > 0)) return;
+    if (m->start.f[last + 1] < m->r->passed * m->best[last] && (!last || m->best[last] >= m->r->wave * m->best[last - 1])) {
+        m->r->arrival = m->since[last];
+        if (m->r->until == INFINITY) m->r->until = larger(m->r->duration + 3 * m->r->arrival, m->r->time);
+    }
+}
+
+/* Elastic energy of a contact at an overlap. */
+static double stored(const March *m, long j, double d)
+{
+    return d > 0 ? m->k[j] / (m->r->p + 1) * pow(d, m->r->p + 1) : 0;
+}
+
+/* Raises the scales of the errors to what was reached by n contacts, or is expected next to it. */
+static void raise_scales(March *m, long n)
+{
+    double least_w = 0, least_u = 0;
+    long j;
+    for (j = 0; j < m->n; j++) {
+        /* the change of the overlap, not the difference of overlaps: ahead of the wave that is below their rounding errors */
+        const double stretch = j < n ? fabs((m->finish.x[j] - m->finish.x[j + 1]) + m->gap[j]) : 0;
+        const double w = j < n ? fabs(m->finish.w[j]) : 0, u = j < n && m->finish.d[j] <= 0 ? m->base[j] : stretch;
+        m->scale_w[j] = least_w = larger(larger(m->scale_w[j], w), m->reach_w[j] * least_w);
+        m->scale_u[j] = least_u = larger(larger(m->scale_u[j], u), m->reach_u[j] * least_u);
+    }
+}
+
+/* Processes an accepted step and begins the next one. */
+static void accept(March *m, double h, double end)
+{
+    const End s = m->start, f = m->finish;
+    const long n = m->n, last = n > m->r->margin ? n - (long)m->r->margin : 0;
+    long j;
+    combine(m->stage, m->weights + m->stages, m->stages, 1, n + 1, m->sum);
+    for (j = 0; j < n; j++) m->impulse[j] += h * m->sum[j + 1];
+    if (m->damped) combine(m->powers, m->weights + m->stages, m->stages, 0, n, m->sum);
+    /* a contact that is cut off loses its energy, whatever the length of the step */
+    for (j = 0; m->damped && j < n; j++)
+        if (m->k[j] > 0 && (s.raw[j] < 0 || s.d[j] < 0) && (f.raw[j] < 0 || f.d[j] < 0))
+            m->lost[j] += stored(m, j, s.d[j]) - stored(m, j, f.d[j]);
+        else m->lost[j] += h * m->sum[j];
+    if (m->driven) add_work(m, h, end);
+    for (j = 0; j < n; j++) if (s.slope[j] > 0 && f.slope[j] <= 0) find_peak(m, h, j);
+    store_samples(m, end);
+    m->r->time = end;
+    m->r->steps++;
+    if (m->stop < m->stop_count && end == m->stops[m->stop]) m->stop++;
+    if (m->driven) free_path(&m->path, end, &m->free[0], &m->free[1]);
+    m->driven = m->driven && end < m->r->duration;
+    if (n < m->bodies && (fabs(f.x[last]) > m->r->at_rest || fabs(f.v[last]) > m->r->at_rest))
+        m->n = (long)smaller((double)n + m->r->growth, (double)m->bodies);
+    raise_scales(m, n);
+    m->start = f;
+    m->finish = s;
+    begin(m);
+    look_for_arrival(m);
+}
+
+/* Checks from time to time for signals and for the end of the time limit; whether to go on. */
+static int go_on(March *m)
+{
+    PyObject *answer;
+    if (m->effort < m->asked) return 1;
+    m->asked = m->effort + INTERVAL;
+    PyEval_RestoreThread(m->thread);
+    answer = PyErr_CheckSignals() < 0 ? NULL : PyObject_CallFunctionObjArgs(m->expired, NULL);
+    m->stopped = !answer || PyObject_IsTrue(answer);
+    Py_XDECREF(answer);
+    m->thread = PyEval_SaveThread();
+    return !m->stopped;
+}
+
+/* Integrates to the end; returns the status. */
+static int integrate(March *m)
+{
+    const Run *r = m->r;
+    int status = RUNNING, cuts = 0;
+    begin(m);
+    store_samples(m, 0);
+    while (status == RUNNING && go_on(m)) {
+        double end, h = next_size(m, &end), error, share = 1, factor;
+        const int at_stop = end == next_stop(m);
+        attempt(m, h, end, 0, m->n, m->finish.x, m->finish.v);
+        error = error_of(m, h);
+        complete(m, &m->finish, end);
+        m->effort += (double)m->stages * (double)m->n;
+        if (error < r->hopeless && cuts < r->most_cuts) share = kink(m, h);
+        factor = r->safety * pow(larger(error, 1e-12), -1.0 / (m->order + 1));
+        if (share < 1) {
+            if (!cuts++) m->held = error <= 1 ? m->size : h * larger(factor, r->min_factor);
+            m->size = h * share;
+        } else if (!(error <= 1)) {
+            m->size = h * (factor > r->min_factor && factor < 1 ? factor : r->min_factor);
+            m->rejected = 1;
+            m->held = 0;
+            if (m->size < larger(r->min_step * r->time, r->min_first * r->first)) status = FAILED;
+        } else {
+            /* a step that was shortened to end here does not shorten the next one */
+            const double kept = at_stop || h < m->size ? m->size : 0;
+            m->size = larger(larger(h * smaller(factor, m->rejected ? 1 : r->max_factor), m->held), kept);
+            m->rejected = cuts = 0;
+            m->held = 0;
+            accept(m, h, end);
+            if (r->time >= r->until || (r->until == INFINITY && is_over(m))) status = DONE;
+        }
+        if (status == RUNNING && (r->steps >= r->most_steps || m->effort > r->most_work)) status = TOO_LONG;
+    }
+    return status;
+}
+
+/* ---------------------------------------------------------------- Python interface */
+
+enum { METHOD, ROWS, COEFFICIENTS, STOPS, TIMES, RUN, TABLE, SAMPLES, VIEWS };
+
+/* Sets up a run from the buffers; returns 0 if they do not fit one another. The rows of the table are listed here. */
+static int set_up(March *m, const Py_buffer *view)
+{
+    double **const rows[] = {&m->inverse, &m->k, &m->gap, &m->base, &m->root, &m->still, &m->c, &m->reach_w, &m->reach_u,
+        &m->scale_w, &m->scale_u, &m->best, &m->since, &m->impulse, &m->lost, &m->start.x, &m->start.v, &m->both, &m->on, &m->y,
+        &m->z, &m->tx, &m->tv, &m->tf, &m->traw, &m->tpower, &m->sum, &m->start.d, &m->start.w, &m->start.f,
+        &m->start.raw, &m->start.power, &m->start.slope, &m->finish.x, &m->finish.v, &m->finish.d, &m->finish.w, &m->finish.f,
+        &m->finish.raw, &m->finish.power, &m->finish.slope};
+    const Py_ssize_t named = sizeof rows / sizeof *rows;
+    const double *method = view[METHOD].buf;
+    Py_ssize_t count[VIEWS], width, s, i;
+    for (i = 0; i < VIEWS; i++) count[i] = view[i].len / (Py_ssize_t)sizeof(double);
+    if (count[METHOD] < 3 || !(method[0] >= 2 && method[0] <= MAX_STAGES)) return 0;
+    s = (Py_ssize_t)method[0];
+    width = count[TABLE] / (named + 2 * s);
+    m->r = view[RUN].buf;
+    if (count[METHOD] != 3 + s * (2 * s + 7) || view[RUN].len != sizeof(Run) || width < 3 || count[TABLE] % (named + 2 * s)
+        || !(m->r->contacts >= 1 && m->r->contacts <= (double)width - 2) || !(m->r->window >= 1)
+        || count[SAMPLES] != 3 * (width - 1) * count[TIMES]) return 0;
+    m->path = (Path){view[ROWS].buf, view[COEFFICIENTS].buf, (long)(count[ROWS] / ROW), 0, m->r->rise_time, m->r->peak_force};
+    for (i = 0; i < m->path.pieces; i++) {
+        const double *row = m->path.rows + ROW * i;
+        if (!(row[2] >= 0 && row[3] >= 0 && row[2] + row[3] <= (double)(count[COEFFICIENTS] / 2))) return 0;
+    }
+    for (i = 0; i < named; i++) *rows[i] = (double *)view[TABLE].buf + i * width;
+    for (i = 0; i < s; i++) {
+        m->stage[i] = (double *)view[TABLE].buf + (named + 2 * i) * width;
+        m->powers[i] = m->stage[i] + width;
+    }
+    m->stages = (int)s;
+    m->order = (int)method[1];
+    m->moves = method[2] != 0;
+    m->nodes = method + 3;
+    m->positions = m->nodes + s;
+    m->velocities = m->positions + s * s;
+    m->weights = m->velocities + s * s;
+    m->stops = view[STOPS].buf;
+    m->stop_count = (long)count[STOPS];
+    m->times = view[TIMES].buf;
+    m->sample_count = (long)count[TIMES];
+    m->samples = view[SAMPLES].buf;
+    m->bodies = (long)width - 2;
+    m->size = m->r->first;
+    m->damped = m->r->damped != 0;
+    m->jumps = m->damped && m->r->q == 0;
+    m->driven = m->path.pieces > 0;
+    m->n = (long)smaller((double)m->bodies, m->r->window);
+    return 1;
+}
+
+PyDoc_STRVAR(run_doc, "run(method, rows, coefficients, stops, times, settings, table, samples, expired)\n--\n\n"
+             "Integrates a chain of mixed granules, in place. See chain_march.py.");
+
+static PyObject *run(PyObject *self, PyObject *args)
+{
+    Py_buffer view[VIEWS];
+    March m;
+    double *x, *v;
+    int i = 0;
+    (void)self;
+    memset(&m, 0, sizeof m);
+    if (PyTuple_Size(args) != VIEWS + 1) return PyErr_Format(PyExc_TypeError, "run takes %d arguments", VIEWS + 1);
+    for (; i < VIEWS; i++)
+        if (PyObject_GetBuffer(PyTuple_GetItem(args, i), view + i, i >= RUN ? PyBUF_WRITABLE : PyBUF_SIMPLE) < 0) goto done;
+    if (!set_up(&m, view)) {
+        PyErr_SetString(PyExc_ValueError, "buffers do not fit one another");
+        goto done;
+    }
+    x = m.start.x;
+    v = m.start.v;
+    m.expired = PyTuple_GetItem(args, VIEWS);
+    m.thread = PyEval_SaveThread();
+    m.r->status = integrate(&m);
+    PyEval_RestoreThread(m.thread);
+    /* the two ends of a step change places */
+    if (x != m.start.x) memcpy(x, m.start.x, (size_t)(m.bodies + 1) * sizeof(double));
+    if (v != m.start.v) memcpy(v, m.start.v, (size_t)(m.bodies + 1) * sizeof(double));
+done:
+    while (i-- > 0) PyBuffer_Release(view + i);
+    return PyErr_Occurred() ? NULL : Py_NewRef(Py_None);
+}
+
+static PyMethodDef functions[] = {{"run", run, METH_VARARGS, run_doc}, {NULL, NULL, 0, NULL}};
+
+static struct PyModuleDef module = {
+    PyModuleDef_HEAD_INIT, "_chains", "Compiled integration of chains of mixed granules.", 0, functions, NULL, NULL, NULL, NULL,
+};
+
+PyMODINIT_FUNC PyInit__chains(void)
+{
+    return PyModuleDef_Init(&module);
+}

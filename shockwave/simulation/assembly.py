@@ -1,0 +1,375 @@
+"""Chains of mixed granules in scaled units, and their integration."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+from types import ModuleType
+from typing import Protocol
+
+import numpy as np
+from attrs import frozen
+
+from shockwave.errors import InvalidValueError, NumericalError
+from shockwave.quadrature import FloatArray
+from shockwave.simulation.chain_job import Job, Status
+from shockwave.simulation.chain_march import run
+from shockwave.simulation.general_nystroem import GeneralTableau, dop853, of_nystroem
+from shockwave.simulation.integrator import Integrator
+from shockwave.simulation.nystroem import Nystroem, Rkn86
+from shockwave.simulation.problem import ChainProblem
+
+# Tolerances of a step of two runs whose difference gives the error of the first, over the requested relative error, the
+# least tolerances, and the factor of the difference: the error is below the estimate in 97 % of random chains.
+_FINE = 0.01
+_COARSE = 0.1
+_LEAST_FINE = 1e-13
+_LEAST_COARSE = 1e-12
+#: Error estimate of a peak force or a time, over its difference between the two runs.
+ESTIMATE_FACTOR = 2.0
+# Least fraction of closing velocity and overlap at one contact that is expected at the next, and of their estimates at
+# the first one.
+_EXPECTED = 0.1
+# Least scale of errors, over that at the first contact.
+_LEAST = 1e-60
+# First step, over the time in which the first contact closes.
+_FIRST_STEP = 0.05
+# Least number of steps under the applied force.
+_LEAST_STEPS = 8
+# Offset of a contact that does not exist.
+_FAR = 1e100
+# Largest number of steps and of evaluations of a contact force, with their increase with the number of bodies.
+_STEPS = 400_000
+_STEPS_PER_BODY = 400
+_WORK = 1e10
+_WORK_PER_BODY = 2e6
+# Number of nodes of the rule for the energy of contacts with a static overlap.
+_NODES = 12
+
+
+class ContactForce(Protocol):
+    """A contact law of a plugin, in scaled units; arrays have shape (contacts,)."""
+
+    def initial_state(self) -> FloatArray:
+        """State of all contacts, shape (states, contacts)."""
+
+    def force(self, overlap: FloatArray, closing_velocity: FloatArray, state: FloatArray) -> FloatArray:
+        """Contact forces; zero where the overlap is not positive."""
+
+    def update(self, overlap: FloatArray, closing_velocity: FloatArray, state: FloatArray) -> FloatArray:
+        """State after a step that ends at these overlaps and velocities."""
+
+
+@frozen(eq=False, slots=False)
+class Assembly:
+    """A chain of mixed granules, in scaled units.
+
+    Positions x are displacements from the initial ones. Contact j lies between bodies j and j + 1, the last one between
+    the last body and the wall if there is a fixed one. With the overlap d = d0 + x_j - x_{j+1} its force is
+    F = max(k d^p + c d^q d', 0) where d > 0, else 0. Static forces k d0^p are balanced by constant forces.
+
+    Attributes
+    ----------
+    inverse_masses : array, shape (bodies,)
+        The last body is the end if that is movable.
+    stiffnesses : array, shape (contacts,)
+        k.
+    overlaps : array, shape (contacts,)
+        d0, negative for a gap.
+    exponent : float
+        p.
+    fixed_wall : bool
+        Whether the last contact is with a fixed flat: then there are as many contacts as bodies, else one less.
+    damping : array, shape (contacts,)
+        c.
+    damping_power : float
+        q.
+    end_stiffness, end_damping : float
+        Spring and dashpot between the last body and the ground.
+    force : ChainProblem or None
+        The applied force on body 0; its ``granules`` are not used.
+    velocity : float
+        Initial velocity of body 0.
+    law : ContactForce or None
+        Contact law of a plugin, which replaces stiffness and damping.
+    """
+
+    inverse_masses: FloatArray
+    stiffnesses: FloatArray
+    overlaps: FloatArray
+    exponent: float
+    fixed_wall: bool
+    damping: FloatArray
+    damping_power: float
+    end_stiffness: float = 0.0
+    end_damping: float = 0.0
+    force: ChainProblem | None = None
+    velocity: float = 0.0
+    law: ContactForce | None = None
+
+    @property
+    def is_damped(self) -> bool:
+        """Whether the forces depend on the velocities."""
+        return self.law is not None or self.end_damping > 0 or bool(np.any(self.damping > 0))
+
+    @cached_property
+    def static_forces(self) -> FloatArray:
+        """Static contact forces, shape (contacts,)."""
+        return np.asarray(self.stiffnesses * np.maximum(self.overlaps, 0.0) ** self.exponent)
+
+    def potential(self, x: FloatArray) -> FloatArray:
+        """Integral of the contact force minus its static part from the initial state to ``x``, shape (contacts,)."""
+        changes = (x - np.append(x[1:], 0.0))[: len(self.overlaps)]
+        static, p = np.maximum(self.overlaps, 0.0), self.exponent
+        closed = np.maximum(self.overlaps + changes, 0.0)
+        whole = (closed ** (p + 1) - static ** (p + 1)) / (p + 1) - static**p * changes
+        # Gauss-Legendre quadrature of a force that is nearly linear avoids the difference of large numbers
+        nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+        shares = (nodes + 1) / 2
+        strain = changes / np.where(static > 0, static, 1.0)
+        near = (static > 0) & (np.abs(strain) < 0.5)
+        inner = np.where(near, strain, 0.0) * shares[:, None]
+        slight = np.add.reduce(weights[:, None] / 2 * np.expm1(p * np.log1p(inner)), axis=0) * static**p * changes
+        return np.asarray(self.stiffnesses * np.where(near, slight, whole))
+
+
+@frozen(eq=False, slots=False)
+class Motion:
+    """The motion of an `Assembly`, in scaled units.
+
+    Attributes
+    ----------
+    forces, force_times : array, shape (contacts,)
+        Greatest total force at each contact and its first time; zeros for a contact that is never closed.
+    dynamic_forces : array, shape (contacts,)
+        The greatest forces minus the static ones, without cancellation.
+    end : float
+        End of the simulated time.
+    arrival : float or None
+        First maximum of the force at the last contact.
+    x, v : array, shape (bodies,)
+        State at the end.
+    impulses : array, shape (contacts,)
+        Integral of the contact force minus its static part.
+    applied_impulse, work : float
+        Impulse and work of the applied force.
+    dissipated : float
+        Energy dissipated by contacts and by the dashpot of the end.
+    kinetic : array, shape (bodies,)
+        Kinetic energies at the end.
+    potential : array, shape (contacts,)
+        Energies of the contacts at the end, of the forces minus the static ones.
+    end_energy : float
+        Energy of the spring of the end.
+    initial_energy : float
+        Kinetic energy at the beginning.
+    steps, evaluations : int
+    integrator : str
+        Name of the method.
+    samples_x, samples_v : array, shape (times, bodies)
+    samples_forces : array, shape (times, contacts)
+        States and total contact forces at the requested times.
+    """
+
+    forces: FloatArray
+    force_times: FloatArray
+    dynamic_forces: FloatArray
+    end: float
+    arrival: float | None
+    x: FloatArray
+    v: FloatArray
+    impulses: FloatArray
+    applied_impulse: float
+    work: float
+    dissipated: float
+    kinetic: FloatArray
+    potential: FloatArray
+    end_energy: float
+    initial_energy: float
+    steps: int
+    evaluations: int
+    integrator: str
+    samples_x: FloatArray
+    samples_v: FloatArray
+    samples_forces: FloatArray
+
+    @property
+    def energy_balance(self) -> float:
+        """Energy at the end plus what was dissipated, minus what was there at first or came in."""
+        stored = math.fsum([*self.kinetic.tolist(), *self.potential.tolist(), self.end_energy, self.dissipated])
+        return stored - self.initial_energy - self.work
+
+
+def tolerances_for(rtol: float) -> tuple[float, float]:
+    """Tolerances of the run whose results count, and of a coarser one from which its errors are estimated.
+
+    `ESTIMATE_FACTOR` times the difference of the two runs is an estimate of the errors of the first run; its errors
+    are below ``rtol`` in 99 % of random chains. In the others, as in collisions that amplify errors, the estimate
+    exceeds ``rtol``: then repeat with a smaller one.
+    """
+    return max(_FINE * rtol, _LEAST_FINE), max(_COARSE * rtol, _LEAST_COARSE)
+
+
+def method_for(assembly: Assembly, integrator: type[Integrator] | None) -> tuple[str, GeneralTableau]:
+    """Name and coefficients of the method: those of ``integrator``, by default rkn86, with damping dop853.
+
+    The pair rkn1210 is not faster, even for the tightest tolerances: contacts that open limit its steps.
+
+    Raises
+    ------
+    InvalidValueError
+        If the integrator cannot step this chain.
+    """
+    if integrator is None:
+        if assembly.is_damped:
+            return "dop853", dop853()
+        integrator = Rkn86
+    if integrator.chains == "any":
+        return integrator.name, dop853()
+    if integrator.chains == "conservative" and issubclass(integrator, Nystroem) and not assembly.is_damped:
+        return integrator.name, of_nystroem(integrator.tableau, integrator.error_order)
+    known = "dop853" if assembly.is_damped else "rkn64, rkn86, rkn1210 or dop853"
+    kind = "with damping or a contact law of a plugin" if assembly.is_damped else "of mixed granules"
+    raise InvalidValueError.of("integrator", f"must be {known} for a chain {kind} (got {integrator.name!r})")
+
+
+def integrate(
+    assembly: Assembly,
+    tolerance: float,
+    *,
+    until: float | None = None,
+    times: Sequence[float] | FloatArray = (),
+    compiled: ModuleType | None = None,
+    integrator: type[Integrator] | None = None,
+) -> Motion:
+    """Integrate a chain of mixed granules.
+
+    Parameters
+    ----------
+    assembly : Assembly
+    tolerance : float
+        Largest error of a step, relative to the greatest overlap and closing velocity of each contact.
+    until : float, optional
+        End of the simulated time; by default the duration of the force plus three times the arrival time.
+    times : sequence of float, optional
+        Times in ascending order at which the state is returned.
+    compiled : module, optional
+        `shockwave.simulation._chains`; by default NumPy is used.
+    integrator : type of Integrator, optional
+
+    Raises
+    ------
+    InvalidValueError
+        If the integrator cannot step this chain.
+    NumericalError
+        If the integration fails, takes too many steps or reaches the time limit.
+    """
+    name, method = method_for(assembly, integrator)
+    job = _job(assembly, tolerance, until, np.asarray(times, dtype=float), method)
+    run(job, compiled if assembly.law is None else None)
+    _check(job)
+    contacts = len(assembly.overlaps)
+    x, v = job.x[:-1], job.v[:-1]
+    found = job.found
+    masses = 1 / assembly.inverse_masses
+    peaks = job.peaks[0, :contacts]
+    shown = job.samples[:, 0, :-1], job.samples[:, 1, :-1], job.samples[:, 2, :contacts]
+    return Motion(
+        forces=np.maximum(assembly.static_forces + peaks, 0.0),
+        force_times=job.peaks[1, :contacts],
+        dynamic_forces=peaks,
+        end=float(found[1]),
+        arrival=None if found[2] < 0 else float(found[2]),
+        x=x,
+        v=v,
+        impulses=job.sums[0, :contacts],
+        applied_impulse=0.0 if assembly.force is None else assembly.force.free(float(found[1]))[1],
+        work=float(found[3]),
+        dissipated=math.fsum(job.sums[1].tolist()),
+        kinetic=0.5 * masses * v * v,
+        potential=assembly.potential(x),
+        end_energy=0.5 * assembly.end_stiffness * float(x[-1]) ** 2,
+        initial_energy=0.5 * float(masses[0]) * assembly.velocity**2,
+        steps=int(found[4]),
+        evaluations=int(found[5]),
+        integrator=name,
+        samples_x=shown[0],
+        samples_v=shown[1],
+        samples_forces=shown[2],
+    )
+
+
+def _job(assembly: Assembly, tolerance: float, until: float | None, times: FloatArray, method: GeneralTableau) -> Job:
+    """Arrays of a run."""
+    inverse, p = np.asarray(assembly.inverse_masses, dtype=float), assembly.exponent
+    bodies, contacts, problem = len(inverse), len(assembly.overlaps), assembly.force
+    k, offsets, c = np.zeros((3, bodies))
+    k[:contacts], offsets[:contacts], c[:contacts] = assembly.stiffnesses, assembly.overlaps, assembly.damping
+    offsets[contacts:] = -_FAR
+    base, gap = np.maximum(offsets, 0.0), np.minimum(offsets, 0.0)
+    before = np.append(inverse[0], inverse[:-1])
+    velocity, force = _first_scales(assembly)
+    # overlap of each contact under the force at the first one
+    extent = np.minimum((force / np.where(k > 0, k, 1.0)) ** (1 / p), _ratio(force, p * k * base ** (p - 1)))
+    reach = np.array([2 * inverse / (before + inverse), extent / np.append(extent[0], extent[:-1])])
+    reach = _EXPECTED * np.minimum(reach, 1.0)
+    scales = np.multiply.accumulate(np.column_stack(([1.0, 1.0], reach[:, 1:])), axis=1)
+    scales = np.maximum(scales, _LEAST) * (_EXPECTED * np.array([[velocity], [extent[0]]]))
+    scales[:, contacts:] = math.inf
+    first = _FIRST_STEP * float(scales[1, 0] / scales[0, 0])
+    pulse = (0.0, 1.0, 0.0) if problem is None else (problem.duration, problem.rise_time, problem.peak_force)
+    work = _WORK + _WORK_PER_BODY * bodies
+    settings = [p, assembly.damping_power, tolerance, math.inf if until is None else until, *pulse, first]
+    settings += [pulse[0] / _LEAST_STEPS, contacts, assembly.end_stiffness, assembly.end_damping]
+    settings += [_STEPS + _STEPS_PER_BODY * bodies, work, assembly.is_damped]
+    job = Job(
+        method=method,
+        problem=problem,
+        law=assembly.law,
+        settings=np.array(settings, dtype=float),
+        stops=np.array([] if problem is None else problem.stops),
+        times=times,
+        samples=np.zeros((len(times), 3, bodies + 1)),
+        found=np.zeros(6),
+        table=Job.table_for(method, bodies),
+    )
+    job.chain[:] = inverse, k, gap, base, np.sqrt(base), k * base**p, c, *reach
+    job.scales[:] = scales
+    job.switches[:] = inverse + np.append(inverse[1:], 0.0), np.ones(bodies)
+    job.v[0] = assembly.velocity
+    return job
+
+
+def _ratio(one: float, others: FloatArray) -> FloatArray:
+    """Quotients, infinite where a divisor is zero."""
+    return np.asarray(np.where(others > 0, one / np.where(others > 0, others, 1.0), math.inf))
+
+
+def _first_scales(assembly: Assembly) -> tuple[float, float]:
+    """Orders of magnitude of closing velocity and force, minus the static one, at the first contact."""
+    p, k = assembly.exponent, float(assembly.stiffnesses[0])
+    linear = p * k * max(float(assembly.overlaps[0]), 0.0) ** (p - 1)
+    mass = 1 / float(np.sum(assembly.inverse_masses[:2]))
+    velocity, force = assembly.velocity, math.inf
+    if assembly.force is not None:
+        force = assembly.force.peak_force
+        overlap = min((force / k) ** (1 / p), force / linear if linear else math.inf)
+        impulse = assembly.force.free(assembly.force.duration)[1]
+        velocity = min(math.sqrt(overlap * force / mass), impulse * float(assembly.inverse_masses[0]))
+    reached = ((p + 1) / 2 * mass * velocity**2 / k) ** (1 / (p + 1))
+    return velocity, min(force, max(k * reached**p, velocity * math.sqrt(mass * linear)))
+
+
+def _check(job: Job) -> None:
+    """Raise the error of a failed run."""
+    status, at = Status(int(job.found[0])), f"at {job.found[1]:.4g} characteristic times"
+    reasons = {
+        Status.TOO_LONG: f"the chain takes too many steps: {job.found[4]:.0f} {at} (simulate a shorter time with until,"
+        " use a shorter chain, or loosen the tolerance)",
+        Status.FAILED: f"the step size vanishes {at} (the ratios of masses or stiffnesses are too large, or the damping"
+        " is too strong)",
+        Status.RUNNING: f"the time limit was reached {at} (allow more, or loosen the tolerance)",
+    }
+    if status in reasons:
+        raise NumericalError(reasons[status])

@@ -1,0 +1,152 @@
+"""Forces of the contacts of a chain of mixed granules, with NumPy."""
+
+from __future__ import annotations
+
+import numpy as np
+from attrs import frozen
+
+from shockwave.quadrature import FloatArray
+from shockwave.simulation.chain_job import Job
+
+#: Smaller overlaps count as zero: arithmetic with subnormal numbers is slow.
+MIN_OVERLAP = 1e-60
+
+
+@frozen(eq=False)
+class End:
+    """State at one end of a step.
+
+    ``d`` and ``w`` are overlaps and closing velocities; ``f``, ``raw`` and ``slope`` are forces minus static ones
+    (that of contact j in element j + 1), total forces before they are cut off, and their time derivatives, zero for an
+    open contact; ``powers`` are those of the damping.
+    """
+
+    x: FloatArray
+    v: FloatArray
+    d: FloatArray
+    w: FloatArray
+    f: FloatArray
+    raw: FloatArray
+    powers: FloatArray
+    slope: FloatArray
+
+
+def greatest_overlap(start: End, finish: End, size: float, tolerance: float) -> float:
+    """Fraction of a step at which an overlap is greatest, where the history of a contact changes; else 1.
+
+    A step that ends later by less than a relative change of the overlap of ``tolerance`` need not be divided.
+    """
+    turns = np.flatnonzero((start.w > 0) & (finish.w < 0) & (finish.d > 0))
+    before, after, overlap = start.w[turns], -finish.w[turns], finish.d[turns]
+    late = after * after / (before + after) * size > tolerance * overlap
+    return float((before / (before + after))[late].min(initial=1.0))
+
+
+class Contacts:
+    """The contacts of a `Job`, and the applied force.
+
+    A contact with a dashpot acts only if ``on``: its force jumps when it closes, where steps end.
+    """
+
+    def __init__(self, job: Job) -> None:
+        self.job = job
+        self.p, self.q, self.tolerance, self.until, self.duration = job.settings[:5].tolist()
+        self.first, self.longest, contacts, self.end_stiffness, self.end_damping = job.settings[7:12].tolist()
+        self.most_steps, self.most_work, damped = job.settings[12:].tolist()
+        self.inverse, self.k, self.gap, self.base, self.root, self.static, self.c = job.chain[:7]
+        self.reach_w, self.reach_u = job.chain[7:]
+        self.bodies, self.contacts = len(self.inverse), int(contacts)
+        self.padded = np.append(self.inverse, 0.0)
+        self.both = job.switches[0]
+        self.damped = damped != 0
+        self.jumps = self.damped and self.q == 0 and job.law is None
+        self.on = np.ones(self.bodies, dtype=bool)
+        self.state = None if job.law is None else job.law.initial_state()
+
+    def end_of(self, x: FloatArray, v: FloatArray, time: float, n: int) -> End:
+        """Everything at one end of a step, of the first n contacts."""
+        forces, powers, raw = self.forces(x, v, 0, n)
+        whole = np.zeros(self.bodies + 2)
+        whole[1 : n + 1] = forces
+        d = (x[:n] - x[1 : n + 1]) + self.gap[:n] + self.base[:n]
+        w = v[:n] - v[1 : n + 1]
+        slope = np.where(raw > 0, self.slopes(x, v, whole, 0, n, time), 0.0)
+        return End(x, v, d, w, whole, raw, powers, slope)
+
+    def forces(self, x: FloatArray, v: FloatArray, low: int, high: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Forces minus static ones, powers of the damping, and forces before they are cut off, of some contacts."""
+        part = slice(low, high)
+        k, base, static = self.k[part], self.base[part], self.static[part]
+        stretch = (x[part] - x[low + 1 : high + 1]) + self.gap[part]
+        d = stretch + base
+        w = v[part] - v[low + 1 : high + 1]
+        closed = d > MIN_OVERLAP
+        inside = np.where(closed, d, 1.0)
+        powers = np.zeros(high - low)
+        if self.job.law is not None:
+            raw = np.zeros(high - low)
+            raw[: self.contacts] = self.job.law.force(d[: self.contacts], w[: self.contacts], self.state)
+            f = np.maximum(raw, 0.0)
+            powers = f * w
+        else:
+            if self.p == 1.5:
+                root = np.sqrt(inside)
+                f = k * (stretch * (d + root * self.root[part] + base) / (root + self.root[part]))
+            else:
+                strain = np.where(closed, stretch, 0.0) / np.where(base > 0, base, 1.0)
+                f = np.where(base > 0, static * np.expm1(self.p * np.log1p(strain)), k * inside**self.p)
+            raw = f = np.where(closed, f, -static)
+            if self.damped:
+                # only the dashpot of a contact that is off does not act: its force would jump within the step
+                acts = self.on[part] if self.q == 0.0 else closed
+                viscous = self.c[part] * _power(inside, self.q) * w
+                raw = f + (viscous if self.q == 0.0 else np.where(closed, viscous, 0.0))
+                total = np.maximum(np.where(acts, raw, f), -static)
+                powers = (total - f) * w
+                f = total
+        if high == self.bodies and (self.end_stiffness or self.end_damping):
+            f[-1] = self.end_stiffness * x[-2] + self.end_damping * v[-2]
+            powers[-1] = self.end_damping * v[-2] * v[-2]
+        return f, powers, raw + static
+
+    def changes(self, end: End) -> FloatArray:
+        """Absolute changes of the overlaps since the beginning.
+
+        They are not the difference of overlaps: ahead of a wave they are smaller than its rounding errors.
+        """
+        n = len(end.d)
+        stretch = np.abs((end.x[:n] - end.x[1 : n + 1]) + self.gap[:n])
+        return np.asarray(np.where(end.d > 0, stretch, self.base[:n]))
+
+    def slopes(self, x: FloatArray, v: FloatArray, f: FloatArray, low: int, high: int, time: float) -> FloatArray:
+        """Time derivatives of the forces of closed contacts of a range before they are cut off."""
+        part = slice(low, high)
+        d = (x[part] - x[low + 1 : high + 1]) + self.gap[part] + self.base[part]
+        w = v[part] - v[low + 1 : high + 1]
+        closed = d > MIN_OVERLAP
+        inside = np.where(closed, d, 1.0)
+        power = _power(inside, self.p - 1)
+        slope = self.p * self.k[part] * power * w
+        if self.damped:
+            a = self.padded[low : high + 1] * (f[low : high + 1] - f[low + 1 : high + 2])
+            if low == 0:
+                a[0] += self.inverse[0] * self.applied(time)
+            rate = _power(inside, self.q)
+            slope = slope + self.c[part] * rate * (self.q / inside * w * w + (a[:-1] - a[1:]))
+        return np.where(closed, slope, 0.0)
+
+    def applied(self, time: float) -> float:
+        """Applied force, from the difference of its impulse."""
+        problem = self.job.problem
+        if problem is None or time >= self.duration:
+            return 0.0
+        about = 1e-4 * self.longest
+        before, after = max(time - about, 0.0), min(time + about, self.duration)
+        return float((problem.free(after)[1] - problem.free(before)[1]) / (after - before))
+
+
+def _power(d: FloatArray, q: float) -> FloatArray:
+    """The power q of d, by roots where possible: they are equal to the last bit everywhere."""
+    if q == 0.25:
+        return np.asarray(np.sqrt(np.sqrt(d)))
+    return np.ones_like(d) if q == 0 else np.sqrt(d) if q == 0.5 else np.asarray(d**q)

@@ -1,0 +1,109 @@
+"""Input and output of the integration of a chain of mixed granules, as arrays that the compiled code shares."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+
+from shockwave.quadrature import FloatArray
+from shockwave.simulation.general_nystroem import GeneralTableau
+from shockwave.simulation.problem import ChainProblem
+
+
+class Status(IntEnum):
+    """Status of a run."""
+
+    RUNNING = 0
+    DONE = 1
+    TOO_LONG = 2
+    FAILED = 3
+
+
+# Rows of the table before those that only the compiled code uses, and number of the latter besides the stages.
+_ROWS = 17
+_WORK_ROWS = 24
+
+
+@frozen(eq=False)
+class Job:
+    """Input and output of a run, as arrays that the compiled code shares.
+
+    Row j of an array with a row for each body belongs to contact j, between bodies j and j + 1; the last one is the
+    contact with the wall, the spring of a movable end, or none.
+
+    Attributes
+    ----------
+    method : GeneralTableau
+    problem : ChainProblem or None
+        The applied force.
+    law : object or None
+        Contact law of a plugin.
+    settings : array, shape (15,)
+        Exponent, damping power, tolerance, until (infinite: found by the run), duration, rise time and peak force,
+        first step, longest step under force, number of contacts, stiffness and damping of the end, most steps, most
+        work, damped.
+    stops, times : array
+        Kinks of the applied force; times of samples.
+    samples : array, shape (times, 3, bodies + 1)
+        x, v and total forces.
+    found : array, shape (6,)
+        Status, time, arrival (negative: none), work, steps, evaluations.
+    table : array, shape (rows, bodies + 2)
+        The arrays below, and those in which the compiled code works.
+    """
+
+    method: GeneralTableau
+    problem: ChainProblem | None
+    law: Any
+    settings: FloatArray
+    stops: FloatArray
+    times: FloatArray
+    samples: FloatArray
+    found: FloatArray
+    table: FloatArray
+
+    @staticmethod
+    def table_for(method: GeneralTableau, bodies: int) -> FloatArray:
+        """An empty table."""
+        return np.zeros((_ROWS + _WORK_ROWS + 2 * len(method.nodes), bodies + 2))
+
+    @property
+    def chain(self) -> FloatArray:
+        """Inverse masses, stiffnesses, gaps (zero or negative), static overlaps, their roots, static forces, damping
+        coefficients, and the least fractions of closing velocity and overlap expected of a contact, over those of the
+        contact before; shape (9, bodies).
+        """
+        return self.table[:9, :-2]
+
+    @property
+    def scales(self) -> FloatArray:
+        """Closing velocities and overlaps to which the errors are compared, shape (2, bodies)."""
+        return self.table[9:11, :-2]
+
+    @property
+    def peaks(self) -> FloatArray:
+        """Greatest force minus static force, and its time, shape (2, bodies)."""
+        return self.table[11:13, :-2]
+
+    @property
+    def sums(self) -> FloatArray:
+        """Impulse, and dissipated energy, shape (2, bodies)."""
+        return self.table[13:15, :-2]
+
+    @property
+    def x(self) -> FloatArray:
+        """Positions, shape (bodies + 1,); the last one is that of the wall."""
+        return self.table[15, :-1]
+
+    @property
+    def v(self) -> FloatArray:
+        """Velocities, shape (bodies + 1,)."""
+        return self.table[16, :-1]
+
+    @property
+    def switches(self) -> FloatArray:
+        """Accelerations of the closing velocities by a unit force, and whether dashpots act, shape (2, bodies)."""
+        return self.table[17:19, :-2]

@@ -1,0 +1,395 @@
+"""Integration of a chain of mixed granules; the compiled code and NumPy implement the same algorithm.
+
+The step adapts to errors of overlaps and closing velocities relative to the greatest ones of each contact. Steps end on
+kinks of the applied force, and where a contact closes, opens or starts to be cut off, if that affects the result.
+"""
+
+from __future__ import annotations
+
+import math
+from types import ModuleType
+
+import numpy as np
+
+from shockwave.quadrature import FloatArray
+from shockwave.simulation.chain_contacts import MIN_OVERLAP, Contacts, End, greatest_overlap
+from shockwave.simulation.chain_job import Job, Status
+from shockwave.simulation.cubic import root, top
+from shockwave.simulation.general_nystroem import scaled_error
+from shockwave.simulation.time_limit import expired
+
+# Number of granules of the first window, and by which it grows.
+_WINDOW = 12
+_GROWTH = 8
+# The granule this many before the end of the window must be at rest: its displacement and velocity are below this.
+_MARGIN = 4
+_AT_REST = 1e-40
+# Safety factor and limits of the ratio of consecutive step sizes (Hairer, Norsett & Wanner, section II.4).
+_SAFETY = 0.6
+_MIN_FACTOR = 0.2
+_MAX_FACTOR = 3.0
+# Smallest step, relative to the time and to the first step.
+_MIN_STEP = 1e-15
+_MIN_FIRST = 1e-13
+# Smallest fraction of a step after which a contact is predicted to close that shortens the step.
+_SOON = 1e-3
+# Velocity error of a step with a kink of the force, over the length of the shorter part and the force.
+_KINK = 0.1
+# Fraction of the tolerance that a kink may use.
+_KINK_SHARE = 0.1
+# Largest number of steps that are shortened in succession to end at a kink.
+_MOST_CUTS = 8
+# Fraction of the tolerance within which the closing of a contact with a dashpot is located.
+_LOCATED = 0.1
+# Rounding error of an overlap, relative to positions and displacements.
+_ROUNDING = 1e-14
+# A maximum within a step is computed if it may exceed the greatest force so far, less this fraction of it.
+_NEARLY = 0.1
+# Error over the tolerance beyond which a step is too long to find a kink in it.
+_HOPELESS = 1e6
+# Largest number of steps to a maximum.
+_MOST_TURNS = 30
+# Precision of the time of a maximum, over the step.
+_NEAR = 1e-7
+# The wave has arrived when the last force is below this fraction of its maximum ...
+_PASSED = 0.99
+# ... if that is at least this fraction of the greatest force at the contact before.
+_WAVE = 1e-3
+
+
+def run(job: Job, compiled: ModuleType | None) -> None:
+    """Integrate to the end, in place."""
+    if compiled is None:
+        _March(job).run()
+        return
+    none = np.empty(0)
+    problem, found = job.problem, len(job.found)
+    tables = (none, none) if problem is None else (problem.path.rows, problem.path.coefficients)
+    window = MIN_OVERLAP, _WINDOW, _GROWTH, _MARGIN, _AT_REST
+    control = _SAFETY, _MIN_FACTOR, _MAX_FACTOR, _MIN_STEP, _MIN_FIRST
+    kinks = _SOON, _KINK, _KINK_SHARE, _MOST_CUTS, _LOCATED, _ROUNDING
+    peaks = _NEARLY, _HOPELESS, _MOST_TURNS, _NEAR, _PASSED, _WAVE
+    settings = np.concatenate((job.settings, window, control, kinks, peaks, [0.0, 0.0, -1.0, 0.0, 0.0, 0.0]))
+    compiled.run(job.method.packed, *tables, job.stops, job.times, settings, job.table, job.samples, expired)
+    job.found[:] = settings[-found:]
+
+
+class _March(Contacts):
+    """A run with NumPy; ``n`` bodies are in the window, the others at rest."""
+
+    def __init__(self, job: Job) -> None:
+        super().__init__(job)
+        self.n = min(_WINDOW, self.bodies) if job.law is None else self.bodies
+        stages = len(job.method.nodes)
+        self.stages, self.powers = np.zeros((stages, self.bodies + 2)), np.zeros((stages, self.bodies))
+        self.stops = [*job.stops.tolist(), math.inf]
+        self.driven = job.problem is not None
+        self.free = (0.0, 0.0)
+        self.time = self.held = self.work = self.effort = 0.0
+        self.size, self.arrival = self.first, -1.0
+        self.rejected = False
+        self.steps = self.evaluations = self.next_sample = 0
+
+    # ---------------------------------------------------------------- steps
+
+    def attempt(
+        self, start: End, size: float, end: float, low: int, high: int
+    ) -> tuple[FloatArray, FloatArray, list[float]]:
+        """State after a step, of bodies low to high; valid at least one body per stage inside of ends within the chain.
+
+        Also returns the impulses of the applied force at the stages, since the beginning of the step.
+        """
+        method, h = self.job.method, size
+        x, v, inverse = start.x, start.v, self.inverse[low:high]
+        y, z = x.copy(), v.copy()
+        impulses, shift = [0.0], 0.0
+        square = h * h
+        self.stages[0] = start.f
+        self.powers[0, : self.n] = start.powers
+        part = slice(low, high)
+        f = self.stages[:, low : high + 1]
+        for i in range(1, len(method.nodes)):
+            sums = np.add.reduce(method.positions[i, :i, None] * f[:i], axis=0)
+            c = float(method.nodes[i])
+            y[part] = x[part] + (c * h) * v[part] + square * (inverse * (sums[:-1] - sums[1:]))
+            if method.damped:
+                sums = np.add.reduce(method.velocities[i, :i, None] * f[:i], axis=0)
+                z[part] = v[part] + h * (inverse * (sums[:-1] - sums[1:]))
+            if self.driven and low == 0:
+                shift, impulse = self.shift(c * h, end if c == 1.0 else self.time + c * h)
+                impulses.append(impulse)
+                y[0] += shift
+                z[0] += self.inverse[0] * impulse
+            self.stages[i, low + 1 : high + 1], powers, _ = self.forces(y, z, low, high)
+            if self.damped:
+                self.powers[i, part] = powers
+        x1, v1 = x.copy(), v.copy()
+        position, velocity = np.add.reduce(method.weights[:2, :, None] * f, axis=1)
+        x1[part] = x[part] + h * v[part] + square * (inverse * (position[:-1] - position[1:]))
+        v1[part] = v[part] + h * (inverse * (velocity[:-1] - velocity[1:]))
+        if self.driven and low == 0:
+            shift, impulse = self.shift(h, end)
+            impulses.append(impulse)
+            x1[0] += shift
+            v1[0] += self.inverse[0] * impulse
+        return x1, v1, impulses
+
+    def shift(self, passed: float, time: float) -> tuple[float, float]:
+        """Displacement of body 0 by the applied force since the beginning of the step, and the impulse."""
+        problem = self.job.problem
+        assert problem is not None
+        path, impulse = problem.free(time)
+        return float(self.inverse[0]) * ((path - self.free[0]) - passed * self.free[1]), impulse - self.free[1]
+
+    def error(self, size: float) -> float:
+        """Largest error of the last attempt over the tolerance."""
+        n, weights = self.n, self.job.method.weights
+        f = self.stages[:, : n + 1]
+        worst = []
+        for position, velocity in (weights[2:4], weights[4:6]):
+            most = 0.0
+            for row, power, scale in (
+                (position, size * size, self.job.scales[1]),
+                (velocity, size, self.job.scales[0]),
+            ):
+                sums = np.add.reduce(row[:, None] * f, axis=0)
+                changes = np.append(power * (self.inverse[:n] * (sums[:-1] - sums[1:])), 0.0)
+                error = np.max(np.abs(changes[:-1] - changes[1:]) / scale[:n])
+                most = most if error <= most else float(error)
+            worst.append(most)
+        return float(scaled_error(*worst) / self.tolerance)
+
+    def run(self) -> None:
+        """Integrate to the end."""
+        job = self.job
+        start = self.begin(job.x.copy(), job.v.copy())
+        self.sample(start, -math.inf)
+        status, cuts = Status.RUNNING, 0
+        while status is Status.RUNNING and not expired():
+            size, end = self.next_size(start)
+            at_stop = end == min(self.stops[0], self.until)
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+                x1, v1, impulses = self.attempt(start, size, end, 0, self.n)
+                error = self.error(size)
+                finish = self.end_of(x1, v1, end, self.n)
+            self.evaluations += len(job.method.nodes)
+            self.effort += len(job.method.nodes) * self.n
+            share = self.kink(start, finish, size) if error < _HOPELESS and cuts < _MOST_CUTS else 1.0
+            factor = _SAFETY * max(error, 1e-12) ** (-1 / (job.method.error_order + 1)) if error == error else 0.0
+            if share < 1.0:
+                cuts += 1
+                if cuts == 1:
+                    self.held = self.size if error <= 1 else size * max(factor, _MIN_FACTOR)
+                self.size = size * share
+            elif not error <= 1:
+                self.size = size * (factor if _MIN_FACTOR < factor < 1 else _MIN_FACTOR)
+                self.rejected, self.held = True, 0.0
+                if self.size < max(_MIN_STEP * self.time, _MIN_FIRST * self.first):
+                    status = Status.FAILED
+            else:
+                # a step that was shortened to end here does not shorten the next one
+                grown = size * min(factor, 1.0 if self.rejected else _MAX_FACTOR)
+                self.size = max(grown, self.held, self.size if at_stop or size < self.size else 0.0)
+                self.rejected, self.held, cuts = False, 0.0, 0
+                start = self.accept(start, finish, size, end, impulses)
+                if self.time >= self.until or (self.until == math.inf and self.is_over(start)):
+                    status = Status.DONE
+            if status is Status.RUNNING and (self.steps >= self.most_steps or self.effort > self.most_work):
+                status = Status.TOO_LONG
+        job.x[:], job.v[:] = start.x, start.v
+        job.found[:] = status, self.time, self.arrival, self.work, self.steps, self.evaluations
+
+    def begin(self, x: FloatArray, v: FloatArray) -> End:
+        """The beginning of the next step; contacts with a dashpot close here."""
+        n = self.n
+        if self.jumps:
+            d = (x[:n] - x[1 : n + 1]) + self.gap[:n] + self.base[:n]
+            w = v[:n] - v[1 : n + 1]
+            self.on[:n] = (d >= 0) | ((d >= -self.late(x, w)) & (w > 0))
+        start = self.end_of(x, v, self.time, n)
+        f, best = start.f[1 : n + 1], self.job.peaks
+        above = f[: self.contacts] > best[0, : min(n, self.contacts)]
+        best[0, : len(above)][above] = f[: len(above)][above]
+        best[1, : len(above)][above] = self.time
+        return start
+
+    def late(self, x: FloatArray, w: FloatArray) -> FloatArray:
+        """Overlaps by which contacts with a dashpot may be early or late to close."""
+        n = len(w)
+        velocity, overlap = self.job.scales[:, :n]
+        most = np.minimum(velocity / np.maximum(self.both[:n] * self.c[:n], 1e-300), overlap)
+        least = _ROUNDING * (np.abs(x[:n]) + np.abs(x[1 : n + 1]) + self.time * np.abs(w))
+        return np.asarray(np.maximum(most * (_LOCATED * self.tolerance), least))
+
+    def next_size(self, start: End) -> tuple[float, float]:
+        """Size and end of the next step."""
+        stop = min(self.stops[0], self.until)
+        left = stop - self.time
+        size = min(self.size, self.longest) if self.driven else self.size
+        near = (start.d < 0) & (start.w > 0)
+        if near.any():
+            soon = float((-start.d[near] / start.w[near]).min())
+            size = soon if _SOON * size < soon < size else size
+        if size >= left:
+            return left, stop
+        size = min(size, left / 2)  # avoids a very short last step
+        return size, self.time + size
+
+    def kink(self, start: End, finish: End, size: float) -> float:
+        """Fraction of the step at which it should end since a contact closes, opens or is cut off; 1 if it need not."""
+        share = 1.0 if self.job.law is None else greatest_overlap(start, finish, size, self.tolerance)
+        acts = (start.d >= 0) & (start.raw >= 0)
+        if self.jumps:
+            acts = self.on[: self.n] & (start.raw >= 0)
+        changes = acts != ((finish.d >= 0) & (finish.raw >= 0))
+        if not changes.any():
+            return share
+        late = self.late(finish.x, finish.w)
+        for j in np.flatnonzero(changes).tolist():
+            d0, d1, raw0, raw1 = (float(a[j]) for a in (start.d, finish.d, start.raw, finish.raw))
+            least = _KINK_SHARE * self.tolerance * float(self.job.scales[0, j]) / float(self.both[j])
+            at = root(d0, d1, size * float(start.w[j]), size * float(finish.w[j])) if (d0 < 0) != (d1 < 0) else 0.5
+            closes = not acts[j]
+            jumps = closes and self.jumps and d0 < 0
+            if self.damped and d0 >= 0 and raw0 * raw1 < 0 and (d1 >= 0 or self.q == 0.0):
+                at = raw0 / (raw0 - raw1)
+            elif self.damped and not closes:
+                at *= 0.5  # the force ends before the contact opens
+            active, idle = (1 - at, at) if closes else (at, 1 - at)
+            error = _KINK * size * max(raw0, raw1) * min(1.0, idle / max(active, 1e-300))
+            if jumps:
+                w = max(float(start.w[j]), float(finish.w[j]))
+                error += float(self.c[j]) * w * (1 - at) * size
+                at += 0.5 * float(late[j]) / (size * w) if w > 0 else 0.0
+            if error > least and at * size > _MIN_STEP * max(self.time, self.first):
+                share = min(share, at)
+        return share
+
+    def accept(self, start: End, finish: End, size: float, end: float, impulses: list[float]) -> End:
+        """Process an accepted step; the beginning of the next one."""
+        job, n = self.job, self.n
+        weights = job.method.weights[1][:, None]
+        job.sums[0, :n] += size * np.add.reduce(weights * self.stages[:, 1 : n + 1], axis=0)
+        if self.damped:
+            lost = size * np.add.reduce(weights * self.powers[:, :n], axis=0)
+            # a contact that is cut off loses its energy, whatever the length of the step
+            idle = [((end.raw < 0) | (end.d < 0)) & (self.k[:n] > 0) for end in (start, finish)]
+            kept = [self.k[:n] / (self.p + 1) * np.maximum(end.d, 0.0) ** (self.p + 1) for end in (start, finish)]
+            job.sums[1, :n] += np.where(idle[0] & idle[1], kept[0] - kept[1], lost)
+        if self.driven:
+            self.add_work(finish, size, end, impulses)
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            for j in np.flatnonzero((start.slope > 0) & (finish.slope <= 0)).tolist():
+                self.find_peak(start, finish, size, j)
+        self.sample(start, end)
+        self.time = end
+        self.steps += 1
+        if end == self.stops[0]:
+            del self.stops[0]
+        if self.driven:
+            assert job.problem is not None
+            self.free = job.problem.free(end)
+            self.driven = end < self.duration
+        last = max(n - _MARGIN, 0)
+        if n < self.bodies and max(abs(finish.x[last]), abs(finish.v[last])) > _AT_REST:
+            self.n = min(n + _GROWTH, self.bodies)
+        self.raise_scales(finish)
+        if job.law is not None:
+            count = self.contacts
+            self.state = job.law.update(finish.d[:count], finish.w[:count], self.state)
+        following = self.begin(finish.x, finish.v)
+        self.look_for_arrival(following)
+        return following
+
+    def raise_scales(self, finish: End) -> None:
+        """Raise the scales of the errors to what was reached, or is expected next to it."""
+        n = len(finish.w)
+        reached = np.abs(finish.w), self.changes(finish)
+        for scale, values, reach in zip(self.job.scales, reached, (self.reach_w, self.reach_u), strict=True):
+            scale[:n] = np.maximum(scale[:n], values)
+            least = 0.0
+            for j, (own, share) in enumerate(zip(scale[: self.n].tolist(), reach.tolist(), strict=False)):
+                least = scale[j] = max(own, share * least)
+
+    def add_work(self, finish: End, size: float, end: float, impulses: list[float]) -> None:
+        """Add the work of the force, integrated by parts: J w + J^2/2m minus the integral of J w'.
+
+        J is the impulse since the beginning of the step, w the velocity of body 0 without it. With the mean of w', the
+        quadrature of J over the stages is replaced by its exact integral.
+        """
+        inverse, weights = float(self.inverse[0]), self.job.method.weights[1].tolist()
+        impulse = impulses[-1]
+        mean = summed = product = 0.0
+        for weight, each, force in zip(weights, impulses, self.stages[:, 1].tolist(), strict=False):
+            product += weight * each * force
+            mean += weight * force
+            summed += weight * each
+        area = self.shift(size, end)[0] / inverse
+        self.work += impulse * (float(finish.v[0]) - inverse * impulse) + 0.5 * inverse * impulse * impulse
+        self.work += inverse * (size * product + mean * (area - size * summed))
+
+    def is_over(self, start: End) -> bool:
+        """Whether no contact force acts and none can follow."""
+        return self.time >= self.duration and not start.f.any() and not (start.w > 0).any()
+
+    def look_for_arrival(self, start: End) -> None:
+        """Set the time at which the wave arrives at the last contact, and the end of the run if that depends on it."""
+        last = self.contacts - 1
+        best, times = self.job.peaks
+        if self.arrival >= 0 or self.n <= last or not best[last] > 0:
+            return
+        if start.f[last + 1] < _PASSED * best[last] and (last == 0 or best[last] >= _WAVE * best[last - 1]):
+            self.arrival = float(times[last])
+            if self.until == math.inf:
+                self.until = max(self.duration + 3 * self.arrival, self.time)
+
+    def find_peak(self, start: End, finish: End, size: float, j: int) -> None:
+        """Compute the maximum of a contact force within the step, if it may be the greatest so far.
+
+        Repeated steps end at the time at which its slope vanishes, from cubic interpolation of the force.
+        """
+        best = self.job.peaks[:, j]
+        low, f0, r0 = 0.0, float(start.f[j + 1]), size * float(start.slope[j])
+        high, f1, r1 = 1.0, float(finish.f[j + 1]), size * float(finish.slope[j])
+        share = low + (high - low) * top(r0, r1, f1 - f0)
+        if max(f0, f1) + 0.25 * (r0 - r1) <= best[0] - _NEARLY * abs(best[0] + self.static[j]):
+            return
+        reach = len(self.job.method.nodes) + 2
+        first, last = max(j - reach, 0), min(j + reach + 1, self.n)
+        near, after = max(j - 1, 0), min(j + 2, self.n)
+        whole = np.zeros(self.bodies + 2)
+        for _ in range(_MOST_TURNS):
+            time = self.time + share * size
+            x, v, _impulses = self.attempt(start, share * size, time, first, last)
+            self.evaluations += len(self.job.method.nodes)
+            f, _powers, raw = self.forces(x, v, near, after)
+            whole[near + 1 : after + 1] = f
+            here, slope = float(f[j - near]), 0.0
+            if raw[j - near] > 0:
+                slope = size * float(self.slopes(x, v, whole, j, j + 1, time)[0])
+            if slope > 0:
+                low, f0, r0 = share, here, slope
+            else:
+                high, f1, r1 = share, here, slope
+            following = low + (high - low) * top((high - low) * r0, (high - low) * r1, f1 - f0)
+            left = following - share
+            if abs(left) < _NEAR or high - low < _NEAR:
+                if here + 0.5 * slope * left > best[0]:
+                    best[:] = here + 0.5 * slope * left, time + left * size
+                return
+            share = following
+        if here > best[0]:
+            best[:] = here, time
+
+    def sample(self, start: End, end: float) -> None:
+        """Store the states at the requested times up to the end of the step."""
+        job = self.job
+        while self.next_sample < len(job.times) and job.times[self.next_sample] <= max(end, self.time):
+            time = float(job.times[self.next_sample])
+            x, v = start.x, start.v
+            if time > self.time:
+                x, v, _ = self.attempt(start, time - self.time, time, 0, self.n)
+                self.evaluations += len(job.method.nodes)
+            row = job.samples[self.next_sample]
+            row[0], row[1], row[2, :-1] = x, v, self.forces(x, v, 0, self.bodies)[0] + self.static
+            self.next_sample += 1

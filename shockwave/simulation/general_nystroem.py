@@ -1,0 +1,87 @@
+"""Coefficients of the one-step methods for chains of mixed granules, x'' = a(t, x, x').
+
+A Runge-Kutta method (A, b, c) for x' = v, v' = a is a Nystroem method with the coefficients A^2 and b A of the
+positions; the stages of the velocity use A. The pairs for x'' = a(t, x) have none of these.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from attrs import frozen
+
+from shockwave.quadrature import FloatArray
+from shockwave.simulation.nystroem import Tableau
+
+
+@frozen(eq=False)
+class GeneralTableau:
+    """Coefficients in double precision, for s stages.
+
+    Attributes
+    ----------
+    nodes : array, shape (s,)
+    positions, velocities : array, shape (s, s)
+        Strictly lower triangular; ``velocities`` is zero in a method for forces that do not depend on the velocity.
+    weights : array, shape (6, s)
+        Of position and velocity, and the differences of both from those of one or two embedded methods; those of the
+        second are zero if there is only one.
+    error_order : int
+        The error estimate scales as the step to the power ``error_order + 1``.
+    damped : bool
+        Whether there are stages of the velocity.
+    """
+
+    nodes: FloatArray
+    positions: FloatArray
+    velocities: FloatArray
+    weights: FloatArray
+    error_order: int
+    damped: bool
+
+    @property
+    def packed(self) -> FloatArray:
+        """One-dimensional array for the compiled code."""
+        head = [len(self.nodes), self.error_order, self.damped]
+        parts = (self.nodes, self.positions, self.velocities, self.weights)
+        return np.concatenate([np.array(head, dtype=float), *(part.ravel() for part in parts)])
+
+
+def of_nystroem(tableau: Tableau, error_order: int) -> GeneralTableau:
+    """The tableau of a pair for x'' = a(t, x)."""
+    stages = len(tableau.nodes) + 1
+    positions = np.zeros((stages, stages))
+    for row, values in enumerate(tableau.stages, start=1):
+        positions[row, :row] = values
+    weights = np.concatenate((tableau.weights, np.zeros((2, stages))))
+    nodes = np.append(0.0, tableau.nodes)
+    none = np.zeros_like(positions)
+    return GeneralTableau(nodes, positions, none, weights, error_order, damped=False)
+
+
+@cache
+def dop853() -> GeneralTableau:
+    """The method of order 8 of Dormand & Prince with the error estimates of Hairer, Norsett & Wanner."""
+    exact = json.loads((Path(__file__).parent / "dop853.json").read_text(encoding="utf-8"))
+    nodes, b, b3, error5 = ([Fraction(text) for text in exact[key]] for key in ("c", "b", "b3", "error_b5"))
+    stages = range(len(nodes))
+    a = [[Fraction(text) for text in row] + [Fraction(0)] * (len(nodes) - len(row)) for row in exact["a"]]
+    error3 = [one - other for one, other in zip(b, b3, strict=True)]
+
+    def times_a(row: list[Fraction]) -> list[Fraction]:
+        return [sum((row[k] * a[k][j] for k in stages), Fraction(0)) for j in stages]
+
+    rows = [times_a(b), b, times_a(error5), error5, times_a(error3), error3]
+    squared = [times_a(row) for row in a]
+    c, positions, velocities, weights = (np.array(each, dtype=float) for each in (nodes, squared, a, rows))
+    return GeneralTableau(c, positions, velocities, weights, error_order=7, damped=True)
+
+
+def scaled_error(first: float, second: float) -> float:
+    """Error of a step from those of one or two embedded methods (Hairer, Norsett & Wanner, eq. II.10.17)."""
+    return first if second == 0 else first * first / math.sqrt(first * first + 0.01 * second * second)

@@ -1,0 +1,198 @@
+"""The engine for chains of mixed granules: reference chains, balances, closed forms, extremes, and both codes."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from attrs import evolve
+
+import shockwave as sw
+from assemblies import REFERENCES, scaled
+from shockwave.errors import InvalidValueError, NumericalError
+from shockwave.simulation.assembly import ESTIMATE_FACTOR, Assembly, Motion, integrate, tolerances_for
+from shockwave.simulation.fixed_step import Verlet
+from shockwave.simulation.nystroem import Rkn64, Rkn1210
+from shockwave.simulation.problem import ChainProblem
+from shockwave.simulation.scipy_solver import Dop853
+from shockwave.simulation.time_limit import time_limit
+
+sys.path.append(str(Path(__file__).parent.parent / "docs"))
+from chain_reference import random_chain, reference
+
+try:
+    from shockwave.simulation import _chains as compiled
+except ImportError:
+    compiled = None
+
+RTOLS = (1e-4, 1e-6, 1e-8)
+PULSE = ChainProblem(sw.PowerLaw(rise_exponent=1, decay_exponent=1, duration_ratio=3), 1.0, 1.0)
+
+
+def uniform(granules: int, **changes: Any) -> Assembly:
+    """Equal granules before a wall, under a triangular pulse."""
+    assembly = Assembly(
+        inverse_masses=np.ones(granules),
+        stiffnesses=np.ones(granules),
+        overlaps=np.zeros(granules),
+        exponent=1.5,
+        fixed_wall=True,
+        damping=np.zeros(granules),
+        damping_power=0.0,
+        force=PULSE,
+    )
+    return evolve(assembly, **changes)
+
+
+def momentum_defect(assembly: Assembly, motion: Motion) -> float:
+    masses = 1 / assembly.inverse_masses
+    taken = motion.impulses[-1] if assembly.fixed_wall else 0.0
+    given = motion.applied_impulse + assembly.velocity * masses[0]
+    return float(abs(math.fsum((masses * motion.v).tolist()) + taken - given))
+
+
+@pytest.mark.numerical
+@pytest.mark.parametrize("name", REFERENCES)
+@pytest.mark.parametrize("rtol", RTOLS)
+def test_reference_chains_are_met_within_rtol(name: str, rtol: float) -> None:
+    chain, expected = scaled(name), REFERENCES[name]
+    motion = integrate(chain.assembly, tolerances_for(rtol)[0], until=chain.until, compiled=compiled)
+    allowed = max(rtol, expected["trust"])
+    for row in expected["contacts"]:
+        j = row["contact"]
+        assert motion.forces[j] * chain.force == pytest.approx(row["peak_force"], rel=allowed)
+        # the times of the references are read to about 1e-7
+        assert motion.force_times[j] == pytest.approx(row["time"] / chain.time, abs=max(10 * rtol, 1e-6))
+    if "transmitted" in expected:
+        # forces on the wall are good to 1e-6
+        wall = expected["transmitted"]
+        assert motion.forces[-1] * chain.force == pytest.approx(wall["peak_force"], rel=max(rtol, 1e-6))
+        impulse = motion.impulses[-1] * chain.force * chain.time
+        assert impulse == pytest.approx(wall["impulse"], rel=max(rtol, 1e-6))
+
+
+@pytest.mark.skipif(compiled is None, reason="not compiled")
+@pytest.mark.parametrize("name", ["free end, short", "striker, equal", "precompressed", "dashpot", "all at once"])
+def test_both_codes_agree(name: str) -> None:
+    chain = scaled(name)
+    times = np.linspace(0, chain.until, 7)
+    one, other = (integrate(chain.assembly, 1e-7, until=chain.until, times=times, compiled=c) for c in (compiled, None))
+    assert (one.steps, one.evaluations) == (other.steps, other.evaluations)
+    for key in ("forces", "force_times", "x", "v", "impulses", "samples_x", "samples_v", "samples_forces"):
+        np.testing.assert_allclose(getattr(one, key), getattr(other, key), rtol=1e-10, atol=1e-12, err_msg=key)
+    assert one.work == pytest.approx(other.work, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", REFERENCES)
+def test_momentum_and_energy_balance(name: str) -> None:
+    chain = scaled(name)
+    motion = integrate(chain.assembly, 1e-8, until=chain.until, compiled=compiled)
+    # rounding of sums over a thousand steps; the energy is as accurate as the steps
+    assert momentum_defect(chain.assembly, motion) < 1e-13 * chain.until
+    assert abs(motion.energy_balance) < 1e-7
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2, 3, 6, 7, 8, 11, 12])
+def test_random_chains_agree_with_scipy(seed: int) -> None:
+    chain = random_chain(seed, most=20)
+    until = min(integrate(chain, 1e-3, compiled=compiled).end, 15.0)
+    expected = reference(chain, until)
+    fine, coarse = (integrate(chain, each, until=until, compiled=compiled) for each in tolerances_for(1e-8))
+    # the reference is good to 1e-9
+    arrived = expected.forces > 1e-9 * expected.forces.max()
+    np.testing.assert_allclose(fine.dynamic_forces[arrived], expected.forces[arrived], rtol=1e-8)
+    estimate = ESTIMATE_FACTOR * np.abs(fine.dynamic_forces - coarse.dynamic_forces)
+    assert np.all(np.abs(fine.dynamic_forces - expected.forces) <= estimate + 1e-9 * expected.forces)
+
+
+def test_closed_form_of_a_collision() -> None:
+    # Hertz: two unit masses at relative speed 1; greatest overlap (5 m v^2 / 4 k)^(2/5) with the reduced mass 1/2
+    pair = uniform(2, stiffnesses=np.ones(1), overlaps=np.zeros(1), damping=np.zeros(1), fixed_wall=False, force=None)
+    motion = integrate(evolve(pair, velocity=1.0), 1e-12, compiled=compiled)
+    assert motion.forces[0] == pytest.approx((5 / 8) ** 0.6, rel=1e-11)
+    np.testing.assert_allclose(motion.v, [0, 1], atol=1e-11)
+
+
+@pytest.mark.parametrize("ratio", [1e-9, 1.0, 1e6])
+def test_precompression_loses_no_digits(ratio: float) -> None:
+    # a weak wave in a strongly compressed chain obeys linear equations: its forces scale with the pulse
+    static = ratio ** (2 / 3)
+    chain = uniform(20, overlaps=np.full(20, static))
+    fine, finer = (integrate(chain, each, until=20 / (1 + static) ** 0.25, compiled=compiled) for each in (1e-9, 1e-12))
+    arrived = finer.dynamic_forces > 1e-9 * finer.dynamic_forces.max()
+    np.testing.assert_allclose(fine.dynamic_forces[arrived], finer.dynamic_forces[arrived], rtol=1e-8)
+
+
+EXTREMES = {
+    **{
+        f"mass {ratio:g}": uniform(20, inverse_masses=1 / np.where(np.arange(20) == 9, ratio, 1.0))
+        for ratio in (1e-3, 1e9)
+    },
+    **{
+        f"stiffness {ratio:g}": uniform(20, stiffnesses=np.where(np.arange(20) == 9, ratio, 1.0))
+        for ratio in (1e-6, 1e3)
+    },
+    **{f"exponent {p:g}": uniform(20, exponent=p) for p in (1.05, 6.0)},
+    **{f"dashpot {c:g}": uniform(20, damping=np.full(20, c)) for c in (1e-6, 100.0)},
+    **{f"tsuji {c:g}": uniform(20, damping=np.full(20, c), damping_power=0.25) for c in (1e-6, 100.0)},
+    "gap": uniform(20, overlaps=np.where(np.arange(20) == 9, -1e3, 0.0)),
+    "one granule": uniform(1),
+}
+
+
+@pytest.mark.parametrize("chain", EXTREMES.values(), ids=EXTREMES)
+def test_extremes_are_within_their_bounds(chain: Assembly) -> None:
+    fine, coarse = (integrate(chain, each, until=60.0, compiled=compiled) for each in tolerances_for(1e-6))
+    finest = integrate(chain, 1e-11, until=60.0, compiled=compiled)
+    arrived = finest.dynamic_forces > 1e-9 * finest.dynamic_forces.max()
+    np.testing.assert_allclose(fine.dynamic_forces[arrived], finest.dynamic_forces[arrived], rtol=1e-6)
+    np.testing.assert_allclose(coarse.dynamic_forces[arrived], finest.dynamic_forces[arrived], rtol=1e-5)
+
+
+def test_the_default_end_is_three_arrivals_after_the_pulse() -> None:
+    motion = integrate(uniform(10), 1e-6, compiled=compiled)
+    assert motion.arrival == pytest.approx(motion.force_times[-1], rel=1e-6)
+    assert motion.end == pytest.approx(PULSE.duration + 3 * motion.arrival)
+
+
+def test_integrators_that_cannot_step_a_chain_refuse() -> None:
+    with pytest.raises(InvalidValueError, match=r"integrator: must be rkn64, .* or dop853 .*'verlet'"):
+        integrate(uniform(5), 1e-6, integrator=Verlet)
+    with pytest.raises(InvalidValueError, match="must be dop853 for a chain with damping"):
+        integrate(uniform(5, damping=np.ones(5)), 1e-6, integrator=Rkn64)
+
+
+@pytest.mark.parametrize("integrator", [Rkn64, Rkn1210, Dop853])
+def test_integrators_agree(integrator: Any) -> None:
+    own = integrate(uniform(5), 1e-9, until=20.0, compiled=compiled)
+    other = integrate(uniform(5), 1e-9, until=20.0, compiled=compiled, integrator=integrator)
+    assert other.integrator == integrator.name
+    np.testing.assert_allclose(other.forces, own.forces, rtol=1e-7)
+
+
+@pytest.mark.parametrize("code", [None, compiled])
+def test_the_time_limit_and_the_number_of_steps_are_bounded(code: Any) -> None:
+    with time_limit(0.0), pytest.raises(NumericalError, match="the time limit was reached"):
+        integrate(uniform(5), 1e-6, compiled=code)
+    with pytest.raises(NumericalError, match=r"too many steps|vanishes"):
+        integrate(uniform(2, inverse_masses=np.array([1.0, 1e24])), 1e-6, until=10.0, compiled=compiled)
+
+
+def test_a_law_of_a_plugin_takes_the_place_of_the_contacts() -> None:
+    class Hertz:
+        def initial_state(self) -> Any:
+            return np.zeros((0, 6))
+
+        def force(self, overlap: Any, closing_velocity: Any, state: Any) -> Any:
+            return np.maximum(overlap, 0.0) ** 1.5
+
+        def update(self, overlap: Any, closing_velocity: Any, state: Any) -> Any:
+            return state
+
+    own = integrate(uniform(6), 1e-9, until=20.0)
+    other = integrate(uniform(6, law=Hertz()), 1e-9, until=20.0)
+    np.testing.assert_allclose(other.forces, own.forces, rtol=1e-8)

@@ -1,0 +1,390 @@
+"""Results of chains beyond equal spheres: reference results, errors, balances, texts, documents and histories."""
+
+from __future__ import annotations
+
+import json
+import math
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+import pytest
+
+import shockwave as sw
+from scenes import CHAIN, power, triangle
+from shockwave.chain.contact_law import PowerContact
+from shockwave.chain.damping import KuwabaraKono, Tsuji
+from shockwave.chain.ends import Wall
+from shockwave.chain.impact import Impact
+from shockwave.chain.segments import Segment
+from shockwave.cli import main
+from shockwave.measurement.chain_result import ChainResult
+from shockwave.measurement.recording import Recording
+from shockwave.studies.comparison import compare
+
+CASES: dict[str, dict[str, Any]] = json.loads((Path(__file__).parent / "data" / "chains.json").read_text())
+# Wall forces of the reference are accurate to this, relative to the force.
+WALL_TRUST = 1e-6
+# Times of the reference are interpolated between its steps [s].
+TIME_TRUST = 5e-12
+NAMES = sorted(CASES)
+#: Chains beyond equal granules.
+FEATURED = [name for name in NAMES if name != "free end, short"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("chains")
+
+
+def file_of(name: str, folder: Path) -> Path:
+    file = folder / f"{NAMES.index(name)}.yaml"
+    file.write_text(CASES[name]["scenario"])
+    return file
+
+
+@cache
+def _simulated(name: str, rtol: float, folder: Path) -> Any:
+    scenario = sw.load_scenario(file_of(name, folder))
+    options = attrs.evolve(scenario.simulate, rtol=rtol)
+    return sw.simulate(scenario.excitation, scenario.chain, rtol=rtol, until=options.until, contacts=options.contacts)
+
+
+# ---------------------------------------------------------------- reference results
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
+@pytest.mark.parametrize("name", NAMES)
+def test_a_reference_result_is_met_within_the_tolerance(name: str, rtol: float, folder: Path) -> None:
+    case, result = CASES[name], _simulated(name, rtol, folder)
+    document = json.loads(json.dumps(result.to_dict(), allow_nan=False))
+    found = {peak["contact"]: peak for peak in document["contacts"]}
+    assert list(found) == [peak["contact"] for peak in case["contacts"]]
+    for peak in case["contacts"]:
+        own = found[peak["contact"]]
+        dynamic = peak["peak_force"] - own["static_force"]
+        error = abs(own["peak_force"] - peak["peak_force"]) / dynamic
+        assert error < max(rtol, case["trust"])
+        assert error < own["error_estimate"] + case["trust"] * peak["peak_force"] / dynamic
+        scale = getattr(result, "characteristic_time", None) or result.scales.time
+        assert abs(own["time"] - peak["time"]) < 10 * rtol * scale + TIME_TRUST
+    if "transmitted" not in case:
+        assert document["transmitted"] is None
+        return
+    wall = case["transmitted"]
+    assert document["transmitted"]["peak_force"] == pytest.approx(wall["peak_force"], rel=max(rtol, WALL_TRUST))
+    assert document["transmitted"]["impulse"] == pytest.approx(wall["impulse"], rel=max(10 * rtol, WALL_TRUST))
+    # the final state is not controlled; collisions amplify its errors
+    velocities, expected = document["velocities"][: len(case["velocities"])], case["velocities"]
+    assert velocities == pytest.approx(expected, abs=100 * max(rtol, 1e-7) * max(map(abs, expected)))
+
+
+@pytest.mark.parametrize("name", FEATURED)
+def test_momentum_and_energy_are_balanced(name: str, folder: Path) -> None:
+    result = _simulated(name, 1e-6, folder)
+    # rounding; the error of the integration
+    assert result.momentum_defect < 1e-13
+    assert result.energy_defect < 3e-6
+    stored = math.fsum(segment.energy for segment in result.segments)
+    defect = result.energy_defect + 1e-12
+    assert stored + result.dissipated_energy == pytest.approx(result.applied_energy, rel=defect)
+
+
+@pytest.mark.parametrize("name", FEATURED)
+def test_the_text_begins_with_the_greatest_force_and_fits_80_columns(name: str, folder: Path) -> None:
+    text = str(attrs.evolve(_simulated(name, 1e-6, folder), scenario=name))
+    assert text.startswith(f"{name}: greatest force ")
+    assert max(map(len, text.splitlines())) <= 80
+    assert ("wall force" in text) == ("transmitted" in CASES[name])
+
+
+def test_the_compiled_code_and_numpy_agree(folder: Path) -> None:
+    scenario = sw.load_scenario(file_of("all at once", folder))
+    compiled = sw.simulate(scenario.excitation, scenario.chain, until=5e-4)
+    numpy = sw.simulate(scenario.excitation, scenario.chain, until=5e-4, backend="numpy")
+    assert numpy.backend == "numpy"
+    for here, there in zip(compiled.contacts, numpy.contacts, strict=True):
+        assert here.peak_force == pytest.approx(there.peak_force, rel=1e-10)
+
+
+# ---------------------------------------------------------------- results as objects and documents
+
+
+WALLED = sw.Chain(material=CHAIN.material, radius=CHAIN.radius, granules=6, end=Wall())
+SHOCK = triangle(1.0)
+
+
+@cache
+def walled(**options: Any) -> ChainResult:
+    result = sw.simulate(SHOCK, WALLED, **options)
+    assert isinstance(result, ChainResult)
+    return result
+
+
+def test_results_are_frozen_and_equal_by_value() -> None:
+    again = sw.simulate(SHOCK, WALLED)
+    assert again == walled()
+    assert again.cost.seconds != walled().cost.seconds or again is not walled()
+    assert sw.simulate(SHOCK, WALLED, rtol=1e-5) != walled()
+    with pytest.raises(attrs.exceptions.FrozenInstanceError):
+        again.end = 0.0
+
+
+def test_a_chain_without_limits_has_the_keys_of_a_chain_with_limits() -> None:
+    document = walled().to_dict()
+    equal = sw.simulate(SHOCK, attrs.evolve(CHAIN, granules=6)).to_dict()
+    assert list(document) != []
+    assert set(document) == set(equal)
+    assert document["peak_force"] is None
+    assert document["amplification"] is None
+    assert document["waves"] == []
+    assert document["error_estimate"] == max(peak["error_estimate"] for peak in document["contacts"])
+
+
+def test_new_keys_of_an_endless_chain_are_null_or_empty() -> None:
+    document = sw.simulate(SHOCK, CHAIN).to_dict()
+    new = ("transmitted", "end", "arrival_time", "applied_energy", "velocities", "restitution", "segments", "yield")
+    assert [document[name] for name in (*new, "end_energy", "dissipated_energy")] == [None] * 10
+    assert document["contacts"] == []
+
+
+def test_all_contacts_are_reported_unless_some_are_requested() -> None:
+    assert [peak.contact for peak in walled().contacts] == [0, 1, 2, 3, 4, 5]
+    assert [peak.contact for peak in walled(contacts=(4, 1)).contacts] == [1, 4]
+    assert walled(contacts=(1,)).greatest_force == walled().greatest_force
+
+
+def test_a_thousand_contacts_of_a_longer_chain_are_reported() -> None:
+    chain = attrs.evolve(WALLED, granules=1500)
+    contacts = [peak.contact for peak in sw.simulate(SHOCK, chain, until=1e-4).contacts]
+    assert len(contacts) == 1000
+    assert (contacts[0], contacts[-1]) == (0, 1499)
+    assert set(np.diff(contacts)) == {1, 2}
+
+
+def test_a_contact_that_the_chain_does_not_have_is_refused() -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"contacts: must be at most 5, the last contact .*\(got 9\)"):
+        sw.simulate(SHOCK, WALLED, contacts=[0, 9])
+
+
+def test_contacts_that_stay_open_have_no_force() -> None:
+    result = sw.simulate(SHOCK, attrs.evolve(WALLED, granules=60), until=1e-4)
+    assert result.arrival_time is None
+    last = result.contacts[-1]
+    assert (last.peak_force, last.time, last.error_estimate) == (0.0, 0.0, 0.0)
+    assert result.transmitted.peak_force == 0.0
+    assert "stays open" in str(result)
+
+
+def test_the_simulated_time_is_that_of_the_shock_and_three_arrivals() -> None:
+    arrival = walled().arrival_time
+    assert arrival is not None
+    assert walled().end == pytest.approx(SHOCK.duration + 3 * arrival, rel=1e-6)
+    assert walled(until=1e-4).end == pytest.approx(1e-4, rel=1e-12)
+
+
+def test_a_method_with_a_fixed_step_is_refused() -> None:
+    with pytest.raises(sw.InvalidValueError, match="integrator: must be"):
+        sw.simulate(SHOCK, WALLED, integrator="verlet")
+
+
+def test_the_time_limit_ends_a_simulation() -> None:
+    with pytest.raises(sw.NumericalError, match="time limit"):
+        sw.simulate(SHOCK, attrs.evolve(WALLED, granules=2000), rtol=1e-10, timeout=0.01)
+
+
+# ---------------------------------------------------------------- chains of equal granules
+
+
+def test_contacts_of_equal_granules_with_free_ends() -> None:
+    shock = power(0.5)
+    result = sw.simulate(shock, attrs.evolve(CHAIN, granules=9))
+    assert isinstance(result, sw.SimulationResult)
+    assert [peak.contact for peak in result.contacts] == list(range(8))
+    top = max(result.contacts, key=lambda peak: peak.peak_force)
+    assert result.greatest_force is not None
+    # the tolerance
+    assert top.peak_force == pytest.approx(result.greatest_force.peak_force, rel=1e-6)
+    assert top.contact == result.greatest_force.contact
+
+
+def test_segments_of_equal_granules_are_a_chain_of_equal_granules() -> None:
+    segments = [Segment(count=4), Segment(count=5, radius=CHAIN.radius)]
+    result = sw.simulate(power(0.5), attrs.evolve(CHAIN, granules=segments))
+    assert result == sw.simulate(power(0.5), attrs.evolve(CHAIN, granules=9))
+
+
+def test_forces_at_the_contacts_of_a_very_long_chain_need_an_end_of_the_simulated_time() -> None:
+    chain = attrs.evolve(CHAIN, granules=10**6)
+    result = sw.simulate(power(0.5), chain, waves="primary")
+    assert result.contacts == ()
+    assert "give until, or a timeout" in result.to_dict()["warnings"][-1]
+
+
+# ---------------------------------------------------------------- strikers, ends and materials
+
+
+def test_a_collision_of_two_equal_spheres() -> None:
+    chain = attrs.evolve(WALLED, granules=[Segment()], end=None)
+    result = sw.simulate(Impact(velocity=0.5), chain, rtol=1e-8)
+    # Two equal masses: the greatest overlap stores half the kinetic energy, 2/5 k d^(5/2) = m v^2/4.
+    overlap = (5 / 8 * chain.granule_mass * 0.5**2 / chain.contact_stiffness) ** 0.4
+    assert result.greatest_force.peak_force == pytest.approx(chain.contact_stiffness * overlap**1.5, rel=1e-8)
+    assert result.restitution == pytest.approx(1.0, rel=1e-8)
+    assert result.spall_velocities == pytest.approx([0.5], rel=1e-8)
+
+
+@pytest.mark.parametrize(("velocity", "restitution"), [(0.1, 0.8116), (3.0, 0.6732)])
+def test_restitution_of_a_viscoelastic_collision(velocity: float, restitution: float) -> None:
+    material = sw.Material(youngs_modulus=1e8, poisson_ratio=0.3, density=2500.0)
+    chain = sw.Chain(material=material, radius=0.01, granules=[Segment()], damping=KuwabaraKono(time=5e-5))
+    result = sw.simulate(Impact(velocity=velocity), chain)
+    # by an independent integration of the relative motion, to the digits given
+    assert result.restitution == pytest.approx(restitution, abs=6e-5)
+    lost = 0.25 * chain.granule_mass * velocity**2 * (1 - restitution**2)
+    assert result.dissipated_energy == pytest.approx(lost, rel=1e-3)
+
+
+def test_a_striker_rebounds_with_the_restitution_of_tsuji() -> None:
+    chain = attrs.evolve(WALLED, granules=[Segment()], end=None, damping=Tsuji(restitution=0.6))
+    # the tolerance
+    assert sw.simulate(Impact(velocity=0.3), chain).restitution == pytest.approx(0.6, rel=1e-6)
+
+
+def test_the_wave_force_on_a_wall() -> None:
+    chain = attrs.evolve(WALLED, granules=60)
+    shock = triangle(0.5)
+    wave = sw.simulate(shock, CHAIN).peak_force
+    assert sw.simulate(shock, chain).transmitted.peak_force / wave == pytest.approx(1.9439025, rel=2e-6)
+    rigid = attrs.evolve(chain, end=Wall(material="rigid"))
+    assert sw.simulate(shock, rigid).transmitted.peak_force / wave == pytest.approx(2.2383756, rel=2e-6)
+
+
+def test_a_movable_wall_keeps_its_share_of_the_energy() -> None:
+    result = sw.simulate(SHOCK, attrs.evolve(WALLED, end=Wall(mass=5e-3, stiffness=1e5)))
+    assert result.end_energy is not None
+    stored = math.fsum([*(segment.energy for segment in result.segments), result.end_energy])
+    assert stored == pytest.approx(result.applied_energy, rel=1e-6)
+    assert result.momentum_defect < 1e-13
+    damped = sw.simulate(SHOCK, attrs.evolve(WALLED, end=Wall(mass=5e-3, damping=50.0)))
+    assert damped.dissipated_energy > 0
+    assert damped.energy_defect < 1e-6
+
+
+def test_static_forces_are_part_of_the_forces() -> None:
+    chain = attrs.evolve(WALLED, precompression=2.0, gravity=9.81)
+    result = sw.simulate(SHOCK, chain)
+    static = [2.0 + 9.81 * chain.granule_mass * (contact + 1) for contact in range(6)]
+    assert [peak.static_force for peak in result.contacts] == pytest.approx(static, rel=1e-12)
+    assert all(peak.peak_force > peak.static_force for peak in result.contacts)
+    assert result.spall_velocities is None
+    assert result.recoil_momentum is None
+
+
+def test_first_yield_is_that_of_the_softest_contact() -> None:
+    steel = attrs.evolve(CHAIN.material, yield_strength=6e8)
+    soft = attrs.evolve(CHAIN.material, yield_strength=3e8)
+    chain = attrs.evolve(WALLED, material=steel, granules=[Segment(count=3), Segment(count=2, material=soft)])
+    result = sw.simulate(SHOCK, chain)
+    modulus = chain.plane_strain_modulus / 2
+    first = math.pi**3 * (chain.radius / 2) ** 2 * (1.6 * 3e8) ** 3 / (6 * modulus**2)
+    assert result.yielding is not None
+    assert result.yielding.first_yield_force == pytest.approx(first, rel=1e-12)
+    forces = [peak.peak_force for peak in result.contacts]
+    # the last contact is with a flat, where R* is twice as large
+    ratios = [forces[0] / 8, forces[1] / 8, forces[2], forces[3], forces[4] / 4]
+    assert result.yielding.peak_ratio == pytest.approx(max(ratios) / first, rel=1e-12)
+    endless = sw.simulate(SHOCK, attrs.evolve(CHAIN, material=soft)).yielding
+    assert endless is not None
+    assert endless.first_yield_force == pytest.approx(first, rel=1e-12)
+
+
+def test_another_exponent_scales_the_forces_of_a_collision() -> None:
+    law = PowerContact(exponent=2.0, stiffness=1e10)
+    chain = attrs.evolve(WALLED, granules=[Segment()], end=None, contact=law)
+    result = sw.simulate(Impact(velocity=0.5), chain, rtol=1e-8)
+    # k d^3/3 = m v^2/4
+    overlap = (0.75 * chain.granule_mass * 0.5**2 / 1e10) ** (1 / 3)
+    assert result.greatest_force.peak_force == pytest.approx(1e10 * overlap**2, rel=1e-8)
+
+
+# ---------------------------------------------------------------- histories
+
+
+@cache
+def recorded() -> tuple[ChainResult, Recording]:
+    chain = attrs.evolve(WALLED, precompression=1.0)
+    result = sw.simulate(
+        SHOCK, chain, rtol=1e-8, contacts=[0, 3], record=["forces", "field", "energies"], interval=2e-7, until=2e-4
+    )
+    assert result.recording is not None
+    return result, result.recording
+
+
+def test_histories_contain_the_greatest_forces_and_the_impulse() -> None:
+    result, kept = recorded()
+    assert kept.forces is not None
+    assert kept.wall_force is not None
+    assert kept.forces.shape == (1001, 2)
+    greatest = [peak.peak_force for peak in result.contacts]
+    # samples every 2e-7 s miss a maximum by less than this
+    assert kept.forces.max(axis=0) == pytest.approx(greatest, rel=1e-4)
+    assert (kept.forces.max(axis=0) <= np.array(greatest) * (1 + 1e-9)).all()
+    wall = result.transmitted
+    assert wall is not None
+    assert kept.wall_force[0] == pytest.approx(1.0, rel=1e-12)
+    assert float(np.trapezoid(kept.wall_force - 1.0, kept.times)) == pytest.approx(wall.impulse, rel=1e-4)
+
+
+def test_histories_balance_energy_and_momentum() -> None:
+    result, kept = recorded()
+    assert kept.velocities is not None
+    assert kept.velocities[-1] == pytest.approx(list(result.velocities), rel=1e-6, abs=1e-9)
+    energy = np.add(kept.kinetic_energy, kept.contact_energy)
+    after = kept.times > SHOCK.duration
+    # the tolerance
+    assert energy[after] == pytest.approx(np.full(after.sum(), result.applied_energy), rel=1e-6)
+
+
+# ---------------------------------------------------------------- comparison, many chains, commands, pages
+
+
+def test_a_comparison_without_a_prediction_shows_the_simulation() -> None:
+    both = compare(SHOCK, WALLED)
+    document = both.to_dict()
+    assert document["predicted"] is None
+    assert document["errors"] is None
+    assert document["simulated"]["transmitted"]["peak_force"] == walled().transmitted.peak_force  # type: ignore[union-attr]
+    assert "not a wall (chain.end)" in document["reason"]
+    assert str(both).startswith("greatest force")
+
+
+def test_chains_of_all_kinds_are_simulated_together() -> None:
+    chains = [CHAIN, WALLED, attrs.evolve(WALLED, granules=[Segment(count=3, gap=1e-6), Segment()])]
+    plain, wall, gap = sw.simulate_many([SHOCK] * 3, chains)
+    assert plain == sw.simulate(SHOCK, CHAIN)
+    assert wall == walled()
+    assert gap == sw.simulate(SHOCK, chains[2])
+
+
+@pytest.mark.parametrize("command", ["simulate", "compare"])
+def test_a_table_of_several_files_shows_both_kinds(
+    command: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = [str(file_of(name, folder)) for name in ("free end, short", "striker, heavy", "light inclusion")]
+    assert main([command, *files]) == 0
+    printed = capsys.readouterr().out
+    assert "257.3181" in printed
+    assert "112.4905" in printed
+    assert max(map(len, printed.splitlines())) <= 80
+
+
+def test_options_of_the_command_line_apply(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = str(file_of("taper", folder))
+    assert main(["simulate", "--json", "--contacts", "0,3", "--rtol", "1e-4", file]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert [peak["contact"] for peak in document["contacts"]] == [0, 3]
+    assert document["rtol"] == 1e-4
+    assert document["transmitted"]["peak_force"] == pytest.approx(128.0734, rel=1e-4)

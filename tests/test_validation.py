@@ -1,0 +1,56 @@
+"""The comparisons of docs/validation.md: the page shows what its script computes, and references agree."""
+
+from functools import cache
+from typing import Any
+
+import pytest
+
+from pages import table
+from scenes import script
+from selection import keeping
+
+STUDY = script("validate_chains")
+#: Largest relative difference from references that do not agree to all their digits; the page gives the reasons.
+LARGEST = {"taperchain": 3e-4, "restitution": 1e-4, "walls": 1e-6, "precompression": 4e-3, "lazaridi": 0.21}
+FAST = ("taperchain", "restitution", "walls", "lazaridi")
+
+
+@cache
+def rows(name: str) -> list[Any]:
+    return list(STUDY.CHECKS[name]())
+
+
+@pytest.mark.parametrize("name", keeping(STUDY.CHECKS, *FAST))
+def test_the_page_shows_the_results(name: str) -> None:
+    shown = table("docs/validation.md", name)
+    assert [cells[:2] for cells in shown] == [[row.quantity, row.reference] for row in rows(name)]
+    for cells, row in zip(shown, rows(name), strict=True):
+        assert float(cells[2]) == pytest.approx(
+            row.value, rel=0, abs=1.01 * 10.0 ** -(row.decimals + STUDY.MORE_DIGITS)
+        )
+        assert (cells[4] == "within rounding") == row.agrees
+
+
+@pytest.mark.parametrize("name", keeping(STUDY.CHECKS, *FAST))
+def test_results_agree_with_the_references(name: str) -> None:
+    largest = LARGEST.get(name)
+    assert [row for row in rows(name) if not (row.agrees or (largest and abs(row.difference) <= largest))] == []
+
+
+def test_the_series_of_the_restitution_is_approached_at_low_velocity() -> None:
+    differences = [abs(row.difference) for row in rows("restitution") if "series" in row.quantity]
+    assert len(differences) == 3
+    assert differences == sorted(differences, reverse=True)
+
+
+def test_the_table_of_lammps_agrees_and_converges() -> None:
+    shown = table("docs/validation.md", "lammps")
+    assert len(shown) == 12
+    for damping, *_, step, half, limit in shown:
+        assert abs(float(limit)) < (2e-8 if damping == "none" else 5e-6)
+        assert float(step) / float(half) == pytest.approx(4 if damping == "none" else 2, rel=0.2)
+
+
+def test_two_spheres_without_the_cut_off_lose_more_energy() -> None:
+    attracted, cut = rows("restitution")[:2]
+    assert attracted.value < cut.value
