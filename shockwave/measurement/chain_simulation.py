@@ -10,7 +10,7 @@ from typing import cast
 
 import numpy as np
 import numpy.typing as npt
-from attrs import evolve
+from attrs import asdict, evolve
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.impact import Impact
@@ -68,7 +68,7 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
         contact_count=len(motion.forces),
         contacts=runs.reported,
         greatest_force=runs.greatest,
-        transmitted=_transmitted(runs, impulse * scales.momentum) if case.has_wall else None,
+        transmitted=Transmitted(**asdict(runs.peak(-1)), impulse=impulse * scales.momentum) if case.has_wall else None,
         end=motion.end * scales.time,
         arrival_time=None if motion.arrival is None else motion.arrival * scales.time,
         velocities=tuple(velocities.tolist()),
@@ -123,17 +123,6 @@ def _missed(runs: Runs) -> list[str]:
     worst = int(judged[np.argmax(runs.errors[judged])])
     reached = f"the relative error of the greatest force at contact {worst} is estimated as {runs.errors[worst]:.1e}"
     return [f"The tolerance was not met: {reached}, not {runs.case.rtol:.1e}."]
-
-
-def _transmitted(runs: Runs, impulse: float) -> Transmitted:
-    wall = runs.peak(len(runs.motion.forces) - 1)
-    return Transmitted(
-        peak_force=wall.peak_force,
-        time=wall.time,
-        impulse=impulse,
-        error_estimate=wall.error_estimate,
-        static_force=wall.static_force,
-    )
 
 
 def _segments(case: ChainSetup, motion: Motion) -> Iterator[SegmentEnergy]:
