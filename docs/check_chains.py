@@ -212,7 +212,7 @@ class Reference:
         for contact in np.flatnonzero(changes[:, place]).tolist():
             interval = float(times[place]), float(times[place + 1])
             sign = lambda time, own=contact: float(self.contacts(dense(np.array([time])))[1][own, 0])  # noqa: E731
-            found.append((brentq(sign, *interval, xtol=1e-15, rtol=1e-15), contact))
+            found.append((brentq(sign, *interval, xtol=1e-14, rtol=1e-14, disp=False), contact))
         time, contact = min(found)
         return (time, contact) if times[0] < time < times[-1] else None
 
