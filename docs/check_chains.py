@@ -33,6 +33,8 @@ PAGE = Path(__file__).parent / "chains.md"
 END = "<!-- end of table -->"
 SEED = 5000
 COUNT = 300
+# Chains after which the table so far is printed.
+PROGRESS = 50
 TOLERANCES = (1e-4, 1e-6, 1e-8)
 # Of DOP853; its longest step, in characteristic times; samples of a step in which a maximum is looked for.
 RTOL, ATOL, STEP, SAMPLES = 1e-13, 1e-15, 0.3, 9
@@ -212,7 +214,7 @@ class Reference:
         for contact in np.flatnonzero(changes[:, place]).tolist():
             interval = float(times[place]), float(times[place + 1])
             sign = lambda time, own=contact: float(self.contacts(dense(np.array([time])))[1][own, 0])  # noqa: E731
-            found.append((brentq(sign, *interval, xtol=1e-15, rtol=1e-15), contact))
+            found.append((brentq(sign, *interval, xtol=1e-14, rtol=1e-14, disp=False), contact))
         time, contact = min(found)
         return (time, contact) if times[0] < time < times[-1] else None
 
@@ -311,8 +313,8 @@ def main() -> None:
                 failed.append(rows)
             else:
                 found.append(rows)
-                if rows and rows[-2][1] > rows[-2][0]:
-                    print(f"chain {number}: {rows}", flush=True)
+            if (number + 1) % PROGRESS == 0:
+                print(f"{number + 1} chains", *table(found), sep="\n", flush=True)
     text = "\n".join(table(found))
     print("\n".join([text, *failed]))
     if not options.count:

@@ -220,7 +220,7 @@ def test_forces_at_the_contacts_of_a_very_long_chain_need_an_end_of_the_simulate
     chain = attrs.evolve(CHAIN, granules=10**6)
     result = sw.simulate(power(0.5), chain, waves="primary")
     assert result.contacts == ()
-    assert "give until, or a timeout" in result.to_dict()["warnings"][-1]
+    assert "give until or a timeout" in result.to_dict()["warnings"][-1]
 
 
 # ---------------------------------------------------------------- strikers, ends and materials
@@ -388,3 +388,39 @@ def test_options_of_the_command_line_apply(folder: Path, capsys: pytest.CaptureF
     assert [peak["contact"] for peak in document["contacts"]] == [0, 3]
     assert document["rtol"] == 1e-4
     assert document["transmitted"]["peak_force"] == pytest.approx(128.0734, rel=1e-4)
+
+
+def test_a_page_shows_the_forces_and_their_pictures(folder: Path) -> None:
+    pytest.importorskip("matplotlib")
+    from shockwave.page import findings, written
+
+    scenario = sw.load_scenario(file_of("striker, heavy", folder))
+    text = written(findings(scenario))
+    assert "greatest force 257.3181" in text
+    for title in ("Greatest forces", "Space-time diagram", "Force on the wall"):
+        assert f"<h3>{title}</h3>" in text
+    assert "Conditions (3)" not in text
+    assert written(findings(scenario)) == text
+
+
+def test_a_page_states_why_a_simulation_failed(folder: Path) -> None:
+    pytest.importorskip("matplotlib")
+    from shockwave.page import findings, written
+
+    scenario = sw.load_scenario(file_of("striker, heavy", folder))
+    options = attrs.evolve(scenario.simulate, timeout=1e-9)
+    text = written(findings(attrs.evolve(scenario, simulate=options)))
+    assert "The simulation failed: the time limit was reached" in text
+    assert "radius 8 mm" in text
+
+
+def test_a_page_of_segments_of_equal_granules_is_that_of_a_chain_of_them(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    from shockwave.page import findings
+
+    file = tmp_path / "segments.yaml"
+    file.write_text(CASES["free end, short"]["scenario"].replace("diameter: 9.5e-3", "diameter: 2e-3", 1))
+    found = findings(sw.load_scenario(file))
+    assert not found.is_beyond
+    assert found.scenario.chain == attrs.evolve(CHAIN, granules=5)
+    assert found.predicted is not None

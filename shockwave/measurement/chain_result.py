@@ -27,28 +27,16 @@ _KEYS = (
 
 
 @frozen(kw_only=True)
-class Transmitted:
+class Transmitted(ContactPeak):
     """Force on the wall at the end of the chain.
 
     Attributes
     ----------
-    peak_force : float
-        Greatest total force [N].
-    time : float
-        Time of this force [s].
     impulse : float
         Integral of the total minus the static force from 0 to the end of the simulated time [N s].
-    error_estimate : float
-        Estimated error of ``peak_force``, relative to its dynamic part.
-    static_force : float
-        Force on the wall before the shock arrives [N].
     """
 
-    peak_force: float
-    time: float
     impulse: float
-    error_estimate: float
-    static_force: float = 0.0
 
 
 @frozen(kw_only=True)

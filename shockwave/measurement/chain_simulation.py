@@ -10,7 +10,7 @@ from typing import cast
 
 import numpy as np
 import numpy.typing as npt
-from attrs import evolve
+from attrs import asdict, evolve
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.impact import Impact
@@ -21,7 +21,7 @@ from shockwave.measurement.contact_peaks import ContactPeak, Yielding, first_yie
 from shockwave.measurement.recording import Recording, sample_times
 from shockwave.measurement.repeated_runs import Runs, histories, runs_of
 from shockwave.measurement.result import Cost, SimulationResult
-from shockwave.measurement.simulation_setup import immeasurable, scaled
+from shockwave.measurement.simulation_setup import scaled
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
@@ -29,8 +29,12 @@ from shockwave.scene_summary import ChainScene
 from shockwave.simulation.assembly import Motion
 from shockwave.simulation.time_limit import time_limit
 
-# Longest chain of equal granules whose contact forces are computed without being asked for.
-_MOST_GRANULES = 20_000
+# Computing time of the forces at the contacts of equal granules, for the square of their number and each characteristic
+# time of the shock, at least these [s]; its factor for NumPy; and the longest without being asked for [s].
+_PAIR_SECONDS = 1.7e-7
+_LEAST_DURATION = 1.5
+_NUMPY = 40.0
+_MOST_SECONDS = 25.0
 # Least velocity of a granule that flies off, over that of the fastest granule.
 _EJECTED = 1e-3
 
@@ -68,7 +72,7 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
         contact_count=len(motion.forces),
         contacts=runs.reported,
         greatest_force=runs.greatest,
-        transmitted=_transmitted(runs, impulse * scales.momentum) if case.has_wall else None,
+        transmitted=Transmitted(**asdict(runs.peak(-1)), impulse=impulse * scales.momentum) if case.has_wall else None,
         end=motion.end * scales.time,
         arrival_time=None if motion.arrival is None else motion.arrival * scales.time,
         velocities=tuple(velocities.tolist()),
@@ -100,12 +104,12 @@ def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], Co
         If the integration would take too long, fails, or reaches the time limit.
     """
     granules, options = cast(int, result.chain.granules), result.options
-    if options.timeout is None:
-        reason = immeasurable(scaled(result.shock, result.chain)[0])
-        if not reason and options.until is None and granules > _MOST_GRANULES:
-            reason = f"the chain has {granules} granules, more than {_MOST_GRANULES} (give until, or a timeout)"
-        if reason:
-            raise NumericalError(f"they are not computed, because {reason}")
+    if options.timeout is None and options.until is None:
+        duration = max(scaled(result.shock, result.chain)[0].duration, _LEAST_DURATION)
+        seconds = _PAIR_SECONDS * (_NUMPY if result.backend == "numpy" else 1) * duration * granules * granules
+        if seconds > _MOST_SECONDS:
+            took = f"the integration of {granules} granules would take about {seconds:.0f} s or more"
+            raise NumericalError(f"{took} (give until or a timeout to integrate all the same)")
     # the integrator of the waves may be unable to step this chain, or have a fixed step
     options = evolve(options, integrator=None, step=None)
     runs = runs_of(ChainSetup.of(options, result.shock, result.chain))
@@ -123,17 +127,6 @@ def _missed(runs: Runs) -> list[str]:
     worst = int(judged[np.argmax(runs.errors[judged])])
     reached = f"the relative error of the greatest force at contact {worst} is estimated as {runs.errors[worst]:.1e}"
     return [f"The tolerance was not met: {reached}, not {runs.case.rtol:.1e}."]
-
-
-def _transmitted(runs: Runs, impulse: float) -> Transmitted:
-    wall = runs.peak(len(runs.motion.forces) - 1)
-    return Transmitted(
-        peak_force=wall.peak_force,
-        time=wall.time,
-        impulse=impulse,
-        error_estimate=wall.error_estimate,
-        static_force=wall.static_force,
-    )
 
 
 def _segments(case: ChainSetup, motion: Motion) -> Iterator[SegmentEnergy]:

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
 from shockwave.measurement.chain_result import ChainResult, SegmentEnergy
 from shockwave.measurement.contact_peaks import ContactPeak
+from shockwave.measurement.result_text import balance_text, result_limits, work_details
 from shockwave.text import facts, is_wide, limits, notes, si, strong, table
 
 _Item = TypeVar("_Item")
 _CONTACTS = ("contact", "greatest force", "time", "error")
-_SEGMENTS = ("granules", "energy", "share")
+_ENERGIES = ("granules", "energy", "share")
 # Most rows of a table that is not wide.
 _MOST_ROWS = 16
 _TIME_DIGITS = 5
-_ENERGY_DIGITS = 4
 
 
 def chain_text(result: ChainResult) -> str:
@@ -23,12 +23,13 @@ def chain_text(result: ChainResult) -> str:
     name = f"{result.scenario}: " if result.scenario else ""
     lines = [
         strong(f"{name}{chain_lead(result)}"),
-        *limits(chain_limits(result)),
+        *limits(result_limits(result)),
         *facts(chain_answer(result)),
         "",
-        contact_table(result),
+        _shortened(_CONTACTS, result.contacts, lambda peak: _row(peak, place_of(result, peak.contact))),
+        *_energies(result),
         "",
-        *facts([*chain_details(result), *result.scene.facts()]),
+        *facts([*chain_balances(result), *work_details(result), *result.scene.facts()]),
         *notes(result.scene.notes),
     ]
     return "\n".join(lines)
@@ -37,72 +38,30 @@ def chain_text(result: ChainResult) -> str:
 def chain_lead(result: ChainResult) -> str:
     """Greatest force with its contact, time and error estimate."""
     top = result.greatest_force
-    return (
-        f"greatest force {_force(top)} {_place(result, top.contact)}, {si(top.time, 's', _TIME_DIGITS)}, "
-        f"estimated error {top.error_estimate:.0e}"
-    )
-
-
-def chain_limits(result: ChainResult) -> list[str]:
-    """Warnings that limit the answer; notes on a record do not."""
-    return [warning for warning in result.all_warnings if warning not in result.scene.notes]
+    force, time, error = _row(top, "")[1:]
+    place = place_of(result, top.contact)
+    where = "on the wall" if "wall" in place else f"at contact {place}"
+    return f"greatest force {force} {where}, {time}, estimated error {error}"
 
 
 def chain_answer(result: ChainResult) -> Iterator[tuple[str, str]]:
-    """Labels and texts of the force on the wall, the granules that fly off, the striker and the energies."""
-    wall = result.transmitted
-    if wall is not None:
-        force = si(wall.peak_force, "N", error=wall.error_estimate)
-        at = f" at {si(wall.time, 's', _TIME_DIGITS)}, estimated error {wall.error_estimate:.0e}"
-        yield "wall force", force + (at if wall.peak_force else "")
-        yield "wall impulse", si(wall.impulse, "N s")
+    """Labels and texts of the force on the wall, the striker, the granules that fly off, and the simulated time."""
+    if result.transmitted is not None:
+        force, time, error = _row(result.transmitted, "")[1:]
+        yield "wall force", f"{force} at {time}, estimated error {error}" if result.transmitted.peak_force else force
+        yield "wall impulse", si(result.transmitted.impulse, "N s")
     if result.restitution is not None:
         yield "restitution", f"{result.restitution:.5g} (of the striker)"
     if result.recoil_velocities is not None:
-        count = len(result.recoil_velocities)
-        fastest = f", the first at {si(-result.recoil_velocities[0], 'm/s', 4)}" if count else ""
-        yield "rebounding", f"granules that fly backwards: {count}{fastest}"
+        yield "rebounding", f"granules that fly backwards: {_speeds(result.recoil_velocities, 'the first')}"
     if result.spall_velocities is not None:
-        count = len(result.spall_velocities)
-        fastest = f", the last granule at {si(result.spall_velocities[0], 'm/s', 4)}" if count else ""
-        yield "free end", f"granules that fly off: {count}{fastest}"
+        yield "free end", f"granules that fly off: {_speeds(result.spall_velocities, 'the last granule')}"
     if result.yielding is not None:
-        ratio = result.yielding.peak_ratio
-        force = si(result.yielding.first_yield_force, "N", 4)
+        force, ratio = si(result.yielding.first_yield_force, "N", 4), result.yielding.peak_ratio
         yield "first yield", f"at {force}; the greatest ratio of a peak force to it is {ratio:.4g}"
-    arrival = "does not reach the end" if result.arrival_time is None else f"arrives at {_time(result.arrival_time)}"
-    yield "simulated", f"to {_time(result.end)}; the leading wave {arrival}"
-
-
-def contact_table(result: ChainResult) -> str:
-    """A row for each reported contact, or for some on a screen that is not wide; then the energies of the segments."""
-    peaks = result.contacts
-    shown = chosen(peaks)
-    lines = [table(_CONTACTS, [_row(result, peak) for peak in shown])]
-    if len(shown) < len(peaks):
-        lines.append(f"  ({len(shown)} of {len(peaks)} contacts; --wide shows all)")
-    if len(result.segments) > 1 or result.end_energy is not None:
-        lines += ["", _segment_table(result)]
-    return "\n".join(lines)
-
-
-def _segment_table(result: ChainResult) -> str:
-    shown = chosen(result.segments)
-    energies = [(span(segment), segment.energy) for segment in shown]
-    if result.end_energy is not None:
-        energies.append(("wall", result.end_energy))
-    rows = [
-        (name, si(energy, "J", _ENERGY_DIGITS), f"{energy / result.applied_energy:.1%}") for name, energy in energies
-    ]
-    lines = [table(_SEGMENTS, rows)]
-    if len(shown) < len(result.segments):
-        lines.append(f"  ({len(shown)} of {len(result.segments)} segments; --wide shows all)")
-    return "\n".join(lines)
-
-
-def span(segment: SegmentEnergy) -> str:
-    """Numbers of the granules of a segment."""
-    return f"{segment.first}" if segment.first == segment.last else f"{segment.first} to {segment.last}"
+    arrival = result.arrival_time
+    wave = "does not reach the end" if arrival is None else f"arrives at {si(arrival, 's', _TIME_DIGITS)}"
+    yield "simulated", f"to {si(result.end, 's', _TIME_DIGITS)}; the leading wave {wave}"
 
 
 def chain_balances(result: ChainResult) -> Iterator[tuple[str, str]]:
@@ -111,19 +70,17 @@ def chain_balances(result: ChainResult) -> Iterator[tuple[str, str]]:
     if result.dissipated_energy:
         share = result.dissipated_energy / result.applied_energy
         yield "dissipated", f"{si(result.dissipated_energy, 'J')} ({share:.1%})"
-    balance = f"momentum {result.momentum_defect:.0e}, energy {result.energy_defect:.0e} (relative defects)"
-    yield "balance", balance
+    yield "balance", balance_text(result)
 
 
-def chain_details(result: ChainResult) -> Iterator[tuple[str, str]]:
-    """Labels and texts of the balances, the histories and the cost."""
-    yield from chain_balances(result)
-    if result.recording is not None:
-        times = result.recording.times
-        yield "recorded", f"{', '.join(result.options.record)}: {len(times)} samples to {si(times[-1], 's')}"
-    cost = result.cost
-    yield "method", f"{result.integrator} ({result.backend})"
-    yield "cost", f"{cost.steps} steps, {cost.force_evaluations} force evaluations, {cost.seconds:.2g} s"
+def place_of(result: ChainResult, contact: int) -> str:
+    """The number of a contact, marked if it is with the wall."""
+    return f"{contact} (wall)" if result.transmitted and contact == result.contact_count - 1 else str(contact)
+
+
+def span(segment: SegmentEnergy) -> str:
+    """Numbers of the granules of a segment."""
+    return f"{segment.first}" if segment.first == segment.last else f"{segment.first} to {segment.last}"
 
 
 def chosen(items: Sequence[_Item]) -> Sequence[_Item]:
@@ -134,24 +91,30 @@ def chosen(items: Sequence[_Item]) -> Sequence[_Item]:
     return [items[round(row * last / (_MOST_ROWS - 1))] for row in range(_MOST_ROWS)]
 
 
-def _row(result: ChainResult, peak: ContactPeak) -> tuple[str, ...]:
+def _shortened(header: Sequence[str], items: Sequence[_Item], row: Callable[[_Item], Sequence[str]]) -> str:
+    """A table of the `chosen` items, and their number if these are not all."""
+    shown = chosen(items)
+    note = f"\n  ({len(shown)} of {len(items)} rows; --wide shows all)" if len(shown) < len(items) else ""
+    return table(header, map(row, shown)) + note
+
+
+def _row(peak: ContactPeak, place: str) -> tuple[str, ...]:
     if not peak.peak_force:
-        return (_name(result, peak.contact), "stays open", "-", "-")
-    return (_name(result, peak.contact), _force(peak), _time(peak.time), f"{peak.error_estimate:.0e}")
+        return place, "stays open", "-", "-"
+    force = si(peak.peak_force, "N", error=peak.error_estimate)
+    return place, force, si(peak.time, "s", _TIME_DIGITS), f"{peak.error_estimate:.0e}"
 
 
-def _name(result: ChainResult, contact: int) -> str:
-    return f"{contact} (wall)" if result.transmitted and contact == result.contact_count - 1 else str(contact)
+def _energies(result: ChainResult) -> list[str]:
+    """A table of the segments and a movable wall, if there are several of them."""
+    parts = [(span(segment), segment.energy) for segment in result.segments]
+    if result.end_energy is not None:
+        parts.append(("wall", result.end_energy))
+    if len(parts) == 1:
+        return []
+    whole = result.applied_energy
+    return ["", _shortened(_ENERGIES, parts, lambda part: (part[0], si(part[1], "J", 4), f"{part[1] / whole:.1%}"))]
 
 
-def _place(result: ChainResult, contact: int) -> str:
-    at_wall = result.transmitted is not None and contact == result.contact_count - 1
-    return "on the wall" if at_wall else f"at contact {contact}"
-
-
-def _force(peak: ContactPeak) -> str:
-    return si(peak.peak_force, "N", error=peak.error_estimate)
-
-
-def _time(time: float) -> str:
-    return si(time, "s", _TIME_DIGITS)
+def _speeds(velocities: Sequence[float], which: str) -> str:
+    return f"{len(velocities)}, {which} at {si(abs(velocities[0]), 'm/s', 4)}" if velocities else "0"

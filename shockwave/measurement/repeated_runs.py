@@ -74,7 +74,7 @@ class Runs(NamedTuple):
         """The greatest force at a contact."""
         scales, motion = self.case.scales, self.motion
         return ContactPeak(
-            contact=contact,
+            contact=contact % len(motion.forces),
             peak_force=float(motion.forces[contact]) * scales.force,
             time=float(motion.force_times[contact]) * scales.time,
             error_estimate=float(self.errors[contact]),

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from shockwave.measurement.measured_wave import MeasuredWave, Passage
 from shockwave.measurement.result import SimulationResult
 from shockwave.text import facts, limits, notes, si, significant_digits, strong, table
+
+if TYPE_CHECKING:
+    from shockwave.measurement.chain_result import ChainResult
 
 _WAVES = ("peak force", "error", "momentum", "energy", "speed", "width", "arrival", "contact", "residual")
 _SPARE_WAVES = ("contact", "energy", "width", "residual")
@@ -61,7 +65,7 @@ def peak_text(result: SimulationResult) -> str:
     return f"{si(result.peak_force, 'N', error=error)}, {accuracy}"
 
 
-def result_limits(result: SimulationResult) -> list[str]:
+def result_limits(result: SimulationResult | ChainResult) -> list[str]:
     """Warnings that limit the answer; notes on a record do not."""
     return [warning for warning in result.all_warnings if warning not in result.scene.notes]
 
@@ -108,9 +112,18 @@ def wave_tables(result: SimulationResult) -> str:
 
 def result_details(result: SimulationResult) -> Iterator[tuple[str, str]]:
     """Labels and texts of the balances, the histories and the cost."""
-    balance = f"momentum {result.momentum_defect:.0e}, energy {result.energy_defect:.0e} (relative defects)"
     yield "applied momentum", si(result.applied_momentum, "N s")
-    yield "balance", balance
+    yield "balance", balance_text(result)
+    yield from work_details(result)
+
+
+def balance_text(result: SimulationResult | ChainResult) -> str:
+    """The defects of momentum and energy."""
+    return f"momentum {result.momentum_defect:.0e}, energy {result.energy_defect:.0e} (relative defects)"
+
+
+def work_details(result: SimulationResult | ChainResult) -> Iterator[tuple[str, str]]:
+    """Labels and texts of the histories and the cost."""
     if result.recording is not None:
         times = result.recording.times
         yield "recorded", f"{', '.join(result.options.record)}: {len(times)} samples to {si(times[-1], 's')}"

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from shockwave.chain.impact import Impact
 
-__all__ = ["immeasurable", "scaled", "setup_of", "simulate", "simulate_many", "simulate_with"]
+__all__ = ["equal_granules", "immeasurable", "scaled", "setup_of", "simulate", "simulate_many", "simulate_with"]
 
 # Largest and least number of shocks that a thread takes at a time.
 _SHARE = 128
@@ -216,7 +216,7 @@ def _simulate_all(scenes: Sequence[tuple[Shock | Impact, Chain]], setup: Setup) 
     scenes = list(scenes)
     for index, (shock, chain) in enumerate(scenes):
         try:
-            equal = _equal_granules(shock, chain)
+            equal = equal_granules(shock, chain)
             if equal is None:
                 continue
             scenes[index] = shock, equal
@@ -259,7 +259,7 @@ def _simulate_all(scenes: Sequence[tuple[Shock | Impact, Chain]], setup: Setup) 
     return [results[index] for index in range(len(scenes))]
 
 
-def _equal_granules(excitation: object, chain: Chain) -> Chain | None:
+def equal_granules(excitation: object, chain: Chain) -> Chain | None:
     """The chain as equal granules with free ends; None if the scene has further features."""
     if not isinstance(chain, Chain) or (chain.is_uniform and isinstance(excitation, Shock)):
         return chain

@@ -76,6 +76,8 @@ def _of_chain(shock: Shock | None, result: Any) -> dict[str, Callable[[Axes], ob
     chosen: dict[str, Callable[[Axes], object]] = {}
     if shock is not None:
         chosen["pulse"] = lambda ax: pictures.pulse(ax, shock)
+    if result is None:
+        return chosen
     chosen["peaks"] = lambda ax: pictures.peak_forces(ax, result)
     chosen["chain-map"] = lambda ax: pictures.chain_map(ax, result)
     if result.transmitted is not None:

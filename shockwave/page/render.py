@@ -26,6 +26,7 @@ from shockwave.progress import counted
 from shockwave.registry import entry_of, find
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_hash import parameters, scene_hash
+from shockwave.scene_summary import ChainScene
 from shockwave.text import html_of
 
 
@@ -62,7 +63,8 @@ def written(found: Findings) -> str:
         from shockwave.measurement.chain_text import chain_answer, chain_balances, chain_lead, chosen, span
 
         filters = (*filters, chain_answer, chain_balances, chain_lead, chosen, span)
-        about: dict[str, Any] = {"conditions": ()}
+        scene = ChainScene.of(found.scenario.excitation, found.scenario.chain)
+        about: dict[str, Any] = {"conditions": (), "scene": scene}
     else:
         about = _of_shock(found.scenario)
     figures, not_drawn = drawn(found)

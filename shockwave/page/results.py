@@ -10,7 +10,7 @@ from attrs import evolve, frozen
 from shockwave.errors import ShockwaveError
 from shockwave.measurement.measured_wave import Passage
 from shockwave.measurement.result import SimulationResult
-from shockwave.measurement.simulate import immeasurable, scaled, simulate_with
+from shockwave.measurement.simulate import equal_granules, immeasurable, scaled, simulate_with
 from shockwave.prediction.outcome import Outcome
 from shockwave.scenario.scenario import Scenario
 from shockwave.studies.comparison import Comparison, beside
@@ -62,8 +62,8 @@ class Findings:
 
     @property
     def is_beyond(self) -> bool:
-        """Whether the simulation is that of a chain beyond equal spheres."""
-        return self.simulated is not None and self.simulated.peak_force is None
+        """Whether the scene has features beyond a shock on equal granules with free ends."""
+        return equal_granules(self.scenario.excitation, self.scenario.chain) is None
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -76,12 +76,13 @@ class Findings:
 def findings(scenario: Scenario) -> Findings:
     """Predict and simulate ``scenario``; if one fails, the other is still computed."""
     failures: list[str] = []
-    predictor = scenario.predictor
-    simulated = _attempt(failures, "The simulation failed", _simulate, scenario)
-    if _is_beyond(scenario):
-        predicted = None
-    else:
-        predicted = _attempt(failures, "The prediction failed", predictor.predict, scenario.shock, scenario.chain)
+    predictor, predicted = scenario.predictor, None
+    equal = equal_granules(scenario.excitation, scenario.chain)
+    if equal is not None:
+        scenario = evolve(scenario, chain=equal)
+        predicted = _attempt(failures, "The prediction failed", predictor.predict, scenario.shock, equal)
+    simulate = _simulate_chain if equal is None else _simulate
+    simulated = _attempt(failures, "The simulation failed", simulate, scenario)
     passages = []
     if simulated is not None and simulated.waves:
         failure = "The waves behind the leading wave could not be measured"
@@ -110,20 +111,9 @@ def _attempt(failures: list[str], failure: str, compute: Callable[..., _T], *arg
         return None
 
 
-def _is_beyond(scenario: Scenario) -> bool:
-    """Whether a scene has features beyond a shock on equal granules with free ends."""
-    if scenario.shock is not None and scenario.chain.is_uniform:
-        return False
-    from shockwave.chain.coverage import refusal
-
-    return bool(refusal(scenario.chain, scenario.excitation))
-
-
 def _simulate(scenario: Scenario) -> SimulationResult | Any:
     """Simulate as requested, with the histories that are drawn."""
     shock, chain = scenario.shock, scenario.chain
-    if _is_beyond(scenario):
-        return _simulate_chain(scenario)
     problem, scales = scaled(shock, chain)
     if immeasurable(problem):
         primary = evolve(scenario.simulate, waves="primary", record=(), interval=None, until=None)

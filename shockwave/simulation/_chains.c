@@ -297,7 +297,8 @@ static double kink(const March *m, double h)
         double at, error, active, idle;
         if (acts == (d1 >= 0 && raw1 >= 0)) continue;
         at = (d0 < 0) != (d1 < 0) ? root_of(d0, d1, h * s->w[j], h * f->w[j]) : 0.5;
-        if (m->damped && d0 >= 0 && raw0 * raw1 < 0 && (d1 >= 0 || m->r->q == 0)) at = raw0 / (raw0 - raw1);
+        if (m->damped && d0 >= 0 && raw0 * raw1 < 0 && (d1 >= 0 || m->r->q == 0))
+            at = smaller(d1 >= 0 ? 1 : at, raw0 / (raw0 - raw1));
         else if (m->damped && acts) at *= 0.5; /* the force ends before the contact opens */
         active = acts ? at : 1 - at;
         idle = acts ? 1 - at : at;

@@ -252,7 +252,8 @@ class _March(Contacts):
             closes = not acts[j]
             jumps = closes and self.jumps and d0 < 0
             if self.damped and d0 >= 0 and raw0 * raw1 < 0 and (d1 >= 0 or self.q == 0.0):
-                at = raw0 / (raw0 - raw1)
+                cut = raw0 / (raw0 - raw1)
+                at = cut if d1 >= 0 else min(at, cut)
             elif self.damped and not closes:
                 at *= 0.5  # the force ends before the contact opens
             active, idle = (1 - at, at) if closes else (at, 1 - at)
