@@ -132,7 +132,7 @@ class Law:
 
     def bounds(self, pulses: Sequence[Pulse]) -> FloatArray:
         """Expected relative errors for pulses, shape (pulses,); infinite where none was measured."""
-        spread, known, turns = np.array([(each.spread, each.known, each.turns) for each in pulses]).T
+        spread, known, turns = np.array([(each.spread, each.known, each.turns) for each in pulses]).reshape(-1, 3).T
         errors = np.where(turns, self.error(spread, True), self.error(spread, False))
         return np.where((known > 0) & (spread <= FARTHEST), errors, np.inf)
 
