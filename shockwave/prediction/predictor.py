@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from functools import cache, cached_property, partial
+from functools import cache, partial
 from typing import Any, Literal
 
 import numpy as np
@@ -13,11 +13,11 @@ from attrs import evolve, frozen
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, MOMENTUM, PAPER_COEFFICIENT, SolitaryWave
 from shockwave.errors import InvalidValueError
-from shockwave.fields import Quantity, listed, quantity
+from shockwave.fields import Quantity, quantity
+from shockwave.prediction.accuracy_of_many import Ranges, accuracies
 from shockwave.prediction.expected_error import (
     FIRST_CONTACTS,
     chain_problem,
-    expected_errors,
     failed_conditions,
     unbounded,
     warning_of,
@@ -48,15 +48,12 @@ from shockwave.profiles.base import Areas, ShockProfile
 from shockwave.profiles.conditions import conditions
 from shockwave.profiles.guard import is_value
 from shockwave.profiles.shock import Shock
-from shockwave.quadrature import FloatArray
 from shockwave.registry import blame, find, load
 from shockwave.scene_summary import Scene, check_scene
 
 #: Leading number of A by name.
 MOMENTUM_COEFFICIENTS = {"exact": EXACT_COEFFICIENT, "paper": PAPER_COEFFICIENT}
 _RTOL = "relative tolerance of the peak force of the leading wave; for model auto, 1e-3 if omitted"
-# Most shocks that a warning on several of them names.
-_MOST_NUMBERED = 8
 MOMENTUM_COEFFICIENT = Quantity("", "leading number of A", at_least=0.01, at_most=1000)
 
 
@@ -165,7 +162,7 @@ class Predictor:
         scaled: list[ScaledShock] = []
         answers: list[ScaledAnswer] = []
         found: list[Outcome | Exception] = []
-        ranges = _Ranges(scaled, answers, self._settings)
+        ranges = Ranges(scaled, answers, self._settings)
         for shock, chain in zip(shocks, chains, strict=True):
             try:
                 chain = self._covered(shock, chain)
@@ -306,7 +303,7 @@ class Predictor:
             amplification=results.amplification,
             method=results.method,
             failures=tuple(sorted(failures.items())),
-            on_demand=partial(_accuracies, shocks, chains, scaled, found, places),
+            on_demand=partial(accuracies, shocks, chains, scaled, found, places),
         )
 
     def columns(self, shocks: Sequence[Shock], chains: Sequence[Chain]) -> PredictionColumns | None:
@@ -358,61 +355,3 @@ class Predictor:
     @property
     def _momentum_parameter(self) -> float:
         return MOMENTUM * coefficient_of(self.momentum_coefficient) / EXACT_COEFFICIENT
-
-
-@frozen(eq=False, slots=False)
-class _Ranges:
-    """Estimated amplifications with the ends of their ranges, and ranges of the relative errors, of several shocks.
-
-    They are computed together, when the first of them is needed.
-    """
-
-    scaled: list[ScaledShock]
-    answers: list[ScaledAnswer]
-    settings: Settings
-
-    def __call__(self, index: int) -> list[float]:
-        return self._together[index] if self._together else self._of(slice(index, index + 1))[0]
-
-    @cached_property
-    def _together(self) -> list[list[float]]:
-        """All ranges; empty if those of one shock cannot be computed."""
-        try:
-            return self._of(slice(None))
-        except Exception:
-            return []
-
-    def _of(self, part: slice) -> list[list[float]]:
-        shocks, left = Shocks.of(self.scaled[part]), iter(self.answers[part])
-        found = one_by_one(lambda *_: next(left), shocks, self.settings)
-        ranges: list[list[float]] = np.hstack(expected_errors(found, shocks)).tolist()
-        return ranges
-
-
-def _accuracies(
-    shocks: Sequence[Shock], chains: Sequence[Chain], scaled: Shocks, found: Peaks, places: Sequence[int]
-) -> Accuracy[FloatArray, FloatArray]:
-    """Accuracies of predictions of the shocks at ``places``, which are ``scaled``, by the answers ``found``."""
-    estimates, errors = np.full((len(shocks), 3), np.nan), np.full((len(shocks), 2), (-np.inf, np.inf))
-    estimates[places], errors[places] = expected_errors(found, scaled)
-    notes: dict[str, list[int]] = {}
-    for own, index in enumerate(places):
-        if own in found.failures:
-            continue
-        granules = chains[index].count
-        if granules is not None and (problem := chain_problem(granules, scaled.shock(own))):
-            estimates[index], errors[index] = np.nan, (-np.inf, np.inf)
-            notes.setdefault(warning_of(problem), []).append(index)
-        for note in shocks[index].profile.notes:
-            notes.setdefault(note, []).append(index)
-    forces = np.array([shock.peak_force for shock in shocks], dtype=float)
-    warnings = [f"{_numbered(indices)}: {note}" for note, indices in notes.items()]
-    return Accuracy(estimates * forces[:, None], None, errors, (*found.warnings, *warnings))
-
-
-def _numbered(indices: Sequence[int]) -> str:
-    """Shocks by their indices, such as ``Shocks 0, 4 and 5``; of many, the first ones and the number of others."""
-    shown = [str(index) for index in indices[:_MOST_NUMBERED]]
-    if len(indices) > len(shown):
-        shown.append(f"{len(indices) - len(shown)} more")
-    return f"Shock{'s' * (len(shown) > 1)} {listed(shown, 'and')}"
