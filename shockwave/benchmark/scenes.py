@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from attrs import evolve
@@ -16,6 +17,11 @@ from shockwave.profiles.exponential import Exponential
 from shockwave.profiles.power_law import PowerLaw
 from shockwave.profiles.shock import Shock
 from shockwave.profiles.tabulated import Tabulated
+from shockwave.scenario.loader import scenario_of
+from shockwave.scenario.yaml_document import parse_document
+
+if TYPE_CHECKING:
+    from shockwave.chain.impact import Impact
 
 Scene: TypeAlias = tuple[Shock, Chain]
 
@@ -26,7 +32,7 @@ BEADS = Chain(material=PAPER_STEEL, radius=4.75e-3)
 UNITS = Scales.of(BEADS, FORCE)
 
 
-def made(scene: dict[str, Any]) -> Scene:
+def made(scene: dict[str, Any]) -> tuple[Any, Chain]:
     """Build a scene by the name of one of the functions below and its arguments."""
     ((name, given),) = scene.items()
     scene_of = _SCENES[name]
@@ -87,4 +93,15 @@ def sized(
     return Shock(profile=profile, peak_force=force, rise_time=rise_time * Scales.of(chain, force).time), chain
 
 
-_SCENES = {scene.__name__: scene for scene in (power, exponential, record, resampled, noisy, sampled, sized)}
+def described(chain: dict[str, Any], impact: dict[str, Any] | None = None) -> tuple[Shock | Impact, Chain]:
+    """Chain with the keys of a scenario, and a triangle of 3 characteristic times or an impact."""
+    shock = {"profile": "triangular", "peak_force": FORCE, "rise_time": UNITS.time, "duration_ratio": 3}
+    excitation = {"shock": shock} if impact is None else {"impact": impact}
+    beads = {"material": "paper-steel", "diameter": 2 * BEADS.radius}
+    document = parse_document(json.dumps({"chain": {**beads, **chain}, **excitation}), "case")
+    scenario = scenario_of(document, None)
+    return scenario.excitation, scenario.chain
+
+
+_OF_EQUAL_GRANULES = (power, exponential, record, resampled, noisy, sampled, sized)
+_SCENES = {scene.__name__: scene for scene in (*_OF_EQUAL_GRANULES, described)}
