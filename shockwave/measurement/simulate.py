@@ -231,7 +231,7 @@ def _simulate_all(scenes: Sequence[tuple[Shock | Impact, Chain]], setup: Setup) 
     seconds = (time.perf_counter() - begin) / max(len(scenes), 1)
     for index, (problem, scales) in known.items():
         begin = time.perf_counter()
-        shock, chain = cast(tuple[Shock, Chain], scenes[index])
+        shock, chain = cast("tuple[Shock, Chain]", scenes[index])
         try:
             answer = answers.get(index) or _measured(problem, scales, setup)
         except ShockwaveError as error:
