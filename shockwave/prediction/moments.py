@@ -58,6 +58,10 @@ _POWER = 2.5
 # Power of the spread with which the error grows beyond the last tabulated spread: where a long shock rises in steps,
 # the waves of a later step overtake those of an earlier one and exceed the limit of a lasting force.
 _LONG_POWER = 1 / 3
+# The same for several peaks, of which the law was fitted up to that spread only; and the largest error: the greatest
+# that was found is 0.57.
+_LONG_POWER_OF_SEVERAL = 1.5
+_LARGEST_ERROR = 0.6
 #: Largest spread for which the law was compared with simulations.
 FARTHEST = 1000.0
 # Iterations of Newton's method for ln F; a few suffice in general.
@@ -127,8 +131,10 @@ class Law:
         known = np.interp(logarithm, np.log(self.spreads), np.log(errors))
         short = _POWER * np.minimum(logarithm - math.log(self.spreads[0]), 0)
         # In addition, the rounding error of 1.1681817, at most the smallest error that could be measured.
-        long = _LONG_POWER * np.maximum(logarithm - math.log(self.spreads[-1]), 0)
-        return np.asarray(np.exp(known + short + long) + min(5e-8, float(self.errors[0])))
+        power = _LONG_POWER_OF_SEVERAL if turns else _LONG_POWER
+        long = power * np.maximum(logarithm - math.log(self.spreads[-1]), 0)
+        grown = np.minimum(np.exp(known + short + long), _LARGEST_ERROR)
+        return np.asarray(grown + min(5e-8, float(self.errors[0])))
 
     def bounds(self, pulses: Sequence[Pulse]) -> FloatArray:
         """Expected relative errors for pulses, shape (pulses,); infinite where none was measured."""
