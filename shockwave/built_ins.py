@@ -86,6 +86,6 @@ ENTRIES = {
         Entry("power-law", f"{_CONTACT}:PowerContact", "k d^p, with k and p the same at all contacts"),
         Entry("kuwabara-kono", f"{_DAMPING}:KuwabaraKono", "damping (3/2) k A d^(1/2) d', viscoelastic", takes=_DAMPS),
         Entry("dashpot", f"{_DAMPING}:Dashpot", "damping c d', linear", takes=_DAMPS),
-        Entry("tsuji", f"{_DAMPING}:Tsuji", "damping c d^(1/4) d', of a constant restitution", takes=_DAMPS),
+        Entry("tsuji", f"{_DAMPING}:Tsuji", "damping c d^(1/4) d', with constant restitution", takes=_DAMPS),
     ],
 }

@@ -220,7 +220,7 @@ def test_forces_at_the_contacts_of_a_very_long_chain_need_an_end_of_the_simulate
     chain = attrs.evolve(CHAIN, granules=10**6)
     result = sw.simulate(power(0.5), chain, waves="primary")
     assert result.contacts == ()
-    assert "give until or a timeout" in result.to_dict()["warnings"][-1]
+    assert "set until or a timeout" in result.to_dict()["warnings"][-1]
 
 
 # ---------------------------------------------------------------- strikers, ends and materials

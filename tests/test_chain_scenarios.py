@@ -213,7 +213,7 @@ MARKED = {
     "impact-on-an-endless-chain": ("|chain: {material: copper, radius: 1}\n" + IMPACT,
         "chain.granules", "must be given, because a striker needs a finite chain"),
     "single-granule": (finite(", end: {wall: same}").replace("[{count: 4}]", "|[{count: 1}]"),
-        "chain.granules", "must be at least 2 granules, a striker included"),
+        "chain.granules", "must be at least 2 granules, including a striker"),
     "too-many": (finite(", end: {wall: same}").replace("[{count: 4}]", "|5000000"),
         "chain.granules", "must be <= 1000000 for a chain with end"),
     "weightless": (finite().replace("count: 4", "count: 4, diameter: |1e-200"),

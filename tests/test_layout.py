@@ -249,7 +249,7 @@ def test_methods_for_equal_granules_refuse_every_further_feature(path: str) -> N
     made = sw.Chain(material=STEEL, radius=RADIUS, **{"granules": 4, **FURTHER[path]})
     assert reduced(made) is None
     assert [fault.path for fault in refusal(made, SHOCK)] == [f"chain.{path}"]
-    message = r"must be left out for a test, which covers shocks on chains of equal granules with free ends \(got "
+    message = r"must be left out for a test, which covers only shocks on chains of equal granules with free ends \(got "
     with pytest.raises(NotCoveredError, match=message):
         covered(made, SHOCK, "a test")
     predictor = sw.Predictor(model="moments")
@@ -287,7 +287,7 @@ WRONG: dict[str, tuple[dict[str, Any], str, str]] = {
     "tsuji-without-hertz": (
         {"damping": sw.Tsuji(restitution=0.9), "contact": sw.PowerContact(exponent=2, stiffness=1e7)},
         "damping.model",
-        "for which restitution depends on the velocity (got tsuji, exponent 2)",
+        "for which the restitution depends on the velocity (got tsuji, exponent 2)",
     ),
     "law-with-damping": ({"contact": Worn(), "damping": sw.Dashpot(coefficient=1.0)}, "damping", "Worn"),
     "law-under-precompression": ({"contact": Worn(), "precompression": 1.0}, "precompression", "Worn"),
@@ -341,7 +341,7 @@ def test_a_wrong_part_is_refused_with_its_rule(name: str) -> None:
     ("made", "impact", "part"),
     [
         (CHAIN, sw.Impact(velocity=1.0), "must be given, because a striker needs a finite chain"),
-        (chain(sw.Segment(), end=sw.Wall()), None, "must be at least 2 granules, a striker included (got 1)"),
+        (chain(sw.Segment(), end=sw.Wall()), None, "must be at least 2 granules, including a striker (got 1)"),
     ],
     ids=["endless", "single"],
 )

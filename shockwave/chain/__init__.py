@@ -1,4 +1,4 @@
-"""The chain of equal elastic spheres: material, contact law, scaled units, and its solitary wave."""
+"""Chains of elastic spheres: materials, segments, ends, contact laws, scaled units, and the solitary wave."""
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.material import Material

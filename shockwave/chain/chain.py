@@ -45,30 +45,31 @@ def _contact(value: Any) -> Any:
 
 @frozen(kw_only=True, init=False)
 class Chain:
-    """Elastic spheres in a row, by default equal, in contact without compression, and with both ends free.
+    """A row of elastic spheres; by default they are equal and touch without compression, and both ends are free.
 
     All features beyond equal spheres need a finite chain.
 
     Parameters
     ----------
     material : Material
-        Material of the granules that state none.
+        Default material of the granules.
     radius, diameter : float
-        Size of the granules that state none [m], above 0: one of them.
+        Default size of the granules [m], above 0; exactly one of the two must be given.
     granules : int or sequence of Segment and Cell, optional
-        Number of equal granules, at least 2, or the segments of the chain, struck end first. By default the chain is
-        semi-infinite.
+        Number of equal granules, at least 2, or the segments of the chain, starting at the struck end. By default the
+        chain is semi-infinite.
     end : Wall, optional
         Wall behind the last granule. By default the end is free.
     precompression : float
-        Static force on the first granule, but not on a striker, and on the last one if the end is free [N], default 0.
+        Static force on the first granule and, if the end is free, on the last one [N], default 0. It does not act on a
+        striker.
     gravity : float
-        Acceleration of gravity along the chain, towards the wall [m/s^2], default 0; it needs a wall. It does not act
+        Acceleration of gravity along the chain, towards the wall [m/s^2], default 0. It needs a wall and does not act
         on a striker.
     damping : KuwabaraKono, Dashpot or Tsuji, optional
         Damping at all contacts.
     contact : PowerContact or ContactLaw, optional
-        Contact law. By default Hertz's.
+        Contact law, by default Hertz's.
 
     Raises
     ------

@@ -18,11 +18,11 @@ class Pairs:
     Attributes
     ----------
     moduli : ndarray
-        E* [Pa], 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2; a rigid wall adds nothing.
+        E* [Pa], 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2; the term of a rigid wall is zero.
     radii : ndarray
-        R* [m], 1/R* = 1/R1 + 1/R2; for a flat, that of the granule.
+        R* [m], 1/R* = 1/R1 + 1/R2; at a flat wall, the radius of the granule.
     masses : ndarray
-        Reduced mass m1 m2/(m1 + m2) [kg]; for a fixed wall, that of the granule.
+        Reduced mass m1 m2/(m1 + m2) [kg]; at a fixed wall, the mass of the granule.
     stiffnesses : ndarray
         k of F = k d^p [N/m^p].
     exponent : float
@@ -37,29 +37,30 @@ class Pairs:
 
 
 class ContactLaw(ABC):
-    """The force between two granules in contact; base class of laws that plugins add.
+    """Base class of contact laws that plugins add: the force between two granules in contact.
 
     A law is an immutable attrs class (``attrs.frozen``). Its fields are the parameters of the ``contact`` block of a
-    scenario; declare numbers with `shockwave.fields.quantity`. The NumPy code steps it:
+    scenario; declare numbers with `shockwave.quantity`. Chains with such a law are integrated by the NumPy code,
+    under these rules:
 
     1. ``force(overlap, closing_velocity, state, pairs)`` returns the forces [N] at all contacts at once. ``overlap``
        [m] and ``closing_velocity`` [m/s], its derivative, have the shape (contacts,); ``pairs`` holds the properties of
        the contacts. All quantities are in SI units.
     2. The force is zero where the overlap is zero or negative. A negative force counts as zero: contacts never attract.
-    3. It is a continuous function of the overlap and the closing velocity, and has no other input: it neither changes
-       ``state`` nor remembers a call, because an integrator calls it many times in a step, and repeats steps.
+    3. The force is a continuous function of the overlap and the closing velocity. It must not change ``state`` or
+       depend on earlier calls, because an integrator calls it many times in a step, and repeats steps.
     4. ``state`` has the shape (states, contacts), with the class attribute ``states``, and is zero at first. It
        describes the history of the contacts, such as their greatest overlap, up to the last accepted step. The force
-       must also hold for overlaps beyond that history, as they occur within a step.
+       must also be valid for overlaps beyond this history, which occur within a step.
     5. ``update(overlap, closing_velocity, state, pairs)`` returns the state after an accepted step, from the overlaps
-       and velocities at its end, as a new array. The default returns ``state``. An update that changes the force at
-       that overlap and velocity adds or removes energy.
+       and velocities at its end, as a new array. By default it returns ``state``. An update that changes the force
+       at this overlap and velocity adds or removes energy.
 
-    Laws with velocity-dependent forces include their own damping. A law is not combined with ``damping``,
-    ``precompression`` or ``gravity``.
+    A law includes its own velocity-dependent forces. It cannot be combined with ``damping``, ``precompression`` or
+    ``gravity``.
     """
 
-    #: Numbers that describe the history of a contact.
+    #: Number of values that describe the history of a contact.
     states: int = 0
 
     @abstractmethod
@@ -73,7 +74,7 @@ class ContactLaw(ABC):
 
 @frozen(eq=False)
 class BoundLaw:
-    """A contact law with the contacts of a chain, in units of length, velocity and force [SI]."""
+    """A contact law and the contacts of a chain, in units of length [m], velocity [m/s] and force [N]."""
 
     law: ContactLaw
     pairs: Pairs

@@ -1,4 +1,4 @@
-"""Scenes of equal granules among all scenes: rules on chain and excitation, and features beyond equal granules."""
+"""Rules on chain and excitation, and features that methods for equal granules do not cover."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ def scene_faults(chain: Chain, excitation: object) -> list[Fault]:
         why = ", because a striker needs a finite chain" if struck else ""
         return [Fault("chain.granules", f"must be given{why} (got nothing)")]
     if chain.count + struck < 2:
-        return [Fault("chain.granules", "must be at least 2 granules, a striker included (got 1)")]
+        return [Fault("chain.granules", "must be at least 2 granules, including a striker (got 1)")]
     return []
 
 
 def reduced(chain: Chain) -> Chain | None:
-    """The chain as a number of equal granules with free ends; None if it has further features."""
+    """The chain as one of equal granules with free ends, given by their number; None if it has further features."""
     if chain.is_uniform:
         return chain
-    # one granule is no chain by itself
+    # a single granule is not a chain
     if chain.count == 1 or next(_further(chain), None) is not None:
         return None
     assert isinstance(chain.granules, Sequence)
@@ -45,7 +45,7 @@ def refusal(chain: Chain, excitation: object) -> list[Fault]:
 
 
 def covered(chain: Chain, excitation: object, method: str) -> Chain:
-    """The chain as a number of equal granules, for a ``method`` that covers no other.
+    """The chain as one of equal granules, given by their number, for a ``method`` that covers no others.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def covered(chain: Chain, excitation: object, method: str) -> Chain:
     faults = refusal(chain, excitation)
     equal = reduced(chain)
     if faults or equal is None:
-        rule = f"must be left out for {method}, which covers shocks on chains of equal granules with free ends"
+        rule = f"must be left out for {method}, which covers only shocks on chains of equal granules with free ends"
         problems = [Fault(fault.path, f"{rule} (got {fault.problem}; simulate instead)") for fault in faults]
         raise NotCoveredError(problems or [Fault("chain.granules", f"{rule} (got 1 granule)")])
     return equal

@@ -1,4 +1,4 @@
-"""Damping at contacts: a force in proportion to the closing velocity of the overlap."""
+"""Damping at contacts: a force proportional to the closing velocity."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _HALVINGS = 100
 
 
 class Damping(ABC):
-    """A force c d^q d' at each contact, added to the elastic force; the sum is never attractive."""
+    """A force c d^q d' at each contact, added to the elastic force; their sum is cut off at zero."""
 
     @abstractmethod
     def power(self, exponent: float) -> float:
-        """Exponent q, for an elastic force k d^p with p the ``exponent``."""
+        """Exponent q, for an elastic force k d^p with the ``exponent`` p."""
 
     @abstractmethod
     def coefficients(self, pairs: Pairs) -> FloatArray:
@@ -69,25 +69,25 @@ class Dashpot(Damping):
         return 0.0
 
     def coefficients(self, pairs: Pairs) -> FloatArray:
-        """The same at all contacts."""
+        """c, the same at all contacts."""
         return np.full(pairs.stiffnesses.shape, self.coefficient)
 
 
 @frozen(kw_only=True)
 class Tsuji(Damping):
-    """Damping of Tsuji, Tanaka and Ishida (1992), c d^(1/4) d': restitution does not depend on the velocity.
+    """Damping of Tsuji, Tanaka and Ishida (1992), c d^(1/4) d', with a restitution independent of the velocity.
 
     Parameters
     ----------
     restitution : float
         Coefficient of restitution of a collision of the two granules of a contact, above 0 and at most 1. A collision
-        ends where the total force vanishes.
+        ends when the total force vanishes.
     """
 
     restitution: float = quantity("", "coefficient of restitution", above=0, at_most=1)
 
     def power(self, exponent: float) -> float:
-        """q = 1/4; `Chain` refuses other elastic forces than Hertz's."""
+        """q = 1/4; `Chain` refuses elastic forces other than Hertz's."""
         return 0.25
 
     def coefficients(self, pairs: Pairs) -> FloatArray:
@@ -99,7 +99,7 @@ def tsuji_ratio(restitution: float) -> float:
     """Damping ratio z of Tsuji's force for a coefficient of restitution e.
 
     With w = d^(5/4), m d'' = -k d^(3/2) - c d^(1/4) d' becomes the equation of a linear oscillator with the damping
-    ratio z = c/sqrt(5 m k). Its collision ends where the total force, hence the acceleration, vanishes (Schwager and
+    ratio z = c/sqrt(5 m k). The collision ends when the total force, and hence the acceleration, vanishes (Schwager and
     Poeschel 2007, for the linear dashpot). With z = sin(a), ln e = -(pi - 2 a) tan(a); above z = 1, at e < exp(-2),
     z = cosh(b) and ln e = -2 b coth(b).
     """

@@ -22,9 +22,9 @@ _KEYS = {Taper: {"first": "from", "last": "to"}, Wall: {"material": "wall"}}
 
 
 def plain(part: Any, names: bool = True) -> Any:
-    """A chain, an impact or one of their parts as the block of a scenario, without default values.
+    """A chain, an impact or one of their parts in the form of a scenario block, without default values.
 
-    With ``names``, materials have their names and sources.
+    With ``names``, materials include their names and sources.
     """
     if isinstance(part, tuple):
         return [plain(one, names) for one in part]

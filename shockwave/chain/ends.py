@@ -24,17 +24,17 @@ class Wall:
     Parameters
     ----------
     material : Material, "same" or "rigid"
-        Material of the wall. ``same`` (default) is the material of the last granule, ``rigid`` an undeformable one.
+        Material of the wall: ``same`` (default) as that of the last granule, or ``rigid``, a wall that does not deform.
     mass : float, optional
         Mass of a movable wall [kg].
     stiffness, damping : float
-        Spring [N/m] and dashpot [N s/m] between a movable wall and the ground, default 0. A static load of the chain
-        is balanced by a constant force on the wall, so that the spring acts on displacements only.
+        Spring [N/m] and dashpot [N s/m] between a movable wall and the ground, default 0. A constant force on the wall
+        balances the static load of the chain, so that the spring acts on displacements only.
 
     Raises
     ------
     InvalidValueError
-        If a value is out of range, or a wall without a mass has a stiffness or a damping.
+        If a value is out of range, or a stiffness or a damping is given without a mass.
     """
 
     material: Material | Literal["same", "rigid"] = field(default="same", validator=_wall)

@@ -1,4 +1,4 @@
-"""Rules on the features of chains beyond equal spheres, and on their combination."""
+"""Rules on the features of chains beyond equal spheres, and on their combinations."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _TYPES: Mapping[str, tuple[Any, str]] = {
 
 
 def check_features(granules: Granules, **features: Any) -> None:
-    """Check the features of a chain, which are named as the arguments of `Chain`.
+    """Check the features of a chain, named as the arguments of `Chain`.
 
     Raises
     ------
@@ -60,9 +60,10 @@ def _of_pairs(granules: Granules, given: Mapping[str, Any]) -> Iterator[Fault]:
             yield Fault(f"granules{place}.gap", f"must be 0 under {' and '.join(static)} (got {segment.gap:g} m)")
     contact, damping = given.get("contact"), given.get("damping")
     if isinstance(contact, ContactLaw):
+        rule = f"must be left out for the contact law {type(contact).__name__}, which cannot be combined with it"
         for name in (*static, *(["damping"] if damping else [])):
-            yield Fault(name, f"must be left out for the contact law {type(contact).__name__}, which does not cover it")
+            yield Fault(name, rule)
     elif isinstance(damping, Tsuji) and contact is not None and contact.exponent != HERTZ:
-        rule = "must be dashpot or kuwabara-kono for a contact exponent other than 1.5, for which restitution"
+        rule = "must be dashpot or kuwabara-kono for a contact exponent other than 1.5, for which the restitution"
         got = f"got tsuji, exponent {contact.exponent:g}"
         yield Fault("damping.model", f"{rule} depends on the velocity ({got})")

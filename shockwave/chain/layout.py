@@ -25,7 +25,7 @@ STRIKER = -1
 
 @frozen(eq=False)
 class Layout:
-    """Granules and contacts of a finite chain, a striker included as granule 0.
+    """Granules and contacts of a finite chain; a striker is granule 0.
 
     Contact i lies between granules i and i + 1; the contact with a wall is the last one.
 
@@ -36,25 +36,25 @@ class Layout:
     materials : tuple of Material
         Material of each granule.
     segments : tuple of int
-        Index of the segment of each granule in ``Chain.granules``; -1 for a striker.
+        Index in ``Chain.granules`` of the segment of each granule; -1 for a striker.
     pairs : Pairs
         Properties of the contacts.
     static_forces : ndarray, shape (contacts,)
         Contact forces of precompression and gravity [N].
     overlaps : ndarray, shape (contacts,)
-        Initial overlaps [m]: static ones, or minus the gap.
+        Initial overlaps [m]: the static overlap, or minus the gap.
     damping_coefficients : ndarray, shape (contacts,)
         c of the damping force c d^q d' [N s/m^(q + 1)], zeros without damping.
     damping_power : float
         q.
     wall : Wall or None
-        The wall; its material is known.
+        The wall, with its material resolved.
     velocity : float
         Initial velocity of granule 0 [m/s], if it is a striker.
     striker : bool
         Whether granule 0 is a striker.
     law : BoundLaw or None
-        Contact law in place of the power law of ``pairs``.
+        Contact law that replaces the power law of ``pairs``.
     """
 
     masses: FloatArray

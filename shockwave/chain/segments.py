@@ -17,7 +17,7 @@ MOST_GRANULES = 1_000_000
 
 @frozen(kw_only=True)
 class Taper:
-    """Sizes that change evenly from the first granule of a segment to the last.
+    """Sizes that change uniformly from the first granule of a segment to the last.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Taper:
 
     @property
     def half(self) -> Taper:
-        """The taper of half the sizes: of radii, if this one is of diameters."""
+        """The taper with half the sizes: that of the radii, if this one is of diameters."""
         return Taper(first=self.first / 2, last=self.last / 2, spacing=self.spacing)
 
     def sizes(self, count: int) -> list[float]:
@@ -60,7 +60,7 @@ def _radius(value: Any) -> Any:
 
 @frozen(kw_only=True, init=False)
 class Segment:
-    """Consecutive granules of one material, of equal or of evenly changing size.
+    """Consecutive granules of one material, of equal or tapered size.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ class Cell:
     repeat : int
         Number of repetitions, at least 1.
     cell : sequence of Segment
-        The segments of one cell, struck end first.
+        The segments of one cell, starting at the struck end.
 
     Raises
     ------
@@ -156,7 +156,7 @@ def checked_segments(value: Sequence[Any]) -> tuple[Segment | Cell, ...]:
 
 
 def each_segment(parts: Sequence[Segment | Cell]) -> Iterator[tuple[str, Segment]]:
-    """Path below ``granules`` and segment, of every segment; those of a cell once."""
+    """Path below ``granules`` and the segment itself, for every segment; those of a cell once."""
     for index, part in enumerate(parts):
         if isinstance(part, Segment):
             yield f"[{index}]", part

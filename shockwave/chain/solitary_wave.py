@@ -1,4 +1,4 @@
-"""The solitary wave of a chain of equal spheres: its exact constants, and its properties in SI units.
+"""The solitary wave of a chain of equal spheres: its exact constants and its properties in SI units.
 
 In scaled units (mass, contact stiffness and peak force 1) the overlap r at a contact satisfies the fixed-point equation
 ``c^2 r = Tri * r^(3/2)``, where Tri is the unit triangle on [-1, 1] as a function of the granule number and * denotes

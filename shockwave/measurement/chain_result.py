@@ -33,7 +33,7 @@ class Transmitted(ContactPeak):
     Attributes
     ----------
     impulse : float
-        Integral of the total minus the static force from 0 to the end of the simulated time [N s].
+        Integral of the total force minus the static force, from 0 to the end of the simulated time [N s].
     """
 
     impulse: float
@@ -48,8 +48,9 @@ class SegmentEnergy:
     first, last : int
         Numbers of its first and its last granule.
     energy : float
-        Kinetic energy of its granules and elastic energy of their contacts [J], counted from the static state. A
-        contact between two segments counts half in each, the contact with the wall entirely in the last one.
+        Kinetic energy of its granules and elastic energy of their contacts [J], relative to the static state. Half of
+        the energy of a contact between two segments is assigned to each; that of the contact with the wall is assigned
+        to the last segment.
     """
 
     first: int
@@ -61,7 +62,8 @@ class SegmentEnergy:
 class ChainResult:
     """Result of a simulation of a chain beyond equal spheres, from 0 to the end of the simulated time.
 
-    There is no limit along such a chain, so that ``peak_force`` and ``amplification`` are None and ``waves`` is empty.
+    In general the leading wave has no limit in such a chain, so ``peak_force`` and ``amplification`` are None and
+    ``waves`` is empty.
     Two results are equal if scene, settings and computed values are equal.
 
     Attributes
@@ -73,12 +75,12 @@ class ChainResult:
     scene : ChainScene
         Summary of excitation and chain.
     contact_count : int
-        Number of contacts of the chain; the last one is with the wall, if there is one.
+        Number of contacts of the chain, including the contact with a wall, which is the last one.
     contacts : tuple of ContactPeak
         Greatest total force at each reported contact, in the order of the contacts; force and time are 0 at a contact
-        that never closes. The error estimates are relative to the dynamic part of the force.
+        that never closes. Error estimates are relative to the dynamic part of the force.
     greatest_force : ContactPeak
-        The greatest of the forces at all contacts.
+        Greatest force at any contact.
     transmitted : Transmitted or None
         Force on the wall; None if the end is free.
     end : float
@@ -88,19 +90,19 @@ class ChainResult:
     velocities : tuple of float
         Velocities of all granules at the end of the simulated time [m/s], the striker first.
     recoil_velocities, recoil_momentum : tuple of float or None, float or None
-        Velocities [m/s], first granule first, and total momentum [N s] of the granules at the struck end that fly
+        Velocities [m/s], first granule first, and total momentum [N s] of the granules at the struck end that move
         backwards at the end of the simulated time; None under precompression or gravity.
     spall_velocities : tuple of float or None
         Velocities of the granules that fly off the free end [m/s], last granule first; None with a wall or under
         precompression.
     restitution : float or None
         Coefficient of restitution of a striker that has rebounded: its velocity away from the chain's centre of mass
-        or, with a wall, away from the wall, over its velocity before the impact. None without a striker, or if it
-        still touches the first granule.
+        or, with a wall, away from the wall, divided by its velocity before the impact. None without a striker, or if
+        the striker still touches the first granule.
     applied_momentum, applied_energy : float
         Impulse and work of the shock, or momentum and energy of the striker [N s, J].
     dissipated_energy : float
-        Energy that the damping of contacts and of the wall has dissipated [J].
+        Energy dissipated by the damping of contacts and of the wall [J].
     segments : tuple of SegmentEnergy
         Energy in each segment at the end of the simulated time; a striker is a segment of its own.
     end_energy : float or None
@@ -108,12 +110,13 @@ class ChainResult:
     yielding : Yielding or None
         First yield of the contacts; None if no yield strength is known.
     momentum_defect : float
-        Momentum of the granules compared with the applied momentum less the impulse on the wall, relative to the
-        applied momentum.
+        Difference between the momentum of the granules and the applied momentum minus the impulse on the wall,
+        relative to the applied momentum.
     energy_defect : float
-        Energy of the chain and dissipated energy compared with the applied energy, relative.
+        Difference between the sum of chain energy and dissipated energy and the applied energy, relative to the applied
+        energy.
     characteristic_time : float
-        Time in which the errors of the times of the forces are measured [s].
+        Unit of time in which the tolerance of the times of peak forces is stated [s].
     cost : Cost
         Cost of all runs.
     warnings : tuple of str
@@ -155,7 +158,7 @@ class ChainResult:
     on_demand: Callable[..., Any] = field(eq=False, repr=False)
     scenario: str | None = None
 
-    #: The limit along an endless chain of equal granules, which does not exist here.
+    #: The limit of the leading wave in a semi-infinite chain of equal granules, which does not exist here.
     peak_force: None = field(default=None, init=False, repr=False)
     amplification: None = field(default=None, init=False, repr=False)
     waves: tuple[()] = field(default=(), init=False, repr=False)
@@ -167,7 +170,7 @@ class ChainResult:
 
     @property
     def ejected_granules(self) -> int | None:
-        """Number of granules that fly backwards at the struck end; None under precompression or gravity."""
+        """Number of granules that move backwards at the struck end; None under precompression or gravity."""
         return None if self.recoil_velocities is None else len(self.recoil_velocities)
 
     @property

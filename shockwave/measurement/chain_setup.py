@@ -41,7 +41,7 @@ class ChainSetup:
     layout : Layout
         Masses, stiffnesses and static forces in SI units.
     scales : Scales
-        Units of ``assembly``; its mass and contact stiffness are medians of the chain's.
+        Units of ``assembly``; their mass and contact stiffness are the medians in the chain.
     assembly : Assembly
         The scaled problem.
     options : SimulateOptions
@@ -84,7 +84,7 @@ class ChainSetup:
 
     @property
     def granules(self) -> int:
-        """Number of granules, a striker included."""
+        """Number of granules, including a striker."""
         return len(self.layout.masses)
 
     @property
@@ -115,7 +115,7 @@ def _compiled(backend: str) -> ModuleType | None:
 
 
 def _reported(options: SimulateOptions, contacts: int) -> npt.NDArray[np.intp]:
-    """The requested contacts, or all of them, evenly chosen if there are many."""
+    """The requested contacts; by default all of them or, in a long chain, evenly spaced ones."""
     if not options.contacts:
         return np.round(np.linspace(0, contacts - 1, min(contacts, MOST_REPORTED))).astype(np.intp)
     if options.contacts[-1] >= contacts:
@@ -127,8 +127,8 @@ def _reported(options: SimulateOptions, contacts: int) -> npt.NDArray[np.intp]:
 def _scales(layout: Layout, excitation: Shock | Impact, chain: Chain) -> Scales:
     """Units in which a typical granule, a typical contact and the force on it are about 1.
 
-    The force of a shock is its peak force or, for a short shock, approximately that of its wave; the force of a
-    striker is that which stops a granule of its velocity.
+    The unit of force is the peak force of the shock or, for a short shock, approximately that of its wave; for a
+    striker it is the force that stops a granule of the same velocity.
     """
     power = layout.exponent
     mass, stiffness = float(np.median(layout.masses)), float(np.median(layout.stiffnesses))

@@ -29,13 +29,16 @@ from shockwave.scene_summary import ChainScene
 from shockwave.simulation.assembly import Motion
 from shockwave.simulation.time_limit import time_limit
 
-# Computing time of the forces at the contacts of equal granules, for the square of their number and each characteristic
-# time of the shock, at least these [s]; its factor for NumPy; and the longest without being asked for [s].
+# Computing time of the forces at the contacts of equal granules, per squared number of granules and per characteristic
+# time of the duration of the shock [s].
 _PAIR_SECONDS = 1.7e-7
+# Least duration for which this time is counted [characteristic times].
 _LEAST_DURATION = 1.5
+# Factor of this time for NumPy.
 _NUMPY = 40.0
+# Longest computing time of the forces without a timeout or an end of the simulated time [s].
 _MOST_SECONDS = 25.0
-# Least velocity of a granule that flies off, over that of the fastest granule.
+# Least velocity of a granule that flies off, relative to the fastest granule.
 _EJECTED = 1e-3
 
 
@@ -109,7 +112,7 @@ def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], Co
         seconds = _PAIR_SECONDS * (_NUMPY if result.backend == "numpy" else 1) * duration * granules * granules
         if seconds > _MOST_SECONDS:
             took = f"the integration of {granules} granules would take about {seconds:.0f} s or more"
-            raise NumericalError(f"{took} (give until or a timeout to integrate all the same)")
+            raise NumericalError(f"{took} (set until or a timeout to integrate all the same)")
     # the integrator of the waves may be unable to step this chain, or have a fixed step
     options = evolve(options, integrator=None, step=None)
     runs = runs_of(ChainSetup.of(options, result.shock, result.chain))
@@ -120,7 +123,7 @@ def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], Co
 
 
 def _missed(runs: Runs) -> list[str]:
-    """Warning if a shown force does not meet the tolerance."""
+    """Warning if a reported force does not meet the tolerance."""
     if not runs.missed:
         return []
     judged = runs.case.judged(runs.motion.forces)
@@ -150,7 +153,7 @@ def _apart(case: ChainSetup, motion: Motion) -> npt.NDArray[np.bool_]:
 
 
 def _flying(outwards: FloatArray, apart: npt.NDArray[np.bool_]) -> FloatArray:
-    """Velocities of the granules that fly off an end, from there inwards, of ``outwards`` of all granules."""
+    """Velocities of the granules that fly off an end, outermost first, from the outward velocities of all granules."""
     free = len(outwards) if apart.all() else int(np.argmin(apart))
     slow = outwards[:free] <= _EJECTED * np.abs(outwards).max()
     return outwards[: int(np.argmax(slow)) if slow.any() else free]
@@ -166,7 +169,7 @@ def _restitution(case: ChainSetup, velocities: FloatArray, apart: bool) -> float
 
 
 def _yielding(case: ChainSetup, motion: Motion) -> Yielding | None:
-    """First yield by the softer material of each contact, where the yield strength is known."""
+    """First yield in the weaker material of each contact, where a yield strength is known."""
     layout = case.layout
     known = [math.inf if each.yield_strength is None else each.yield_strength for each in layout.materials]
     if layout.wall is not None:

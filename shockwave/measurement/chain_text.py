@@ -13,13 +13,13 @@ from shockwave.text import facts, is_wide, limits, notes, si, strong, table
 _Item = TypeVar("_Item")
 _CONTACTS = ("contact", "greatest force", "time", "error")
 _ENERGIES = ("granules", "energy", "share")
-# Most rows of a table that is not wide.
+# Largest number of rows of a table that is not wide.
 _MOST_ROWS = 16
 _TIME_DIGITS = 5
 
 
 def chain_text(result: ChainResult) -> str:
-    """The greatest force with its place, time and error, the force on the wall, the contacts, balances and cost."""
+    """The greatest force with its contact, time and error, the force on the wall, all contacts, balances and cost."""
     name = f"{result.scenario}: " if result.scenario else ""
     lines = [
         strong(f"{name}{chain_lead(result)}"),
@@ -53,19 +53,19 @@ def chain_answer(result: ChainResult) -> Iterator[tuple[str, str]]:
     if result.restitution is not None:
         yield "restitution", f"{result.restitution:.5g} (of the striker)"
     if result.recoil_velocities is not None:
-        yield "rebounding", f"granules that fly backwards: {_speeds(result.recoil_velocities, 'the first')}"
+        yield "rebounding", f"granules that move backwards: {_speeds(result.recoil_velocities, 'the first')}"
     if result.spall_velocities is not None:
         yield "free end", f"granules that fly off: {_speeds(result.spall_velocities, 'the last granule')}"
     if result.yielding is not None:
         force, ratio = si(result.yielding.first_yield_force, "N", 4), result.yielding.peak_ratio
-        yield "first yield", f"at {force}; the greatest ratio of a peak force to it is {ratio:.4g}"
+        yield "first yield", f"at {force}; largest ratio of a peak force to the force of first yield {ratio:.4g}"
     arrival = result.arrival_time
     wave = "does not reach the end" if arrival is None else f"arrives at {si(arrival, 's', _TIME_DIGITS)}"
     yield "simulated", f"to {si(result.end, 's', _TIME_DIGITS)}; the leading wave {wave}"
 
 
 def chain_balances(result: ChainResult) -> Iterator[tuple[str, str]]:
-    """Labels and texts of momentum and energy."""
+    """Labels and texts of momentum, energy and their balances."""
     yield "applied", f"momentum {si(result.applied_momentum, 'N s')}, energy {si(result.applied_energy, 'J')}"
     if result.dissipated_energy:
         share = result.dissipated_energy / result.applied_energy
@@ -84,7 +84,7 @@ def span(segment: SegmentEnergy) -> str:
 
 
 def chosen(items: Sequence[_Item]) -> Sequence[_Item]:
-    """All items on a wide screen, else the first, the last, and evenly chosen ones between them."""
+    """All items on a wide screen, otherwise the first, the last, and evenly spaced ones between them."""
     last = len(items) - 1
     if is_wide() or last < _MOST_ROWS:
         return items
@@ -92,7 +92,7 @@ def chosen(items: Sequence[_Item]) -> Sequence[_Item]:
 
 
 def _shortened(header: Sequence[str], items: Sequence[_Item], row: Callable[[_Item], Sequence[str]]) -> str:
-    """A table of the `chosen` items, and their number if these are not all."""
+    """A table of the `chosen` items, and their number if some are omitted."""
     shown = chosen(items)
     note = f"\n  ({len(shown)} of {len(items)} rows; --wide shows all)" if len(shown) < len(items) else ""
     return table(header, map(row, shown)) + note

@@ -31,7 +31,7 @@ def _keys(cls: type) -> dict[str, Key]:
 _MATERIAL = Key("material", kind="materials", meaning="a name or a mapping; by default that of the chain")
 _DIAMETER = Quantity("m", "diameter of the granules", **SIZES)
 _RADIUS = evolve(_keys(Segment)["radius"], instead_of=("diameter",))
-#: Keys of a taper, which takes the place of a single size.
+#: Keys of a taper, which replaces a single size.
 TAPER = (
     Key("from", required=True, spec=_keys(Taper)["first"].spec),
     Key("to", required=True, spec=_keys(Taper)["last"].spec),
@@ -59,7 +59,7 @@ IMPACT = (
 )
 #: Key of a block that names a contact law or a damping.
 MODEL = Key("model", required=True, annotation=str, meaning="a name from `shockwave list contacts`")
-#: Block -> the text in ``takes`` of the entries that it names.
+#: Block -> value of ``takes`` of the registry entries that it accepts.
 LAWS = {"damping": "damping", "contact": ""}
 
 
@@ -125,7 +125,7 @@ def law(block: str, given: Any) -> Any:
         return None
     name = given.get("model") if isinstance(given, dict) else None
     if name is None and block == "contact" and isinstance(given, dict):
-        # the law whose parameters need no name
+        # the law that needs no name
         return _made(load("contacts", "power-law"), given, keys_of(load("contacts", "power-law")))
     known = models(block)
     if isinstance(given, dict) and isinstance(name, str):
@@ -142,7 +142,7 @@ def law(block: str, given: Any) -> Any:
 
 
 def models(block: str) -> list[str]:
-    """Names that the ``block`` damping or contact takes."""
+    """Names that the ``block`` damping or contact accepts."""
     return [entry.name for entry in entries("contacts") if entry.takes == LAWS[block]]
 
 
