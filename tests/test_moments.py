@@ -223,6 +223,8 @@ def test_compiled_code_refuses_buffers_that_do_not_fit() -> None:
             compiled.gauss(*given)
     with pytest.raises(ValueError, match="buffers do not fit"):
         compiled.law(ten, ten, np.ones(1), nine, 1, 1.0, 1.0, 1.0, 1.0, False)
+    with pytest.raises(ValueError, match="buffers do not fit"):
+        compiled.gauss(ten, ten, ten, ten, 2**61)
 
 
 def fine(profile: sw.ShockProfile) -> tuple[FloatArray, FloatArray]:

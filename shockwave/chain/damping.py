@@ -38,10 +38,10 @@ class KuwabaraKono(Damping):
     Parameters
     ----------
     time : float
-        A [s], a property of the materials, above 0.
+        A [s], a property of the materials, at least 0.
     """
 
-    time: float = quantity("s", "viscous time A of Kuwabara and Kono", above=0)
+    time: float = quantity("s", "viscous time A of Kuwabara and Kono", at_least=0)
 
     def power(self, exponent: float) -> float:
         """q = p - 1."""
@@ -59,10 +59,10 @@ class Dashpot(Damping):
     Parameters
     ----------
     coefficient : float
-        c [N s/m], above 0.
+        c [N s/m], at least 0.
     """
 
-    coefficient: float = quantity("N*s/m", "coefficient c of the dashpot", above=0)
+    coefficient: float = quantity("N*s/m", "coefficient c of the dashpot", at_least=0)
 
     def power(self, exponent: float) -> float:
         """q = 0."""

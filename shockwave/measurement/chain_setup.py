@@ -26,6 +26,9 @@ from shockwave.simulation.backend import chosen
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.problem import ChainProblem
 
+# Least simulated time over the rise time: earlier, the free-particle displacement loses its digits in rounding.
+_LEAST_TIME = 0.01
+
 #: Largest number of contacts that are reported unless they are requested.
 MOST_REPORTED = 1000
 
@@ -95,8 +98,14 @@ class ChainSetup:
     @property
     def until(self) -> float | None:
         """Requested end of the simulated time, scaled."""
-        until = self.options.until
-        return None if until is None else until / self.scales.time
+        until, force = self.options.until, self.assembly.force
+        if until is None:
+            return None
+        if force is not None and until < _LEAST_TIME * force.rise_time * self.scales.time:
+            least = _LEAST_TIME * force.rise_time * self.scales.time
+            problem = f"must be at least {least:g} s, a hundredth of the rise time (got {until:g} s)"
+            raise InvalidValueError.of("until", problem)
+        return until / self.scales.time
 
     @property
     def rtol(self) -> float:

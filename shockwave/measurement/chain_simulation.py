@@ -80,7 +80,7 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
         arrival_time=None if motion.arrival is None else motion.arrival * scales.time,
         velocities=tuple(velocities.tolist()),
         recoil_velocities=None if rebounding is None else tuple((-rebounding).tolist()),
-        recoil_momentum=None if rebounding is None else -math.fsum(masses[: len(rebounding)] * rebounding),
+        recoil_momentum=None if rebounding is None else 0.0 - math.fsum(masses[: len(rebounding)] * rebounding),
         spall_velocities=None if spalls is None else tuple(spalls.tolist()),
         restitution=_restitution(case, velocities, bool(apart[0])),
         applied_momentum=momentum * scales.momentum,

@@ -130,7 +130,8 @@ def _errors(case: ChainSetup, coarse: Motion, fine: Motion, tolerance: float) ->
     near = 2 * _NEIGHBOURS + 1
     changes = sliding_window_view(np.pad(np.abs(dynamic - coarse.dynamic_forces), _NEIGHBOURS), near)
     bases = np.maximum(sliding_window_view(np.pad(base, _NEIGHBOURS), near), base[:, None])
-    errors = ESTIMATE_FACTOR * (changes / bases).max(axis=1) + tolerance + _ROUNDING * forces / base
+    own = tolerance + (0.0 if case.assembly.force is None else case.assembly.force.path.error)
+    errors = ESTIMATE_FACTOR * (changes / bases).max(axis=1) + own + _ROUNDING * forces / base
     errors[forces <= 0] = 0.0
     judged = case.judged(forces)
     late = np.abs(fine.force_times - coarse.force_times)[judged]

@@ -394,7 +394,8 @@ static int buffers_of(PyObject *args, long rows, int count, int writable, long *
     for (i = 0; i < count; i++) {
         const int flags = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (i >= count - writable ? PyBUF_WRITABLE : 0);
         if (PyObject_GetBuffer(PyTuple_GetItem(args, i), views + i, flags) < 0) break;
-        ok = ok && views[i].format && !strcmp(views[i].format, "d") && rows > 0 && views[i].len % (rows * unit) == 0;
+        ok = ok && views[i].format && !strcmp(views[i].format, "d") && rows > 0 && rows <= PY_SSIZE_T_MAX / unit
+            && views[i].len % (rows * unit) == 0;
         if (ok && !columns[i]) columns[i] = (long)(views[i].len / (rows * unit));
         ok = ok && columns[i] > 0 && views[i].len == rows * unit * columns[i];
     }

@@ -111,7 +111,8 @@ def end(given: Any) -> Wall | None:
     if given in (None, "free"):
         return None
     if not isinstance(given, dict):
-        raise ValueError(f"must be free, or a mapping of {', '.join(key.name for key in END)} (got {text_of(given)})")
+        keys = ", ".join(key.name for key in END)
+        raise ValueError(f"must be free, or a mapping of {keys} (got {text_of(given)}; for a wall, {{wall: same}})")
     return _made(Wall, given, END, {"wall": _wall}, {"wall": "material"})
 
 

@@ -369,7 +369,8 @@ def _check(job: Job) -> None:
         " use a shorter chain, or loosen the tolerance)",
         Status.FAILED: f"the step size vanishes {at} (the ratios of masses or stiffnesses are too large, or the damping"
         " is too strong)",
-        Status.RUNNING: f"the time limit was reached {at} (allow more, or loosen the tolerance)",
+        Status.RUNNING: f"the time limit was reached {at} (allow more, loosen the tolerance, or simulate a shorter time"
+        " with until)",
     }
     if status in reasons:
         raise NumericalError(reasons[status])

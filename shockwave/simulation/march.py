@@ -101,7 +101,9 @@ def free_granules(x: FloatArray, v: FloatArray) -> int:
 def overdue(time: float) -> NumericalError:
     """Error for an integration that has come to ``time`` when the time limit is reached."""
     at = f"at {time:.4g} characteristic times of the wave"
-    return NumericalError(f"the time limit was reached {at} (allow more, or loosen the tolerance)")
+    return NumericalError(
+        f"the time limit was reached {at} (allow more, loosen the tolerance, or shorten the simulated time)"
+    )
 
 
 @frozen(eq=False)
