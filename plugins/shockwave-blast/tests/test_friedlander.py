@@ -104,9 +104,12 @@ def test_the_default_rise_meets_all_conditions(b: float) -> None:
     found = conditions(profile.areas(), profile.duration_ratio)
     assert [condition.holds for condition in found] == [True, True, True]
     area = decay_area(b)
-    # By the docstring's table; 999/2 - 999 area is a difference of hundreds. Equality within 1e-9 n is a margin of 0.
+    # By the docstring's table; 999/2 - 999 area is a difference of hundreds.
+    # Equality within 1e-9 n is a margin of 0.
     last = 999 * (0.5 - area)
-    assert [c.margin for c in found] == pytest.approx([999 * area - 0.5, 0.0, last if last > 1e-6 else 0.0], abs=1e-12)
+    assert [c.margin for c in found] == pytest.approx(
+        [999 * area - 0.5, 0.0, last if last > 1e-6 else 0.0], abs=1e-12
+    )
     assert found[0].margin > 9.39
 
 
