@@ -40,6 +40,8 @@ _SCAN_POINTS = 150
 NOTHING_LEFT = 1e-12
 #: Coefficient alpha of the later waves of a shock with the decay of a triangle, (5i).
 LATER_ALPHA = (8 - math.sqrt(2)) / 4
+#: Least ratio of the peak forces of a later wave and the leading wave that is no rounding error.
+ABOVE_ROUNDING = 1 + 1e-9
 #: Warnings.
 CONTRADICTION = (
     "The peak force of the leading wave by (5h) is above that of the shock, in contradiction to (5e): the added"
@@ -146,7 +148,7 @@ def _train(shock: ScaledShock, settings: Settings, relation: Relation, trace: tu
         warnings.append(ENTIRE)
     later = _later_waves(shock, settings.wave_threshold * primary, end)
     highest = max(later, default=0.0)
-    if highest > primary:
+    if highest > ABOVE_ROUNDING * primary:
         warnings.append(STRONGER)
     if len(later) == MOST_WAVES:
         warnings.append(MANY)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from shockwave.numerics import newton_roots
 from shockwave.prediction.model_interface import Model, Peaks, Settings, Shocks, one_by_one
 from shockwave.prediction.section4 import (
+    ABOVE_ROUNDING,
     CONTRADICTION,
     ENTIRE,
     LATER_ALPHA,
@@ -72,7 +73,11 @@ def _of_powers(
         if settings.wave_threshold < math.inf:
             later = LATER_ALPHA - deviation[own]
             waves[own], highest = trains.later(later, settings.wave_threshold * amplification[own], end)
-        cases = (end >= n[own] * rise_times[own], highest > amplification[own], waves[own] > MOST_WAVES)
+        cases = (
+            end >= n[own] * rise_times[own],
+            highest > ABOVE_ROUNDING * amplification[own],
+            waves[own] > MOST_WAVES,
+        )
         for case, sentence in zip(cases, (ENTIRE, STRONGER, MANY), strict=True):
             for index in own[case].tolist():
                 notes.setdefault(index, []).append(sentence)
