@@ -56,7 +56,7 @@ _OUTGROWN = 1e-3
 # longer shocks are too similar to be separated there.
 _WORTHWHILE = 60.0
 
-# A `ChainResult` for a chain beyond equal spheres; typed so that other callers need not tell the two apart.
+# A `ChainResult` for a chain beyond equal spheres; typed so that other callers need not distinguish the two.
 _Result: TypeAlias = SimulationResult | Any
 _Outcome: TypeAlias = _Result | ShockwaveError
 
