@@ -26,6 +26,8 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.errors import UnknownNameError as UnknownNameError
     from shockwave.errors import UsageError as UsageError
     from shockwave.fields import quantity as quantity
+    from shockwave.limit import Limit as Limit
+    from shockwave.limit import Verdict as Verdict
     from shockwave.measurement.chain_result import ChainResult as ChainResult
     from shockwave.measurement.result import SimulationResult as SimulationResult
     from shockwave.measurement.simulate import simulate as simulate

@@ -24,6 +24,7 @@ from selection import keeping
 from shockwave import built_ins, cli, registry
 from shockwave.cli.parser import KINDS, parser
 from shockwave.fields import quantity_of
+from shockwave.limit import Limit
 from shockwave.options import SimulateOptions
 from shockwave.scenario import block_keys as keys
 from shockwave.scenario import chain_blocks
@@ -158,6 +159,7 @@ KEYS = {
     "tabulated": keys.parameters_of("tabulated", sw.Tabulated),
     "predict": keys.keys_of(sw.Predictor),
     "simulate": keys.keys_of(SimulateOptions),
+    "limit": keys.keys_of(Limit),
     "published": keys.keys_of(Published),
 }
 

@@ -177,10 +177,11 @@ def test_commented_lines_of_a_template_are_valid(tmp_path: Path) -> None:
         _without_features(template()).replace("material: paper-steel", "").replace("\n  # material:", "\n  material:")
     )
     text = text.replace("\n  #   ", "\n    ").replace("\n#   ", "\n  ")
-    for key in ("published", "sweep", "uncertainty", "  granules", "  quadrature"):
+    for key in ("limit", "published", "sweep", "uncertainty", "  granules", "  quadrature"):
         text = text.replace(f"\n{key.replace('  ', '  # ') if key[0] == ' ' else f'# {key}'}", f"\n{key}")
     scenario = _load(tmp_path, text)
     assert (scenario.chain.granules, scenario.predictor.quadrature) == (200, "tanh-sinh")
+    assert scenario.limit == sw.Limit(force=60.0)
     assert scenario.published is not None
     assert scenario.sweep is not None
     assert scenario.sweep.shape == (10, 2, 2, 2)

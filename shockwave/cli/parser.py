@@ -8,6 +8,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from shockwave import __version__
+from shockwave.errors import InvalidValueError
+from shockwave.limit import Limit
+from shockwave.scenario.units import to_si
 
 KINDS = ("profiles", "integrators", "backends", "quadratures", "materials", "models", "contacts", "plugins")
 _EXITS = "exit status: 0 success; 1 a run failed; 2 wrong usage; 3 invalid scenario; 4 faulty plugin; 5 file access"
@@ -52,6 +55,15 @@ def _contacts(text: str) -> tuple[int, ...]:
     return contacts
 
 
+def _limit(text: str) -> Limit:
+    try:
+        return Limit(force=to_si(text, "N"))
+    except InvalidValueError as error:
+        raise argparse.ArgumentTypeError(error.faults[0].problem) from None
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
 # ---------------------------------------------------------------- commands and options
 
 _BACKENDS = ("auto", "compiled", "numpy")
@@ -66,6 +78,7 @@ _FILES = (["files"], {"nargs": "+", **_FILE[1]})
 _FORCE_RTOL = _option(
     "--rtol RTOL", "relative tolerance of a peak force (default: 1e-4)", type=_number(1e-7, 1e-2), default=1e-4
 )
+_LIMIT = _option("--limit FORCE", "limit of the force that leaves the chain, such as '60 N'", type=_limit)
 #: These override the keys of the scenario's ``simulate`` block.
 _SIMULATE = [
     _option("--rtol RTOL", "relative tolerance, for adaptive methods", type=_number(1e-13, 1e-2)),
@@ -76,6 +89,7 @@ _SIMULATE = [
     _option("--primary", "measure the leading wave only, not the whole train"),
     _option("--timeout SECONDS", "maximum computing time (default: no limit)", type=_number(1e-3, 1e9)),
 ]
+_SIMULATED = [_FILES, _JSON, _LIMIT, *_SIMULATE]
 _CURVE = [
     _FORCE_RTOL,
     _option(
@@ -150,11 +164,11 @@ _WITHOUT_TABLES = ("validate", "report", "plot", "new", "schema")
 # fmt: off
 #: Name, address of the function below `shockwave.cli`, summary, options.
 _COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
-    ("predict", "scenario_commands:predict", "predict the waves that a shock generates", [_FILES, _JSON]),
-    ("simulate", "scenario_commands:simulate", "simulate the motion, measure the waves", [_FILES, _JSON, *_SIMULATE]),
-    ("compare", "scenario_commands:compare", "compare prediction and simulation", [_FILES, _JSON, *_SIMULATE]),
+    ("predict", "scenario_commands:predict", "predict the waves that a shock generates", [_FILES, _JSON, _LIMIT]),
+    ("simulate", "scenario_commands:simulate", "simulate the motion, measure the waves", _SIMULATED),
+    ("compare", "scenario_commands:compare", "compare prediction and simulation", _SIMULATED),
     ("validate", "scenario_commands:validate", "check scenario files and report all errors", [_FILES, _JSON]),
-    ("report", "scenario_commands:report", "write a page on a scenario, with pictures", [_FILE, _OUTPUT]),
+    ("report", "scenario_commands:report", "write a page on a scenario, with pictures", [_FILE, _LIMIT, _OUTPUT]),
     ("curve", "scenario_commands:curve", "amplification as a function of the rise time", [_FILE, *_CURVE]),
     ("sweep", "sweep:sweep", "run or resume all cases of a sweep", [*_SWEEP, _JSON]),
     ("plot", "plot:plot", "plot the results of a sweep as lines or as a map", _PLOT),

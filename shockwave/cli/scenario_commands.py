@@ -12,6 +12,7 @@ from attrs import asdict, evolve
 from shockwave.cli.output import check_output, failure, json_text, written
 from shockwave.errors import Fault, ShockwaveError, UsageError
 from shockwave.files import refuse_inputs
+from shockwave.limit import Limit
 from shockwave.progress import counted
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Scenario
@@ -96,7 +97,8 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
 def predict(options: Namespace) -> int:
     def one(scenario: Scenario) -> Any:
         scenario = scenario.covered_by(scenario.predictor.name)
-        return evolve(scenario.predictor.predict(scenario.shock, scenario.chain), scenario=scenario.name)
+        outcome = scenario.predictor.predict(scenario.shock, scenario.chain)
+        return evolve(outcome, scenario=scenario.name, limit=_limit(options, scenario))
 
     return _run(options, one, _outcome_row)
 
@@ -106,7 +108,7 @@ def simulate(options: Namespace) -> int:
 
     def one(scenario: Scenario) -> Any:
         result = simulate_with(_settings(options, scenario), scenario.excitation, scenario.chain)
-        return evolve(result, scenario=scenario.name)
+        return evolve(result, scenario=scenario.name, limit=_limit(options, scenario))
 
     return _run(options, one, _simulation_row)
 
@@ -116,8 +118,9 @@ def compare(options: Namespace) -> int:
 
     def one(scenario: Scenario) -> Any:
         found = compared(scenario.excitation, scenario.chain, scenario.predictor, _settings(options, scenario))
-        predicted = found.predicted and evolve(found.predicted, scenario=scenario.name)
-        simulated = evolve(found.simulated, scenario=scenario.name)
+        limit = _limit(options, scenario)
+        predicted = found.predicted and evolve(found.predicted, scenario=scenario.name, limit=limit)
+        simulated = evolve(found.simulated, scenario=scenario.name, limit=limit)
         return evolve(found, predicted=predicted, simulated=simulated, published=scenario.published)
 
     return _run(options, one, _comparison_row, _LEGEND)
@@ -133,6 +136,12 @@ def _settings(options: Namespace, scenario: Scenario) -> SimulateOptions:
     if "integrator" in given:
         given = {"rtol": None, "step": None} | given
     return evolve(scenario.simulate, **given)
+
+
+def _limit(options: Namespace, scenario: Scenario) -> Limit | None:
+    """The scenario's limit, or that of the command line in its place."""
+    given: Limit | None = options.limit
+    return given or scenario.limit
 
 
 def validate(options: Namespace) -> int:
@@ -161,6 +170,7 @@ def report(options: Namespace) -> int:
 
     (scenario,) = loaded([options.file], output=options.output)
     figure()  # what the page needs is looked for before anything is computed
+    scenario = evolve(scenario, limit=_limit(options, scenario))
     found = findings(scenario)
     for failed in found.failures:
         print(f"{options.file}: {failed}", file=sys.stderr)
@@ -231,6 +241,7 @@ def _table(rows: Sequence[_Row], results: Sequence[Any], legend: str) -> str:
 def _outcome_row(outcome: Outcome) -> _Row:
     return {
         "scenario": outcome.scenario or "-",
+        **_verdict_cell(outcome),
         **_estimate_cells(outcome),
         outcome.model: si(outcome.peak_force, "N", error=outcome.shown_error),
         "expected error": range_text(outcome.expected_error),
@@ -242,7 +253,7 @@ def _outcome_row(outcome: Outcome) -> _Row:
 
 
 def _estimate_cells(outcome: Outcome) -> _Row:
-    from shockwave.prediction.outcome import estimate_figures
+    from shockwave.prediction.outcome_text import estimate_figures
 
     if outcome.estimate is None:
         return {"estimate": "not known", "range": "-"}
@@ -256,6 +267,7 @@ def _simulation_row(result: SimulationResult | ChainResult) -> _Row:
     error = result.error_estimate
     return {
         "scenario": result.scenario or "-",
+        **_verdict_cell(result),
         **_greatest_cell(result),
         "peak force": si(result.peak_force, "N", error=error),
         "error": f"{error:.0e}",
@@ -270,6 +282,7 @@ def _chain_row(result: ChainResult) -> _Row:
     top, wall = result.greatest_force, result.transmitted
     row = {
         "scenario": result.scenario or "-",
+        **_verdict_cell(result),
         "greatest force": si(top.peak_force, "N", error=top.error_estimate),
         "error": f"{top.error_estimate:.0e}",
     }
@@ -290,6 +303,7 @@ def _comparison_row(both: Comparison) -> _Row:
         return row | {"simulation error": row.pop("error")}
     row = {
         "scenario": predicted.scenario or "-",
+        **_verdict_cell(both),
         **_greatest_cell(simulated),
         "simulated": si(simulated.peak_force, "N", error=simulated.error_estimate),
         **_estimate_cells(predicted),
@@ -316,6 +330,12 @@ def _greatest_cell(result: SimulationResult) -> _Row:
 
     text = greatest_text(result)
     return {"greatest force": text.partition(" at ")[0]} if text else {}
+
+
+def _verdict_cell(result: Any) -> _Row:
+    """The decision on the limit, if there is one."""
+    found = result.verdict
+    return {} if found is None else {"verdict": found.decision if found.decision == "below" else alarm(found.decision)}
 
 
 def _wave_count(result: SimulationResult) -> str:

@@ -10,7 +10,8 @@ from attrs import field, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.errors import NumericalError
-from shockwave.measurement.contact_peaks import ContactPeak, Yielding
+from shockwave.limit import LAST, WALL, Limit, Verdict, plain_verdict, verdict
+from shockwave.measurement.contact_peaks import ContactPeak, Yielding, last_force
 from shockwave.measurement.recording import Recording, plain
 from shockwave.measurement.result import Cost
 from shockwave.options import SimulateOptions
@@ -81,6 +82,8 @@ class ChainResult:
         that never closes. Error estimates are relative to the dynamic part of the force.
     greatest_force : ContactPeak
         Greatest force at any contact.
+    last_contact : ContactPeak
+        Greatest force at the last contact, which is that with the wall if there is one.
     transmitted : Transmitted or None
         Force on the wall; None if the end is free.
     end : float
@@ -125,6 +128,8 @@ class ChainResult:
         Function that computes the ``recording`` when it is accessed.
     scenario : str or None
         Name of the scenario, if there is one.
+    limit : Limit or None
+        Limit of the force that leaves the chain.
     """
 
     excitation: Any
@@ -136,6 +141,7 @@ class ChainResult:
     contact_count: int
     contacts: tuple[ContactPeak, ...]
     greatest_force: ContactPeak
+    last_contact: ContactPeak
     transmitted: Transmitted | None
     end: float
     arrival_time: float | None
@@ -157,6 +163,7 @@ class ChainResult:
     warnings: tuple[str, ...]
     on_demand: Callable[..., Any] = field(eq=False, repr=False)
     scenario: str | None = None
+    limit: Limit | None = None
 
     #: The limit of the leading wave in a semi-infinite chain of equal granules, which does not exist here.
     peak_force: None = field(default=None, init=False, repr=False)
@@ -172,6 +179,12 @@ class ChainResult:
     def ejected_granules(self) -> int | None:
         """Number of granules that move backwards at the struck end; None under precompression or gravity."""
         return None if self.recoil_velocities is None else len(self.recoil_velocities)
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """Verdict on the limit; None without a limit."""
+        name = LAST if self.transmitted is None else WALL
+        return verdict(self.limit, last_force(name, self.last_contact, self.arrival_time is not None))
 
     @property
     def rtol(self) -> float | None:
@@ -206,6 +219,7 @@ class ChainResult:
         document = {name: plain(getattr(self, name)) for name in _KEYS}
         own = {name: plain(getattr(self.options, name)) for name in ("wave_threshold", "rtol", "step")}
         others = {"passages": [], "recoil_error": None, "yield": plain(self.yielding), "scene": self.scene.to_dict()}
+        others["verdict"] = plain_verdict(self)
         return {**document, **own, **others, "warnings": list(self.all_warnings)}
 
     def __str__(self) -> str:

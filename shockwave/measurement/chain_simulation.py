@@ -75,6 +75,7 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
         contact_count=len(motion.forces),
         contacts=runs.reported,
         greatest_force=runs.greatest,
+        last_contact=runs.peak(-1),
         transmitted=Transmitted(**asdict(runs.peak(-1)), impulse=impulse * scales.momentum) if case.has_wall else None,
         end=motion.end * scales.time,
         arrival_time=None if motion.arrival is None else motion.arrival * scales.time,
@@ -98,8 +99,8 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
     )
 
 
-def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], ContactPeak]:
-    """Greatest forces at the reported contacts of a finite chain of equal granules, and at all contacts.
+def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], ContactPeak, ContactPeak]:
+    """Greatest forces at the reported contacts of a finite chain of equal granules, at all contacts, and at the last.
 
     Raises
     ------
@@ -116,7 +117,7 @@ def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], Co
     # the integrator of the waves may be unable to step this chain, or have a fixed step
     options = evolve(options, integrator=None, step=None)
     runs = runs_of(ChainSetup.of(options, result.shock, result.chain))
-    return runs.reported, runs.greatest
+    return runs.reported, runs.greatest, runs.peak(-1)
 
 
 # ---------------------------------------------------------------- parts of the result

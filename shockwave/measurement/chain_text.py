@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
+from shockwave.limit import verdict_facts
 from shockwave.measurement.chain_result import ChainResult, SegmentEnergy
 from shockwave.measurement.contact_peaks import ContactPeak
 from shockwave.measurement.result_text import balance_text, result_limits, work_details
@@ -23,6 +24,7 @@ def chain_text(result: ChainResult) -> str:
     name = f"{result.scenario}: " if result.scenario else ""
     lines = [
         strong(f"{name}{chain_lead(result)}"),
+        *facts(verdict_facts(result)),
         *limits(result_limits(result)),
         *facts(chain_answer(result)),
         "",

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import TypeVar
 
-from attrs import frozen
+from attrs import evolve, frozen
 
+from shockwave.limit import LeavingForce
 from shockwave.quadrature import FloatArray
 
 _Number = TypeVar("_Number", float, FloatArray)
@@ -64,3 +65,15 @@ def first_yield_force(radius: _Number, modulus: _Number, strength: _Number) -> _
     pressure = _PRESSURE * strength
     size = radius / modulus
     return math.pi**3 / 6 * size * size * pressure * pressure * pressure
+
+
+def last_force(name: str, peak: ContactPeak | None, arrived: bool = True) -> LeavingForce:
+    """The force that leaves a chain, from its last contact; ``peak`` is None if it is not known.
+
+    Before the leading wave has ``arrived`` there is no upper end.
+    """
+    if peak is None:
+        return LeavingForce(name=name, remedy="simulate with a longer timeout")
+    error = peak.error_estimate * (peak.peak_force - peak.static_force)
+    found = LeavingForce.measured(name, peak.peak_force, error)
+    return found if arrived else evolve(found, high=None, remedy="simulate to a later end")

@@ -11,7 +11,8 @@ from attrs import field, frozen
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.errors import NumericalError
-from shockwave.measurement.contact_peaks import ContactPeak, Yielding, first_yield_force
+from shockwave.limit import LAST, WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
+from shockwave.measurement.contact_peaks import ContactPeak, Yielding, first_yield_force, last_force
 from shockwave.measurement.measured_wave import MeasuredWave, Passage
 from shockwave.measurement.recording import Recording, plain
 from shockwave.options import SimulateOptions
@@ -110,6 +111,8 @@ class SimulationResult:
         Function that computes the ``train``, a ``passage`` or the ``recording`` when it is accessed.
     scenario : str or None
         Name of the scenario, if there is one.
+    limit : Limit or None
+        Limit of the force that leaves the chain.
     measured : Train or None
         The train, if the leading wave was measured on the whole chain instead of by the search for it.
     """
@@ -124,6 +127,7 @@ class SimulationResult:
     seconds: float = field(eq=False, repr=False)
     on_demand: Callable[..., Any] = field(eq=False, repr=False)
     scenario: str | None = None
+    limit: Limit | None = None
     measured: Train | None = field(default=None, eq=False, repr=False)
 
     @property
@@ -261,6 +265,16 @@ class SimulationResult:
         return self._contacts[1] if self.options.waves == "primary" else self.train.greatest_force
 
     @property
+    def verdict(self) -> Verdict | None:
+        """Verdict on the limit; None without a limit."""
+        if self.limit is None:
+            return None
+        if self.chain.granules is None:
+            error = self.error_estimate * self.peak_force
+            return verdict(self.limit, LeavingForce.measured(WAVE, self.peak_force, error))
+        return verdict(self.limit, last_force(LAST, self._contacts[2]))
+
+    @property
     def yielding(self) -> Yielding | None:
         """First yield of the contacts, for the leading wave; None if the yield strength is not known."""
         chain, strength = self.chain, self.chain.material.yield_strength
@@ -286,14 +300,14 @@ class SimulationResult:
         return tuple(passages), tuple(warnings)
 
     @cached_property
-    def _contacts(self) -> tuple[tuple[ContactPeak, ...], ContactPeak | None, tuple[str, ...]]:
-        """Peaks at the reported contacts, the greatest of all, and a warning if they could not be computed."""
+    def _contacts(self) -> tuple[tuple[ContactPeak, ...], ContactPeak | None, ContactPeak | None, tuple[str, ...]]:
+        """Peaks at the reported contacts, the greatest one, the last one, and a warning if they are not known."""
         if self.chain.granules is None:
-            return (), None, ()
+            return (), None, None, ()
         try:
             return *self.on_demand("contacts", self), ()
         except NumericalError as error:
-            return (), None, (f"No forces at the contacts: {error}.",)
+            return (), None, None, (f"No forces at the contacts: {error}.",)
 
     @cached_property
     def _recording(self) -> tuple[Recording | None, tuple[str, ...]]:
@@ -326,8 +340,9 @@ class SimulationResult:
         ends = {name: plain(getattr(self, name)) if known else None for name in _ENDS}
         options = {"wave_threshold": self.options.wave_threshold, "step": self.options.step}
         others = {**dict.fromkeys(_BEYOND), "yield": plain(self.yielding), "scene": self.scene.to_dict()}
+        others["verdict"] = plain_verdict(self)
         document = {name: plain(getattr(self, name)) for name in _KEYS}
-        return {**document, **ends, **options, **others, "warnings": [*self.all_warnings, *self._contacts[2]]}
+        return {**document, **ends, **options, **others, "warnings": [*self.all_warnings, *self._contacts[3]]}
 
     def __str__(self) -> str:
         return printed(self, "shockwave.measurement.result_text:result_text")

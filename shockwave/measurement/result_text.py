@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from shockwave.limit import verdict_facts
 from shockwave.measurement.measured_wave import MeasuredWave, Passage
 from shockwave.measurement.result import SimulationResult
 from shockwave.text import facts, limits, notes, si, significant_digits, strong, table
@@ -27,6 +28,7 @@ def result_text(result: SimulationResult) -> str:
     leading = [("leading wave", peak_text(result))] if greatest_text(result) else []
     lines = [
         strong(f"{name}{lead_text(result)}"),
+        *facts(verdict_facts(result)),
         *limits(result_limits(result)),
         *facts([*leading, *result_answer(result)]),
         "",

@@ -19,7 +19,7 @@ from shockwave.measurement.result_text import greatest_text
 from shockwave.page.drawings import drawn
 from shockwave.page.number_text import formula, percent, quantity, small
 from shockwave.page.results import Findings, findings
-from shockwave.prediction.outcome import estimate_figures
+from shockwave.prediction.outcome_text import estimate_figures
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import conditions
 from shockwave.progress import counted

@@ -81,8 +81,10 @@ def findings(scenario: Scenario) -> Findings:
     if equal is not None:
         scenario = evolve(scenario, chain=equal)
         predicted = _attempt(failures, "The prediction failed", predictor.predict, scenario.shock, equal)
+        predicted = predicted and evolve(predicted, limit=scenario.limit)
     simulate = _simulate_chain if equal is None else _simulate
     simulated = _attempt(failures, "The simulation failed", simulate, scenario)
+    simulated = simulated and evolve(simulated, limit=scenario.limit)
     passages = []
     if simulated is not None and simulated.waves:
         failure = "The waves behind the leading wave could not be measured"

@@ -14,6 +14,7 @@ from shockwave.chain.chain import Chain
 from shockwave.chain.material import Material
 from shockwave.errors import Fault, FileAccessError, InvalidValueError, PluginError, ScenarioError, ShockwaveError
 from shockwave.fields import text_of
+from shockwave.limit import Limit
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
@@ -203,7 +204,7 @@ class _Loading:
     def scenario(self, whole: Document, sweep: Sweep | None) -> Scenario:
         """Scenario of one scene of ``sweep``; ``whole`` is the document with all of its blocks."""
         data, _ = self.values((), self.document.data, SCENARIO)
-        published = data.get("published")
+        published, limit = data.get("published"), data.get("limit")
         parts = {
             "name": data.get("name") or (self.path.stem if self.path is not None else self.document.name),
             "shock": self._shock(data["shock"]) if "shock" in data else None,
@@ -211,6 +212,7 @@ class _Loading:
             "chain": self._chain(data["chain"]) if "chain" in data else None,
             "predictor": self.block("predict", data.get("predict"), Predictor),
             "simulate": self.block("simulate", data.get("simulate"), SimulateOptions),
+            "limit": None if limit is None else self.block("limit", limit, Limit),
             "published": None if published is None else self.block("published", published, Published),
             "uncertainty": self._uncertainty(whole.data.get("uncertainty")),
         }

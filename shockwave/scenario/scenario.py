@@ -10,6 +10,7 @@ from attrs import evolve, field, frozen
 from shockwave.chain.chain import Chain
 from shockwave.errors import Fault, NotCoveredError
 from shockwave.fields import quantity
+from shockwave.limit import Limit
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.shock import Shock
@@ -64,6 +65,8 @@ class Scenario:
         Predictor with the settings of the ``predict`` block.
     simulate : SimulateOptions
         Options of the ``simulate`` block.
+    limit : Limit or None
+        Limit of the force that leaves the chain.
     published : Published or None
         Results that a source prints for the same scene.
     sweep : Sweep or None
@@ -81,6 +84,7 @@ class Scenario:
     impact: Impact | None = None
     predictor: Predictor
     simulate: SimulateOptions
+    limit: Limit | None = None
     published: Published | None = None
     sweep: Sweep | None = None
     uncertainty: tuple[Spread, ...] = ()

@@ -16,6 +16,7 @@ from typing import Any, Final, Literal
 from shockwave import __version__, registry
 from shockwave.chain.material import Material
 from shockwave.fields import Quantity
+from shockwave.limit import Limit
 from shockwave.scenario.block_keys import BLOCKS, CHAIN, SCENARIO, SHOCK, Key, keys_of, parameters_of, shock_keys
 from shockwave.scenario.chain_blocks import CELL, END, IMPACT, LAWS, MODEL, SEGMENT, TAPER, models
 from shockwave.scenario.scenario import Published
@@ -51,6 +52,7 @@ def schema() -> Form:
     forms["shock"]["allOf"] = [_where("profile", name, admitted) for name, (admitted, _) in profiles.items()]
     forms["predict"] |= _or_null(_mapping(BLOCKS["predict"]))
     forms["simulate"] |= _or_null(_mapping(BLOCKS["simulate"]))
+    forms["limit"] |= _or_null(_mapping(keys_of(Limit)) | _required(keys_of(Limit)))
     forms["published"] |= _or_null(_mapping(keys_of(Published)) | _required(keys_of(Published)))
     forms["sweep"] |= _or_null(_mapping(SWEEP))
     for part in ("grid", "zip"):

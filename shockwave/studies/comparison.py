@@ -8,13 +8,14 @@ from attrs import asdict, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.errors import NotCoveredError
+from shockwave.limit import Verdict, plain_verdict, verdict_facts
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.result_text import lead_text, result_answer, result_details, result_limits, wave_tables
 from shockwave.measurement.simulate import simulate, simulate_with
 from shockwave.options import SimulateOptions
 from shockwave.prediction.model_interface import Relation
-from shockwave.prediction.outcome import (
-    Outcome,
+from shockwave.prediction.outcome import Outcome
+from shockwave.prediction.outcome_text import (
     decision_lines,
     estimate_text,
     outcome_details,
@@ -69,7 +70,14 @@ class Comparison:
             "relations": predicted and {"predicted": predicted.relation, "simulated": self.relation},
             "published": None if self.published is None else asdict(self.published),
             "reason": self.reason,
+            "verdict": plain_verdict(self),
         }
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """Verdict of the simulation on the limit; None without a limit."""
+        found: Verdict | None = self.simulated.verdict
+        return found
 
     def __str__(self) -> str:
         return comparison_text(self)
@@ -145,6 +153,7 @@ def comparison_text(both: Comparison) -> str:
         answers.append(("published", f"{_figures(both.published)} ({both.published.source})"))
     lines = [
         strong(f"{name}simulated {lead_text(simulated)}"),
+        *facts(verdict_facts(both)),
         *limits(warnings),
         *facts(answers),
         *decision_lines(predicted),

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from shockwave.limit import Verdict
 from shockwave.measurement.result import SimulationResult
 from shockwave.prediction.outcome import Outcome
 from shockwave.scenario.sweep_block import Run
@@ -34,6 +35,12 @@ class Answer(NamedTuple):
         if self.predicted is None or self.predicted.estimate is None:
             return None
         return self.predicted.estimate.peak_force / self.predicted.scene.peak_force
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """Verdict on the limit, by simulation if there is one."""
+        judged = self.simulated or self.predicted
+        return None if judged is None else judged.verdict
 
     @property
     def notes(self) -> str | None:
@@ -142,6 +149,8 @@ _LAST = (
 )
 
 
+#: Column of the verdict on a limit.
+VERDICT = _text("verdict", "decision on the limit of the force: below, above or undecided", "verdict.decision")
 _CHAIN = (
     _number("greatest_force", "N", "greatest force at all contacts", "simulated.greatest_force.peak_force"),
     _count("greatest_contact", "contact at which it acts", _at("simulated.greatest_force.contact")),

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, Union
 
 import numpy as np
+from attrs import evolve
 
 import shockwave
 from shockwave.chain.chain import Chain, Scales
@@ -32,7 +33,7 @@ from shockwave.scenario.scene_hash import normalised
 from shockwave.scenario.sweep_block import Sweep
 from shockwave.simulation.backend import lack
 from shockwave.studies.comparison import beside
-from shockwave.sweep.columns import Answer, chain_reads, reads, row
+from shockwave.sweep.columns import VERDICT, Answer, chain_reads, reads, row
 from shockwave.sweep.definition import SweepDefinition
 from shockwave.sweep.journal import line_of
 
@@ -81,6 +82,8 @@ class Points:
         finite = scenario.chain.granules is not None or any("chain.granules" in axis.names for axis in self.sweep.axes)
         own = reads(run, self.train, finite)
         self._columns = chain_reads(run, scenario.simulate.contacts) if self.chains else own
+        if scenario.limit is not None:
+            self._columns = (*self._columns[:-1], VERDICT, self._columns[-1])
         self._family = Family(scenario)
         self.definition = SweepDefinition(
             name=scenario.name,
@@ -107,7 +110,7 @@ class Points:
         predicted: dict[int, _Predicted] = {}
         if self.sweep.run != "simulate":
             for predictor, group in _groups(scenes, "predictor").items():
-                alone = self.sweep.run == "predict" and not self.chains
+                alone = self.sweep.run == "predict" and not self.chains and self.scenario.limit is None
                 if alone and (ready := self._in_columns(predictor, group, scenes)):
                     lines |= ready
                 else:
@@ -134,6 +137,9 @@ class Points:
         try:
             simulated, outcome = _valid(found), _valid(predicted)
             assert scene is not None
+            if self.scenario.limit is not None:
+                simulated = simulated and evolve(simulated, limit=self.scenario.limit)
+                outcome = outcome and evolve(outcome, limit=self.scenario.limit)
             return _done(index, row(self._columns, _answer(scene, outcome, simulated)))
         except _POINT_ERRORS as error:
             return _failed(index, message_of(error))

@@ -1,0 +1,134 @@
+"""Verdict on a force: whether it stays below a limit, with what is known of it."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from attrs import asdict, evolve, frozen
+
+from shockwave.fields import quantity
+from shockwave.text import alarm, si
+
+Decision = Literal["below", "above", "undecided"]
+#: Description of the force that leaves a semi-infinite chain.
+WAVE = "peak force of the leading wave"
+#: Description of the force that leaves a finite chain without a wall, and with one.
+LAST, WALL = "force at the last contact", "force on the wall"
+# Relative half-width below which the printed digits show the range.
+_SMALL = 1e-3
+
+
+@frozen(kw_only=True)
+class Limit:
+    """Limit of the force that leaves the chain.
+
+    Parameters
+    ----------
+    force : float
+        Largest admissible force [N].
+    """
+
+    force: float = quantity("N", "largest admissible force that leaves the chain", above=0, example="60 N")
+
+    def verdict(self, result: Any) -> Verdict:
+        """Verdict on the force that leaves the chain in ``result``, of a prediction or a simulation."""
+        found: Verdict = evolve(result, limit=self).verdict
+        return found
+
+
+@frozen(kw_only=True)
+class LeavingForce:
+    """Force that leaves the chain: on the wall, else at the last contact, else of the leading wave.
+
+    Attributes
+    ----------
+    name : str
+        Description of the force.
+    value, low, high : float or None
+        The force and the ends of its range [N]; None where they are not known.
+    remedy : str
+        What would decide a verdict that this range leaves open.
+    """
+
+    name: str
+    value: float | None = None
+    low: float | None = None
+    high: float | None = None
+    remedy: str = ""
+
+    @classmethod
+    def measured(cls, name: str, value: float, error: float) -> LeavingForce:
+        """The force by simulation with the estimate of its absolute ``error`` [N]; an error of 100 % is not known."""
+        ends = {"low": value - error, "high": value + error} if error < value else {}
+        return cls(name=name, value=value, **ends, remedy="simulate with a smaller tolerance")
+
+
+@frozen(kw_only=True)
+class Verdict:
+    """Decision on a limit.
+
+    Attributes
+    ----------
+    limit : float
+        Limit of the force [N].
+    value, low, high : float or None
+        The force that leaves the chain, and the ends of its range [N]; None where they are not known.
+    decision : "below", "above" or "undecided"
+        Whether the whole range lies below the limit or above it. A force that equals the limit is not below it.
+    force : str
+        Description of the force.
+    remedy : str or None
+        What would decide it; None if it is decided.
+    """
+
+    limit: float
+    value: float | None
+    low: float | None
+    high: float | None
+    decision: Decision
+    force: str
+    remedy: str | None = None
+
+    def __str__(self) -> str:
+        limit = f"the limit of {si(self.limit, 'N')}"
+        figures = f"{self.force} {self._figures()}"
+        if self.decision == "undecided":
+            return f"undecided for {limit}: {figures}; to decide, {self.remedy}"
+        return f"{self.decision} {limit}: {figures}"
+
+    def _figures(self) -> str:
+        """The force and its range."""
+        if self.value is None:
+            return "is not known"
+        if self.low is None or self.high is None:
+            return f"{si(self.value, 'N', 2)} or more" if self.low else f"{si(self.value, 'N', 2)}, error not known"
+        error = (self.high - self.low) / 2 / self.value
+        value, low, high = (si(force, "N", error=error) for force in (self.value, self.low, self.high))
+        return f"{value}, range {low} to {high}" if error > _SMALL else value
+
+
+def verdict(limit: Limit | None, force: LeavingForce) -> Verdict | None:
+    """The verdict on a ``force``; None without a limit."""
+    if limit is None:
+        return None
+    decision: Decision = "undecided"
+    if force.high is not None and force.high < limit.force:
+        decision = "below"
+    elif force.low is not None and force.low >= limit.force:
+        decision = "above"
+    known: dict[str, Any] = {"value": force.value, "low": force.low, "high": force.high}
+    remedy = force.remedy if decision == "undecided" else None
+    return Verdict(limit=limit.force, **known, decision=decision, force=force.name, remedy=remedy)
+
+
+def verdict_facts(result: Any) -> list[tuple[str, str]]:
+    """Label and text of the verdict of a result, if it has a limit."""
+    found = result.verdict
+    if found is None:
+        return []
+    return [("verdict", str(found) if found.decision == "below" else alarm(str(found)))]
+
+
+def plain_verdict(result: Any) -> dict[str, Any] | None:
+    """The verdict of a result for a document."""
+    return None if result.verdict is None else asdict(result.verdict)

@@ -1,0 +1,126 @@
+"""Text of a prediction's result."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from shockwave.limit import verdict_facts
+from shockwave.prediction.model_interface import Inequality
+from shockwave.prediction.outcome import EjectionOutcome, Estimate, Outcome
+from shockwave.profiles.conditions import Condition
+from shockwave.text import alarm, facts, limits, notes, range_text, si, significant_digits, strong, table
+
+# Printed quantities of a wave, with their units.
+_WAVE = {"peak_force": "N", "momentum": "N s", "energy": "J", "speed": "m/s", "width": "s"}
+# Most waves in the printed table.
+_MOST_ROWS = 20
+_REGIMES = {
+    "ejection": "one wave, and the first granule rebounds",
+    "single": "one wave that carries the entire impulse",
+    "train": "{count} waves",
+}
+# A train of which only the leading wave is listed.
+_LONE = "1 wave; later waves are below wave_threshold or are not predicted"
+_RELATIONS = {"less": "less than", "equal": "about equal to", "greater": "greater than"}
+
+
+def outcome_text(outcome: Outcome) -> str:
+    """The peak force with its expected error, the inequalities that decided, then the waves and the scene."""
+    name = f"{outcome.scenario}: " if outcome.scenario else ""
+    lines = [
+        strong(name + estimate_text(outcome)),
+        *facts(verdict_facts(outcome)),
+        *limits(outcome_limits(outcome)),
+        *decision_lines(outcome),
+        "",
+        wave_table(outcome),
+        "",
+        *facts([*outcome_details(outcome), *outcome.scene.facts()]),
+        *notes(outcome.scene.notes),
+    ]
+    return "\n".join(lines)
+
+
+def estimate_text(outcome: Outcome) -> str:
+    """The estimated peak force with its range, or that there is none."""
+    found = outcome.estimate
+    if found is None:
+        return f"leading wave not known a priori: {outcome.no_estimate}"
+    peak, ends = estimate_figures(found)
+    return f"leading wave {peak}, range {ends} (method: {found.method})"
+
+
+def estimate_figures(found: Estimate) -> tuple[str, str]:
+    """The estimate and its range, with the digits that the range supports."""
+    spread = max(found.high / found.peak_force - 1, 1 - found.low / found.peak_force)
+    peak, low, high = (si(value, "N", error=spread) for value in (found.peak_force, found.low, found.high))
+    number, unit = low.split()
+    return peak, f"{number if high.endswith(f' {unit}') else low} to {high}"
+
+
+def outcome_limits(outcome: Outcome) -> list[str]:
+    """Warnings that limit the answer; notes on a record do not, and the first line states why there is no estimate."""
+    stated = outcome.no_estimate or "\n"
+    return [warning for warning in outcome.warnings if warning not in outcome.scene.notes and stated not in warning]
+
+
+def decision_lines(outcome: Outcome) -> list[str]:
+    """The decision, the conditions on the shape, and the inequalities that decided."""
+    conditions = [_condition_row(condition) for condition in outcome.conditions]
+    steps = [_step_row(step) for step in outcome.trace]
+    return [
+        *facts(_decision(outcome)),
+        "",
+        table(("condition (3)", "margin", ""), conditions),
+        "",
+        table(("decided by", "left", "right", "conclusion", "equation"), steps),
+    ]
+
+
+def wave_table(outcome: Outcome) -> str:
+    """A row for each of the first predicted waves."""
+    waves = []
+    for number, wave in enumerate(outcome.waves[:_MOST_ROWS], start=1):
+        figures = [si(getattr(wave, name), unit, error=outcome.shown_error) for name, unit in _WAVE.items()]
+        waves.append([str(number), *figures])
+    rows = table(("wave", *(name.replace("_", " ") for name in _WAVE)), waves)
+    more = len(outcome.waves) - len(waves)
+    return f"{rows}\n  ({more} more waves; --json lists all)" if more else rows
+
+
+def _decision(outcome: Outcome) -> Iterator[tuple[str, str]]:
+    error = outcome.shown_error
+    count = len(outcome.waves)
+    if outcome.reason:
+        yield "method", f"{outcome.method}: {outcome.reason}"
+    elif outcome.estimate is None or outcome.estimate.method != outcome.method:
+        peak = f"peak force {si(outcome.peak_force, 'N', error=error)}"
+        holds = all(condition.holds for condition in outcome.conditions)
+        fails = f"does not hold here, nor do its regime, relation and waves: {peak}, error not known"
+        yield outcome.model, f"{peak}, expected error {range_text(outcome.expected_error)}" if holds else alarm(fails)
+    ratio = f"{outcome.amplification:.{significant_digits(outcome.amplification, error)}g}"
+    waves = _LONE if outcome.regime == "train" and count == 1 else _REGIMES[outcome.regime].format(count=count)
+    yield "regime", f"{outcome.regime}: {waves}"
+    yield "relation", f"leading wave {_RELATIONS[outcome.relation]} the shock's peak force (ratio {ratio})"
+    if isinstance(outcome, EjectionOutcome):
+        rise = si(outcome.virtual_rise_time, "s", error=error)
+        added = si(outcome.added_momentum, "N s", error=error)
+        yield "ejection", f"virtual rise time {rise}, added momentum {added}"
+
+
+def _condition_row(condition: Condition) -> tuple[str, ...]:
+    verdict = "holds" if condition.holds else alarm("FAILS")
+    return condition.statement, f"{condition.margin:+.4g} t0", verdict
+
+
+def _step_row(step: Inequality) -> tuple[str, ...]:
+    equation = step.equation if step.equation.startswith("(") else f"sec. {step.equation}"
+    return step.statement, si(step.left, "s"), si(step.right, "s"), step.outcome, equation
+
+
+def outcome_details(outcome: Outcome) -> Iterator[tuple[str, str]]:
+    """Labels and texts of what else was predicted."""
+    if powers := outcome.exponents:
+        yield "scales as", f"R^{powers.radius:.3f} rho^{powers.density:.3f} E^{powers.youngs_modulus:.3f}"
+    yield "applied momentum", si(outcome.applied_momentum, "N s")
+    yield "model", outcome.model

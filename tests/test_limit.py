@@ -1,0 +1,165 @@
+"""Limits of the force that leaves the chain: which force is judged, the decision, and where it is shown."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import shockwave as sw
+from shockwave import cli
+from shockwave.limit import LeavingForce, verdict
+
+STEEL = sw.Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0)
+SHOCK = sw.Shock(profile=sw.Triangular(duration_ratio=3.0), peak_force=100.0, rise_time=10e-6)
+SCENE = """
+chain: {{material: paper-steel, diameter: 9.5 mm{chain}}}
+shock: {{profile: triangular, peak_force: 100 N, rise_time: 10 us, duration_ratio: 3}}
+{more}
+"""
+
+
+def chain(**features: Any) -> sw.Chain:
+    return sw.Chain(material=STEEL, radius=4.75e-3, **features)
+
+
+def written(folder: Path, chain: str = "", more: str = "") -> str:
+    file = folder / "scene.yaml"
+    file.write_text(SCENE.format(chain=chain, more=more), encoding="utf-8")
+    return str(file)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "decision"),
+    [
+        pytest.param(50.0, 59.9, "below", id="below"),
+        pytest.param(60.1, 70.0, "above", id="above"),
+        pytest.param(59.0, 61.0, "undecided", id="inside"),
+        pytest.param(50.0, 60.0, "undecided", id="reaches-the-limit"),
+        pytest.param(60.0, 60.0, "above", id="equals-the-limit"),
+        pytest.param(50.0, None, "undecided", id="no-upper-end"),
+        pytest.param(61.0, None, "above", id="no-upper-end-above"),
+        pytest.param(None, None, "undecided", id="not-known"),
+    ],
+)
+def test_a_verdict_is_decided_by_the_whole_range(low: float | None, high: float | None, decision: str) -> None:
+    found = verdict(sw.Limit(force=60.0), LeavingForce(name="force", value=60.0, low=low, high=high, remedy="simulate"))
+    assert found is not None
+    assert found.decision == decision
+    assert found.remedy == ("simulate" if decision == "undecided" else None)
+
+
+def test_a_force_of_unknown_error_decides_nothing() -> None:
+    found = verdict(sw.Limit(force=60.0), LeavingForce.measured("force", 50.0, 50.0))
+    assert found is not None
+    assert found.decision == "undecided"
+
+
+def test_a_semi_infinite_chain_is_judged_by_its_leading_wave() -> None:
+    result = sw.simulate(SHOCK, chain())
+    found = sw.Limit(force=1000.0).verdict(result)
+    assert (found.value, found.decision) == (result.peak_force, "below")
+    assert sw.Limit(force=1.0).verdict(result).decision == "above"
+
+
+def test_a_prediction_is_judged_by_the_range_of_its_estimate() -> None:
+    outcome = sw.Predictor().predict(SHOCK, chain())
+    assert outcome.estimate is not None
+    found = sw.Limit(force=outcome.estimate.peak_force).verdict(outcome)
+    assert (found.low, found.high) == (outcome.estimate.low, outcome.estimate.high)
+    assert found.decision == "undecided"
+
+
+def test_a_finite_chain_is_judged_by_its_last_contact_whatever_contacts_are_reported() -> None:
+    whole = sw.simulate(SHOCK, chain(granules=20))
+    last = whole.contacts[-1]
+    assert last.contact == 18
+    few = sw.simulate(SHOCK, chain(granules=20), contacts=[3])
+    # the same run, whose error estimate covers the same contacts
+    assert sw.Limit(force=1.0).verdict(few).value == pytest.approx(last.peak_force, rel=1e-12)
+
+
+def test_a_wall_is_judged_by_the_force_on_it() -> None:
+    result = sw.simulate(SHOCK, chain(granules=20, end=sw.Wall(material="same")))
+    assert sw.Limit(force=1.0).verdict(result).value == result.transmitted.peak_force
+
+
+def test_a_free_end_of_different_granules_is_judged_by_the_last_contact() -> None:
+    segments = [sw.Segment(count=10), sw.Segment(count=5, radius=4e-3)]
+    result = sw.simulate(SHOCK, chain(granules=segments))
+    assert sw.Limit(force=1.0).verdict(result).value == result.contacts[-1].peak_force
+
+
+def test_before_the_wave_arrives_no_force_is_below_the_limit() -> None:
+    result = sw.simulate(SHOCK, chain(granules=20, end=sw.Wall(material="same")), until=50e-6)
+    found = sw.Limit(force=1000.0).verdict(result)
+    assert (found.decision, found.high) == ("undecided", None)
+
+
+def test_a_prediction_for_a_finite_chain_leaves_its_last_contact_open() -> None:
+    outcome = sw.Predictor().predict(SHOCK, chain(granules=200))
+    found = sw.Limit(force=1000.0).verdict(outcome)
+    assert (found.decision, found.value, found.remedy) == ("undecided", None, "simulate")
+
+
+@pytest.mark.parametrize("command", ["predict", "simulate", "compare"])
+def test_commands_print_the_verdict_of_the_block(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = written(tmp_path, more="limit: {force: 1 kN}")
+    assert cli.main([command, file, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["verdict"]
+    assert (found["limit"], found["decision"]) == (1000.0, "below")
+    assert cli.main([command, file]) == 0
+    assert "below the limit of 1 kN" in capsys.readouterr().out.splitlines()[1]
+
+
+def test_the_option_overrides_the_block(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = written(tmp_path, ", granules: 20, end: {wall: rigid}", "limit: {force: 1 kN}")
+    assert cli.main(["simulate", file, "--json", "--limit", "10 N"]) == 0
+    found = json.loads(capsys.readouterr().out)["verdict"]
+    assert (found["limit"], found["decision"], found["force"]) == (10.0, "above", "force on the wall")
+
+
+def test_without_a_limit_there_is_no_verdict(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["predict", written(tmp_path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["verdict"] is None
+
+
+def test_a_table_of_several_files_shows_the_decisions(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = written(tmp_path)
+    assert cli.main(["simulate", file, file, "--limit", "10 N"]) == 0
+    header, _, *rows = capsys.readouterr().out.splitlines()
+    assert header.split()[1] == "verdict"
+    assert [row.split()[1] for row in rows[:2]] == ["above", "above"]
+
+
+@pytest.mark.parametrize("run", ["predict", "simulate", "compare"])
+def test_sweeps_have_a_column_of_decisions(run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    more = f"limit: {{force: 60 N}}\nsweep: {{run: {run}, grid: {{shock.peak_force: [1 N, 1 kN]}}}}"
+    file = written(tmp_path, more=more)
+    assert cli.main(["sweep", file, "-o", str(tmp_path / "out"), "--workers", "1"]) == 0
+    rows = [json.loads(line) for line in (tmp_path / "out" / "results.jsonl").read_text().splitlines()]
+    assert [row["verdict"] for row in rows] == ["below", "above"]
+
+
+def test_a_report_states_the_verdict(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    page = tmp_path / "page.html"
+    assert cli.main(["report", written(tmp_path), "--limit", "10 N", "-o", str(page)]) == 0
+    assert "Verdict: <strong>above the limit of 10 N: " in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("given", ["-3 N", "3 s", "much"])
+def test_a_limit_that_is_no_force_is_a_wrong_usage(
+    given: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["predict", written(tmp_path), f"--limit={given}"])
+    assert stop.value.code == 2
+    assert "--limit: must be " in capsys.readouterr().err
+
+
+def test_errors_of_the_block_are_located(tmp_path: Path) -> None:
+    with pytest.raises(sw.ScenarioError, match=r"scene.yaml:4:16: limit.force: must be > 0 N \(got '-1 N'"):
+        sw.load_scenario(written(tmp_path, more="limit: {force: -1 N}"))
