@@ -25,13 +25,16 @@ from shockwave.measurement.simulation_setup import scaled
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray
+from shockwave.registry import find
 from shockwave.scene_summary import ChainScene
 from shockwave.simulation.assembly import Motion
+from shockwave.simulation.backend import chosen
 from shockwave.simulation.time_limit import time_limit
 
-# Computing time of the forces at the contacts of equal granules, per squared number of granules and per characteristic
-# time of the duration of the shock [s].
+# Computing time of the forces at the contacts of equal granules, per characteristic time of the duration of the shock
+# and per squared number of granules [s], and the equivalent of the work on each step with and without compiled code.
 _PAIR_SECONDS = 1.7e-7
+_STEP_PAIRS = {"compiled": 300.0, "numpy": 2100.0}
 # Least duration for which this time is counted [characteristic times].
 _LEAST_DURATION = 1.5
 # Factor of this time for NumPy.
@@ -108,14 +111,17 @@ def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], Co
         If the integration would take too long, fails, or reaches the time limit.
     """
     granules, options = cast(int, result.chain.granules), result.options
+    # the integrator of the waves may be unable to step this chain, have a fixed step, or have no compiled code
+    backend = options.backend if "backend" in find("integrators", result.integrator).takes.split() else "auto"
+    options = evolve(options, integrator=None, step=None, backend=backend)
+    code = "numpy" if chosen(backend) is None else "compiled"
     if options.timeout is None and options.until is None:
         duration = max(scaled(result.shock, result.chain)[0].duration, _LEAST_DURATION)
-        seconds = _PAIR_SECONDS * (_NUMPY if result.backend == "numpy" else 1) * duration * granules * granules
+        pairs = granules * granules + _STEP_PAIRS[code]
+        seconds = _PAIR_SECONDS * (_NUMPY if code == "numpy" else 1) * duration * pairs
         if seconds > _MOST_SECONDS:
             took = f"the integration of {granules} granules would take about {seconds:.0f} s or more"
             raise NumericalError(f"{took} (set until or a timeout to integrate all the same)")
-    # the integrator of the waves may be unable to step this chain, or have a fixed step
-    options = evolve(options, integrator=None, step=None)
     runs = runs_of(ChainSetup.of(options, result.shock, result.chain))
     return runs.reported, runs.greatest, runs.peak(-1)
 
