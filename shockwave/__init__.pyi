@@ -3,6 +3,9 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # mypy resolves cycles of imports only here
+    from shockwave.answers import compare as compare
+    from shockwave.answers import predict as predict
+    from shockwave.answers import simulate as simulate
     from shockwave.chain import Chain as Chain
     from shockwave.chain import Material as Material
     from shockwave.chain import SolitaryWave as SolitaryWave
@@ -13,6 +16,7 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.chain.damping import Tsuji as Tsuji
     from shockwave.chain.ends import Wall as Wall
     from shockwave.chain.impact import Impact as Impact
+    from shockwave.chain.material import material as material
     from shockwave.chain.segments import Cell as Cell
     from shockwave.chain.segments import Segment as Segment
     from shockwave.chain.segments import Taper as Taper
@@ -30,7 +34,6 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.limit import Verdict as Verdict
     from shockwave.measurement.chain_result import ChainResult as ChainResult
     from shockwave.measurement.result import SimulationResult as SimulationResult
-    from shockwave.measurement.simulate import simulate as simulate
     from shockwave.measurement.simulate import simulate_many as simulate_many
     from shockwave.prediction.outcome import EjectionOutcome as EjectionOutcome
     from shockwave.prediction.outcome import Outcome as Outcome
@@ -46,7 +49,6 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.scenario.loader import load_scenario as load_scenario
     from shockwave.scenario.scenario import Scenario as Scenario
     from shockwave.studies.comparison import Comparison as Comparison
-    from shockwave.studies.comparison import compare as compare
     from shockwave.studies.design_result import Design as Design
     from shockwave.studies.design_search import design as design
     from shockwave.studies.uncertainty_result import Uncertainty as Uncertainty

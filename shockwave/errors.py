@@ -111,3 +111,9 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
     matches = get_close_matches(str(name), list(known), n=1)
     return f"did you mean {matches[0]!r}? " if matches else ""
+
+
+def text_of(value: object, limit: int = 60) -> str:
+    """``value`` for a message: its repr, shortened to fit a line."""
+    shown = repr(value)
+    return shown if len(shown) <= limit else shown[: limit - 3] + "..."

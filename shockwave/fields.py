@@ -16,6 +16,8 @@ import attrs
 from attrs import frozen
 
 from shockwave.errors import InvalidValueError
+from shockwave.errors import text_of as text_of
+from shockwave.units import to_si
 
 _KEY = "shockwave"
 _SIGNS = {">": operator.gt, ">=": operator.ge, "<": operator.lt, "<=": operator.le}
@@ -68,7 +70,15 @@ class Quantity:
         return None if fits else f"must be {self.rule} (got {text_of(value)})"
 
     def checked(self, name: str, value: Any) -> Any:
-        """``value`` of ``name`` as a float or int; raises `InvalidValueError` if it is wrong."""
+        """``value`` of ``name`` as a float or int; raises `InvalidValueError` if it is wrong.
+
+        A value may also be text with a unit or a quantity of pint.
+        """
+        if isinstance(value, str) or hasattr(value, "to_base_units"):
+            try:
+                value = to_si(value, self.unit)
+            except ValueError as error:
+                raise InvalidValueError.of(name, str(error)) from None
         problem = self.problem(value)
         if problem is not None:
             raise InvalidValueError.of(name, problem)
@@ -147,12 +157,6 @@ def quantity_of(attribute: attrs.Attribute[Any]) -> Quantity | None:
     """Declaration of an attrs attribute, if it has one."""
     spec = attribute.metadata.get(_KEY)
     return spec if isinstance(spec, Quantity) else None
-
-
-def text_of(value: object, limit: int = 60) -> str:
-    """``value`` for a message: its repr, shortened to fit a line."""
-    shown = repr(value)
-    return shown if len(shown) <= limit else shown[: limit - 3] + "..."
 
 
 def listed(names: Iterable[object], conjunction: str = "or") -> str:

@@ -135,7 +135,7 @@ def test_a_finite_chain_has_no_bound(model: str, granules: int, sentence: str) -
     assert warning.startswith(f"Shock 0: {sentence}")
 
 
-@pytest.mark.parametrize("rtol", [1e-9, 0.6, "no"])
+@pytest.mark.parametrize("rtol", [1e-9, 0.6])
 def test_a_tolerance_out_of_range_is_refused(rtol: Any) -> None:
     with pytest.raises(sw.InvalidValueError, match=r"^rtol: must be >= 1e-08 and <= 0.5"):
         sw.Predictor(model="auto", rtol=rtol)

@@ -119,7 +119,7 @@ def test_the_tolerance_is_1e_minus_9_of_the_duration(n: float, below: float, hol
 # ---------------------------------------------------------------- the shock
 
 
-@pytest.mark.parametrize("value", [0, -1.0, math.nan, math.inf, "100", True, [1.0]], ids=str)
+@pytest.mark.parametrize("value", [0, -1.0, math.nan, math.inf, True, [1.0]], ids=str)
 @pytest.mark.parametrize(("name", "unit"), [("peak_force", "N"), ("rise_time", "s")])
 def test_a_wrong_value_is_refused_with_its_rule(name: str, unit: str, value: object) -> None:
     given = {"peak_force": 1.0, "rise_time": 1.0, name: value}
@@ -156,7 +156,7 @@ def test_an_object_that_is_not_a_profile_is_refused(profile: Any) -> None:
     [
         (lambda: _power(2, -1, 1), "rise_exponent"),
         (lambda: _power(2, 1, math.nan), "decay_exponent"),
-        (lambda: Exponential(rise_rate="1", decay_rate=1, duration_ratio=2), "rise_rate"),
+        (lambda: Exponential(rise_rate="much", decay_rate=1, duration_ratio=2), "rise_rate"),
         (lambda: Triangular(duration_ratio=0.5), "duration_ratio"),
     ],
     ids=["exponent", "nan", "text", "ratio"],

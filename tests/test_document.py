@@ -10,10 +10,10 @@ from pathlib import Path
 import pint
 import pytest
 
+from shockwave import units
 from shockwave.errors import Fault, ScenarioError
-from shockwave.scenario import units
-from shockwave.scenario.units import to_si
 from shockwave.scenario.yaml_document import parse_document, read_document
+from shockwave.units import to_si
 
 NESTED = """\
 # a comment
@@ -178,7 +178,7 @@ def test_the_usual_units_are_those_of_pint(unit: str, usual: str, factor: str) -
 
 def test_pint_is_imported_for_an_unusual_unit_only() -> None:
     code = (
-        "import sys; from shockwave.scenario.units import to_si; to_si('15 us', 's'); to_si('3', 'm');"
+        "import sys; from shockwave.units import to_si; to_si('15 us', 's'); to_si('3', 'm');"
         "assert 'pint' not in sys.modules; to_si('1 lbf', 'N'); assert 'pint' in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

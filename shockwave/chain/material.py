@@ -8,8 +8,9 @@ from attrs import field, frozen
 
 from shockwave.errors import InvalidValueError
 from shockwave.fields import quantity, text_of
+from shockwave.registry import load
 
-_LOOK_UP = "shockwave.registry.load('materials', 'ptfe') loads one from the library"
+_LOOK_UP = "shockwave.material('ptfe') loads one from the library"
 
 
 @frozen(kw_only=True)
@@ -41,6 +42,20 @@ class Material:
     yield_strength: float | None = quantity("Pa", "yield strength", above=0, default=None)
     name: str = field(default="")
     source: str = field(default="")
+
+
+def material(name: str) -> Material:
+    """The material of this name from the library or from a plugin.
+
+    Raises
+    ------
+    UnknownNameError
+        If no material has the name.
+    PluginError
+        If the plugin that registers it is faulty.
+    """
+    found: Material = load("materials", name)
+    return found
 
 
 def checked_material(_: object, attribute: Any, value: Any) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 from shockwave import __version__
 from shockwave.errors import InvalidValueError
 from shockwave.limit import Limit
-from shockwave.scenario.units import to_si
+from shockwave.units import to_si
 
 KINDS = ("profiles", "integrators", "backends", "quadratures", "materials", "models", "contacts", "plugins")
 _EXITS = "exit status: 0 success; 1 a run failed; 2 wrong usage; 3 invalid scenario; 4 faulty plugin; 5 file access"

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from attrs import asdict, evolve
 
+from shockwave import answers
 from shockwave.cli.output import check_output, failure, json_text, written
 from shockwave.errors import Fault, ShockwaveError, UsageError
 from shockwave.files import refuse_inputs
-from shockwave.limit import Limit
 from shockwave.progress import counted
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Scenario
@@ -21,7 +21,6 @@ from shockwave.text import alarm, error_text, limits, notes, paragraph, range_te
 if TYPE_CHECKING:
     from shockwave.measurement.chain_result import ChainResult
     from shockwave.measurement.result import SimulationResult
-    from shockwave.options import SimulateOptions
     from shockwave.prediction.outcome import Outcome
     from shockwave.studies.comparison import Comparison
 
@@ -71,7 +70,7 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
     single = len(scenarios) == 1
     for scenario in scenarios if single else counted(options.command.partition(":")[2], scenarios):
         try:
-            result = one(scenario)
+            result = one(_limited(scenario, options))
             # parts of a result that are computed when they are used may fail, too
             documents.append(result.to_dict())
             done.append(result)
@@ -95,53 +94,27 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
 
 
 def predict(options: Namespace) -> int:
-    def one(scenario: Scenario) -> Any:
-        scenario = scenario.covered_by(scenario.predictor.name)
-        outcome = scenario.predictor.predict(scenario.shock, scenario.chain)
-        return evolve(outcome, scenario=scenario.name, limit=_limit(options, scenario))
-
-    return _run(options, one, _outcome_row)
+    return _run(options, answers.predict, _outcome_row)
 
 
 def simulate(options: Namespace) -> int:
-    from shockwave.measurement.simulate import simulate_with
-
-    def one(scenario: Scenario) -> Any:
-        result = simulate_with(_settings(options, scenario), scenario.excitation, scenario.chain)
-        return evolve(result, scenario=scenario.name, limit=_limit(options, scenario))
-
-    return _run(options, one, _simulation_row)
+    return _run(options, lambda scenario: answers.simulate(scenario, **_given(options)), _simulation_row)
 
 
 def compare(options: Namespace) -> int:
-    from shockwave.studies.comparison import compare as compared
-
-    def one(scenario: Scenario) -> Any:
-        found = compared(scenario.excitation, scenario.chain, scenario.predictor, _settings(options, scenario))
-        limit = _limit(options, scenario)
-        predicted = found.predicted and evolve(found.predicted, scenario=scenario.name, limit=limit)
-        simulated = evolve(found.simulated, scenario=scenario.name, limit=limit)
-        return evolve(found, predicted=predicted, simulated=simulated, published=scenario.published)
-
-    return _run(options, one, _comparison_row, _LEGEND)
+    return _run(options, lambda scenario: answers.compare(scenario, **_given(options)), _comparison_row, _LEGEND)
 
 
-def _settings(options: Namespace, scenario: Scenario) -> SimulateOptions:
-    """The scenario's ``simulate`` block, with the options of the command line in its place."""
+def _given(options: Namespace) -> dict[str, Any]:
+    """Options of a simulation on the command line."""
     names = ("rtol", "step", "integrator", "backend", "contacts", "timeout")
     given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
-    if options.primary:
-        given["waves"] = "primary"
-    # a method named here has a use for its own settings, not for those of the one that it replaces
-    if "integrator" in given:
-        given = {"rtol": None, "step": None} | given
-    return evolve(scenario.simulate, **given)
+    return given | ({"waves": "primary"} if options.primary else {})
 
 
-def _limit(options: Namespace, scenario: Scenario) -> Limit | None:
-    """The scenario's limit, or that of the command line in its place."""
-    given: Limit | None = options.limit
-    return given or scenario.limit
+def _limited(scenario: Scenario, options: Namespace) -> Scenario:
+    """The scenario with the limit of the command line, if there is one."""
+    return scenario if options.limit is None else evolve(scenario, limit=options.limit)
 
 
 def validate(options: Namespace) -> int:
@@ -170,8 +143,7 @@ def report(options: Namespace) -> int:
 
     (scenario,) = loaded([options.file], output=options.output)
     figure()  # what the page needs is looked for before anything is computed
-    scenario = evolve(scenario, limit=_limit(options, scenario))
-    found = findings(scenario)
+    found = findings(_limited(scenario, options))
     for failed in found.failures:
         print(f"{options.file}: {failed}", file=sys.stderr)
     written(page(found), options.output)

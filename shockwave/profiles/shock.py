@@ -56,11 +56,8 @@ class Shock:
         InvalidValueError
             If a value is out of range.
         """
-        problem = DURATION.problem(duration)
-        if problem is not None:
-            raise InvalidValueError.of("duration", problem)
         _check(profile)
-        rise_time = duration / float(profile.duration_ratio)
+        rise_time = DURATION.checked("duration", duration) / float(profile.duration_ratio)
         return cls(profile=profile, peak_force=peak_force, rise_time=rise_time)  # type: ignore[arg-type]
 
     @property

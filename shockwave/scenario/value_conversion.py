@@ -14,8 +14,8 @@ from shockwave.errors import PluginError, UnknownNameError, nearest
 from shockwave.fields import Quantity, listed, text_of
 from shockwave.registry import find
 from shockwave.scenario.block_keys import Key
-from shockwave.scenario.units import to_si
 from shockwave.scenario.yaml_document import Steps
+from shockwave.units import to_si
 
 _NUMBERS = {int: Quantity("", "", whole=True), float: Quantity("", "")}
 

@@ -13,8 +13,8 @@ from attrs import frozen
 from shockwave.errors import UsageError
 from shockwave.pictures.drawing import si_label
 from shockwave.pictures.sweep import DrawnAxis
-from shockwave.scenario.units import to_si
 from shockwave.sweep.results import SweepResults
+from shockwave.units import to_si
 
 # Digits of a value in labels, and the relative tolerance for values given with `--at`.
 _DIGITS = 6

@@ -22,8 +22,8 @@ from shockwave.profiles.guard import ViolationError
 from shockwave.profiles.shock import Shock
 from shockwave.quadrature import FloatArray, Integrand
 from shockwave.quadrature.gauss_legendre import GaussLegendre
-from shockwave.scenario.units import to_si
 from shockwave.testing.contract import Contract
+from shockwave.units import to_si
 
 # Largest relative error of a closed form, near the accuracy of a quadrature.
 _CLOSED = 1e-11

@@ -8,7 +8,7 @@ from decimal import Context, Decimal, localcontext
 from functools import cache, lru_cache
 from typing import Any
 
-from shockwave.fields import text_of
+from shockwave.errors import text_of
 
 # Characters of a quantity.
 _LONGEST = 80
@@ -39,12 +39,12 @@ _USUAL = {
 }
 
 
-def to_si(value: int | float | str, unit: str) -> float:
+def to_si(value: Any, unit: str) -> float:
     """``value`` in the SI unit ``unit``.
 
     Parameters
     ----------
-    value : int, float or str
+    value : int, float, str or pint.Quantity
         A bare number is in SI units. Text is a number, or a number with a unit of the same dimension.
     unit : str
         SI unit in the spelling of pint; empty for a dimensionless number, where ``5 %`` is 0.05.
@@ -61,6 +61,8 @@ def to_si(value: int | float | str, unit: str) -> float:
     """
     got = "nothing" if value is None else text_of(value)
     try:
+        if hasattr(value, "to_base_units"):
+            value = _of_pint(value, unit)
         if isinstance(value, bool) or not isinstance(value, int | float | str):
             raise ValueError
         number = _from_text(value, unit) if isinstance(value, str) else float(value)
@@ -90,6 +92,14 @@ def _from_text(text: str, unit: str) -> float:
         usual = _USUAL.get(unit, {}).get(of_unit)
     with localcontext(Context(prec=40)):
         return float(Decimal(number) * (Decimal(usual) if usual else _factor(of_unit, unit)))
+
+
+def _of_pint(value: Any, unit: str) -> float:
+    """Number in a quantity of pint; raises ValueError for another dimension."""
+    try:
+        return float(value.to(unit or "dimensionless").magnitude)
+    except Exception as error:  # whatever pint raises, the quantity is of another dimension or no scalar
+        raise ValueError from error
 
 
 @lru_cache(maxsize=1024)

@@ -1,0 +1,178 @@
+"""Prediction, simulation and comparison of a scenario, or of a shock or an impact on a chain."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
+
+from attrs import evolve
+
+from shockwave.errors import InvalidValueError
+from shockwave.fields import text_of
+from shockwave.options import SimulateOptions
+
+if TYPE_CHECKING:
+    from shockwave.chain.chain import Chain
+    from shockwave.chain.impact import Impact
+    from shockwave.prediction.outcome import Outcome
+    from shockwave.prediction.predictor import Predictor
+    from shockwave.profiles.shock import Shock
+    from shockwave.scenario.scenario import Scenario
+    from shockwave.studies.comparison import Comparison
+
+    #: A scenario, its file, or an excitation whose chain is given beside it.
+    Scene: TypeAlias = Scenario | str | os.PathLike[str] | Shock | Impact
+
+
+def predict(scene: Scene, chain: Chain | None = None, **settings: Any) -> Outcome:
+    """Predict the waves that a shock generates.
+
+    Parameters
+    ----------
+    scene : Scenario, path-like or Shock
+        A scenario or its file, or a shock on ``chain``.
+    chain : Chain, optional
+        The chain, if ``scene`` is a shock.
+    **settings
+        Settings of `Predictor`, which replace those of the scenario.
+
+    Raises
+    ------
+    NotCoveredError
+        If the model does not cover the scene; for a scenario, located in its file.
+    ShockwaveError
+        As `Predictor.predict` and `load_scenario`.
+    """
+    from shockwave.prediction.predictor import Predictor
+
+    scenario = _scenario(scene, chain)
+    if scenario is None:
+        return Predictor(**settings).predict(cast("Shock", scene), cast("Chain", chain))
+    predictor = _predictor(scenario, settings)
+    scenario = scenario.covered_by(predictor.name)
+    outcome = predictor.predict(scenario.shock, scenario.chain)
+    return evolve(outcome, scenario=scenario.name, limit=scenario.limit)
+
+
+def simulate(scene: Scene, chain: Chain | None = None, rtol: float | None = None, **options: Any) -> Any:
+    """Integrate eq. (1) and measure the solitary waves that form.
+
+    The leading wave is followed until the limit of its peak force along the chain is accurate to ``rtol``. The other
+    waves and the rebounding granules are integrated when they are first accessed. In a chain beyond equal spheres, or
+    under an impact, the greatest forces at the contacts are measured instead.
+
+    Parameters
+    ----------
+    scene : Scenario, path-like, Shock or Impact
+        A scenario or its file, or a shock or striker on ``chain``.
+    chain : Chain, optional
+        The chain, if ``scene`` is a shock or a striker.
+    rtol : float, optional
+        Relative error of the peak force, 1e-13 to 1e-2; default 1e-6.
+    **options
+        Other options of `SimulateOptions`; those given replace those of the scenario.
+
+    Returns
+    -------
+    SimulationResult or ChainResult
+        Result in SI units; a `ChainResult` for a chain with features beyond equal spheres and free ends.
+
+    Raises
+    ------
+    InvalidValueError, UnknownNameError
+        If a setting is out of range or not used by the method, or a name is unknown.
+    NumericalError
+        If the integrator fails, no wave forms, the shock is too long, or the time limit is reached.
+    ShockwaveError
+        As `load_scenario`.
+    """
+    from shockwave.measurement.simulate import simulate_with
+
+    options |= {} if rtol is None else {"rtol": rtol}
+    scenario = _scenario(scene, chain)
+    if scenario is None:
+        return simulate_with(SimulateOptions(**options), cast("Shock", scene), cast("Chain", chain))
+    result = simulate_with(_options(scenario, options), scenario.excitation, scenario.chain)
+    return evolve(result, scenario=scenario.name, limit=scenario.limit)
+
+
+def compare(
+    scene: Scene,
+    chain: Chain | None = None,
+    predictor: Predictor | None = None,
+    options: SimulateOptions | None = None,
+    **asked: Any,
+) -> Comparison:
+    """Predict and simulate a scene; simulate alone where the model does not cover it.
+
+    Parameters
+    ----------
+    scene : Scenario, path-like, Shock or Impact
+        A scenario or its file, or a shock or striker on ``chain``.
+    chain : Chain, optional
+        The chain, if ``scene`` is a shock or a striker.
+    predictor : Predictor, optional
+        By default that of the scenario, or one with its defaults.
+    options : SimulateOptions, optional
+        By default those of the scenario; or else
+    **asked
+        options of `simulate`.
+
+    Raises
+    ------
+    ShockwaveError
+        As `predict` and `simulate`.
+    """
+    from shockwave.studies import comparison
+
+    scenario = _scenario(scene, chain)
+    if scenario is None:
+        return comparison.compare(cast("Shock", scene), cast("Chain", chain), predictor, options, **asked)
+    options = _options(scenario, asked) if options is None else options
+    found = comparison.compare(scenario.excitation, scenario.chain, predictor or scenario.predictor, options)
+    predicted = found.predicted and evolve(found.predicted, scenario=scenario.name, limit=scenario.limit)
+    simulated = evolve(found.simulated, scenario=scenario.name, limit=scenario.limit)
+    return evolve(found, predicted=predicted, simulated=simulated, published=scenario.published)
+
+
+def _scenario(scene: object, chain: object) -> Scenario | None:
+    """The scenario, loaded if ``scene`` is a path; None for an excitation with a chain.
+
+    Raises
+    ------
+    InvalidValueError
+        If a scenario or a path comes with a chain, or anything else without one.
+    """
+    named = isinstance(scene, str | os.PathLike)
+    if chain is not None and not named:
+        return None
+    from shockwave.scenario.scenario import Scenario  # an excitation on a chain does not need it
+
+    if chain is None and named:
+        from shockwave.scenario.loader import load_scenario
+
+        return _single(load_scenario(cast(str, scene)))
+    if chain is None and isinstance(scene, Scenario):
+        return _single(scene)
+    rule = "must be a scenario or its file alone, or a shock or an impact together with a chain"
+    raise InvalidValueError.of("scene", f"{rule} (got {text_of(scene)} {'and' if named else 'without'} a chain)")
+
+
+def _single(scenario: Scenario) -> Scenario:
+    """The scenario, if it describes a single case."""
+    if scenario.sweep is not None:
+        got = f"got a sweep of {len(scenario.sweep)}; shockwave.run_sweep runs it"
+        raise InvalidValueError.of("scene", f"must describe a single case ({got})")
+    return scenario
+
+
+def _predictor(scenario: Scenario, settings: dict[str, Any]) -> Predictor:
+    return evolve(scenario.predictor, **settings)
+
+
+def _options(scenario: Scenario, given: dict[str, Any]) -> SimulateOptions:
+    """The scenario's options with those ``given`` in their place."""
+    # a method named here has a use for its own settings, not for those of the one that it replaces
+    if "integrator" in given:
+        given = {"rtol": None, "step": None} | given
+    return evolve(scenario.simulate, **given)

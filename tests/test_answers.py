@@ -1,0 +1,103 @@
+"""Entry points for scenarios, their files, and shocks on chains; quantities with units in Python."""
+
+from pathlib import Path
+from typing import Any
+
+import pint
+import pytest
+
+import shockwave as sw
+
+ROOT = Path(__file__).parent.parent
+FILE = ROOT / "profiles" / "paper" / "table1-row1.yaml"
+SHOCK = sw.Shock(profile=sw.Triangular(duration_ratio=3.0), peak_force=100.0, rise_time=10e-6)
+CHAIN = sw.Chain(material=sw.material("paper-steel"), radius=4.75e-3)
+Q = pint.UnitRegistry().Quantity
+
+
+@pytest.fixture(params=["scenario", "path", "text"])
+def scene(request: pytest.FixtureRequest) -> Any:
+    return {"scenario": sw.load_scenario(FILE), "path": FILE, "text": str(FILE)}[request.param]
+
+
+def test_a_scenario_is_predicted_with_its_own_settings(scene: Any) -> None:
+    scenario = sw.load_scenario(FILE)
+    expected = scenario.predictor.predict(scenario.shock, scenario.chain)
+    outcome = sw.predict(scene)
+    assert (outcome.scenario, outcome.peak_force) == (scenario.name, expected.peak_force)
+
+
+def test_a_scenario_is_simulated_with_its_own_options(scene: Any) -> None:
+    scenario = sw.load_scenario(FILE)
+    result = sw.simulate(scene)
+    assert (result.scenario, result.rtol) == (scenario.name, scenario.simulate.rtol or 1e-6)
+    assert result.peak_force == sw.simulate(scenario.shock, scenario.chain, rtol=scenario.simulate.rtol).peak_force
+
+
+def test_a_comparison_of_a_scenario_has_its_published_figures(scene: Any) -> None:
+    both = sw.compare(scene)
+    assert both.published is not None
+    assert both.predicted is not None
+    assert (both.predicted.scenario, both.simulated.scenario) == (sw.load_scenario(FILE).name,) * 2
+
+
+def test_options_given_replace_those_of_the_scenario() -> None:
+    assert sw.simulate(FILE, rtol=1e-4, waves="primary").options.waves == "primary"
+    assert sw.simulate(FILE, rtol=1e-4).rtol == 1e-4
+    assert sw.predict(FILE, momentum_coefficient="paper").momentum_coefficient == 13 / 3
+    assert sw.compare(FILE, rtol=1e-4).simulated.rtol == 1e-4
+
+
+def test_a_method_given_ignores_the_tolerance_of_the_scenario(tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    shock = "{profile: triangular, peak_force: 1 N, rise_time: 10 us, duration_ratio: 2}"
+    chain = "{material: paper-steel, diameter: 9.5 mm}"
+    file.write_text(f"chain: {chain}\nshock: {shock}\nsimulate: {{rtol: 1e-7}}\n", encoding="utf-8")
+    assert sw.simulate(file, integrator="verlet", step=0.02).rtol is None
+
+
+def test_a_shock_on_a_chain_is_answered_as_before() -> None:
+    assert sw.predict(SHOCK, CHAIN).peak_force == sw.Predictor().predict(SHOCK, CHAIN).peak_force
+    assert sw.simulate(SHOCK, CHAIN, 1e-4).rtol == 1e-4
+
+
+@pytest.mark.parametrize("scene", [FILE, SHOCK], ids=["file-with-a-chain", "shock-alone"])
+@pytest.mark.parametrize("answer", [sw.predict, sw.simulate, sw.compare], ids=["predict", "simulate", "compare"])
+def test_half_a_scene_is_refused(scene: Any, answer: Any) -> None:
+    chain = CHAIN if scene is FILE else None
+    with pytest.raises(sw.InvalidValueError, match=r"^scene: must be a scenario or its file alone, or a shock"):
+        answer(scene, chain)
+
+
+def test_a_sweep_is_refused() -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"^scene: must describe a single case \(got a sweep of \d+;"):
+        sw.predict(ROOT / "profiles" / "maps" / "amplification.yaml")
+
+
+def test_a_scene_that_the_model_does_not_cover_is_located() -> None:
+    with pytest.raises(sw.NotCoveredError, match=r"yaml:\d+:\d+: chain"):
+        sw.predict(ROOT / "profiles" / "chains" / "taper.yaml")
+
+
+def test_an_unknown_material_is_refused() -> None:
+    with pytest.raises(sw.UnknownNameError, match="did you mean 'copper'"):
+        sw.material("coper")
+
+
+@pytest.mark.parametrize("size", ["9.5 mm", "0.95 cm", Q(9.5, "mm"), 9.5e-3], ids=["mm", "cm", "pint", "float"])
+def test_constructors_take_quantities_with_units(size: Any) -> None:
+    assert sw.Chain(material=CHAIN.material, diameter=size).radius == pytest.approx(4.75e-3, rel=1e-15)
+
+
+def test_all_parts_of_a_scene_take_quantities_with_units() -> None:
+    steel = sw.Material(youngs_modulus="193 GPa", poisson_ratio=0.3, density=Q(7.958, "g/cm**3"))
+    assert (steel.youngs_modulus, steel.density) == (193e9, pytest.approx(7958.0, rel=1e-15))
+    shock = sw.Shock(profile=SHOCK.profile, peak_force="0.1 kN", rise_time=Q(10, "us"))
+    assert (shock.peak_force, shock.rise_time) == (100.0, pytest.approx(10e-6, rel=1e-15))
+    assert sw.Shock.of_duration(profile=SHOCK.profile, duration="30 us", peak_force=1.0).rise_time == 30e-6 / 3
+
+
+@pytest.mark.parametrize("value", ["9.5 N", "9.5 parsnips", "much", Q(9.5, "N")], ids=str)
+def test_a_quantity_of_another_dimension_is_refused(value: Any) -> None:
+    with pytest.raises(sw.InvalidValueError, match=r"^radius: must be a length, such as '9.5 mm' \(got "):
+        sw.Chain(material=CHAIN.material, radius=value)
