@@ -134,7 +134,7 @@ _UNCERTAINTY = [
     _FORCE_RTOL,
     _JSON,
     _option("FILE", "scenario file (YAML) with an `uncertainty` block"),
-    _option("--draws N", "number of samples, a power of 2 (default: 4096)", type=int, default=4096),
+    _option("--draws N", "number of samples, a power of 2 (default: 4096 by a curve, 512 by simulations)", type=int),
     _option("--seed N", "seed of the samples (default: 0)", type=int, default=0),
 ]
 _BENCH = [
@@ -172,8 +172,8 @@ _COMMANDS: list[tuple[str, str, str, list[_Option]]] = [
     ("curve", "scenario_commands:curve", "amplification as a function of the rise time", [_FILE, *_CURVE]),
     ("sweep", "sweep:sweep", "run or resume all cases of a sweep", [*_SWEEP, _JSON]),
     ("plot", "plot:plot", "plot the results of a sweep as lines or as a map", _PLOT),
-    ("design", "design:design", "find values that give the leading wave a target property", _DESIGN),
-    ("uncertainty", "design:uncertainty", "distribution of the leading wave for uncertain values", _UNCERTAINTY),
+    ("design", "design:design", "find values that give a wave or a force a target value", _DESIGN),
+    ("uncertainty", "design:uncertainty", "distribution of the forces for uncertain values", _UNCERTAINTY),
     ("bench", "benchmark_commands:bench", "measure the error of each method against its run time", [*_BENCH, _JSON]),
     ("stress", "benchmark_commands:stress", "run the catalogue of extreme cases", [*_STRESS, _JSON]),
     ("list", "registry_commands:list_registered", "list the available profiles, integrators, ...", [*_LIST, _JSON]),

@@ -138,6 +138,8 @@ def simulate_many(
     step: float | None = None,
     waves: Waves = "train",
     backend: Backend = "auto",
+    contacts: Iterable[int] = (),
+    until: float | None = None,
     threads: int | None = None,
 ) -> list[_Outcome]:
     """Simulate many shocks in parallel: eight at a time on each core, on all cores.
@@ -148,7 +150,7 @@ def simulate_many(
         The shocks or strikers.
     chain : Chain or sequence of Chain
         One chain for all shocks, or one for each shock.
-    rtol, integrator, wave_threshold, step, waves, backend
+    rtol, integrator, wave_threshold, step, waves, backend, contacts, until
         As in `simulate`.
     threads : int, optional
         Number of threads that run the compiled code. By default one for each core.
@@ -164,7 +166,14 @@ def simulate_many(
         If a setting is out of range, the number of chains differs from that of the shocks, or a name is unknown.
     """
     options = SimulateOptions(
-        integrator=integrator, rtol=rtol, step=step, wave_threshold=wave_threshold, waves=waves, backend=backend
+        integrator=integrator,
+        rtol=rtol,
+        step=step,
+        wave_threshold=wave_threshold,
+        waves=waves,
+        backend=backend,
+        contacts=contacts,
+        until=until,
     )
     setup = setup_of(options)
     shocks = list(shocks)

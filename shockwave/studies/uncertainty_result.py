@@ -22,6 +22,16 @@ _STATISTICS_LEGEND = (
     "(sd: standard deviation; linear sd: to first order, from the exponents; +-: half the 95 % confidence interval of "
     "sampling, and the error of the peak forces)"
 )
+_SHARES_LEGEND = (
+    "(contribution of a parameter to the variance of each quantity, including its interactions with other parameters; "
+    "first-order: without them; +-: half the 95 % confidence interval of sampling)"
+)
+_SIMULATED_LEGEND = (
+    "(sd: standard deviation; linear sd: from the slopes at the nominal values; +-: half the 95 % confidence interval "
+    "of sampling, and the error of the simulations)"
+)
+# Smallest printed error of a share of the variance.
+_LEAST_SHARE = 1e-4
 
 
 @frozen
@@ -138,23 +148,20 @@ class Uncertainty:
     def to_dict(self) -> dict[str, Any]:
         """The document that ``uncertainty --json`` prints: SI floats, without the draws."""
         document = asdict(self, filter=lambda attribute, _: attribute.name not in ("values", "peak_forces"))
-        for name in ("peak_force", "amplification"):
-            pairs = document[name]["quantiles"].items()
-            document[name]["quantiles"] = [{"share": share, **estimate} for share, estimate in pairs]
-        return document
+        return document | {name: _listed(document[name]) for name in ("peak_force", "amplification")}
 
     def __str__(self) -> str:
         force = self.peak_force
-        mean, low, high = map(self._shown, (force.mean, force.quantiles[0.05], force.quantiles[0.95]))
+        ends = force.mean, force.quantiles[0.05], force.quantiles[0.95]
+        mean, low, high = (_shown(each, self.model_error) for each in ends)
         sources = {"curve": "the universal curve of the shape", "simulation": "simulations, as the shape is uncertain"}
         ranked = sorted(self.sensitivities, key=lambda one: one.peak_force_total.value, reverse=True)
-        forces = self._column(force)
-        ratios = self._column(self.amplification)
-        samples = f"{self.draws}, seed {self.seed}; {self.evaluations} including those for the sensitivity indices"
+        forces = _column(force, self.model_error)
+        ratios = _column(self.amplification, self.model_error)
         details = [
             ("peak forces", f"from {sources[self.method]}, each accurate to {self.model_error:.0e}"),
             ("scales as", f"{self.exponents} at the nominal values, each accurate to {self.exponents.error:.0e}"),
-            ("samples", samples),
+            ("samples", _samples(self)),
             ("scenario", self.scenario or "-"),
         ]
         lines = [
@@ -171,17 +178,150 @@ class Uncertainty:
         ]
         return "\n".join(lines)
 
-    def _column(self, one: Statistics) -> dict[str, str]:
-        """Printed statistics of one quantity."""
-        nominal = si(one.nominal, "", error=self.model_error)
-        quantiles = {_percentile(share): self._shown(estimate) for share, estimate in one.quantiles.items()}
-        linear = f"{one.linear_sd:.4g}"
-        moments = {"nominal": nominal, "mean": self._shown(one.mean), "sd": self._shown(one.sd), "linear sd": linear}
-        return moments | quantiles
 
-    def _shown(self, estimate: Estimate) -> str:
-        """A statistic with its sampling error and the error of the peak forces together."""
-        return str(Estimate(estimate.value, math.hypot(estimate.error, self.model_error * estimate.value)))
+@frozen
+class Parameter:
+    """An uncertain parameter: its dotted name, unit, distribution in words, value in the scenario, and deviation."""
+
+    name: str
+    unit: str
+    spread: str
+    value: float
+    sd: float
+
+
+@frozen(kw_only=True)
+class QuantityStatistics:
+    """Distribution of one quantity of the simulations.
+
+    Attributes
+    ----------
+    name, unit, label : str
+        Name in the document of `simulate`, SI unit, and printed name.
+    statistics : Statistics
+        Its statistics.
+    model_error : float
+        Greatest bound on the relative error of a single simulation; the sampling error is separate.
+    first, total : tuple of Estimate
+        Sobol indices of the parameters, in their order: the fraction of the variance that a parameter causes alone, and
+        including its interactions.
+    exponents : tuple of float
+        d ln of the quantity / d ln of each parameter at the nominal scene.
+    """
+
+    name: str
+    unit: str
+    label: str
+    statistics: Statistics
+    model_error: float
+    first: tuple[Estimate, ...]
+    total: tuple[Estimate, ...]
+    exponents: tuple[float, ...]
+
+
+@frozen(kw_only=True)
+class SimulatedUncertainty:
+    """Distributions of the forces in a chain beyond equal spheres for uncertain parameters, from simulations.
+
+    Attributes
+    ----------
+    scenario : str
+        Name of the scenario, if it has one.
+    draws, seed, evaluations : int
+        Number of scenes drawn; seed; number of scenes including those for the Sobol indices.
+    parameters : tuple of Parameter
+        The uncertain parameters, in the given order.
+    quantities : tuple of QuantityStatistics
+        The greatest force, the force and the impulse on a wall, the restitution of a striker, the dissipated energy,
+        and the forces at the contacts of the scenario; those that every scene has.
+    warnings : tuple of str
+        Limits of the result, in sentences.
+    values, outputs : mapping of str to ndarray, shape (draws,)
+        Values of the parameters that were drawn, and of the quantities, by their names.
+    """
+
+    scenario: str
+    draws: int
+    seed: int
+    evaluations: int
+    parameters: tuple[Parameter, ...]
+    quantities: tuple[QuantityStatistics, ...]
+    warnings: tuple[str, ...]
+    values: Mapping[str, FloatArray] = field(eq=False, repr=False)
+    outputs: Mapping[str, FloatArray] = field(eq=False, repr=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document that ``uncertainty --json`` prints: SI floats, without the draws."""
+        document = asdict(self, filter=lambda attribute, _: attribute.name not in ("values", "outputs"))
+        for one in document["quantities"]:
+            shares = zip(self.parameters, *(one.pop(name) for name in ("exponents", "first", "total")), strict=True)
+            names = ("name", "exponent", "first", "total")
+            one["sensitivities"] = [dict(zip(names, (each.name, *more), strict=True)) for each, *more in shares]
+            one |= _listed(one.pop("statistics"))
+        return {**document, "method": "simulation", "peak_force": None, "amplification": None}
+
+    def __str__(self) -> str:
+        named = self.quantities
+        totals, firsts = [one.total for one in named], [one.first for one in named]
+        first = [f"{one.label}: first-order, %" for one in named]
+        header = ["source of variance", *(f"{one.label}, %" for one in named), "spread", *first]
+        rows = []
+        for index, one in enumerate(self.parameters):
+            total, alone = ([_percent(each[index]) for each in shares] for shares in (totals, firsts))
+            rows.append([one.name, *total, one.spread, *alone])
+        columns = [_column(one.statistics, one.model_error) for one in named]
+        units = [f"{one.label}, {one.unit}" if one.unit else one.label for one in named]
+        errors = ", ".join(f"{one.label} {one.model_error:.0e}" for one in named)
+        details = [
+            ("simulations", f"largest relative error of a scene: {errors}"),
+            ("samples", _samples(self)),
+            ("scenario", self.scenario or "-"),
+        ]
+        lines = [
+            *(strong(line) for one in named[:2] for line in paragraph("", _lead(one), 2)),
+            *limits(self.warnings),
+            "",
+            table(header, rows, header[2:]),
+            *paragraph("  ", _SHARES_LEGEND, 2),
+            "",
+            table(["", *units], [[name, *(column[name] for column in columns)] for name in columns[0]], units[1:]),
+            *paragraph("  ", _SIMULATED_LEGEND, 2),
+            "",
+            *facts(details),
+        ]
+        return "\n".join(lines)
+
+
+def _lead(one: QuantityStatistics) -> str:
+    mean, low, high = (
+        _shown(each, one.model_error)
+        for each in (one.statistics.mean, one.statistics.quantiles[0.05], one.statistics.quantiles[0.95])
+    )
+    return f"{one.label}: mean {mean} {one.unit}, 90 % between {low} and {high} {one.unit}"
+
+
+def _samples(found: Uncertainty | SimulatedUncertainty) -> str:
+    including = f"{found.evaluations} including those for the sensitivity indices"
+    return f"{found.draws}, seed {found.seed}; {including}"
+
+
+def _listed(statistics: dict[str, Any]) -> dict[str, Any]:
+    """Statistics with the quantiles as a list."""
+    pairs = statistics["quantiles"].items()
+    return {**statistics, "quantiles": [{"share": share, **estimate} for share, estimate in pairs]}
+
+
+def _column(one: Statistics, error: float) -> dict[str, str]:
+    """Printed statistics of one quantity with this relative error."""
+    nominal = si(one.nominal, "", error=error)
+    quantiles = {_percentile(share): _shown(estimate, error) for share, estimate in one.quantiles.items()}
+    moments = {"nominal": nominal, "mean": _shown(one.mean, error), "sd": _shown(one.sd, error)}
+    return moments | {"linear sd": f"{one.linear_sd:.4g}"} | quantiles
+
+
+def _shown(estimate: Estimate, error: float) -> str:
+    """A statistic with its sampling error and the relative error of each value together."""
+    return str(Estimate(estimate.value, math.hypot(estimate.error, error * estimate.value)))
 
 
 def _percentile(share: float) -> str:
@@ -202,4 +342,4 @@ def _row(one: Sensitivity) -> dict[str, str]:
 
 
 def _percent(share: Estimate) -> str:
-    return str(Estimate(100 * share.value, 100 * share.error))
+    return str(Estimate(100 * share.value, 100 * max(share.error, _LEAST_SHARE)))

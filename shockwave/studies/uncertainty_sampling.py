@@ -1,77 +1,88 @@
-"""Uncertainty of the peak force of the leading wave, by quasi-Monte Carlo sampling.
-
-The samples are scrambled Sobol points in sixteen independent batches. The scatter of the batches gives the sampling
-error, which is reported with every number. Sobol indices are computed by Saltelli's scheme. Distributions are truncated
-to the range of their parameter.
-"""
+"""Uncertainty of the peak force of the leading wave, or of the forces in a chain without a leading wave."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from attrs import frozen
-from scipy.stats import norm, qmc, sobol_indices, truncnorm, uniform
 
 from shockwave.chain.chain import Chain
+from shockwave.chain.impact import Impact
 from shockwave.errors import Fault, InvalidValueError
 from shockwave.fields import Quantity
 from shockwave.profiles.shock import Shock
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.scenario.scenario import Scenario
+from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import Spread, read
 from shockwave.scenario.value_conversion import WrongsError
 from shockwave.scenario.yaml_document import dotted
 from shockwave.studies import varied_scenes
+from shockwave.studies.sampling import (
+    WORK,
+    Distribution,
+    cut_warnings,
+    difference,
+    estimates,
+    indices,
+    sampled,
+    statistics,
+    steps_about,
+)
 from shockwave.studies.scaling_exponents import POWERS, Exponents
-from shockwave.studies.uncertainty_result import Estimate, Sensitivity, Statistics, Uncertainty
+from shockwave.studies.simulated_quantities import quantities_of, scenes_of, simulations
+from shockwave.studies.uncertainty_result import (
+    Estimate,
+    Parameter,
+    QuantityStatistics,
+    Sensitivity,
+    SimulatedUncertainty,
+    Uncertainty,
+)
 from shockwave.studies.universal_curve import RTOL
 
-_DRAWS = Quantity("", "number of draws", at_least=1024, at_most=2**18, whole=True)
+_DRAWS = Quantity("", "number of draws", at_least=256, at_most=2**18, whole=True)
 _SEED = Quantity("", "seed", at_least=0, at_most=2**63 - 1, whole=True)
-# Number of independent batches of samples.
-_BATCHES = 16
-# Half the 95 % confidence interval of a mean over the batches, over their standard deviation: Student's t for fifteen
-# degrees of freedom over the root of their number.
-_CONFIDENCE = 2.1314 / math.sqrt(_BATCHES)
-# Smallest probability of a truncated part that is reported.
-_LEAST_CUT = 1e-6
-# Probabilities of the reported quantiles.
-_QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
-# Step of a finite difference, over the standard deviation of the parameter.
+# Default number of draws from a curve, and if each is a simulation of a chain beyond equal spheres.
+_OF_CURVE = 4096
+_OF_SIMULATIONS = 512
+# Step of a finite difference, over the standard deviation of the parameter, and tolerance of its simulations.
 _STEP = 1e-2
-# Tolerance of the simulations of a finite difference.
 _DIFFERENCE_RTOL = 1e-10
+# The same in chains beyond equal spheres, where late collisions make slopes over smaller steps irregular.
+_FORCE_STEP = 0.3
+_FORCE_RTOL = 1e-8
+# Standard deviation, over the error of a simulation, of a spread that the error may have caused.
+_NOISE = 3.0
 # Tolerance of a curve whose slope is used.
 _SLOPE_RTOL = 1e-6
-# Name of the work whose progress is reported.
-_WORK = "scenes"
 
 
 def uncertainty(
-    scene: Scenario | Shock,
+    scene: Scenario | Shock | Impact,
     chain: Chain | None = None,
     spreads: Mapping[str, Any] | None = None,
     *,
-    draws: int = 4096,
+    draws: int | None = None,
     seed: int = 0,
     rtol: float = 1e-4,
-) -> Uncertainty:
-    """Distribution of the peak force of the leading wave for uncertain parameters.
+) -> Uncertainty | SimulatedUncertainty:
+    """Distribution of the peak force of the leading wave, or of the forces in a chain beyond equal spheres.
 
     Parameters
     ----------
-    scene : Scenario or Shock
-        A scenario, or a shock on ``chain``.
+    scene : Scenario, Shock or Impact
+        A scenario, or a shock or an impact on ``chain``.
     chain : Chain, optional
-        The chain, if ``scene`` is a shock.
+        The chain, if ``scene`` is not a scenario.
     spreads : mapping, optional
         Dotted names and distributions, as in the ``uncertainty`` block, which they replace.
-    draws : int
-        Number of scenes to draw, a power of 2 from 1024 to 262144.
+    draws : int, optional
+        Number of scenes to draw, a power of 2 from 256 to 262144; by default 4096, or 512 in a chain beyond equal
+        spheres, where each scene is simulated.
     seed : int
         Seed of the random numbers; the same seed gives the same digits.
     rtol : float
@@ -79,8 +90,8 @@ def uncertainty(
 
     Returns
     -------
-    Uncertainty
-        Statistics in SI units, with their sampling errors.
+    Uncertainty or SimulatedUncertainty
+        Statistics in SI units, with their sampling errors; a `SimulatedUncertainty` for a chain beyond equal spheres.
 
     Raises
     ------
@@ -89,47 +100,107 @@ def uncertainty(
     NumericalError
         If a simulation fails.
     """
-    draws, seed = _DRAWS.checked("draws", draws), _SEED.checked("seed", seed)
-    rtol = RTOL.checked("rtol", rtol)
+    scenario = varied_scenes.scenario_of(scene, chain)
+    covered = varied_scenes.is_covered(scenario)
+    draws = _DRAWS.checked("draws", (_OF_CURVE if covered else _OF_SIMULATIONS) if draws is None else draws)
+    seed, rtol = _SEED.checked("seed", seed), RTOL.checked("rtol", rtol)
     if draws.bit_count() > 1:
         raise InvalidValueError.of("draws", f"must be a power of 2, such as 4096 (got {draws})")
-    scenario = varied_scenes.scenario_of(scene, chain)
     drawn = [Distribution.of(spread, scenario) for spread in _spreads(scenario, spreads)]
+    progressed(WORK, 0, draws * (len(drawn) + 2))
+    return (_of_leading_wave if covered else _of_forces)(scenario, drawn, draws, seed, rtol)
+
+
+def _of_leading_wave(
+    scenario: Scenario, drawn: Sequence[Distribution], draws: int, seed: int, rtol: float
+) -> Uncertainty:
     nominal = {one.name: np.array([one.value]) for one in drawn}
-    total = draws * (len(drawn) + 2)
-    progressed(_WORK, 0, total)
     # if the shock has no curve, the error is raised before anything is drawn
     curve = varied_scenes.curve_of(scenario.shock.profile, min(rtol, _SLOPE_RTOL), varied_scenes.duration_of(scenario))
     exponents = varied_scenes.exponents_of(scenario, curve)
-    (amplification,), (force,), (error,) = varied_scenes.primaries(scenario, nominal, rtol)
-    try:
-        points, outputs, errors = _sampled(scenario, drawn, draws, seed, rtol)
-    except InvalidValueError as wrong:
-        problem = f"must give only valid samples ({wrong.faults[0]}; narrow the distributions or use {{factor: ...}})"
-        raise InvalidValueError.of("uncertainty", problem) from None
+
+    def evaluate(values: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
+        amplification, force, error = varied_scenes.primaries(scenario, values, rtol)
+        return np.array([amplification * force, amplification]), np.array([error.max()])
+
+    ((peak_force,), (amplification,)), (error,) = evaluate(nominal)
+    points, outputs, (errors,) = sampled(drawn, draws, seed, evaluate)
     slopes = [slopes_at(scenario, exponents, one, nominal) for one in drawn]
     # shape (2 indices, parameters, 2 outputs, value and error)
-    indices = _estimates(_indices, outputs)
+    shares = estimates(indices, outputs)
     forces, ratios = outputs[:, 0, 0], outputs[:, 1, 0]
     moves = np.array([[slope.value * one.sd for slope in both] for one, both in zip(drawn, slopes, strict=True)])
-    cuts = [one for one in drawn if one.cut > _LEAST_CUT]
     return Uncertainty(
         scenario=scenario.name,
         draws=draws,
         seed=seed,
-        evaluations=total,
+        evaluations=draws * (len(drawn) + 2),
         method="curve" if varied_scenes.keep_shape(nominal) else "simulation",
-        peak_force=_statistics(forces, float(amplification * force), moves[:, 0]),
-        amplification=_statistics(ratios, float(amplification), moves[:, 1]),
-        sensitivities=tuple(map(_sensitivity, drawn, slopes, indices.swapaxes(0, 1))),
+        peak_force=statistics(forces, float(peak_force), moves[:, 0]),
+        amplification=statistics(ratios, float(amplification), moves[:, 1]),
+        sensitivities=tuple(map(_sensitivity, drawn, slopes, shares.swapaxes(0, 1))),
         exponents=exponents,
-        model_error=max(float(error), errors),
-        warnings=(
-            *varied_scenes.notes_of(scenario),
-            *(f"{one.cut:.2g} of the distribution of {one.name} is out of range and truncated" for one in cuts),
-        ),
+        model_error=float(max(error, errors)),
+        warnings=(*varied_scenes.notes_of(scenario), *cut_warnings(drawn)),
         values={one.name: column for one, column in zip(drawn, points, strict=True)},
         peak_forces=forces.ravel(),
+    )
+
+
+def _of_forces(
+    scenario: Scenario, drawn: Sequence[Distribution], draws: int, seed: int, rtol: float
+) -> SimulatedUncertainty:
+    (result,) = simulations([scenario], rtol)
+    quantities = quantities_of(scenario, result)
+    family, nominal = Family(scenario), {one.name: one.value for one in drawn}
+
+    def evaluate(values: Mapping[str, FloatArray], rtol: float = rtol) -> tuple[FloatArray, FloatArray]:
+        found = simulations(scenes_of(family, values), rtol)
+        read = np.array([[one.read(each) or (math.nan, 0.0) for each in found] for one in quantities])
+        return read[..., 0], read[..., 1].max(axis=1)
+
+    points, outputs, errors = sampled(drawn, draws, seed, evaluate)
+    shares = estimates(indices, outputs)
+    slopes = []
+    for one in drawn:
+        ends = steps_about(one, _FORCE_STEP)
+        values = {name: np.repeat(value, len(ends)) for name, value in nominal.items()}
+        rows, _ = evaluate(values | {one.name: ends}, _FORCE_RTOL)
+        slopes.append([difference(ends, row, _FORCE_RTOL).value for row in rows])
+    made, notes = [], []
+    for index, quantity in enumerate(quantities):
+        batches, (value, _) = outputs[:, index, 0], quantity.read(result) or (0.0, 0.0)
+        if not np.isfinite(outputs[:, index]).all():
+            notes.append(f"the {quantity.label} is left out, because some scenes have none")
+            continue
+        slope = [all_of_one[index] / value for all_of_one in slopes]
+        moves = np.array([own * one.sd for own, one in zip(slope, drawn, strict=True)])
+        found = statistics(batches, value, moves)
+        if found.sd.value <= _NOISE * errors[index] * abs(value):
+            notes.append(f"the spread of the {quantity.label} is within the error of the simulations")
+        first, total = shares[:, :, index].tolist()
+        made.append(
+            QuantityStatistics(
+                **quantity._asdict(),
+                statistics=found,
+                model_error=float(errors[index]),
+                first=tuple(Estimate(*pair) for pair in first),
+                total=tuple(Estimate(*pair) for pair in total),
+                exponents=tuple(own * one.value for own, one in zip(slope, drawn, strict=True)),
+            )
+        )
+    return SimulatedUncertainty(
+        scenario=scenario.name,
+        draws=draws,
+        seed=seed,
+        evaluations=draws * (len(drawn) + 2),
+        parameters=tuple(
+            Parameter(one.name, one.spread.variable.unit or "", str(one.spread), one.value, one.sd) for one in drawn
+        ),
+        quantities=tuple(made),
+        warnings=(*result.warnings, *notes, *cut_warnings(drawn)),
+        values={one.name: column for one, column in zip(drawn, points, strict=True)},
+        outputs={one.name: outputs[:, index, 0].ravel() for index, one in enumerate(quantities)},
     )
 
 
@@ -144,168 +215,6 @@ def _spreads(scenario: Scenario, given: Mapping[str, Any] | None) -> tuple[Sprea
     except WrongsError as error:
         faults = [Fault(dotted(("uncertainty", *wrong.path)), str(wrong.problem)) for wrong in error.wrongs]
         raise InvalidValueError(faults) from None
-
-
-# ---------------------------------------------------------------- distributions
-
-
-@frozen
-class Distribution:
-    """Truncated normal or lognormal distribution about the value of the scenario, or a uniform distribution.
-
-    Attributes
-    ----------
-    spread : Spread
-        The given distribution.
-    value : float
-        Value in the scenario.
-    bounds : (float, float)
-        Range of the parameter, or the ends of a uniform distribution.
-    law : object
-        Frozen distribution of SciPy; for a ``factor``, the distribution of the logarithm.
-    cut : float
-        Probability of the truncated part outside the range.
-    """
-
-    spread: Spread
-    value: float
-    bounds: tuple[float, float]
-    law: Any
-    cut: float = 0.0
-
-    @classmethod
-    def of(cls, spread: Spread, scenario: Scenario) -> Distribution:
-        """The distribution about the value of ``scenario``.
-
-        Raises
-        ------
-        InvalidValueError
-            If a percentage is given for the value 0, or a factor for a value that is not above 0.
-        """
-        value = varied_scenes.value_of(scenario, spread.name)
-        first, last = spread.numbers[0], spread.numbers[-1]
-        if spread.kind == "between":
-            return cls(spread, value, (first, last), uniform(first, last - first))
-        if (spread.kind == "factor" and not value > 0) or (spread.kind == "relative" and value == 0):
-            problem = f"must be {{sd: ...}} or {{between: ...}}, as the value is {value:g} (got {spread})"
-            raise InvalidValueError.of(dotted(("uncertainty", spread.name)), problem)
-        bounds = _range(spread)
-        centre, scale = value, first
-        ends = np.array(bounds)
-        if spread.kind == "relative":
-            scale = first * abs(value)
-        elif spread.kind == "factor":
-            centre, scale = math.log(value), math.log(first)
-            with np.errstate(divide="ignore"):
-                ends = np.log(np.maximum(ends, 0.0))
-        low, high = (ends - centre) / scale
-        return cls(spread, value, bounds, truncnorm(low, high, centre, scale), float(norm.cdf(low) + norm.sf(high)))
-
-    @property
-    def name(self) -> str:
-        """Dotted name of the parameter."""
-        return self.spread.name
-
-    def at(self, probabilities: FloatArray) -> FloatArray:
-        """Quantiles at these probabilities, each above 0 and below 1."""
-        values = self.law.ppf(probabilities)
-        if self.spread.kind == "factor":
-            values = np.exp(values)
-        return np.asarray(np.clip(values, *self.bounds))
-
-    @property
-    def sd(self) -> float:
-        """Standard deviation of the truncated distribution."""
-        if self.spread.kind != "factor":
-            return float(self.law.std())
-        # midpoint rule in the probability, accurate to four digits in spite of the tails
-        count = 100_000
-        return float(np.std(self.at((np.arange(count) + 0.5) / count)))
-
-
-def _range(spread: Spread) -> tuple[float, float]:
-    spec = spread.variable.key.spec
-    assert spec is not None  # an uncertain parameter is a number
-    low = spec.above if spec.at_least is None else spec.at_least
-    high = spec.below if spec.at_most is None else spec.at_most
-    return -math.inf if low is None else low, math.inf if high is None else high
-
-
-# ---------------------------------------------------------------- sampling
-
-
-def _sampled(
-    scenario: Scenario, drawn: Sequence[Distribution], draws: int, seed: int, rtol: float
-) -> tuple[FloatArray, FloatArray, float]:
-    """Samples, shape (parameters, draws); peak forces and amplifications; and the greatest error bound.
-
-    Peak forces and amplifications have the shape (batches, 2 outputs, parameters + 2, draws of a batch): for the sample
-    A, for a second sample B, and for A with each column of B in turn.
-    """
-    points = []
-    outputs = []
-    errors = []
-    for of_batch in np.random.SeedSequence(seed).spawn(_BATCHES):
-        mixed = _mixed(drawn, np.random.default_rng(of_batch), draws // _BATCHES)
-        columns = mixed.swapaxes(0, 1).reshape(len(drawn), -1)
-        values = {one.name: column for one, column in zip(drawn, columns, strict=True)}
-        amplification, force, error = varied_scenes.primaries(scenario, values, rtol)
-        both = np.array([amplification * force, amplification])
-        points.append(mixed[0])
-        outputs.append(both.reshape(2, len(mixed), -1))
-        errors.append(float(error.max()))
-        progressed(_WORK, len(errors) * force.size, _BATCHES * force.size)
-    return np.concatenate(points, axis=-1), np.array(outputs), max(errors)
-
-
-def _mixed(drawn: Sequence[Distribution], rng: np.random.Generator, count: int) -> FloatArray:
-    """Samples A, B, and A with each column of B in turn, shape (parameters + 2, parameters, count)."""
-    size = len(drawn)
-    points = qmc.Sobol(d=2 * size, scramble=True, seed=rng).random(count).T
-    # excludes 0, where quantiles may be infinite
-    halves = np.clip(points, 2.0**-53, 1 - 2.0**-53).reshape(2, size, count)
-    first, second = (np.array([one.at(row) for one, row in zip(drawn, half, strict=True)]) for half in halves)
-    mixed = np.repeat(first[None], size, axis=0)
-    mixed[range(size), range(size)] = second
-    return np.concatenate([first[None], second[None], mixed])
-
-
-# ---------------------------------------------------------------- statistics
-
-
-def _estimates(statistic: Callable[[FloatArray], Any], batches: FloatArray) -> FloatArray:
-    """A statistic of all draws and its error from the scatter of the batches, along a new last axis."""
-    errors = _CONFIDENCE * np.std([statistic(batch) for batch in batches], axis=0, ddof=1)
-    pooled = np.concatenate(list(batches), axis=-1)
-    return np.stack([statistic(pooled), errors], axis=-1)
-
-
-def _statistics(batches: FloatArray, nominal: float, moves: FloatArray) -> Statistics:
-    """Statistics of draws of shape (batches, draws of a batch).
-
-    ``moves`` are the first-order changes of the logarithm for one standard deviation of each parameter.
-    """
-    return Statistics(
-        nominal=nominal,
-        mean=Estimate(*_estimates(np.mean, batches).tolist()),
-        sd=Estimate(*_estimates(lambda values: np.std(values, ddof=1), batches).tolist()),
-        quantiles={share: _quantile(batches, share) for share in _QUANTILES},
-        linear_sd=nominal * math.hypot(*moves),
-    )
-
-
-def _quantile(batches: FloatArray, share: float) -> Estimate:
-    """A quantile and its error, from the fraction below it in each batch (Woodruff, J. Am. Stat. Assoc. 47, 1952).
-
-    The scatter of the quantiles of the batches would be too small an error, because Sobol points are evenly spaced.
-    """
-    pooled = batches.ravel()
-    value = float(np.quantile(pooled, share, method="hazen"))
-    below = np.mean(batches <= value, axis=-1)
-    # at least one draw, as the fraction may be a whole number of draws in each batch
-    half = math.hypot(_CONFIDENCE * float(np.std(below, ddof=1)), 1 / len(pooled))
-    low, high = np.quantile(pooled, [share - half, share + half], method="hazen").tolist()
-    return Estimate(value, max(high - value, value - low))
 
 
 def _sensitivity(one: Distribution, slopes: tuple[Estimate, Estimate], indices: FloatArray) -> Sensitivity:
@@ -327,15 +236,6 @@ def _sensitivity(one: Distribution, slopes: tuple[Estimate, Estimate], indices: 
     )
 
 
-def _indices(outputs: FloatArray) -> FloatArray:
-    """First and total indices, shape (2, parameters, outputs), of outputs of shape (outputs, parameters + 2, n)."""
-    own = outputs.copy()  # SciPy may subtract the mean in place
-    parts: Any = {"f_A": own[:, 0], "f_B": own[:, 1], "f_AB": own[:, 2:].swapaxes(0, 1)}
-    found = sobol_indices(func=parts, n=outputs.shape[-1])
-    # for one parameter SciPy omits its axis
-    return np.array([one.reshape(len(outputs), -1).T for one in (found.first_order, found.total_order)])
-
-
 # ---------------------------------------------------------------- to first order
 
 
@@ -349,14 +249,9 @@ def slopes_at(
         error = exponents.error / abs(value)
         own = 1 / value if one.name == "shock.peak_force" else 0.0
         return Estimate(force, error), Estimate(force - own, error)
-    ends = np.clip(one.value + _STEP * one.sd * np.array([-1, -0.5, 0.5, 1]), *one.bounds)
+    ends = steps_about(one, _STEP)
     values = {name: np.repeat(value, len(ends)) for name, value in nominal.items()}
     ratios, forces, _ = varied_scenes.primaries(scenario, values | {one.name: ends}, _DIFFERENCE_RTOL)
     # a parameter of the profile may change the peak force of the shock too
-    return _difference(ends, np.log(ratios * forces)), _difference(ends, np.log(ratios))
-
-
-def _difference(ends: FloatArray, heights: FloatArray) -> Estimate:
-    wide = (heights[3] - heights[0]) / (ends[3] - ends[0])
-    narrow = (heights[2] - heights[1]) / (ends[2] - ends[1])
-    return Estimate(float(narrow), float(abs(wide - narrow) + 2 * _DIFFERENCE_RTOL / (ends[2] - ends[1])))
+    heights = np.log(ratios * forces), np.log(ratios)
+    return difference(ends, heights[0], _DIFFERENCE_RTOL), difference(ends, heights[1], _DIFFERENCE_RTOL)

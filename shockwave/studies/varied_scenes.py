@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from operator import attrgetter
 from typing import Any
 
 import attrs
@@ -19,10 +18,10 @@ import numpy as np
 from attrs import evolve
 
 from shockwave.chain.chain import Chain, Scales
-from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
+from shockwave.chain.impact import Impact
+from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.fields import text_of
-from shockwave.measurement.result import SimulationResult
-from shockwave.measurement.simulate import simulate_many
+from shockwave.measurement.simulate import equal_granules
 from shockwave.options import SimulateOptions
 from shockwave.prediction.predictor import Predictor
 from shockwave.profiles.base import ShockProfile
@@ -31,7 +30,9 @@ from shockwave.quadrature import FloatArray
 from shockwave.registry import entry_of
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_family import Family
+from shockwave.scenario.yaml_document import dotted, steps_of
 from shockwave.studies.scaling_exponents import POWERS, Exponents
+from shockwave.studies.simulated_quantities import scenes_of, simulations
 from shockwave.studies.universal_curve import UniversalCurve, cached_curve
 
 # Longest duration of a curve [characteristic times]; doubled as often as a shock requires.
@@ -41,44 +42,63 @@ _LIMIT = 1000.0
 # Longest duration if each scene is simulated [characteristic times]: thousands of longer simulations take hours.
 _LONGEST_SIMULATED = 300.0
 
+# Names of values -> attributes; a diameter is stored as a radius.
+_ATTRIBUTES = {"diameter": "radius", "wall": "material", "from": "first", "to": "last"}
+
 #: Amplification, peak force of the shock [N] and bound on the relative error, each of shape (n,).
 LeadingWaves = tuple[FloatArray, FloatArray, FloatArray]
 
 
-def scenario_of(scene: Scenario | Shock, chain: Chain | None) -> Scenario:
-    """The given scenario, or a scenario of a shock on a chain.
+def scenario_of(scene: Scenario | Shock | Impact, chain: Chain | None) -> Scenario:
+    """The given scenario, or one of a shock or an impact on a chain; equal granules are given by their number.
 
     Raises
     ------
     InvalidValueError
         If neither is given.
-    NotCoveredError
-        If the scene has features beyond a shock on equal granules with free ends.
     """
     if isinstance(scene, Scenario) and chain is None:
-        return scene.covered_by("this study")
-    if isinstance(scene, Shock) and isinstance(chain, Chain):
-        found = Scenario(
-            name="", path=None, shock=scene, chain=chain, predictor=Predictor(), simulate=SimulateOptions()
-        )
-        return found.covered_by("this study")
-    raise InvalidValueError.of("scene", f"must be a Scenario, or a Shock together with a Chain (got {text_of(scene)})")
+        found = scene
+    elif isinstance(scene, Shock | Impact) and isinstance(chain, Chain):
+        given: dict[str, Any] = {"shock" if isinstance(scene, Shock) else "impact": scene, "chain": chain}
+        found = Scenario(name="", path=None, predictor=Predictor(), simulate=SimulateOptions(), **given)
+    else:
+        problem = f"must be a Scenario, or a Shock together with a Chain (got {text_of(scene)})"
+        raise InvalidValueError.of("scene", problem)
+    return evolve(found, chain=equal_granules(found.excitation, found.chain) or found.chain)
+
+
+def is_covered(scenario: Scenario) -> bool:
+    """Whether curves cover the scenario: a shock on equal granules with free ends."""
+    return equal_granules(scenario.excitation, scenario.chain) is not None
 
 
 def data_of(scenario: Scenario) -> Mapping[str, Any]:
     """The content of the document; without a document, the name of the profile only."""
     if scenario.document is not None:
         return scenario.document.data
-    entry = entry_of("profiles", type(scenario.shock.profile))
+    entry = scenario.shock and entry_of("profiles", type(scenario.shock.profile))
     return {"shock": {"profile": entry and entry.name}}
 
 
 def value_of(scenario: Scenario, name: str) -> float:
-    """Value of the parameter ``name`` in the scenario, in SI units."""
-    if name == "chain.diameter":
-        return 2 * scenario.chain.radius
+    """Value of the parameter ``name`` in the scenario, in SI units.
+
+    Raises
+    ------
+    InvalidValueError
+        If the scenario gives no value, as for the mass of a fixed wall.
+    """
     path = name.replace("shock.duration_ratio", "shock.profile.duration_ratio")
-    return float(attrgetter(path.replace("shock.parameters", "shock.profile"))(scenario))
+    found: Any = scenario
+    for step in steps_of(path.replace("shock.parameters", "shock.profile")):
+        own = step if isinstance(step, int) or name.startswith("shock.") else _ATTRIBUTES.get(step, step)
+        found = found[own] if isinstance(own, int) else getattr(found, own, None)
+        if found is None:  # a segment or a striker without a size or a material of its own
+            found = getattr(scenario.chain, str(own), None)
+    if found is None:
+        raise InvalidValueError.of(dotted(("uncertainty", name)), "must have a value in the scenario (got none)")
+    return float(found) * (2 if own != step == "diameter" or ".diameter." in name else 1)
 
 
 def rise_time_of(scenario: Scenario) -> float:
@@ -194,19 +214,12 @@ def _by_curve(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float)
 
 
 def _by_simulation(scenario: Scenario, values: Mapping[str, FloatArray], rtol: float) -> LeadingWaves:
-    family = family_of(scenario, values)
-    rows = zip(*(given.tolist() for given in values.values()), strict=True)
-    scenes = [family.scenario(dict(zip(values, row, strict=True))) for row in rows]
+    scenes = scenes_of(family_of(scenario, values), values)
     longest = max(map(duration_of, scenes))
     if longest > _LONGEST_SIMULATED:
         problem = f"must last at most {_LONGEST_SIMULATED:g} characteristic times if its shape is uncertain"
         raise InvalidValueError.of("shock", f"{problem} (got {longest:.4g})")
-    chains = [scene.chain for scene in scenes]
-    found = simulate_many([scene.shock for scene in scenes], chains, rtol=rtol, waves="primary")
-    failed = [result for result in found if isinstance(result, ShockwaveError)]
-    if failed:
-        raise NumericalError(f"{len(failed)} of {len(found)} simulations failed; the first: {failed[0]}")
-    results = [result for result in found if isinstance(result, SimulationResult)]
+    results = simulations(scenes, rtol)
     amplifications = np.array([result.amplification for result in results])
     forces = np.array([result.shock.peak_force for result in results])
     return amplifications, forces, np.array([result.error_estimate for result in results])
