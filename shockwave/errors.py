@@ -6,13 +6,15 @@ that a user can correct a file in one go.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from attrs import frozen
 
-#: Names that a message lists in full; of a longer list it shows the first few.
+#: Names that a message lists in full; of a longer list it shows the most similar ones.
 MOST_NAMES = 20
 _FEW_NAMES = 8
+# Length of a name that is compared with the known names.
+_LONGEST_NAME = 60
 
 
 @frozen
@@ -78,10 +80,8 @@ class UnknownNameError(ShockwaveError, LookupError):
     exit_code = 3
 
     def __init__(self, kind: str, name: str, known: Iterable[str], hint: str = "") -> None:
-        names = list(known)
-        shown = ", ".join(names if len(names) <= MOST_NAMES else [*names[:_FEW_NAMES], "..."])
         more = f"; {hint}" if hint else ""
-        super().__init__(f"unknown {kind} (got {name!r}; {nearest(name, names)}known: {shown}{more})")
+        super().__init__(f"unknown {kind} (got {name!r}; {hint_of(name, list(known))}{more})")
 
 
 class PluginError(ShockwaveError):
@@ -109,7 +109,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
     """``"did you mean 'x'? "`` for the known name that is most similar to ``name``, or an empty string."""
     from difflib import get_close_matches  # rarely needed
 
-    matches = get_close_matches(str(name), list(known), n=1)
+    matches = get_close_matches(str(name)[:_LONGEST_NAME], list(known), n=1)
     return f"did you mean {matches[0]!r}? " if matches else ""
 
 
@@ -117,3 +117,13 @@ def text_of(value: object, limit: int = 60) -> str:
     """``value`` for a message: its repr, shortened to fit a line."""
     shown = repr(value)
     return shown if len(shown) <= limit else shown[: limit - 3] + "..."
+
+
+def hint_of(name: str, known: Sequence[str]) -> str:
+    """The nearest known name, and all known names or, if there are many, those most similar to ``name``."""
+    if len(known) <= MOST_NAMES:
+        return f"{nearest(name, known)}known: {', '.join(known)}"
+    from difflib import get_close_matches  # rarely needed
+
+    similar = get_close_matches(str(name)[:_LONGEST_NAME], known, n=_FEW_NAMES, cutoff=0.0)
+    return f"{nearest(name, known)}known: {', '.join(similar)}, ..."

@@ -164,7 +164,9 @@ def design(ax: Axes, found: Any) -> Axes:
     """
     options = sorted((*found.table, *found.solutions), key=lambda option: float(option.value))
     values, reached = np.array([(option.value, option.reached) for option in options]).T
-    ax.plot(values, reached, color=BLUE, linewidth=1.2, label="leading wave")
+    ax.plot(
+        values, reached, color=BLUE, linewidth=1.2, label="simulations" if found.target.quantity else "leading wave"
+    )
     ax.axhline(found.target.value, color=GREY, linewidth=0.9, linestyle="--", label="target value")
     if places := [option.value for option in found.solutions]:
         levels = [found.target.value] * len(places)

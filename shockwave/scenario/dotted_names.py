@@ -9,7 +9,7 @@ from typing import Any
 
 from attrs import frozen
 
-from shockwave.errors import InvalidValueError, ShockwaveError, nearest
+from shockwave.errors import InvalidValueError, ShockwaveError, hint_of
 from shockwave.fields import text_of
 from shockwave.registry import load
 from shockwave.scenario.block_keys import BLOCKS, SHOCK, Key, has_chain_blocks, parameters_of, shock_keys
@@ -69,7 +69,7 @@ def variable(name: str, data: Mapping[str, Any], fits: Callable[[str], bool] = b
     known = variables(data)
     if name not in known:
         names = [other for other in known if fits(other)]
-        hint = f"{nearest(str(name)[:60], names)}known: {', '.join(names)}"
+        hint = hint_of(str(name), names)
         raise InvalidValueError.of("", f"must be the dotted name of a key (got {text_of(name)}; {hint})")
     return known[name]
 

@@ -10,7 +10,7 @@ from contextlib import suppress
 from functools import partial
 from typing import Any, Literal, NamedTuple
 
-from shockwave.errors import PluginError, UnknownNameError, nearest
+from shockwave.errors import PluginError, UnknownNameError, hint_of
 from shockwave.fields import Quantity, listed, text_of
 from shockwave.registry import find
 from shockwave.scenario.block_keys import Key
@@ -112,7 +112,7 @@ def items(values: Sequence[Any], convert: Callable[[Any], Any]) -> list[Any]:
 
 
 def _unknown(name: str, known: Sequence[str]) -> Wrong:
-    hint = f"{nearest(name[:60], known)}known: {', '.join(known)}" if known else "no keys are allowed here"
+    hint = hint_of(name, known) if known else "no keys are allowed here"
     return Wrong((name,), f"unknown key (got {text_of(name)}; {hint})", at_key=True)
 
 

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeAlias
 
 from attrs import asdict, frozen
 
 from shockwave.chain.solitary_wave import SolitaryWave
-from shockwave.errors import InvalidValueError, nearest
-from shockwave.fields import Quantity, text_of
+from shockwave.errors import InvalidValueError
+from shockwave.fields import Quantity as Number
+from shockwave.fields import text_of
 from shockwave.scenario.block_keys import Key
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.value_conversion import converted
 from shockwave.studies.scaling_exponents import Exponents
+from shockwave.studies.simulated_quantities import Quantity
 from shockwave.text import facts, limits, paragraph, si, strong, table
 
 #: Properties of the leading wave that can be the target -> SI unit.
@@ -33,6 +35,10 @@ _LEGEND = (
     "(+-: error of the value; error: bound on the relative error of the target property by the curve; simulated: "
     "relative difference of the simulation from the curve; granule, chain: masses)"
 )
+_SIMULATED_LEGEND = (
+    "(+-: error of the value; error: estimated relative error of the target quantity in this simulation; simulated: "
+    "relative difference of a more accurate simulation)"
+)
 
 
 @frozen
@@ -42,17 +48,22 @@ class Target:
     Attributes
     ----------
     name : str
-        One of `TARGETS`.
+        One of `TARGETS`, or the name of a quantity of a simulation.
     value : float
         Value in the SI unit.
+    quantity : Quantity or None
+        Quantity of a simulation; None for a property of the leading wave.
     """
 
     name: str
     value: float
+    quantity: Quantity | None = None
 
     @classmethod
-    def of(cls, given: Any) -> Target:
+    def of(cls, given: Any, covered: bool = True, contacts: Sequence[int] = ()) -> Target:
         """Convert a mapping of one name to a number or to text with a unit.
+
+        ``covered`` is whether the scene has a leading wave in equal granules; ``contacts`` are those that it reports.
 
         Raises
         ------
@@ -63,25 +74,22 @@ class Target:
             rule = 'must be one property and its value, such as {"peak_force": "60 N"}'
             raise InvalidValueError.of("target", f"{rule} (got {text_of(given)})")
         ((name, value),) = given.items()
-        if name not in TARGETS:
-            hint = nearest(str(name), TARGETS)
-            rule = "must be a property of the leading wave"
-            raise InvalidValueError.of("target", f"{rule} (got {text_of(name)}; {hint}known: {', '.join(TARGETS)})")
-        key = Key(name, spec=Quantity(TARGETS[name], "", above=0))
+        quantity = None if covered and name in TARGETS else Quantity.named(name, contacts, TARGETS if covered else ())
+        key = Key(name, spec=Number(TARGETS[name] if quantity is None else quantity.unit, "", above=0))
         try:
-            return cls(name, converted(key, value))
+            return cls(name, converted(key, value), quantity)
         except ValueError as error:
             raise InvalidValueError.of(f"target.{name}", str(error)) from None
 
     @property
     def unit(self) -> str:
         """The unit in printed form."""
-        return TARGETS[self.name].replace("*", " ")
+        return (TARGETS[self.name] if self.quantity is None else self.quantity.unit).replace("*", " ")
 
     @property
     def label(self) -> str:
         """The name in printed form."""
-        return self.name.replace("_", " ")
+        return self.name.replace("_", " ") if self.quantity is None else self.quantity.label
 
     def __str__(self) -> str:
         return si(self.value, self.unit, 6)
@@ -92,9 +100,9 @@ class Target:
             return peak_force / scenario.shock.peak_force
         return float(getattr(SolitaryWave.of(peak_force, scenario.chain), self.name))
 
-    def distance(self, option: Option) -> float:
+    def distance(self, option: AnyOption) -> float:
         """Absolute logarithm of the ratio of the reached value to the target value."""
-        return abs(math.log(option.reached / self.value))
+        return abs(math.log(option.reached / self.value)) if option.reached > 0 else math.inf
 
     def power(self, scenario: Scenario) -> float:
         """Power of the peak force of the leading wave with which the property scales."""
@@ -109,14 +117,14 @@ class Simulated:
     ----------
     reached : float
         Value of the target property.
-    peak_force : float
-        Peak force of the leading wave [N].
+    peak_force : float or None
+        Peak force of the leading wave [N]; None for a quantity of the simulation itself.
     error_estimate : float
-        Estimate of the relative error of the peak force.
+        Estimate of the relative error of the peak force, or of this quantity.
     """
 
     reached: float
-    peak_force: float
+    peak_force: float | None
     error_estimate: float
 
 
@@ -169,6 +177,62 @@ class Option:
     simulated: Simulated | None = None
     value_error: float | None = None
 
+    @property
+    def columns(self) -> dict[str, str]:
+        """Columns of the leading wave and the masses."""
+        mass = self.chain_mass
+        return {
+            "peak force": si(self.peak_force, "N", error=self.error),
+            "amplification": si(self.amplification, "", error=self.error),
+            "speed": si(self.speed, "m/s", error=self.error),
+            "width": si(self.width, "s", error=self.error),
+            "granule": si(1e3 * self.granule_mass, "g", 4),
+            "chain": f"{si(1e3 * self.mass_per_length, 'g', 4)}/m" if mass is None else si(1e3 * mass, "g", 4),
+        }
+
+
+@frozen(kw_only=True)
+class SimulatedOption:
+    """A scene that differs from the scenario in one parameter, and its simulation.
+
+    Attributes
+    ----------
+    value : float or str
+        Value of the parameter in SI units, or the name of a material.
+    reached, reached_error : float
+        Value of the target quantity and its estimated relative error.
+    greatest_force : float or None
+        Greatest force at all contacts [N], in a finite chain.
+    transmitted_force, transmitted_impulse : float or None
+        Greatest force and impulse on a wall [N, N s].
+    simulated : Simulated or None
+        A more accurate simulation, for solutions and for the nearest option.
+    value_error : float or None
+        Error of ``value`` in its unit, for numeric solutions; None if it is unknown.
+    """
+
+    value: float | str
+    reached: float
+    reached_error: float
+    greatest_force: float | None
+    transmitted_force: float | None
+    transmitted_impulse: float | None
+    simulated: Simulated | None = None
+    value_error: float | None = None
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """Columns of the forces."""
+        forces = {
+            "greatest force": (self.greatest_force, "N"),
+            "wall force": (self.transmitted_force, "N"),
+            "wall impulse": (self.transmitted_impulse, "N s"),
+        }
+        return {name: si(force, unit) for name, (force, unit) in forces.items() if force is not None}
+
+
+AnyOption: TypeAlias = Option | SimulatedOption
+
 
 @frozen(kw_only=True)
 class Design:
@@ -203,11 +267,11 @@ class Design:
     unit: str = ""
     target: Target
     between: tuple[float, float] | None = None
-    solutions: tuple[Option, ...]
-    nearest: Option | None
-    least: Option
-    most: Option
-    table: tuple[Option, ...]
+    solutions: tuple[AnyOption, ...]
+    nearest: AnyOption | None
+    least: AnyOption
+    most: AnyOption
+    table: tuple[AnyOption, ...]
     warnings: tuple[str, ...]
 
     @property
@@ -227,6 +291,8 @@ class Design:
             return ""
         if self.spanned and self.between is None:
             return f"no material gives {self.target}, although it is within the reachable range"
+        if self.spanned and self.target.quantity is not None:
+            return f"no value gives {self.target} exactly, although it is within the reachable range: it jumps there"
         if self.spanned and self.nearest:
             simulated = f"its simulation gives {self._simulated(self.nearest)} at {self._value(self.nearest)}"
             return f"{self.target} needs a semi-infinite chain; this chain is too short for the search: {simulated}"
@@ -237,7 +303,7 @@ class Design:
     def to_dict(self) -> dict[str, Any]:
         """The document that ``design --json`` prints: SI floats."""
         document = asdict(self)
-        document["target"]["unit"] = self.target.unit
+        document["target"] = {"name": self.target.name, "value": self.target.value, "unit": self.target.unit}
         return {**document, "reachable": self.reachable, "why": self.why}
 
     def __str__(self) -> str:
@@ -254,12 +320,12 @@ class Design:
             *facts(pair for pair in decided if pair[1]),
             "",
             table(list(rows[0]), [list(row.values()) for row in rows], spare),
-            *paragraph("  ", _LEGEND, 2),
+            *paragraph("  ", _LEGEND if self.target.quantity is None else _SIMULATED_LEGEND, 2),
         ]
         return "\n".join(lines)
 
     @property
-    def _found(self) -> tuple[Option, ...]:
+    def _found(self) -> tuple[AnyOption, ...]:
         """The solutions, or else the nearest option."""
         return self.solutions or tuple(filter(None, [self.nearest]))
 
@@ -278,7 +344,7 @@ class Design:
         """The last part of the name of the varied parameter in printed form."""
         return self.vary.rpartition(".")[2].replace("_", " ")
 
-    def _value(self, option: Option) -> str:
+    def _value(self, option: AnyOption) -> str:
         """The value of an option with its error."""
         if isinstance(option.value, str):
             return option.value
@@ -288,35 +354,30 @@ class Design:
         # the error has as many decimals as the value
         return f"{si(option.value, self.unit, error=relative)} +- {si(option.value_error, self.unit, error=0.99)}"
 
-    def _simulated(self, option: Option) -> str:
+    def _simulated(self, option: AnyOption) -> str:
         """The simulated target property and peak force of an option, as accurate as its curve."""
         assert option.simulated is not None  # a solution, or the nearest option
         reached = si(option.simulated.reached, self.target.unit, error=option.reached_error)
-        if self.target.name == "peak_force":
+        if self.target.name == "peak_force" or option.simulated.peak_force is None:
             return reached
-        return f"{reached}, peak force {si(option.simulated.peak_force, 'N', error=option.error)}"
+        error = getattr(option, "error", option.reached_error)
+        return f"{reached}, peak force {si(option.simulated.peak_force, 'N', error=error)}"
 
-    def _at(self, option: Option) -> str:
+    def _at(self, option: AnyOption) -> str:
         return f"{self._reached(option)} at {self._value(option)}"
 
-    def _reached(self, option: Option) -> str:
+    def _reached(self, option: AnyOption) -> str:
         return si(option.reached, self.target.unit, error=option.reached_error)
 
-    def _row(self, option: Option) -> dict[str, str]:
+    def _row(self, option: AnyOption) -> dict[str, str]:
         """The columns of an option."""
         value, _, error = self._value(option).partition(" +- ")
         simulated = option.simulated
-        mass = option.chain_mass
         return {
             self.varied: value,
             **({} if self.between is None else {"+-": error or "-"}),
             self.target.label: self._reached(option),
             "error": f"{option.reached_error:.0e}",
             "simulated": "-" if simulated is None else f"{simulated.reached / option.reached - 1:+.0e}",
-            "peak force": si(option.peak_force, "N", error=option.error),
-            "amplification": si(option.amplification, "", error=option.error),
-            "speed": si(option.speed, "m/s", error=option.error),
-            "width": si(option.width, "s", error=option.error),
-            "granule": si(1e3 * option.granule_mass, "g", 4),
-            "chain": f"{si(1e3 * option.mass_per_length, 'g', 4)}/m" if mass is None else si(1e3 * mass, "g", 4),
+            **option.columns,
         }

@@ -1,4 +1,4 @@
-"""Design: search for all values of one parameter that give the leading wave a target property."""
+"""Design: search for all values of one parameter that give the leading wave, or a force, a target value."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from attrs import asdict, evolve, frozen
 
 from shockwave.chain.chain import Chain
+from shockwave.chain.impact import Impact
 from shockwave.chain.solitary_wave import SolitaryWave
 from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity, text_of
@@ -25,11 +26,14 @@ from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import ends_of, is_continuous
 from shockwave.studies import varied_scenes
 from shockwave.studies.chebyshev_fit import evaluated, fitted
-from shockwave.studies.design_result import Design, Option, Simulated, Target
+from shockwave.studies.design_result import AnyOption, Design, Option, Simulated, SimulatedOption, Target
+from shockwave.studies.simulated_quantities import simulations
 from shockwave.studies.universal_curve import RTOL, UniversalCurve
 from shockwave.text import si
 
 _MATERIAL = "chain.material"
+# Beginnings of the names of parameters.
+_VARIED = ("chain.", "shock.", "impact.")
 _POINTS = Quantity("", "number of rows", at_least=2, at_most=1000, whole=True)
 # Relative difference from the target that is rounding.
 _ROUNDING = 1e-9
@@ -40,12 +44,14 @@ _SIMULATION_RTOL = 1e-8
 _LARGEST_DIFFERENCE = 5.0
 # Intervals with a greater ratio of their ends are divided by equal ratios.
 _WIDE = 3.0
+# Tolerance of the simulations that are fitted, over that of the fit.
+_SIMULATED_SHARE = 0.1
 # Step of a finite difference, over the interval.
 _STEP = 1e-5
 
 
 def design(
-    scene: Scenario | Shock,
+    scene: Scenario | Shock | Impact,
     chain: Chain | None = None,
     *,
     vary: str,
@@ -55,20 +61,22 @@ def design(
     points: int = 9,
     rtol: float = 1e-4,
 ) -> Design:
-    """All values of one parameter of a scene that give the leading wave a target property.
+    """All values of one parameter of a scene that give the leading wave, or a force in the chain, a target value.
 
     Parameters
     ----------
-    scene : Scenario or Shock
-        A scenario, or a shock on ``chain``.
+    scene : Scenario, Shock or Impact
+        A scenario, or a shock or an impact on ``chain``.
     chain : Chain, optional
-        The chain, if ``scene`` is a shock.
+        The chain, if ``scene`` is not a scenario.
     vary : str
-        Dotted name of the parameter: a number of the chain or the shock, such as ``chain.radius``, or
+        Dotted name of the parameter: a number of the chain, the shock or the impact, such as ``chain.radius``, or
         ``chain.material``.
     target : mapping
-        One property of the leading wave and its value, a number in SI units or text: ``{"peak_force": "60 N"}``. The
-        properties are peak_force, amplification, momentum, energy, speed, width, granule_velocity.
+        One property and its value, a number in SI units or text: ``{"peak_force": "60 N"}``. The properties of the
+        leading wave are peak_force, amplification, momentum, energy, speed, width, granule_velocity. Those of a
+        simulation are transmitted.peak_force, transmitted.impulse, greatest_force.peak_force, dissipated_energy,
+        restitution, and contacts[0].peak_force for the first of the requested contacts.
     between : pair, optional
         Ends of the interval of a number, in SI units or as text.
     among : sequence of str, optional
@@ -76,7 +84,7 @@ def design(
     points : int
         Number of rows of the table, 2 to 1000.
     rtol : float
-        Allowed relative error of the curve, 1e-7 to 1e-2.
+        Allowed relative error of the curve, or of the fit to the simulations, 1e-7 to 1e-2.
 
     Returns
     -------
@@ -92,15 +100,18 @@ def design(
     """
     points, rtol = _POINTS.checked("points", points), RTOL.checked("rtol", rtol)
     scenario = varied_scenes.scenario_of(scene, chain)
-    requested = Target.of(target)
+    covered = varied_scenes.is_covered(scenario)
+    requested = Target.of(target, covered, scenario.simulate.contacts)
     try:
-        varied = variable(vary, varied_scenes.data_of(scenario), lambda name: name.startswith(("chain.", "shock.")))
+        varied = variable(vary, varied_scenes.data_of(scenario), lambda name: name.startswith(_VARIED))
     except InvalidValueError as error:
         raise InvalidValueError.of("vary", error.faults[0].problem) from None
     unused, given = ("between", between) if vary == _MATERIAL else ("among", among)
     if given is not None:
         raise InvalidValueError.of(unused, f"must be omitted for {vary} (got {text_of(given)})")
-    search = _Search(Family(scenario), vary, requested, rtol)
+    search = (_Search if covered and requested.quantity is None else _SimulatedSearch)(
+        Family(scenario), vary, requested, rtol
+    )
     if vary == _MATERIAL:
         return search.among(among)
     return search.along(varied.unit or "", _interval(varied, between), points)
@@ -176,12 +187,18 @@ def line_along(scenario: Scenario, name: str, target: Target, between: tuple[flo
             amplification = simulate(scene.shock, scene.chain, rtol=rtol, waves="primary").amplification
         return math.log(target.reached(amplification * scene.shock.peak_force, scene))
 
+    return fitted_line(height, between, target.power(ends[0]) * rtol, curve)
+
+
+def fitted_line(
+    height: Callable[[float], float], between: tuple[float, float], error: float, curve: UniversalCurve | None = None
+) -> Line:
+    """A piecewise polynomial fitted to ``height``; with a ``curve``, ``height`` itself and the extrema of the fit."""
     into, back = (np.log, np.exp) if _is_wide(between) else (float, float)
 
     def value_at(x: float) -> float:
         return float(np.clip(back(x), *between))
 
-    error = target.power(ends[0]) * rtol
     pieces = fitted(lambda x: height(value_at(x)), float(into(between[0])), float(into(between[1])), error)
     joints = [piece.end for piece in pieces[:-1]]
     turns = [x for piece in pieces for x in piece.turns(0.0)]
@@ -213,6 +230,20 @@ class _Search:
     target: Target
     rtol: float
 
+    @property
+    def level(self) -> float:
+        """Height of a `Line` at the target."""
+        return math.log(self.target.value)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Limits of the options."""
+        return varied_scenes.notes_of(self.family.base)
+
+    def line(self, between: tuple[float, float]) -> Line:
+        """The target property as a function of the parameter."""
+        return line_along(self.family.base, self.name, self.target, between, self.rtol)
+
     def among(self, names: Iterable[str] | None) -> Design:
         """Rank materials by their distance from the target; simulate the nearest and those that meet the target."""
         compared = list(dict.fromkeys(names or [entry.name for entry in entries("materials")]))
@@ -230,20 +261,21 @@ class _Search:
             least=min(options, key=lambda one: one.reached),
             most=max(options, key=lambda one: one.reached),
             table=tuple(ranked),
-            warnings=varied_scenes.notes_of(self.family.base),
+            warnings=self.notes,
         )
 
     def along(self, unit: str, between: tuple[float, float], points: int) -> Design:
         """Find all values in the interval that meet the target."""
-        height = math.log(self.target.value)
         try:
-            line = line_along(self.family.base, self.name, self.target, between, self.rtol)
+            line = self.line(between)
             least = self.option(min(line.landmarks, key=line.height), line.curve)
             most = self.option(max(line.landmarks, key=line.height), line.curve)
-            met = crossings(lambda value: line.height(value) - height, line.landmarks, lambda _: line.error)
+            met = crossings(lambda value: line.height(value) - self.level, line.landmarks, lambda _: line.error)
             found = [self.solution(value, line) for value in met]
             table = tuple(self.option(value, line.curve) for value in counted("rows", _spaced(between, points)))
         except InvalidValueError as error:
+            if error.faults[0].path == "target":
+                raise
             raise InvalidValueError.of("between", f"must contain only valid cases ({error.faults[0]})") from None
         to_simulate = found or [min(least, most, key=self.target.distance)]
         checked = [self.simulated(one) for one in counted("simulations", to_simulate)]
@@ -251,7 +283,8 @@ class _Search:
         near_misses = [
             f"{si(value, unit)} is an end or an extremum: it misses the target by {miss:+.0e}, within the error"
             for value in met
-            if value in line.landmarks and abs(miss := math.expm1(line.height(value) - height)) > _ROUNDING
+            if value in line.landmarks
+            and abs(miss := self.option(value, line.curve).reached / self.target.value - 1) > _ROUNDING
         ]
         return Design(
             scenario=self.family.base.name,
@@ -264,10 +297,10 @@ class _Search:
             least=least,
             most=most,
             table=table,
-            warnings=(*varied_scenes.notes_of(self.family.base), *near_misses),
+            warnings=(*self.notes, *near_misses),
         )
 
-    def solution(self, value: float, line: Line) -> Option:
+    def solution(self, value: float, line: Line) -> AnyOption:
         """The option with this value and its error."""
         option = self.option(value, line.curve)
         slope = line.slope(value)
@@ -275,7 +308,7 @@ class _Search:
         error = max(option.reached_error, 0.0 if line.curve else line.error)
         return evolve(option, value_error=error / slope if slope else None)
 
-    def option(self, value: float | str, curve: UniversalCurve | None = None) -> Option:
+    def option(self, value: float | str, curve: UniversalCurve | None = None) -> AnyOption:
         """The option with this value, from ``curve`` or from the curve of its shape."""
         scenario = self.family.scenario({self.name: value})
         shock = scenario.shock
@@ -300,7 +333,7 @@ class _Search:
             exponents=varied_scenes.exponents_of(scenario, curve),
         )
 
-    def simulated(self, option: Option) -> Option:
+    def simulated(self, option: AnyOption) -> AnyOption:
         """The option with the simulation of its scene."""
         scene = self.family.scenario({self.name: option.value})
         result = simulate(scene.shock, scene.chain, rtol=_SIMULATION_RTOL, waves="primary")
@@ -308,13 +341,64 @@ class _Search:
         simulated = Simulated(reached=reached, peak_force=result.peak_force, error_estimate=result.error_estimate)
         return evolve(option, simulated=simulated)
 
-    def near(self, option: Option) -> bool:
+    def near(self, option: AnyOption) -> bool:
         """Whether the option meets the target within the error of its curve."""
         return self.target.distance(option) <= max(option.reached_error, self.rtol)
 
-    def meets(self, option: Option) -> bool:
+    def meets(self, option: AnyOption) -> bool:
         """Whether the simulation meets the target within the errors of curve and simulation."""
         assert option.simulated is not None
         difference = abs(option.simulated.reached / self.target.value - 1)
         curve_error = max(option.reached_error, self.rtol)
         return difference <= _LARGEST_DIFFERENCE * curve_error + option.simulated.error_estimate
+
+
+@frozen
+class _SimulatedSearch(_Search):
+    """Options with different values of one parameter, each from a simulation."""
+
+    @property
+    def level(self) -> float:
+        return math.asinh(1.0)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        shock = self.family.base.shock
+        return () if shock is None else tuple(shock.profile.notes)
+
+    def line(self, between: tuple[float, float]) -> Line:
+        """The inverse hyperbolic sine of the quantity over the target, which is finite even if no force arrives."""
+
+        def height(value: float) -> float:
+            return math.asinh(self.read(value, _SIMULATED_SHARE * self.rtol)[1] / self.target.value)
+
+        # a fit to simulations may be rough: its extrema divide the interval, and crossings are those of simulations
+        return evolve(fitted_line(height, between, self.rtol), height=height)
+
+    def read(self, value: float | str, rtol: float) -> tuple[Any, float, float]:
+        """Simulation of the scene with this value; the target quantity and its relative error."""
+        (result,) = simulations([self.family.scenario({self.name: value})], rtol)
+        assert self.target.quantity is not None
+        found = self.target.quantity.read(result)
+        if found is None:
+            rule = "must be a quantity that the simulation of every scene has"
+            place = value if isinstance(value, str) else f"{value:g}"
+            got = f"got {self.target.name}, which is null where {self.name} is {place}"
+            raise InvalidValueError.of("target", f"{rule} ({got})")
+        return result, *found
+
+    def option(self, value: float | str, curve: UniversalCurve | None = None) -> AnyOption:
+        result, reached, error = self.read(value, _SIMULATED_SHARE * self.rtol)
+        wall = getattr(result, "transmitted", None)
+        return SimulatedOption(
+            value=value,
+            reached=reached,
+            reached_error=error,
+            greatest_force=result.greatest_force and result.greatest_force.peak_force,
+            transmitted_force=wall and wall.peak_force,
+            transmitted_impulse=wall and wall.impulse,
+        )
+
+    def simulated(self, option: AnyOption) -> AnyOption:
+        _, reached, error = self.read(option.value, _SIMULATION_RTOL)
+        return evolve(option, simulated=Simulated(reached=reached, peak_force=None, error_estimate=error))

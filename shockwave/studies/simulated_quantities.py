@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError, nearest
+from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError, hint_of
 from shockwave.fields import text_of
 from shockwave.measurement.simulate import simulate_many
 from shockwave.quadrature import FloatArray
@@ -35,23 +35,22 @@ class Quantity(NamedTuple):
     label: str
 
     @classmethod
-    def of(cls, name: str, contacts: Sequence[int] = ()) -> Quantity:
+    def named(cls, name: str, contacts: Sequence[int] = (), others: Iterable[str] = ()) -> Quantity:
         """The quantity of this name, for a scenario that reports these contacts.
 
         Raises
         ------
         InvalidValueError
-            If there is none.
+            If there is none; the message lists the names, and ``others`` before them.
         """
-        if place := _CONTACT.fullmatch(name):
-            index = int(place[1])
-            return cls(name, "N", f"force at contact {contacts[index] if index < len(contacts) else index}")
-        if name not in _QUANTITIES:
-            known = [*_QUANTITIES, "contacts[0].peak_force"]
-            rule = "must be a quantity of a simulation of this chain"
-            hint = f"{nearest(name, known)}known: {', '.join(known)}"
-            raise InvalidValueError.of("target", f"{rule} (got {text_of(name)}; {hint})")
-        return cls(name, *_QUANTITIES[name])
+        if name in _QUANTITIES:
+            return cls(name, *_QUANTITIES[name])
+        place = _CONTACT.fullmatch(str(name))
+        if place and int(place[1]) < len(contacts):
+            return cls(name, "N", f"force at contact {contacts[int(place[1])]}")
+        known = [*others, *_QUANTITIES, *(f"contacts[{index}].peak_force" for index in range(len(contacts)))]
+        hint = hint_of(str(name), known)
+        raise InvalidValueError.of("target", f"must be a property of the result (got {text_of(name)}; {hint})")
 
     def read(self, result: Any) -> tuple[float, float] | None:
         """Value and estimated relative error in the result of a simulation; None where the result has no value.
@@ -72,7 +71,7 @@ def quantities_of(scenario: Scenario, result: Any) -> list[Quantity]:
     """Quantities that a simulation of the scenario reports and that are not zero; contacts only if requested."""
     contacts = scenario.simulate.contacts
     names = [*_QUANTITIES, *(f"contacts[{index}].peak_force" for index in range(len(contacts)))]
-    known = [Quantity.of(name, contacts) for name in names]
+    known = [Quantity.named(name, contacts) for name in names]
     return [one for one in known if (one.read(result) or (0.0,))[0]]
 
 

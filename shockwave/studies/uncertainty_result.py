@@ -297,7 +297,8 @@ def _lead(one: QuantityStatistics) -> str:
         _shown(each, one.model_error)
         for each in (one.statistics.mean, one.statistics.quantiles[0.05], one.statistics.quantiles[0.95])
     )
-    return f"{one.label}: mean {mean} {one.unit}, 90 % between {low} and {high} {one.unit}"
+    unit = one.unit and f" {one.unit.replace('*', ' ')}"
+    return f"{one.label}: mean {mean}{unit}, 90 % between {low} and {high}{unit}"
 
 
 def _samples(found: Uncertainty | SimulatedUncertainty) -> str:

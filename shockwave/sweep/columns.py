@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from shockwave.limit import Verdict
 from shockwave.measurement.result import SimulationResult
 from shockwave.prediction.outcome import Outcome
+from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.sweep_block import Run
 from shockwave.studies.comparison import Comparison
 from shockwave.sweep.definition import NOTES, Column
@@ -155,26 +156,33 @@ _CHAIN = (
     _number("greatest_force", "N", "greatest force at all contacts", "simulated.greatest_force.peak_force"),
     _count("greatest_contact", "contact at which it acts", _at("simulated.greatest_force.contact")),
     _number("greatest_time", "s", "time at which it acts", "simulated.greatest_force.time"),
+)
+_WALL = (
     _number("transmitted_force", "N", "greatest force on the wall", "simulated.transmitted.peak_force"),
     _number("transmitted_impulse", "N s", "impulse on the wall", "simulated.transmitted.impulse"),
-    _number("error_estimate", "", "relative error of the simulated forces, estimated", "simulated.error_estimate"),
-    _number("restitution", "", "coefficient of restitution of the striker", "simulated.restitution"),
-    _number("dissipated_energy", "J", "energy dissipated by damping", "simulated.dissipated_energy"),
 )
+_CHAIN_ERROR = _number(
+    "error_estimate", "", "relative error of the simulated forces, estimated", "simulated.error_estimate"
+)
+_STRIKER = _number("restitution", "", "coefficient of restitution of the striker", "simulated.restitution")
+_DISSIPATED = _number("dissipated_energy", "J", "energy dissipated by damping", "simulated.dissipated_energy")
 
 
-def chain_reads(run: Run, contacts: Sequence[int]) -> tuple[Read, ...]:
-    """Return the columns of a sweep of chains beyond equal granules, with the forces at these ``contacts``."""
+def chain_reads(scenario: Scenario, predicted: bool) -> tuple[Read, ...]:
+    """Return the columns of a sweep of simulations of chains beyond equal granules.
+
+    ``predicted`` states whether a model may predict some points. Columns of a wall or a striker are left out if no point
+    has one.
+    """
     forces = [
         _number(
             f"force_{contact}", "N", f"greatest force at contact {contact}", f"simulated.contacts.{index}.peak_force"
         )
-        for index, contact in enumerate(contacts)
+        for index, contact in enumerate(scenario.simulate.contacts)
     ]
-    if run == "predict":
-        return reads(run, False)
-    predicted = (*_predicted("predicted_"), *_ESTIMATE) if run == "compare" else ()
-    return (*predicted, *_CHAIN, *forces, *_LAST[-1:])
+    wall = () if scenario.chain.end is None else _WALL
+    own = (*_CHAIN, *wall, _CHAIN_ERROR, *(() if scenario.impact is None else (_STRIKER,)), _DISSIPATED, *forces)
+    return (*((*_predicted("predicted_"), *_ESTIMATE) if predicted else ()), *own, *_LAST[-1:])
 
 
 def reads(run: Run, train: bool, finite: bool = False) -> tuple[Read, ...]:

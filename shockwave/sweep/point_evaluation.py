@@ -18,7 +18,7 @@ from attrs import evolve
 
 import shockwave
 from shockwave.chain.chain import Chain, Scales
-from shockwave.errors import NotCoveredError, UsageError, message_of
+from shockwave.errors import Fault, NotCoveredError, UsageError, message_of
 from shockwave.files import read_bytes
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulate import simulate_many, simulate_with
@@ -80,8 +80,13 @@ class Points:
         )
         run = self.sweep.run
         finite = scenario.chain.granules is not None or any("chain.granules" in axis.names for axis in self.sweep.axes)
-        own = reads(run, self.train, finite)
-        self._columns = chain_reads(run, scenario.simulate.contacts) if self.chains else own
+        self._columns = reads(run, self.train, finite)
+        if self.chains:
+            refused = _refused(scenario, self.sweep)
+            if refused and run == "predict":
+                raise NotCoveredError(refused)
+            if run != "predict":
+                self._columns = chain_reads(scenario, predicted=run == "compare" and not refused)
         if scenario.limit is not None:
             self._columns = (*self._columns[:-1], VERDICT, self._columns[-1])
         self._family = Family(scenario)
@@ -210,6 +215,16 @@ def _is_feature(name: str) -> bool:
     return name.rpartition(".")[0] not in (*BLOCKS, "shock.parameters") or name.endswith(
         (".precompression", ".gravity")
     )
+
+
+def _refused(scenario: Scenario, sweep: Sweep) -> list[Fault]:
+    """Features for which the prediction refuses all points: those of the first scene that do not vary."""
+    names = [name for axis in sweep.axes for name in axis.names]
+    try:
+        scenario.covered_by(scenario.predictor.name)
+    except NotCoveredError as error:
+        return [fault for fault in error.faults if not any(name.startswith(fault.path) for name in names)]
+    return []
 
 
 def _alone(scene: FamilyScene) -> _Found:
