@@ -61,7 +61,8 @@ class SimulateOptions:
     backend : "auto", "compiled" or "numpy"
         Code that integrates the chain. ``auto`` is the compiled code if it was built.
     contacts : sequence of int
-        Contacts, counted from 0, at which the passage of the leading wave is reported.
+        Contacts, counted from 0, at which the passage of the leading wave or, in a finite chain, the greatest force is
+        reported. Default: none in a semi-infinite chain, all in a finite one, evenly spaced beyond 1000.
     record : sequence of "forces", "field", "energies"
         Histories to record: forces at ``contacts``, positions and velocities of all granules, energies.
     interval, until : float, optional
@@ -97,8 +98,9 @@ class SimulateOptions:
     timeout: float | None = quantity("s", "maximum computing time", above=0, default=None)
 
     def __attrs_post_init__(self) -> None:
-        if "forces" in self.record and not self.contacts:
-            raise InvalidValueError.of("contacts", "must be given if record includes forces (got none)")
+        if self.interval is not None and not self.record:
+            problem = f"must be left out without record (got {self.interval:g} s; list what to record)"
+            raise InvalidValueError.of("interval", problem)
         takes = "rtol backend" if self.integrator is None else find("integrators", self.integrator).takes
         if takes:
             self.check(self.integrator or "the default integrator", takes.split())
@@ -112,5 +114,5 @@ class SimulateOptions:
             if value is not None:
                 raise InvalidValueError.of(setting, f"must be left out: {name} {why} (got {value:g}; give {other})")
         if self.backend == "compiled" and "backend" not in takes:
-            problem = f"must be auto or numpy: {name} is not part of the compiled code (got 'compiled')"
+            problem = f"must be auto or numpy: {name} is compiled for some chains only, if at all (got 'compiled')"
             raise InvalidValueError.of("backend", problem)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from attrs import asdict, frozen
+from attrs import asdict, field, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.errors import InvalidValueError
@@ -111,9 +111,9 @@ class ChainScene:
         Changes that were made to the given record.
     """
 
-    shock: dict[str, Any] | None
-    impact: dict[str, Any] | None
-    chain: dict[str, Any]
+    shock: dict[str, Any] | None = field(hash=False)
+    impact: dict[str, Any] | None = field(hash=False)
+    chain: dict[str, Any] = field(hash=False)
     granules: int
     lines: tuple[tuple[str, str], ...]
     notes: tuple[str, ...] = ()

@@ -24,7 +24,7 @@ _ENERGIES = (1e-200, 1e250)
 _RATIOS = (1e-30, 1e12)
 
 
-GRANULES = Quantity("", "number of granules", at_least=2, at_most=1e9, whole=True, optional=True)
+GRANULES = Quantity("", "number of granules", at_least=1, at_most=1e9, whole=True, optional=True)
 
 
 def _granules(value: Any) -> Any:
@@ -56,8 +56,8 @@ class Chain:
     radius, diameter : float
         Default size of the granules [m], above 0; exactly one of the two must be given.
     granules : int or sequence of Segment and Cell, optional
-        Number of equal granules, at least 2, or the segments of the chain, starting at the struck end. By default the
-        chain is semi-infinite.
+        Number of equal granules, or the segments of the chain, starting at the struck end. By default the chain is
+        semi-infinite. A single granule needs a striker or a wall.
     end : Wall, optional
         Wall behind the last granule. By default the end is free.
     precompression : float
@@ -124,10 +124,10 @@ class Chain:
 
     @property
     def is_uniform(self) -> bool:
-        """Whether the chain is described by material, radius and number of granules alone."""
+        """Whether the chain is described by material, radius and number of granules, at least 2, alone."""
         parts = (self.end, self.damping, self.contact)
         plain = parts == (None, None, None) and not (self.precompression or self.gravity)
-        return plain and not isinstance(self.granules, tuple)
+        return plain and not isinstance(self.granules, tuple) and self.granules != 1
 
     @property
     def count(self) -> int | None:

@@ -18,8 +18,8 @@ def scene_faults(chain: Chain, excitation: object) -> list[Fault]:
     if chain.count is None:
         why = ", because a striker needs a finite chain" if struck else ""
         return [Fault("chain.granules", f"must be given{why} (got nothing)")]
-    if chain.count + struck < 2:
-        return [Fault("chain.granules", "must be at least 2 granules, including a striker (got 1)")]
+    if chain.count + struck + (chain.end is not None) < 2:
+        return [Fault("chain.granules", "must give a contact (got 1 granule; add granules, a wall or a striker)")]
     return []
 
 

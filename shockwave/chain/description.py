@@ -40,7 +40,8 @@ def plain(part: Any, names: bool = True) -> Any:
 def lines(chain: Chain) -> list[tuple[str, str]]:
     """Label and text of the granules and of every further feature."""
     stated = {name: text(value, unit) for name, value, unit in _stated(chain) if not isinstance(value, int)}
-    head = f"{chain.count} granules, R {stated.pop('radius')}, {stated.pop('material')}"
+    count = "1 granule" if chain.count == 1 else f"{chain.count} granules"
+    head = f"{count}, R {stated.pop('radius')}, {stated.pop('material')}"
     return [("chain", head), *stated.items()]
 
 

@@ -16,6 +16,7 @@ from shockwave.chain.impact import Impact
 from shockwave.chain.layout import Layout
 from shockwave.chain.solitary_wave import MOMENTUM
 from shockwave.errors import InvalidValueError
+from shockwave.measurement.recording import reported_contacts
 from shockwave.measurement.simulation_setup import RTOL
 from shockwave.options import SimulateOptions
 from shockwave.profiles.shock import Shock
@@ -28,9 +29,6 @@ from shockwave.simulation.problem import ChainProblem
 
 # Least simulated time over the rise time: earlier, the free-particle displacement loses its digits in rounding.
 _LEAST_TIME = 0.01
-
-#: Largest number of contacts that are reported unless they are requested.
-MOST_REPORTED = 1000
 
 
 @frozen(eq=False)
@@ -82,7 +80,7 @@ class ChainSetup:
         method = None if options.integrator is None else load("integrators", options.integrator)
         compiled = None if layout.law else _compiled(options.backend)
         filled = options if method is not None and not method.adaptive else evolve(options, rtol=options.rtol or RTOL)
-        reported = _reported(options, len(layout.stiffnesses))
+        reported = np.array(reported_contacts(options, len(layout.stiffnesses)), dtype=np.intp)
         return cls(excitation, chain, layout, scales, assembly, filled, method, compiled, reported)
 
     @property
@@ -121,16 +119,6 @@ class ChainSetup:
 def _compiled(backend: str) -> ModuleType | None:
     """The compiled module for chains, or None for NumPy."""
     return None if chosen(backend) is None else import_module("shockwave.simulation._chains")
-
-
-def _reported(options: SimulateOptions, contacts: int) -> npt.NDArray[np.intp]:
-    """The requested contacts; by default all of them or, in a long chain, evenly spaced ones."""
-    if not options.contacts:
-        return np.round(np.linspace(0, contacts - 1, min(contacts, MOST_REPORTED))).astype(np.intp)
-    if options.contacts[-1] >= contacts:
-        problem = f"must be at most {contacts - 1}, the last contact of this chain (got {options.contacts[-1]})"
-        raise InvalidValueError.of("contacts", problem)
-    return np.array(options.contacts)
 
 
 def _scales(layout: Layout, excitation: Shock | Impact, chain: Chain) -> Scales:

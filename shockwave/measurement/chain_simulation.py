@@ -41,6 +41,10 @@ _LEAST_DURATION = 1.5
 _NUMPY = 40.0
 # Longest computing time of the forces without a timeout or an end of the simulated time [s].
 _MOST_SECONDS = 25.0
+# Overlap, over the reduced radius of the contact, beyond which Hertz's law is doubtful.
+_LARGE_OVERLAP = 0.1
+# Least dynamic force on the wall of an unfinished wave, over its greatest.
+_STILL_ACTING = 0.01
 # Least velocity of a granule that flies off, relative to the fastest granule.
 _EJECTED = 1e-3
 
@@ -86,7 +90,7 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
         recoil_velocities=None if rebounding is None else tuple((-rebounding).tolist()),
         recoil_momentum=None if rebounding is None else 0.0 - math.fsum(masses[: len(rebounding)] * rebounding),
         spall_velocities=None if spalls is None else tuple(spalls.tolist()),
-        restitution=_restitution(case, velocities, bool(apart[0])),
+        restitution=_restitution(case, velocities, apart),
         applied_momentum=momentum * scales.momentum,
         applied_energy=energy * scales.energy,
         dissipated_energy=motion.dissipated * scales.energy,
@@ -97,7 +101,7 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
         energy_defect=abs(motion.energy_balance) / energy,
         characteristic_time=scales.time,
         cost=Cost(steps=runs.steps, force_evaluations=runs.evaluations, seconds=time.perf_counter() - begin),
-        warnings=(*notes, *_missed(runs)),
+        warnings=(*notes, *_missed(runs), *_unphysical(case, motion), *_unfinished(case, motion, velocities, apart)),
         on_demand=_record,
     )
 
@@ -139,6 +143,34 @@ def _missed(runs: Runs) -> list[str]:
     return [f"The tolerance was not met: {reached}, not {runs.case.rtol:.1e}."]
 
 
+def _unphysical(case: ChainSetup, motion: Motion) -> Iterator[str]:
+    """Warning of overlaps for which Hertz's law does not hold."""
+    if case.chain.contact is None:
+        pairs = case.layout.pairs
+        ratios = (motion.forces * case.scales.force / pairs.stiffnesses) ** (1 / pairs.exponent) / pairs.radii
+        worst = int(np.argmax(ratios))
+        if ratios[worst] > _LARGE_OVERLAP:
+            overlap = f"The overlap at contact {worst} is about {ratios[worst]:.2g} times the reduced radius"
+            yield f"{overlap}: Hertz's law holds for small overlaps only."
+
+
+def _unfinished(
+    case: ChainSetup, motion: Motion, velocities: FloatArray, apart: npt.NDArray[np.bool_]
+) -> Iterator[str]:
+    """Warnings of results that may change after the end of the simulated time."""
+    if case.has_wall and case.layout.law is None:
+        closing = motion.x[case.granules - 1] - (motion.x[case.granules] if len(motion.x) > case.granules else 0.0)
+        assembly = case.assembly
+        overlap = max(float(assembly.overlaps[-1] + closing), 0.0)
+        force = float(assembly.stiffnesses[-1]) * overlap**assembly.exponent
+        if abs(force - assembly.static_forces[-1]) > _STILL_ACTING * motion.dynamic_forces[-1] > 0:
+            yield "A wave acts on the wall at the end of the simulated time: its impulse is incomplete (increase until)."
+    if _restitution(case, velocities, apart) is not None:
+        others = velocities[1:]
+        if others.min() < velocities[0] or (case.has_wall and others.max() > -velocities[0]):
+            yield "The striker may be struck again after the simulated time: its restitution is provisional."
+
+
 def _segments(case: ChainSetup, motion: Motion) -> Iterator[SegmentEnergy]:
     """Energy of each segment."""
     count, energies = case.granules, case.scales.energy * motion.kinetic[: case.granules]
@@ -166,8 +198,8 @@ def _flying(outwards: FloatArray, apart: npt.NDArray[np.bool_]) -> FloatArray:
     return outwards[: int(np.argmax(slow)) if slow.any() else free]
 
 
-def _restitution(case: ChainSetup, velocities: FloatArray, apart: bool) -> float | None:
-    if not (case.layout.striker and apart):
+def _restitution(case: ChainSetup, velocities: FloatArray, apart: npt.NDArray[np.bool_]) -> float | None:
+    if not (case.layout.striker and apart[0]):
         return None
     masses = case.layout.masses[1:]
     centre = 0.0 if case.has_wall else math.fsum(masses * velocities[1:]) / math.fsum(masses)
@@ -211,7 +243,7 @@ def _record(result: ChainResult) -> Recording:
     recorded: dict[str, FloatArray] = {}
     if "forces" in options.record:
         forces = scales.force * motion.samples_forces
-        recorded["forces"] = forces[:, list(options.contacts)]
+        recorded["forces"] = forces[:, case.reported]
         if case.has_wall:
             recorded["wall_force"] = forces[:, -1]
     if "field" in options.record:
@@ -223,4 +255,4 @@ def _record(result: ChainResult) -> Recording:
         if case.layout.law is None:
             contacts = np.add.reduce([case.assembly.potential(x) for x in motion.samples_x], axis=1)
             recorded["contact_energy"] = scales.energy * contacts
-    return Recording(times=times * scales.time, contacts=options.contacts, **recorded)
+    return Recording(times=times * scales.time, contacts=tuple(case.reported.tolist()), **recorded)

@@ -102,7 +102,7 @@ def _shortened(header: Sequence[str], items: Sequence[_Item], row: Callable[[_It
 
 def _row(peak: ContactPeak, place: str) -> tuple[str, ...]:
     if not peak.peak_force:
-        return place, "stays open", "-", "-"
+        return place, "no force", "-", "-"
     force = si(peak.peak_force, "N", error=peak.error_estimate)
     return place, force, si(peak.time, "s", _TIME_DIGITS), f"{peak.error_estimate:.0e}"
 

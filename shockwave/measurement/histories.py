@@ -11,7 +11,7 @@ from shockwave.chain.solitary_wave import SPEED
 from shockwave.errors import NumericalError
 from shockwave.measurement.course import Course
 from shockwave.measurement.measured_wave import Passage
-from shockwave.measurement.recording import AFTER, Recording, checked_contact, sample_times
+from shockwave.measurement.recording import AFTER, Recording, checked_contact, reported_contacts, sample_times
 from shockwave.measurement.result import SimulationResult
 from shockwave.measurement.simulation_setup import scaled, setup_of
 from shockwave.progress import progressed
@@ -93,9 +93,10 @@ def record(result: SimulationResult) -> Recording:
     spans = march(scaled(result.shock, result.chain)[0], setup_of(options).integrator())
     x, v = _states(spans, times.tolist())
     kept: dict[str, FloatArray] = {}
+    contacts = options.contacts if result.chain.count is None else reported_contacts(options, result.chain.count - 1)
     if "forces" in options.record:
         forces = contact_forces(x)
-        at = [forces[contact] if contact < len(forces) else 0 * times for contact in options.contacts]
+        at = [forces[contact] if contact < len(forces) else 0 * times for contact in contacts]
         kept["forces"] = scales.force * np.array(at).T
     if "field" in options.record:
         moved = 1 + max(np.flatnonzero(x.any(axis=1)), default=-1)
@@ -104,7 +105,7 @@ def record(result: SimulationResult) -> Recording:
     if "energies" in options.record:
         kept["kinetic_energy"] = scales.energy * 0.5 * np.sum(v * v, axis=0)
         kept["contact_energy"] = scales.energy * np.sum(contact_energies(x), axis=0)
-    return Recording(times=np.asarray(times * scales.time), contacts=options.contacts, **kept)
+    return Recording(times=np.asarray(times * scales.time), contacts=contacts, **kept)
 
 
 def _end(result: SimulationResult) -> float:

@@ -12,6 +12,8 @@ from shockwave.errors import InvalidValueError
 from shockwave.options import SimulateOptions
 from shockwave.quadrature import FloatArray
 
+#: Largest number of contacts that are reported unless they are requested.
+MOST_REPORTED = 1000
 # Default number of samples per characteristic time of the wave.
 _SAMPLES = 10
 #: Default end of the histories after the passage of the last contact, in characteristic times.
@@ -29,7 +31,7 @@ def plain(value: Any) -> Any:
     )
 
 
-@frozen(kw_only=True, eq=False)
+@frozen(kw_only=True, eq=False, repr=False)
 class Recording:
     """Histories at equal time intervals, in SI units; histories that were not requested are None.
 
@@ -58,6 +60,12 @@ class Recording:
     contact_energy: FloatArray | None = None
     wall_force: FloatArray | None = None
 
+    def __repr__(self) -> str:
+        arrays = {name: kept for name, kept in asdict(self, recurse=False).items() if isinstance(kept, np.ndarray)}
+        shapes = (f"{name} {kept.shape}" for name, kept in arrays.items())
+        span = f"{len(self.times)} times to {self.times[-1]:g} s, {len(self.contacts)} contacts"
+        return f"Recording({span}; {', '.join(shapes)})"
+
     def to_dict(self) -> dict[str, Any]:
         """Attributes by name, with arrays as lists of SI floats."""
         document: dict[str, Any] = plain(self)
@@ -68,6 +76,8 @@ def check_requests(options: SimulateOptions, chain: Chain, scales: Scales) -> No
     """Refuse contacts that the chain does not have, and histories that have too many values in any case."""
     for contact in options.contacts:
         checked_contact(chain, contact)
+    if chain.count is None and "forces" in options.record and not options.contacts:
+        raise InvalidValueError.of("contacts", "must be given if record includes forces (got none)")
     until = AFTER if options.until is None else options.until / scales.time
     if options.record:
         sample_times(options, scales, until, until)
@@ -83,11 +93,28 @@ def checked_contact(chain: Chain, contact: int) -> int:
     return int(contact)
 
 
+def reported_contacts(options: SimulateOptions, contacts: int) -> tuple[int, ...]:
+    """The requested contacts; by default all ``contacts`` of the chain or, in a long chain, evenly spaced ones.
+
+    Raises
+    ------
+    InvalidValueError
+        If the chain does not have a requested contact.
+    """
+    if not options.contacts:
+        return tuple(np.round(np.linspace(0, contacts - 1, min(contacts, MOST_REPORTED))).astype(int).tolist())
+    if options.contacts[-1] >= contacts:
+        problem = f"must be at most {contacts - 1}, the last contact of this chain (got {options.contacts[-1]})"
+        raise InvalidValueError.of("contacts", problem)
+    return options.contacts
+
+
 def sample_times(options: SimulateOptions, scales: Scales, until: float, granules: float) -> FloatArray:
     """Scaled times of the samples of ``granules`` granules; raise if the histories have too many values."""
     interval = 1 / _SAMPLES if options.interval is None else options.interval / scales.time
     count = int(until / interval * (1 + 1e-12)) + 1
-    if count * (len(options.contacts) + 2 * granules) > _MOST_NUMBERS:
+    contacts = len(options.contacts) or min(granules, MOST_REPORTED)
+    if count * (contacts + 2 * granules) > _MOST_NUMBERS:
         got = f"got {interval * scales.time:g} s for {until * scales.time:g} s; alternatively give an earlier until"
         problem = f"must be longer, because the histories would have {count} samples ({got})"
         raise InvalidValueError.of("interval", problem)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
@@ -9,11 +10,12 @@ from typing import Any, TypeVar
 
 from attrs import evolve
 
+from shockwave.chain.contact_law import PowerContact
 from shockwave.chain.ends import Wall
 from shockwave.chain.impact import Impact
 from shockwave.chain.material import Material
 from shockwave.chain.segments import Cell, Segment, Taper
-from shockwave.errors import InvalidValueError, PluginError, ShockwaveError, UnknownNameError
+from shockwave.errors import InvalidValueError, PluginError, ShockwaveError, UnknownNameError, nearest
 from shockwave.fields import SIZES, Quantity, listed, text_of
 from shockwave.registry import blame, entries, load
 from shockwave.scenario.block_keys import BLOCKS, GRANULES, WALLS, Key, keys_of
@@ -127,19 +129,33 @@ def law(block: str, given: Any) -> Any:
     name = given.get("model") if isinstance(given, dict) else None
     if name is None and block == "contact" and isinstance(given, dict):
         # the law that needs no name
-        return _made(load("contacts", "power-law"), given, keys_of(load("contacts", "power-law")))
+        return _made(PowerContact, given, keys_of(PowerContact), _PARSERS[PowerContact])
     known = models(block)
     if isinstance(given, dict) and isinstance(name, str):
         try:
             cls = load("contacts", name)
-        except (UnknownNameError, PluginError) as error:
+        except PluginError as error:
             raise WrongsError([Wrong(("model",), error)]) from None
-        if name in known:
+        except UnknownNameError:
+            cls = None
+        if cls is not None and name in known:
             with blame("contacts", cls):
-                return _made(lambda model, **values: cls(**values), given, (MODEL, *keys_of(cls)))
-        raise WrongsError([Wrong(("model",), f"must be {listed(known)} (got {name!r})")])
+                keys = (MODEL, *keys_of(cls))
+                return _made(lambda model, **values: cls(**values), given, keys, _PARSERS.get(cls))
+        problem = f"must be {listed(known)} (got {text_of(name)}; {nearest(name, known)}".rstrip("; ") + ")"
+        raise WrongsError([Wrong(("model",), problem)])
     structure(given, (MODEL,))  # raises
     raise AssertionError
+
+
+def _stiffness(given: Any) -> Any:
+    if isinstance(given, str) and not re.fullmatch(r"[-+.\deE]+", given.strip()):
+        raise ValueError(f"must be a bare number, in N/m^p (got {text_of(given)})")
+    return converted(_keys(PowerContact)["stiffness"], given)
+
+
+# Conversions of the parameters of a law, where they differ from those of their declarations.
+_PARSERS: dict[Any, Mapping[str, Parser]] = {PowerContact: {"stiffness": _stiffness}}
 
 
 def models(block: str) -> list[str]:

@@ -217,7 +217,7 @@ class _Loading:
             "uncertainty": self._uncertainty(whole.data.get("uncertainty")),
         }
         self._requires(data.get("requires"))
-        self._together(parts["chain"], parts["impact"])
+        self._together(parts["chain"], parts["impact"], parts["simulate"])
         self.finish()
         return Scenario(path=self.path, sweep=sweep, document=self.document, **parts)
 
@@ -266,13 +266,36 @@ class _Loading:
             self.report(("impact",), error.wrongs)
             return None
 
-    def _together(self, chain: Any, impact: Any) -> None:
-        """Add the faults of a chain beyond equal spheres under a shock or an impact."""
-        if isinstance(chain, Chain) and (impact is not None or not chain.is_uniform):
+    def _together(self, chain: Any, impact: Any, simulate: Any) -> None:
+        """Add the faults of a chain under a shock or an impact, and of options that do not fit the chain."""
+        if not isinstance(chain, Chain):
+            return
+        options = simulate or SimulateOptions()
+        faults: list[Fault] = []
+        known = True
+        if impact is not None or not chain.is_uniform:
             from shockwave.chain.coverage import scene_faults
 
-            for fault in scene_faults(chain, impact):
-                self._place(fault, (), {})
+            faults = scene_faults(chain, impact)
+            known = not faults
+            if options.integrator is not None and not faults:
+                from shockwave.chain.layout import Layout, integrator_faults
+
+                try:
+                    faults = integrator_faults(Layout.of(chain, impact), options.integrator)
+                except InvalidValueError as error:
+                    faults = list(error.faults)
+        if chain.count is not None and known:
+            last = chain.count + (impact is not None) + (chain.end is not None) - 2
+            given = self.document.data["simulate"]["contacts"] if options.contacts else ()
+            for index, contact in enumerate(given):
+                if contact > last:
+                    problem = f"must be at most {last}, the last contact of this chain (got {contact})"
+                    faults.append(Fault(f"simulate.contacts[{index}]", problem))
+        elif known and "forces" in options.record and not options.contacts:
+            faults.append(Fault("simulate.contacts", "must be given if record includes forces (got none)"))
+        for fault in faults:
+            self._place(fault, (), {})
 
     def _material(self, data: Any) -> Any:
         if isinstance(data, str):

@@ -171,8 +171,8 @@ _DISSIPATED = _number("dissipated_energy", "J", "energy dissipated by damping", 
 def chain_reads(scenario: Scenario, predicted: bool) -> tuple[Read, ...]:
     """Return the columns of a sweep of simulations of chains beyond equal granules.
 
-    ``predicted`` states whether a model may predict some points. Columns of a wall or a striker are left out if no point
-    has one.
+    ``predicted`` states whether a model may predict some points. Columns of a wall or a striker that no point has are
+    left out.
     """
     forces = [
         _number(
