@@ -51,6 +51,7 @@ if TYPE_CHECKING:  # mypy resolves cycles of imports only here
     from shockwave.studies.comparison import Comparison as Comparison
     from shockwave.studies.design_result import Design as Design
     from shockwave.studies.design_search import design as design
+    from shockwave.studies.uncertainty_result import SimulatedUncertainty as SimulatedUncertainty
     from shockwave.studies.uncertainty_result import Uncertainty as Uncertainty
     from shockwave.studies.uncertainty_sampling import uncertainty as uncertainty
     from shockwave.studies.universal_curve import UniversalCurve as UniversalCurve

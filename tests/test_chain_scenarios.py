@@ -212,8 +212,20 @@ MARKED = {
     "impact-without-velocity": (finite("", "|impact: {diameter: 1 mm}\n"), "impact.velocity", "must be given"),
     "impact-on-an-endless-chain": ("|chain: {material: copper, radius: 1}\n" + IMPACT,
         "chain.granules", "must be given, because a striker needs a finite chain"),
-    "single-granule": (finite(", end: {wall: same}").replace("[{count: 4}]", "|[{count: 1}]"),
-        "chain.granules", "must be at least 2 granules, including a striker"),
+    "single-granule": (finite().replace("[{count: 4}]", "|[{count: 1}]"),
+        "chain.granules", "must give a contact (got 1 granule; add granules, a wall or a striker)"),
+    "single-granule-by-number": (finite().replace("[{count: 4}]", "|1"),
+        "chain.granules", "must give a contact (got 1 granule; add granules, a wall or a striker)"),
+    "contact-beyond-the-wall": (finite(", end: {wall: same}") + "simulate: {contacts: [3, |4]}\n",
+        "simulate.contacts[1]", "must be at most 3, the last contact of this chain (got 4)"),
+    "integrator-of-equal-granules": (finite(", end: {wall: same}") + "simulate: {integrator: |verlet}\n",
+        "simulate.integrator", "must be rkn64, rkn86, rkn1210 or dop853 for a chain of mixed granules"),
+    "integrator-without-damping": (finite(", damping: {model: dashpot, coefficient: 1}")
+        + "simulate: {integrator: |rkn86}\n", "simulate.integrator", "must be dop853 for a chain with damping"),
+    "unit-of-a-stiffness": (finite(", contact: {exponent: 2, stiffness: |5e7 N/m}"),
+        "chain.contact.stiffness", "must be a bare number, in N/m^p (got '5e7 N/m')"),
+    "interval-without-record": (finite() + "simulate: {interval: |1 us}\n",
+        "simulate.interval", "must be left out without record (got 1e-06 s; list what to record)"),
     "too-many": (finite(", end: {wall: same}").replace("[{count: 4}]", "|5000000"),
         "chain.granules", "must be <= 1000000 for a chain with end"),
     "weightless": (finite().replace("count: 4", "count: 4, diameter: |1e-200"),
@@ -226,7 +238,9 @@ UNSEEN = {
     "stiff-fixed-wall", "taper-of-one", "wall-of-an-endless-chain", "damped-endless-chain",
     "contact-of-an-endless-chain",
     "compressed-endless-chain", "gravity-without-a-wall", "gap-under-precompression", "tsuji-without-hertz",
-    "impact-on-an-endless-chain", "single-granule", "too-many", "sweep-of-a-missing-segment",
+    "impact-on-an-endless-chain", "single-granule", "single-granule-by-number", "too-many",
+    "sweep-of-a-missing-segment", "contact-beyond-the-wall", "integrator-of-equal-granules",
+    "integrator-without-damping", "unit-of-a-stiffness", "interval-without-record",
     "wrong-unit",
 }  # fmt: skip
 
@@ -433,13 +447,12 @@ def test_the_summary_lists_every_feature(scene: Scene) -> None:
 # ---------------------------------------------------------------- what equal granules alone are for
 
 
-@pytest.mark.parametrize("command", ["predict", "curve", "uncertainty", "design"])
+@pytest.mark.parametrize("command", ["predict", "curve"])
 def test_commands_for_equal_granules_refuse_other_chains(
     scene: Scene, capsys: pytest.CaptureFixture[str], command: str
 ) -> None:
-    path = str(scene(finite(", end: {wall: same}") + "uncertainty: {chain.radius: 5 %}\n").path)
-    more = ["--vary", "chain.radius", "--between", "1mm", "2mm", "--target", "amplification=0.9"]
-    assert main([command, path, *(more if command == "design" else [])]) == 3
+    path = str(scene(finite(", end: {wall: same}")).path)
+    assert main([command, path]) == 3
     error = capsys.readouterr().err
     assert error.startswith(f"{path}:1:65: chain.end: must be left out for ")
     assert "(got a wall; simulate instead)" in error

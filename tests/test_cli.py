@@ -177,7 +177,7 @@ def test_a_result_that_fails_when_it_is_printed_fails_alone(
     form: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     scene = tmp_path / "short.yaml"
-    scene.write_text(f"{SOFT.replace('radius: 1e-3', 'radius: 1e-3, granules: 100')}simulate: {{contacts: [500]}}\n")
+    scene.write_text(f"{SOFT.replace('radius: 1e-3', 'radius: 1e-3, granules: 100')}simulate: {{until: 1 ps}}\n")
     assert main(["simulate", *form, str(scene), SCENE]) == 3
     out, err = capsys.readouterr()
     assert "table 2 row 1" in out

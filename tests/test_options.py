@@ -25,7 +25,7 @@ USELESS = {
     "step-of-adaptive": ({"integrator": "rkn86", "step": 0.01}, "step", "rkn86 chooses its own steps (got 0.01; give"),
     "step-of-none": ({"step": 0.01}, "step", "chooses its own steps (got 0.01; give rtol)"),
     "compiled-of-another": (
-        {"integrator": "dop853", "backend": "compiled"}, "backend", "dop853 is not part of the compiled code",
+        {"integrator": "dop853", "backend": "compiled"}, "backend", "dop853 is compiled for some chains only",
     ),
 }  # fmt: skip
 

@@ -100,11 +100,10 @@ def test_only_requested_histories_are_kept(kept: str, shapes: dict[str, tuple[in
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"record": ["forces"]}, "contacts: must be given if record includes forces"),
         ({"record": ["forces"], "contacts": [50]}, "at most 8, the last of this chain"),
         ({"record": ["energies"], "interval": 1e-15}, "interval: must be longer, because the histories would have"),
     ],
-    ids=["no-contact", "beyond-the-end", "samples"],
+    ids=["beyond-the-end", "samples"],
 )
 def test_histories_that_are_too_long_are_refused(settings: dict[str, object], message: str) -> None:
     with pytest.raises(sw.InvalidValueError, match=message):

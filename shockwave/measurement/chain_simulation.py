@@ -164,7 +164,7 @@ def _unfinished(
         overlap = max(float(assembly.overlaps[-1] + closing), 0.0)
         force = float(assembly.stiffnesses[-1]) * overlap**assembly.exponent
         if abs(force - assembly.static_forces[-1]) > _STILL_ACTING * motion.dynamic_forces[-1] > 0:
-            yield "A wave acts on the wall at the end of the simulated time: its impulse is incomplete (increase until)."
+            yield "A wave acts on the wall at the end of the simulated time: its impulse is incomplete (extend until)."
     if _restitution(case, velocities, apart) is not None:
         others = velocities[1:]
         if others.min() < velocities[0] or (case.has_wall and others.max() > -velocities[0]):
