@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 
 from attrs import frozen
 
-#: Names that a message lists in full; of a longer list it shows the most similar ones.
+#: Names that a message lists in full; of a longer list it shows a few.
 MOST_NAMES = 20
 _FEW_NAMES = 8
 # Length of a name that is compared with the known names.
@@ -80,8 +80,10 @@ class UnknownNameError(ShockwaveError, LookupError):
     exit_code = 3
 
     def __init__(self, kind: str, name: str, known: Iterable[str], hint: str = "") -> None:
+        names = list(known)
+        shown = ", ".join(names if len(names) <= MOST_NAMES else [*names[:_FEW_NAMES], "..."])
         more = f"; {hint}" if hint else ""
-        super().__init__(f"unknown {kind} (got {name!r}; {hint_of(name, list(known))}{more})")
+        super().__init__(f"unknown {kind} (got {name!r}; {nearest(name, names)}known: {shown}{more})")
 
 
 class PluginError(ShockwaveError):

@@ -31,7 +31,7 @@ _SIMULATED_LEGEND = (
     "of sampling, and the error of the simulations)"
 )
 # Smallest printed error of a share of the variance.
-_LEAST_SHARE = 1e-4
+_LEAST_SHARE = 1e-5
 
 
 @frozen
@@ -270,7 +270,7 @@ class SimulatedUncertainty:
             total, alone = ([_percent(each[index]) for each in shares] for shares in (totals, firsts))
             rows.append([one.name, *total, one.spread, *alone])
         columns = [_column(one.statistics, one.model_error) for one in named]
-        units = [f"{one.label}, {one.unit}" if one.unit else one.label for one in named]
+        units = [f"{one.label}, {one.unit.replace('*', ' ')}" if one.unit else one.label for one in named]
         errors = ", ".join(f"{one.label} {one.model_error:.0e}" for one in named)
         details = [
             ("simulations", f"largest relative error of a scene: {errors}"),
