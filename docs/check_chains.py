@@ -132,8 +132,8 @@ class Reference:
         force = self.mass * self.length / unit**2
         self.force = force
         self.rates = self.mass / masses
-        self.stiffnesses = layout.stiffnesses * self.length**layout.exponent / force
-        self.exponent, self.power = layout.exponent, layout.damping_power
+        self.stiffnesses = layout.pairs.stiffnesses * self.length**layout.pairs.exponent / force
+        self.exponent, self.power = layout.pairs.exponent, layout.damping_power
         self.damping = layout.damping_coefficients * self.length ** (self.power + 1) / unit / force
         self.offsets = layout.overlaps / self.length
         self.static = layout.static_forces / force

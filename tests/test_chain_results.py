@@ -362,7 +362,7 @@ def test_a_comparison_without_a_prediction_shows_the_simulation() -> None:
     assert document["predicted"] is None
     assert document["errors"] is None
     assert document["simulated"]["transmitted"]["peak_force"] == walled().transmitted.peak_force  # type: ignore[union-attr]
-    assert "not a wall (chain.end)" in document["reason"]
+    assert "without chain.end" in document["reason"]
     assert str(both).startswith("greatest force")
 
 

@@ -83,8 +83,9 @@ def test_reference_scenarios_are_read(scene: Scene, name: str) -> None:
     sizes = [part["diameter"] / 2 for part in written["chain"]["granules"] for _ in range(part["count"])]
     struck = [written["impact"]["diameter"] / 2] if "impact" in written else []
     assert layout.radii.tolist() == [*struck, *sizes]
-    assert len(layout.stiffnesses) == len(layout.masses) - ("transmitted" not in case)
-    assert layout.static_forces.tolist() == [float(written["chain"].get("precompression", 0))] * len(layout.stiffnesses)
+    contacts = len(layout.masses) - ("transmitted" not in case)
+    assert len(layout.pairs.stiffnesses) == contacts
+    assert layout.static_forces.tolist() == [float(written["chain"].get("precompression", 0))] * contacts
     assert found.simulate.contacts == tuple(contact["contact"] for contact in case["contacts"])
     assert list(_validator().iter_errors(parse_document(case["scenario"], "scene").data)) == []
 

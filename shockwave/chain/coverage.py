@@ -36,14 +36,6 @@ def reduced(chain: Chain) -> Chain | None:
     return evolve(chain, material=first.material or chain.material, radius=radius, granules=chain.count)
 
 
-def refusal(chain: Chain, excitation: object) -> list[Fault]:
-    """Features of a scene that methods for equal granules under a shock do not cover; empty if they cover it."""
-    faults = [] if chain.is_uniform else [Fault(f"chain.{path}", reason) for path, reason in _further(chain)]
-    if isinstance(excitation, Impact):
-        faults.append(Fault("impact", "a striker"))
-    return faults
-
-
 def covered(chain: Chain, excitation: object, method: str) -> Chain:
     """The chain as one of equal granules, given by their number, for a ``method`` that covers no others.
 
@@ -52,13 +44,17 @@ def covered(chain: Chain, excitation: object, method: str) -> Chain:
     NotCoveredError
         If the scene has further features; it lists all of them.
     """
-    faults = refusal(chain, excitation)
     equal = reduced(chain)
-    if faults or equal is None:
-        rule = f"must be left out for {method}, which covers only shocks on chains of equal granules with free ends"
-        problems = [Fault(fault.path, f"{rule} (got {fault.problem}; simulate instead)") for fault in faults]
-        raise NotCoveredError(problems or [Fault("chain.granules", f"{rule} (got 1 granule)")])
-    return equal
+    if equal is not None and not isinstance(excitation, Impact):
+        return equal
+    features = [] if chain.is_uniform else [(f"chain.{path}", reason) for path, reason in _further(chain)]
+    if isinstance(excitation, Impact):
+        features.append(("impact", "a striker"))
+    rule = f"must be left out for {method}, which covers only shocks on chains of equal granules with free ends"
+    raise NotCoveredError(
+        Fault(path, f"{rule} (got {reason}; simulate instead)")
+        for path, reason in features or [("chain.granules", "1 granule")]
+    )
 
 
 def _further(chain: Chain) -> Iterator[tuple[str, str]]:

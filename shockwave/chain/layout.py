@@ -72,26 +72,6 @@ class Layout:
     striker: bool
     law: BoundLaw | None
 
-    @property
-    def stiffnesses(self) -> FloatArray:
-        """k of F = k d^p at each contact [N/m^p]."""
-        return self.pairs.stiffnesses
-
-    @property
-    def moduli(self) -> FloatArray:
-        """E* of each contact [Pa]."""
-        return self.pairs.moduli
-
-    @property
-    def reduced_radii(self) -> FloatArray:
-        """R* of each contact [m]."""
-        return self.pairs.radii
-
-    @property
-    def exponent(self) -> float:
-        """p of F = k d^p."""
-        return self.pairs.exponent
-
     @classmethod
     def of(cls, chain: Chain, excitation: object) -> Layout:
         """Make the layout of a chain under a shock or an impact.

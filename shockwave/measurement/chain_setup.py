@@ -80,7 +80,7 @@ class ChainSetup:
         method = None if options.integrator is None else load("integrators", options.integrator)
         compiled = None if layout.law else _compiled(options.backend)
         filled = options if method is not None and not method.adaptive else evolve(options, rtol=options.rtol or RTOL)
-        reported = np.array(reported_contacts(options, len(layout.stiffnesses)), dtype=np.intp)
+        reported = np.array(reported_contacts(options, len(layout.pairs.stiffnesses)), dtype=np.intp)
         return cls(excitation, chain, layout, scales, assembly, filled, method, compiled, reported)
 
     @property
@@ -127,27 +127,25 @@ def _scales(layout: Layout, excitation: Shock | Impact, chain: Chain) -> Scales:
     The unit of force is the peak force of the shock or, for a short shock, approximately that of its wave; for a
     striker it is the force that stops a granule of the same velocity.
     """
-    power = layout.exponent
-    mass, stiffness = float(np.median(layout.masses)), float(np.median(layout.stiffnesses))
+    power = layout.pairs.exponent
+    mass, stiffness = float(np.median(layout.masses)), float(np.median(layout.pairs.stiffnesses))
+
+    def of(force: float) -> Scales:
+        """Units with T0 = m^(1/2) k^(-1/(2p)) F^(-(p-1)/(2p))."""
+        time = math.sqrt(mass) * stiffness ** (-0.5 / power) * force ** (-0.5 * (power - 1) / power)
+        return Scales(force, time, mass, 2 * chain.radius)
+
     if isinstance(excitation, Impact):
         # (m^p v^2p k)^(1/(p+1)), factor by factor so that no intermediate power overflows
         force = mass ** (power / (power + 1)) * excitation.velocity ** (2 * power / (power + 1))
-        return _unit(mass, stiffness, power, force * stiffness ** (1 / (power + 1)), chain)
-    scales = _unit(mass, stiffness, power, excitation.peak_force, chain)
+        return of(force * stiffness ** (1 / (power + 1)))
+    scales = of(excitation.peak_force)
     strength = scales.rise_time(excitation.rise_time) * excitation.profile.areas().total / MOMENTUM
-    if strength >= 1:
-        return scales
-    return _unit(mass, stiffness, power, excitation.peak_force * strength ** (2 * power / (power + 1)), chain)
-
-
-def _unit(mass: float, stiffness: float, power: float, force: float, chain: Chain) -> Scales:
-    """Units of mass, contact stiffness and force: T0 = m^(1/2) k^(-1/(2p)) F^(-(p-1)/(2p))."""
-    time = math.sqrt(mass) * stiffness ** (-0.5 / power) * force ** (-0.5 * (power - 1) / power)
-    return Scales(force, time, mass, 2 * chain.radius)
+    return scales if strength >= 1 else of(excitation.peak_force * strength ** (2 * power / (power + 1)))
 
 
 def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact) -> Assembly:
-    power, rate = layout.exponent, layout.damping_power
+    power, rate = layout.pairs.exponent, layout.damping_power
     length = scales.energy / scales.force
     force = None
     if isinstance(excitation, Shock):
@@ -157,7 +155,7 @@ def _assembly(layout: Layout, scales: Scales, excitation: Shock | Impact) -> Ass
     bodies = layout.masses if wall.mass is None else np.append(layout.masses, wall.mass)
     return Assembly(
         inverse_masses=scales.mass / bodies,
-        stiffnesses=layout.stiffnesses * (length**power / scales.force),
+        stiffnesses=layout.pairs.stiffnesses * (length**power / scales.force),
         overlaps=layout.overlaps / length,
         exponent=power,
         fixed_wall=layout.wall is not None and wall.mass is None,

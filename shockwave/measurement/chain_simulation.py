@@ -217,7 +217,7 @@ def _yielding(case: ChainSetup, motion: Motion) -> Yielding | None:
     at = np.flatnonzero(np.isfinite(softer))
     if not at.size or layout.law is not None:
         return None
-    radii, moduli = layout.reduced_radii[at], layout.moduli[at]
+    radii, moduli = layout.pairs.radii[at], layout.pairs.moduli[at]
     first = first_yield_force(radii, moduli, softer[at])
     ratios = motion.forces[at] * case.scales.force / first
     return Yielding(first_yield_force=float(first.min()), peak_ratio=float(ratios.max()))

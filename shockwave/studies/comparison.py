@@ -107,11 +107,9 @@ def compare(
     predicted, reason = None, None
     try:
         predicted = predictor.predict(cast(Shock, shock), chain)
-    except NotCoveredError:
-        from shockwave.chain.coverage import refusal  # not needed for equal granules
-
-        features = ", ".join(f"{fault.problem} ({fault.path})" for fault in refusal(chain, shock))
-        reason = f"{predictor.model} covers shocks on chains of equal granules with free ends, not {features}"
+    except NotCoveredError as error:
+        features = ", ".join(fault.path for fault in error.faults)
+        reason = f"{predictor.model} covers shocks on chains of equal granules with free ends, without {features}"
     simulated = simulate_with(options, shock, chain) if options is not None else simulate(shock, chain, **asked)
     if predicted is None:
         return Comparison(predicted=None, simulated=simulated, error=None, relation=None, reason=reason)

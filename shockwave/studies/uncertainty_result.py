@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from attrs import asdict, field, frozen
@@ -71,8 +71,8 @@ class Statistics:
 
 
 @frozen(kw_only=True)
-class Sensitivity:
-    """Effect of the uncertainty of one parameter.
+class Parameter:
+    """An uncertain parameter.
 
     Attributes
     ----------
@@ -82,6 +82,21 @@ class Sensitivity:
         Description of its distribution.
     value, sd : float
         Value in the scenario, and standard deviation of the distribution.
+    """
+
+    name: str
+    unit: str
+    spread: str
+    value: float
+    sd: float
+
+
+@frozen(kw_only=True)
+class Sensitivity(Parameter):
+    """Effect of the uncertainty of one parameter on the leading wave.
+
+    Attributes
+    ----------
     exponent : float or None
         d ln F / d ln of the parameter at the nominal scene; None if its value is 0.
     exponent_error : float or None
@@ -90,11 +105,6 @@ class Sensitivity:
         Sobol indices: the fraction of the variance caused by the parameter alone, and including its interactions.
     """
 
-    name: str
-    unit: str
-    spread: str
-    value: float
-    sd: float
     exponent: float | None
     exponent_error: float | None
     peak_force_first: Estimate
@@ -151,72 +161,65 @@ class Uncertainty:
         return document | {name: _listed(document[name]) for name in ("peak_force", "amplification")}
 
     def __str__(self) -> str:
-        force = self.peak_force
-        ends = force.mean, force.quantiles[0.05], force.quantiles[0.95]
-        mean, low, high = (_shown(each, self.model_error) for each in ends)
         sources = {"curve": "the universal curve of the shape", "simulation": "simulations, as the shape is uncertain"}
         ranked = sorted(self.sensitivities, key=lambda one: one.peak_force_total.value, reverse=True)
-        forces = _column(force, self.model_error)
-        ratios = _column(self.amplification, self.model_error)
+        columns = {
+            "peak force, N": _column(self.peak_force, self.model_error),
+            "amplification": _column(self.amplification, self.model_error),
+        }
         details = [
             ("peak forces", f"from {sources[self.method]}, each accurate to {self.model_error:.0e}"),
             ("scales as", f"{self.exponents} at the nominal values, each accurate to {self.exponents.error:.0e}"),
-            ("samples", _samples(self)),
-            ("scenario", self.scenario or "-"),
         ]
-        lines = [
-            *map(strong, paragraph("", f"peak force: mean {mean} N, 90 % between {low} and {high} N", 2)),
-            *limits(self.warnings),
-            "",
-            table(list(_row(ranked[0])), [list(_row(one).values()) for one in ranked], _SPARE),
-            *paragraph("  ", _VARIANCE_LEGEND, 2),
-            "",
-            table(("", "peak force, N", "amplification"), [(name, forces[name], ratios[name]) for name in forces]),
-            *paragraph("  ", _STATISTICS_LEGEND, 2),
-            "",
-            *facts(details),
-        ]
-        return "\n".join(lines)
-
-
-@frozen
-class Parameter:
-    """An uncertain parameter: its dotted name, unit, distribution in words, value in the scenario, and deviation."""
-
-    name: str
-    unit: str
-    spread: str
-    value: float
-    sd: float
+        variances = table(list(_row(ranked[0])), [list(_row(one).values()) for one in ranked], _SPARE)
+        lead = _lead("peak force", " N", self.peak_force, self.model_error)
+        return _page(self, [lead], variances, columns, (_VARIANCE_LEGEND, _STATISTICS_LEGEND), details)
 
 
 @frozen(kw_only=True)
-class QuantityStatistics:
-    """Distribution of one quantity of the simulations.
+class Share:
+    """Effect of the uncertainty of one parameter on one quantity.
+
+    Attributes
+    ----------
+    name : str
+        Dotted name of the parameter.
+    exponent : float
+        d ln of the quantity / d ln of the parameter at the nominal scene.
+    first, total : Estimate
+        Sobol indices: the fraction of the variance caused by the parameter alone, and including its interactions.
+    """
+
+    name: str
+    exponent: float
+    first: Estimate
+    total: Estimate
+
+
+@frozen(kw_only=True)
+class QuantityStatistics(Statistics):
+    """Statistics of one quantity of the simulations.
 
     Attributes
     ----------
     name, unit, label : str
         Name in the document of `simulate`, SI unit, and printed name.
-    statistics : Statistics
-        Its statistics.
     model_error : float
         Greatest bound on the relative error of a single simulation; the sampling error is separate.
-    first, total : tuple of Estimate
-        Sobol indices of the parameters, in their order: the fraction of the variance that a parameter causes alone, and
-        including its interactions.
-    exponents : tuple of float
-        d ln of the quantity / d ln of each parameter at the nominal scene.
+    sensitivities : tuple of Share
+        One for each uncertain parameter, in the given order.
     """
 
     name: str
     unit: str
     label: str
-    statistics: Statistics
     model_error: float
-    first: tuple[Estimate, ...]
-    total: tuple[Estimate, ...]
-    exponents: tuple[float, ...]
+    sensitivities: tuple[Share, ...]
+
+    @property
+    def printed_unit(self) -> str:
+        """The unit after a number."""
+        return self.unit and f" {self.unit.replace('*', ' ')}"
 
 
 @frozen(kw_only=True)
@@ -253,57 +256,58 @@ class SimulatedUncertainty:
     def to_dict(self) -> dict[str, Any]:
         """The document that ``uncertainty --json`` prints: SI floats, without the draws."""
         document = asdict(self, filter=lambda attribute, _: attribute.name not in ("values", "outputs"))
-        for one in document["quantities"]:
-            shares = zip(self.parameters, *(one.pop(name) for name in ("exponents", "first", "total")), strict=True)
-            names = ("name", "exponent", "first", "total")
-            one["sensitivities"] = [dict(zip(names, (each.name, *more), strict=True)) for each, *more in shares]
-            one |= _listed(one.pop("statistics"))
+        document["quantities"] = list(map(_listed, document["quantities"]))
         return {**document, "method": "simulation", "peak_force": None, "amplification": None}
 
     def __str__(self) -> str:
         named = self.quantities
-        totals, firsts = [one.total for one in named], [one.first for one in named]
         first = [f"{one.label}: first-order, %" for one in named]
         header = ["source of variance", *(f"{one.label}, %" for one in named), "spread", *first]
         rows = []
-        for index, one in enumerate(self.parameters):
-            total, alone = ([_percent(each[index]) for each in shares] for shares in (totals, firsts))
-            rows.append([one.name, *total, one.spread, *alone])
-        columns = [_column(one.statistics, one.model_error) for one in named]
-        units = [f"{one.label}, {one.unit.replace('*', ' ')}" if one.unit else one.label for one in named]
+        for one, *shares in zip(self.parameters, *(each.sensitivities for each in named), strict=True):
+            alone = (_percent(share.first) for share in shares)
+            rows.append([one.name, *(_percent(share.total) for share in shares), one.spread, *alone])
+        leads = [_lead(one.label, one.printed_unit, one, one.model_error) for one in named[:2]]
+        columns = {
+            f"{one.label}{one.printed_unit and ',' + one.printed_unit}": _column(one, one.model_error) for one in named
+        }
         errors = ", ".join(f"{one.label} {one.model_error:.0e}" for one in named)
-        details = [
-            ("simulations", f"largest relative error of a scene: {errors}"),
-            ("samples", _samples(self)),
-            ("scenario", self.scenario or "-"),
-        ]
-        lines = [
-            *(strong(line) for one in named[:2] for line in paragraph("", _lead(one), 2)),
-            *limits(self.warnings),
-            "",
-            table(header, rows, header[2:]),
-            *paragraph("  ", _SHARES_LEGEND, 2),
-            "",
-            table(["", *units], [[name, *(column[name] for column in columns)] for name in columns[0]], units[1:]),
-            *paragraph("  ", _SIMULATED_LEGEND, 2),
-            "",
-            *facts(details),
-        ]
-        return "\n".join(lines)
+        details = [("simulations", f"largest relative error of a scene: {errors}")]
+        legends = _SHARES_LEGEND, _SIMULATED_LEGEND
+        return _page(self, leads, table(header, rows, header[2:]), columns, legends, details)
 
 
-def _lead(one: QuantityStatistics) -> str:
-    mean, low, high = (
-        _shown(each, one.model_error)
-        for each in (one.statistics.mean, one.statistics.quantiles[0.05], one.statistics.quantiles[0.95])
-    )
-    unit = one.unit and f" {one.unit.replace('*', ' ')}"
-    return f"{one.label}: mean {mean}{unit}, 90 % between {low} and {high}{unit}"
+def _page(
+    found: Uncertainty | SimulatedUncertainty,
+    leads: Sequence[str],
+    variances: str,
+    columns: Mapping[str, Mapping[str, str]],
+    legends: tuple[str, str],
+    details: Sequence[tuple[str, str]],
+) -> str:
+    """Text of a result: its first lines, the table of variances, the columns of statistics, and further facts."""
+    names = list(next(iter(columns.values())))
+    rows = [[name, *(column[name] for column in columns.values())] for name in names]
+    samples = f"{found.draws}, seed {found.seed}; {found.evaluations} including those for the sensitivity indices"
+    lines = [
+        *(strong(line) for lead in leads for line in paragraph("", lead, 2)),
+        *limits(found.warnings),
+        "",
+        variances,
+        *paragraph("  ", legends[0], 2),
+        "",
+        table(["", *columns], rows, [*columns][1:]),
+        *paragraph("  ", legends[1], 2),
+        "",
+        *facts([*details, ("samples", samples), ("scenario", found.scenario or "-")]),
+    ]
+    return "\n".join(lines)
 
 
-def _samples(found: Uncertainty | SimulatedUncertainty) -> str:
-    including = f"{found.evaluations} including those for the sensitivity indices"
-    return f"{found.draws}, seed {found.seed}; {including}"
+def _lead(label: str, unit: str, one: Statistics, error: float) -> str:
+    """Mean and range of a quantity with this relative error."""
+    mean, low, high = (_shown(each, error) for each in (one.mean, one.quantiles[0.05], one.quantiles[0.95]))
+    return f"{label}: mean {mean}{unit}, 90 % between {low} and {high}{unit}"
 
 
 def _listed(statistics: dict[str, Any]) -> dict[str, Any]:

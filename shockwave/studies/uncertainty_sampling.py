@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from attrs import asdict
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.impact import Impact
@@ -39,6 +40,7 @@ from shockwave.studies.uncertainty_result import (
     Parameter,
     QuantityStatistics,
     Sensitivity,
+    Share,
     SimulatedUncertainty,
     Uncertainty,
 )
@@ -169,34 +171,28 @@ def _of_forces(
         slopes.append([difference(ends, row, _FORCE_RTOL).value for row in rows])
     made, notes = [], []
     for index, quantity in enumerate(quantities):
-        batches, (value, _) = outputs[:, index, 0], quantity.read(result) or (0.0, 0.0)
+        value, _ = quantity.read(result) or (0.0, 0.0)
         if not np.isfinite(outputs[:, index]).all():
             notes.append(f"the {quantity.label} is left out, because some scenes have none")
             continue
-        slope = [all_of_one[index] / value for all_of_one in slopes]
+        slope = [of_parameter[index] / value for of_parameter in slopes]
         moves = np.array([own * one.sd for own, one in zip(slope, drawn, strict=True)])
-        found = statistics(batches, value, moves)
+        found = statistics(outputs[:, index, 0], value, moves)
         if found.sd.value <= _NOISE * errors[index] * abs(value):
             notes.append(f"the spread of the {quantity.label} is within the error of the simulations")
-        first, total = shares[:, :, index].tolist()
-        made.append(
-            QuantityStatistics(
-                **quantity._asdict(),
-                statistics=found,
-                model_error=float(errors[index]),
-                first=tuple(Estimate(*pair) for pair in first),
-                total=tuple(Estimate(*pair) for pair in total),
-                exponents=tuple(own * one.value for own, one in zip(slope, drawn, strict=True)),
-            )
+        sensitivities = (
+            Share(name=one.name, exponent=own * one.value, first=Estimate(*first), total=Estimate(*total))
+            for one, own, first, total in zip(drawn, slope, *shares[:, :, index].tolist(), strict=True)
         )
+        known: dict[str, Any] = {**asdict(found, recurse=False), **quantity._asdict()}
+        error = float(errors[index])
+        made.append(QuantityStatistics(**known, model_error=error, sensitivities=tuple(sensitivities)))
     return SimulatedUncertainty(
         scenario=scenario.name,
         draws=draws,
         seed=seed,
         evaluations=draws * (len(drawn) + 2),
-        parameters=tuple(
-            Parameter(one.name, one.spread.variable.unit or "", str(one.spread), one.value, one.sd) for one in drawn
-        ),
+        parameters=tuple(Parameter(**_described(one)) for one in drawn),
         quantities=tuple(made),
         warnings=(*result.warnings, *notes, *cut_warnings(drawn)),
         values={one.name: column for one, column in zip(drawn, points, strict=True)},
@@ -217,16 +213,18 @@ def _spreads(scenario: Scenario, given: Mapping[str, Any] | None) -> tuple[Sprea
         raise InvalidValueError(faults) from None
 
 
+def _described(one: Distribution) -> dict[str, Any]:
+    """Fields of a `Parameter`."""
+    unit = one.spread.variable.unit or ""
+    return {"name": one.name, "unit": unit, "spread": str(one.spread), "value": one.value, "sd": one.sd}
+
+
 def _sensitivity(one: Distribution, slopes: tuple[Estimate, Estimate], indices: FloatArray) -> Sensitivity:
     """Sensitivity to one parameter, from its indices of shape (2 indices, 2 outputs, value and error)."""
     (force_first, first), (force_total, total) = indices.tolist()
     exponent = slopes[0]
     return Sensitivity(
-        name=one.name,
-        unit=one.spread.variable.unit or "",
-        spread=str(one.spread),
-        value=one.value,
-        sd=one.sd,
+        **_described(one),
         exponent=exponent.value * one.value if one.value else None,
         exponent_error=exponent.error * abs(one.value) if one.value else None,
         peak_force_first=Estimate(*force_first),
