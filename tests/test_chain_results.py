@@ -126,9 +126,41 @@ def walled(**options: Any) -> ChainResult:
 def test_results_are_frozen_and_equal_by_value() -> None:
     again = sw.simulate(SHOCK, WALLED)
     assert again == walled()
+    assert hash(again) == hash(walled())
     assert sw.simulate(SHOCK, WALLED, rtol=1e-5) != walled()
     with pytest.raises(attrs.exceptions.FrozenInstanceError):
         again.end = 0.0
+
+
+def test_a_single_granule_on_a_wall_turns_its_energy_into_force() -> None:
+    chain = attrs.evolve(CHAIN, granules=1, end=Wall())
+    # the shock is so short against the collision that it gives a velocity
+    shock = sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=1e4, rise_time=1e-8)
+    stiffness = math.sqrt(2) * chain.contact_stiffness
+    momentum = shock.peak_force * shock.duration / 2
+    overlap = (5 / 4 * momentum**2 / (chain.granule_mass * stiffness)) ** 0.4
+    result = sw.simulate(shock, chain)
+    # the duration of the shock is a thousandth of that of the collision
+    assert result.transmitted.peak_force == pytest.approx(stiffness * overlap**1.5, rel=1e-3)
+    assert result.transmitted.impulse == pytest.approx(2 * momentum, rel=1e-6)
+
+
+def test_results_that_may_change_later_have_warnings() -> None:
+    early = sw.simulate(SHOCK, WALLED, until=walled().arrival_time)
+    assert any("acts on the wall at the end of the simulated time" in warning for warning in early.warnings)
+    assert walled().warnings == ()
+    # the striker rebounds slowly, and the wave that the wall reflects will follow it
+    followed = sw.simulate(Impact(velocity=0.5), WALLED, until=1e-4)
+    assert any("its restitution is provisional" in warning for warning in followed.warnings)
+    free = sw.simulate(Impact(velocity=0.5, radius=CHAIN.radius / 2), attrs.evolve(WALLED, end=None))
+    assert free.restitution is not None
+    assert free.warnings == ()
+
+
+@pytest.mark.parametrize(("velocity", "doubtful"), [(1.0, False), (400.0, True)])
+def test_overlaps_beyond_hertz_have_a_warning(velocity: float, doubtful: bool) -> None:
+    result = sw.simulate(Impact(velocity=velocity), attrs.evolve(CHAIN, granules=2))
+    assert any("Hertz's law holds for small overlaps only" in warning for warning in result.warnings) == doubtful
 
 
 def test_a_simulated_time_much_shorter_than_the_rise_is_refused() -> None:
@@ -341,6 +373,15 @@ def test_histories_contain_the_greatest_forces_and_the_impulse() -> None:
     assert wall is not None
     assert kept.wall_force[0] == pytest.approx(1.0, rel=1e-12)
     assert float(np.trapezoid(kept.wall_force - 1.0, kept.times)) == pytest.approx(wall.impulse, rel=1e-4)
+
+
+def test_histories_contain_all_contacts_by_default() -> None:
+    for chain, count in ((WALLED, len(walled().contacts)), (attrs.evolve(CHAIN, granules=12), 11)):
+        result = sw.simulate(SHOCK, chain, record=["forces"], until=1e-4)
+        kept = result.recording
+        assert kept.contacts == tuple(range(count))
+        assert kept.forces.shape == (len(kept.times), count)
+        assert len(repr(kept)) < 200
 
 
 def test_histories_balance_energy_and_momentum() -> None:

@@ -139,7 +139,7 @@ def test_a_gap_follows_each_granule_of_its_segment() -> None:
 def test_dampings_have_their_coefficients_and_powers() -> None:
     kuwabara = Layout.of(chain(damping=sw.KuwabaraKono(time=2e-6)), SHOCK)
     assert kuwabara.damping_power == 0.5
-    assert kuwabara.damping_coefficients == pytest.approx(1.5 * 2e-6 * kuwabara.stiffnesses, rel=ROUNDINGS)
+    assert kuwabara.damping_coefficients == pytest.approx(1.5 * 2e-6 * kuwabara.pairs.stiffnesses, rel=ROUNDINGS)
     dashpot = Layout.of(chain(damping=sw.Dashpot(coefficient=6.0)), SHOCK)
     assert (dashpot.damping_power, dashpot.damping_coefficients.tolist()) == (0.0, [6.0] * 3)
     contact = sw.PowerContact(exponent=2.5, stiffness=1e9)

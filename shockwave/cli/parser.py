@@ -85,7 +85,7 @@ _SIMULATE = [
     _option("--step STEP", "step in characteristic times, for fixed-step methods", type=_number(1e-9, 1)),
     _option("--integrator INTEGRATOR", "integration method; see `shockwave list integrators`"),
     _option("--backend BACKEND", "code that integrates the chain (default: auto)", choices=_BACKENDS),
-    _option("--contacts N,N", "report the leading wave at these contacts", type=_contacts),
+    _option("--contacts N,N", "report leading wave and greatest force at these contacts", type=_contacts),
     _option("--primary", "measure the leading wave only, not the whole train"),
     _option("--timeout SECONDS", "maximum computing time (default: no limit)", type=_number(1e-3, 1e9)),
 ]
