@@ -1,0 +1,218 @@
+"""The result of an optimal design: requirements, options, the best one, and their text."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from typing import Any, Literal
+
+from attrs import asdict, field, frozen
+
+from shockwave.errors import InvalidValueError
+from shockwave.fields import text_of
+from shockwave.studies.simulated_quantities import Quantity
+from shockwave.text import facts, limits, si, strong, table
+from shockwave.units import to_si
+
+Sign = Literal["<=", ">=", "="]
+_REQUIREMENT = re.compile(r"\s*([\w.\[\]]+)\s*(<=|>=|=)\s*(.+)")
+#: Relative width of an equality.
+EQUAL = 1e-3
+# Relative error shown for quantities of the chain itself.
+_EXACT = 1e-5
+
+
+@frozen
+class Requirement:
+    """A quantity that must be below or above a value, or equal to it within a thousandth.
+
+    Attributes
+    ----------
+    quantity : Quantity
+        The quantity.
+    sign : "<=", ">=" or "="
+        The relation.
+    value : float
+        The value [SI unit of the quantity], above 0.
+    """
+
+    quantity: Quantity
+    sign: Sign
+    value: float
+
+    @classmethod
+    def of(cls, text: str, kind: str, quantity: Callable[[str], Quantity]) -> Requirement:
+        """Convert text such as ``transmitted.peak_force <= 60 N``; ``kind`` names the argument in messages.
+
+        Raises
+        ------
+        InvalidValueError
+            If it has another form, the quantity is unknown, or the value is not above 0.
+        """
+        parts = _REQUIREMENT.fullmatch(str(text))
+        if parts is None:
+            rule = "must be a quantity, <=, >= or =, and a value, such as 'transmitted.peak_force <= 60 N'"
+            raise InvalidValueError.of(kind, f"{rule} (got {text_of(text)})")
+        name, sign, given = parts.groups()
+        found = quantity(name)
+        try:
+            value = to_si(given.strip(), found.unit)
+        except ValueError as error:
+            raise InvalidValueError.of(f"{kind}.{name}", str(error)) from None
+        if not value > 0:
+            raise InvalidValueError.of(f"{kind}.{name}", f"must be > 0 {found.unit} (got {given.strip()})")
+        return cls(found, sign, value)  # type: ignore[arg-type]
+
+    def violation(self, value: float, error: float, margin: float = 0.0) -> float:
+        """Relative violation by a ``value`` of this relative ``error``; the requirement holds if it is not above 0."""
+        ratio = value / self.value
+        if self.sign == "<=":
+            return ratio * (1 + error + margin) - 1
+        if self.sign == ">=":
+            return 1 - ratio * (1 - error - margin)
+        return abs(ratio - 1) + error + margin - EQUAL
+
+    def __str__(self) -> str:
+        return f"{self.quantity.label} {self.sign} {si(self.value, self.quantity.unit.replace('*', ' '))}"
+
+
+@frozen(kw_only=True)
+class OptimalOption:
+    """A scene with other values of the parameters.
+
+    Attributes
+    ----------
+    values : tuple of float or str
+        Values of the parameters, in SI units or names, in their order.
+    quantities, errors : mapping of str to float
+        Required quantities in SI units and their estimated relative errors, by their names.
+    least : float
+        Value of the quantity that is minimised.
+    violation : float
+        Largest relative violation of a requirement, which holds if it is not above 0.
+    verified : bool
+        Whether the option was simulated at a tolerance of 1e-8.
+    """
+
+    values: tuple[float | str, ...]
+    quantities: Mapping[str, float] = field(hash=False)
+    errors: Mapping[str, float] = field(hash=False)
+    least: float
+    violation: float
+    verified: bool = False
+
+
+@frozen(kw_only=True)
+class OptimalDesign:
+    """Option that meets all requirements with the least of a quantity.
+
+    Attributes
+    ----------
+    scenario : str
+        Name of the scenario.
+    vary, units : tuple of str
+        Names of the parameters and their units.
+    requirements : tuple of Requirement
+        The requirements.
+    least : str
+        Name of the quantity that is minimised.
+    best : OptimalOption or None
+        Best option; None if none meets all requirements.
+    nearest : OptimalOption or None
+        Option with the smallest violation, if there is no best one.
+    ranking : tuple of OptimalOption
+        Best option of each combination of materials, best first; empty if no material varies.
+    tried : tuple of OptimalOption
+        All options of the search.
+    evaluations : int
+        Number of simulated scenes.
+    warnings : tuple of str
+        Sentences on the limits of the result.
+    """
+
+    scenario: str
+    vary: tuple[str, ...]
+    units: tuple[str, ...]
+    requirements: tuple[Requirement, ...]
+    least: str
+    best: OptimalOption | None
+    nearest: OptimalOption | None
+    ranking: tuple[OptimalOption, ...]
+    tried: tuple[OptimalOption, ...] = field(repr=False)
+    evaluations: int
+    warnings: tuple[str, ...]
+
+    @property
+    def why(self) -> str:
+        """Reason why there is no best option; empty if there is one."""
+        if self.best is not None or self.nearest is None:
+            return ""
+        missed = [one for one in self.requirements if self._violation(one, self.nearest) > 0]
+        return f"no option meets {' and '.join(map(str, missed))}; the nearest misses by {self.nearest.violation:.2g}"
+
+    def front(self, quantity: str) -> list[OptimalOption]:
+        """Options for which no other one has less of both the minimised quantity and this one (Pareto front)."""
+        chosen: list[OptimalOption] = []
+        for one in sorted(self.tried, key=lambda option: (option.least, option.quantities[quantity])):
+            if not chosen or one.quantities[quantity] < chosen[-1].quantities[quantity]:
+                chosen.append(one)
+        return chosen
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document that ``design --json`` prints: SI floats."""
+        document = asdict(self, filter=lambda attribute, _: attribute.name not in ("tried", "requirements"))
+        document["requirements"] = [
+            {"quantity": one.quantity.name, "sign": one.sign, "value": one.value} for one in self.requirements
+        ]
+        front = {name: self.front(name) for name in self._required if name != self.least}
+        pairs = {name: [[one.least, one.quantities[name]] for one in options] for name, options in front.items()}
+        return {**document, "front": pairs, "why": self.why}
+
+    def __str__(self) -> str:
+        shown = self.best or self.nearest
+        lines = [strong(f"{self.scenario or 'design'}: {self.why or self._values(shown)}")]
+        lines += limits(self.warnings)
+        details = [("nearest", self._values(shown))] if self.best is None else []
+        for one in self.requirements:
+            if shown is not None:
+                value, error = shown.quantities[one.quantity.name], shown.errors[one.quantity.name]
+                reached = si(value, one.quantity.unit.replace("*", " "), error=max(error, _EXACT))
+                details.append((one.quantity.label, f"{reached}, required {one.sign} {str(one).split(one.sign)[-1].strip()}"))
+        details += [("minimised", self.least), ("simulations", f"{self.evaluations}, the answer verified at 1e-8")]
+        lines += facts(details)
+        if self.ranking:
+            header = (*(name.rpartition(".")[2] for name in self.vary), self._least_label, "")
+            lines += ["", table(header, [self._row(one) for one in self.ranking])]
+        return "\n".join(lines)
+
+    @property
+    def _required(self) -> list[str]:
+        return [one.quantity.name for one in self.requirements]
+
+    @property
+    def _least_label(self) -> str:
+        return self.least.replace("chain.", "").replace("_", " ")
+
+    def _violation(self, requirement: Requirement, option: OptimalOption) -> float:
+        name = requirement.quantity.name
+        return requirement.violation(option.quantities[name], option.errors[name])
+
+    def _least(self, option: OptimalOption) -> str:
+        if self.least == "chain.mass":
+            return si(1e3 * option.least, "g", 4)
+        return si(option.least, {"chain.length": "m"}.get(self.least, ""), 4)
+
+    def _values(self, option: OptimalOption | None) -> str:
+        if option is None:
+            return "nothing found"
+        pairs = zip(self.vary, self._texts(option), strict=True)
+        values = ", ".join(f"{name.removeprefix('chain.')} {text}" for name, text in pairs)
+        return f"{self._least_label} {self._least(option)} with {values}"
+
+    def _texts(self, option: OptimalOption) -> list[str]:
+        pairs = zip(option.values, self.units, strict=True)
+        return [value if isinstance(value, str) else si(value, unit.replace("*", " "), 5) for value, unit in pairs]
+
+    def _row(self, option: OptimalOption) -> tuple[str, ...]:
+        state = "meets all" if option.violation <= 0 else f"misses by {option.violation:.1%}"
+        return (*self._texts(option), self._least(option), state)
