@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 from attrs import evolve, frozen
-from scipy.optimize import NonlinearConstraint, differential_evolution, minimize
+from scipy import optimize
+from scipy.stats import qmc
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.impact import Impact
@@ -34,19 +35,23 @@ from shockwave.studies import varied_scenes
 from shockwave.studies.optimal_result import OptimalDesign, OptimalOption, Requirement
 from shockwave.studies.simulated_quantities import Quantity
 
+# its type declarations do not admit functions of many points at once
+_optimize: Any = optimize
 # Tolerance of the simulations of the search, and of the verification.
 _SEARCH_RTOL = 1e-5
 _RTOL = 1e-8
 # Margin by which the search meets inequalities: several errors of its simulations.
 _MARGIN = 1e-4
-# Relative width of an equality.
-_EQUAL = 1e-3
-# Members of a generation for each parameter, and most generations.
+# Scenes of the first sample, members of a generation and local searches, each for a parameter; most generations.
+_SAMPLE = 256
 _MEMBERS = 12
-_GENERATIONS = 30
-# Most evaluations by COBYLA, and its first and last step over the intervals.
-_EVALUATIONS = 80
+_LOCAL = 2
+_GENERATIONS = 20
+# Most evaluations of a local search by COBYLA, and its first and last step over the intervals.
+_EVALUATIONS = 60
 _FIRST_STEP, _LAST_STEP = 0.02, 1e-5
+# Least distance of the beginnings of two local searches over the intervals.
+_APART = 0.1
 # Most combinations of materials.
 _COMBINATIONS = 200
 # Violation of a requirement that has no value, because a simulation fails or a scene is not possible.
@@ -126,7 +131,9 @@ class _Parameter:
     @classmethod
     def of(cls, name: str, given: Sequence[Any] | None, scenario: Scenario) -> _Parameter:
         try:
-            found = variable(name, varied_scenes.data_of(scenario), lambda known: known.startswith(("chain.", "shock.")))
+            found = variable(
+                name, varied_scenes.data_of(scenario), lambda known: known.startswith(("chain.", "shock."))
+            )
         except InvalidValueError as error:
             raise InvalidValueError.of("vary", error.faults[0].problem) from None
         if name.endswith(MATERIALS):
@@ -203,12 +210,18 @@ class _Search:
             ranking=tuple(ranked) if materials else (),
             tried=tuple(tried),
             evaluations=len(tried),
-            warnings=tuple(varied_scenes.notes_of(self.family.base)),
+            warnings=self.notes,
         )
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Notes on the record of the shock."""
+        base = self.family.base
+        return () if base.impact is not None else tuple(base.shock.profile.notes)
+
     def rank(self, option: OptimalOption) -> tuple[float, float]:
-        """Violation of the requirements, then the quantity that is minimised."""
-        return option.violation, option.least
+        """Violation of the requirements, if any, then the quantity that is minimised."""
+        return max(option.violation, 0.0), option.least
 
     def meets(self, option: OptimalOption) -> bool:
         return option.violation <= 0
@@ -288,39 +301,60 @@ class _Group:
         if not self.numbers:
             self.at(np.empty((0, 1)))
             return
-        bounds = [(0.0, 1.0)] * len(self.numbers)
+        size, rng = len(self.numbers), np.random.default_rng([self.within.seed, index])
         steps = itertools.count(1)
 
         def report(*_: Any) -> None:
             progressed("generations", index * _GENERATIONS + min(next(steps), _GENERATIONS), total * _GENERATIONS)
 
-        differential_evolution(
+        self.at(qmc.Sobol(size, seed=rng).random(_SAMPLE * size).T)
+        if not self.found:
+            return
+        first = [np.frombuffer(key) for key in self.ranked[: _MEMBERS * size]]
+        _optimize.differential_evolution(
             lambda x: np.array([math.inf if one is None else one.least for one in self.at(x)]),
-            bounds,
-            constraints=NonlinearConstraint(self.violations, -np.inf, 0.0),
+            [(0.0, 1.0)] * size,
+            constraints=_optimize.NonlinearConstraint(self.violations, -np.inf, 0.0),
             vectorized=True,
             updating="deferred",
-            init="sobol",
-            popsize=_MEMBERS,
+            init=np.array(first),
             maxiter=_GENERATIONS,
-            rng=np.random.default_rng([self.within.seed, index]),
+            seed=rng,
             polish=False,
             callback=report,
         )
-        self.improve()
+        if any(not one.variable.whole for one in self.numbers):
+            for begin in self.beginnings(_LOCAL * size):
+                self.improve(begin)
 
-    def improve(self) -> None:
-        """Search around the best option by COBYLA."""
-        if not self.found or all(one.variable.whole for one in self.numbers):
-            return
-        best = min(self.known, key=lambda key: math.inf if (one := self.known[key]) is None else 0.0)
-        best = min((key for key, one in self.known.items() if one is not None), key=self._rank)
-        option = self.known[best]
+    @property
+    def ranked(self) -> list[bytes]:
+        """Keys of the options found, best first."""
+        return sorted((key for key, one in self.known.items() if one is not None), key=self._rank)
+
+    def _rank(self, key: bytes) -> tuple[float, float]:
+        option = self.known[key]
         assert option is not None
-        scale = abs(option.least) or 1.0
-        minimize(
+        return self.within.rank(option)
+
+    def beginnings(self, count: int) -> list[FloatArray]:
+        """The best options that lie apart from each other."""
+        chosen: list[FloatArray] = []
+        for key in self.ranked:
+            x = np.frombuffer(key)
+            if all(np.abs(x - other).max() > _APART for other in chosen):
+                chosen.append(x)
+            if len(chosen) == count:
+                break
+        return chosen
+
+    def improve(self, begin: FloatArray) -> None:
+        """Search around an option by COBYLA."""
+        (option,) = self.at(begin[:, None])
+        scale = (option and abs(option.least)) or 1.0
+        _optimize.minimize(
             lambda x: (math.inf if (one := self.one(x)) is None else one.least) / scale,
-            np.frombuffer(best),
+            begin,
             method="COBYLA",
             constraints=[
                 {"type": "ineq", "fun": lambda x: -(_IMPOSSIBLE if (one := self.one(x)) is None else one.violation)},
@@ -329,11 +363,6 @@ class _Group:
             ],
             options={"rhobeg": _FIRST_STEP, "tol": _LAST_STEP, "maxiter": _EVALUATIONS},
         )
-
-    def _rank(self, key: bytes) -> tuple[float, float]:
-        option = self.known[key]
-        assert option is not None
-        return self.within.rank(option)
 
     def violations(self, x: FloatArray) -> FloatArray:
         return np.array([[_IMPOSSIBLE if one is None else one.violation for one in self.at(x)]])
@@ -347,7 +376,10 @@ class _Group:
         keys = [np.ascontiguousarray(column).tobytes() for column in columns]
         new = {key: column for key, column in zip(keys, columns, strict=True) if key not in self.known}
         values = [
-            {**self.fixed, **{one.variable.name: one.at(float(share)) for one, share in zip(self.numbers, column, strict=True)}}
+            {
+                **self.fixed,
+                **{one.variable.name: one.at(float(share)) for one, share in zip(self.numbers, column, strict=True)},
+            }
             for column in new.values()
         ]
         self.known.update(zip(new, self.within.options(values, _SEARCH_RTOL, _MARGIN), strict=True))

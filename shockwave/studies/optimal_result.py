@@ -72,8 +72,13 @@ class Requirement:
             return 1 - ratio * (1 - error - margin)
         return abs(ratio - 1) + error + margin - EQUAL
 
+    @property
+    def bound(self) -> str:
+        """The relation and the value in printed form."""
+        return f"{self.sign} {si(self.value, self.quantity.unit.replace('*', ' '))}"
+
     def __str__(self) -> str:
-        return f"{self.quantity.label} {self.sign} {si(self.value, self.quantity.unit.replace('*', ' '))}"
+        return f"{self.quantity.label} {self.bound}"
 
 
 @frozen(kw_only=True)
@@ -177,7 +182,9 @@ class OptimalDesign:
             if shown is not None:
                 value, error = shown.quantities[one.quantity.name], shown.errors[one.quantity.name]
                 reached = si(value, one.quantity.unit.replace("*", " "), error=max(error, _EXACT))
-                details.append((one.quantity.label, f"{reached}, required {one.sign} {str(one).split(one.sign)[-1].strip()}"))
+                details.append(
+                    (one.quantity.label, f"{reached}, required {one.sign} {str(one).split(one.sign)[-1].strip()}")
+                )
         details += [("minimised", self.least), ("simulations", f"{self.evaluations}, the answer verified at 1e-8")]
         lines += facts(details)
         if self.ranking:
