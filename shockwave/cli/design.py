@@ -10,33 +10,47 @@ from attrs import evolve
 from shockwave.cli.output import check_output, of_arguments, print_result
 from shockwave.cli.scenario_commands import loaded
 from shockwave.errors import InvalidValueError, ScenarioError, UnknownNameError, UsageError
+from shockwave.fields import listed
+from shockwave.scenario.block_keys import MATERIALS
+from shockwave.scenario.scenario import Scenario
 
 # Hint in the error for a scenario with a sweep.
 _SWEPT = "delete the `sweep` block"
 
 
 def design(options: argparse.Namespace) -> int:
-    """Print the values of a parameter that give the leading wave the target property."""
+    """Print the values of parameters that meet requirements."""
+    from shockwave.studies.requirements import parts_of
+
+    check_output(options.output, ".svg", ".png", ".pdf")
+    numbers = [name for name in options.vary if not name.endswith(MATERIALS)]
+    if len(options.between) != len(numbers):
+        got = f"got {len(options.between)} for {listed(numbers, 'and') if numbers else 'materials alone'}"
+        raise UsageError(f"--between must be given once for each number that varies ({got})")
+    (scenario,) = loaded([options.file], _SWEPT, options.output)
+    among = options.among and [part.strip() for part in options.among.split(",") if part.strip()]
+    try:
+        with of_arguments(options):
+            wanted = [parts_of(text, "target") for text in options.target]
+            alone = len(options.vary) == len(wanted) == 1 and not (options.budget or options.least)
+            if alone and (numbers or wanted[0][1] == "="):
+                return _one(options, scenario, wanted[0], among)
+            return _several(options, scenario, numbers, among)
+    except UnknownNameError as error:
+        raise UsageError(f"--among: {error}") from None
+
+
+def _one(options: argparse.Namespace, scenario: Scenario, wanted: tuple[str, str, str], among: list[str] | None) -> int:
+    """Print all values of one parameter that meet a requirement."""
     from shockwave import pictures
     from shockwave.studies.design_search import design as run
 
-    name, sign, value = options.target[-1].partition("=")
-    if not sign or len(options.target) > 1:
-        given = " and ".join(options.target)
-        raise UsageError(f"--target must be given once as QUANTITY=VALUE, such as peak_force='60 N' (got {given!r})")
-    check_output(options.output, ".svg", ".png", ".pdf")
-    if options.output and options.vary == "chain.material":
+    name, sign, value = wanted
+    (vary,), between = options.vary, next(iter(options.between), None)
+    if options.output and vary == "chain.material":
         raise UsageError("--output must be omitted for chain.material (there is no axis for materials)")
-    (scenario,) = loaded([options.file], _SWEPT, options.output)
-    among = options.among
-    if among is not None:
-        among = [part.strip() for part in among.split(",") if part.strip()]
-    search = {"vary": options.vary, "target": {name.strip(): value.strip()}, "between": options.between, "among": among}
-    try:
-        with of_arguments(options):
-            found = run(scenario, **search, points=options.points, rtol=options.rtol)
-    except UnknownNameError as error:
-        raise UsageError(f"--among: {error}") from None
+    search = {"vary": vary, "target": {name: value}, "sign": sign, "between": between, "among": among}
+    found = run(scenario, **search, points=options.points, rtol=options.rtol)
     print_result(found, options.json)
     if options.output:
         sheet, (ax,) = pictures.figure()
@@ -46,6 +60,34 @@ def design(options: argparse.Namespace) -> int:
     # the ranking of materials is a result if the target lies in their range
     ranked = found.between is None and found.spanned
     if not found.why or ranked:
+        return 0
+    print(f"{options.file}: {found.why}", file=sys.stderr)
+    return 1
+
+
+def _several(options: argparse.Namespace, scenario: Scenario, numbers: list[str], among: list[str] | None) -> int:
+    """Print the values of several parameters that meet all requirements with the least of a quantity."""
+    from shockwave import pictures
+    from shockwave.studies.optimal_design import optimal_design as run
+
+    if among is not None and len(numbers) == len(options.vary):
+        raise UsageError(f"--among must be omitted for {listed(numbers, 'and')} (got {options.among})")
+    ends = dict(zip(numbers, options.between, strict=True))
+    found = run(
+        scenario,
+        vary={name: ends.get(name, among) for name in options.vary},
+        targets=options.target,
+        budgets=options.budget,
+        least=options.least or "chain.mass",
+        seed=options.seed,
+    )
+    print_result(found, options.json)
+    if options.output:
+        sheet, (ax,) = pictures.figure()
+        pictures.pareto(ax, found)
+        pictures.save(sheet, options.output)
+        print(f"{options.output}: written", file=sys.stderr)
+    if not found.why:
         return 0
     print(f"{options.file}: {found.why}", file=sys.stderr)
     return 1

@@ -123,11 +123,16 @@ _DESIGN = [
     _FILE,
     _FORCE_RTOL,
     _JSON,
-    _option("--vary NAME", "dotted name of the value to vary, or chain.material", required=True),
-    _option("--target QUANTITY=VALUE", "target property, such as peak_force='60 N'", required=True, action="append"),
-    _option("--between A", "interval of the value, such as 1mm 20mm", nargs=2, metavar=("A", "B")),
+    _option("--vary NAME", "dotted name of a value to vary; may be repeated", required=True, action="append"),
+    _option("--between A", "interval of a number, such as 1mm 20mm", nargs=2, metavar=("A", "B"), **_MANY),
     _option("--among NAME,NAME", "materials to compare (default: the whole library)"),
+    _option(
+        "--target REQUIREMENT", "requirement, such as 'peak_force = 60 N'; may be repeated", required=True, **_MANY
+    ),
+    _option("--budget REQUIREMENT", "requirement such as 'chain.length <= 0.3 m'; may be repeated", **_MANY),
+    _option("--least QUANTITY", "quantity to minimise (default: chain.mass)"),
     _option("--points N", "number of rows of the table (default: 9)", type=int, default=9),
+    _option("--seed N", "seed of the search for several values (default: 0)", type=int, default=0),
     _option("-o --output FILE", "write a picture (.svg, .png, .pdf)"),
 ]
 _UNCERTAINTY = [

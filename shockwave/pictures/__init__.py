@@ -9,6 +9,7 @@ from shockwave.pictures.accuracy import balance as balance
 from shockwave.pictures.accuracy import work_precision as work_precision
 from shockwave.pictures.amplification_curves import amplification as amplification
 from shockwave.pictures.amplification_curves import design as design
+from shockwave.pictures.amplification_curves import pareto as pareto
 from shockwave.pictures.amplification_curves import universal_curves as universal_curves
 from shockwave.pictures.chains import chain_map as chain_map
 from shockwave.pictures.chains import peak_forces as peak_forces

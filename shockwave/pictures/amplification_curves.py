@@ -177,3 +177,32 @@ def design(ax: Axes, found: Any) -> Axes:
     if 0 < _WIDE * reached.min() < reached.max():
         ax.set_yscale("log")
     return finish(ax, (found.varied, found.unit), (found.target.label, found.target.unit))
+
+
+def pareto(ax: Axes, found: Any) -> Axes:
+    """Draw the options of an optimal design: the first required quantity against the one that is minimised.
+
+    A line connects the options that no other option surpasses in both (the Pareto front).
+
+    Parameters
+    ----------
+    ax : Axes
+        Axes to draw on.
+    found : shockwave.OptimalDesign
+        The design.
+    """
+    requirement = next((one for one in found.requirements if one.quantity.name != found.least), found.requirements[0])
+    quantity = requirement.quantity
+    every = np.array([(option.least, option.quantities[quantity.name]) for option in found.tried])
+    front = np.array([(option.least, option.quantities[quantity.name]) for option in found.front(requirement)])
+    ax.plot(*every.T, ".", color=GREY, markersize=2, alpha=0.5, label="options")
+    ax.plot(*front.T, color=BLUE, linewidth=1.2, label="Pareto front", drawstyle="steps-post")
+    ax.axhline(requirement.value, color=GREY, linewidth=0.9, linestyle="--", label=f"required {requirement.sign}")
+    if found.best is not None:
+        ax.plot(
+            found.best.least, found.best.quantities[quantity.name], "o", color=VERMILION, markersize=4, label="best"
+        )
+    for set_scale, values in ((ax.set_xscale, every[:, 0]), (ax.set_yscale, every[:, 1])):
+        if 0 < _WIDE * values.min() < values.max():
+            set_scale("log")
+    return finish(ax, (found.least_label, found.least_unit), (quantity.label, quantity.unit.replace("*", " ")))

@@ -15,6 +15,7 @@ from shockwave.fields import text_of
 from shockwave.scenario.block_keys import Key
 from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.value_conversion import converted
+from shockwave.studies.requirements import Sign
 from shockwave.studies.scaling_exponents import Exponents
 from shockwave.studies.simulated_quantities import Quantity
 from shockwave.text import facts, limits, paragraph, si, strong, table
@@ -53,14 +54,17 @@ class Target:
         Value in the SI unit.
     quantity : Quantity or None
         Quantity of a simulation; None for a property of the leading wave.
+    sign : "=", "<=" or ">="
+        Relation of the property to the value.
     """
 
     name: str
     value: float
     quantity: Quantity | None = None
+    sign: Sign = "="
 
     @classmethod
-    def of(cls, given: Any, covered: bool = True, contacts: Sequence[int] = ()) -> Target:
+    def of(cls, given: Any, covered: bool = True, contacts: Sequence[int] = (), sign: Sign = "=") -> Target:
         """Convert a mapping of one name to a number or to text with a unit.
 
         ``covered`` is whether the scene has a leading wave in equal granules; ``contacts`` are those that it reports.
@@ -77,7 +81,7 @@ class Target:
         quantity = None if covered and name in TARGETS else Quantity.named(name, contacts, TARGETS if covered else ())
         key = Key(name, spec=Number(TARGETS[name] if quantity is None else quantity.unit, "", above=0))
         try:
-            return cls(name, converted(key, value), quantity)
+            return cls(name, converted(key, value), quantity, sign)
         except ValueError as error:
             raise InvalidValueError.of(f"target.{name}", str(error)) from None
 
@@ -93,6 +97,10 @@ class Target:
 
     def __str__(self) -> str:
         return si(self.value, self.unit, 6)
+
+    def holds(self, excess: float) -> bool:
+        """Whether the relation holds for a property that exceeds the value by ``excess``, or falls short of it."""
+        return excess <= 0 if self.sign == "<=" else excess >= 0 and self.sign == ">="
 
     def reached(self, peak_force: float, scenario: Scenario) -> float:
         """The property in a scene whose leading wave has this peak force [N]."""
@@ -252,6 +260,8 @@ class Design:
         All values in the interval that meet the target, ascending; each was simulated. Ends and extrema that miss the
         target by no more than the allowed error are included, with a warning. Materials are solutions within this error
         too, the nearest first.
+    intervals : tuple of (float, float)
+        For an inequality, all intervals of values that meet it, ascending; their inner ends are ``solutions``.
     nearest : Option or None
         Option nearest to the target, if there is no solution; always given for materials.
     least, most : Option
@@ -268,6 +278,7 @@ class Design:
     target: Target
     between: tuple[float, float] | None = None
     solutions: tuple[AnyOption, ...]
+    intervals: tuple[tuple[float, float], ...] = ()
     nearest: AnyOption | None
     least: AnyOption
     most: AnyOption
@@ -277,7 +288,7 @@ class Design:
     @property
     def reachable(self) -> bool:
         """Whether there is a solution."""
-        return bool(self.solutions)
+        return bool(self.intervals if self.target.sign != "=" else self.solutions)
 
     @property
     def spanned(self) -> bool:
@@ -303,7 +314,8 @@ class Design:
     def to_dict(self) -> dict[str, Any]:
         """The document that ``design --json`` prints: SI floats."""
         document = asdict(self)
-        document["target"] = {"name": self.target.name, "value": self.target.value, "unit": self.target.unit}
+        own = ("name", "sign", "value", "unit")
+        document["target"] = {name: getattr(self.target, name) for name in own}
         return {**document, "reachable": self.reachable, "why": self.why}
 
     def __str__(self) -> str:
@@ -334,8 +346,13 @@ class Design:
         values = " or ".join(map(self._value, self._found))
         simulated = f"(simulated {', '.join(map(self._simulated, self._found))})"
         article = "an" if self.target.label.startswith(("a", "e")) else "a"
-        wanted = f"{article} {self.target.label} of {self.target}"
-        if self.solutions:
+        relation = "of" if self.target.sign == "=" else self.target.sign
+        wanted = f"{article} {self.target.label} {relation} {self.target}"
+        if self.intervals:
+            spans = [f"{si(low, self.unit, 6)} to {si(high, self.unit, 6)}" for low, high in self.intervals]
+            limit = f" (limits {values}, simulated {', '.join(map(self._simulated, self._found))})" if values else ""
+            return f"{self.varied} {' or '.join(spans)} gives {wanted}{limit}"
+        if self.reachable:
             return f"{self.varied} {values} gives {wanted} {simulated}"
         return f"no {self.varied} gives {wanted}; nearest {values} {simulated}"
 

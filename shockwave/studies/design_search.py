@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 from attrs import asdict, evolve, frozen
@@ -25,6 +26,7 @@ from shockwave.scenario.uncertainty import ends_of, is_continuous
 from shockwave.studies import varied_scenes
 from shockwave.studies.design_lines import Line, fitted_line, line_along, spaced
 from shockwave.studies.design_result import AnyOption, Design, Option, Simulated, SimulatedOption, Target
+from shockwave.studies.requirements import Sign
 from shockwave.studies.simulated_quantities import simulations
 from shockwave.studies.universal_curve import RTOL, UniversalCurve
 from shockwave.text import si
@@ -54,6 +56,7 @@ def design(
     among: Iterable[str] | None = None,
     points: int = 9,
     rtol: float = 1e-4,
+    sign: Sign = "=",
 ) -> Design:
     """All values of one parameter of a scene that give the leading wave, or a force in the chain, a target value.
 
@@ -79,6 +82,8 @@ def design(
         Number of rows of the table, 2 to 1000.
     rtol : float
         Allowed relative error of the curve, or of the fit to the simulations, 1e-7 to 1e-2.
+    sign : "=", "<=" or ">="
+        Relation of the property to the value. For an inequality, all intervals in which it holds are found.
 
     Returns
     -------
@@ -95,7 +100,7 @@ def design(
     points, rtol = _POINTS.checked("points", points), RTOL.checked("rtol", rtol)
     scenario = varied_scenes.scenario_of(scene, chain)
     covered = varied_scenes.is_covered(scenario)
-    requested = Target.of(target, covered, scenario.simulate.contacts)
+    requested = Target.of(target, covered, scenario.simulate.contacts, sign)
     try:
         varied = variable(vary, varied_scenes.data_of(scenario), lambda name: name.startswith(_VARIED))
     except InvalidValueError as error:
@@ -176,6 +181,7 @@ class _Search:
             met = crossings(lambda value: line.height(value) - self.level, line.landmarks, lambda _: line.error)
             found = [self.solution(value, line) for value in met]
             table = tuple(self.option(value, line.curve) for value in counted("rows", spaced(between, points)))
+            intervals = self.intervals(line, met)
         except InvalidValueError as error:
             if error.faults[0].path == "target":
                 raise
@@ -196,12 +202,24 @@ class _Search:
             target=self.target,
             between=between,
             solutions=solutions,
-            nearest=None if solutions else min(checked, key=self.target.distance),
+            intervals=intervals,
+            nearest=None if solutions or intervals else min(checked, key=self.target.distance),
             least=least,
             most=most,
             table=table,
             warnings=(*self.notes, *near_misses),
         )
+
+    def intervals(self, line: Line, met: Sequence[float]) -> tuple[tuple[float, float], ...]:
+        """Intervals between values at which the property equals the target, in which an inequality holds."""
+        edges = sorted({line.landmarks[0], *met, line.landmarks[-1]})
+        found: list[tuple[float, float]] = []
+        for low, high in pairwise(edges):
+            if not self.target.holds(line.height((low + high) / 2) - self.level):
+                continue
+            joined = found and found[-1][1] == low
+            found.append((found.pop()[0] if joined else low, high))
+        return tuple(found)
 
     def solution(self, value: float, line: Line) -> AnyOption:
         """The option with this value and its error."""

@@ -20,7 +20,6 @@ from shockwave.chain.chain import Chain
 from shockwave.chain.impact import Impact
 from shockwave.chain.layout import mass_and_length
 from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
-from shockwave.fields import text_of
 from shockwave.measurement.simulate import simulate_many
 from shockwave.profiles.shock import Shock
 from shockwave.progress import progressed
@@ -32,7 +31,8 @@ from shockwave.scenario.scenario import Scenario
 from shockwave.scenario.scene_family import Family
 from shockwave.scenario.uncertainty import ends_of
 from shockwave.studies import varied_scenes
-from shockwave.studies.optimal_result import OptimalDesign, OptimalOption, Requirement
+from shockwave.studies.optimal_result import OptimalDesign, OptimalOption
+from shockwave.studies.requirements import Requirement
 from shockwave.studies.simulated_quantities import Quantity
 
 # its type declarations do not admit functions of many points at once
@@ -50,6 +50,8 @@ _GENERATIONS = 20
 # Most evaluations of a local search by COBYLA, and its first and last step over the intervals.
 _EVALUATIONS = 60
 _FIRST_STEP, _LAST_STEP = 0.02, 1e-5
+# Least number of members of a generation that SciPy accepts.
+_LEAST_MEMBERS = 5
 # Least distance of the beginnings of two local searches over the intervals.
 _APART = 0.1
 # Most combinations of materials.
@@ -205,6 +207,7 @@ class _Search:
             units=tuple(one.variable.unit or "" for one in self.parameters),
             requirements=tuple(self.requirements),
             least=self.least.name,
+            least_unit=self.least.unit,
             best=verified if self.meets(verified) else None,
             nearest=verified if not self.meets(verified) else None,
             ranking=tuple(ranked) if materials else (),
@@ -290,7 +293,9 @@ class _Group:
 
     def __init__(self, search: _Search, numbers: Sequence[_Parameter], fixed: Mapping[str, str]) -> None:
         self.within, self.numbers, self.fixed = search, numbers, fixed
-        self.known: dict[bytes, OptimalOption | None] = {}
+        #: Options by their values, and the shares of the intervals at which they were first made.
+        self.known: dict[tuple[float, ...], OptimalOption | None] = {}
+        self.places: dict[tuple[float, ...], FloatArray] = {}
 
     @property
     def found(self) -> list[OptimalOption]:
@@ -310,7 +315,8 @@ class _Group:
         self.at(qmc.Sobol(size, seed=rng).random(_SAMPLE * size).T)
         if not self.found:
             return
-        first = [np.frombuffer(key) for key in self.ranked[: _MEMBERS * size]]
+        first = [self.places[key] for key in self.ranked[: _MEMBERS * size]]
+        first += list(rng.random((max(_LEAST_MEMBERS - len(first), 0), size)))
         _optimize.differential_evolution(
             lambda x: np.array([math.inf if one is None else one.least for one in self.at(x)]),
             [(0.0, 1.0)] * size,
@@ -328,11 +334,11 @@ class _Group:
                 self.improve(begin)
 
     @property
-    def ranked(self) -> list[bytes]:
+    def ranked(self) -> list[tuple[float, ...]]:
         """Keys of the options found, best first."""
         return sorted((key for key, one in self.known.items() if one is not None), key=self._rank)
 
-    def _rank(self, key: bytes) -> tuple[float, float]:
+    def _rank(self, key: tuple[float, ...]) -> tuple[float, float]:
         option = self.known[key]
         assert option is not None
         return self.within.rank(option)
@@ -341,7 +347,7 @@ class _Group:
         """The best options that lie apart from each other."""
         chosen: list[FloatArray] = []
         for key in self.ranked:
-            x = np.frombuffer(key)
+            x = self.places[key]
             if all(np.abs(x - other).max() > _APART for other in chosen):
                 chosen.append(x)
             if len(chosen) == count:
@@ -373,14 +379,12 @@ class _Group:
     def at(self, x: FloatArray) -> list[OptimalOption | None]:
         """Options at shares of the intervals, shape (numbers, options); each is simulated once."""
         columns = np.atleast_2d(x.T) if x.ndim > 1 else x[None]
-        keys = [np.ascontiguousarray(column).tobytes() for column in columns]
-        new = {key: column for key, column in zip(keys, columns, strict=True) if key not in self.known}
-        values = [
-            {
-                **self.fixed,
-                **{one.variable.name: one.at(float(share)) for one, share in zip(self.numbers, column, strict=True)},
-            }
-            for column in new.values()
+        keys = [
+            tuple(one.at(share) for one, share in zip(self.numbers, column.tolist(), strict=True)) for column in columns
         ]
+        new = {key: column for key, column in zip(keys, columns, strict=True) if key not in self.known}
+        names = [one.variable.name for one in self.numbers]
+        values = [{**self.fixed, **dict(zip(names, key, strict=True))} for key in new]
+        self.places |= new
         self.known.update(zip(new, self.within.options(values, _SEARCH_RTOL, _MARGIN), strict=True))
         return [self.known[key] for key in keys]

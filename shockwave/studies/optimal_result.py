@@ -2,83 +2,16 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Mapping
-from typing import Any, Literal
+from collections.abc import Mapping
+from typing import Any
 
 from attrs import asdict, field, frozen
 
-from shockwave.errors import InvalidValueError
-from shockwave.fields import text_of
-from shockwave.studies.simulated_quantities import Quantity
+from shockwave.studies.requirements import Requirement
 from shockwave.text import facts, limits, si, strong, table
-from shockwave.units import to_si
 
-Sign = Literal["<=", ">=", "="]
-_REQUIREMENT = re.compile(r"\s*([\w.\[\]]+)\s*(<=|>=|=)\s*(.+)")
-#: Relative width of an equality.
-EQUAL = 1e-3
 # Relative error shown for quantities of the chain itself.
 _EXACT = 1e-5
-
-
-@frozen
-class Requirement:
-    """A quantity that must be below or above a value, or equal to it within a thousandth.
-
-    Attributes
-    ----------
-    quantity : Quantity
-        The quantity.
-    sign : "<=", ">=" or "="
-        The relation.
-    value : float
-        The value [SI unit of the quantity], above 0.
-    """
-
-    quantity: Quantity
-    sign: Sign
-    value: float
-
-    @classmethod
-    def of(cls, text: str, kind: str, quantity: Callable[[str], Quantity]) -> Requirement:
-        """Convert text such as ``transmitted.peak_force <= 60 N``; ``kind`` names the argument in messages.
-
-        Raises
-        ------
-        InvalidValueError
-            If it has another form, the quantity is unknown, or the value is not above 0.
-        """
-        parts = _REQUIREMENT.fullmatch(str(text))
-        if parts is None:
-            rule = "must be a quantity, <=, >= or =, and a value, such as 'transmitted.peak_force <= 60 N'"
-            raise InvalidValueError.of(kind, f"{rule} (got {text_of(text)})")
-        name, sign, given = parts.groups()
-        found = quantity(name)
-        try:
-            value = to_si(given.strip(), found.unit)
-        except ValueError as error:
-            raise InvalidValueError.of(f"{kind}.{name}", str(error)) from None
-        if not value > 0:
-            raise InvalidValueError.of(f"{kind}.{name}", f"must be > 0 {found.unit} (got {given.strip()})")
-        return cls(found, sign, value)  # type: ignore[arg-type]
-
-    def violation(self, value: float, error: float, margin: float = 0.0) -> float:
-        """Relative violation by a ``value`` of this relative ``error``; the requirement holds if it is not above 0."""
-        ratio = value / self.value
-        if self.sign == "<=":
-            return ratio * (1 + error + margin) - 1
-        if self.sign == ">=":
-            return 1 - ratio * (1 - error - margin)
-        return abs(ratio - 1) + error + margin - EQUAL
-
-    @property
-    def bound(self) -> str:
-        """The relation and the value in printed form."""
-        return f"{self.sign} {si(self.value, self.quantity.unit.replace('*', ' '))}"
-
-    def __str__(self) -> str:
-        return f"{self.quantity.label} {self.bound}"
 
 
 @frozen(kw_only=True)
@@ -119,8 +52,8 @@ class OptimalDesign:
         Names of the parameters and their units.
     requirements : tuple of Requirement
         The requirements.
-    least : str
-        Name of the quantity that is minimised.
+    least, least_unit : str
+        Name of the quantity that is minimised, and its unit.
     best : OptimalOption or None
         Best option; None if none meets all requirements.
     nearest : OptimalOption or None
@@ -140,6 +73,7 @@ class OptimalDesign:
     units: tuple[str, ...]
     requirements: tuple[Requirement, ...]
     least: str
+    least_unit: str
     best: OptimalOption | None
     nearest: OptimalOption | None
     ranking: tuple[OptimalOption, ...]
@@ -153,13 +87,14 @@ class OptimalDesign:
         if self.best is not None or self.nearest is None:
             return ""
         missed = [one for one in self.requirements if self._violation(one, self.nearest) > 0]
-        return f"no option meets {' and '.join(map(str, missed))}; the nearest misses by {self.nearest.violation:.2g}"
+        return f"no option meets {' and '.join(map(str, missed))}; the nearest misses by {self.nearest.violation:.1%}"
 
-    def front(self, quantity: str) -> list[OptimalOption]:
-        """Options for which no other one has less of both the minimised quantity and this one (Pareto front)."""
+    def front(self, requirement: Requirement) -> list[OptimalOption]:
+        """Options that no other one surpasses in both the minimised quantity and the required one (Pareto front)."""
+        name, sense = requirement.quantity.name, -1.0 if requirement.sign == ">=" else 1.0
         chosen: list[OptimalOption] = []
-        for one in sorted(self.tried, key=lambda option: (option.least, option.quantities[quantity])):
-            if not chosen or one.quantities[quantity] < chosen[-1].quantities[quantity]:
+        for one in sorted(self.tried, key=lambda option: (option.least, sense * option.quantities[name])):
+            if not chosen or sense * one.quantities[name] < sense * chosen[-1].quantities[name]:
                 chosen.append(one)
         return chosen
 
@@ -169,9 +104,7 @@ class OptimalDesign:
         document["requirements"] = [
             {"quantity": one.quantity.name, "sign": one.sign, "value": one.value} for one in self.requirements
         ]
-        front = {name: self.front(name) for name in self._required if name != self.least}
-        pairs = {name: [[one.least, one.quantities[name]] for one in options] for name, options in front.items()}
-        return {**document, "front": pairs, "why": self.why}
+        return {**document, "why": self.why}
 
     def __str__(self) -> str:
         shown = self.best or self.nearest
@@ -182,22 +115,17 @@ class OptimalDesign:
             if shown is not None:
                 value, error = shown.quantities[one.quantity.name], shown.errors[one.quantity.name]
                 reached = si(value, one.quantity.unit.replace("*", " "), error=max(error, _EXACT))
-                details.append(
-                    (one.quantity.label, f"{reached}, required {one.sign} {str(one).split(one.sign)[-1].strip()}")
-                )
+                details.append((one.quantity.label, f"{reached}, required {one.bound}"))
         details += [("minimised", self.least), ("simulations", f"{self.evaluations}, the answer verified at 1e-8")]
         lines += facts(details)
         if self.ranking:
-            header = (*(name.rpartition(".")[2] for name in self.vary), self._least_label, "")
+            header = (*(name.rpartition(".")[2] for name in self.vary), self.least_label, "")
             lines += ["", table(header, [self._row(one) for one in self.ranking])]
         return "\n".join(lines)
 
     @property
-    def _required(self) -> list[str]:
-        return [one.quantity.name for one in self.requirements]
-
-    @property
-    def _least_label(self) -> str:
+    def least_label(self) -> str:
+        """The quantity that is minimised in printed form."""
         return self.least.replace("chain.", "").replace("_", " ")
 
     def _violation(self, requirement: Requirement, option: OptimalOption) -> float:
@@ -207,14 +135,14 @@ class OptimalDesign:
     def _least(self, option: OptimalOption) -> str:
         if self.least == "chain.mass":
             return si(1e3 * option.least, "g", 4)
-        return si(option.least, {"chain.length": "m"}.get(self.least, ""), 4)
+        return si(option.least, self.least_unit.replace("*", " "), 4)
 
     def _values(self, option: OptimalOption | None) -> str:
         if option is None:
             return "nothing found"
         pairs = zip(self.vary, self._texts(option), strict=True)
         values = ", ".join(f"{name.removeprefix('chain.')} {text}" for name, text in pairs)
-        return f"{self._least_label} {self._least(option)} with {values}"
+        return f"{self.least_label} {self._least(option)} with {values}"
 
     def _texts(self, option: OptimalOption) -> list[str]:
         pairs = zip(option.values, self.units, strict=True)
