@@ -287,7 +287,8 @@ def test_the_command_draws_a_picture(tmp_path: Path, capsys: pytest.CaptureFixtu
 )
 def test_a_wrong_argument_is_refused(arguments: list[str], error: str, capsys: pytest.CaptureFixture[str]) -> None:
     given = ["--target", "peak_force=60 N"] + ([] if "--vary" in arguments else ["--vary", "chain.radius"])
-    assert cli.main(["design", FILE, *given, *arguments]) == 2
+    between = [] if {"--vary", "--between"} & set(arguments) else ["--between", "1 mm", "2 mm"]
+    assert cli.main(["design", FILE, *given, *between, *arguments]) == 2
     printed = capsys.readouterr()
     assert printed.err.startswith(error)
     assert printed.out == ""
