@@ -107,10 +107,8 @@ class Verdict:
         return f"{value}, range {low} to {high}" if error > _SMALL else value
 
 
-def verdict(limit: Limit | None, force: LeavingForce) -> Verdict | None:
-    """The verdict on a ``force``; None without a limit."""
-    if limit is None:
-        return None
+def verdict(limit: Limit, force: LeavingForce) -> Verdict:
+    """The verdict on a ``force``."""
     decision: Decision = "undecided"
     if force.high is not None and force.high < limit.force:
         decision = "below"

@@ -4,11 +4,13 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import shockwave as sw
 from shockwave import cli
 from shockwave.limit import LeavingForce, verdict
+from shockwave.studies.exceedance import exceedance
 
 STEEL = sw.Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0)
 SHOCK = sw.Shock(profile=sw.Triangular(duration_ratio=3.0), peak_force=100.0, rise_time=10e-6)
@@ -44,14 +46,12 @@ def written(folder: Path, chain: str = "", more: str = "") -> str:
 )
 def test_a_verdict_is_decided_by_the_whole_range(low: float | None, high: float | None, decision: str) -> None:
     found = verdict(sw.Limit(force=60.0), LeavingForce(name="force", value=60.0, low=low, high=high, remedy="simulate"))
-    assert found is not None
     assert found.decision == decision
     assert found.remedy == ("simulate" if decision == "undecided" else None)
 
 
 def test_a_force_of_unknown_error_decides_nothing() -> None:
     found = verdict(sw.Limit(force=60.0), LeavingForce.measured("force", 50.0, 50.0))
-    assert found is not None
     assert found.decision == "undecided"
 
 
@@ -163,3 +163,68 @@ def test_a_limit_that_is_no_force_is_a_wrong_usage(
 def test_errors_of_the_block_are_located(tmp_path: Path) -> None:
     with pytest.raises(sw.ScenarioError, match=r"scene.yaml:4:16: limit.force: must be > 0 N \(got '-1 N'"):
         sw.load_scenario(written(tmp_path, more="limit: {force: -1 N}"))
+
+
+# ---------------------------------------------------------------- probability of exceedance
+
+UNCERTAIN = "uncertainty: {shock.peak_force: 10 %, chain.diameter: {between: [9 mm, 10 mm]}}"
+
+
+def test_the_probability_of_exceedance_is_that_of_the_quantiles(tmp_path: Path) -> None:
+    scene = sw.load_scenario(written(tmp_path, more=UNCERTAIN))
+    quantile = sw.uncertainty(scene, draws=1024).peak_force.quantiles[0.75]
+    found = sw.uncertainty(scene, draws=1024, limit=sw.Limit(force=quantile.value)).exceedance
+    assert found is not None
+    assert found.low < 0.25 < found.high
+    assert found.probability == pytest.approx(0.25, abs=1 / 1024)
+
+
+def test_the_interval_of_a_probability_includes_the_error_of_each_force() -> None:
+    forces = np.linspace(0.0, 1.0, 1600).reshape(100, 16).T
+    exact, _ = exceedance(sw.Limit(force=0.5), "force", forces, 0.0)
+    coarse, _ = exceedance(sw.Limit(force=0.5), "force", forces, 0.1)
+    assert exact.probability == coarse.probability == 0.5
+    # forces from 0.5 / 1.1 to 0.5 / 0.9 may or may not reach the limit
+    assert coarse.low == pytest.approx(exact.low - (0.5 / 0.9 - 0.5), abs=3e-3)
+    assert coarse.high == pytest.approx(exact.high + (0.5 - 0.5 / 1.1), abs=3e-3)
+
+
+def test_a_probability_without_any_exceedance_is_not_known_to_be_zero() -> None:
+    found, judged = exceedance(sw.Limit(force=2.0), "force", np.full((16, 64), 1.0), 1e-4)
+    assert (found.probability, found.low) == (0.0, 0.0)
+    assert found.high == pytest.approx(3 / 1024)
+    assert judged.decision == "below"
+
+
+@pytest.mark.slow
+def test_the_probability_agrees_with_direct_simulations(tmp_path: Path) -> None:
+    scene = sw.load_scenario(written(tmp_path, more=UNCERTAIN))
+    limit = sw.Limit(force=1.02 * sw.simulate(scene, waves="primary").peak_force)
+    found = sw.uncertainty(scene, limit=limit).exceedance
+    rng, count = np.random.default_rng(5), 5000
+    forces = 100.0 * (1 + 0.1 * rng.standard_normal(count))
+    chains = [sw.Chain(material=scene.chain.material, diameter=one) for one in rng.uniform(9e-3, 10e-3, count)]
+    shocks = [sw.Shock(profile=scene.shock.profile, peak_force=one, rise_time=10e-6) for one in forces]
+    results = sw.simulate_many(shocks, chains, rtol=1e-4, waves="primary")
+    share = np.mean([one.peak_force >= limit.force for one in results])
+    # two standard deviations of the fraction of the direct simulations
+    scatter = 2 * np.sqrt(share * (1 - share) / count)
+    assert found is not None
+    assert found.low - scatter < share < found.high + scatter
+
+
+def test_uncertain_finite_chains_are_judged_by_the_force_that_leaves_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for more, force in (("", "force at the last contact"), (", end: {wall: same}", "force on the wall")):
+        file = written(tmp_path, f", granules: 6{more}", UNCERTAIN)
+        assert cli.main(["uncertainty", file, "--draws", "256", "--limit", "1 N", "--json"]) == 0
+        found = json.loads(capsys.readouterr().out)
+        assert found["exceedance"] == {"limit": 1.0, "probability": 1.0, "low": 1 - 3 / 256, "high": 1.0}
+        assert (found["verdict"]["decision"], found["verdict"]["force"]) == ("above", force)
+
+
+def test_the_probability_is_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = written(tmp_path, more=f"{UNCERTAIN}\nlimit: {{force: 1 kN}}")
+    assert cli.main(["uncertainty", file, "--draws", "1024"]) == 0
+    assert "exceedance        probability 0.000%, between 0.000% and 0.293%" in capsys.readouterr().out

@@ -100,7 +100,7 @@ def uncertainty(options: argparse.Namespace) -> int:
     (scenario,) = loaded([options.file], _SWEPT)
     try:
         with of_arguments(options):
-            found = run(scenario, draws=options.draws, seed=options.seed, rtol=options.rtol)
+            found = run(scenario, draws=options.draws, seed=options.seed, rtol=options.rtol, limit=options.limit)
     except InvalidValueError as error:
         # errors of the block are errors of the file
         if not all(fault.path.startswith("uncertainty") for fault in error.faults):

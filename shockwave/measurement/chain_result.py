@@ -10,7 +10,7 @@ from attrs import field, frozen
 
 from shockwave.chain.chain import Chain
 from shockwave.errors import NumericalError
-from shockwave.limit import LAST, WALL, Limit, Verdict, plain_verdict, verdict
+from shockwave.limit import LAST, WALL, LeavingForce, Limit, Verdict, plain_verdict, verdict
 from shockwave.measurement.contact_peaks import ContactPeak, Yielding, last_force
 from shockwave.measurement.recording import Recording, plain
 from shockwave.measurement.result import Cost
@@ -181,10 +181,15 @@ class ChainResult:
         return None if self.recoil_velocities is None else len(self.recoil_velocities)
 
     @property
+    def leaving(self) -> LeavingForce:
+        """The force that leaves the chain: on the wall, or at the last contact."""
+        name = LAST if self.transmitted is None else WALL
+        return last_force(name, self.last_contact, self.arrival_time is not None)
+
+    @property
     def verdict(self) -> Verdict | None:
         """Verdict on the limit; None without a limit."""
-        name = LAST if self.transmitted is None else WALL
-        return verdict(self.limit, last_force(name, self.last_contact, self.arrival_time is not None))
+        return None if self.limit is None else verdict(self.limit, self.leaving)
 
     @property
     def rtol(self) -> float | None:

@@ -265,14 +265,16 @@ class SimulationResult:
         return self._contacts[1] if self.options.waves == "primary" else self.train.greatest_force
 
     @property
+    def leaving(self) -> LeavingForce:
+        """The force that leaves the chain: at the last contact, or of the leading wave in a semi-infinite chain."""
+        if self.chain.granules is None:
+            return LeavingForce.measured(WAVE, self.peak_force, self.error_estimate * self.peak_force)
+        return last_force(LAST, self._contacts[2])
+
+    @property
     def verdict(self) -> Verdict | None:
         """Verdict on the limit; None without a limit."""
-        if self.limit is None:
-            return None
-        if self.chain.granules is None:
-            error = self.error_estimate * self.peak_force
-            return verdict(self.limit, LeavingForce.measured(WAVE, self.peak_force, error))
-        return verdict(self.limit, last_force(LAST, self._contacts[2]))
+        return None if self.limit is None else verdict(self.limit, self.leaving)
 
     @property
     def yielding(self) -> Yielding | None:

@@ -177,7 +177,7 @@ class Outcome(_OnDemand[Estimate | None, tuple[float, float] | None]):
             known = LeavingForce(name=WAVE, remedy="simulate")
         else:
             known = LeavingForce(name=WAVE, value=found.peak_force, low=found.low, high=found.high, remedy="simulate")
-        return verdict(self.limit, known)
+        return None if self.limit is None else verdict(self.limit, known)
 
     @property
     def shown_error(self) -> float:

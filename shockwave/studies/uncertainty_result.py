@@ -8,6 +8,7 @@ from typing import Any
 
 from attrs import asdict, field, frozen
 
+from shockwave.limit import Verdict, verdict_facts
 from shockwave.quadrature import FloatArray
 from shockwave.studies.scaling_exponents import Exponents
 from shockwave.text import facts, limits, paragraph, si, strong, table
@@ -114,6 +115,30 @@ class Sensitivity(Parameter):
 
 
 @frozen(kw_only=True)
+class Exceedance:
+    """Probability that the force that leaves the chain reaches a limit.
+
+    Attributes
+    ----------
+    limit : float
+        The limit [N].
+    probability : float
+        Fraction of the scenes whose force is not below the limit.
+    low, high : float
+        Interval of the probability, which includes the 95 % confidence interval of sampling and the error of each
+        force.
+    """
+
+    limit: float
+    probability: float
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        return f"probability {self.probability:.3%}, between {self.low:.3%} and {self.high:.3%}"
+
+
+@frozen(kw_only=True)
 class Uncertainty:
     """Distribution of the peak force of the leading wave for uncertain parameters.
 
@@ -135,6 +160,8 @@ class Uncertainty:
         Greatest bound on the relative error of a single peak force; the sampling error is separate.
     warnings : tuple of str
         Limits of the result, in sentences.
+    exceedance, verdict : Exceedance, Verdict or None
+        Probability that the limit is reached, and the verdict on the range of 98 % of the scenes; None without a limit.
     values : mapping of str to ndarray, shape (draws,)
         Values of the parameters that were drawn.
     peak_forces : ndarray, shape (draws,)
@@ -152,6 +179,8 @@ class Uncertainty:
     exponents: Exponents
     model_error: float
     warnings: tuple[str, ...]
+    exceedance: Exceedance | None = None
+    verdict: Verdict | None = None
     values: Mapping[str, FloatArray] = field(eq=False, repr=False)
     peak_forces: FloatArray = field(eq=False, repr=False)
 
@@ -239,6 +268,8 @@ class SimulatedUncertainty:
         and the forces at the contacts of the scenario; those that every scene has.
     warnings : tuple of str
         Limits of the result, in sentences.
+    exceedance, verdict : Exceedance, Verdict or None
+        Probability that the limit is reached, and the verdict on the range of 98 % of the scenes; None without a limit.
     values, outputs : mapping of str to ndarray, shape (draws,)
         Values of the parameters that were drawn, and of the quantities, by their names.
     """
@@ -250,6 +281,8 @@ class SimulatedUncertainty:
     parameters: tuple[Parameter, ...]
     quantities: tuple[QuantityStatistics, ...]
     warnings: tuple[str, ...]
+    exceedance: Exceedance | None = None
+    verdict: Verdict | None = None
     values: Mapping[str, FloatArray] = field(eq=False, repr=False)
     outputs: Mapping[str, FloatArray] = field(eq=False, repr=False)
 
@@ -291,6 +324,7 @@ def _page(
     samples = f"{found.draws}, seed {found.seed}; {found.evaluations} including those for the sensitivity indices"
     lines = [
         *(strong(line) for lead in leads for line in paragraph("", lead, 2)),
+        *facts([*verdict_facts(found), *([("exceedance", str(found.exceedance))] if found.exceedance else [])]),
         *limits(found.warnings),
         "",
         variances,

@@ -7,12 +7,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from attrs import asdict
+from attrs import asdict, evolve
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.impact import Impact
 from shockwave.errors import Fault, InvalidValueError
-from shockwave.fields import Quantity
+from shockwave.fields import Quantity as Number
+from shockwave.limit import WAVE, Limit
 from shockwave.profiles.shock import Shock
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
@@ -22,6 +23,7 @@ from shockwave.scenario.uncertainty import Spread, read
 from shockwave.scenario.value_conversion import WrongsError
 from shockwave.scenario.yaml_document import dotted
 from shockwave.studies import varied_scenes
+from shockwave.studies.exceedance import exceedance
 from shockwave.studies.sampling import (
     WORK,
     Distribution,
@@ -34,7 +36,7 @@ from shockwave.studies.sampling import (
     steps_about,
 )
 from shockwave.studies.scaling_exponents import POWERS, Exponents
-from shockwave.studies.simulated_quantities import quantities_of, scenes_of, simulations
+from shockwave.studies.simulated_quantities import Quantity, quantities_of, scenes_of, simulations
 from shockwave.studies.uncertainty_result import (
     Estimate,
     Parameter,
@@ -46,8 +48,8 @@ from shockwave.studies.uncertainty_result import (
 )
 from shockwave.studies.universal_curve import RTOL
 
-_DRAWS = Quantity("", "number of draws", at_least=256, at_most=2**18, whole=True)
-_SEED = Quantity("", "seed", at_least=0, at_most=2**63 - 1, whole=True)
+_DRAWS = Number("", "number of draws", at_least=256, at_most=2**18, whole=True)
+_SEED = Number("", "seed", at_least=0, at_most=2**63 - 1, whole=True)
 # Default number of draws from a curve, and if each is a simulation of a chain beyond equal spheres.
 _OF_CURVE = 4096
 _OF_SIMULATIONS = 512
@@ -71,6 +73,7 @@ def uncertainty(
     draws: int | None = None,
     seed: int = 0,
     rtol: float = 1e-4,
+    limit: Limit | None = None,
 ) -> Uncertainty | SimulatedUncertainty:
     """Distribution of the peak force of the leading wave, or of the forces in a chain beyond equal spheres.
 
@@ -89,6 +92,9 @@ def uncertainty(
         Seed of the random numbers; the same seed gives the same digits.
     rtol : float
         Allowed relative error of one peak force, 1e-7 to 1e-2.
+    limit : Limit, optional
+        Limit of the force that leaves the chain; by default that of the scenario. The probability that it is reached is
+        found then. A finite chain of equal granules is simulated, as its last contact is judged.
 
     Returns
     -------
@@ -103,7 +109,9 @@ def uncertainty(
         If a simulation fails.
     """
     scenario = varied_scenes.scenario_of(scene, chain)
-    covered = varied_scenes.is_covered(scenario)
+    scenario = evolve(scenario, limit=limit or scenario.limit)
+    # curves are those of semi-infinite chains
+    covered = varied_scenes.is_covered(scenario) and (scenario.limit is None or scenario.chain.count is None)
     draws = _DRAWS.checked("draws", (_OF_CURVE if covered else _OF_SIMULATIONS) if draws is None else draws)
     seed, rtol = _SEED.checked("seed", seed), RTOL.checked("rtol", rtol)
     if draws.bit_count() > 1:
@@ -131,6 +139,8 @@ def _of_leading_wave(
     # shape (2 indices, parameters, 2 outputs, value and error)
     shares = estimates(indices, outputs)
     forces, ratios = outputs[:, 0, 0], outputs[:, 1, 0]
+    largest = float(max(error, errors))
+    reached = exceedance(scenario.limit, WAVE, forces, largest) if scenario.limit else (None, None)
     moves = np.array([[slope.value * one.sd for slope in both] for one, both in zip(drawn, slopes, strict=True)])
     return Uncertainty(
         scenario=scenario.name,
@@ -142,8 +152,10 @@ def _of_leading_wave(
         amplification=statistics(ratios, float(amplification), moves[:, 1]),
         sensitivities=tuple(map(_sensitivity, drawn, slopes, shares.swapaxes(0, 1))),
         exponents=exponents,
-        model_error=float(max(error, errors)),
+        model_error=largest,
         warnings=(*varied_scenes.notes_of(scenario), *cut_warnings(drawn)),
+        exceedance=reached[0],
+        verdict=reached[1],
         values={one.name: column for one, column in zip(drawn, points, strict=True)},
         peak_forces=forces.ravel(),
     )
@@ -154,6 +166,8 @@ def _of_forces(
 ) -> SimulatedUncertainty:
     (result,) = simulations([scenario], rtol)
     quantities = quantities_of(scenario, result)
+    if scenario.limit is not None:
+        quantities.append(Quantity("leaving.value", "N", result.leaving.name))
     family, nominal = Family(scenario), {one.name: one.value for one in drawn}
 
     def evaluate(values: Mapping[str, FloatArray], rtol: float = rtol) -> tuple[FloatArray, FloatArray]:
@@ -162,6 +176,10 @@ def _of_forces(
         return read[..., 0], read[..., 1].max(axis=1)
 
     points, outputs, errors = sampled(drawn, draws, seed, evaluate)
+    reached: tuple[Any, Any] = (None, None)
+    if scenario.limit is not None:
+        reached = exceedance(scenario.limit, quantities.pop().label, outputs[:, -1, 0], float(errors[-1]))
+        outputs = outputs[:, :-1]
     shares = estimates(indices, outputs)
     slopes = []
     for one in drawn:
@@ -195,6 +213,8 @@ def _of_forces(
         parameters=tuple(Parameter(**_described(one)) for one in drawn),
         quantities=tuple(made),
         warnings=(*result.warnings, *notes, *cut_warnings(drawn)),
+        exceedance=reached[0],
+        verdict=reached[1],
         values={one.name: column for one, column in zip(drawn, points, strict=True)},
         outputs={one.name: outputs[:, index, 0].ravel() for index, one in enumerate(quantities)},
     )
