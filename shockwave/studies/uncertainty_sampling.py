@@ -190,10 +190,10 @@ def _of_forces(
     made, notes = [], []
     for index, quantity in enumerate(quantities):
         value, _ = quantity.read(result) or (0.0, 0.0)
-        if not np.isfinite(outputs[:, index]).all():
+        slope = [of_parameter[index] / value for of_parameter in slopes]
+        if not (np.isfinite(outputs[:, index]).all() and np.isfinite(slope).all()):
             notes.append(f"the {quantity.label} is left out, because some scenes have none")
             continue
-        slope = [of_parameter[index] / value for of_parameter in slopes]
         moves = np.array([own * one.sd for own, one in zip(slope, drawn, strict=True)])
         found = statistics(outputs[:, index, 0], value, moves)
         if found.sd.value <= _NOISE * errors[index] * abs(value):
