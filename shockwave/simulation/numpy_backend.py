@@ -249,27 +249,30 @@ class _Window:
         before, after = self.v[:-2] - self.v[1:-1], tried.v[:-2] - tried.v[1:-1]
         before[0] += self.free[1]
         after[0] += free[1]
-        for j in np.flatnonzero((before > 0) & (after <= 0)).tolist():
-            closed = tried.x.item(j) - tried.x.item(j + 1)
-            if j and closed <= _SLIGHT:
-                continue
-            if self.base + j <= self.head and closed + (0.0 if j else free[0]) < _WEAK:
-                continue
-            slopes = (size * (a.item(j) - a.item(j + 1)) for a in (self.a, tried.a))
-            share, moved = crossing(before.item(j), after.item(j), *slopes)
-            overlap = self.x.item(j) - self.x.item(j + 1) + (0.0 if j else self.free[0])
-            force = hertz(overlap + size * moved)
-            if force >= _FLOOR:
-                self._add_peak(j, size, share, force)
-
-    def _add_peak(self, j: int, size: float, share: float, force: float) -> None:
-        """Process a peak at local contact j, of the front or behind it."""
-        contact = self.base + j
-        if contact <= self.head:
-            self.late[j] = force
-            self.since[j] = self.time + share * size
+        at = np.flatnonzero((before > 0) & (after <= 0))
+        if not at.size:
             return
-        self.head = contact
+        closed = (tried.x[at] - tried.x[at + 1]).tolist()
+        slopes = [(size * (a[at] - a[at + 1])).tolist() for a in (self.a, tried.a)]
+        opened = (self.x[at] - self.x[at + 1]).tolist()
+        ends = before[at].tolist(), after[at].tolist()
+        for j, now, then, *rates in zip(at.tolist(), closed, opened, *ends, *slopes, strict=True):
+            if j and now <= _SLIGHT:
+                continue
+            if self.base + j <= self.head and now + (0.0 if j else free[0]) < _WEAK:
+                continue
+            share, moved = crossing(*rates)
+            force = hertz(then + (0.0 if j else self.free[0]) + size * moved)
+            if force < _FLOOR:
+                continue
+            if self.base + j > self.head:
+                self._add_peak(j, size, share)
+            else:
+                self.late[j], self.since[j] = force, self.time + share * size
+
+    def _add_peak(self, j: int, size: float, share: float) -> None:
+        """Process a peak of the front at local contact j."""
+        self.head = contact = self.base + j
         wanted, followed = contact in self.request.contacts, (contact + 1) % STRIDE == 0
         if not (wanted or followed):
             return
