@@ -21,6 +21,7 @@
 #define INLINE static inline __attribute__((always_inline))
 
 #define MAX_STAGES 17
+#define STEP 32 /* work on a stage besides that on the contacts, in contact forces */
 #define INTERVAL 2e6 /* number of contact forces between two calls of `expired`: tens of milliseconds */
 
 enum { RUNNING, DONE, TOO_LONG, FAILED };
@@ -28,10 +29,10 @@ enum { RUNNING, DONE, TOO_LONG, FAILED };
 /* Settings, constants and results of a run, in the order of chain_march.py, which explains them. */
 typedef struct {
     double p, q, tolerance, until, duration, rise_time, peak_force, first, longest, contacts, end_stiffness, end_damping,
-        most_steps, most_work, damped;
+        most_work, damped;
     double min_overlap, window, growth, margin, at_rest, safety, min_factor, max_factor, min_step, min_first, soon, kink,
         kink_share, most_cuts, located, rounding, nearly, hopeless, most_turns, near, passed, wave;
-    double status, time, arrival, work, steps, evaluations;
+    double status, time, arrival, work, steps, evaluations, size;
 } Run;
 
 /* State at one end of a step; see End in chain_contacts.py. */
@@ -46,8 +47,8 @@ typedef struct {
     double *both, *on, *y, *z, *tx, *tv, *tf, *traw, *tpower, *sum, *stage[MAX_STAGES], *powers[MAX_STAGES], *samples;
     End start, finish;
     long bodies, n, stop, stop_count, sample, sample_count;
-    int stages, order, moves, damped, jumps, driven, rejected, stopped; /* moves: whether stages have velocities */
-    double size, held, effort, asked, free[2], impulses[MAX_STAGES + 1];
+    int stages, order, moves, damped, loaded, jumps, driven, rejected, stopped; /* moves: whether stages have velocities */
+    double held, effort, asked, free[2], impulses[MAX_STAGES + 1];
     Path path;
     PyObject *expired;
     PyThreadState *thread;
@@ -85,9 +86,9 @@ INLINE double power_of(double d, double q)
 }
 
 /* Forces minus static ones f[1...], powers of the damping, forces before they are cut off, of contacts low to high. */
-INLINE void contact_forces(const March *m, const double p, const double q, const int damped, const double *restrict x,
-                           const double *restrict v, long low, long high, double *restrict f, double *restrict power,
-                           double *restrict raw)
+INLINE void contact_forces(const March *m, const double p, const double q, const int damped, const int loaded,
+                           const double *restrict x, const double *restrict v, long low, long high, double *restrict f,
+                           double *restrict power, double *restrict raw)
 {
     const double *restrict const k = m->k, *restrict const gap = m->gap, *restrict const base = m->base;
     const double *restrict const root = m->root, *restrict const still = m->still, *restrict const c = m->c;
@@ -95,7 +96,7 @@ INLINE void contact_forces(const March *m, const double p, const double q, const
     long j;
     for (j = low; j < high; j++) {
         const double stretch = (x[j] - x[j + 1]) + gap[j], d = stretch + base[j], inside = d > least ? d : 1, r = sqrt(inside);
-        double elastic = p == 1.5 ? k[j] * (stretch * (d + r * root[j] + base[j]) / (r + root[j]))
+        double elastic = p == 1.5 && !loaded ? k[j] * (d * r) : p == 1.5 ? k[j] * (stretch * (d + r * root[j] + base[j]) / (r + root[j]))
             : base[j] > 0 ? still[j] * expm1(p * log1p((d > least ? stretch : 0) / base[j])) : k[j] * pow(inside, p);
         double all = elastic = d > least ? elastic : -still[j], total = all;
         if (damped) {
@@ -115,11 +116,12 @@ WIDE static void forces(const March *m, const double *x, const double *v, long l
                         double *raw)
 {
     const double p = m->r->p, q = m->r->q, stiffness = m->r->end_stiffness, damping = m->r->end_damping;
-    if (p == 1.5 && !m->damped) contact_forces(m, 1.5, 0, 0, x, v, low, high, f, power, raw);
-    else if (p == 1.5 && q == 0) contact_forces(m, 1.5, 0, 1, x, v, low, high, f, power, raw);
-    else if (p == 1.5 && q == 0.25) contact_forces(m, 1.5, 0.25, 1, x, v, low, high, f, power, raw);
-    else if (p == 1.5 && q == 0.5) contact_forces(m, 1.5, 0.5, 1, x, v, low, high, f, power, raw);
-    else contact_forces(m, p, q, m->damped, x, v, low, high, f, power, raw);
+    if (p == 1.5 && !m->damped && !m->loaded) contact_forces(m, 1.5, 0, 0, 0, x, v, low, high, f, power, raw);
+    else if (p == 1.5 && !m->damped) contact_forces(m, 1.5, 0, 0, 1, x, v, low, high, f, power, raw);
+    else if (p == 1.5 && q == 0) contact_forces(m, 1.5, 0, 1, m->loaded, x, v, low, high, f, power, raw);
+    else if (p == 1.5 && q == 0.25) contact_forces(m, 1.5, 0.25, 1, m->loaded, x, v, low, high, f, power, raw);
+    else if (p == 1.5 && q == 0.5) contact_forces(m, 1.5, 0.5, 1, m->loaded, x, v, low, high, f, power, raw);
+    else contact_forces(m, p, q, m->damped, m->loaded, x, v, low, high, f, power, raw);
     if (high == m->bodies && (stiffness != 0 || damping != 0)) {
         f[high] = stiffness * x[high - 1] + damping * v[high - 1];
         power[high - 1] = damping * v[high - 1] * v[high - 1];
@@ -207,20 +209,17 @@ static void attempt(March *m, double h, double end, long low, long high, double 
 }
 
 /* Largest change between neighbours of factor (inverse mass) (difference of the sums) over the scale. */
-static double largest(March *m, const double *weights, double factor, const double *scale)
+WIDE static double largest(March *m, const double *weights, double factor, const double *restrict scale)
 {
-    const double *sum = m->sum;
-    double most = 0, before, next, error;
+    const double *restrict const sum = m->sum, *restrict const inverse = m->inverse;
+    double *restrict const change = m->y, *restrict const error = m->z, most = 0;
     long j;
     combine(m->stage, weights, m->stages, 0, m->n + 1, m->sum);
-    before = factor * (m->inverse[0] * (sum[0] - sum[1]));
-    for (j = 0; j < m->n; j++, before = next) {
-        next = j + 1 < m->n ? factor * (m->inverse[j + 1] * (sum[j + 1] - sum[j + 2])) : 0;
-        error = fabs(before - next) / scale[j];
-        if (!(error < 1e300)) return INFINITY;
-        most = larger(most, error);
-    }
-    return most;
+    for (j = 0; j < m->n; j++) change[j] = factor * (inverse[j] * (sum[j] - sum[j + 1]));
+    change[m->n] = 0;
+    for (j = 0; j < m->n; j++) error[j] = fabs(change[j] - change[j + 1]) / scale[j];
+    for (j = 0; j < m->n; j++) most = error[j] <= most || most != most ? most : error[j];
+    return most < 1e300 ? most : INFINITY;
 }
 
 /* Largest error of the last attempt, over the tolerance. */
@@ -250,7 +249,7 @@ static double late(const March *m, const double *x, double w, long j)
 static double next_size(const March *m, double *end)
 {
     const double left = next_stop(m) - m->r->time;
-    double size = m->driven ? smaller(m->size, m->r->longest) : m->size, soon = INFINITY;
+    double size = m->driven ? smaller(m->r->size, m->r->longest) : m->r->size, soon = INFINITY;
     long j;
     for (j = 0; j < m->n; j++)
         if (m->start.d[j] < 0 && m->start.w[j] > 0) soon = smaller(soon, -m->start.d[j] / m->start.w[j]);
@@ -370,8 +369,8 @@ static void store_samples(March *m, double end)
 
 /* ---------------------------------------------------------------- integration */
 
-/* Begins the next step at m->start; contacts with a dashpot close here. */
-static void begin(March *m)
+/* Begins the next step at m->start, whose forces of n contacts are known; contacts with a dashpot close here. */
+static void begin(March *m, long n)
 {
     const double *x = m->start.x, *v = m->start.v;
     long j;
@@ -379,7 +378,7 @@ static void begin(March *m)
         const double d = (x[j] - x[j + 1]) + m->gap[j] + m->base[j], w = v[j] - v[j + 1];
         m->on[j] = d >= 0 || (w > 0 && d >= -late(m, x, w, j));
     }
-    complete(m, &m->start, m->r->time);
+    if (m->jumps || n < m->n) complete(m, &m->start, m->r->time);
     for (j = 0; j < m->n && j < m->r->contacts; j++) raise_best(m, j, m->start.f[j + 1], m->r->time);
 }
 
@@ -465,7 +464,7 @@ static void accept(March *m, double h, double end)
     raise_scales(m, n);
     m->start = f;
     m->finish = s;
-    begin(m);
+    begin(m, n);
     look_for_arrival(m);
 }
 
@@ -488,7 +487,7 @@ static int integrate(March *m)
 {
     const Run *r = m->r;
     int status = RUNNING, cuts = 0;
-    begin(m);
+    begin(m, 0);
     store_samples(m, 0);
     while (status == RUNNING && go_on(m)) {
         double end, h = next_size(m, &end), error, share = 1, factor;
@@ -496,27 +495,27 @@ static int integrate(March *m)
         attempt(m, h, end, 0, m->n, m->finish.x, m->finish.v);
         error = error_of(m, h);
         complete(m, &m->finish, end);
-        m->effort += (double)m->stages * (double)m->n;
+        m->effort += (double)m->stages * ((double)m->n + STEP);
         if (error < r->hopeless && cuts < r->most_cuts) share = kink(m, h);
         factor = r->safety * pow(larger(error, 1e-12), -1.0 / (m->order + 1));
         if (share < 1) {
-            if (!cuts++) m->held = error <= 1 ? m->size : h * larger(factor, r->min_factor);
-            m->size = h * share;
+            if (!cuts++) m->held = error <= 1 ? m->r->size : h * larger(factor, r->min_factor);
+            m->r->size = h * share;
         } else if (!(error <= 1)) {
-            m->size = h * (factor > r->min_factor && factor < 1 ? factor : r->min_factor);
+            m->r->size = h * (factor > r->min_factor && factor < 1 ? factor : r->min_factor);
             m->rejected = 1;
             m->held = 0;
-            if (m->size < larger(r->min_step * r->time, r->min_first * r->first)) status = FAILED;
+            if (m->r->size < larger(r->min_step * r->time, r->min_first * r->first)) status = FAILED;
         } else {
             /* a step that was shortened to end here does not shorten the next one */
-            const double kept = at_stop || h < m->size ? m->size : 0;
-            m->size = larger(larger(h * smaller(factor, m->rejected ? 1 : r->max_factor), m->held), kept);
+            const double kept = at_stop || h < m->r->size ? m->r->size : 0;
+            m->r->size = larger(larger(h * smaller(factor, m->rejected ? 1 : r->max_factor), m->held), kept);
             m->rejected = cuts = 0;
             m->held = 0;
             accept(m, h, end);
             if (r->time >= r->until || (r->until == INFINITY && is_over(m))) status = DONE;
         }
-        if (status == RUNNING && (r->steps >= r->most_steps || m->effort > r->most_work)) status = TOO_LONG;
+        if (status == RUNNING && m->effort > r->most_work) status = TOO_LONG;
     }
     return status;
 }
@@ -567,11 +566,12 @@ static int set_up(March *m, const Py_buffer *view)
     m->sample_count = (long)count[TIMES];
     m->samples = view[SAMPLES].buf;
     m->bodies = (long)width - 2;
-    m->size = m->r->first;
     m->damped = m->r->damped != 0;
+    for (i = 0; i < m->bodies; i++) m->loaded = m->loaded || m->base[i] > 0;
     m->jumps = m->damped && m->r->q == 0;
     m->driven = m->path.pieces > 0;
     m->n = (long)smaller((double)m->bodies, m->r->window);
+    if (m->driven && m->r->time > 0) free_path(&m->path, m->r->time, &m->free[0], &m->free[1]);
     return 1;
 }
 

@@ -13,12 +13,14 @@ from attrs import frozen
 
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.quadrature import FloatArray
+from shockwave.simulation.chain_contacts import FAR
+from shockwave.simulation.chain_domains import run
 from shockwave.simulation.chain_job import Job, Status
-from shockwave.simulation.chain_march import run
 from shockwave.simulation.general_nystroem import GeneralTableau, dop853, of_nystroem
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Nystroem, Rkn86
 from shockwave.simulation.problem import ChainProblem
+from shockwave.simulation.time_limit import is_limited
 
 # Tolerances of a step of two runs whose difference gives the error of the first, over the requested relative error, the
 # least tolerances, and the factor of the difference: the error is below the estimate in 97 % of random chains.
@@ -37,13 +39,9 @@ _LEAST = 1e-60
 _FIRST_STEP = 0.05
 # Least number of steps under the applied force.
 _LEAST_STEPS = 8
-# Offset of a contact that does not exist.
-_FAR = 1e100
-# Largest number of steps and of evaluations of a contact force, with their increase with the number of bodies.
-_STEPS = 400_000
-_STEPS_PER_BODY = 400
-_WORK = 1e10
-_WORK_PER_BODY = 2e6
+# Largest number of evaluations of a contact force without a time limit, and its increase with the number of bodies.
+_WORK = 2e9
+_WORK_PER_BODY = 6e6
 # Number of nodes of the rule for the energy of contacts with a static overlap.
 _NODES = 12
 
@@ -306,7 +304,7 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
     bodies, contacts, problem = len(inverse), len(assembly.overlaps), assembly.force
     k, offsets, c = np.zeros((3, bodies))
     k[:contacts], offsets[:contacts], c[:contacts] = assembly.stiffnesses, assembly.overlaps, assembly.damping
-    offsets[contacts:] = -_FAR
+    offsets[contacts:] = -FAR
     base, gap = np.maximum(offsets, 0.0), np.minimum(offsets, 0.0)
     before = np.append(inverse[0], inverse[:-1])
     velocity, force = _first_scales(assembly)
@@ -319,10 +317,10 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
     scales[:, contacts:] = math.inf
     first = _FIRST_STEP * float(scales[1, 0] / scales[0, 0])
     pulse = (0.0, 1.0, 0.0) if problem is None else (problem.duration, problem.rise_time, problem.peak_force)
-    work = _WORK + _WORK_PER_BODY * bodies
+    work = math.inf if is_limited() else _WORK + _WORK_PER_BODY * bodies
     settings = [p, assembly.damping_power, tolerance, math.inf if until is None else until, *pulse, first]
     settings += [pulse[0] / _LEAST_STEPS, contacts, assembly.end_stiffness, assembly.end_damping]
-    settings += [_STEPS + _STEPS_PER_BODY * bodies, work, assembly.is_damped]
+    settings += [work, assembly.is_damped]
     job = Job(
         method=method,
         problem=problem,
@@ -331,7 +329,7 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
         stops=np.array([] if problem is None else problem.stops),
         times=times,
         samples=np.zeros((len(times), 3, bodies + 1)),
-        found=np.zeros(6),
+        found=np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, first]),
         table=Job.table_for(method, bodies),
     )
     job.chain[:] = inverse, k, gap, base, np.sqrt(base), k * base**p, c, *reach
@@ -365,8 +363,8 @@ def _check(job: Job) -> None:
     """Raise the error of a failed run."""
     status, at = Status(int(job.found[0])), f"at {job.found[1]:.4g} characteristic times"
     reasons = {
-        Status.TOO_LONG: f"the chain takes too many steps: {job.found[4]:.0f} {at} (simulate a shorter time with until,"
-        " use a shorter chain, or loosen the tolerance)",
+        Status.TOO_LONG: f"the chain takes too many steps: {job.found[4]:.0f} {at} (set a timeout to continue, simulate"
+        " a shorter time with until, use a shorter chain, or loosen the tolerance)",
         Status.FAILED: f"the step size vanishes {at} (the ratios of masses or stiffnesses are too large, or the damping"
         " is too strong)",
         Status.RUNNING: f"the time limit was reached {at} (allow more, loosen the tolerance, or simulate a shorter time"

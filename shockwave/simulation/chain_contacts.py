@@ -10,6 +10,8 @@ from shockwave.simulation.chain_job import Job
 
 #: Smaller overlaps count as zero: arithmetic with subnormal numbers is slow.
 MIN_OVERLAP = 1e-60
+#: Gap of a contact that does not exist.
+FAR = 1e100
 
 
 @frozen(eq=False)
@@ -50,15 +52,15 @@ class Contacts:
 
     def __init__(self, job: Job) -> None:
         self.job = job
-        self.p, self.q, self.tolerance, self.until, self.duration = job.settings[:5].tolist()
+        self.p, self.q, self.tolerance, self.until, self.duration, _, self.strength = job.settings[:7].tolist()
         self.first, self.longest, contacts, self.end_stiffness, self.end_damping = job.settings[7:12].tolist()
-        self.most_steps, self.most_work, damped = job.settings[12:].tolist()
+        self.most_work, damped = job.settings[12:].tolist()
         self.inverse, self.k, self.gap, self.base, self.root, self.static, self.c = job.chain[:7]
         self.reach_w, self.reach_u = job.chain[7:]
         self.bodies, self.contacts = len(self.inverse), int(contacts)
         self.padded = np.append(self.inverse, 0.0)
         self.both = job.switches[0]
-        self.damped = damped != 0
+        self.damped, self.loaded = damped != 0, bool(self.base.any())
         self.jumps = self.damped and self.q == 0 and job.law is None
         self.on = np.ones(self.bodies, dtype=bool)
         self.state = None if job.law is None else job.law.initial_state()
@@ -89,7 +91,9 @@ class Contacts:
             f = np.maximum(raw, 0.0)
             powers = f * w
         else:
-            if self.p == 1.5:
+            if self.p == 1.5 and not self.loaded:
+                f = k * (d * np.sqrt(inside))
+            elif self.p == 1.5:
                 root = np.sqrt(inside)
                 f = k * (stretch * (d + root * self.root[part] + base) / (root + self.root[part]))
             else:

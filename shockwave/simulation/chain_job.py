@@ -25,6 +25,12 @@ class Status(IntEnum):
 # Rows of the table before those that only the compiled code uses, and number of the latter besides the stages.
 _ROWS = 17
 _WORK_ROWS = 24
+#: Number of rows that describe a chain and its motion.
+SHARED = 19
+#: Places of settings.
+UNTIL = 3
+CONTACTS = 9
+END = slice(10, 12)
 
 
 @frozen(eq=False)
@@ -41,18 +47,20 @@ class Job:
         The applied force.
     law : object or None
         Contact law of a plugin.
-    settings : array, shape (15,)
+    settings : array, shape (14,)
         Exponent, damping power, tolerance, until (infinite: found by the run), duration, rise time and peak force,
-        first step, longest step under force, number of contacts, stiffness and damping of the end, most steps, most
-        work, damped.
+        first step, longest step under force, number of contacts, stiffness and damping of the end, most work, damped.
     stops, times : array
         Kinks of the applied force; times of samples.
     samples : array, shape (times, 3, bodies + 1)
         x, v and total forces.
-    found : array, shape (6,)
-        Status, time, arrival (negative: none), work, steps, evaluations.
+    found : array, shape (7,)
+        Status, time, arrival (negative: none), work, steps, evaluations, size of the next step; at first those at the
+        beginning.
     table : array, shape (rows, bodies + 2)
         The arrays below, and those in which the compiled code works.
+    window : int
+        Number of bodies that move at first.
     """
 
     method: GeneralTableau
@@ -64,6 +72,7 @@ class Job:
     samples: FloatArray
     found: FloatArray
     table: FloatArray
+    window: int = 12
 
     @staticmethod
     def table_for(method: GeneralTableau, bodies: int) -> FloatArray:
