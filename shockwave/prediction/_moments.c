@@ -26,7 +26,9 @@
 /* Half a block as one value. */
 #define HALF (BLOCK / 2)
 typedef double Vector __attribute__((vector_size(HALF * sizeof(double)), aligned(sizeof(double)), may_alias));
-typedef long long Whole __attribute__((vector_size(HALF * sizeof(double))));
+typedef long long Whole __attribute__((vector_size(HALF * sizeof(double)), aligned(sizeof(double)), may_alias));
+#define VECTOR(address) (*(Vector *)(address))
+#define CHOICE(mask, yes, no) ((Vector)(((Whole)(yes) & (mask)) | ((Whole)(no) & ~(mask))))
 
 /* See shock_impulses.py and moments.py for the meaning of the constants of the same names. */
 #define STABLE 32
@@ -86,68 +88,115 @@ WIDE static double follow(const double *position, const double *vector, const do
     return diagonal;
 }
 
-/* Eigenvalues d, in ascending order, of the symmetric tridiagonal matrix with the diagonal d and the elements e beside
-   it, and the first elements of its eigenvectors, by the implicit QL method. Golub, G. H. & Welsch, J. H. (1969).
-   Mathematics of Computation, 23, 221-230. Returns 0 if it does not converge. */
-static int tridiagonal(double *d, double *e, double *first, long n)
+/* Numbers of four matrices, one in each lane. */
+typedef double Lanes[HALF];
+
+/* Rows `last` - 1 to l of the matrices in a QL iteration, in four lanes, in each of them from row m - 1 on. A lane in which
+   the matrix falls into two parts stops: its m becomes l. */
+WIDE static void iterate(long l, long last, Lanes *d, Lanes *e, Lanes *first, long long *m, double *p, double *g)
 {
-    long l, m, i;
-    int turn;
-    for (i = 0; i < n; i++) first[i] = i == 0;
-    e[n - 1] = 0;
+    const Vector one = {1, 1, 1, 1};
+    const Whole least = {l, l, l, l};
+    Vector s = one, c = one, shift = VECTOR(p), now = VECTOR(g), lower = VECTOR(d[last]), below = VECTOR(first[last]), root;
+    Whole start = *(Whole *)m;
+    long i;
+    int b;
+    for (i = last - 1; i >= l; i--) {
+        const Vector own = VECTOR(e[i]), f = s * own, h = c * own, square = f * f + now * now;
+        const Vector upper = VECTOR(d[i]), above = VECTOR(first[i]), rest = lower - shift;
+        const Whole on = start > (Whole){i, i, i, i};
+        Vector sine, cosine, turned;
+        Whole turns;
+        for (b = 0; b < HALF; b++) root[b] = sqrt(square[b]);
+        turns = on & (root != 0);
+        sine = f * (1 / root);
+        cosine = now * (1 / root);
+        turned = (upper - rest) * sine + 2 * cosine * h;
+        VECTOR(e[i + 1]) = CHOICE(on, root, VECTOR(e[i + 1]));
+        VECTOR(d[i + 1]) = CHOICE(turns, rest + sine * turned, CHOICE(on, rest, lower));
+        VECTOR(first[i + 1]) = CHOICE(turns, sine * above + cosine * below, below);
+        below = CHOICE(turns, cosine * above - sine * below, above);
+        now = CHOICE(turns, cosine * turned - h, now);
+        shift = CHOICE(turns, sine * turned, shift);
+        s = CHOICE(turns, sine, s);
+        c = CHOICE(turns, cosine, c);
+        start = (start & (turns | ~on)) | (least & on & ~turns);
+        lower = upper;
+    }
+    VECTOR(d[l]) = lower;
+    VECTOR(first[l]) = below;
+    VECTOR(p) = shift;
+    VECTOR(g) = now;
+    *(Whole *)m = start;
+}
+
+/* Eigenvalues d, in ascending order, of symmetric tridiagonal n x n matrices with the diagonals d and the elements e
+   beside them, and the first elements of their eigenvectors, by the implicit QL method. Golub, G. H. & Welsch, J. H.
+   (1969). Mathematics of Computation, 23, 221-230. Returns 0 if it does not converge. */
+static int tridiagonal(Lanes *d, Lanes *e, Lanes *first, long n)
+{
+    long l, i;
+    int b, turn;
+    memset(first, 0, (size_t)n * sizeof *first);
+    for (b = 0; b < HALF; b++) {
+        first[0][b] = 1;
+        e[n - 1][b] = 0;
+    }
     for (l = 0; l < n; l++)
         for (turn = 0;; turn++) {
-            double g, r, s = 1, c = 1, p = 0;
-            for (m = l; m < n - 1; m++) if (fabs(e[m]) <= DBL_EPSILON * (fabs(d[m]) + fabs(d[m + 1]))) break;
-            if (m == l) break;
+            Lanes p, g;
+            long long m[HALF];
+            long end[HALF], last = l;
+            for (b = 0; b < HALF; b++) {
+                long at = l;
+                double r;
+                while (at < n - 1 && !(fabs(e[at][b]) <= DBL_EPSILON * (fabs(d[at][b]) + fabs(d[at + 1][b])))) at++;
+                m[b] = end[b] = at;
+                p[b] = g[b] = 0;
+                if (at == l) continue;
+                if (at > last) last = at;
+                g[b] = (d[l + 1][b] - d[l][b]) / (2 * e[l][b]);
+                r = hypot(g[b], 1);
+                g[b] = d[at][b] - d[l][b] + e[l][b] / (g[b] + copysign(r, g[b]));
+            }
+            if (last == l) break;
             if (turn == MOST_TURNS) return 0;
-            g = (d[l + 1] - d[l]) / (2 * e[l]);
-            r = hypot(g, 1);
-            g = d[m] - d[l] + e[l] / (g + copysign(r, g));
-            for (i = m - 1; i >= l; i--) {
-                const double f = s * e[i], b = c * e[i];
-                e[i + 1] = r = sqrt(f * f + g * g);
-                if (r == 0) break;
-                s = f * (1 / r);
-                c = g * (1 / r);
-                g = d[i + 1] - p;
-                r = (d[i] - g) * s + 2 * c * b;
-                p = s * r;
-                d[i + 1] = g + p;
-                g = c * r - b;
-                r = first[i + 1];
-                first[i + 1] = s * first[i] + c * r;
-                first[i] = c * first[i] - s * r;
+            iterate(l, last, d, e, first, m, p, g);
+            for (b = 0; b < HALF; b++) {
+                if (m[b] > l) {
+                    d[l][b] -= p[b];
+                    e[l][b] = g[b];
+                }
+                if (end[b] > l) e[end[b]][b] = 0;
             }
-            if (i >= l) { /* the matrix has fallen into two parts */
-                d[i + 1] -= p;
-                e[m] = 0;
-                continue;
-            }
-            d[l] -= p;
-            e[l] = g;
-            e[m] = 0;
         }
-    for (l = 1; l < n; l++) {
-        const double value = d[l], own = first[l];
-        for (i = l; i > 0 && d[i - 1] > value; i--) { d[i] = d[i - 1]; first[i] = first[i - 1]; }
-        d[i] = value;
-        first[i] = own;
-    }
+    for (b = 0; b < HALF; b++)
+        for (l = 1; l < n; l++) {
+            const double value = d[l][b], own = first[l][b];
+            for (i = l; i > 0 && d[i - 1][b] > value; i--) {
+                d[i][b] = d[i - 1][b];
+                first[i][b] = first[i - 1][b];
+            }
+            d[i][b] = value;
+            first[i][b] = own;
+        }
     return 1;
 }
 
 /* Number of vectors that the recurrence needs: all if earlier ones are used again, otherwise three. */
 static long vectors_of(long count) { return count > STABLE ? count + 2 : 3; }
 
-/* `gauss` for one pulse of `points` impulses. `work` has room for two vectors of padded length, those of the recurrence
-   and `count` numbers. */
-WIDE static int reduce(const double *times, const double *impulses, long points, double *instants, double *parts, long count,
-                  double *work)
+/* Matrices of the pulses in the lanes, with mean and scale of their times and their total impulses. */
+typedef struct {
+    Lanes *diagonal, *beside, *first, mean, scale, total;
+} Reduced;
+
+/* Lanczos' recurrence for one pulse of `points` impulses: the matrix of `count` rows in lane b. `work` has room for two
+   vectors of padded length and those of the recurrence. */
+WIDE static void recur(const double *times, const double *impulses, long points, long count, int b, Reduced *to, double *work)
 {
     const long n = PADDED(points);
     double *const position = work, *const weight = work + n, *const base = work + 2 * n;
-    double *const beside = base + vectors_of(count) * n;
     double *vector = base + n, *last = base, *next, total, mean, scale = 0, step = 0;
     long i, row;
     memset(work, 0, (size_t)(4 * n) * sizeof(double));
@@ -168,22 +217,39 @@ WIDE static int reduce(const double *times, const double *impulses, long points,
     }
     for (row = 0; row < count; row++) {
         next = count > STABLE ? vector + n : base + (row + 2) % 3 * n;
-        instants[row] = follow(position, vector, last, step, next, n);
+        to->diagonal[row][b] = follow(position, vector, last, step, next, n);
         if (count > STABLE && row % ORTHOGONAL < 2)
             for (i = row; i >= 0; i--) {
                 const double *const earlier = base + (i + 1) * n;
                 subtract(next, dot(earlier, next, n), earlier, n);
             }
-        beside[row] = step = sqrt(dot(next, next, n));
+        to->beside[row][b] = step = sqrt(dot(next, next, n));
         scale_by(next, 1 / (step > ROUNDING ? step : ROUNDING), n);
         last = vector;
         vector = next;
     }
-    if (!tridiagonal(instants, beside, parts, count)) return 0;
-    for (i = 0; i < count; i++) {
-        instants[i] = mean + scale * instants[i];
-        parts[i] = total * parts[i] * parts[i];
-    }
+    to->mean[b] = mean;
+    to->scale[b] = scale;
+    to->total[b] = total;
+}
+
+/* `gauss` for at most four pulses. `work` has also room for three matrices of `count` rows of four numbers. */
+static int reduce(const double *times, const double *impulses, long points, double *instants, double *parts, long count,
+                  long pulses, double *work)
+{
+    Lanes *const matrices = (Lanes *)work;
+    Reduced found = {matrices, matrices + count, matrices + 2 * count, {0}, {0}, {0}};
+    long i;
+    int b;
+    memset(work, 0, (size_t)(3 * count) * sizeof *matrices);
+    for (b = 0; b < pulses; b++)
+        recur(times + b * points, impulses + b * points, points, count, b, &found, work + 3 * count * HALF);
+    if (!tridiagonal(found.diagonal, found.beside, found.first, count)) return 0;
+    for (b = 0; b < pulses; b++)
+        for (i = 0; i < count; i++) {
+            instants[b * count + i] = found.mean[b] + found.scale[b] * found.diagonal[i][b];
+            parts[b * count + i] = found.total[b] * found.first[i][b] * found.first[i][b];
+        }
     return 1;
 }
 
@@ -194,9 +260,10 @@ typedef struct {
     double width, reach, peak, highest; /* peak: value of the kernel at 0; highest: ln of the step limit */
 } Law;
 
-/* One pulse of k impulses in the notation of `kernel_force`; square matrices, row by row. */
+/* One pulse of k impulses in the notation of `kernel_force`; square matrices, row by row. Row i of the kernel has values
+   from column first[i] to before column last[i], which both increase with i; elsewhere it is negligible. */
 typedef struct {
-    long k;
+    long k, *first, *last;
     double *apart, *kernel, *system, *masses, *roots, *vector, *image, *right;
 } Kernel;
 
@@ -205,9 +272,10 @@ typedef struct {
 #define LN2_LOW 1.90821492927058770002e-10
 #define SHIFT 6755399441055744.0             /* 1.5 * 2^52: a sum with it is rounded to a whole number */
 #define LEAST (-708.0)                       /* smaller exponents count as this one, for which the exponential is 3e-308 */
+#define NEGLIGIBLE (-50.0)                   /* an element of the kernel is 2e-22 then, and 1 on the diagonal */
 
-/* Replaces values of at most zero, in an array of padded length, by their exponentials, to a unit in the last place. The
-   function of the C library takes several times as long, and its last digit depends on the processor. */
+/* Replaces n values of at most zero, and up to three values after them, by their exponentials, to a unit in the last
+   place. The function of the C library takes several times as long, and its last digit depends on the processor. */
 WIDE static void exponentials(double *values, long n)
 {
     static const double factors[] = {1 / 6227020800.0, 1 / 479001600.0, 1 / 39916800.0, 1 / 3628800.0, 1 / 362880.0,
@@ -229,6 +297,23 @@ WIDE static void exponentials(double *values, long n)
     }
 }
 
+/* Replaces the exponents in the kernel by their exponentials where these are not negligible. */
+static void exponentiate(Kernel *p)
+{
+    const long k = p->k;
+    long i, begin = 0, end = 0;
+    for (i = 0; i < k; i++) {
+        long j = k;
+        while (j > end && p->kernel[i * k + j - 1] < NEGLIGIBLE) j--;
+        p->last[i] = end = j;
+    }
+    for (i = 0; i < k; i++) {
+        while (p->last[begin] <= i) begin++;
+        p->first[i] = begin;
+        exponentials(p->kernel + i * k + begin, p->last[i] - begin);
+    }
+}
+
 static double total_mass(const double *values, long k)
 {
     double sum = 0;
@@ -237,34 +322,36 @@ static double total_mass(const double *values, long k)
     return sum;
 }
 
-/* image = kernel times values. The matrix is symmetric, so that its rows serve as columns. */
-WIDE static void apply(const double *kernel, const double *values, double *image, long k)
+/* The image of the right side by the kernel. The matrix is symmetric, so that its rows serve as columns. */
+WIDE static void apply(Kernel *p)
 {
+    const long k = p->k;
+    double *const image = p->image;
     long i, j;
     for (i = 0; i < k; i++) image[i] = 0;
     for (j = 0; j < k; j++)
-        for (i = 0; i < k; i++) image[i] += kernel[j * k + i] * values[j];
+        for (i = p->first[j]; i < p->last[j]; i++) image[i] += p->kernel[j * k + i] * p->right[j];
 }
 
 /* Solves the system of shift - roots_i kernel_ij roots_j for `right`, by elimination. There is no pivoting and no
    cancellation except on the diagonal, because all other elements are negative. */
 WIDE static void solve(Kernel *p, double shift)
 {
-    const long k = p->k;
+    const long k = p->k, *const last = p->last;
     double *const a = p->system, *const x = p->right;
     long i, j, m;
     for (i = 0; i < k; i++) {
-        for (j = i; j < k; j++) a[i * k + j] = -p->kernel[i * k + j] * p->roots[i] * p->roots[j];
+        for (j = i; j < last[i]; j++) a[i * k + j] = -p->kernel[i * k + j] * p->roots[i] * p->roots[j];
         a[i * k + i] += shift;
     }
     for (m = 0; m < k; m++)
-        for (i = m + 1; i < k; i++) {
+        for (i = m + 1; i < last[m]; i++) {
             const double factor = a[m * k + i] / a[m * k + m];
-            for (j = i; j < k; j++) a[i * k + j] -= factor * a[m * k + j];
+            for (j = i; j < last[m]; j++) a[i * k + j] -= factor * a[m * k + j];
             x[i] -= factor * x[m];
         }
     for (m = k - 1; m >= 0; m--) {
-        for (i = m + 1; i < k; i++) x[m] -= a[m * k + i] * x[i];
+        for (i = m + 1; i < last[m]; i++) x[m] -= a[m * k + i] * x[i];
         x[m] /= a[m * k + m];
     }
 }
@@ -293,9 +380,9 @@ static int balance(const Law *law, const double *times, const double *impulses, 
         const double growth = exp(force * (POWER / 6));
         double shift = 0, most = 0, norm = 0, value = 0, slope = 0, change;
         for (i = 0; i < k * k; i++) p->kernel[i] = p->apart[i] * -growth;
-        exponentials(p->kernel, PADDED(k * k));
+        exponentiate(p);
         for (i = 0; i < k; i++) p->right[i] = p->masses[i] * p->vector[i];
-        apply(p->kernel, p->right, p->image, k);
+        apply(p);
         for (i = 0; i < k; i++) {
             const double ratio = p->image[i] / p->vector[i];
             if (!(ratio <= shift)) shift = ratio;
@@ -305,7 +392,7 @@ static int balance(const Law *law, const double *times, const double *impulses, 
         for (i = 0; i < k; i++) p->right[i] = p->roots[i] * p->vector[i];
         solve(p, shift);
         for (i = 0; i < k; i++) p->right[i] *= p->roots[i];
-        apply(p->kernel, p->right, p->image, k);
+        apply(p);
         for (i = 0; i < k; i++) {
             p->vector[i] += p->image[i];
             if (!(p->vector[i] <= most)) most = p->vector[i];
@@ -317,7 +404,7 @@ static int balance(const Law *law, const double *times, const double *impulses, 
         }
         for (i = 0; i < k; i++) {
             double row = 0, bent = 0;
-            for (j = 0; j < i; j++) {
+            for (j = p->first[i]; j < i; j++) {
                 const double part = p->kernel[i * k + j] * p->right[j];
                 row += part;
                 bent += p->apart[i * k + j] * part;
@@ -338,8 +425,7 @@ static int balance(const Law *law, const double *times, const double *impulses, 
 }
 
 /* `columns` for one pulse. */
-static void measure(const Law *law, const double *times, const double *impulses, const Kernel *p, double log_force,
-                    double *found)
+static void measure(const Law *law, const double *times, const double *impulses, Kernel *p, double log_force, double *found)
 {
     const long k = p->k;
     const double unit = exp(log_force / 6), strength = law->peak * exp(log_force * (-5.0 / 6)), reach = law->reach;
@@ -352,11 +438,11 @@ static void measure(const Law *law, const double *times, const double *impulses,
             const double off = (times[i] - times[j]) * unit;
             p->kernel[i * k + j] = off * off * (-1 / (reach * reach));
         }
-    exponentials(p->kernel, PADDED(k * k));
+    exponentiate(p);
     for (c = 0; c < COLUMNS; c++) found[c] = 0;
     for (i = 0; i < k; i++) {
         double total = 0, before = 0, after = 0, squared = 0, apart = 0, directed, weight, share;
-        for (j = 0; j < k; j++) {
+        for (j = p->first[i]; j < p->last[i]; j++) {
             const double off = (times[i] - times[j]) * unit, size = fabs(off);
             const double near = p->kernel[i * k + j] * strength * impulses[j];
             total += near;
@@ -424,12 +510,13 @@ static PyObject *gauss(PyObject *self, PyObject *args)
         for (i = 0; i < 4; i++) PyBuffer_Release(view + i);
         return PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
     }
-    work = malloc((size_t)(PADDED(columns[0]) * (vectors_of(columns[2]) + 2) + columns[2]) * sizeof(double));
+    work = malloc((size_t)(PADDED(columns[0]) * (vectors_of(columns[2]) + 2) + 3 * HALF * columns[2]) * sizeof(double));
     if (work) {
         Py_BEGIN_ALLOW_THREADS
-        for (row = 0; row < rows; row++)
+        for (row = 0; row < rows; row += HALF)
             ok &= reduce((double *)view[0].buf + row * columns[0], (double *)view[1].buf + row * columns[0], columns[0],
-                         (double *)view[2].buf + row * columns[2], (double *)view[3].buf + row * columns[2], columns[2], work);
+                         (double *)view[2].buf + row * columns[2], (double *)view[3].buf + row * columns[2], columns[2],
+                         rows - row < HALF ? rows - row : HALF, work);
         Py_END_ALLOW_THREADS
     }
     for (i = 0; i < 4; i++) PyBuffer_Release(view + i);
@@ -445,9 +532,9 @@ static PyObject *law_of(PyObject *self, PyObject *args)
 {
     PyObject *own[10];
     Py_buffer view[4];
-    long columns[4] = {0, 0, 1, COLUMNS}, rows, row, k, square;
+    long columns[4] = {0, 0, 1, COLUMNS}, rows, row, k, square, *ends;
     double number[4], *work;
-    int i, similar;
+    int i, similar, done;
     (void)self;
     if (!PyArg_UnpackTuple(args, "law", 10, 10, own, own + 1, own + 2, own + 3, own + 4, own + 5, own + 6, own + 7, own + 8,
                            own + 9))
@@ -461,13 +548,14 @@ static PyObject *law_of(PyObject *self, PyObject *args)
         for (i = 0; i < 4; i++) PyBuffer_Release(view + i);
         return PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
     }
-    square = PADDED(k * k);
+    square = k * k + HALF;
     work = calloc((size_t)(3 * square + 5 * k), sizeof(double));
-    if (work) {
+    ends = calloc((size_t)(2 * k), sizeof(long));
+    if (work && ends) {
         const Law law = {number[0], number[1], number[2], log(number[3])};
         double *const vectors = work + 3 * square;
-        Kernel p = {k, work, work + square, work + 2 * square, vectors, vectors + k, vectors + 2 * k, vectors + 3 * k,
-                    vectors + 4 * k};
+        Kernel p = {k, ends, ends + k, work, work + square, work + 2 * square, vectors, vectors + k, vectors + 2 * k,
+                    vectors + 3 * k, vectors + 4 * k};
         Py_BEGIN_ALLOW_THREADS
         for (row = 0; row < rows; row++) {
             const double *const times = (double *)view[0].buf + row * k, *const impulses = (double *)view[1].buf + row * k;
@@ -483,8 +571,10 @@ static PyObject *law_of(PyObject *self, PyObject *args)
         Py_END_ALLOW_THREADS
     }
     for (i = 0; i < 4; i++) PyBuffer_Release(view + i);
+    done = work && ends;
     free(work);
-    if (!work) return PyErr_NoMemory();
+    free(ends);
+    if (!done) return PyErr_NoMemory();
     Py_RETURN_NONE;
 }
 
