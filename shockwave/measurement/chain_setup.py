@@ -146,7 +146,7 @@ def _scales(layout: Layout, excitation: Shock | Impact, chain: Chain) -> Scales:
         force = mass ** (power / (power + 1)) * excitation.velocity ** (2 * power / (power + 1))
         return _unit(mass, stiffness, power, force * stiffness ** (1 / (power + 1)), chain)
     scales = _unit(mass, stiffness, power, excitation.peak_force, chain)
-    strength = scales.rise_time(excitation.rise_time) * excitation.profile.areas().total / MOMENTUM
+    strength = scales.rise_time(excitation.rise_time) * excitation.profile.total_area / MOMENTUM
     if strength >= 1:
         return scales
     return _unit(mass, stiffness, power, excitation.peak_force * strength ** (2 * power / (power + 1)), chain)
