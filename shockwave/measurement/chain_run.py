@@ -11,15 +11,15 @@ from shockwave.chain.solitary_wave import SPEED
 from shockwave.measurement.course import Course
 from shockwave.measurement.measured_wave import MeasuredWave
 from shockwave.measurement.peak_log import Peak, PeakLog, characteristic_time
-from shockwave.measurement.waves import PASSED, PASSING, Outlook, Probe, Transit, distance_from_limit, measured
+from shockwave.measurement.rebound import EJECTED, departed, rebounding
+from shockwave.measurement.wave_reading import Probe, Transit, measured
+from shockwave.measurement.waves import PASSED, PASSING, Outlook, distance_from_limit
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.march import Stretch, free_granules
-from shockwave.simulation.problem import ChainProblem, chain_energy
+from shockwave.simulation.problem import ChainProblem, Primary, chain_energy
 
-#: Least backward velocity of an ejected granule, over the peak velocity of the granules in the leading wave.
-EJECTED = 1e-3
 # Interval at which the waves are examined, in characteristic times.
 _INTERVAL = 12.0
 # Its least share of the time.
@@ -30,6 +30,8 @@ _KEPT = 3.2 * PASSED
 # a constant, and a number for each characteristic time of the duration of the shock.
 _BUDGET = 160.0
 _BUDGET_RATE = 6.0
+# Time after which the leading wave is found to have settled here, over that of the search for it.
+_LATER = 1.15
 # Scatter of peak forces over the error tolerance of a step.
 _NOISE = 30.0
 # Distance in granules at which a free end affects a wave.
@@ -74,6 +76,8 @@ class ChainRun:
         Largest number of contacts that the front passes.
     label : str
         Name of the run in reports of progress.
+    leading : Primary or None
+        Leading wave, if it is known. The waves are not examined before it is expected to settle.
     waves : tuple of MeasuredWave
         Waves in the order of their arrival. Their ``error_estimate`` bounds the relative deviation of the peak force
         from its limit along the chain. At the end of a finite chain the peak itself is the result, and the estimate is
@@ -110,6 +114,7 @@ class ChainRun:
     later_doubt: float
     most_contacts: int
     label: str = "wave train"
+    leading: Primary | None = None
     waves: tuple[MeasuredWave, ...] = ()
     unread: int = 0
     recoils: tuple[float, ...] = ()
@@ -161,6 +166,8 @@ class ChainRun:
         stretch = self._advance(self.problem.duration)
         self.work = chain_energy(stretch.x[-1], stretch.v[-1])
         self._driven_steps = self.steps
+        if self._expected > stretch.end:
+            stretch = self._advance(self._expected)
         while not self._has_seen_all(stretch):
             interval = max(_INTERVAL, _SHARE * stretch.end, self._wait)
             stretch = self._advance(stretch.end + min(interval, self._left))
@@ -170,8 +177,9 @@ class ChainRun:
             self._transits = self._at_end(self._free_end)
         # two heads may belong to the same wave where it has passed
         transits = {(each.peak.contact, each.peak.time): each for each in self._transits}
-        self.waves = measured(list(transits.values()), self.problem)
+        self.waves = measured(list(transits.values()), self.problem, getattr(self.integrator, "compiled", None))
         self.measured = stretch.end
+        self._keep_velocities(self.problem.duration + _COMPARED * (self.measured - self.problem.duration))
         self.momentum += float(np.sum(v))
         self.energy += chain_energy(x, v)
         ejected = EJECTED * max((wave.granule_velocity for wave in self.waves), default=0.0)
@@ -188,8 +196,8 @@ class ChainRun:
                 stretch = self._course.advance(stretch.end + _INTERVAL)
             x, v = stretch.x[-1], stretch.v[-1]
             # granules that hardly move relative to one another depart, though some will exchange their velocities
-            departed = v[::-1] if self.unfollowed_force == 0 else v[::-1][: _departed(x, v)]
-            self.spalls = tuple(departed[departed > ejected].tolist())
+            leaving = v[::-1] if self.unfollowed_force == 0 else v[::-1][: departed(x, v)]
+            self.spalls = tuple(leaving[leaving > ejected].tolist())
         self.end = stretch.end
         while self._recent:
             self._course.recycle(self._recent.pop()[0])
@@ -211,7 +219,20 @@ class ChainRun:
         """
         share = _COMPARED if self.problem.granules is None else 1.0
         earliest = min(self.problem.duration + share * (self.measured - self.problem.duration), self.measured)
-        return next(each for each in self._velocities if each[0] >= earliest)
+        return min((each for each in self._velocities if each[0] >= earliest), key=lambda each: each[0])
+
+    @property
+    def _budget(self) -> float:
+        """Number of contacts that the front may pass before waves that have not settled are measured, too."""
+        return _BUDGET + _BUDGET_RATE * self.problem.duration
+
+    @property
+    def _expected(self) -> float:
+        """Time at which the leading wave of an endless chain is expected to have settled; 0 if it is not known."""
+        found = self.leading
+        if found is None or self.problem.granules is not None or found.contact > self._budget:
+            return 0.0
+        return _LATER * found.time + PASSED * characteristic_time(found.peak)
 
     @property
     def _kept(self) -> float:
@@ -233,13 +254,16 @@ class ChainRun:
 
     def _has_seen_all(self, stretch: Stretch) -> bool:
         """Whether the waves are known after ``stretch``."""
-        then = stretch.end - self._kept / 2
+        self._keep_velocities(stretch.end - self._kept / 2)
+        self._velocities.append((stretch.end, stretch.v[-1].copy()))
+        return self._is_spent(stretch) if self.reached_end else self._judge(stretch)
+
+    def _keep_velocities(self, then: float) -> None:
+        """Keep the velocities at the end of the step at ``then``, if they are at hand."""
         for each, _ in self._recent:
             if each.times[0] <= then < each.end:
                 row = int(each.times.searchsorted(then))
                 self._velocities.append((each.times.item(row), each.v[row].copy()))
-        self._velocities.append((stretch.end, stretch.v[-1].copy()))
-        return self._is_spent(stretch) if self.reached_end else self._judge(stretch)
 
     def _judge(self, stretch: Stretch) -> bool:
         """Whether every wave has settled; then they are measured."""
@@ -251,7 +275,7 @@ class ChainRun:
             self._lead = outlook.heads[0]
         speed = SPEED / characteristic_time(self._lead.force)
         front = self._lead.contact + (stretch.end - self._lead.time) * speed
-        budget = _BUDGET + _BUDGET_RATE * self.problem.duration
+        budget = self._budget
         if front <= budget:
             self._left = (budget + 1 - front) / speed
         # In order of position: behind a wave that has not settled, a peak can remain constant for a while.
@@ -342,7 +366,7 @@ class ChainRun:
     def _is_spent(self, stretch: Stretch) -> bool:
         """Whether nothing more can leave a finite chain: its granules move apart, or have had enough steps to."""
         x, v = stretch.x[-1], stretch.v[-1]
-        first, last = free_granules(x, v), len(x) - _departed(x, v)
+        first, last = free_granules(x, v), len(x) - departed(x, v)
         self.unfollowed_force = 0.0
         if first >= last:
             return True
@@ -362,22 +386,3 @@ class ChainRun:
         # does not show the step error.
         doubt = self.integrator.tolerance
         return [end.transit(peak, self.log, doubt) for peak in peaks if peak.force >= least]
-
-
-def rebounding(v: FloatArray, ejected: float) -> tuple[tuple[float, ...], float]:
-    """Velocities of the rebounding granules, and the momentum that they may still exchange with others.
-
-    They extend from the loaded end to the last ejected granule and the granules that follow it backwards. Further on,
-    a backward drift is caused by passing waves.
-    """
-    last = int(np.append(0, (v < -ejected).nonzero()[0])[-1])
-    forward = v[last:] >= 0
-    end = last + int(forward.argmax()) if forward.any() else len(v)
-    region, beyond = v[:end], v[end:]
-    loose = float(region[region > 0].sum() - beyond[beyond < 0].sum())
-    return tuple(region[region < 0].tolist()), loose
-
-
-def _departed(x: FloatArray, v: FloatArray) -> int:
-    """Number of granules that have left the free end: out of contact, and no two of them approaching each other."""
-    return free_granules(-x[::-1], -v[::-1])

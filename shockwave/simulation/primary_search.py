@@ -6,6 +6,7 @@ The compiled code, which runs several shocks at a time, and `numpy_backend` impl
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Sequence
 from itertools import islice
 from types import ModuleType
@@ -20,6 +21,8 @@ from shockwave.simulation.time_limit import expired
 _WIDTH = 8
 # Shorter shocks take about as long as one of this duration, in characteristic times.
 _SHORT = 16.0
+# Numbers found for each shock.
+_NUMBERS = len(Primary._fields) - 1
 
 
 def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled: ModuleType | None) -> list[Primary]:
@@ -31,6 +34,8 @@ def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled
         from shockwave.simulation.numpy_backend import search
 
         return [search(request, method()) for request in requests]
+    if len(requests) == 1:
+        return _search_compiled(compiled, method, requests)
     # Shocks with similar run times are grouped, so that none waits for a much longer one.
     groups: dict[int, list[int]] = {}
     for index, request in enumerate(requests):
@@ -43,11 +48,11 @@ def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled
     return [found[index] for index in range(len(requests))]
 
 
-def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: list[Request]) -> list[Primary]:
+def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: Sequence[Request]) -> list[Primary]:
     """The leading waves by the compiled code, from tables with the columns that `_compiled.c` defines."""
     jobs: list[float] = []
     stops: list[float] = []
-    wanted: list[int] = []
+    wanted: list[float] = []
     pieces = terms = 0
     for request in requests:
         problem = request.problem
@@ -55,25 +60,26 @@ def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: lis
         jobs += (problem.rise_time, problem.peak_force, problem.duration, problem.granules or 0)
         jobs += (request.tolerance, request.doubt, request.max_contacts, request.max_work)
         jobs += (request.rear, request.earliest_time, request.growing, *request.above)
-        jobs += (pieces, len(path.rows), terms, len(stops), len(wanted), len(request.contacts))
+        jobs += (pieces, len(path.rows), terms, len(stops), len(wanted) // 3, len(request.contacts))
         pieces += len(path.rows)
         terms += len(path.coefficients)
         stops += problem.stops
-        wanted += request.contacts
+        for contact in request.contacts:
+            wanted += (contact, math.nan, math.nan)
     paths = [request.problem.path for request in requests]
-    # the table of a large record is not copied
-    rows = paths[0].rows if len(paths) == 1 else np.concatenate([path.rows for path in paths])
-    coefficients = paths[0].coefficients if len(paths) == 1 else np.concatenate([path.coefficients for path in paths])
-    found = np.zeros((len(requests), len(Primary._fields) - 1))
-    passages = np.full((len(wanted), 3), math.nan)
-    passages[:, 0] = wanted
+    rows, coefficients = paths[0].rows, paths[0].coefficients
+    if len(paths) > 1:
+        rows = np.concatenate([path.rows for path in paths])
+        coefficients = np.concatenate([path.coefficients for path in paths])
+    found = array("d", bytes(8 * _NUMBERS * len(requests)))
     lanes = 1 if len(requests) < _WIDTH else _WIDTH
-    tables = np.array(jobs), rows, coefficients, np.array(stops), passages, found
+    passages = array("d", wanted)
+    tables = array("d", jobs), rows, coefficients, array("d", stops), passages, found
     compiled.primary(method.tableau.packed, *tables, lanes, expired)
-    triples = iter(passages.tolist())
+    triples = zip(*[iter(passages)] * 3, strict=True)
     answers = []
-    for numbers, request in zip(found.tolist(), requests, strict=True):
+    for first, request in zip(range(0, len(found), _NUMBERS), requests, strict=True):
         own = islice(triples, len(request.contacts))
         reached = tuple(Passage(int(contact), time, force) for contact, time, force in own if not math.isnan(time))
-        answers.append(Primary._make([*numbers, reached]))
+        answers.append(Primary._make((*found[first : first + _NUMBERS], reached)))
     return answers
