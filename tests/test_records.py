@@ -98,8 +98,10 @@ def test_units_of_the_header_are_converted(read, header, separator, time_unit, f
 COMMA = rows()
 SWAPPED = "".join(f"{f},{t}\n" for t, f in zip(TIMES, FORCES, strict=True))
 MANY = "".join(f"1,{t},20,{f}\n" for t, f in zip(TIMES, FORCES, strict=True))
-NO_TIME = "The time column has no unit: seconds are assumed. A header such as 'time [s]' states the unit."
-NO_FORCE = "The force column has no unit: newtons are assumed. A header such as 'force [N]' states the unit."
+NO_TIME = (
+    "The time column has no unit: seconds are assumed. A header such as 'time [s]', or time_unit, states the unit."
+)
+NO_FORCE = "The force column has no unit: newtons are assumed. A header such as 'force [N]', or unit, states the unit."
 NOTED: dict[str, tuple[str, list[str]]] = {
     "no-header": (COMMA, [NO_TIME, NO_FORCE]),
     "comment": (
@@ -142,7 +144,7 @@ REFUSED: dict[str, tuple[str, list[str]]] = {
         "0,5 1,5\n",
         [":1: columns: must include one time and one force column (got 3 columns: no header"],
     ),
-    "two-decimal-signs": ("0;0\n0,5;1\n1;1.0\n", [f":3: force: {NUMBER} N (got '1.0'; use the decimal comma"]),
+    "two-decimal-signs": ("0;0\n0,5;1\n1;1.0\n", [f":3: force: {NUMBER} N (got '1.0'; set decimal"]),
     "long-line": ("0,0\n" + "1," * 20_000, [":2: row: must have at most 10000 characters (got 40000)"]),
     "empty": ("", [": rows: must be numbers, with a time and a force"]),
     "word": ("# c\n\n0,0\n1,x\n", [f":4: force: {NUMBER} N (got 'x'; correct or delete the row)"]),
@@ -178,9 +180,9 @@ def test_a_path_that_cannot_be_read_is_reported(tmp_path, name, sentence):
         read_record(tmp_path / name)
 
 
-def test_a_file_that_is_not_utf8_names_byte_and_line(read):
-    with pytest.raises(FileAccessError, match="got the byte 0xb5 in line 2; save it as UTF-8"):
-        read(b"# c\ntime [\xb5s], force [N]\n0,0\n")
+def test_a_file_in_no_known_encoding_names_byte_and_line(read):
+    with pytest.raises(FileAccessError, match="got the byte 0x81 in line 2; set encoding, or save it as UTF-8"):
+        read(b"# c\ntime [\x81s], force [N]\n0,0\n")
 
 
 # ---------------------------------------------------------------- anything at all

@@ -106,27 +106,32 @@ def test_a_constant_baseline_is_subtracted():
     profile = Tabulated(range(12), [1, 1, 1, 1, 1, 1, 5, 9, 7, 3, 1, 1])
     assert profile.recorded_peak_force == 8
     assert profile.breakpoints == (0.0, 0.5, 1.0, 1.5, 2.0, 2.5)
-    # One newton over the five seconds of a pulse of 20 N s.
-    share = "A baseline of 1 N, the mean of the 6 samples before the pulse, was subtracted (25 % of the impulse)."
-    assert profile.notes[0] == share
+    # 31 N s become 20 N s, as one newton over the eleven seconds of the record is subtracted.
+    found = "A baseline of 1 N, the mean of the 6 samples before the pulse, was subtracted"
+    assert profile.notes[0] == f"{found} (peak force -11 %, impulse -35 %)."
 
 
 #: Times, forces, expected shape at whole times, expected note.
 CLEANED = {
     "start-time": (range(5, 9), [0, 1, 0.5, 0], [0, 1, 0.5, 0], "The times begin at 5 s and were shifted"),
-    # Half of one newton times two seconds, in 8 N s.
+    # 15.95 N s become 16 N s
     "below": (
         range(6),
-        [0, 4, 2, -1, 2, 0],
+        [0, 8, 4, -0.05, 4, 0],
         [0, 1, 0.5, 0, 0.5, 0],
-        "Negative samples were set to zero: 1 of 6 (12 % of",
+        "Negative samples were set to zero: 1 of 6 (impulse +0.31 %)",
     ),
-    "lead": (range(6), [0, 0, 0, 1, 0.5, 0], [0, 1, 0.5, 0], "Quiet samples before the pulse were removed: 2 (0 %"),
+    "lead": (
+        range(6),
+        [0, 0, 0, 1, 0.5, 0],
+        [0, 1, 0.5, 0],
+        "Quiet samples before the pulse were removed: 2 (peak force and impulse unchanged)",
+    ),
     "tail": (
         range(6),
         [0, 1, 0.5, 0, 0.009, 0],
         [0, 1, 0.5, 0],
-        "Quiet samples after the pulse were removed: 2 (0.6 %",
+        "Quiet samples after the pulse were removed: 2 (impulse -0.6 %",
     ),
     "start": (range(4), [0.25, 1, 0.5, 0], [0.25, 1, 0.5, 0], "The record begins at 0.25 N, 25 % of its peak"),
     "end": (range(4), [0, 1, 0.5, 0.125], [0, 1, 0.5, 0.125], "The record ends at 0.125 N, 12 % of its peak"),

@@ -11,6 +11,9 @@ from shockwave.chain.impact import Impact
 from shockwave.chain.segments import Segment, Taper, each_segment
 from shockwave.errors import Fault, NotCoveredError
 
+# Key of a record that keeps negative forces.
+_PULLING = "shock.parameters.negative"
+
 
 def scene_faults(chain: Chain, excitation: object) -> list[Fault]:
     """Errors of a chain beyond equal spheres, or under an impact."""
@@ -41,6 +44,8 @@ def refusal(chain: Chain, excitation: object) -> list[Fault]:
     faults = [] if chain.is_uniform else [Fault(f"chain.{path}", reason) for path, reason in _further(chain)]
     if isinstance(excitation, Impact):
         faults.append(Fault("impact", "a striker"))
+    elif getattr(getattr(excitation, "profile", None), "pulls", False):
+        faults.append(Fault(_PULLING, "pulling forces"))
     return faults
 
 
@@ -56,7 +61,11 @@ def covered(chain: Chain, excitation: object, method: str) -> Chain:
     equal = reduced(chain)
     if faults or equal is None:
         rule = f"must be left out for {method}, which covers only shocks on chains of equal granules with free ends"
-        problems = [Fault(fault.path, f"{rule} (got {fault.problem}; simulate instead)") for fault in faults]
+        rules = {_PULLING: f"must be zero for {method}, which covers no negative forces"}
+        problems = [
+            Fault(fault.path, f"{rules.get(fault.path, rule)} (got {fault.problem}; simulate instead)")
+            for fault in faults
+        ]
         raise NotCoveredError(problems or [Fault("chain.granules", f"{rule} (got 1 granule)")])
     return equal
 
