@@ -24,6 +24,7 @@ from shockwave.profiles.record_format import (
     TIME_NAMES,
     RecordFormat,
     force_factor,
+    is_unit,
     time_factor,
 )
 from shockwave.quadrature import FloatArray
@@ -222,7 +223,8 @@ def _header_in_comment(text: _Text, count: int) -> list[int]:
 
 def _name_and_unit(cell: str) -> tuple[str, str]:
     name, *units = _LABEL.fullmatch(cell).groups("")  # type: ignore[union-attr]
-    return name, "".join(units).strip()
+    # a label may be a unit alone, such as Volt
+    return ("", name) if not any(units) and is_unit(name) else (name, "".join(units).strip())
 
 
 def _force_names(form: RecordFormat) -> frozenset[str]:

@@ -35,6 +35,9 @@ _UNITS = {"force": "N", "pressure": "Pa", "acceleration": "m/s**2"}
 # Key that turns a record of the quantity into one of the force.
 _KEYS = {"pressure": "area, the loaded area", "acceleration": "mass, the moving mass"}
 
+# Least length of a label that can be the name of a unit: shorter ones are names or symbols.
+_SHORTEST = 4
+
 # Only products and single-digit powers of words: parsing a longer expression could take unbounded time.
 _FACTOR = r"[A-Za-zµμ]{1,20}(?:(?:\*\*|\^)-?[0-9])?"
 _UNIT = re.compile(rf"{_FACTOR}(?: ?[*·/] ?{_FACTOR}){{0,4}}")
@@ -69,12 +72,14 @@ class RecordFormat:
         Decimal sign.
     thousands : ".", ",", "'" or " ", optional
         Thousands mark.
-    time_unit, unit : str, optional
-        Unit of the times; unit of the forces, pressures or accelerations. They replace those of the header.
+    time_unit : str, optional
+        Unit of the times, in place of that in the header.
+    unit : str, optional
+        Unit of the forces, pressures or accelerations, in place of that in the header.
     sign : 1 or -1
         Factor of the values, -1 where compression is negative.
-    scale : float
-        Factor of the values, such as the newtons per volt.
+    scale : float, optional
+        Factor of the values, such as the newtons per volt; ``unit`` is then that of the product.
     area : float, optional
         Loaded area [m^2], for a record of the pressure.
     mass : float, optional
@@ -96,7 +101,7 @@ class RecordFormat:
     time_unit: str | None = None
     unit: str | None = None
     sign: Literal[1, -1] = attrs.field(default=1, validator=one_of(1, -1))
-    scale: float = quantity("", "factor of the values", above=0, default=1.0)
+    scale: float | None = quantity("", "factor of the values, such as the newtons per volt", above=0, default=None)
     area: float | None = quantity("m**2", "loaded area, for a record of the pressure", above=0, default=None)
     mass: float | None = quantity("kg", "moving mass, for a record of the acceleration", above=0, default=None)
 
@@ -156,17 +161,28 @@ def force_factor(form: RecordFormat, name: str, unit: str, notes: list[str]) -> 
     if math.isnan(factor):
         got = f"got {text_of(form.unit or unit or name)}; set unit, such as {base}, and scale for a sensitivity"
         raise InvalidValueError.of(path, f"must be a unit of {kind} ({got})")
+    if form.unit and unit and not stated and form.scale is None:
+        got = f"got {unit!r} in the header; set scale, the number of {form.unit} per {unit}"
+        raise InvalidValueError.of(path, f"must be a unit of {kind} ({got})")
     if form.unit and unit and form.unit != unit:
         notes.append(f"The header states the unit {unit!r}; {form.unit!r} was used.")
     for key, value, si in (("area", form.area, "m^2"), ("mass", form.mass, "kg")):
         if value is not None:
             notes.append(f"The force is the {kind} times the {key} of {value:.6g} {si}.")
             factor *= value
-    if form.scale != 1:
+    if form.scale is not None:
         notes.append(f"The values were multiplied by {form.scale:g}.")
+        factor *= form.scale
     if form.sign < 0:
         notes.append("The sign of the values was changed.")
-    return factor * form.scale * form.sign
+    return factor * form.sign
+
+
+def is_unit(name: str) -> bool:
+    """Whether a label of a column is the name of a unit, and none of those of a time or a force column."""
+    if len(name) < _SHORTEST or _words(name) & TIME_NAMES.union(*FORCE_NAMES.values()):
+        return False
+    return any(not math.isnan(_factor(name, base)) for base in ("s", "V", *_UNITS.values()))
 
 
 def _words(name: str) -> frozenset[str]:

@@ -190,4 +190,4 @@ def parameters_of(profile: str, cls: type[ShockProfile]) -> tuple[Key, ...]:
     from shockwave.profiles.record_format import RecordFormat  # a scenario without a record does not need it
 
     meaning = "a CSV file with a time and a force column"
-    return (Key("file", annotation=str, meaning=meaning, instead_of=("times", "forces")), *keys, *keys_of(RecordFormat))
+    return (Key("file", annotation=str, meaning=meaning, instead_of=("times", "forces")), *keys_of(RecordFormat), *keys)

@@ -19,7 +19,23 @@ from shockwave.registry import find, load
 from shockwave.scenario.block_keys import RECORD, Key, keys_of, parameters_of, shock_keys
 from shockwave.text import wrapped
 
-_RECORD_EXAMPLES = {"file": "pulse.csv", "times": "[0 s, 15 us, 150 us]", "forces": "[0 N, 100 N, 0 N]"}
+_RECORD_EXAMPLES = {
+    "file": "pulse.csv",
+    "times": "[0 s, 15 us, 150 us]",
+    "forces": "[0 N, 100 N, 0 N]",
+    "columns": "[1, 2]",
+    "encoding": "cp1252",
+    "decimal": '","',
+    "thousands": '"."',
+    "time_unit": "ms",
+    "unit": "kN",
+    "area": "100 mm**2",
+    "mass": "0.3 kg",
+    "baseline": "[-50 us, 0 us]",
+    "low_pass": "20 kHz",
+    "crop": "[0 us, 200 us]",
+    "negative": "keep",
+}
 _BY_KIND: dict[Any, Any] = {bool: False, int: 1, float: 1, str: "text", list: [], tuple: []}
 # Columns of a line, and least columns of a comment.
 _WIDTH = 80
@@ -84,7 +100,9 @@ def _parameters(name: str, cls: Any) -> list[str]:
     """Lines of the ``parameters`` block."""
     keys = parameters_of(name, cls)
     examples = {key.name: _example(key) for key in keys} | (_RECORD_EXAMPLES if name == RECORD else {})
-    lines = [_line("    ", key.required or _stated(key), key, examples[key.name]) for key in keys]
+    # those of a file are comments
+    live = {key.name for key in keys_of(cls) if key.required or _stated(key)}
+    lines = [_line("    ", key.name in live, key, examples[key.name]) for key in keys]
     return ["  parameters:", *lines] if lines else []
 
 
