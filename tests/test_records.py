@@ -200,10 +200,8 @@ REFUSED: dict[str, tuple[str, list[str]]] = {
     "thousands": ("0;0\n0,5;1.250,5\n", [f":2: force: {NUMBER} N (got '1.250,5'; set thousands: '.'"]),
     "unknown-unit": (f"time [s],[V]\n{COMMA}", [":1: unit of force: must be a unit of force (got 'V'; set unit"]),
     "metadata": (
-        f"Model,X\nPoints,4\ntime [s],force [N]\n{COMMA}",
-        [
-            ":2: row: must be numbers: only one header line is allowed (got 'Points,4'; to skip what is above it set skip_"
-        ],
+        f"Model,X\nPoints,4\nt [s],F [N]\n{COMMA}",
+        [":2: row: must be numbers: only one header line is allowed (got 'Points,4'; to skip what is above it set"],
     ),
     "decimal-comma": (
         "0,5 1,5\n",

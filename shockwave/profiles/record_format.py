@@ -91,7 +91,7 @@ class RecordFormat:
         If a value is out of range, or both ``area`` and ``mass`` are given.
     """
 
-    columns: list[int | str] | None = attrs.field(default=None, converter=_columns)
+    columns: list[int | str] = attrs.field(default=None, converter=_columns)
     skip_rows: int = quantity("", "lines at the beginning to skip", at_least=0, whole=True, default=0)
     encoding: Literal["utf-8", "utf-16", "cp1252", "latin-1"] | None = attrs.field(
         default=None, validator=one_of(None, *_ENCODINGS)
@@ -101,9 +101,9 @@ class RecordFormat:
     time_unit: str | None = None
     unit: str | None = None
     sign: Literal[1, -1] = attrs.field(default=1, validator=one_of(1, -1))
-    scale: float | None = quantity("", "factor of the values, such as the newtons per volt", above=0, default=None)
-    area: float | None = quantity("m**2", "loaded area, for a record of the pressure", above=0, default=None)
-    mass: float | None = quantity("kg", "moving mass, for a record of the acceleration", above=0, default=None)
+    scale: float | None = quantity("", "factor of the values, such as newtons per volt", above=0, default=None)
+    area: float | None = quantity("m**2", "loaded area, for a pressure", above=0, default=None, example="1 cm**2")
+    mass: float | None = quantity("kg", "moving mass, for an acceleration", above=0, default=None, example="0.3 kg")
 
     def __attrs_post_init__(self) -> None:
         if self.area is not None and self.mass is not None:

@@ -23,8 +23,10 @@ _ROUNDING = 1e-12
 _SMALL_PHASE = 0.01
 # Order of the low-pass filter, which is applied forwards and backwards.
 _ORDER = 4
-# Fewest samples that are filtered: those that the filter extends the record by at each end, and one more.
+# Fewest samples that are filtered.
 _FEWEST_FILTERED = 16
+# Periods of the cut-off frequency by which the filter extends the record at each end: its response has then decayed.
+_EXTENSION = 2
 # Largest relative difference of sampling intervals of a record that is filtered: times are rounded when written.
 _UNEVEN = 0.1
 # Relative change of impulse or peak force by a step that is due to rounding.
@@ -122,17 +124,22 @@ def pulse_of(
     process = _Process(times, forces)
     if clean and times[0] != 0:
         process.notes.append(f"The times begin at {times[0]:g} s and were shifted to begin at zero.")
+    kept = slice(None) if crop is None else process.within("crop", crop, 3)
     if baseline is not None:
         window = process.within("baseline", baseline, 1)
         level = float(forces[window].mean())
         found = f"A baseline of {level:.4g} N, the mean from {baseline[0]:g} to {baseline[1]:g} s,"
         process.step(f"{found} was subtracted", forces - level)
+    level, noise, count = _quiet_lead(process.forces[kept]) if clean else (0.0, 0.0, 0)
+    if level and baseline is None:
+        found = f"A baseline of {level:.4g} N, the mean of the {count} samples before the pulse,"
+        process.step(f"{found} was subtracted", process.forces - level)
     if low_pass is not None:
         process.step(f"A low-pass filter at {low_pass:g} Hz was applied", _filtered(times, process.forces, low_pass))
+        # the filtered pulse begins earlier
+        noise = float(process.forces[kept][: count // 2].std()) if noise else 0.0
     if crop is not None:
-        window = process.within("crop", crop, 3)
-        process.step(f"The record was cropped to {crop[0]:g} to {crop[1]:g} s", process.forces, window)
-    noise = _without_baseline(process, baseline is None) if clean else 0.0
+        process.step(f"The record was cropped to {crop[0]:g} to {crop[1]:g} s", process.forces, kept)
     _resolve_negative(process, noise, clean, negative)
     if clean:
         _cut_quiet_ends(process, noise)
@@ -209,16 +216,8 @@ def _filtered(times: FloatArray, forces: FloatArray, low_pass: float) -> FloatAr
         got = f"got {low_pass:g} Hz; the record has {rate:.4g} samples a second"
         raise InvalidValueError.of("low_pass", f"must be below {rate / 2:.4g} Hz, half the sampling rate ({got})")
     sections = signal.butter(_ORDER, low_pass, fs=rate, output="sos")
-    return np.asarray(signal.sosfiltfilt(sections, forces), dtype=float)
-
-
-def _without_baseline(process: _Process, subtract: bool) -> float:
-    """Subtract the mean of the quiet samples before the pulse; their noise [N]."""
-    level, noise, count = _quiet_lead(process.forces)
-    if level and subtract:
-        found = f"A baseline of {level:.4g} N, the mean of the {count} samples before the pulse,"
-        process.step(f"{found} was subtracted", process.forces - level)
-    return noise
+    extension = min(forces.size - 1, int(np.ceil(_EXTENSION * rate / low_pass)))
+    return np.asarray(signal.sosfiltfilt(sections, forces, padlen=extension), dtype=float)
 
 
 def _resolve_negative(process: _Process, noise: float, clean: bool, negative: str | None) -> None:
@@ -246,7 +245,8 @@ def _resolve_negative(process: _Process, noise: float, clean: bool, negative: st
         process.notes.append(f"The negative forces were kept: their impulse is {100 * share:.2g} % of that above zero.")
         return
     if negative is None and share > _SMALL_PHASE:
-        rule = f"must be keep or zero, because negative forces have {100 * share:.2g} % of the impulse"
+        part = f"{100 * share:.2g} %" if share < 1 else "most"
+        rule = f"must be keep or zero, because negative forces have {part} of the impulse"
         hints = (
             "keep simulates pulling forces; zero ignores them; sign: -1 for a record in which compression is negative"
         )

@@ -58,9 +58,9 @@ def _window(value: Any, attribute: attrs.Attribute[Any]) -> tuple[float, float] 
     return float(times[0]), float(times[1])
 
 
-def _interval(meaning: str) -> Any:
+def _interval(meaning: str, example: str) -> Any:
     """An attrs field that holds a time window of the record."""
-    declared = declaration(Quantity("s", meaning, samples=True, optional=True))
+    declared = declaration(Quantity("s", meaning, samples=True, optional=True, example=example))
     return attrs.field(default=None, converter=attrs.Converter(_window, takes_field=True), metadata=declared)
 
 
@@ -106,9 +106,9 @@ class Tabulated(ShockProfile):
         "", "total duration over rise time; the decay is stretched to fit", above=1.0, optional=True, default=None
     )
     clean: bool = attrs.field(default=True, validator=one_of(True, False))
-    baseline: Any = _interval("time window of the record whose mean force is subtracted")  # noqa: RUF009
-    low_pass: float | None = quantity("Hz", "cut-off frequency of a low-pass filter", above=0, default=None)
-    crop: Any = _interval("time window of the record that is kept")  # noqa: RUF009
+    baseline: Any = _interval("window whose mean force is subtracted", "-50 us, 0 us")  # noqa: RUF009
+    low_pass: float | None = quantity("Hz", "cut-off of a low-pass filter", above=0, default=None, example="20 kHz")
+    crop: Any = _interval("window that is kept", "0 us, 200 us")  # noqa: RUF009
     negative: Literal["keep", "zero"] | None = attrs.field(default=None, validator=one_of(None, "keep", "zero"))
     _pulse: Pulse = attrs.field(init=False, repr=False, eq=False)
     _assumed: tuple[str, ...] = attrs.field(init=False, repr=False, eq=False, default=())

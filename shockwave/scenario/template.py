@@ -20,21 +20,8 @@ from shockwave.scenario.block_keys import RECORD, Key, keys_of, parameters_of, s
 from shockwave.text import wrapped
 
 _RECORD_EXAMPLES = {
-    "file": "pulse.csv",
-    "times": "[0 s, 15 us, 150 us]",
-    "forces": "[0 N, 100 N, 0 N]",
-    "columns": "[1, 2]",
-    "encoding": "cp1252",
-    "decimal": '","',
-    "thousands": '"."',
-    "time_unit": "ms",
-    "unit": "kN",
-    "area": "100 mm**2",
-    "mass": "0.3 kg",
-    "baseline": "[-50 us, 0 us]",
-    "low_pass": "20 kHz",
-    "crop": "[0 us, 200 us]",
-    "negative": "keep",
+    **{"file": "pulse.csv", "times": "[0 s, 15 us, 150 us]", "forces": "[0 N, 100 N, 0 N]"},
+    **{"columns": "[1, 2]", "time_unit": "ms", "unit": "kN"},
 }
 _BY_KIND: dict[Any, Any] = {bool: False, int: 1, float: 1, str: "text", list: [], tuple: []}
 # Columns of a line, and least columns of a comment.
@@ -123,8 +110,10 @@ def _example(key: Key) -> str:
     if key.spec is not None:
         fit = key.spec.example or f"{_fitting(key.spec):g}"
         return f"[{fit}]" if key.spec.samples else fit
-    origin = typing.get_origin(key.annotation) or key.annotation
-    return _text(typing.get_args(key.annotation)[0] if origin is Literal else _BY_KIND.get(origin, 1))
+    # of a union, the first type
+    kind = next((one for one in typing.get_args(key.annotation) if typing.get_origin(one) is Literal), key.annotation)
+    origin = typing.get_origin(kind) or kind
+    return _text(typing.get_args(kind)[0] if origin is Literal else _BY_KIND.get(origin, 1))
 
 
 def _fitting(spec: Quantity) -> float:
