@@ -185,7 +185,7 @@ def test_a_baseline_is_the_mean_of_its_window():
 
 def test_a_crop_keeps_the_samples_of_its_window():
     times, forces = [0, 1, 2, 3, 4, 5, 6, 7], [0, 0, 4, 2, 0, 9, 3, 0]
-    profile = Tabulated(times, forces, crop=(1, 4))
+    profile = Tabulated(times, forces, crop=("1 s", 4))
     assert (profile.recorded_peak_force, profile.duration_ratio) == (4, 3)
     assert "The record was cropped to 1 to 4 s (peak force -56 %, impulse -67 %)." in profile.notes
 
@@ -214,7 +214,7 @@ def test_each_step_is_refused_where_it_cannot_be_applied():
         (uneven, {"low_pass": 1e3}, "low_pass: must be left out .* for uneven sampling"),
         (MICROSECONDS, {"low_pass": 5e5}, r"low_pass: must be below 5e\+05 Hz, half the sampling rate"),
         (MICROSECONDS, {"crop": (1.0, 2.0)}, "crop: must contain 3 samples or more"),
-        (MICROSECONDS, {"baseline": (2.0, 1.0)}, "baseline: must be two times, the earlier one first"),
+        (MICROSECONDS, {"baseline": ("2 s", 1.0)}, "baseline: must be two times, the earlier one first"),
         (MICROSECONDS, {"negative": "no"}, "negative: must be None, keep or zero"),
     ):
         with pytest.raises(InvalidValueError, match=f"^{sentence}"):

@@ -42,7 +42,7 @@ _SHORTEST = 4
 _FACTOR = r"[A-Za-zµμ]{1,20}(?:(?:\*\*|\^)-?[0-9])?"
 _UNIT = re.compile(rf"{_FACTOR}(?: ?[*·/] ?{_FACTOR}){{0,4}}")
 # Spellings that pint does not know, or knows as something else: g is a gram there.
-_SPELLINGS = {"m/s2": "m/s^2", "m/s²": "m/s^2", "g": "g_0", "gn": "g_0"}
+_SPELLINGS = {"m/s2": "m/s^2", "g": "g_0", "gn": "g_0"}
 
 
 def _columns(value: Any) -> Any:
@@ -193,7 +193,7 @@ def _factor(unit: str, base: str) -> float:
     """SI value of ``unit``; NaN if it is not a unit of the dimension of ``base``."""
     if unit == base:
         return 1.0
-    unit = _SPELLINGS.get(unit, unit)
+    unit = _SPELLINGS.get(unit, unit.replace("²", "^2"))
     if unit == "g_0" or (len(unit) <= 40 and _UNIT.fullmatch(unit)):
         import pint  # needed only for units other than s and N
 

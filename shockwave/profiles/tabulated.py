@@ -52,10 +52,11 @@ def _window(value: Any, attribute: attrs.Attribute[Any]) -> tuple[float, float] 
     """Two times in ascending order, or None."""
     if value is None:
         return None
-    times = _samples(value, attribute)
-    if times.size != 2 or not times[0] < times[1]:
+    spec = Quantity("s", "")
+    times = [spec.checked(attribute.name, time) for time in value] if isinstance(value, list | tuple) else []
+    if len(times) != 2 or not times[0] < times[1]:
         raise InvalidValueError.of(attribute.name, f"must be two times, the earlier one first (got {text_of(value)})")
-    return float(times[0]), float(times[1])
+    return times[0], times[1]
 
 
 def _interval(meaning: str, example: str) -> Any:

@@ -19,10 +19,8 @@ from shockwave.registry import find, load
 from shockwave.scenario.block_keys import RECORD, Key, keys_of, parameters_of, shock_keys
 from shockwave.text import wrapped
 
-_RECORD_EXAMPLES = {
-    **{"file": "pulse.csv", "times": "[0 s, 15 us, 150 us]", "forces": "[0 N, 100 N, 0 N]"},
-    **{"columns": "[1, 2]", "time_unit": "ms", "unit": "kN"},
-}
+_SAMPLES_EXAMPLE = {"times": "[0 s, 15 us, 150 us]", "forces": "[0 N, 100 N, 0 N]"}
+_RECORD_EXAMPLES = _SAMPLES_EXAMPLE | {"file": "pulse.csv", "columns": "[1, 2]", "time_unit": "ms", "unit": "kN"}
 _BY_KIND: dict[Any, Any] = {bool: False, int: 1, float: 1, str: "text", list: [], tuple: []}
 # Columns of a line, and least columns of a comment.
 _WIDTH = 80
