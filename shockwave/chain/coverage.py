@@ -11,6 +11,9 @@ from shockwave.chain.impact import Impact
 from shockwave.chain.segments import Segment, Taper, each_segment
 from shockwave.errors import Fault, NotCoveredError
 
+# Key of a record that keeps negative forces.
+_PULLING = "shock.parameters.negative"
+
 
 def scene_faults(chain: Chain, excitation: object) -> list[Fault]:
     """Errors of a chain beyond equal spheres, or under an impact."""
@@ -45,15 +48,18 @@ def covered(chain: Chain, excitation: object, method: str) -> Chain:
         If the scene has further features; it lists all of them.
     """
     equal = reduced(chain)
-    if equal is not None and not isinstance(excitation, Impact):
+    pulls = bool(getattr(getattr(excitation, "profile", None), "pulls", False))
+    if equal is not None and not (isinstance(excitation, Impact) or pulls):
         return equal
-    features = [] if chain.is_uniform else [(f"chain.{path}", reason) for path, reason in _further(chain)]
-    if isinstance(excitation, Impact):
-        features.append(("impact", "a striker"))
     rule = f"must be left out for {method}, which covers only shocks on chains of equal granules with free ends"
+    features = [] if chain.is_uniform else [(f"chain.{path}", rule, reason) for path, reason in _further(chain)]
+    if isinstance(excitation, Impact):
+        features.append(("impact", rule, "a striker"))
+    elif pulls:
+        features.append((_PULLING, f"must be zero for {method}, which covers no negative forces", "pulling forces"))
     raise NotCoveredError(
-        Fault(path, f"{rule} (got {reason}; simulate instead)")
-        for path, reason in features or [("chain.granules", "1 granule")]
+        Fault(path, f"{why} (got {reason}; simulate instead)")
+        for path, why, reason in features or [("chain.granules", rule, "1 granule")]
     )
 
 

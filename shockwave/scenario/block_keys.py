@@ -34,7 +34,8 @@ class Key:
     """A key of a block.
 
     ``annotation`` is the type of a key without a ``spec``; ``default`` is that of the constructor; ``kind`` is the
-    registry whose names are its values, and ``also`` are further ones. The key may replace those in ``instead_of``.
+    registry whose names are its values, and ``also`` are further ones. The key may replace those in ``instead_of``, or
+    one of those in ``one_of``.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Key:
     meaning: str = ""
     kind: str = ""
     instead_of: tuple[str, ...] = ()
+    one_of: tuple[str, ...] = ()
     also: tuple[str, ...] = ()
 
     @property
@@ -136,6 +138,7 @@ CHAIN = (
     _CHAIN["gravity"],
     Key("damping", default=None, meaning="a mapping of model and its parameters"),
     Key("contact", default=None, meaning="exponent and stiffness, or model and its parameters; if omitted, Hertz's"),
+    evolve(_CHAIN["elastic_only"], annotation=bool),
 )
 #: Keys of the ``chain`` block that have blocks of their own; ``granules`` has one if it is a list.
 CHAIN_BLOCKS = ("end", "damping", "contact")
@@ -148,7 +151,7 @@ SHOCK = (
     Key("profile", required=True, annotation=str, kind="profiles", meaning="a name from `shockwave list profiles`"),
     _needed("peak_force", "100 N"),
     _needed("rise_time", "15 us"),
-    Key("duration", spec=evolve(DURATION, example="150 us"), instead_of=("rise_time",)),
+    Key("duration", spec=evolve(DURATION, example="150 us"), one_of=("rise_time", "duration_ratio")),
     Key("duration_ratio", spec=_RATIO),
     Key("parameters", default=None, meaning="parameters of the profile"),
 )
@@ -184,5 +187,7 @@ def parameters_of(profile: str, cls: type[ShockProfile]) -> tuple[Key, ...]:
     keys = tuple(key for key in keys_of(cls) if key.name != "duration_ratio")
     if profile != RECORD:
         return keys
+    from shockwave.profiles.record_format import RecordFormat  # a scenario without a record does not need it
+
     meaning = "a CSV file with a time and a force column"
-    return (Key("file", annotation=str, meaning=meaning, instead_of=("times", "forces")), *keys)
+    return (Key("file", annotation=str, meaning=meaning, instead_of=("times", "forces")), *keys_of(RecordFormat), *keys)
