@@ -280,7 +280,7 @@ def _sections(
         centres = width * (np.minimum(place[:-1], cells[group] - 1) + 0.5)
         yield group, np.ascontiguousarray(centres.T), np.ascontiguousarray(impulses.T)
     others = np.flatnonzero(~powers)
-    jobs = [_strongest(profiles[index], float(lengths[index])) for index in others]
+    jobs = [_strongest(profiles[index], float(lengths[index])) for index in others.tolist()]
     yield from ((others[group], times, impulses) for group, times, impulses in _together(jobs))
 
 

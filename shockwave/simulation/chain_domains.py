@@ -133,7 +133,7 @@ class _Parts:
         if self.driven:
             force = max(force, own.strength)
         force = max(_RISE * force, _TINY)
-        return min(self.elastic * force ** ((1 - p) / (2 * p)), self.viscous * force ** (-own.q / p))
+        return float(min(self.elastic * force ** ((1 - p) / (2 * p)), self.viscous * force ** (-own.q / p)))
 
     def live(self, state: _State, span: float) -> npt.NDArray[np.bool_]:
         """Whether each contact is to be integrated: it is closed, or will be, and not quiet."""
