@@ -54,7 +54,7 @@ _FAR = 1e30
 def search(request: Request, method: Nystroem) -> Primary:
     """Find the leading wave of one shock."""
     window = _Window(request, method)
-    with np.errstate(over="ignore", invalid="ignore"):
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         while window.status is Status.RUNNING and not expired():
             window.step()
             if not window.steps % 64:  # rarely enough to cost nothing
@@ -249,27 +249,24 @@ class _Window:
         before, after = self.v[:-2] - self.v[1:-1], tried.v[:-2] - tried.v[1:-1]
         before[0] += self.free[1]
         after[0] += free[1]
-        for j in np.flatnonzero((before > 0) & (after <= 0)).tolist():
-            closed = tried.x.item(j) - tried.x.item(j + 1)
-            if j and closed <= _SLIGHT:
-                continue
-            if self.base + j <= self.head and closed + (0.0 if j else free[0]) < _WEAK:
-                continue
-            slopes = (size * (a.item(j) - a.item(j + 1)) for a in (self.a, tried.a))
-            share, moved = crossing(before.item(j), after.item(j), *slopes)
-            overlap = self.x.item(j) - self.x.item(j + 1) + (0.0 if j else self.free[0])
-            force = hertz(overlap + size * moved)
-            if force >= _FLOOR:
-                self._add_peak(j, size, share, force)
-
-    def _add_peak(self, j: int, size: float, share: float, force: float) -> None:
-        """Process a peak at local contact j, of the front or behind it."""
-        contact = self.base + j
-        if contact <= self.head:
-            self.late[j] = force
-            self.since[j] = self.time + share * size
+        at = np.flatnonzero((before > 0) & (after <= 0))
+        closed = tried.x[at] - tried.x[at + 1]
+        weak = (at + self.base <= self.head) & (closed + np.where(at, 0.0, free[0]) < _WEAK)
+        at = at[~weak & ((closed > _SLIGHT) | (at == 0))]
+        if not at.size:
             return
-        self.head = contact
+        slopes = (size * (a[at] - a[at + 1]) for a in (self.a, tried.a))
+        share, moved = crossing(before[at], after[at], *slopes)
+        closed = np.maximum(self.x[at] - self.x[at + 1] + np.where(at, 0.0, self.free[0]) + size * moved, 0.0)
+        forces = closed * np.sqrt(closed)
+        behind = (at + self.base <= self.head) & (forces >= _FLOOR)
+        self.late[at[behind]], self.since[at[behind]] = forces[behind], self.time + share[behind] * size
+        for row in np.flatnonzero((at + self.base > self.head) & (forces >= _FLOOR)).tolist():
+            self._add_peak(at.item(row), size, share.item(row))
+
+    def _add_peak(self, j: int, size: float, share: float) -> None:
+        """Process a peak of the front at local contact j."""
+        self.head = contact = self.base + j
         wanted, followed = contact in self.request.contacts, (contact + 1) % STRIDE == 0
         if not (wanted or followed):
             return
