@@ -309,7 +309,8 @@ def _search(problems: dict[int, ChainProblem], setup: Setup) -> dict[int, _Answe
     found: dict[int, _Answer] = {}
     if setup.search is None:
         return found
-    left = dict.fromkeys(problems, 0)
+    # a tolerance whose contribution to the error estimate exceeds what was requested is not tried
+    left = {key: int(_control(setup.request(each)) > setup.rtol) for key, each in problems.items()}
     unknown: dict[int, Primary] = {}
     repeats = 0
     while left and not expired():
@@ -356,9 +357,14 @@ def _error(primary: Primary, request: Request) -> float:
     """Relative error estimate of the peak force."""
     # The position of the first granule is the difference of the free-particle displacement and the chain's reaction.
     rounding = _ROUNDING + _EPSILON * primary.free_path
-    share = _TOLERANCE_SHARE if len(request.problem.profile.breakpoints) <= _SMOOTH else _RECORD_SHARE
-    control = _DEFECTS * primary.energy_defect + share * request.tolerance
+    control = _DEFECTS * primary.energy_defect + _control(request)
     return primary.doubt + control + request.problem.path.error + rounding
+
+
+def _control(request: Request) -> float:
+    """Contribution of the step tolerance to the error estimate."""
+    share = _TOLERANCE_SHARE if len(request.problem.profile.breakpoints) <= _SMOOTH else _RECORD_SHARE
+    return share * request.tolerance
 
 
 def _on_demand(part: str, result: SimulationResult, *arguments: Any) -> Any:

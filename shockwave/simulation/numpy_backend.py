@@ -54,7 +54,7 @@ _FAR = 1e30
 def search(request: Request, method: Nystroem) -> Primary:
     """Find the leading wave of one shock."""
     window = _Window(request, method)
-    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):
         while window.status is Status.RUNNING and not expired():
             window.step()
             if not window.steps % 64:  # rarely enough to cost nothing
@@ -250,19 +250,25 @@ class _Window:
         before[0] += self.free[1]
         after[0] += free[1]
         at = np.flatnonzero((before > 0) & (after <= 0))
-        closed = tried.x[at] - tried.x[at + 1]
-        weak = (at + self.base <= self.head) & (closed + np.where(at, 0.0, free[0]) < _WEAK)
-        at = at[~weak & ((closed > _SLIGHT) | (at == 0))]
         if not at.size:
             return
-        slopes = (size * (a[at] - a[at + 1]) for a in (self.a, tried.a))
-        share, moved = crossing(before[at], after[at], *slopes)
-        closed = np.maximum(self.x[at] - self.x[at + 1] + np.where(at, 0.0, self.free[0]) + size * moved, 0.0)
-        forces = closed * np.sqrt(closed)
-        behind = (at + self.base <= self.head) & (forces >= _FLOOR)
-        self.late[at[behind]], self.since[at[behind]] = forces[behind], self.time + share[behind] * size
-        for row in np.flatnonzero((at + self.base > self.head) & (forces >= _FLOOR)).tolist():
-            self._add_peak(at.item(row), size, share.item(row))
+        closed = (tried.x[at] - tried.x[at + 1]).tolist()
+        slopes = [(size * (a[at] - a[at + 1])).tolist() for a in (self.a, tried.a)]
+        opened = (self.x[at] - self.x[at + 1]).tolist()
+        ends = before[at].tolist(), after[at].tolist()
+        for j, now, then, *rates in zip(at.tolist(), closed, opened, *ends, *slopes, strict=True):
+            if j and now <= _SLIGHT:
+                continue
+            if self.base + j <= self.head and now + (0.0 if j else free[0]) < _WEAK:
+                continue
+            share, moved = crossing(*rates)
+            force = hertz(then + (0.0 if j else self.free[0]) + size * moved)
+            if force < _FLOOR:
+                continue
+            if self.base + j > self.head:
+                self._add_peak(j, size, share)
+            else:
+                self.late[j], self.since[j] = force, self.time + share * size
 
     def _add_peak(self, j: int, size: float, share: float) -> None:
         """Process a peak of the front at local contact j."""

@@ -66,19 +66,23 @@ def _rest(p: Sequence[float], bends: bool) -> float:
     return total
 
 
-def crossing(v0: FloatArray, v1: FloatArray, slope0: FloatArray, slope1: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Fractions of a step at which contacts stop closing, and their closures up to then, over the size of the step.
+def crossing(v0: float, v1: float, slope0: float, slope1: float) -> tuple[float, float]:
+    """Fraction of a step at which a contact stops closing, and its closure up to then, over the size of the step.
 
-    The velocities, arrays of the same shape, are interpolated by the cubic through values and slopes at both ends.
+    The velocity is interpolated by the cubic through values and slopes at both ends.
     """
     c, d = 3 * (v1 - v0) - 2 * slope0 - slope1, slope0 + slope1 - 2 * (v1 - v0)
-    share, low, high = v0 / (v0 - v1), np.zeros_like(v0), np.ones_like(v0)
+    share, low, high = v0 / (v0 - v1), 0.0, 1.0
     for _ in range(2):
         v = v0 + share * (slope0 + share * (c + share * d))
         slope = slope0 + share * (2 * c + share * 3 * d)
-        low, high = np.where(v > 0, share, low), np.where(v > 0, high, share)
-        share = share - v / slope
-        share = np.where((low < share) & (share < high), share, (low + high) / 2)
+        if v > 0:
+            low = share
+        else:
+            high = share
+        share = share - v / slope if slope else -1.0
+        if not low < share < high:
+            share = (low + high) / 2
     return share, share * (v0 + share * (slope0 / 2 + share * (c / 3 + share * d / 4)))
 
 
