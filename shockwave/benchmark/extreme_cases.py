@@ -262,14 +262,14 @@ def far_passage(case: Case, backend: Backend) -> Finding:
 
 
 def quickly(case: Case, backend: Backend) -> Finding:
-    """Prediction and simulation take less than a second; best of three new records."""
+    """Prediction and simulation take less than a second of computing time; best of two new records."""
     seconds = []
-    for _ in range(3):
+    for _ in range(2):
         scene = made(case.scene)
-        begin = time.perf_counter()
+        begin = time.process_time()
         predicted = Predictor().predict(*scene).amplification
         result = simulate(*scene, backend=backend, waves="primary")
-        seconds.append(time.perf_counter() - begin)
+        seconds.append(time.process_time() - begin)
     fastest = min(seconds)
     tight = simulate(*scene, rtol=1e-10, backend=backend, waves="primary")
     note = f"; predicted {predicted:.4g} F0; prediction and simulation took {fastest:.2g} s together"
@@ -299,9 +299,9 @@ def flying_apart(case: Case, backend: Backend) -> Finding:
 
 
 def tighter(case: Case, backend: Backend) -> Finding:
-    """The same chain at rtol 1e-9: the greatest force at every contact."""
+    """The same chain at rtol 1e-9, by the compiled code if it was built: the greatest force at every contact."""
     result: Any = _simulated(case, backend)
-    exact: Any = _simulated(case, backend, rtol=1e-9)
+    exact: Any = _simulated(case, "auto", rtol=1e-9)
     # contacts that the wave reaches at the end only have forces of no accuracy
     least = case.bound * exact.greatest_force.peak_force
     pairs = [pair for pair in zip(result.contacts, exact.contacts, strict=True) if pair[1].peak_force > least]

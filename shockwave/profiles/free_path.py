@@ -172,20 +172,17 @@ def of_samples(knots: FloatArray, forces: FloatArray, impulses: FloatArray, path
     widths, left, rise = np.diff(knots), forces[:-1], np.diff(forces)
     gain, square = 0.5 * widths * impulses[:-1], widths**2
     # I + w (f y + r y^2/2) and its integral in Chebyshev polynomials of z, where y = (1 + z)/2.
-    path = (
-        paths[:-1] + gain + square * (3 / 16 * left + 5 / 96 * rise),
-        gain + square * (left / 4 + 5 / 64 * rise),
-        square * (left / 16 + rise / 32),
-        square * (rise / 192),
-    )
-    impulse = (
-        impulses[:-1] + widths * (left / 2 + 3 / 16 * rise),
-        widths * (left / 2 + rise / 4),
-        widths * (rise / 16),
-        np.zeros_like(widths),
-    )
-    coefficients = np.array((path, impulse)).T.reshape(-1, 2)
-    return FreePath(_rows(knots[:-1], knots[1:], np.full(widths.size, 4)), coefficients, _ROUNDING)
+    coefficients = np.zeros((widths.size, 4, 2))
+    path, impulse = coefficients[:, :, 0].T, coefficients[:, :, 1].T
+    path[0] = paths[:-1] + gain + square * (3 / 16 * left + 5 / 96 * rise)
+    path[1] = gain + square * (left / 4 + 5 / 64 * rise)
+    path[2] = square * (left / 16 + rise / 32)
+    path[3] = square * (rise / 192)
+    impulse[0] = impulses[:-1] + widths * (left / 2 + 3 / 16 * rise)
+    impulse[1] = widths * (left / 2 + rise / 4)
+    impulse[2] = widths * (rise / 16)
+    table = coefficients.reshape(-1, 2)
+    return FreePath(_rows(knots[:-1], knots[1:], np.full(widths.size, 4)), table, _ROUNDING)
 
 
 def _rows(begin: FloatArray, end: FloatArray, count: npt.NDArray[np.int64]) -> FloatArray:

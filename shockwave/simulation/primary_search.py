@@ -60,8 +60,10 @@ def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: lis
         terms += len(path.coefficients)
         stops += problem.stops
         wanted += request.contacts
-    rows = np.concatenate([request.problem.path.rows for request in requests])
-    coefficients = np.concatenate([request.problem.path.coefficients for request in requests])
+    paths = [request.problem.path for request in requests]
+    # the table of a large record is not copied
+    rows = paths[0].rows if len(paths) == 1 else np.concatenate([path.rows for path in paths])
+    coefficients = paths[0].coefficients if len(paths) == 1 else np.concatenate([path.coefficients for path in paths])
     found = np.zeros((len(requests), len(Primary._fields) - 1))
     passages = np.full((len(wanted), 3), math.nan)
     passages[:, 0] = wanted
