@@ -146,3 +146,18 @@ def test_a_wave_that_will_meet_granules_in_motion_has_an_error_estimate_that_hol
     assert last.error_estimate is not None
     # from a run over twice the distance, at tolerances of 1e-9 and 1e-10
     assert abs(last.peak_force / 0.829823 - 1) < last.error_estimate
+
+
+def test_a_wave_behind_one_that_has_not_settled_is_no_more_accurate() -> None:
+    # plateaus of a staircase; the fifth wave has not settled, and will exchange momentum with those behind it
+    ends = [1.97, 3.09, 5.07, 6.40, 7.58, 8.64, 10.56, 11.04]
+    times = [0.0, 0.06, *(time for end in ends for time in (end, end + 0.06))]
+    forces = [0.0, *np.repeat([0.88, 0.73, 0.43, 1.0, 0.9, 0.26, 0.79, 0.6], 2), 0.0]
+    record = sw.Tabulated(times=np.array(times) * UNITS.time, forces=np.array(forces) * FORCE)
+    fifth, sixth, seventh = sw.simulate(sw.Shock(profile=record), CHAIN).waves[4:]
+    assert fifth.error_estimate is not None
+    assert sixth.error_estimate is not None
+    # from a run over twice the distance, at tolerances of 1e-9 and 1e-10; the seventh is 5 % too weak
+    assert abs(fifth.peak_force / 3.746283 - 1) < fifth.error_estimate
+    assert abs(sixth.peak_force / 2.236891 - 1) < sixth.error_estimate
+    assert seventh.error_estimate is None

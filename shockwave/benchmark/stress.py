@@ -1,4 +1,4 @@
-"""Run of the extreme cases, each in its own process with a time limit, and the results."""
+"""Run of the extreme cases, each in its own process with a time limit for each backend, and the results."""
 
 from __future__ import annotations
 
@@ -132,15 +132,15 @@ def stress(names: Iterable[str] = (), backend: str | None = None) -> Stress:
         If the backend is unknown or was not built.
     """
     backends = _backends(backend)
-    jobs = [(case, each) for case in find(names) for each in (backends if case.each_backend else backends[-1:])]
+    jobs = [(case, backends if case.each_backend else backends[-1:]) for case in find(names)]
     begin = time.perf_counter()
     rows: list[Row] = []
     start_server(modules=_MODULES)
     with ProcessPool(os.cpu_count() or 1, max_tasks=1, context=START) as pool:
-        futures = [pool.schedule(_in_process, (case.name, each), timeout=case.limit) for case, each in jobs]
+        futures = [pool.schedule(_in_process, (case.name, own), timeout=case.limit * len(own)) for case, own in jobs]
         try:
-            for (case, each), future in zip(counted("stress", jobs), futures, strict=True):
-                rows.append(_row(case, each, future))
+            for (case, own), future in zip(counted("stress", jobs), futures, strict=True):
+                rows += _rows(case, own, future)
         except KeyboardInterrupt:
             pool.stop()  # type: ignore[no-untyped-call]
             raise
@@ -153,10 +153,13 @@ def _backends(backend: str | None) -> tuple[Backend, ...]:
     return ("numpy",) if chosen(backend) is None else ("compiled",)
 
 
-def _in_process(name: str, backend: Backend) -> tuple[Finding, float]:
+def _in_process(name: str, backends: tuple[Backend, ...]) -> list[tuple[Finding, float]]:
     (case,) = find([name])
-    begin = time.perf_counter()
-    return checked(case, backend), time.perf_counter() - begin
+    found = []
+    for each in backends:
+        begin = time.perf_counter()
+        found.append((checked(case, each), time.perf_counter() - begin))
+    return found
 
 
 def checked(case: Case, backend: Backend) -> Finding:
@@ -168,12 +171,12 @@ def checked(case: Case, backend: Backend) -> Finding:
         return Finding(f"{type(error).__name__}: {error}", (f"raised in {place.name}, line {place.lineno}",))
 
 
-def _row(case: Case, backend: str, future: Future[tuple[Finding, float]]) -> Row:
-    """The row of a case, also of one that hangs or crashes."""
+def _rows(case: Case, backends: tuple[Backend, ...], future: Future[list[tuple[Finding, float]]]) -> list[Row]:
+    """The rows of a case, also of one that hangs or crashes."""
     try:
-        return Row(case, backend, *future.result())
+        return [Row(case, each, *found) for each, found in zip(backends, future.result(), strict=True)]
     except TimeoutError:
-        outcome = f"stopped at the time limit of {case.limit:g} s"
+        outcome = f"stopped at the time limit of {case.limit * len(backends):g} s"
     except ProcessExpired as error:
         outcome = f"the process ended with status {error.exitcode}"
-    return Row(case, backend, Finding(outcome, (outcome,)))
+    return [Row(case, each, Finding(outcome, (outcome,))) for each in backends]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from attrs import define, field
+from attrs import define, evolve, field
 
 from shockwave.chain.solitary_wave import SPEED
 from shockwave.measurement.course import Course
@@ -307,7 +307,12 @@ class ChainRun:
         """Keep what is needed to measure these waves."""
         for place, wave in enumerate(waves, start=self._removed):
             if outlook.passed(wave).rows:
-                self._transits.append(self._transit(outlook, place, wave))
+                transit = self._transit(outlook, place, wave)
+                if self._transits and place not in self._ready:  # it may gain what the wave ahead loses, as they meet
+                    ahead = self._transits[-1]
+                    lost = ahead.doubt * ahead.peak.force / transit.peak.force
+                    transit = evolve(transit, doubt=max(transit.doubt, lost))
+                self._transits.append(transit)
             else:
                 self.unread += 1
 
