@@ -27,11 +27,12 @@ autodoc_typehints = "none"
 
 
 def _materials() -> str:
-    rows = ["| name | E, GPa | nu | density, kg/m^3 | source |", "|---|---|---|---|---|"]
+    rows = ["| name | E, GPa | nu | density, kg/m^3 | yield, MPa | source |", "|---|---|---|---|---|---|"]
     for entry in registry.entries("materials"):
         if entry.distribution == OWN_DISTRIBUTION:
             m = registry.load("materials", entry.name)
-            figures = f"{m.youngs_modulus / 1e9:g} | {m.poisson_ratio:g} | {m.density:g}"
+            strength = "-" if m.yield_strength is None else f"{m.yield_strength / 1e6:g}"
+            figures = f"{m.youngs_modulus / 1e9:g} | {m.poisson_ratio:g} | {m.density:g} | {strength}"
             rows.append(f"| `{entry.name}` | {figures} | {m.source} |")
     return "\n".join(rows)
 

@@ -121,8 +121,8 @@ def declaration(spec: Quantity) -> dict[str, Quantity]:
     return {_KEY: spec}
 
 
-def one_of(*known: str) -> Any:
-    """Validator of an attrs field that holds one of the texts ``known``."""
+def one_of(*known: object) -> Any:
+    """Validator of an attrs field that holds one of the values ``known``."""
 
     def check(_: object, attribute: attrs.Attribute[Any], value: object) -> None:
         if value not in known:

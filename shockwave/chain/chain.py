@@ -10,7 +10,7 @@ from attrs import field, frozen
 
 from shockwave.chain.material import Material, checked_material
 from shockwave.errors import InvalidValueError
-from shockwave.fields import Quantity, declaration, quantity, radius_of
+from shockwave.fields import Quantity, declaration, one_of, quantity, radius_of
 
 if TYPE_CHECKING:  # a chain of equal spheres does not need them
     from shockwave.chain.contact_law import ContactLaw, PowerContact
@@ -70,6 +70,8 @@ class Chain:
         Damping at all contacts.
     contact : PowerContact or ContactLaw, optional
         Contact law, by default Hertz's.
+    elastic_only : bool
+        Whether to refuse results with forces beyond first yield, default False.
 
     Raises
     ------
@@ -88,6 +90,7 @@ class Chain:
     gravity: float = quantity("m/s**2", "acceleration of gravity towards the wall", at_least=0, default=0.0)
     damping: Damping | None = None
     contact: PowerContact | ContactLaw | None = field(default=None, converter=_contact)
+    elastic_only: bool = field(default=False, validator=one_of(False, True))
 
     def __init__(
         self,
@@ -101,6 +104,7 @@ class Chain:
         gravity: float = 0.0,
         damping: Damping | None = None,
         contact: PowerContact | ContactLaw | None = None,
+        elastic_only: bool = False,
     ) -> None:
         self.__attrs_init__(
             material=material,
@@ -111,6 +115,7 @@ class Chain:
             gravity=gravity,
             damping=damping,
             contact=contact,
+            elastic_only=elastic_only,
         )
         for name, value in (("mass", self.granule_mass), ("stiffness", self.contact_stiffness)):
             if not (math.isfinite(value) and value > 0):

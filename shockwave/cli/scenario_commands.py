@@ -75,7 +75,7 @@ def _run(options: Namespace, one: Callable[[Scenario], Any], row: Callable[[Any]
             documents.append(result.to_dict())
             done.append(result)
         except Exception as error:
-            text, code = failure(error)
+            text, code = failure(scenario.located(error))
             located = text.startswith(f"{scenario.path}:")
             problems.append(text if located else f"{scenario.path}: {text}")
             documents.append({"scenario": scenario.name, "error": text})

@@ -9,9 +9,10 @@ from typing import Any
 from attrs import field, frozen
 
 from shockwave.chain.chain import Chain
+from shockwave.chain.yielding import Yielding
 from shockwave.errors import NumericalError
 from shockwave.limit import LAST, WALL, LeavingForce, Limit, Verdict, plain_verdict, verdict
-from shockwave.measurement.contact_peaks import ContactPeak, Yielding, last_force
+from shockwave.measurement.contact_peaks import ContactPeak, last_force
 from shockwave.measurement.recording import Recording, plain
 from shockwave.measurement.result import Cost
 from shockwave.options import SimulateOptions
@@ -212,12 +213,12 @@ class ChainResult:
     @property
     def wave_warnings(self) -> tuple[str, ...]:
         """Warnings of the forces."""
-        return self.warnings
+        return (*self.warnings, *(self.yielding.warnings if self.yielding else ()))
 
     @property
     def all_warnings(self) -> tuple[str, ...]:
         """Warnings of the forces and the histories."""
-        return (*self.warnings, *self._recording[1])
+        return (*self.wave_warnings, *self._recording[1])
 
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``simulate --json``: SI floats, no NaN."""

@@ -14,10 +14,11 @@ from attrs import asdict, evolve
 
 from shockwave.chain.chain import Chain
 from shockwave.chain.impact import Impact
+from shockwave.chain.yielding import Yielding, beyond_elastic, first_yield_force
 from shockwave.errors import NumericalError
 from shockwave.measurement.chain_result import ChainResult, SegmentEnergy, Transmitted
 from shockwave.measurement.chain_setup import ChainSetup
-from shockwave.measurement.contact_peaks import ContactPeak, Yielding, first_yield_force
+from shockwave.measurement.contact_peaks import ContactPeak
 from shockwave.measurement.recording import Recording, sample_times
 from shockwave.measurement.repeated_runs import Runs, histories, runs_of
 from shockwave.measurement.result import Cost, SimulationResult
@@ -72,6 +73,9 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
     rebounding = None if loaded else _flying(-velocities, apart)
     spalls = None if loaded or case.has_wall else _flying(velocities[::-1], apart[::-1])
     notes = excitation.profile.notes if isinstance(excitation, Shock) else ()
+    yielding = _yielding(case, motion)
+    if error := beyond_elastic(chain, lambda: yielding):
+        raise error
     return ChainResult(
         excitation=excitation,
         chain=chain,
@@ -96,7 +100,7 @@ def simulate_chain(options: SimulateOptions, excitation: Shock | Impact, chain: 
         dissipated_energy=motion.dissipated * scales.energy,
         segments=tuple(_segments(case, motion)),
         end_energy=(float(motion.kinetic[-1]) + motion.end_energy) * scales.energy if movable else None,
-        yielding=_yielding(case, motion),
+        yielding=yielding,
         momentum_defect=abs(carried + impulse - momentum) / momentum,
         energy_defect=abs(motion.energy_balance) / energy,
         characteristic_time=scales.time,
@@ -215,7 +219,8 @@ def _yielding(case: ChainSetup, motion: Motion) -> Yielding | None:
         known.append(getattr(layout.wall.material, "yield_strength", None) or math.inf)
     softer = np.minimum(known[:-1], known[1:])
     at = np.flatnonzero(np.isfinite(softer))
-    if not at.size or layout.law is not None:
+    every = case.chain.elastic_only and at.size < softer.size
+    if not at.size or every or layout.law is not None:
         return None
     radii, moduli = layout.pairs.radii[at], layout.pairs.moduli[at]
     first = first_yield_force(radii, moduli, softer[at])

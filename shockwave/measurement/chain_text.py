@@ -59,8 +59,7 @@ def chain_answer(result: ChainResult) -> Iterator[tuple[str, str]]:
     if result.spall_velocities is not None:
         yield "free end", f"granules that fly off: {_speeds(result.spall_velocities, 'the last granule')}"
     if result.yielding is not None:
-        force, ratio = si(result.yielding.first_yield_force, "N", 4), result.yielding.peak_ratio
-        yield "first yield", f"at {force}; largest ratio of a peak force to the force of first yield {ratio:.4g}"
+        yield from result.yielding.facts()
     arrival = result.arrival_time
     wave = "does not reach the end" if arrival is None else f"arrives at {si(arrival, 's', _TIME_DIGITS)}"
     yield "simulated", f"to {si(result.end, 's', _TIME_DIGITS)}; the leading wave {wave}"

@@ -1,19 +1,10 @@
-"""Greatest forces at contacts, and the force at which a contact begins to yield."""
+"""Greatest forces at contacts."""
 
 from __future__ import annotations
-
-import math
-from typing import TypeVar
 
 from attrs import evolve, frozen
 
 from shockwave.limit import LeavingForce
-from shockwave.quadrature import FloatArray
-
-_Number = TypeVar("_Number", float, FloatArray)
-# Pressure at the centre of the contact at first yield, over the yield strength: 1.6 for a Poisson ratio of 0.3
-# (Johnson, Contact Mechanics, section 6.1).
-_PRESSURE = 1.6
 
 
 @frozen(kw_only=True)
@@ -39,32 +30,6 @@ class ContactPeak:
     time: float
     error_estimate: float
     static_force: float = 0.0
-
-
-@frozen(kw_only=True)
-class Yielding:
-    """First yield of the contacts.
-
-    Attributes
-    ----------
-    first_yield_force : float
-        Smallest force in the chain at which a contact begins to yield [N].
-    peak_ratio : float
-        Largest ratio of a peak force to the force at which its contact begins to yield.
-    """
-
-    first_yield_force: float
-    peak_ratio: float
-
-
-def first_yield_force(radius: _Number, modulus: _Number, strength: _Number) -> _Number:
-    """F_y = pi^3 R*^2 (1.6 sigma_y)^3 / (6 E*^2) [N], for the yield strength of the softer body.
-
-    ``radius`` R* [m], ``modulus`` E* [Pa] and ``strength`` sigma_y [Pa] are numbers, or arrays of the same shape.
-    """
-    pressure = _PRESSURE * strength
-    size = radius / modulus
-    return math.pi**3 / 6 * size * size * pressure * pressure * pressure
 
 
 def last_force(name: str, peak: ContactPeak | None, arrived: bool = True) -> LeavingForce:

@@ -10,9 +10,10 @@ from attrs import field, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import SolitaryWave
+from shockwave.chain.yielding import Yielding, yielding_of
 from shockwave.errors import NumericalError
 from shockwave.limit import LAST, WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
-from shockwave.measurement.contact_peaks import ContactPeak, Yielding, first_yield_force, last_force
+from shockwave.measurement.contact_peaks import ContactPeak, last_force
 from shockwave.measurement.measured_wave import MeasuredWave, Passage
 from shockwave.measurement.recording import Recording, plain
 from shockwave.options import SimulateOptions
@@ -278,12 +279,14 @@ class SimulationResult:
 
     @property
     def yielding(self) -> Yielding | None:
-        """First yield of the contacts, for the leading wave; None if the yield strength is not known."""
-        chain, strength = self.chain, self.chain.material.yield_strength
-        if strength is None:
+        """First yield of the contacts; None if the yield strength is not known.
+
+        The peak force is that of the leading wave or, if the option ``waves`` is ``train``, a greater contact force.
+        """
+        if self.chain.material.yield_strength is None:
             return None
-        first = first_yield_force(chain.radius / 2, chain.plane_strain_modulus / 2, strength)
-        return Yielding(first_yield_force=first, peak_ratio=self.peak_force / first)
+        top = self.greatest_force if self.options.waves == "train" else None
+        return yielding_of(self.chain, max(self.peak_force, 0.0 if top is None else top.peak_force))
 
     @property
     def recording(self) -> Recording | None:
@@ -327,8 +330,9 @@ class SimulationResult:
 
     @property
     def wave_warnings(self) -> tuple[str, ...]:
-        """Warnings of the leading wave, and of the train if it was requested."""
-        return self.warnings if self.options.waves == "primary" else (*self.warnings, *self.train.warnings)
+        """Warnings of the leading wave and of forces beyond first yield, and of the train if it was requested."""
+        train = () if self.options.waves == "primary" else self.train.warnings
+        return (*self.warnings, *train, *(self.yielding.warnings if self.yielding else ()))
 
     @property
     def all_warnings(self) -> tuple[str, ...]:

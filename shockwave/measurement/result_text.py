@@ -115,6 +115,8 @@ def wave_tables(result: SimulationResult) -> str:
 def result_details(result: SimulationResult) -> Iterator[tuple[str, str]]:
     """Labels and texts of the balances, the histories and the cost."""
     yield "applied momentum", si(result.applied_momentum, "N s")
+    if result.yielding is not None:
+        yield from result.yielding.facts()
     yield "balance", balance_text(result)
     yield from work_details(result)
 

@@ -6,10 +6,12 @@ import os
 import time
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from functools import partial
 from threading import Event
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 from shockwave.chain.chain import Chain, Scales
+from shockwave.chain.yielding import beyond_elastic
 from shockwave.errors import InvalidValueError, NumericalError, ShockwaveError
 from shockwave.measurement.recording import check_requests
 from shockwave.measurement.result import SimulationResult, Train
@@ -246,7 +248,7 @@ def _simulate_all(scenes: Sequence[tuple[Shock | Impact, Chain]], setup: Setup) 
         except ShockwaveError as error:
             results[index] = error
             continue
-        results[index] = SimulationResult(
+        result = SimulationResult(
             shock=shock,
             chain=chain,
             options=setup.options,
@@ -258,6 +260,7 @@ def _simulate_all(scenes: Sequence[tuple[Shock | Impact, Chain]], setup: Setup) 
             on_demand=_on_demand,
             measured=answer.train,
         )
+        results[index] = beyond_elastic(chain, partial(getattr, result, "yielding")) or result
     for index in set(range(len(scenes))).difference(results):
         from shockwave.measurement.chain_simulation import simulate_chain  # a chain of equal granules does not need it
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from attrs import asdict, field, frozen
 
 from shockwave.chain.solitary_wave import SolitaryWave
+from shockwave.chain.yielding import Yielding
 from shockwave.limit import WAVE, LeavingForce, Limit, Verdict, plain_verdict, verdict
 from shockwave.prediction.model_interface import Inequality, Regime, Relation
 from shockwave.profiles.base import Areas
@@ -143,6 +144,8 @@ class Outcome(_OnDemand[Estimate | None, tuple[float, float] | None]):
         Summary of shock and chain.
     limit : Limit or None
         Limit of the force that leaves the chain.
+    first_yield : callable
+        Function that computes the first yield of the contacts for a peak force [N].
     on_demand : callable
         Function that computes the accuracy when it is accessed.
     """
@@ -165,6 +168,7 @@ class Outcome(_OnDemand[Estimate | None, tuple[float, float] | None]):
     momentum_coefficient: float
     scene: Scene
     limit: Limit | None = None
+    first_yield: Callable[[float], Yielding | None] = field(eq=False, repr=False)
     on_demand: Callable[[], Accuracy[Estimate | None, tuple[float, float] | None]] = field(eq=False, repr=False)
 
     @property
@@ -180,15 +184,21 @@ class Outcome(_OnDemand[Estimate | None, tuple[float, float] | None]):
         return None if self.limit is None else verdict(self.limit, known)
 
     @property
+    def yielding(self) -> Yielding | None:
+        """First yield of the contacts, for the estimate if there is one; None if the yield strength is not known."""
+        return self.first_yield(self.peak_force if self.estimate is None else self.estimate.peak_force)
+
+    @property
     def shown_error(self) -> float:
         """Relative error that limits the printed digits; where it is not known, two digits are printed."""
         return 0.3 if self.expected_error is None else max(map(abs, self.expected_error))
 
     def to_dict(self) -> dict[str, Any]:
         """Document printed by ``predict --json``: SI floats, no NaN."""
-        left_out = ("on_demand", "limit")
+        left_out = ("on_demand", "limit", "first_yield")
         values = asdict(self, filter=lambda attribute, _: attribute.name not in left_out, value_serializer=_plain)
         own = {"regime": self.regime, "reason": self.reason or None, "ejection": None, "scene": self.scene.to_dict()}
+        own["yield"] = None if self.yielding is None else asdict(self.yielding)
         return {**values, **asdict(self.accuracy, value_serializer=_plain), **own, "verdict": plain_verdict(self)}
 
     def __str__(self) -> str:

@@ -123,4 +123,6 @@ def outcome_details(outcome: Outcome) -> Iterator[tuple[str, str]]:
     if powers := outcome.exponents:
         yield "scales as", f"R^{powers.radius:.3f} rho^{powers.density:.3f} E^{powers.youngs_modulus:.3f}"
     yield "applied momentum", si(outcome.applied_momentum, "N s")
+    if outcome.yielding is not None:
+        yield from outcome.yielding.facts()
     yield "model", outcome.model

@@ -12,6 +12,7 @@ from attrs import evolve, frozen
 
 from shockwave.chain.chain import Chain, Scales
 from shockwave.chain.solitary_wave import EXACT_COEFFICIENT, MOMENTUM, PAPER_COEFFICIENT, SolitaryWave
+from shockwave.chain.yielding import beyond_elastic, yielding_of
 from shockwave.errors import InvalidValueError
 from shockwave.fields import Quantity, quantity
 from shockwave.prediction.accuracy_of_many import Ranges, accuracies
@@ -172,9 +173,12 @@ class Predictor:
             except Exception as error:
                 found.append(error)
                 continue
-            found.append(self._outcome(shock, chain, one, answer, partial(ranges, len(scaled))))
             scaled.append(one)
             answers.append(answer)
+            found.append(self._outcome(shock, chain, one, answer, partial(ranges, len(scaled) - 1)))
+        for index, each in enumerate(found):
+            if isinstance(each, Outcome):
+                found[index] = beyond_elastic(chains[index], partial(getattr, each, "yielding")) or each
         return found
 
     @property
@@ -223,6 +227,7 @@ class Predictor:
             "areas": scaled.areas,
             "momentum_coefficient": coefficient,
             "scene": Scene.of(shock, chain),
+            "first_yield": partial(yielding_of, chain),
             "on_demand": partial(self._accuracy, shock, chain, scaled, answer, ranges),
         }
         if answer.ejection is not None:
@@ -252,6 +257,8 @@ class Predictor:
         warnings = [*[failed] * bool(failed), *answer.warnings, *[warning_of(problem)] * bool(problem)]
         own = answer.states_error and answer.expected_error is not None
         method = (answer.method or self.model) if own else "moments"
+        yielding = yielding_of(chain, answer.amplitudes[0] * shock.peak_force if problem else peak)
+        warnings += yielding.warnings if yielding is not None else ()
         return Accuracy(
             None if problem else Estimate(peak, low, high, method),
             problem or None,
@@ -295,8 +302,12 @@ class Predictor:
         results = Peaks.of(len(shocks))
         results.amplification[places] = found.amplification
         results.method[places] = np.where(found.method == "", self.model, found.method)
-        results.method[list(failures)] = ""
         forces = np.array([shock.peak_force for shock in shocks], dtype=float)
+        for index, each in enumerate(chains):
+            if error := beyond_elastic(each, partial(yielding_of, each, results.amplification[index] * forces[index])):
+                failures.setdefault(index, str(error))
+                results.amplification[index] = np.nan
+        results.method[list(failures)] = ""
         return Predictions(
             model=self.model,
             peak_force=results.amplification * forces,
@@ -309,9 +320,9 @@ class Predictor:
     def columns(self, shocks: Sequence[Shock], chains: Sequence[Chain]) -> PredictionColumns | None:
         """Predict shocks, each on its chain, with all results in columns; None for a model that has no such results."""
         model = load("models", self.model)
-        if not (isinstance(model, Model) and model.complete):
-            return None
         chains = list(chains)
+        if not (isinstance(model, Model) and model.complete) or any(chain.elastic_only for chain in chains):
+            return None
         together = self._scaled_many(shocks, chains)
         with blame("models", model):
             return prediction_columns(model.many(together.shocks, self._settings), together, shocks, chains)

@@ -135,6 +135,7 @@ CHAIN = (
     _CHAIN["precompression"],
     _CHAIN["gravity"],
     Key("damping", default=None, meaning="a mapping of model and its parameters"),
+    evolve(_CHAIN["elastic_only"], annotation=bool),
     Key("contact", default=None, meaning="exponent and stiffness, or model and its parameters; if omitted, Hertz's"),
 )
 #: Keys of the ``chain`` block that have blocks of their own; ``granules`` has one if it is a list.

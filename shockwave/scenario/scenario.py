@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from attrs import evolve, field, frozen
 
 from shockwave.chain.chain import Chain
-from shockwave.errors import Fault, NotCoveredError
+from shockwave.errors import Fault, InvalidValueError, NotCoveredError
 from shockwave.fields import quantity
 from shockwave.limit import Limit
 from shockwave.options import SimulateOptions
@@ -110,11 +110,18 @@ class Scenario:
         try:
             return evolve(self, chain=covered(self.chain, self.excitation, method))
         except NotCoveredError as error:
-            raise NotCoveredError(self._located(fault) for fault in error.faults) from None
+            raise self.located(error) from None
 
-    def _located(self, fault: Fault) -> Fault:
+    def located(self, error: Exception) -> Exception:
+        """``error``, with the places of its faults in the document where they concern a key there."""
+        if self.document is None or not isinstance(error, InvalidValueError):
+            return error
+        return type(error)(self._located(fault, self.document) for fault in error.faults)
+
+    @staticmethod
+    def _located(fault: Fault, document: Document) -> Fault:
         steps = steps_of(fault.path)
-        return fault if self.document is None else self.document.fault(steps, fault.problem, at_key=True)
+        return document.fault(steps, fault.problem, at_key=True) if steps[:2] in document.keys else fault
 
     @property
     def files(self) -> tuple[Path, ...]:

@@ -47,6 +47,8 @@ def normalised(scenario: Scenario) -> str:
         **_excitation(scenario),
         "simulate": {**_settings(scenario.simulate), "record": sorted(set(scenario.simulate.record))},
     }
+    if scenario.chain.elastic_only:
+        form["elastic_only"] = True
     if scenario.limit is not None:
         form["limit"] = attrs.asdict(scenario.limit)
     return json.dumps(_canonical(form), sort_keys=True, separators=(",", ":"), allow_nan=False)

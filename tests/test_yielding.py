@@ -1,0 +1,103 @@
+"""First yield: its force, the ratio in results, the warning beyond it, and chains that must remain elastic."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import attrs
+import pytest
+
+import shockwave as sw
+from shockwave import built_ins, cli
+from shockwave.chain.yielding import yielding_of
+from shockwave.errors import InvalidValueError
+from shockwave.registry import load
+
+#: The beads of the two published figures.
+STEEL = attrs.evolve(load("materials", "stainless-steel-302"), yield_strength=600e6)
+BEARING = attrs.evolve(load("materials", "bearing-steel-52100"), yield_strength=2e9)
+BEADS = sw.Chain(material=BEARING, diameter=9.5e-3)
+WITH_UNKNOWN = [sw.Segment(count=3), sw.Segment(count=3, material=load("materials", "ptfe"))]
+
+
+def shock(peak_force: float) -> sw.Shock:
+    return sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=peak_force, rise_time=2e-5)
+
+
+@pytest.mark.parametrize(("material", "first"), [(STEEL, 2.3), (BEARING, 76.8)], ids=["302", "52100"])
+def test_first_yield_of_two_beads_is_the_published_force(material: sw.Material, first: float) -> None:
+    found = yielding_of(sw.Chain(material=material, diameter=9.5e-3), 100.0)
+    assert found is not None
+    assert found.first_yield_force == pytest.approx(first, abs=0.05)  # the digits of the figures
+    assert found.peak_ratio == pytest.approx(100.0 / found.first_yield_force, rel=1e-15)
+
+
+def test_every_yield_strength_of_the_library_states_its_source() -> None:
+    materials = [load("materials", entry.name) for entry in built_ins.ENTRIES["materials"]]
+    known = [material for material in materials if material.yield_strength is not None]
+    assert len(known) >= 10
+    for material in known:
+        assert "yield strength of" in material.source
+        # metals yield at strains of 1e-4 to 2e-2: a slip of a power of ten shows here
+        assert 1e-4 < material.yield_strength / material.youngs_modulus < 2e-2
+
+
+@pytest.mark.parametrize(("peak_force", "beyond"), [(40.0, False), (200.0, True)], ids=["elastic", "beyond"])
+def test_results_state_the_ratio_and_warn_beyond_elastic_validity(peak_force: float, beyond: bool) -> None:
+    for result in (sw.Predictor().predict(shock(peak_force), BEADS), sw.simulate(shock(peak_force), BEADS)):
+        document = result.to_dict()
+        assert document["yield"]["first_yield_force"] == pytest.approx(76.776, rel=1e-4)
+        assert (document["yield"]["peak_ratio"] > 1) == beyond
+        assert any("elastic validity" in warning for warning in document["warnings"]) == beyond
+        assert "first yield" in str(result)
+
+
+def test_results_without_a_yield_strength_are_silent() -> None:
+    plain = attrs.evolve(BEADS, material=attrs.evolve(BEARING, yield_strength=None))
+    for result in (sw.Predictor().predict(shock(200.0), plain), sw.simulate(shock(200.0), plain)):
+        assert result.to_dict()["yield"] is None
+        assert "yield" not in str(result)
+
+
+def test_a_greater_force_than_that_of_the_leading_wave_counts() -> None:
+    result = sw.simulate(sw.Shock(profile=sw.Triangular(duration_ratio=3), peak_force=50.0, rise_time=2e-6), BEADS)
+    assert result.greatest_force is not None
+    assert result.yielding is not None
+    ratio = result.greatest_force.peak_force / result.yielding.first_yield_force
+    assert result.yielding.peak_ratio == pytest.approx(ratio, rel=1e-15)
+
+
+ELASTIC = attrs.evolve(BEADS, elastic_only=True)
+WALLED = attrs.evolve(ELASTIC, granules=[sw.Segment(count=6)], end=sw.Wall())
+UNKNOWN = attrs.evolve(ELASTIC, granules=WITH_UNKNOWN)
+
+
+@pytest.mark.parametrize("chain", [ELASTIC, WALLED], ids=["endless", "wall"])
+def test_an_elastic_chain_refuses_forces_beyond_first_yield(chain: sw.Chain) -> None:
+    assert sw.simulate(shock(5.0), chain).yielding is not None
+    with pytest.raises(InvalidValueError, match=r"^chain.elastic_only: must be left out for forces beyond first yield"):
+        sw.simulate(shock(400.0), chain)
+
+
+def test_an_elastic_chain_refuses_an_unknown_yield_strength() -> None:
+    with pytest.raises(InvalidValueError, match="where a yield strength is not known"):
+        sw.simulate(shock(1.0), UNKNOWN)
+
+
+def test_predictions_of_many_refuse_only_the_shocks_beyond_first_yield() -> None:
+    found = sw.Predictor().predict_many([shock(40.0), shock(200.0)], ELASTIC)
+    assert [index for index, _ in found.failures] == [1]
+    with pytest.raises(InvalidValueError, match="beyond first yield"):
+        sw.Predictor().predict(shock(200.0), ELASTIC)
+
+
+@pytest.mark.parametrize("command", ["predict", "simulate"])
+def test_the_refusal_names_the_place_in_the_file(command: str, tmp_path: Path, capsys: Any) -> None:
+    file = tmp_path / "s.yaml"
+    chain = {"material": "bearing-steel-52100", "diameter": "9.5 mm", "elastic_only": True}
+    pulse = {"profile": "triangular", "peak_force": "400 N", "rise_time": "20 us", "duration_ratio": 3}
+    file.write_text(json.dumps({"chain": chain, "shock": pulse}))
+    assert cli.main([command, str(file)]) == 3
+    assert "s.yaml:1:69: chain.elastic_only: must be left out" in capsys.readouterr().err
