@@ -29,6 +29,7 @@ from shockwave.scenario.block_keys import CHAIN, SCENARIO, keys_of, parameters_o
 from shockwave.scenario.chain_blocks import CELL, END, IMPACT, SEGMENT, TAPER
 from shockwave.scenario.loader import load_scenario
 from shockwave.scenario.scenario import Published, Scenario
+from shockwave.scenario.scene_family import Family
 from shockwave.scenario.sweep_block import SWEEP
 from shockwave.scenario.template import template
 
@@ -205,3 +206,30 @@ def test_loading_makes_few_calls(file: str) -> None:
     finally:
         sys.setprofile(None)
     assert 0 < calls.total() <= 430, calls.most_common(10)
+
+
+TIMES = {
+    "rise-duration": ("rise_time: 2 us, duration: 5 us", 2e-6, 2.5),
+    "rise-ratio": ("rise_time: 2 us, duration_ratio: 2.5", 2e-6, 2.5),
+    "duration-ratio": ("duration: 5 us, duration_ratio: 2.5", 2e-6, 2.5),
+}
+
+
+@pytest.mark.parametrize(("times", "rise_time", "ratio"), TIMES.values(), ids=TIMES)
+@pytest.mark.parametrize("profile", ["triangular", "tabulated"])
+def test_any_two_times_describe_a_shock(tmp_path, profile, times, rise_time, ratio):
+    own = ", parameters: {times: [0, 1, 3], forces: [0, 1, 0]}" if profile == "tabulated" else ""
+    path = tmp_path / "s.yaml"
+    path.write_text(
+        f"chain: {{material: copper, radius: 5 mm}}\nshock: {{profile: {profile}, peak_force: 1, {times}{own}}}"
+    )
+    shock = load_scenario(path).shock
+    assert (shock.rise_time, shock.profile.duration_ratio) == pytest.approx((rise_time, ratio), rel=1e-15)
+
+
+def test_with_both_times_a_sweep_of_one_changes_the_ratio(tmp_path):
+    path = tmp_path / "s.yaml"
+    shock = "{profile: triangular, peak_force: 1, rise_time: 2 us, duration: 5 us}"
+    path.write_text(f"chain: {{material: copper, radius: 5 mm}}\nshock: {shock}")
+    found = Family(load_scenario(path)).scenario({"shock.rise_time": 1e-6}).shock
+    assert (found.rise_time, found.profile.duration_ratio) == pytest.approx((1e-6, 5.0), rel=1e-15)

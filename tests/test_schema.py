@@ -97,6 +97,9 @@ ADMITTED = {
     "rare-unit": CHAIN.replace("1 mm", "1 thou") + SHOCK.replace("1 us", "3 /GHz"),
     "coefficient-as-number": CHAIN + SHOCK + "predict: {momentum_coefficient: 4.2}",
     "duration": CHAIN + SHOCK.replace("rise_time", "duration"),
+    "both-times": CHAIN + SHOCK.replace("duration_ratio: 2", "duration: 3 us"),
+    "times-of-a-record": CHAIN
+    + "shock: {profile: tabulated, rise_time: 1, duration: 3, parameters: {times: [0, 1, 2], forces: [0, 1, 0]}}",
     "record-of-its-own-size": CHAIN + "shock: {profile: tabulated, parameters: {times: [0, 1, 2], forces: [0, 1, 0]}}",
     "fixed-step": CHAIN + SHOCK + "simulate: {integrator: verlet, step: 0.01, rtol: null}",
     "no-name": CHAIN + SHOCK + "predict: {quadrature: null}\nsimulate: {integrator: null}",
@@ -132,7 +135,8 @@ REJECTED = {
     "no-material": ("chain: {radius: 1}\n" + SHOCK, "$.chain"),
     "no-force": (CHAIN + SHOCK.replace("peak_force: 1 N, ", ""), "$.shock"),
     "neither-time": (CHAIN + SHOCK.replace("rise_time: 1 us, ", ""), "$.shock"),
-    "both-times": (CHAIN + SHOCK.replace("rise_time", "duration: 1 s, rise_time"), "$.shock"),
+    "three-times": (CHAIN + SHOCK.replace("rise_time", "duration: 1 s, rise_time"), "$.shock"),
+    "duration-alone": (CHAIN + SHOCK.replace("rise_time: 1 us, duration_ratio: 2", "duration: 1 s"), "$.shock"),
     "no-ratio": (CHAIN + SHOCK.replace(", duration_ratio: 2", ""), "$.shock"),
     "no-parameters": (CHAIN + SHOCK.replace("triangular", "exponential"), "$.shock"),
     "half-of-the-parameters": (

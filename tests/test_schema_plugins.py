@@ -183,7 +183,7 @@ class TestPlugin:
             ("declared", "    # knots: [1]  # knots, each > 0 s"),
             ("undeclared", "    kind: odd"),
             ("undeclared", "    # weights: []"),
-            ("plain", "  # duration: 150 us  # total duration n t0, instead of the rise time, > 0 s"),
+            ("plain", "  # duration: 150 us  # total duration n t0, instead of t0 or n, > 0 s"),
         ],
     )
     def test_templates_hold_its_parameters_and_load(

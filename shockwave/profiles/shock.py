@@ -9,8 +9,8 @@ from shockwave.fields import Quantity, quantity, text_of
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.contract import examine
 
-#: The total duration, which can be given instead of the rise time.
-DURATION = Quantity("s", "total duration n t0, instead of the rise time", above=0)
+#: The total duration, which can be given instead of the rise time or the duration ratio.
+DURATION = Quantity("s", "total duration n t0, instead of t0 or n", above=0)
 
 
 @frozen(kw_only=True)

@@ -34,7 +34,8 @@ class Key:
     """A key of a block.
 
     ``annotation`` is the type of a key without a ``spec``; ``default`` is that of the constructor; ``kind`` is the
-    registry whose names are its values, and ``also`` are further ones. The key may replace those in ``instead_of``.
+    registry whose names are its values, and ``also`` are further ones. The key may replace those in ``instead_of``, or
+    one of those in ``one_of``.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Key:
     meaning: str = ""
     kind: str = ""
     instead_of: tuple[str, ...] = ()
+    one_of: tuple[str, ...] = ()
     also: tuple[str, ...] = ()
 
     @property
@@ -135,8 +137,8 @@ CHAIN = (
     _CHAIN["precompression"],
     _CHAIN["gravity"],
     Key("damping", default=None, meaning="a mapping of model and its parameters"),
-    evolve(_CHAIN["elastic_only"], annotation=bool),
     Key("contact", default=None, meaning="exponent and stiffness, or model and its parameters; if omitted, Hertz's"),
+    evolve(_CHAIN["elastic_only"], annotation=bool),
 )
 #: Keys of the ``chain`` block that have blocks of their own; ``granules`` has one if it is a list.
 CHAIN_BLOCKS = ("end", "damping", "contact")
@@ -149,7 +151,7 @@ SHOCK = (
     Key("profile", required=True, annotation=str, kind="profiles", meaning="a name from `shockwave list profiles`"),
     _needed("peak_force", "100 N"),
     _needed("rise_time", "15 us"),
-    Key("duration", spec=evolve(DURATION, example="150 us"), instead_of=("rise_time",)),
+    Key("duration", spec=evolve(DURATION, example="150 us"), one_of=("rise_time", "duration_ratio")),
     Key("duration_ratio", spec=_RATIO),
     Key("parameters", default=None, meaning="parameters of the profile"),
 )

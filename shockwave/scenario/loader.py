@@ -315,6 +315,7 @@ class _Loading:
         values, valid = self.values(("shock",), data, shock_keys(cls))
         if cls is None:
             return None
+        valid = self._two_times(cls, values) and valid
         # The profile is built even if another key has an error, so that errors of its constructor are reported too.
         profile = self._profile(cls, given, values)
         if profile is None or not valid:
@@ -322,6 +323,21 @@ class _Loading:
         sizes: dict[str, Any] = {key: values[key] for key in _SIZES if key in values}
         make = Shock.of_duration if "duration" in sizes else Shock
         return self.build(make, {"profile": profile, **sizes}, ("shock",), {"": ("shock", "profile")}, cls)
+
+    def _two_times(self, cls: Any, values: dict[str, Any]) -> bool:
+        """Replace a duration beside a rise time by their ratio; false, with a fault, if it is not one of the profile."""
+        if not {"rise_time", "duration"} <= values.keys() or "duration_ratio" in values:
+            return True
+        own = [key.spec for key in keys_of(cls) if key.name == "duration_ratio"]
+        ratio = values.pop("duration") / values["rise_time"]
+        problem = "must be left out if rise_time is given, because the profile has its own duration ratio (delete one)"
+        if own:
+            problem = own[0].problem(ratio) if own[0] is not None else None
+        if problem:
+            self.add(("shock", "duration"), f"over rise_time {problem}" if own else problem)
+        elif own:
+            values["duration_ratio"] = ratio
+        return not problem
 
     def _profile(self, cls: Any, given: Mapping[str, Any], shock: Mapping[str, Any]) -> Any:
         """Profile of the ``given`` block with the valid values ``shock``; None if the profile has errors."""

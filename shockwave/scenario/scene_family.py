@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 # Shocks that are kept: a bound on the memory of a long sweep.
 _MOST_KNOWN = 1024
+# Keys of the shock, beside its parameters, that change its profile.
+_RESHAPING = ("shock.profile", "shock.duration_ratio")
 
 
 class FamilyScene(NamedTuple):
@@ -83,9 +85,13 @@ class Family:
         """The parts of the scenario that depend on ``values``; see `scenario`."""
         parts: defaultdict[str, dict[str, Any]] = defaultdict(dict)
         shape = {}
+        given = self.base.document.data.get("shock") if self.base.document is not None else None
+        # with both times in the document, each of them changes the duration ratio
+        both = isinstance(given, Mapping) and {"rise_time", "duration"} <= given.keys()
+        reshaping = (*_RESHAPING, "shock.rise_time", "shock.duration") if both else _RESHAPING
         for name, value in values.items():
             block, _, last = name.rpartition(".")
-            if block == "shock.parameters" or name in ("shock.profile", "shock.duration_ratio"):
+            if block == "shock.parameters" or name in reshaping:
                 shape[name] = value
             elif block in BLOCKS:
                 parts[block][last] = value

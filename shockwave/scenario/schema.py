@@ -143,11 +143,12 @@ def _mapping(own: Sequence[Key]) -> Form:
     """A mapping with these keys only, and without two keys for one value."""
     properties = {key.name: _value(key) for key in own}
     form: Form = {"type": "object", "properties": properties, "additionalProperties": False}
-    return form | _never([(key.name, other) for key in own for other in key.instead_of])
+    pairs = [(key.name, other) for key in own for other in key.instead_of]
+    return form | _never([*pairs, *((key.name, *key.one_of) for key in own if key.one_of)])
 
 
-def _never(pairs: Sequence[tuple[str, str]]) -> Form:
-    """Pairs of keys of which a mapping must not have both."""
+def _never(pairs: Sequence[tuple[str, ...]]) -> Form:
+    """Pairs of keys, or more keys, of which a mapping must not have all."""
     doubled = [{"required": list(pair)} for pair in pairs]
     # `required` alone accepts everything that is not a mapping
     return {"not": {"type": "object", "anyOf": doubled}} if doubled else {}
@@ -159,8 +160,13 @@ def _required(own: Sequence[Key]) -> Form:
     names = [key.name for key in own if key.required]
     either = [(name, substitutes[name]) for name in names if name in substitutes]
     form: Form = {"required": [name for name in names if name not in substitutes]}
-    if either:
-        form["allOf"] = [{"anyOf": [{"required": [name]} for name in pair]} for pair in either]
+    groups = [[[name] for name in pair] for pair in either]
+    for key in own:
+        if group := [name for name in form["required"] if name in key.one_of]:
+            form["required"] = [name for name in form["required"] if name not in group]
+            groups.append([group, *([key.name, *(one for one in group if one != name)] for name in group)])
+    if groups:
+        form["allOf"] = [{"anyOf": [{"required": names} for names in group]} for group in groups]
     return form
 
 
@@ -183,7 +189,7 @@ def _of_profile(name: str) -> tuple[Form, Form]:
     if any(key.required for key in parameters):
         of_shock["required"].append("parameters")
         of_shock["properties"] = {"parameters": {"type": "object"} | needed}
-    return {"properties": rules}, of_shock
+    return {"properties": rules} | _never([] if ratios else [("rise_time", "duration")]), of_shock
 
 
 def _dotted() -> Form:

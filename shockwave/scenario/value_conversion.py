@@ -71,6 +71,14 @@ def _of_keys(given: Mapping[str, Any], keys: Sequence[Key]) -> Iterator[Wrong]:
         if name in given and other in given:
             yield Wrong((other,), f"must be left out if {name} is given (got both; delete one)", at_key=True)
     for key in keys:
+        if not key.one_of:
+            continue
+        if given.keys() >= {key.name, *key.one_of}:
+            problem = f"must be left out if {listed(key.one_of, 'and')} are given (got all; delete one)"
+            yield Wrong((key.name,), problem, at_key=True)
+        missing = [other.name for other in keys if other.required and other.name in {*key.one_of}.difference(given)]
+        substitutes += [(name, key.name) for name in missing if key.name not in given or len(missing) == 1]
+    for key in keys:
         other = dict(substitutes).get(key.name, "")
         if key.required and key.name not in given and other not in given:
             words = filter(None, ("got nothing", key.purpose, other and f"or give {other}"))
