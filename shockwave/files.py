@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import json
 import os
 import stat
@@ -65,21 +66,40 @@ def read_bytes(path: _Path, limit: int, remedy: str = "") -> bytes:
     return data
 
 
-def read_text(path: _Path, limit: int) -> str:
-    """UTF-8 text of a regular file of at most ``limit`` bytes, without a byte order mark.
+def read_text(path: _Path, limit: int, encoding: str | None = None) -> tuple[str, str]:
+    """Text of a regular file of at most ``limit`` bytes, without a byte order mark, and its encoding.
+
+    By default the encoding is found: UTF-16 by its byte order mark or its zero bytes, otherwise UTF-8 if the file is
+    valid UTF-8, otherwise cp1252.
 
     Raises
     ------
     FileAccessError
-        As for `read_bytes`, and when the file is not UTF-8 text; ``__cause__`` is then the UnicodeDecodeError.
+        As for `read_bytes`, and when the file is not text in the encoding; ``__cause__`` is then the
+        UnicodeDecodeError.
     """
     data = read_bytes(path, limit)
+    encoding = encoding or _encoding(data)
     try:
-        return data.decode("utf-8-sig")
+        return data.decode("utf-8-sig" if encoding == "utf-8" else encoding), encoding
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         got = f"the byte 0x{data[error.start]:02x} in line {line}"
-        raise _error(path, "must be UTF-8 text", got, "save it as UTF-8") from error
+        raise _error(path, f"must be text in {encoding}", got, "set encoding, or save it as UTF-8") from error
+
+
+def _encoding(data: bytes) -> str:
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return "utf-16"
+    start = data[:1000]
+    for first, name in ((1, "utf-16-le"), (0, "utf-16-be")):
+        if 4 * start[first::2].count(0) > len(start):  # every second byte of Latin text is zero
+            return name
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError:
+        return "cp1252"
+    return "utf-8"
 
 
 def parse_json(text: str | bytes, name: str, remedy: str = "") -> Any:

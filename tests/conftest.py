@@ -48,9 +48,9 @@ class Pulse(Triangular):
 NUMERICAL = {
     "automatic_model", "backends", "chain", "conditions", "curve", "design", "docs", "extremes", "finite_chains",
     "free_path", "integrators", "many", "march", "measurement", "moments", "numerics", "paper_tables", "predictor",
-    "primary", "profile_contract", "profiles", "profiles_digits", "quadratures", "recording", "records", "section4",
-    "simulation", "solitary_wave", "stress", "tabulated", "testing", "testing_integrators",
-    "testing_quadratures", "train", "trust", "uncertainty",
+    "primary", "profile_contract", "profiles", "profiles_digits", "quadratures", "record_styles", "recording",
+    "records", "section4", "simulation", "solitary_wave", "stress", "tabulated", "testing", "testing_integrators",
+    "testing_quadratures", "train", "trust", "uncertainty", "yielding",
 }
 # fmt: on
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from shockwave.errors import FileAccessError, InvalidValueError, ShockwaveError
 from shockwave.profiles.record_file import Record, read_record
+from shockwave.profiles.record_format import RecordFormat
 
 TIMES = [0.0, 0.5, 1.0, 2.5]
 FORCES = [0.0, 2.0, 1.25, 0.0]
@@ -98,8 +99,10 @@ def test_units_of_the_header_are_converted(read, header, separator, time_unit, f
 COMMA = rows()
 SWAPPED = "".join(f"{f},{t}\n" for t, f in zip(TIMES, FORCES, strict=True))
 MANY = "".join(f"1,{t},20,{f}\n" for t, f in zip(TIMES, FORCES, strict=True))
-NO_TIME = "The time column has no unit: seconds are assumed. A header such as 'time [s]' states the unit."
-NO_FORCE = "The force column has no unit: newtons are assumed. A header such as 'force [N]' states the unit."
+NO_TIME = (
+    "The time column has no unit: seconds are assumed. A header such as 'time [s]', or time_unit, states the unit."
+)
+NO_FORCE = "The force column has no unit: newtons are assumed. A header such as 'force [N]', or unit, states the unit."
 NOTED: dict[str, tuple[str, list[str]]] = {
     "no-header": (COMMA, [NO_TIME, NO_FORCE]),
     "comment": (
@@ -121,6 +124,58 @@ def test_assumptions_are_noted(read, text, notes):
     assert list(record.notes) == notes
 
 
+#: Headers of columns that are not known to be seconds and newtons, and the key that the error names.
+DOUBTFUL = {
+    "time_ms,overpressure_kPa": "set area",
+    "time [s],p [bar]": "set area",
+    "time [s],Überdruck": "set area",
+    "time [ms],a [m/s²]": "set mass",
+    "t_ms,acc_g": "set mass",
+    "time [s],Beschleunigung": "set mass",
+    "time [s],CH1": "set unit",
+    "time [s],CH1 [V]": "set unit",
+    "time [s],load_tonnes": "set unit",
+    "time [s],force [kg]": "set unit",
+    "time_usec,force [N]": "set time_unit",
+    "displacement_mm,force_kN": "set time_unit",
+}
+
+
+@pytest.mark.parametrize("header", DOUBTFUL)
+def test_a_column_of_another_quantity_is_never_read_as_seconds_or_newtons(read, header):
+    (fault,) = faults_of(read, f"{header}\n{COMMA}")
+    assert fault.startswith(":1: unit of ")
+    assert DOUBTFUL[header] in fault
+
+
+@pytest.mark.parametrize(
+    ("header", "key", "value"),
+    [("time [s],p [kPa]", "mass", 2.0), ("time [s],force [N]", "area", 1e-3), ("time [s],a [g]", "unit", "N")],
+    ids=["pressure-as-acceleration", "force-as-pressure", "acceleration-as-newtons"],
+)
+def test_a_key_that_contradicts_the_header_is_refused(tmp_path, header, key, value):
+    path = tmp_path / "pulse.csv"
+    path.write_text(f"{header}\n{COMMA}")
+    with pytest.raises(InvalidValueError, match="must be that of a"):
+        read_record(path, RecordFormat(**{key: value}))
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        ({"area": 1.0, "mass": 1.0}, "mass: must be left out if area is given"),
+        ({"decimal": ",", "thousands": ","}, "thousands: must not be the decimal sign"),
+        ({"sign": 2}, "sign: must be 1 or -1"),
+        ({"columns": [1]}, "columns: must be two names or numbers"),
+        ({"encoding": "ebcdic"}, "encoding: must be None, utf-8, utf-16, cp1252 or latin-1"),
+    ],
+    ids=["area-and-mass", "marks", "sign", "one-column", "encoding"],
+)
+def test_settings_that_are_wrong_are_refused(settings, sentence):
+    with pytest.raises(InvalidValueError, match=f"^{sentence}"):
+        RecordFormat(**settings)
+
+
 NUMBER = "must be a finite number of"
 #: The text, and how each error begins after the name of the file.
 REFUSED: dict[str, tuple[str, list[str]]] = {
@@ -138,11 +193,21 @@ REFUSED: dict[str, tuple[str, list[str]]] = {
         "0,1,2\n1,2,3\n",
         [":1: columns: must include one time and one force column (got 3 columns: no header"],
     ),
+    "thousands-or-decimals": (
+        "t [s];F [N]\n0;0\n1;1.250\n2;0\n",
+        [":3: decimal: must be given, because all numbers have three digits after their marks (got '1.250'; set"],
+    ),
+    "thousands": ("0;0\n0,5;1.250,5\n", [f":2: force: {NUMBER} N (got '1.250,5'; set thousands: '.'"]),
+    "unknown-unit": (f"time [s],[V]\n{COMMA}", [":1: unit of force: must be a unit of force (got 'V'; set unit"]),
+    "metadata": (
+        f"Model,X\nPoints,4\nt [s],F [N]\n{COMMA}",
+        [":2: row: must be numbers: only one header line is allowed (got 'Points,4'; to skip what is above it set"],
+    ),
     "decimal-comma": (
         "0,5 1,5\n",
         [":1: columns: must include one time and one force column (got 3 columns: no header"],
     ),
-    "two-decimal-signs": ("0;0\n0,5;1\n1;1.0\n", [f":3: force: {NUMBER} N (got '1.0'; use the decimal comma"]),
+    "two-decimal-signs": ("0;0\n0,5;1\n1;1.0\n", [f":3: force: {NUMBER} N (got '1.0'; set decimal"]),
     "long-line": ("0,0\n" + "1," * 20_000, [":2: row: must have at most 10000 characters (got 40000)"]),
     "empty": ("", [": rows: must be numbers, with a time and a force"]),
     "word": ("# c\n\n0,0\n1,x\n", [f":4: force: {NUMBER} N (got 'x'; correct or delete the row)"]),
@@ -178,9 +243,9 @@ def test_a_path_that_cannot_be_read_is_reported(tmp_path, name, sentence):
         read_record(tmp_path / name)
 
 
-def test_a_file_that_is_not_utf8_names_byte_and_line(read):
-    with pytest.raises(FileAccessError, match="got the byte 0xb5 in line 2; save it as UTF-8"):
-        read(b"# c\ntime [\xb5s], force [N]\n0,0\n")
+def test_a_file_in_no_known_encoding_names_byte_and_line(read):
+    with pytest.raises(FileAccessError, match="got the byte 0x81 in line 2; set encoding, or save it as UTF-8"):
+        read(b"# c\ntime [\x81s], force [N]\n0,0\n")
 
 
 # ---------------------------------------------------------------- anything at all

@@ -11,6 +11,9 @@ from shockwave.chain.impact import Impact
 from shockwave.chain.segments import Segment, Taper, each_segment
 from shockwave.errors import Fault, NotCoveredError
 
+# Key of a record that keeps negative forces.
+_PULLING = "shock.parameters.negative"
+
 
 def scene_faults(chain: Chain, excitation: object) -> list[Fault]:
     """Errors of a chain beyond equal spheres, or under an impact."""
@@ -45,14 +48,18 @@ def covered(chain: Chain, excitation: object, method: str) -> Chain:
         If the scene has further features; it lists all of them.
     """
     equal = reduced(chain)
-    if equal is not None and not isinstance(excitation, Impact):
+    pulls = getattr(getattr(excitation, "profile", None), "pulls", False)
+    if equal is not None and not isinstance(excitation, Impact) and not pulls:
         return equal
     features = [] if chain.is_uniform else [(f"chain.{path}", reason) for path, reason in _further(chain)]
     if isinstance(excitation, Impact):
         features.append(("impact", "a striker"))
+    if pulls:
+        features.append((_PULLING, "pulling forces"))
     rule = f"must be left out for {method}, which covers only shocks on chains of equal granules with free ends"
+    rules = {_PULLING: f"must be zero for {method}, which covers no negative forces"}
     raise NotCoveredError(
-        Fault(path, f"{rule} (got {reason}; simulate instead)")
+        Fault(path, f"{rules.get(path, rule)} (got {reason}; simulate instead)")
         for path, reason in features or [("chain.granules", "1 granule")]
     )
 

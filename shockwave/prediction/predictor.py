@@ -188,7 +188,8 @@ class Predictor:
 
     def _covered(self, shock: Shock, chain: Chain) -> Chain:
         """The chain as a number of equal granules; raises NotCoveredError if it has further features."""
-        if isinstance(chain, Chain) and not (chain.is_uniform and isinstance(shock, Shock)):
+        equal = isinstance(chain, Chain) and chain.is_uniform and isinstance(shock, Shock) and not shock.profile.pulls
+        if isinstance(chain, Chain) and not equal:
             from shockwave.chain.coverage import covered  # not needed for equal granules
 
             chain = covered(chain, shock, self.name)

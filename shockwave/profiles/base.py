@@ -90,6 +90,11 @@ class ShockProfile(abc.ABC):
         return None
 
     @property
+    def pulls(self) -> bool:
+        """Whether the force is negative somewhere; only a record can be, and only simulations cover it."""
+        return False
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """Sentences that state the changes made to the given data."""
         return ()

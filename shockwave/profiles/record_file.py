@@ -1,11 +1,11 @@
-"""Force records in text files with a time and a force column, as oscilloscopes and data loggers write them."""
+"""Records in text files with a time and a force column, as oscilloscopes and data loggers write them."""
 
 from __future__ import annotations
 
 import math
 import pathlib
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from typing import NoReturn
 
@@ -14,8 +14,19 @@ import numpy.typing as npt
 from attrs import frozen
 
 from shockwave.errors import Fault, InvalidValueError
-from shockwave.fields import text_of
+from shockwave.fields import listed, text_of
 from shockwave.files import read_text
+from shockwave.profiles.record_format import (
+    BARE_UNITS,
+    DECIMALS,
+    FORCE_NAMES,
+    THOUSANDS,
+    TIME_NAMES,
+    RecordFormat,
+    force_factor,
+    is_unit,
+    time_factor,
+)
 from shockwave.quadrature import FloatArray
 
 # Largest file [bytes]: a larger one is not a force record, and reading it would exhaust the memory.
@@ -26,17 +37,11 @@ _LONGEST_LINE = 10_000
 _MOST_FAULTS = 20
 
 _ROW_OF_NUMBERS = re.compile(r'(?i)["\s]*[+-]?(?:[.,]?[0-9]|(?:nan|inf|infinity)\b)')
-# Only products and single-digit powers of words: parsing a longer expression could take unbounded time.
-_FACTOR = r"[A-Za-zµμ]{1,20}(?:(?:\*\*|\^)-?[0-9])?"
-_UNIT = re.compile(rf"{_FACTOR}(?: ?[*·/] ?{_FACTOR}){{0,4}}")
-# Units that are recognised without brackets.
-_BARE_UNITS = "s|ms|us|µs|μs|ns|N|mN|kN|MN|lbf|kgf"
-# time [us], time (us), time/us, time_us, us or time
-_LABEL = re.compile(rf"(.*?)\s*(?:\[([^\[]*)\]|\(([^(]*)\)|/([^\[(]*)|(?:^|[_ ])({_BARE_UNITS}))?")
-
-_TIME_NAMES = frozenset({"time", "t", "zeit", "temps", "tempo", "tiempo"})
-_FORCE_NAMES = frozenset({"force", "f", "load", "kraft", "forza", "fuerza"})
-_SI_UNITS = (("s", "time", "seconds"), ("N", "force", "newtons"))
+# time [us], time (us), time_us, time/us, us or time
+_LABEL = re.compile(rf"(.*?)\s*(?:\[([^\[]*)\]|\(([^(]*)\)|(?:^|[_ ])({BARE_UNITS})|/([^\[(]*))?")
+# A number that may have thousands marks, or a decimal sign and three decimals.
+_GROUPED = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:([.,])[0-9]{3})(?:\1[0-9]{3})*")
+_NARROW_SPACES = str.maketrans("\xa0\u202f", "  ")
 
 _COMMENTS = ("#", "%", "//")
 
@@ -65,10 +70,11 @@ class Record:
 
 @frozen
 class _Text:
-    """The lines of a file, the column separator, and the index of the first row of numbers."""
+    """The lines of a file, its format, the column separator, and the index of the first row of numbers."""
 
     path: pathlib.Path
     lines: list[str]
+    form: RecordFormat
     separator: str
     first: int
 
@@ -88,19 +94,21 @@ class _Text:
     @property
     def comma_hint(self) -> str:
         """Hint for a wrong number of columns."""
-        hint = "; if the comma is the decimal separator, separate the columns by semicolons"
+        hint = "; if the comma is the decimal separator, separate the columns by semicolons or set decimal: ','"
         return hint if self.separator == "," else ""
 
 
-def read_record(path: pathlib.Path) -> Record:
+def read_record(path: pathlib.Path, form: RecordFormat | None = None) -> Record:
     """Read a time column and a force column.
 
     Parameters
     ----------
     path : pathlib.Path
-        UTF-8 text. Columns are separated by commas, semicolons, tabs or spaces; with semicolons or tabs the decimal
+        Text. Columns are separated by commas, semicolons, tabs or spaces; with semicolons or tabs the decimal
         sign can be a comma. A header line can name the columns and, in brackets or after a slash, their units. Blank
         lines and comments (``#``, ``%``, ``//``) are ignored.
+    form : RecordFormat, optional
+        What the file does not state.
 
     Returns
     -------
@@ -110,29 +118,37 @@ def read_record(path: pathlib.Path) -> Record:
     Raises
     ------
     FileAccessError
-        If the file is missing, not a regular file, not UTF-8, or larger than 128 MiB.
+        If the file is missing, not a regular file, not text, or larger than 128 MiB.
     InvalidValueError
-        If the file does not have a time and a force column of finite numbers; each error states its line.
+        If the file does not have a time and a force column of finite numbers, or the force column is a record of
+        another quantity; each error states its line.
     """
-    text = _text(pathlib.Path(path))
     notes: list[str] = []
-    header, names, units = _header(text, notes)
-    picks = _picks(text, names, notes)
-    factors = _factors(text, header, [units[pick] for pick in picks], notes)
+    text = _text(pathlib.Path(path), form or RecordFormat(), notes)
+    header, labels = _header(text, notes)
+    names, units = zip(*map(_name_and_unit, labels), strict=True)
+    picks = _picks(text, labels, names, notes)
+    factors = _factors(text, header, [names[pick] for pick in picks], [units[pick] for pick in picks], notes)
     rows = text.kept(text.first, len(text.lines))
     table = _numbers(text, rows, len(names), picks) * factors
     return Record(table[:, 0].copy(), table[:, 1].copy(), tuple(notes), np.array(rows) + 1)
 
 
-def _text(path: pathlib.Path) -> _Text:
+def _text(path: pathlib.Path, form: RecordFormat, notes: list[str]) -> _Text:
     """Read the file and find its first row of numbers and its column separator."""
-    lines = read_text(path, _MOST_BYTES).replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    first = next((index for index, line in enumerate(lines) if _ROW_OF_NUMBERS.match(line)), None)
+    whole, encoding = read_text(path, _MOST_BYTES, form.encoding)
+    if encoding == "cp1252" and form.encoding is None:
+        notes.append("The file is not UTF-8 and was read as cp1252.")
+    lines = whole.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    numbers = (index for index, line in enumerate(lines) if index >= form.skip_rows and _ROW_OF_NUMBERS.match(line))
+    first = next(numbers, None)
     if first is None:
         problem = "must be numbers, with a time and a force in each row (got no row of numbers)"
         raise InvalidValueError([Fault("rows", problem, str(path))])
-    separator = next((mark for mark in (";", "\t", ",") if mark in lines[first].strip()), "")
-    text = _Text(path, lines, separator, first)
+    row = re.sub(r'"[^"]*"', "", lines[first].strip())
+    comma = [] if "," in (form.decimal, form.thousands) and '"' not in lines[first] else [","]
+    separator = next((mark for mark in (";", "\t", *comma) if mark in row), "")
+    text = _Text(path, lines, form, separator, first)
     long = next((index for index, line in enumerate(lines) if len(line) > _LONGEST_LINE), None)
     if long is not None:
         text.refuse(long, "row", f"must have at most {_LONGEST_LINE} characters (got {len(lines[long])})")
@@ -141,12 +157,19 @@ def _text(path: pathlib.Path) -> _Text:
 
 def _cells(line: str, separator: str) -> list[str]:
     """Cells of a line, without quotes and without the empty cell after a trailing separator."""
-    cells = [cell.strip("\"' \t") for cell in line.strip().split(separator or None)]
+    if separator and '"' in line:  # a separator between quotes belongs to the cell
+        line = re.sub(r'"[^"]*"', lambda quoted: quoted[0].replace(separator, "\0"), line)
+    cells = [cell.strip("\"' \t").replace("\0", separator) for cell in line.strip(" \n").split(separator or None)]
     return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
 
 
-def _number(cell: str, decimal: str = ".") -> float:
+def _number(cell: str, decimal: str = ".", thousands: str | None = None) -> float:
     """The number in a cell; NaN if the cell is not a number."""
+    if thousands:
+        cell = cell.translate(_NARROW_SPACES)
+        mark = re.escape(thousands)
+        if re.match(rf"[+-]?[0-9]{{1,3}}(?:{mark}[0-9]{{3}})+(?![0-9{mark}])", cell):
+            cell = cell.replace(thousands, "")
     if "_" in cell or (decimal == "," and "." in cell):
         return math.nan
     try:
@@ -158,18 +181,18 @@ def _number(cell: str, decimal: str = ".") -> float:
 # ---------------------------------------------------------------- header
 
 
-def _header(text: _Text, notes: list[str]) -> tuple[int, list[str], list[str]]:
-    """Index of the header line, counted from 0, with names and units of the columns, empty if not given."""
-    headers = text.kept(0, text.first)
+def _header(text: _Text, notes: list[str]) -> tuple[int, list[str]]:
+    """Index of the header line, counted from 0, and its cells, empty if there is none."""
+    headers = text.kept(text.form.skip_rows, text.first)
     count = len(_cells(text.lines[text.first], text.separator))
     if len(headers) > 1:
-        got = f"got {text_of(text.lines[headers[1]])}; put # before text"
+        got = f"got {text_of(text.lines[headers[1]])}; to skip what is above it set skip_rows: {headers[-1]}"
         text.refuse(headers[1], "row", f"must be numbers: only one header line is allowed ({got})")
     if not headers:
         headers = _header_in_comment(text, count)
         notes += [f"The column names were read from the comment in line {index + 1}." for index in headers]
     if not headers:
-        return text.first, [""] * count, [""] * count
+        return text.first, [""] * count
     (index,) = headers
     cells = _labels(text, index)
     if any(math.isfinite(_number(cell)) for cell in cells):
@@ -177,9 +200,8 @@ def _header(text: _Text, notes: list[str]) -> tuple[int, list[str], list[str]]:
         text.refuse(index, "row", f"must be either column names or numbers, not both (got {got})")
     if len(cells) != count:
         got = f"got {len(cells)} names; line {text.first + 1} has {count}{text.comma_hint}"
-        text.refuse(index, "header", f"must name every column ({got})")
-    names, units = zip(*map(_name_and_unit, cells), strict=True)
-    return index, list(names), list(units)
+        text.refuse(index, "header", f"must name every column ({got}; skip_rows skips lines)")
+    return index, cells
 
 
 def _labels(text: _Text, index: int) -> list[str]:
@@ -193,15 +215,20 @@ def _labels(text: _Text, index: int) -> list[str]:
 
 def _header_in_comment(text: _Text, count: int) -> list[int]:
     """The comment directly above the numbers if it names a time and a force column, as in files written by NumPy."""
-    above = [index for index in range(text.first) if text.lines[index].strip()][-1:]
+    above = [index for index in range(text.form.skip_rows, text.first) if text.lines[index].strip()][-1:]
     names = [_name_and_unit(cell)[0] for index in above for cell in _labels(text, index)]
-    found = len(_named(names, _TIME_NAMES)) == len(_named(names, _FORCE_NAMES)) == 1
+    found = len(_named(names, TIME_NAMES)) == len(_named(names, _force_names(text.form))) == 1
     return above if found and len(names) == count else []
 
 
 def _name_and_unit(cell: str) -> tuple[str, str]:
     name, *units = _LABEL.fullmatch(cell).groups("")  # type: ignore[union-attr]
-    return name, "".join(units).strip()
+    # a label may be a unit alone, such as Volt
+    return ("", name) if not any(units) and is_unit(name) else (name, "".join(units).strip())
+
+
+def _force_names(form: RecordFormat) -> frozenset[str]:
+    return FORCE_NAMES[form.kind]
 
 
 def _named(names: Sequence[str], known: frozenset[str]) -> list[int]:
@@ -209,17 +236,19 @@ def _named(names: Sequence[str], known: frozenset[str]) -> list[int]:
     return [i for i, name in enumerate(names) if known.intersection(re.findall(r"[^\W\d_]+", name.lower()))]
 
 
-def _picks(text: _Text, names: Sequence[str], notes: list[str]) -> list[int]:
-    """Columns of time and force: by their names, or in this order if there are only two."""
-    times = _named(names, _TIME_NAMES)
-    forces = _named(names, _FORCE_NAMES)
+def _picks(text: _Text, labels: Sequence[str], names: Sequence[str], notes: list[str]) -> list[int]:
+    """Columns of time and force: those of the format, by their names, or in this order if there are only two."""
+    if text.form.columns is not None:
+        return [_column(text, column, labels, names) for column in text.form.columns]
+    times = _named(names, TIME_NAMES)
+    forces = _named(names, _force_names(text.form))
     plain = (times, forces) == ([0], [1])
     if len(names) == 2 and len(times + forces) < 2:
         times = times or [1 - force for force in forces] or [0]
         forces = [1 - times[0]]
     if not len(times) == len(forces) == 1 or times == forces:
         shown = ", ".join(map(text_of, names[:12])) if any(names) else "no header"
-        hint = f"name these columns in a header, such as 'time [s]' and 'force [N]'{text.comma_hint}"
+        hint = f"set columns, such as [1, 2], or name them 'time [s]' and 'force [N]' in a header{text.comma_hint}"
         problem = f"must include one time and one force column (got {len(names)} columns: {shown}; {hint})"
         text.refuse(text.first, "columns", problem)
     if any(names) and not plain:
@@ -227,35 +256,30 @@ def _picks(text: _Text, names: Sequence[str], notes: list[str]) -> list[int]:
     return times + forces
 
 
-def _factors(text: _Text, header: int, units: Sequence[str], notes: list[str]) -> list[float]:
+def _column(text: _Text, column: int | str, labels: Sequence[str], names: Sequence[str]) -> int:
+    """Index of a column that the format gives by its number, its name, or its name with the unit."""
+    if isinstance(column, int):
+        found = [column - 1] if 1 <= column <= len(names) else []
+    else:
+        pairs = enumerate(zip(labels, names, strict=True))
+        found = [index for index, known in pairs if column.casefold() in map(str.casefold, known)]
+    if len(found) != 1:
+        known = listed([f"{number} ({label})" if label else number for number, label in enumerate(labels, 1)][:12])
+        text.refuse(text.first, "columns", f"must be columns of the file (got {column!r}; they are {known})")
+    return found[0]
+
+
+def _factors(text: _Text, header: int, names: Sequence[str], units: Sequence[str], notes: list[str]) -> list[float]:
     """Factors that convert the two columns to SI units; errors in both are raised together."""
-    factors = []
-    faults = []
-    for unit, (base, name, assumed) in zip(units, _SI_UNITS, strict=True):
-        if not unit:
-            hint = f"A header such as '{name} [{base}]' states the unit."
-            notes.append(f"The {name} column has no unit: {assumed} are assumed. {hint}")
-        factors.append(_factor(unit or base, base))
-        if math.isnan(factors[-1]):
-            problem = f"must be a unit of {name} (got {text_of(unit)}; for example, write [{base}])"
-            faults.append(text.fault(header, f"unit of {name}", problem))
+    form, factors, faults = text.form, [], []
+    for find, name, unit in zip((time_factor, force_factor), names, units, strict=True):
+        try:
+            factors.append(find(form, name, unit, notes))
+        except InvalidValueError as error:
+            faults += [text.fault(header, fault.path, fault.problem) for fault in error.faults]
     if faults:
         raise InvalidValueError(faults)
     return factors
-
-
-def _factor(unit: str, base: str) -> float:
-    """SI value of ``unit``; NaN if it is not a unit of the dimension of ``base``."""
-    if unit == base:
-        return 1.0
-    if len(unit) <= 40 and _UNIT.fullmatch(unit):
-        import pint  # needed only for units other than s and N
-
-        # A unit such as 'Seconds' or 'Sec' is recognised in lower case.
-        for spelling in (unit, unit.lower()):
-            with suppress(AttributeError, TypeError, ValueError):  # unknown unit, or wrong dimension
-                return float(pint.Quantity(1.0, spelling).to(base).magnitude)
-    return math.nan
 
 
 # ---------------------------------------------------------------- body
@@ -263,15 +287,17 @@ def _factor(unit: str, base: str) -> float:
 
 def _numbers(text: _Text, rows: Sequence[int], count: int, picks: Sequence[int]) -> FloatArray:
     """Time and force columns of the lines ``rows``, shape (k, 2), finite."""
+    form, decimal = text.form, text.form.decimal
+    if (decimal or form.thousands) is None and text.separator != ",":
+        _check_marks(text, rows, picks)
     # Plain numbers are read at once; anything else line by line, so that errors state their line.
     with suppress(ValueError):
         lines = [text.lines[index] for index in rows]
         plain = np.loadtxt(lines, comments=None, delimiter=text.separator or None, ndmin=2)
-        if plain.shape[1] == count and np.isfinite(plain[:, picks]).all():
+        if decimal != "," and not form.thousands and plain.shape[1] == count and np.isfinite(plain[:, picks]).all():
             return plain[:, picks]
-    comma = text.separator in (";", "\t") and any("," in text.lines[index] for index in rows)
-    decimal = "," if comma else "."
-    remedy = "use the decimal comma as in the other rows" if comma else "correct or delete the row"
+    semicolons = text.separator in (";", "\t") and any("," in text.lines[index] for index in rows)
+    decimal = decimal or ("," if form.thousands == "." or (semicolons and form.thousands != ",") else ".")
     table = []
     faults = []
     for index in rows:
@@ -280,14 +306,43 @@ def _numbers(text: _Text, rows: Sequence[int], count: int, picks: Sequence[int])
             got = f"got {len(cells)}: {text_of(text.lines[index])}{text.comma_hint}"
             faults.append(text.fault(index, "row", f"must have {count} columns ({got})"))
             continue
-        values = [_number(cells[pick], decimal) for pick in picks]
+        values = [_number(cells[pick], decimal, form.thousands) for pick in picks]
         table.append(values)
         if all(map(math.isfinite, values)):
             continue
-        for value, pick, (unit, name, _) in zip(values, picks, _SI_UNITS, strict=True):
+        for value, pick, (unit, name) in zip(values, picks, (("s", "time"), ("N", "force")), strict=True):
             if not math.isfinite(value):
-                got = f"got {text_of(cells[pick])}; {remedy}"
+                got = f"got {text_of(cells[pick])}; {_remedy(cells[pick], decimal, index == text.first)}"
                 faults.append(text.fault(index, name, f"must be a finite number of {unit} ({got})"))
     if faults:
         raise InvalidValueError(faults[:_MOST_FAULTS])
     return np.array(table)
+
+
+def _remedy(cell: str, decimal: str, first: bool) -> str:
+    """Advice for a cell that is not a finite number."""
+    for mark in THOUSANDS:
+        if mark in cell.translate(_NARROW_SPACES) and math.isfinite(_number(cell, decimal, mark)):
+            return f"set thousands: {mark!r} if it is a thousands mark"
+    if any(math.isfinite(_number(cell, other, mark)) for other in DECIMALS for mark in (None, *THOUSANDS)):
+        return "set decimal and, if there are thousands marks, thousands"
+    return "set skip_rows to skip it" if first else "correct or delete the row"
+
+
+def _check_marks(text: _Text, rows: Iterable[int], picks: Sequence[int]) -> None:
+    """Refuse numbers such as 1.234 or 1,234, unless another number shows that the mark is a decimal sign."""
+    seen = None
+    for index in rows:
+        line = text.lines[index]
+        if "." in line or "," in line:
+            cells = _cells(line, text.separator)
+            for cell in [cells[pick] for pick in picks if pick < len(cells)]:
+                if not ("." in cell or "," in cell):
+                    continue
+                if not _GROUPED.fullmatch(cell):
+                    return
+                seen = seen or (index, cell, "," if "," in cell else ".")
+    if seen is not None:
+        index, cell, mark = seen
+        rule = "must be given, because all numbers have three digits after their marks"
+        text.refuse(index, "decimal", f"{rule} (got {cell!r}; set decimal: {mark!r} or thousands: {mark!r})")

@@ -187,5 +187,7 @@ def parameters_of(profile: str, cls: type[ShockProfile]) -> tuple[Key, ...]:
     keys = tuple(key for key in keys_of(cls) if key.name != "duration_ratio")
     if profile != RECORD:
         return keys
+    from shockwave.profiles.record_format import RecordFormat  # a scenario without a record does not need it
+
     meaning = "a CSV file with a time and a force column"
-    return (Key("file", annotation=str, meaning=meaning, instead_of=("times", "forces")), *keys)
+    return (Key("file", annotation=str, meaning=meaning, instead_of=("times", "forces")), *keys_of(RecordFormat), *keys)

@@ -325,12 +325,12 @@ class _Loading:
         return self.build(make, {"profile": profile, **sizes}, ("shock",), {"": ("shock", "profile")}, cls)
 
     def _two_times(self, cls: Any, values: dict[str, Any]) -> bool:
-        """Replace a duration beside a rise time by their ratio; false, with a fault, if it is not one of the profile."""
+        """Replace a duration beside a rise time by their ratio; false, with a fault, if the profile refuses it."""
         if not {"rise_time", "duration"} <= values.keys() or "duration_ratio" in values:
             return True
         own = [key.spec for key in keys_of(cls) if key.name == "duration_ratio"]
         ratio = values.pop("duration") / values["rise_time"]
-        problem = "must be left out if rise_time is given, because the profile has its own duration ratio (delete one)"
+        problem: str | None = "must be left out if rise_time is given, because the profile has its own duration ratio"
         if own:
             problem = own[0].problem(ratio) if own[0] is not None else None
         if problem:
@@ -361,6 +361,9 @@ class _Loading:
             if values["path"] is None:
                 return None
             make = cls.from_file
+        elif name == RECORD:
+            for key in values.keys() - {key.name for key in keys_of(cls)}:
+                self.add((*_PARAMETERS, key), f"must be left out without file (got {text_of(values.pop(key))})", True)
         return self.build(make, values, _PARAMETERS, {"duration_ratio": ("shock", "duration_ratio")}, cls)
 
     def _file(self, name: str) -> Path | None:

@@ -103,7 +103,7 @@ class Scenario:
         NotCoveredError
             If the scene has further features, which are located in the file.
         """
-        if self.impact is None and self.chain.is_uniform:
+        if self.impact is None and self.chain.is_uniform and not self.shock.profile.pulls:
             return self
         from shockwave.chain.coverage import covered
 

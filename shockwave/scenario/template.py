@@ -19,7 +19,8 @@ from shockwave.registry import find, load
 from shockwave.scenario.block_keys import RECORD, Key, keys_of, parameters_of, shock_keys
 from shockwave.text import wrapped
 
-_RECORD_EXAMPLES = {"file": "pulse.csv", "times": "[0 s, 15 us, 150 us]", "forces": "[0 N, 100 N, 0 N]"}
+_SAMPLES_EXAMPLE = {"times": "[0 s, 15 us, 150 us]", "forces": "[0 N, 100 N, 0 N]"}
+_RECORD_EXAMPLES = _SAMPLES_EXAMPLE | {"file": "pulse.csv", "columns": "[1, 2]", "time_unit": "ms", "unit": "kN"}
 _BY_KIND: dict[Any, Any] = {bool: False, int: 1, float: 1, str: "text", list: [], tuple: []}
 # Columns of a line, and least columns of a comment.
 _WIDTH = 80
@@ -84,7 +85,9 @@ def _parameters(name: str, cls: Any) -> list[str]:
     """Lines of the ``parameters`` block."""
     keys = parameters_of(name, cls)
     examples = {key.name: _example(key) for key in keys} | (_RECORD_EXAMPLES if name == RECORD else {})
-    lines = [_line("    ", key.required or _stated(key), key, examples[key.name]) for key in keys]
+    # those of a file are comments
+    live = {key.name for key in keys_of(cls) if key.required or _stated(key)}
+    lines = [_line("    ", key.name in live, key, examples[key.name]) for key in keys]
     return ["  parameters:", *lines] if lines else []
 
 
@@ -105,8 +108,10 @@ def _example(key: Key) -> str:
     if key.spec is not None:
         fit = key.spec.example or f"{_fitting(key.spec):g}"
         return f"[{fit}]" if key.spec.samples else fit
-    origin = typing.get_origin(key.annotation) or key.annotation
-    return _text(typing.get_args(key.annotation)[0] if origin is Literal else _BY_KIND.get(origin, 1))
+    # of a union, the first type
+    kind = next((one for one in typing.get_args(key.annotation) if typing.get_origin(one) is Literal), key.annotation)
+    origin = typing.get_origin(kind) or kind
+    return _text(typing.get_args(kind)[0] if origin is Literal else _BY_KIND.get(origin, 1))
 
 
 def _fitting(spec: Quantity) -> float:

@@ -111,12 +111,16 @@ class UniversalCurve(CurveData):
     Raises
     ------
     InvalidValueError
-        If an argument is out of range.
+        If an argument is out of range, or the force of the profile is negative somewhere.
     NumericalError
         If a simulation fails.
     """
 
     def __init__(self, profile: ShockProfile, rtol: float = 1e-4, longest: float = 50.0) -> None:
+        if getattr(profile, "pulls", False):
+            raise InvalidValueError.of(
+                "profile", "must not pull, because the laws cover no negative forces (got a record)"
+            )
         data = fitted_curve(profile, RTOL.checked("rtol", rtol), _LONGEST.checked("longest", longest))
         self.__attrs_init__(**asdict(data, recurse=False))
 
