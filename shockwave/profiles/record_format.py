@@ -149,11 +149,14 @@ def force_factor(form: RecordFormat, name: str, unit: str, notes: list[str]) -> 
     """
     kind, words = form.kind, _words(name)
     base, path = _UNITS[kind], f"unit of {kind}"
-    stated = [each for each, own in _UNITS.items() if unit and not math.isnan(_factor(unit, own))]
-    stated = stated or [each for each, own in FORCE_NAMES.items() if own & words and not unit]
-    if stated and stated != [kind]:
-        remedy = f"set {_KEYS[stated[0]]}" if kind == "force" else f"delete {_KEYS[kind].partition(',')[0]}"
-        problem = f"must be that of a {kind}, not of a {stated[0]} (got {text_of(unit or name)}; {remedy})"
+    order = (kind, *_UNITS)  # that of the kind first, because it may need no import of pint
+    if unit:
+        stated = next((each for each in order if not math.isnan(_factor(unit, _UNITS[each]))), None)
+    else:
+        stated = next((each for each in order if FORCE_NAMES[each] & words), None)
+    if stated not in (None, kind):
+        remedy = f"set {_KEYS[str(stated)]}" if kind == "force" else f"delete {_KEYS[kind].partition(',')[0]}"
+        problem = f"must be that of a {kind}, not of a {stated} (got {text_of(unit or name)}; {remedy})"
         raise InvalidValueError.of(path, problem)
     if not (form.unit or unit) and kind == "force" and words <= FORCE_NAMES[kind]:
         hint = "A header such as 'force [N]', or unit, states the unit."

@@ -6,7 +6,6 @@ import numpy as np
 from attrs import define, field, frozen
 
 from shockwave.errors import Fault, InvalidValueError
-from shockwave.numerics import running_sums
 from shockwave.quadrature import FloatArray
 
 # Force, over the peak force, above which the pulse has certainly begun.
@@ -61,18 +60,22 @@ Window = tuple[float, float] | None
 
 @define(eq=False)
 class _Process:
-    """A record during its processing; ``first`` is the index of its first sample in the whole record."""
+    """A record during its processing.
+
+    ``first`` is the index of its first sample in the whole record, ``figures`` are peak force and impulse after a step.
+    """
 
     times: FloatArray
     forces: FloatArray
     first: int = 0
     notes: list[str] = field(factory=list)
+    figures: tuple[float, ...] = ()
 
     def step(self, change: str, forces: FloatArray, kept: slice = slice(None)) -> None:
         """Take new ``forces``, of which the samples ``kept`` remain, and note the effect on peak force and impulse."""
         times, forces = self.times[kept], forces[kept]
-        before = float(self.forces.max()), _impulse(self.times, self.forces)
-        after = float(forces.max()), _impulse(times, forces)
+        before = self.figures or (float(self.forces.max()), _impulse(self.times, self.forces))
+        self.figures = after = float(forces.max()), _impulse(times, forces)
         effects = [
             f"{name} {100 * (new / old - 1):+.2g} %"
             for name, old, new in zip(("peak force", "impulse"), before, after, strict=True)
@@ -240,7 +243,7 @@ def _resolve_negative(process: _Process, noise: float, clean: bool, negative: st
         problem = "must be >= 0 N in a record that is not cleaned (got {:g} N; set negative: keep, or zero)"
         raise InvalidValueError([Fault(f"forces[{process.first + at}]", problem.format(forces[at])) for at in wrong])
     # Noise alone has negative samples, too: it cancels in the running impulse, and is small.
-    running = running_sums(0.5 * np.diff(times) * (forces[1:] + forces[:-1]))
+    running = np.cumsum(np.diff(times, prepend=times[0]) * forces)
     drop = float((np.maximum.accumulate(running) - running).max())
     lobes = -_impulse(times, np.where(forces < -_QUIET * noise, forces, 0.0))
     share = max(drop, lobes) / _impulse(times, np.maximum(forces, 0.0))
