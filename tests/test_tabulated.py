@@ -234,6 +234,11 @@ def test_a_negative_phase_must_be_resolved():
     assert keep.force(4.0) == -3 / 8
 
 
+def test_a_baseline_above_all_forces_is_refused():
+    with pytest.raises(InvalidValueError, match=r"^forces: must be > 0 N somewhere"):
+        Tabulated([0, 1, 2, 3], [0, 1, 0.5, 0], baseline=(0.9, 1.1))
+
+
 def test_more_pull_than_push_is_no_shock():
     with pytest.raises(InvalidValueError, match=r"^forces: must have an impulse > 0 N s"):
         Tabulated([0, 1, 2, 3, 4], [0, 4, 0, -8, 0], negative="keep")

@@ -48,18 +48,19 @@ def covered(chain: Chain, excitation: object, method: str) -> Chain:
         If the scene has further features; it lists all of them.
     """
     equal = reduced(chain)
-    pulls = bool(getattr(getattr(excitation, "profile", None), "pulls", False))
-    if equal is not None and not (isinstance(excitation, Impact) or pulls):
+    pulls = getattr(getattr(excitation, "profile", None), "pulls", False)
+    if equal is not None and not isinstance(excitation, Impact) and not pulls:
         return equal
-    rule = f"must be left out for {method}, which covers only shocks on chains of equal granules with free ends"
-    features = [] if chain.is_uniform else [(f"chain.{path}", rule, reason) for path, reason in _further(chain)]
+    features = [] if chain.is_uniform else [(f"chain.{path}", reason) for path, reason in _further(chain)]
     if isinstance(excitation, Impact):
-        features.append(("impact", rule, "a striker"))
-    elif pulls:
-        features.append((_PULLING, f"must be zero for {method}, which covers no negative forces", "pulling forces"))
+        features.append(("impact", "a striker"))
+    if pulls:
+        features.append((_PULLING, "pulling forces"))
+    rule = f"must be left out for {method}, which covers only shocks on chains of equal granules with free ends"
+    rules = {_PULLING: f"must be zero for {method}, which covers no negative forces"}
     raise NotCoveredError(
-        Fault(path, f"{why} (got {reason}; simulate instead)")
-        for path, why, reason in features or [("chain.granules", rule, "1 granule")]
+        Fault(path, f"{rules.get(path, rule)} (got {reason}; simulate instead)")
+        for path, reason in features or [("chain.granules", "1 granule")]
     )
 
 

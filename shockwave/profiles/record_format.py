@@ -56,6 +56,11 @@ def _columns(value: Any) -> Any:
     return pair
 
 
+def _choice(*known: str) -> Any:
+    """An optional attrs field that holds one of the texts ``known``."""
+    return attrs.field(default=None, validator=one_of(None, *known))
+
+
 @frozen(kw_only=True)
 class RecordFormat:
     """Format and quantity of a record file; what is left out is found in the file.
@@ -93,11 +98,9 @@ class RecordFormat:
 
     columns: list[int | str] = attrs.field(default=None, converter=_columns)
     skip_rows: int = quantity("", "lines at the beginning to skip", at_least=0, whole=True, default=0)
-    encoding: Literal["utf-8", "utf-16", "cp1252", "latin-1"] | None = attrs.field(
-        default=None, validator=one_of(None, *_ENCODINGS)
-    )
-    decimal: Literal[".", ","] | None = attrs.field(default=None, validator=one_of(None, *DECIMALS))
-    thousands: Literal[".", ",", "'", " "] | None = attrs.field(default=None, validator=one_of(None, *THOUSANDS))
+    encoding: Literal["utf-8", "utf-16", "cp1252", "latin-1"] | None = _choice(*_ENCODINGS)
+    decimal: Literal[".", ","] | None = _choice(*DECIMALS)
+    thousands: Literal[".", ",", "'", " "] | None = _choice(*THOUSANDS)
     time_unit: str | None = None
     unit: str | None = None
     sign: Literal[1, -1] = attrs.field(default=1, validator=one_of(1, -1))
@@ -146,11 +149,14 @@ def force_factor(form: RecordFormat, name: str, unit: str, notes: list[str]) -> 
     """
     kind, words = form.kind, _words(name)
     base, path = _UNITS[kind], f"unit of {kind}"
-    stated = [each for each, own in _UNITS.items() if unit and not math.isnan(_factor(unit, own))]
-    stated = stated or [each for each, own in FORCE_NAMES.items() if own & words and not unit]
-    if stated and stated != [kind]:
-        remedy = f"set {_KEYS[stated[0]]}" if kind == "force" else f"delete {_KEYS[kind].partition(',')[0]}"
-        problem = f"must be that of a {kind}, not of a {stated[0]} (got {text_of(unit or name)}; {remedy})"
+    order = (kind, *_UNITS)  # that of the kind first, because it may need no import of pint
+    if unit:
+        stated = next((each for each in order if not math.isnan(_factor(unit, _UNITS[each]))), None)
+    else:
+        stated = next((each for each in order if FORCE_NAMES[each] & words), None)
+    if stated not in (None, kind):
+        remedy = f"set {_KEYS[str(stated)]}" if kind == "force" else f"delete {_KEYS[kind].partition(',')[0]}"
+        problem = f"must be that of a {kind}, not of a {stated} (got {text_of(unit or name)}; {remedy})"
         raise InvalidValueError.of(path, problem)
     if not (form.unit or unit) and kind == "force" and words <= FORCE_NAMES[kind]:
         hint = "A header such as 'force [N]', or unit, states the unit."
@@ -170,12 +176,9 @@ def force_factor(form: RecordFormat, name: str, unit: str, notes: list[str]) -> 
         if value is not None:
             notes.append(f"The force is the {kind} times the {key} of {value:.6g} {si}.")
             factor *= value
-    if form.scale is not None:
-        notes.append(f"The values were multiplied by {form.scale:g}.")
-        factor *= form.scale
-    if form.sign < 0:
-        notes.append("The sign of the values was changed.")
-    return factor * form.sign
+    if form.scale is not None or form.sign < 0:
+        notes.append(f"The values were multiplied by {(form.scale or 1.0) * form.sign:g}.")
+    return factor * (form.scale or 1.0) * form.sign
 
 
 def is_unit(name: str) -> bool:

@@ -6,7 +6,6 @@ import numpy as np
 from attrs import define, field, frozen
 
 from shockwave.errors import Fault, InvalidValueError
-from shockwave.numerics import running_sums
 from shockwave.quadrature import FloatArray
 
 # Force, over the peak force, above which the pulse has certainly begun.
@@ -61,18 +60,22 @@ Window = tuple[float, float] | None
 
 @define(eq=False)
 class _Process:
-    """A record during its processing; ``first`` is the index of its first sample in the whole record."""
+    """A record during its processing.
+
+    ``first`` is the index of its first sample in the whole record, ``figures`` are peak force and impulse after a step.
+    """
 
     times: FloatArray
     forces: FloatArray
     first: int = 0
     notes: list[str] = field(factory=list)
+    figures: tuple[float, ...] = ()
 
     def step(self, change: str, forces: FloatArray, kept: slice = slice(None)) -> None:
         """Take new ``forces``, of which the samples ``kept`` remain, and note the effect on peak force and impulse."""
         times, forces = self.times[kept], forces[kept]
-        before = float(self.forces.max()), _impulse(self.times, self.forces)
-        after = float(forces.max()), _impulse(times, forces)
+        before = self.figures or (float(self.forces.max()), _impulse(self.times, self.forces))
+        self.figures = after = float(forces.max()), _impulse(times, forces)
         effects = [
             f"{name} {100 * (new / old - 1):+.2g} %"
             for name, old, new in zip(("peak force", "impulse"), before, after, strict=True)
@@ -121,6 +124,7 @@ def pulse_of(
         If the samples are not a pulse; each error states its sample.
     """
     _check_samples(times, forces)
+    _check_push(forces)
     process = _Process(times, forces)
     if clean and times[0] != 0:
         process.notes.append(f"The times begin at {times[0]:g} s and were shifted to begin at zero.")
@@ -140,6 +144,7 @@ def pulse_of(
         noise = float(process.forces[kept][: count // 2].std()) if noise else 0.0
     if crop is not None:
         process.step(f"The record was cropped to {crop[0]:g} to {crop[1]:g} s", process.forces, kept)
+    _check_push(process.forces)
     _resolve_negative(process, noise, clean, negative)
     if clean:
         _cut_quiet_ends(process, noise)
@@ -168,9 +173,7 @@ def _scaled_pulse(process: _Process, values: FloatArray, peak_force: float, rati
             rule = f"must differ by more than rounding errors and span less than {_LONGEST:g} rise times"
             raise InvalidValueError.of("times", f"{rule} (got n = {knots[-1]:g})")
     if _impulse(knots, values) <= 0:
-        raise InvalidValueError.of(
-            "forces", "must have an impulse > 0 N s (the negative phase exceeds the positive one)"
-        )
+        raise InvalidValueError.of("forces", "must have an impulse > 0 N s (got a greater negative phase)")
     return Pulse(knots, values, peak_force, float(elapsed[peak]), tuple(notes))
 
 
@@ -186,11 +189,14 @@ def _check_samples(times: FloatArray, forces: FloatArray) -> None:
     for index in (np.flatnonzero(times[1:] <= times[:-1])[:_MOST_FAULTS] + 1).tolist():
         got = f"got {times[index]:g} s after {times[index - 1]:g} s; sort the samples and remove repeated ones"
         faults.append(Fault(f"times[{index}]", f"must be greater than times[{index - 1}] ({got})"))
-    if forces.size and forces.max() <= 0:
-        got = f"got at most {forces.max():g} N; if compression is negative, change the sign"
-        faults.append(Fault("forces", f"must be > 0 N somewhere ({got})"))
     if faults:
         raise InvalidValueError(faults)
+
+
+def _check_push(forces: FloatArray) -> None:
+    if forces.max() <= 0:
+        got = f"got at most {forces.max():g} N; if compression is negative, change the sign"
+        raise InvalidValueError.of("forces", f"must be > 0 N somewhere ({got})")
 
 
 def _number_faults(name: str, unit: str, values: FloatArray) -> list[Fault]:
@@ -237,7 +243,7 @@ def _resolve_negative(process: _Process, noise: float, clean: bool, negative: st
         problem = "must be >= 0 N in a record that is not cleaned (got {:g} N; set negative: keep, or zero)"
         raise InvalidValueError([Fault(f"forces[{process.first + at}]", problem.format(forces[at])) for at in wrong])
     # Noise alone has negative samples, too: it cancels in the running impulse, and is small.
-    running = running_sums(0.5 * np.diff(times) * (forces[1:] + forces[:-1]))
+    running = np.cumsum(np.diff(times, prepend=times[0]) * forces)
     drop = float((np.maximum.accumulate(running) - running).max())
     lobes = -_impulse(times, np.where(forces < -_QUIET * noise, forces, 0.0))
     share = max(drop, lobes) / _impulse(times, np.maximum(forces, 0.0))
