@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from array import array
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -182,7 +183,7 @@ def buffers(function: str) -> list[Any]:
     else:
         path = PROBLEM.path
         arguments = [Rkn86.tableau.packed, path.rows, path.coefficients, *np.zeros((2, 30)), 0.0, 0.1, 2.0, 1.0]
-    return [each.copy() if isinstance(each, np.ndarray) else each for each in arguments]
+    return [np.array(each) if isinstance(each, np.ndarray | array) else each for each in arguments]
 
 
 @compiled_alone
@@ -202,7 +203,7 @@ MISFITS = {
     "short-method": ("primary", "a[0] = a[0][:-1].copy()"),
     "method-of-100-stages": ("primary", "a[0][0] = 100"),
     "read-only-passages": ("primary", "a[5].flags.writeable = False"),
-    "short-found": ("primary", "a[6] = a[6][:, :-1].copy()"),
+    "short-found": ("primary", "a[6] = a[6][:-1].copy()"),
     "too-few": ("primary", "del a[-1]"),
     "piece": ("primary", "a[1][-6] = 1e6"),
     "pieces": ("primary", "a[1][-5] = 1e9"),

@@ -140,7 +140,7 @@ def _scales(layout: Layout, excitation: Shock | Impact, chain: Chain) -> Scales:
         force = mass ** (power / (power + 1)) * excitation.velocity ** (2 * power / (power + 1))
         return of(force * stiffness ** (1 / (power + 1)))
     scales = of(excitation.peak_force)
-    strength = scales.rise_time(excitation.rise_time) * excitation.profile.areas().total / MOMENTUM
+    strength = scales.rise_time(excitation.rise_time) * excitation.profile.total_area / MOMENTUM
     return scales if strength >= 1 else of(excitation.peak_force * strength ** (2 * power / (power + 1)))
 
 

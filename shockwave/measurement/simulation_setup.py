@@ -169,7 +169,7 @@ def scaled(shock: Shock, chain: Chain) -> tuple[ChainProblem, Scales]:
     # The scaled rise time determines the result. Its last digits depend on the units in use; they are rounded off, so
     # that the same scene in other units, or scaled to another chain, is the same problem to the last bit.
     ratio = float(f"{own.rise_time(shock.rise_time):.{_DIGITS}g}")
-    strength = ratio * shock.profile.areas().total / MOMENTUM
+    strength = ratio * shock.profile.total_area / MOMENTUM
     force = min(1.0, strength**1.2)
     scales = own if force == 1.0 else Scales.of(chain, shock.peak_force * force)
     problem = ChainProblem(shock.profile, ratio * force ** (1 / 6), 1 / force, chain.count)

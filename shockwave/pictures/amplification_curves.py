@@ -105,7 +105,7 @@ def amplification(
 
 
 def _default_ratios(profile: ShockProfile) -> list[float]:
-    total = profile.areas().total
+    total = profile.total_area
     most = min(_STRONGEST / total, _LONGEST / float(profile.duration_ratio))
     least = min(_WEAKEST / total, most / 10)
     return list(map(float, np.geomspace(least, most, _SIMULATED)))

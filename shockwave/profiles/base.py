@@ -145,6 +145,12 @@ class ShockProfile(abc.ABC):
             return _areas(self, quadrature)
         return Areas(*(Integral(a, _ROUNDING * abs(a), 0, "closed form") for a in closed))
 
+    @property
+    def total_area(self) -> float:
+        """Impulse of the profile, a1 + a2, in units of F0 t0."""
+        closed = self.closed_areas()
+        return self.areas().total if closed is None else closed[0] + closed[1]
+
     def running_impulse(self, s: npt.ArrayLike, quadrature: str | None = None) -> FloatArray:
         """Integral of the force from 0 to ``s``, in units of F0 t0; constant before 0 and after n.
 

@@ -25,6 +25,8 @@ _EPSILON = float(np.finfo(float).eps)
 _ROUNDING = 8 * _EPSILON
 # Rounding error of (n - s)/(n - 1) in machine epsilons: two differences and a quotient, half a unit each.
 _SHARE_ROUNDINGS = 1.5
+# Number of tables of power laws that are kept: series of scenes often share a few shapes.
+_MOST_KEPT = 256
 # Exponents of the displacement for which a polynomial is faster than a power.
 _POLYNOMIALS = range(2, 7)
 
@@ -120,6 +122,7 @@ class FreePath:
 # ---------------------------------------------------------------- closed forms
 
 
+@functools.lru_cache(maxsize=_MOST_KEPT)
 def of_powers(rise_exponent: float, decay_exponent: float, n: float) -> FreePath:
     """Table of F1 = s^eta1, F2 = ((n - s)/(n - 1))^eta2.
 

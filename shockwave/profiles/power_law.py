@@ -32,6 +32,8 @@ class Powers(ShockProfile):
     @property
     def breakpoints(self) -> tuple[float, ...]:
         n = self.duration_ratio
+        if self.is_smooth:
+            return 0.0, 1.0, n
         # close to its peak a high power is nearly an exponential
         return (0.0, *edges(0.0, 1.0, -self.rise_exponent, n), 1.0, *edges(1.0, n, self.decay_exponent, n), n)
 

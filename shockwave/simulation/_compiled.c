@@ -208,7 +208,10 @@ AVX2 static void combine_wide(long n, const Method *m, const double *h, Window *
     double *const *const k = w->k;
     Vector most[2] = {{0}, {0}};
     long e;
-    int i, j;
+    int begin = 1, end = m->stages, i, j;
+    /* stages without weight are left out */
+    while (m->bp[begin] == 0 && m->ep[begin] == 0 && begin < end) begin++;
+    while (m->b[end - 1] == 0 && m->e[end - 1] == 0 && begin < end) end--;
     for (e = 0; e < n; e += BLOCK) {
         Vector b[2], bp[2], d[2], dp[2];
         for (i = 0; i < 2; i++) {
@@ -218,12 +221,18 @@ AVX2 static void combine_wide(long n, const Method *m, const double *h, Window *
             d[i] = first * m->e[0];
             dp[i] = first * m->ep[0];
         }
-        for (j = 1; j < m->stages; j++)
+        for (j = begin; j < end; j++)
             for (i = 0; i < 2; i++) {
                 const Vector kj = VECTOR(k[j] + e + i * HALF);
                 b[i] += kj * m->b[j];
                 bp[i] += kj * m->bp[j];
                 d[i] += kj * m->e[j];
+                dp[i] += kj * m->ep[j];
+            }
+        for (; j < m->stages; j++)
+            for (i = 0; i < 2; i++) {
+                const Vector kj = VECTOR(k[j] + e + i * HALF);
+                bp[i] += kj * m->bp[j];
                 dp[i] += kj * m->ep[j];
             }
         for (i = 0; i < 2; i++) {
@@ -784,22 +793,42 @@ typedef struct {
     long n;
 } Trial;
 
+/* Sets `most` to the largest change of the overlap of contacts that open or close between x and x1, for each element of
+   a block; `path` are the displacements of the first granules at both times. */
+WIDE static void find_changes(long n, long lanes, const double *x, const double *x1, double (*path)[4], double *most)
+{
+    Vector greatest = {0}, greatest2 = {0};
+    long e;
+    for (e = lanes; e < n; e += BLOCK) {
+        const Vector before = VECTOR(x + e) - VECTOR(x + e + lanes), after = VECTOR(x1 + e) - VECTOR(x1 + e + lanes);
+        const Vector before2 = VECTOR(x + e + HALF) - VECTOR(x + e + HALF + lanes);
+        const Vector after2 = VECTOR(x1 + e + HALF) - VECTOR(x1 + e + HALF + lanes);
+        const Vector change = (Vector)((Choice)ABSOLUTE(after - before) & (before * after < 0));
+        const Vector change2 = (Vector)((Choice)ABSOLUTE(after2 - before2) & (before2 * after2 < 0));
+        greatest = GREATER(greatest, change);
+        greatest2 = GREATER(greatest2, change2);
+    }
+    VECTOR(most) = greatest;
+    VECTOR(most + HALF) = greatest2;
+    for (e = 0; e < lanes; e++) {
+        const double before = x[e] - x[e + lanes] + path[e][0], after = x1[e] - x1[e + lanes] + path[e][2];
+        if (before * after < 0 && fabs(after - before) > most[e]) most[e] = fabs(after - before);
+    }
+}
+
 /* Errors due to contacts that open or close within the step, by lanes. They are needed only while the force acts: nothing
    catches up with a wave from the contacts that open behind it. */
 static void find_kinks(const Window *w, const Lane *lanes, double (*path)[4], Trial *trial)
 {
-    const long width = w->lanes;
-    long e;
-    int l;
+    int l, any = 0;
     memset(trial->kink, 0, sizeof trial->kink);
-    for (l = 0; l < width; l++) {
-        if (lanes[l].job < 0 || !(lanes[l].driven || lanes[l].kinks)) continue;
-        for (e = l; e < (lanes[l].count - 1) * width; e += width) {
-            const double before = w->x[e] - w->x[e + width] + (e < width ? path[l][0] : 0);
-            const double after = w->x1[e] - w->x1[e + width] + (e < width ? path[l][2] : 0);
-            if (before * after < 0 && fabs(after - before) > trial->kink[l]) trial->kink[l] = fabs(after - before);
-        }
-        trial->kink[l] = KINK * trial->kink[l] * sqrt(trial->kink[l]) * trial->h[l];
+    for (l = 0; l < w->lanes; l++) any |= lanes[l].job >= 0 && (lanes[l].driven || lanes[l].kinks);
+    if (!any) return;
+    find_changes(trial->n, w->lanes, w->x, w->x1, path, trial->kink);
+    for (l = (int)w->lanes; l < BLOCK; l++) if (trial->kink[l] > trial->kink[0]) trial->kink[0] = trial->kink[l];
+    for (l = 0; l < w->lanes; l++) {
+        const int counts = lanes[l].job >= 0 && (lanes[l].driven || lanes[l].kinks);
+        trial->kink[l] = counts ? KINK * trial->kink[l] * sqrt(trial->kink[l]) * trial->h[l] : 0;
     }
 }
 

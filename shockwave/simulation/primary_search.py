@@ -6,6 +6,7 @@ The compiled code, which runs several shocks at a time, and `numpy_backend` impl
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Sequence
 from itertools import islice
 from types import ModuleType
@@ -20,6 +21,8 @@ from shockwave.simulation.time_limit import expired
 _WIDTH = 8
 # Shorter shocks take about as long as one of this duration, in characteristic times.
 _SHORT = 16.0
+# Numbers found for each shock.
+_NUMBERS = len(Primary._fields) - 1
 
 
 def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled: ModuleType | None) -> list[Primary]:
@@ -31,6 +34,8 @@ def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled
         from shockwave.simulation.numpy_backend import search
 
         return [search(request, method()) for request in requests]
+    if len(requests) == 1:
+        return _search_compiled(compiled, method, requests)
     # Shocks with similar run times are grouped, so that none waits for a much longer one.
     groups: dict[int, list[int]] = {}
     for index, request in enumerate(requests):
@@ -43,35 +48,34 @@ def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled
     return [found[index] for index in range(len(requests))]
 
 
-def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: list[Request]) -> list[Primary]:
+def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: Sequence[Request]) -> list[Primary]:
     """The leading waves by the compiled code, from tables with the columns that `_compiled.c` defines."""
-    jobs: list[float] = []
-    stops: list[float] = []
-    wanted: list[int] = []
+    jobs, stops, wanted = (array("d") for _ in range(3))
     pieces = terms = 0
     for request in requests:
         problem = request.problem
         path = problem.path
-        jobs += (problem.rise_time, problem.peak_force, problem.duration, problem.granules or 0)
-        jobs += (request.tolerance, request.doubt, request.max_contacts, request.max_work)
-        jobs += (request.rear, request.earliest_time, request.growing, *request.above)
-        jobs += (pieces, len(path.rows), terms, len(stops), len(wanted), len(request.contacts))
+        jobs.extend((problem.rise_time, problem.peak_force, problem.duration, problem.granules or 0))
+        jobs.extend((request.tolerance, request.doubt, request.max_contacts, request.max_work))
+        jobs.extend((request.rear, request.earliest_time, request.growing, *request.above))
+        jobs.extend((pieces, len(path.rows), terms, len(stops), len(wanted) // 3, len(request.contacts)))
         pieces += len(path.rows)
         terms += len(path.coefficients)
-        stops += problem.stops
-        wanted += request.contacts
-    rows = np.concatenate([request.problem.path.rows for request in requests])
-    coefficients = np.concatenate([request.problem.path.coefficients for request in requests])
-    found = np.zeros((len(requests), len(Primary._fields) - 1))
-    passages = np.full((len(wanted), 3), math.nan)
-    passages[:, 0] = wanted
+        stops.extend(problem.stops)
+        for contact in request.contacts:
+            wanted.extend((contact, math.nan, math.nan))
+    paths = [request.problem.path for request in requests]
+    rows, coefficients = paths[0].rows, paths[0].coefficients
+    if len(paths) > 1:
+        rows = np.concatenate([path.rows for path in paths])
+        coefficients = np.concatenate([path.coefficients for path in paths])
+    found = array("d", bytes(8 * _NUMBERS * len(requests)))
     lanes = 1 if len(requests) < _WIDTH else _WIDTH
-    tables = np.array(jobs), rows, coefficients, np.array(stops), passages, found
-    compiled.primary(method.tableau.packed, *tables, lanes, expired)
-    triples = iter(passages.tolist())
+    compiled.primary(method.tableau.packed, jobs, rows, coefficients, stops, wanted, found, lanes, expired)
+    triples = zip(*[iter(wanted)] * 3, strict=True)
     answers = []
-    for numbers, request in zip(found.tolist(), requests, strict=True):
+    for first, request in zip(range(0, len(found), _NUMBERS), requests, strict=True):
         own = islice(triples, len(request.contacts))
         reached = tuple(Passage(int(contact), time, force) for contact, time, force in own if not math.isnan(time))
-        answers.append(Primary._make([*numbers, reached]))
+        answers.append(Primary._make((*found[first : first + _NUMBERS], reached)))
     return answers

@@ -15,7 +15,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from attrs import frozen
+from attrs import field, frozen
 
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.guard import trusted
@@ -74,19 +74,21 @@ class ChainProblem:
         In scaled units.
     granules : int or None
         Number of granules; None for an infinite chain.
+    duration : float
+        Duration of the force.
     """
 
     profile: ShockProfile
     rise_time: float
     peak_force: float
     granules: int | None = None
+    duration: float = field(init=False)
 
-    @cached_property
-    def duration(self) -> float:
-        """Duration of the force."""
+    @duration.default
+    def _duration(self) -> float:
         return float(self.profile.duration_ratio) * self.rise_time
 
-    @cached_property
+    @property
     def stops(self) -> tuple[float, ...]:
         """Times on which steps must end: the kinks and the end of the force."""
         points = self.profile.breakpoints
@@ -111,11 +113,13 @@ class ChainProblem:
         """Whether the first waves of the train are nearly equal and separate slowly."""
         return self.duration >= _LONG
 
-    @cached_property
+    @property
     def rises_again(self) -> bool:
         """Whether a long force rises again after it has decreased."""
-        if not self.is_long:
-            return False
+        return self.is_long and self._has_second_rise
+
+    @cached_property
+    def _has_second_rise(self) -> bool:
         fallen = np.maximum.accumulate(self.course) - self.course
         return bool((np.maximum.accumulate(fallen) - fallen).max() > _SECOND_RISE)
 
@@ -247,12 +251,14 @@ class Request:
     def growing(self) -> float:
         return _GROWING_AGAIN if self.problem.rises_again else _GROWING
 
-    @cached_property
+    @property
     def above(self) -> list[float]:
         """Times during which the force exceeds 0, 0.1, ... 0.9 of its peak; zeros for a short shock."""
+        return self._above if self.problem.is_long else [0.0] * 10
+
+    @cached_property
+    def _above(self) -> list[float]:
         problem = self.problem
-        if not problem.is_long:
-            return [0.0] * 10
         below = np.searchsorted(np.sort(problem.course), _TENTHS, side="right")
         times: list[float] = ((1 - below / len(problem.course)) * problem.duration).tolist()
         return times

@@ -87,7 +87,7 @@ class Shape:
         """
         examine(profile)
         n = float(profile.duration_ratio)
-        area = float(profile.areas().total)
+        area = float(profile.total_area)
         centroid = n - float(profile.double_integral(n)) / area
         return cls(repr(profile), n, area, centroid, correction(profile))
 
