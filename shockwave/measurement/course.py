@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import abc
 import math
+from array import array
 from collections import deque
 from functools import partial
 from types import ModuleType
@@ -38,7 +39,7 @@ _COLUMNS = (
     "now", "size", "until", "stop", "granules", "flying", "flown", "age", "steps", "kept", "evaluations", "peaks",
     "strongest", "ended", "target", "rise_time", "peak_force", "duration", "length", "tolerance", "kept_since",
 )  # fmt: skip
-_STATE = np.dtype([(name, float) for name in _COLUMNS])
+_PLACES = {name: place for place, name in enumerate(_COLUMNS)}
 
 
 class Course(abc.ABC):
@@ -110,23 +111,21 @@ class _Compiled(Course):
 
     def __init__(self, problem: ChainProblem, integrator: Nystroem, kept: bool) -> None:
         super().__init__(problem, integrator)
-        self._state = np.zeros((), _STATE)
-        self._state["size"] = integrator.first_size(problem.stops[0], None)
-        self._state["until"] = problem.stops[0]
-        self._state["granules"] = min(FIRST_WINDOW, problem.granules or FIRST_WINDOW)
-        self._state["rise_time"], self._state["peak_force"] = problem.rise_time, problem.peak_force
-        self._state["duration"], self._state["length"] = problem.duration, problem.granules or 0
-        self._state["tolerance"] = integrator.tolerance
-        tables = integrator.tableau.packed, problem.path.rows, problem.path.coefficients, np.array(problem.stops)
+        stops = array("d", problem.stops)
+        self._state = array("d", bytes(8 * len(_COLUMNS)))
+        self._granules = min(FIRST_WINDOW, problem.granules or FIRST_WINDOW)
+        self._set(size=integrator.first_size(stops[0], None), until=stops[0], granules=self._granules)
+        self._set(rise_time=problem.rise_time, peak_force=problem.peak_force, duration=problem.duration)
+        self._set(length=problem.granules or 0, tolerance=integrator.tolerance)
+        tables = integrator.tableau.packed, problem.path.rows, problem.path.coefficients, stops
         self._continue = partial(cast(ModuleType, integrator.compiled).march, *tables, self._state)
-        self._chain = np.zeros((3, int(self._state["granules"])))
+        self._chain = np.zeros((3, self._granules))
         self._rows = _MOST_STEPS + 1 if kept else 0
 
     def advance(self, until: float, since: float = 0.0) -> Stretch:
         if expired():
             raise overdue(self.now)
-        state, log = self._state, self.log
-        granules = int(state["granules"])
+        log, granules = self.log, self._granules
         capacity = granules + _ROOM + int(_ROOM_RATE * min(until - self.now, _ROOM_TIME))
         chain = np.zeros((3, capacity))
         chain[:, :granules] = self._chain[:, :granules]
@@ -140,10 +139,9 @@ class _Compiled(Course):
         if memory.shape[1] < size:
             memory = np.empty((2, size + size // 2 + rows * _SLACK))
         times, (xs, vs) = np.empty(rows), memory[:, :size].reshape(2, rows, capacity)
-        state["target"], state["kept_since"] = until, since
-        state["peaks"], state["strongest"] = log.count, log.strongest
+        self._set(target=until, kept_since=since, peaks=log.count, strongest=log.strongest)
         self._continue(chain, times, xs, vs, log.table, log.last, expired)
-        found = dict(zip(_COLUMNS, state.item(), strict=True))
+        found = dict(zip(_COLUMNS, self._state, strict=True))
         log.count, log.strongest = int(found["peaks"]), found["strongest"]
         self.now, self.steps, self.integrator.evaluations = found["now"], int(found["steps"]), int(found["evaluations"])
         if found["ended"] == Status.RUNNING:
@@ -151,6 +149,7 @@ class _Compiled(Course):
         if found["ended"] == Status.FAILED:
             raise NumericalError(f"{self.integrator.name} cannot step beyond t = {self.now:g} T0")
         kept, granules = int(found["kept"]), int(found["granules"])
+        self._granules = granules
         if kept:
             return Stretch((), times[:kept], xs[:kept, :granules], vs[:kept, :granules])
         return Stretch((), np.array([self.now]), *self._chain[:2, None, :granules])
@@ -159,11 +158,16 @@ class _Compiled(Course):
         origin = self._chain.item(0, granules - 1)
         self._chain[:, granules:] = 0.0
         self._chain[0, :granules] -= origin
-        if granules - self._state["flying"] < 2:  # granules in free flight remain, and are integrated again
-            self._state["flying"] = 0
+        if granules - self._state[_PLACES["flying"]] < 2:  # granules in free flight remain, and are integrated again
+            self._set(flying=0)
             self._chain[2] = 0.0
-        self._state["granules"], self._state["until"] = granules, self.now
+        self._granules = granules
+        self._set(granules=granules, until=self.now)
         return float(origin)
+
+    def _set(self, **values: float) -> None:
+        for name, value in values.items():
+            self._state[_PLACES[name]] = value
 
     def recycle(self, stretch: Stretch) -> None:
         memory = stretch.x.base
