@@ -26,10 +26,10 @@ _INTERVAL = 12.0
 _SHARE = 0.25
 # Time for which steps are kept, in characteristic times of the weakest wave: from before until after a wave has passed.
 _KEPT = 3.2 * PASSED
-# Contacts that the front may pass before waves other than the leading one are measured even if they have not settled:
+#: Contacts that the front may pass before waves other than the leading one are measured even if they have not settled:
 # a constant, and a number for each characteristic time of the duration of the shock.
-_BUDGET = 160.0
-_BUDGET_RATE = 6.0
+BUDGET = 160.0
+BUDGET_RATE = 6.0
 # Scatter of peak forces over the error tolerance of a step.
 _NOISE = 30.0
 # Distance in granules at which a free end affects a wave.
@@ -74,6 +74,8 @@ class ChainRun:
         Largest number of contacts that the front passes.
     label : str
         Name of the run in reports of progress.
+    expected : float
+        Time before which the waves are not examined, because the leading wave will not have settled.
     waves : tuple of MeasuredWave
         Waves in the order of their arrival. Their ``error_estimate`` bounds the relative deviation of the peak force
         from its limit along the chain. At the end of a finite chain the peak itself is the result, and the estimate is
@@ -110,6 +112,7 @@ class ChainRun:
     later_doubt: float
     most_contacts: int
     label: str = "wave train"
+    expected: float = 0.0
     waves: tuple[MeasuredWave, ...] = ()
     unread: int = 0
     recoils: tuple[float, ...] = ()
@@ -161,6 +164,8 @@ class ChainRun:
         stretch = self._advance(self.problem.duration)
         self.work = chain_energy(stretch.x[-1], stretch.v[-1])
         self._driven_steps = self.steps
+        if self.expected > stretch.end:
+            stretch = self._advance(self.expected)
         while not self._has_seen_all(stretch):
             interval = max(_INTERVAL, _SHARE * stretch.end, self._wait)
             stretch = self._advance(stretch.end + min(interval, self._left))
@@ -251,7 +256,7 @@ class ChainRun:
             self._lead = outlook.heads[0]
         speed = SPEED / characteristic_time(self._lead.force)
         front = self._lead.contact + (stretch.end - self._lead.time) * speed
-        budget = _BUDGET + _BUDGET_RATE * self.problem.duration
+        budget = BUDGET + BUDGET_RATE * self.problem.duration
         if front <= budget:
             self._left = (budget + 1 - front) / speed
         # In order of position: behind a wave that has not settled, a peak can remain constant for a while.

@@ -9,13 +9,14 @@ from attrs import evolve
 
 from shockwave.chain.chain import Scales
 from shockwave.errors import NumericalError
-from shockwave.measurement.chain_run import EJECTED, ChainRun, rebounding
+from shockwave.measurement.chain_run import BUDGET, BUDGET_RATE, EJECTED, ChainRun, rebounding
 from shockwave.measurement.contact_peaks import ContactPeak
 from shockwave.measurement.course import Course
 from shockwave.measurement.measured_wave import MeasuredWave
-from shockwave.measurement.peak_log import Peak, PeakLog
+from shockwave.measurement.peak_log import Peak, PeakLog, characteristic_time
 from shockwave.measurement.result import Cost, SimulationResult, Train
 from shockwave.measurement.simulation_setup import Setup, immeasurable, scaled, setup_of
+from shockwave.measurement.waves import PASSED
 from shockwave.simulation.integrator import LONGEST_STEP
 from shockwave.simulation.problem import ChainProblem, Primary, Status
 from shockwave.text import si
@@ -36,6 +37,8 @@ _ROUNDING = 1e-12
 _UNSETTLED = 0.1
 # Least greatest force on a semi-infinite chain, over that of the leading wave, that is reported.
 _EXCESS = 1.01
+# Time after which the run for the train finds that the leading wave has settled, over that of the search for it.
+_LATER = 1.15
 # Longest chain: a number of contacts, and a number for each characteristic time of the duration of the shock.
 _MOST_CONTACTS = 1000
 _MOST_RATE = 10
@@ -48,7 +51,7 @@ def train_of(result: SimulationResult) -> Train:
         return _primary_alone(result, f"The train is not integrated, because {reason}.")
     try:
         # the search for the leading wave is more accurate than the runs for all waves
-        train, _ = _train(problem, scales, setup_of(result.options), _LATER_DOUBT)
+        train, _ = _train(problem, scales, setup_of(result.options), _LATER_DOUBT, result.found)
     except NumericalError as error:
         return _primary_alone(result, f"The train could not be measured: {error}.")
     strongest, *others = train.waves
@@ -107,16 +110,22 @@ def measure_primary(
     return primary, 1.0 if error is None else error, train, warnings
 
 
-def _train(problem: ChainProblem, scales: Scales, setup: Setup, share: float) -> tuple[Train, ChainRun]:
+def _train(
+    problem: ChainProblem, scales: Scales, setup: Setup, share: float, found: Primary | None = None
+) -> tuple[Train, ChainRun]:
     """Measure the train; a second, coarser run of half the time shows the step errors. The train, and the first run.
 
-    ``share`` is the allowed deviation of the leading wave from its limit, over the tolerance.
+    ``share`` is the allowed deviation of the leading wave from its limit, over the tolerance, and ``found`` the wave if
+    it is known.
     """
     begin = time.perf_counter()
     most = int(_MOST_CONTACTS + _MOST_RATE * problem.duration)
     first, later = (max(min(each * setup.rtol, _MOST_DOUBT), _LEAST_DOUBT) for each in (share, _LATER_DOUBT))
     arguments = (setup.options.wave_threshold, first, later, most)
-    fine = ChainRun(problem, setup.integrator(), *arguments, "wave train, run 1 of 2").finished()
+    expected = 0.0
+    if found is not None and found.contact <= BUDGET + BUDGET_RATE * problem.duration and problem.granules is None:
+        expected = _LATER * found.time + PASSED * characteristic_time(found.peak)
+    fine = ChainRun(problem, setup.integrator(), *arguments, "wave train, run 1 of 2", expected).finished()
     if not fine.waves:
         raise NumericalError(
             f"no wave formed within {most} contacts: the shock is too slow for its peak force"
