@@ -177,6 +177,7 @@ class ChainRun:
         transits = {(each.peak.contact, each.peak.time): each for each in self._transits}
         self.waves = measured(list(transits.values()), self.problem)
         self.measured = stretch.end
+        self._keep_velocities(self.problem.duration + _COMPARED * (self.measured - self.problem.duration))
         self.momentum += float(np.sum(v))
         self.energy += chain_energy(x, v)
         ejected = EJECTED * max((wave.granule_velocity for wave in self.waves), default=0.0)
@@ -216,7 +217,7 @@ class ChainRun:
         """
         share = _COMPARED if self.problem.granules is None else 1.0
         earliest = min(self.problem.duration + share * (self.measured - self.problem.duration), self.measured)
-        return next(each for each in self._velocities if each[0] >= earliest)
+        return min((each for each in self._velocities if each[0] >= earliest), key=lambda each: each[0])
 
     @property
     def _kept(self) -> float:
@@ -238,13 +239,16 @@ class ChainRun:
 
     def _has_seen_all(self, stretch: Stretch) -> bool:
         """Whether the waves are known after ``stretch``."""
-        then = stretch.end - self._kept / 2
+        self._keep_velocities(stretch.end - self._kept / 2)
+        self._velocities.append((stretch.end, stretch.v[-1].copy()))
+        return self._is_spent(stretch) if self.reached_end else self._judge(stretch)
+
+    def _keep_velocities(self, then: float) -> None:
+        """Keep the velocities at the end of the step at ``then``, if they are at hand."""
         for each, _ in self._recent:
             if each.times[0] <= then < each.end:
                 row = int(each.times.searchsorted(then))
                 self._velocities.append((each.times.item(row), each.v[row].copy()))
-        self._velocities.append((stretch.end, stretch.v[-1].copy()))
-        return self._is_spent(stretch) if self.reached_end else self._judge(stretch)
 
     def _judge(self, stretch: Stretch) -> bool:
         """Whether every wave has settled; then they are measured."""
