@@ -92,9 +92,10 @@ def test_backends_agree_on_passages(scene: str) -> None:
 @compiled_alone
 def test_backends_agree_on_the_train() -> None:
     one, other = (sw.simulate(CASE_A, CHAIN, backend=name, rtol=1e-4) for name in ("compiled", "numpy"))
-    peaks = [wave.peak_force for wave in other.waves]
-    # equal steps, except for the rounding of sums, which is relative to the leading wave
-    assert [wave.peak_force for wave in one.waves] == pytest.approx(peaks, rel=1e-12, abs=1e-12 * peaks[0])
+    for name in ("peak_force", "momentum", "energy", "width", "granule_velocity", "foot"):
+        values = [getattr(wave, name) for wave in other.waves]
+        # equal steps, except for the rounding of sums, which is relative to the leading wave
+        assert [getattr(wave, name) for wave in one.waves] == pytest.approx(values, rel=1e-11, abs=1e-12 * values[0])
 
 
 @compiled_alone
@@ -168,8 +169,8 @@ def buffers(function: str) -> list[Any]:
     """Copies of the arguments: of `primary` and `march` for case A, of `attempt` for ten granules of it.
 
     Those of `primary` are method, jobs, rows, coefficients, stops, wanted, found, lanes; of `march` method, rows,
-    coefficients, stops, state, chain, times, x, v, peaks, last; of `attempt` method, rows, coefficients, state, after,
-    and four numbers.
+    coefficients, stops, state, chain, times, x, v, peaks, last; of `read` times, states, wave; of `attempt` method,
+    rows, coefficients, state, after, and four numbers.
     """
     if function == "primary":
         compiled = Mock()
@@ -180,6 +181,8 @@ def buffers(function: str) -> list[Any]:
         with pytest.raises(sw.NumericalError):  # nothing has been computed
             Course.of(PROBLEM, Rkn86(compiled=compiled)).advance(1.0)
         arguments = compiled.march.call_args.args
+    elif function == "read":
+        arguments = [np.arange(3.0), np.zeros((2, 3, 4)), np.zeros(9)]
     else:
         path = PROBLEM.path
         arguments = [Rkn86.tableau.packed, path.rows, path.coefficients, *np.zeros((2, 30)), 0.0, 0.1, 2.0, 1.0]
@@ -216,6 +219,9 @@ MISFITS = {
     "march-with-few-contacts": ("march", "a[10] = a[10][:10].copy()"),
     "march-of-many-granules": ("march", "a[4][4] = 1e9"),
     "march-without-a-stop": ("march", "a[4][3] = 1e18"),
+    "reading-of-one-state": ("read", "a[0], a[1] = a[0][:1].copy(), a[1][:, :1].copy()"),
+    "reading-of-short-states": ("read", "a[1] = a[1][:, :-1].copy()"),
+    "reading-to-a-short-wave": ("read", "a[2] = a[2][:-1].copy()"),
     "step-without-coefficients": ("attempt", "a[2] = np.empty(0)"),
     "step-without-a-state": ("attempt", "a[3] = a[3][:0]"),
     "step-to-a-short-state": ("attempt", "a[4] = a[4][:-3].copy()"),

@@ -11,7 +11,8 @@ from shockwave.chain.solitary_wave import SPEED
 from shockwave.measurement.course import Course
 from shockwave.measurement.measured_wave import MeasuredWave
 from shockwave.measurement.peak_log import Peak, PeakLog, characteristic_time
-from shockwave.measurement.waves import PASSED, PASSING, Outlook, Probe, Transit, distance_from_limit, measured
+from shockwave.measurement.wave_reading import Probe, Transit, measured
+from shockwave.measurement.waves import PASSED, PASSING, Outlook, distance_from_limit
 from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Integrator
@@ -175,7 +176,7 @@ class ChainRun:
             self._transits = self._at_end(self._free_end)
         # two heads may belong to the same wave where it has passed
         transits = {(each.peak.contact, each.peak.time): each for each in self._transits}
-        self.waves = measured(list(transits.values()), self.problem)
+        self.waves = measured(list(transits.values()), self.problem, getattr(self.integrator, "compiled", None))
         self.measured = stretch.end
         self._keep_velocities(self.problem.duration + _COMPARED * (self.measured - self.problem.duration))
         self.momentum += float(np.sum(v))
