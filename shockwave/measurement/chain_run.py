@@ -17,7 +17,7 @@ from shockwave.progress import progressed
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.march import Stretch, free_granules
-from shockwave.simulation.problem import ChainProblem, chain_energy
+from shockwave.simulation.problem import ChainProblem, Primary, chain_energy
 
 #: Least backward velocity of an ejected granule, over the peak velocity of the granules in the leading wave.
 EJECTED = 1e-3
@@ -27,10 +27,12 @@ _INTERVAL = 12.0
 _SHARE = 0.25
 # Time for which steps are kept, in characteristic times of the weakest wave: from before until after a wave has passed.
 _KEPT = 3.2 * PASSED
-#: Contacts that the front may pass before waves other than the leading one are measured even if they have not settled:
+# Contacts that the front may pass before waves other than the leading one are measured even if they have not settled:
 # a constant, and a number for each characteristic time of the duration of the shock.
-BUDGET = 160.0
-BUDGET_RATE = 6.0
+_BUDGET = 160.0
+_BUDGET_RATE = 6.0
+# Time after which the leading wave is found to have settled here, over that of the search for it.
+_LATER = 1.15
 # Scatter of peak forces over the error tolerance of a step.
 _NOISE = 30.0
 # Distance in granules at which a free end affects a wave.
@@ -75,8 +77,8 @@ class ChainRun:
         Largest number of contacts that the front passes.
     label : str
         Name of the run in reports of progress.
-    expected : float
-        Time before which the waves are not examined, because the leading wave will not have settled.
+    leading : Primary or None
+        Leading wave, if it is known. The waves are not examined before it is expected to settle.
     waves : tuple of MeasuredWave
         Waves in the order of their arrival. Their ``error_estimate`` bounds the relative deviation of the peak force
         from its limit along the chain. At the end of a finite chain the peak itself is the result, and the estimate is
@@ -113,7 +115,7 @@ class ChainRun:
     later_doubt: float
     most_contacts: int
     label: str = "wave train"
-    expected: float = 0.0
+    leading: Primary | None = None
     waves: tuple[MeasuredWave, ...] = ()
     unread: int = 0
     recoils: tuple[float, ...] = ()
@@ -165,8 +167,8 @@ class ChainRun:
         stretch = self._advance(self.problem.duration)
         self.work = chain_energy(stretch.x[-1], stretch.v[-1])
         self._driven_steps = self.steps
-        if self.expected > stretch.end:
-            stretch = self._advance(self.expected)
+        if self._expected > stretch.end:
+            stretch = self._advance(self._expected)
         while not self._has_seen_all(stretch):
             interval = max(_INTERVAL, _SHARE * stretch.end, self._wait)
             stretch = self._advance(stretch.end + min(interval, self._left))
@@ -221,6 +223,19 @@ class ChainRun:
         return min((each for each in self._velocities if each[0] >= earliest), key=lambda each: each[0])
 
     @property
+    def _budget(self) -> float:
+        """Number of contacts that the front may pass before waves that have not settled are measured, too."""
+        return _BUDGET + _BUDGET_RATE * self.problem.duration
+
+    @property
+    def _expected(self) -> float:
+        """Time at which the leading wave of an endless chain is expected to have settled; 0 if it is not known."""
+        found = self.leading
+        if found is None or self.problem.granules is not None or found.contact > self._budget:
+            return 0.0
+        return _LATER * found.time + PASSED * characteristic_time(found.peak)
+
+    @property
     def _kept(self) -> float:
         """Time for which steps are kept: from before the weakest wave has passed until after it has."""
         return _KEPT * characteristic_time(self.wave_threshold * self.log.strongest)
@@ -261,7 +276,7 @@ class ChainRun:
             self._lead = outlook.heads[0]
         speed = SPEED / characteristic_time(self._lead.force)
         front = self._lead.contact + (stretch.end - self._lead.time) * speed
-        budget = BUDGET + BUDGET_RATE * self.problem.duration
+        budget = self._budget
         if front <= budget:
             self._left = (budget + 1 - front) / speed
         # In order of position: behind a wave that has not settled, a peak can remain constant for a while.

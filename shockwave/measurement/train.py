@@ -9,14 +9,13 @@ from attrs import evolve
 
 from shockwave.chain.chain import Scales
 from shockwave.errors import NumericalError
-from shockwave.measurement.chain_run import BUDGET, BUDGET_RATE, EJECTED, ChainRun, rebounding
+from shockwave.measurement.chain_run import EJECTED, ChainRun, rebounding
 from shockwave.measurement.contact_peaks import ContactPeak
 from shockwave.measurement.course import Course
 from shockwave.measurement.measured_wave import MeasuredWave
-from shockwave.measurement.peak_log import Peak, PeakLog, characteristic_time
+from shockwave.measurement.peak_log import Peak, PeakLog
 from shockwave.measurement.result import Cost, SimulationResult, Train
 from shockwave.measurement.simulation_setup import Setup, immeasurable, scaled, setup_of
-from shockwave.measurement.waves import PASSED
 from shockwave.simulation.integrator import LONGEST_STEP
 from shockwave.simulation.problem import ChainProblem, Primary, Status
 from shockwave.text import si
@@ -37,8 +36,6 @@ _ROUNDING = 1e-12
 _UNSETTLED = 0.1
 # Least greatest force on a semi-infinite chain, over that of the leading wave, that is reported.
 _EXCESS = 1.01
-# Time after which the run for the train finds that the leading wave has settled, over that of the search for it.
-_LATER = 1.15
 # Longest chain: a number of contacts, and a number for each characteristic time of the duration of the shock.
 _MOST_CONTACTS = 1000
 _MOST_RATE = 10
@@ -122,10 +119,7 @@ def _train(
     most = int(_MOST_CONTACTS + _MOST_RATE * problem.duration)
     first, later = (max(min(each * setup.rtol, _MOST_DOUBT), _LEAST_DOUBT) for each in (share, _LATER_DOUBT))
     arguments = (setup.options.wave_threshold, first, later, most)
-    expected = 0.0
-    if found is not None and found.contact <= BUDGET + BUDGET_RATE * problem.duration and problem.granules is None:
-        expected = _LATER * found.time + PASSED * characteristic_time(found.peak)
-    fine = ChainRun(problem, setup.integrator(), *arguments, "wave train, run 1 of 2", expected).finished()
+    fine = ChainRun(problem, setup.integrator(), *arguments, "wave train, run 1 of 2", found).finished()
     if not fine.waves:
         raise NumericalError(
             f"no wave formed within {most} contacts: the shock is too slow for its peak force"

@@ -27,7 +27,8 @@ _VALUES = np.vander(_NODES, 8, increasing=True)
 _SLOPES = np.pad(_VALUES[:, :-1] * np.arange(1, 8), ((0, 0), (1, 0)))
 # The same from the `hermite_data`.
 _VALUES_BETWEEN, _SLOPES_BETWEEN = product(_VALUES, POWERS), product(_SLOPES, POWERS)
-# Number of waves that are measured together without compiled code, and the largest number of values for which `product` is faster.
+# Number of waves that are measured together without compiled code, and the largest number of values for which `product`
+# is faster.
 _TOGETHER = 16
 _FEW = 2048
 # Number of samples on each side of a crossing or a maximum that its polynomial interpolates.
