@@ -11,6 +11,7 @@ from shockwave.chain.solitary_wave import SPEED
 from shockwave.measurement.course import Course
 from shockwave.measurement.measured_wave import MeasuredWave
 from shockwave.measurement.peak_log import Peak, PeakLog, characteristic_time
+from shockwave.measurement.rebound import EJECTED, departed, rebounding
 from shockwave.measurement.wave_reading import Probe, Transit, measured
 from shockwave.measurement.waves import PASSED, PASSING, Outlook, distance_from_limit
 from shockwave.progress import progressed
@@ -19,8 +20,6 @@ from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.march import Stretch, free_granules
 from shockwave.simulation.problem import ChainProblem, Primary, chain_energy
 
-#: Least backward velocity of an ejected granule, over the peak velocity of the granules in the leading wave.
-EJECTED = 1e-3
 # Interval at which the waves are examined, in characteristic times.
 _INTERVAL = 12.0
 # Its least share of the time.
@@ -197,8 +196,8 @@ class ChainRun:
                 stretch = self._course.advance(stretch.end + _INTERVAL)
             x, v = stretch.x[-1], stretch.v[-1]
             # granules that hardly move relative to one another depart, though some will exchange their velocities
-            departed = v[::-1] if self.unfollowed_force == 0 else v[::-1][: _departed(x, v)]
-            self.spalls = tuple(departed[departed > ejected].tolist())
+            leaving = v[::-1] if self.unfollowed_force == 0 else v[::-1][: departed(x, v)]
+            self.spalls = tuple(leaving[leaving > ejected].tolist())
         self.end = stretch.end
         while self._recent:
             self._course.recycle(self._recent.pop()[0])
@@ -362,7 +361,7 @@ class ChainRun:
     def _is_spent(self, stretch: Stretch) -> bool:
         """Whether nothing more can leave a finite chain: its granules move apart, or have had enough steps to."""
         x, v = stretch.x[-1], stretch.v[-1]
-        first, last = free_granules(x, v), len(x) - _departed(x, v)
+        first, last = free_granules(x, v), len(x) - departed(x, v)
         self.unfollowed_force = 0.0
         if first >= last:
             return True
@@ -382,22 +381,3 @@ class ChainRun:
         # does not show the step error.
         doubt = self.integrator.tolerance
         return [end.transit(peak, self.log, doubt) for peak in peaks if peak.force >= least]
-
-
-def rebounding(v: FloatArray, ejected: float) -> tuple[tuple[float, ...], float]:
-    """Velocities of the rebounding granules, and the momentum that they may still exchange with others.
-
-    They extend from the loaded end to the last ejected granule and the granules that follow it backwards. Further on,
-    a backward drift is caused by passing waves.
-    """
-    last = int(np.append(0, (v < -ejected).nonzero()[0])[-1])
-    forward = v[last:] >= 0
-    end = last + int(forward.argmax()) if forward.any() else len(v)
-    region, beyond = v[:end], v[end:]
-    loose = float(region[region > 0].sum() - beyond[beyond < 0].sum())
-    return tuple(region[region < 0].tolist()), loose
-
-
-def _departed(x: FloatArray, v: FloatArray) -> int:
-    """Number of granules that have left the free end: out of contact, and no two of them approaching each other."""
-    return free_granules(-x[::-1], -v[::-1])

@@ -9,11 +9,12 @@ from attrs import evolve
 
 from shockwave.chain.chain import Scales
 from shockwave.errors import NumericalError
-from shockwave.measurement.chain_run import EJECTED, ChainRun, rebounding
+from shockwave.measurement.chain_run import ChainRun
 from shockwave.measurement.contact_peaks import ContactPeak
 from shockwave.measurement.course import Course
 from shockwave.measurement.measured_wave import MeasuredWave
 from shockwave.measurement.peak_log import Peak, PeakLog
+from shockwave.measurement.rebound import EJECTED, rebounding
 from shockwave.measurement.result import Cost, SimulationResult, Train
 from shockwave.measurement.simulation_setup import Setup, immeasurable, scaled, setup_of
 from shockwave.simulation.integrator import LONGEST_STEP
