@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 
     #: A scenario, its file, or an excitation whose chain is given beside it.
     Scene: TypeAlias = Scenario | str | os.PathLike[str] | Shock | Impact
+
+
+_default_options = functools.cache(SimulateOptions)
 
 
 def predict(scene: Scene, chain: Chain | None = None, **settings: Any) -> Outcome:
@@ -91,7 +95,8 @@ def simulate(scene: Scene, chain: Chain | None = None, rtol: float | None = None
     options |= {} if rtol is None else {"rtol": rtol}
     scenario = _scenario(scene, chain)
     if scenario is None:
-        return simulate_with(SimulateOptions(**options), cast("Shock", scene), cast("Chain", chain))
+        made = SimulateOptions(**options) if options else _default_options()
+        return simulate_with(made, cast("Shock", scene), cast("Chain", chain))
     result = simulate_with(_options(scenario, options), scenario.excitation, scenario.chain)
     return evolve(result, scenario=scenario.name, limit=scenario.limit)
 

@@ -877,9 +877,10 @@ static int find_peaks(const Method *m, const Batch *batch, Window *w, Window *pa
         double any = 0;
         for (b = 0; b < BLOCK; b++) any += w->f[e + b];
         for (b = 0; any > 0 && b < BLOCK; b++) {
+            if (w->f[e + b] == 0) continue;
             j = (e + b) / width;
             l = (int)((e + b) % width);
-            if (w->f[e + b] == 0 || j == 0 || j + 1 >= lanes[l].count || !trial->accepted[l]) continue;
+            if (j == 0 || j + 1 >= lanes[l].count || !trial->accepted[l]) continue;
             if (!observe(m, batch, w, part, lanes + l, l, j, trial->h[l], path[l], path[l])) return 0;
         }
     }

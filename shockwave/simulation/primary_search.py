@@ -50,20 +50,22 @@ def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled
 
 def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: Sequence[Request]) -> list[Primary]:
     """The leading waves by the compiled code, from tables with the columns that `_compiled.c` defines."""
-    jobs, stops, wanted = (array("d") for _ in range(3))
+    jobs: list[float] = []
+    stops: list[float] = []
+    wanted: list[float] = []
     pieces = terms = 0
     for request in requests:
         problem = request.problem
         path = problem.path
-        jobs.extend((problem.rise_time, problem.peak_force, problem.duration, problem.granules or 0))
-        jobs.extend((request.tolerance, request.doubt, request.max_contacts, request.max_work))
-        jobs.extend((request.rear, request.earliest_time, request.growing, *request.above))
-        jobs.extend((pieces, len(path.rows), terms, len(stops), len(wanted) // 3, len(request.contacts)))
+        jobs += (problem.rise_time, problem.peak_force, problem.duration, problem.granules or 0)
+        jobs += (request.tolerance, request.doubt, request.max_contacts, request.max_work)
+        jobs += (request.rear, request.earliest_time, request.growing, *request.above)
+        jobs += (pieces, len(path.rows), terms, len(stops), len(wanted) // 3, len(request.contacts))
         pieces += len(path.rows)
         terms += len(path.coefficients)
-        stops.extend(problem.stops)
+        stops += problem.stops
         for contact in request.contacts:
-            wanted.extend((contact, math.nan, math.nan))
+            wanted += (contact, math.nan, math.nan)
     paths = [request.problem.path for request in requests]
     rows, coefficients = paths[0].rows, paths[0].coefficients
     if len(paths) > 1:
@@ -71,8 +73,10 @@ def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: Seq
         coefficients = np.concatenate([path.coefficients for path in paths])
     found = array("d", bytes(8 * _NUMBERS * len(requests)))
     lanes = 1 if len(requests) < _WIDTH else _WIDTH
-    compiled.primary(method.tableau.packed, jobs, rows, coefficients, stops, wanted, found, lanes, expired)
-    triples = zip(*[iter(wanted)] * 3, strict=True)
+    passages = array("d", wanted)
+    tables = array("d", jobs), rows, coefficients, array("d", stops), passages, found
+    compiled.primary(method.tableau.packed, *tables, lanes, expired)
+    triples = zip(*[iter(passages)] * 3, strict=True)
     answers = []
     for first, request in zip(range(0, len(found), _NUMBERS), requests, strict=True):
         own = islice(triples, len(request.contacts))
