@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 import math
+import operator
 from bisect import bisect_right
 from collections.abc import Sequence
 from itertools import pairwise
@@ -133,24 +134,23 @@ def of_powers(rise_exponent: float, decay_exponent: float, n: float) -> FreePath
     rise_power, fall_power = a1 / p, a2 * decay / q
     # The line to which the power of the decay is added.
     half = (a1 + a2) * decay / 2
-    line = np.array([[rise_power - fall_power + half, a1 + a2], [half, 0.0]])
-    rising = np.zeros((0, 2))
-    falling = np.zeros((2, 2))
+    line = [rise_power - fall_power + half, a1 + a2, half, 0.0]
+    rising: list[float] = []
     if p in _POLYNOMIALS:
-        rising = _power(int(p), 0.5) * (rise_power, a1)
+        rising = [term for c, d in _power(int(p), 0.5) for term in (c * rise_power, d * a1)]
         rise_power = 0.0
+    falling = line
     if q in _POLYNOMIALS:
-        falling = _power(int(q), -0.5) * (fall_power, -a2)
+        falling = [term for c, d in _power(int(q), -0.5) for term in (c * fall_power, -d * a2)]
+        falling[:4] = map(operator.add, falling, line)
         fall_power = 0.0
-    falling[:2] += line
-    count = len(rising)
-    rows = [
-        [0.0, 1.0, 0.0, count, rise_power, p, 0.0, 1.0],
-        [1.0, n, count, len(falling), fall_power, q, n, decay],
-    ]
+    count = len(rising) // 2
+    rise = 0.0, 1.0, 0.0, count, rise_power, p, 0.0, 1.0
+    fall = 1.0, n, count, len(falling) // 2, fall_power, q, n, decay
+    rows, coefficients = np.array((*rise, *fall)).reshape(2, -1), np.array(rising + falling).reshape(-1, 2)
     # High powers amplify the rounding error of the remaining fraction of the decay.
     rounding = _ROUNDING + _SHARE_ROUNDINGS * _EPSILON * decay / (a1 + a2)
-    return FreePath(np.array(rows), np.concatenate((rising, falling)), rounding)
+    return FreePath(rows, coefficients, rounding)
 
 
 def of_many_powers(rise_exponents: FloatArray, decay_exponents: FloatArray, n: FloatArray) -> list[FreePath]:
@@ -195,10 +195,11 @@ def _rows(begin: FloatArray, end: FloatArray, count: npt.NDArray[np.int64]) -> F
 
 
 @functools.cache
-def _power(exponent: int, slope: float) -> FloatArray:
-    """Chebyshev coefficients in z of y^m and y^(m - 1), y = 1/2 + slope z, shape (m + 1, 2)."""
+def _power(exponent: int, slope: float) -> list[list[float]]:
+    """Chebyshev coefficients in z of y^m and y^(m - 1), y = 1/2 + slope z: m + 1 pairs."""
     path, impulse = (chebyshev.poly2cheb(polynomial.polypow([0.5, slope], m)) for m in (exponent, exponent - 1))
-    return np.column_stack((path, np.append(impulse, 0.0)))
+    pairs: list[list[float]] = np.column_stack((path, np.append(impulse, 0.0))).tolist()
+    return pairs
 
 
 # ---------------------------------------------------------------- fit
