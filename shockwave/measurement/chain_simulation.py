@@ -39,9 +39,10 @@ _PAIR_SECONDS = 1.8e-7
 _ROW = 20.0
 _STEP_PAIRS = {"compiled": 300.0, "numpy": 2100.0}
 # Duration of a shock that makes a single wave, and beyond which waves along the whole chain make the time no longer
-# [characteristic times].
+# [characteristic times], and the equivalent of granules that fly freely.
 _SINGLE = 1.4
 _MANY = 25.0
+_FREE = 0.2
 # Factor of this time for NumPy.
 _NUMPY = 40.0
 # Longest computing time of the forces without a timeout or an end of the simulated time [s].
@@ -129,9 +130,8 @@ def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], Co
     code = "numpy" if chosen(backend) is None else "compiled"
     if options.timeout is None and options.until is None:
         duration = max(scaled(result.shock, result.chain)[0].duration, _SINGLE)
-        pairs = (
-            granules * granules * (min(duration, _MANY) - _SINGLE) + (_ROW * granules + _STEP_PAIRS[code]) * duration
-        )
+        pairs = granules * granules * max(min(duration, _MANY) - _SINGLE, _FREE)
+        pairs += (_ROW * granules + _STEP_PAIRS[code]) * duration
         seconds = _PAIR_SECONDS * (_NUMPY if code == "numpy" else 1) * pairs
         if seconds > _MOST_SECONDS:
             took = f"the integration of {granules} granules would take about {seconds:.0f} s or more"
@@ -261,9 +261,10 @@ def _record(result: ChainResult) -> Recording:
         recorded["displacements"] = scales.energy / scales.force * motion.samples_x[:, :count]
         recorded["velocities"] = scales.velocity * motion.samples_v[:, :count]
     if "energies" in options.record:
-        masses, v = case.layout.masses, scales.velocity * motion.samples_v[:, :count]
-        recorded["kinetic_energy"] = 0.5 * np.add.reduce(masses * v * v, axis=1)
+        squares = motion.samples_v**2 / case.assembly.inverse_masses
+        recorded["kinetic_energy"] = scales.energy / 2 * np.add.reduce(squares, axis=1)
         if case.layout.law is None:
             contacts = np.add.reduce([case.assembly.potential(x) for x in motion.samples_x], axis=1)
-            recorded["contact_energy"] = scales.energy * contacts
+            spring = case.assembly.end_stiffness / 2 * motion.samples_x[:, -1] ** 2
+            recorded["contact_energy"] = scales.energy * (contacts + spring)
     return Recording(times=times * scales.time, contacts=tuple(case.reported.tolist()), **recorded)

@@ -129,20 +129,20 @@ class _Parts:
         """Time in which a change does not pass the margin of a part."""
         own, p = self.own, self.own.p
         energies = np.where((state.d > 0) | (state.w > 0), self.stiff * state.square / self.both, 0.0)
-        force = ((p + 1) / 2 * float(energies.max())) ** (p / (p + 1)) + float(own.static.max())
+        force = math.pow((p + 1) / 2 * float(energies.max()), p / (p + 1)) + float(own.static.max())
         if self.driven:
             force = max(force, own.strength)
         force = max(_RISE * force, _TINY)
-        return float(min(self.elastic * force ** ((1 - p) / (2 * p)), self.viscous * force ** (-own.q / p)))
+        return min(self.elastic * math.pow(force, (1 - p) / (2 * p)), self.viscous * math.pow(force, -own.q / p))
 
     def live(self, state: _State, span: float) -> npt.NDArray[np.bool_]:
-        """Whether each contact is to be integrated: it is closed, or will be, and not quiet."""
+        """Whether each contact is to be integrated: it is not quiet, and closed or will be, or it has a static force."""
         own = self.own
         np.maximum(self.most, state.square, out=self.most)
         least = np.where(own.base > 0, 0.0, (_QUIET * own.tolerance) ** 2 * self.most)
         moves = state.square > np.maximum(least, _AT_REST**2)
         moves |= own.p * np.abs(state.f) * self.both * span**2 > _ANGLE**2 * np.maximum(np.abs(state.d), _AT_REST)
-        live = moves & ((state.d > 0) | (state.d + state.w * span > 0))
+        live = moves & ((own.base > 0) | (state.d > 0) | (state.d + state.w * span > 0))
         live[0] |= self.driven
         if own.end_stiffness or own.end_damping:
             live[-1] |= state.square[-1] > 0
