@@ -194,9 +194,10 @@ typedef struct {
     double width, reach, peak, highest; /* peak: value of the kernel at 0; highest: ln of the step limit */
 } Law;
 
-/* One pulse of k impulses in the notation of `kernel_force`; square matrices, row by row. */
+/* One pulse of k impulses in the notation of `kernel_force`; square matrices, row by row. Row i of the kernel has values
+   from column first[i] to before column last[i], which both increase with i; elsewhere it is negligible. */
 typedef struct {
-    long k;
+    long k, *first, *last;
     double *apart, *kernel, *system, *masses, *roots, *vector, *image, *right;
 } Kernel;
 
@@ -205,9 +206,10 @@ typedef struct {
 #define LN2_LOW 1.90821492927058770002e-10
 #define SHIFT 6755399441055744.0             /* 1.5 * 2^52: a sum with it is rounded to a whole number */
 #define LEAST (-708.0)                       /* smaller exponents count as this one, for which the exponential is 3e-308 */
+#define NEGLIGIBLE (-50.0)                   /* an element of the kernel is 2e-22 then, and 1 on the diagonal */
 
-/* Replaces values of at most zero, in an array of padded length, by their exponentials, to a unit in the last place. The
-   function of the C library takes several times as long, and its last digit depends on the processor. */
+/* Replaces n values of at most zero, and up to three values after them, by their exponentials, to a unit in the last
+   place. The function of the C library takes several times as long, and its last digit depends on the processor. */
 WIDE static void exponentials(double *values, long n)
 {
     static const double factors[] = {1 / 6227020800.0, 1 / 479001600.0, 1 / 39916800.0, 1 / 3628800.0, 1 / 362880.0,
@@ -229,6 +231,23 @@ WIDE static void exponentials(double *values, long n)
     }
 }
 
+/* Replaces the exponents in the kernel by their exponentials where these are not negligible. */
+static void exponentiate(Kernel *p)
+{
+    const long k = p->k;
+    long i, begin = 0, end = 0;
+    for (i = 0; i < k; i++) {
+        long j = k;
+        while (j > end && p->kernel[i * k + j - 1] < NEGLIGIBLE) j--;
+        p->last[i] = end = j;
+    }
+    for (i = 0; i < k; i++) {
+        while (p->last[begin] <= i) begin++;
+        p->first[i] = begin;
+        exponentials(p->kernel + i * k + begin, p->last[i] - begin);
+    }
+}
+
 static double total_mass(const double *values, long k)
 {
     double sum = 0;
@@ -237,34 +256,36 @@ static double total_mass(const double *values, long k)
     return sum;
 }
 
-/* image = kernel times values. The matrix is symmetric, so that its rows serve as columns. */
-WIDE static void apply(const double *kernel, const double *values, double *image, long k)
+/* The image of the right side by the kernel. The matrix is symmetric, so that its rows serve as columns. */
+WIDE static void apply(Kernel *p)
 {
+    const long k = p->k;
+    double *const image = p->image;
     long i, j;
     for (i = 0; i < k; i++) image[i] = 0;
     for (j = 0; j < k; j++)
-        for (i = 0; i < k; i++) image[i] += kernel[j * k + i] * values[j];
+        for (i = p->first[j]; i < p->last[j]; i++) image[i] += p->kernel[j * k + i] * p->right[j];
 }
 
 /* Solves the system of shift - roots_i kernel_ij roots_j for `right`, by elimination. There is no pivoting and no
    cancellation except on the diagonal, because all other elements are negative. */
 WIDE static void solve(Kernel *p, double shift)
 {
-    const long k = p->k;
+    const long k = p->k, *const last = p->last;
     double *const a = p->system, *const x = p->right;
     long i, j, m;
     for (i = 0; i < k; i++) {
-        for (j = i; j < k; j++) a[i * k + j] = -p->kernel[i * k + j] * p->roots[i] * p->roots[j];
+        for (j = i; j < last[i]; j++) a[i * k + j] = -p->kernel[i * k + j] * p->roots[i] * p->roots[j];
         a[i * k + i] += shift;
     }
     for (m = 0; m < k; m++)
-        for (i = m + 1; i < k; i++) {
+        for (i = m + 1; i < last[m]; i++) {
             const double factor = a[m * k + i] / a[m * k + m];
-            for (j = i; j < k; j++) a[i * k + j] -= factor * a[m * k + j];
+            for (j = i; j < last[m]; j++) a[i * k + j] -= factor * a[m * k + j];
             x[i] -= factor * x[m];
         }
     for (m = k - 1; m >= 0; m--) {
-        for (i = m + 1; i < k; i++) x[m] -= a[m * k + i] * x[i];
+        for (i = m + 1; i < last[m]; i++) x[m] -= a[m * k + i] * x[i];
         x[m] /= a[m * k + m];
     }
 }
@@ -293,9 +314,9 @@ static int balance(const Law *law, const double *times, const double *impulses, 
         const double growth = exp(force * (POWER / 6));
         double shift = 0, most = 0, norm = 0, value = 0, slope = 0, change;
         for (i = 0; i < k * k; i++) p->kernel[i] = p->apart[i] * -growth;
-        exponentials(p->kernel, PADDED(k * k));
+        exponentiate(p);
         for (i = 0; i < k; i++) p->right[i] = p->masses[i] * p->vector[i];
-        apply(p->kernel, p->right, p->image, k);
+        apply(p);
         for (i = 0; i < k; i++) {
             const double ratio = p->image[i] / p->vector[i];
             if (!(ratio <= shift)) shift = ratio;
@@ -305,7 +326,7 @@ static int balance(const Law *law, const double *times, const double *impulses, 
         for (i = 0; i < k; i++) p->right[i] = p->roots[i] * p->vector[i];
         solve(p, shift);
         for (i = 0; i < k; i++) p->right[i] *= p->roots[i];
-        apply(p->kernel, p->right, p->image, k);
+        apply(p);
         for (i = 0; i < k; i++) {
             p->vector[i] += p->image[i];
             if (!(p->vector[i] <= most)) most = p->vector[i];
@@ -317,7 +338,7 @@ static int balance(const Law *law, const double *times, const double *impulses, 
         }
         for (i = 0; i < k; i++) {
             double row = 0, bent = 0;
-            for (j = 0; j < i; j++) {
+            for (j = p->first[i]; j < i; j++) {
                 const double part = p->kernel[i * k + j] * p->right[j];
                 row += part;
                 bent += p->apart[i * k + j] * part;
@@ -338,8 +359,7 @@ static int balance(const Law *law, const double *times, const double *impulses, 
 }
 
 /* `columns` for one pulse. */
-static void measure(const Law *law, const double *times, const double *impulses, const Kernel *p, double log_force,
-                    double *found)
+static void measure(const Law *law, const double *times, const double *impulses, Kernel *p, double log_force, double *found)
 {
     const long k = p->k;
     const double unit = exp(log_force / 6), strength = law->peak * exp(log_force * (-5.0 / 6)), reach = law->reach;
@@ -352,11 +372,11 @@ static void measure(const Law *law, const double *times, const double *impulses,
             const double off = (times[i] - times[j]) * unit;
             p->kernel[i * k + j] = off * off * (-1 / (reach * reach));
         }
-    exponentials(p->kernel, PADDED(k * k));
+    exponentiate(p);
     for (c = 0; c < COLUMNS; c++) found[c] = 0;
     for (i = 0; i < k; i++) {
         double total = 0, before = 0, after = 0, squared = 0, apart = 0, directed, weight, share;
-        for (j = 0; j < k; j++) {
+        for (j = p->first[i]; j < p->last[i]; j++) {
             const double off = (times[i] - times[j]) * unit, size = fabs(off);
             const double near = p->kernel[i * k + j] * strength * impulses[j];
             total += near;
@@ -445,9 +465,9 @@ static PyObject *law_of(PyObject *self, PyObject *args)
 {
     PyObject *own[10];
     Py_buffer view[4];
-    long columns[4] = {0, 0, 1, COLUMNS}, rows, row, k, square;
+    long columns[4] = {0, 0, 1, COLUMNS}, rows, row, k, square, *ends;
     double number[4], *work;
-    int i, similar;
+    int i, similar, done;
     (void)self;
     if (!PyArg_UnpackTuple(args, "law", 10, 10, own, own + 1, own + 2, own + 3, own + 4, own + 5, own + 6, own + 7, own + 8,
                            own + 9))
@@ -461,13 +481,14 @@ static PyObject *law_of(PyObject *self, PyObject *args)
         for (i = 0; i < 4; i++) PyBuffer_Release(view + i);
         return PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
     }
-    square = PADDED(k * k);
+    square = k * k + HALF;
     work = calloc((size_t)(3 * square + 5 * k), sizeof(double));
-    if (work) {
+    ends = calloc((size_t)(2 * k), sizeof(long));
+    if (work && ends) {
         const Law law = {number[0], number[1], number[2], log(number[3])};
         double *const vectors = work + 3 * square;
-        Kernel p = {k, work, work + square, work + 2 * square, vectors, vectors + k, vectors + 2 * k, vectors + 3 * k,
-                    vectors + 4 * k};
+        Kernel p = {k, ends, ends + k, work, work + square, work + 2 * square, vectors, vectors + k, vectors + 2 * k,
+                    vectors + 3 * k, vectors + 4 * k};
         Py_BEGIN_ALLOW_THREADS
         for (row = 0; row < rows; row++) {
             const double *const times = (double *)view[0].buf + row * k, *const impulses = (double *)view[1].buf + row * k;
@@ -483,8 +504,10 @@ static PyObject *law_of(PyObject *self, PyObject *args)
         Py_END_ALLOW_THREADS
     }
     for (i = 0; i < 4; i++) PyBuffer_Release(view + i);
+    done = work && ends;
     free(work);
-    if (!work) return PyErr_NoMemory();
+    free(ends);
+    if (!done) return PyErr_NoMemory();
     Py_RETURN_NONE;
 }
 
