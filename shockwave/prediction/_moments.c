@@ -26,7 +26,9 @@
 /* Half a block as one value. */
 #define HALF (BLOCK / 2)
 typedef double Vector __attribute__((vector_size(HALF * sizeof(double)), aligned(sizeof(double)), may_alias));
-typedef long long Whole __attribute__((vector_size(HALF * sizeof(double))));
+typedef long long Whole __attribute__((vector_size(HALF * sizeof(double)), aligned(sizeof(double)), may_alias));
+#define VECTOR(address) (*(Vector *)(address))
+#define CHOICE(mask, yes, no) ((Vector)(((Whole)(yes) & (mask)) | ((Whole)(no) & ~(mask))))
 
 /* See shock_impulses.py and moments.py for the meaning of the constants of the same names. */
 #define STABLE 32
@@ -86,68 +88,115 @@ WIDE static double follow(const double *position, const double *vector, const do
     return diagonal;
 }
 
-/* Eigenvalues d, in ascending order, of the symmetric tridiagonal matrix with the diagonal d and the elements e beside
-   it, and the first elements of its eigenvectors, by the implicit QL method. Golub, G. H. & Welsch, J. H. (1969).
-   Mathematics of Computation, 23, 221-230. Returns 0 if it does not converge. */
-static int tridiagonal(double *d, double *e, double *first, long n)
+/* Numbers of four matrices, one in each lane. */
+typedef double Lanes[HALF];
+
+/* Rows `last` - 1 to l of the matrices in a QL iteration, in four lanes, in each of them from row m - 1 on. A lane in which
+   the matrix falls into two parts stops: its m becomes l. */
+WIDE static void iterate(long l, long last, Lanes *d, Lanes *e, Lanes *first, long long *m, double *p, double *g)
 {
-    long l, m, i;
-    int turn;
-    for (i = 0; i < n; i++) first[i] = i == 0;
-    e[n - 1] = 0;
+    const Vector one = {1, 1, 1, 1};
+    const Whole least = {l, l, l, l};
+    Vector s = one, c = one, shift = VECTOR(p), now = VECTOR(g), lower = VECTOR(d[last]), below = VECTOR(first[last]), root;
+    Whole start = *(Whole *)m;
+    long i;
+    int b;
+    for (i = last - 1; i >= l; i--) {
+        const Vector own = VECTOR(e[i]), f = s * own, h = c * own, square = f * f + now * now;
+        const Vector upper = VECTOR(d[i]), above = VECTOR(first[i]), rest = lower - shift;
+        const Whole on = start > (Whole){i, i, i, i};
+        Vector sine, cosine, turned;
+        Whole turns;
+        for (b = 0; b < HALF; b++) root[b] = sqrt(square[b]);
+        turns = on & (root != 0);
+        sine = f * (1 / root);
+        cosine = now * (1 / root);
+        turned = (upper - rest) * sine + 2 * cosine * h;
+        VECTOR(e[i + 1]) = CHOICE(on, root, VECTOR(e[i + 1]));
+        VECTOR(d[i + 1]) = CHOICE(turns, rest + sine * turned, CHOICE(on, rest, lower));
+        VECTOR(first[i + 1]) = CHOICE(turns, sine * above + cosine * below, below);
+        below = CHOICE(turns, cosine * above - sine * below, above);
+        now = CHOICE(turns, cosine * turned - h, now);
+        shift = CHOICE(turns, sine * turned, shift);
+        s = CHOICE(turns, sine, s);
+        c = CHOICE(turns, cosine, c);
+        start = (start & (turns | ~on)) | (least & on & ~turns);
+        lower = upper;
+    }
+    VECTOR(d[l]) = lower;
+    VECTOR(first[l]) = below;
+    VECTOR(p) = shift;
+    VECTOR(g) = now;
+    *(Whole *)m = start;
+}
+
+/* Eigenvalues d, in ascending order, of symmetric tridiagonal n x n matrices with the diagonals d and the elements e
+   beside them, and the first elements of their eigenvectors, by the implicit QL method. Golub, G. H. & Welsch, J. H.
+   (1969). Mathematics of Computation, 23, 221-230. Returns 0 if it does not converge. */
+static int tridiagonal(Lanes *d, Lanes *e, Lanes *first, long n)
+{
+    long l, i;
+    int b, turn;
+    memset(first, 0, (size_t)n * sizeof *first);
+    for (b = 0; b < HALF; b++) {
+        first[0][b] = 1;
+        e[n - 1][b] = 0;
+    }
     for (l = 0; l < n; l++)
         for (turn = 0;; turn++) {
-            double g, r, s = 1, c = 1, p = 0;
-            for (m = l; m < n - 1; m++) if (fabs(e[m]) <= DBL_EPSILON * (fabs(d[m]) + fabs(d[m + 1]))) break;
-            if (m == l) break;
+            Lanes p, g;
+            long long m[HALF];
+            long end[HALF], last = l;
+            for (b = 0; b < HALF; b++) {
+                long at = l;
+                double r;
+                while (at < n - 1 && !(fabs(e[at][b]) <= DBL_EPSILON * (fabs(d[at][b]) + fabs(d[at + 1][b])))) at++;
+                m[b] = end[b] = at;
+                p[b] = g[b] = 0;
+                if (at == l) continue;
+                if (at > last) last = at;
+                g[b] = (d[l + 1][b] - d[l][b]) / (2 * e[l][b]);
+                r = hypot(g[b], 1);
+                g[b] = d[at][b] - d[l][b] + e[l][b] / (g[b] + copysign(r, g[b]));
+            }
+            if (last == l) break;
             if (turn == MOST_TURNS) return 0;
-            g = (d[l + 1] - d[l]) / (2 * e[l]);
-            r = hypot(g, 1);
-            g = d[m] - d[l] + e[l] / (g + copysign(r, g));
-            for (i = m - 1; i >= l; i--) {
-                const double f = s * e[i], b = c * e[i];
-                e[i + 1] = r = sqrt(f * f + g * g);
-                if (r == 0) break;
-                s = f * (1 / r);
-                c = g * (1 / r);
-                g = d[i + 1] - p;
-                r = (d[i] - g) * s + 2 * c * b;
-                p = s * r;
-                d[i + 1] = g + p;
-                g = c * r - b;
-                r = first[i + 1];
-                first[i + 1] = s * first[i] + c * r;
-                first[i] = c * first[i] - s * r;
+            iterate(l, last, d, e, first, m, p, g);
+            for (b = 0; b < HALF; b++) {
+                if (m[b] > l) {
+                    d[l][b] -= p[b];
+                    e[l][b] = g[b];
+                }
+                if (end[b] > l) e[end[b]][b] = 0;
             }
-            if (i >= l) { /* the matrix has fallen into two parts */
-                d[i + 1] -= p;
-                e[m] = 0;
-                continue;
-            }
-            d[l] -= p;
-            e[l] = g;
-            e[m] = 0;
         }
-    for (l = 1; l < n; l++) {
-        const double value = d[l], own = first[l];
-        for (i = l; i > 0 && d[i - 1] > value; i--) { d[i] = d[i - 1]; first[i] = first[i - 1]; }
-        d[i] = value;
-        first[i] = own;
-    }
+    for (b = 0; b < HALF; b++)
+        for (l = 1; l < n; l++) {
+            const double value = d[l][b], own = first[l][b];
+            for (i = l; i > 0 && d[i - 1][b] > value; i--) {
+                d[i][b] = d[i - 1][b];
+                first[i][b] = first[i - 1][b];
+            }
+            d[i][b] = value;
+            first[i][b] = own;
+        }
     return 1;
 }
 
 /* Number of vectors that the recurrence needs: all if earlier ones are used again, otherwise three. */
 static long vectors_of(long count) { return count > STABLE ? count + 2 : 3; }
 
-/* `gauss` for one pulse of `points` impulses. `work` has room for two vectors of padded length, those of the recurrence
-   and `count` numbers. */
-WIDE static int reduce(const double *times, const double *impulses, long points, double *instants, double *parts, long count,
-                  double *work)
+/* Matrices of the pulses in the lanes, with mean and scale of their times and their total impulses. */
+typedef struct {
+    Lanes *diagonal, *beside, *first, mean, scale, total;
+} Reduced;
+
+/* Lanczos' recurrence for one pulse of `points` impulses: the matrix of `count` rows in lane b. `work` has room for two
+   vectors of padded length and those of the recurrence. */
+WIDE static void recur(const double *times, const double *impulses, long points, long count, int b, Reduced *to, double *work)
 {
     const long n = PADDED(points);
     double *const position = work, *const weight = work + n, *const base = work + 2 * n;
-    double *const beside = base + vectors_of(count) * n;
     double *vector = base + n, *last = base, *next, total, mean, scale = 0, step = 0;
     long i, row;
     memset(work, 0, (size_t)(4 * n) * sizeof(double));
@@ -168,22 +217,39 @@ WIDE static int reduce(const double *times, const double *impulses, long points,
     }
     for (row = 0; row < count; row++) {
         next = count > STABLE ? vector + n : base + (row + 2) % 3 * n;
-        instants[row] = follow(position, vector, last, step, next, n);
+        to->diagonal[row][b] = follow(position, vector, last, step, next, n);
         if (count > STABLE && row % ORTHOGONAL < 2)
             for (i = row; i >= 0; i--) {
                 const double *const earlier = base + (i + 1) * n;
                 subtract(next, dot(earlier, next, n), earlier, n);
             }
-        beside[row] = step = sqrt(dot(next, next, n));
+        to->beside[row][b] = step = sqrt(dot(next, next, n));
         scale_by(next, 1 / (step > ROUNDING ? step : ROUNDING), n);
         last = vector;
         vector = next;
     }
-    if (!tridiagonal(instants, beside, parts, count)) return 0;
-    for (i = 0; i < count; i++) {
-        instants[i] = mean + scale * instants[i];
-        parts[i] = total * parts[i] * parts[i];
-    }
+    to->mean[b] = mean;
+    to->scale[b] = scale;
+    to->total[b] = total;
+}
+
+/* `gauss` for at most four pulses. `work` has also room for three matrices of `count` rows of four numbers. */
+static int reduce(const double *times, const double *impulses, long points, double *instants, double *parts, long count,
+                  long pulses, double *work)
+{
+    Lanes *const matrices = (Lanes *)work;
+    Reduced found = {matrices, matrices + count, matrices + 2 * count, {0}, {0}, {0}};
+    long i;
+    int b;
+    memset(work, 0, (size_t)(3 * count) * sizeof *matrices);
+    for (b = 0; b < pulses; b++)
+        recur(times + b * points, impulses + b * points, points, count, b, &found, work + 3 * count * HALF);
+    if (!tridiagonal(found.diagonal, found.beside, found.first, count)) return 0;
+    for (b = 0; b < pulses; b++)
+        for (i = 0; i < count; i++) {
+            instants[b * count + i] = found.mean[b] + found.scale[b] * found.diagonal[i][b];
+            parts[b * count + i] = found.total[b] * found.first[i][b] * found.first[i][b];
+        }
     return 1;
 }
 
@@ -444,12 +510,13 @@ static PyObject *gauss(PyObject *self, PyObject *args)
         for (i = 0; i < 4; i++) PyBuffer_Release(view + i);
         return PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
     }
-    work = malloc((size_t)(PADDED(columns[0]) * (vectors_of(columns[2]) + 2) + columns[2]) * sizeof(double));
+    work = malloc((size_t)(PADDED(columns[0]) * (vectors_of(columns[2]) + 2) + 3 * HALF * columns[2]) * sizeof(double));
     if (work) {
         Py_BEGIN_ALLOW_THREADS
-        for (row = 0; row < rows; row++)
+        for (row = 0; row < rows; row += HALF)
             ok &= reduce((double *)view[0].buf + row * columns[0], (double *)view[1].buf + row * columns[0], columns[0],
-                         (double *)view[2].buf + row * columns[2], (double *)view[3].buf + row * columns[2], columns[2], work);
+                         (double *)view[2].buf + row * columns[2], (double *)view[3].buf + row * columns[2], columns[2],
+                         rows - row < HALF ? rows - row : HALF, work);
         Py_END_ALLOW_THREADS
     }
     for (i = 0; i < 4; i++) PyBuffer_Release(view + i);
