@@ -322,22 +322,26 @@ class Predictor:
         failures: dict[int, str] = {}
         # keys: the profile, or its identity if equal profiles may differ in their values
         shapes: dict[object, tuple[int, ShockProfile, Areas]] = {}
+        numbers: dict[int, int] = {}  # identity of a profile -> number of its shape
         given: dict[int, tuple[int, float]] = {}  # index of a shock -> number of its shape, rise time
         units: list[Scales] = []
         for index, (shock, each) in enumerate(zip(shocks, chains, strict=True)):
             check_scene(shock, each)
             try:
-                chains[index] = each = self._covered(shock, each)
+                if not each.is_uniform:
+                    chains[index] = each = self._covered(shock, each)
                 profile = shock.profile
-                key = profile if is_value(profile) else id(profile)
                 unit = scales(each, shock.peak_force)
                 rise_time = unit.rise_time(shock.rise_time)
-                if key not in shapes:
-                    shapes[key] = len(shapes), profile, profile.areas(self.quadrature)
+                if id(profile) not in numbers:
+                    key = profile if is_value(profile) else id(profile)
+                    if key not in shapes:
+                        shapes[key] = len(shapes), profile, profile.areas(self.quadrature)
+                    numbers[id(profile)] = shapes[key][0]
             except NO_ANSWER as error:
                 failures[index] = str(error)
             else:
-                given[index] = shapes[key][0], rise_time
+                given[index] = numbers[id(profile)], rise_time
                 units.append(unit)
         scaled = Shocks(
             profiles=tuple(profile for _, profile, _ in shapes.values()),

@@ -9,6 +9,7 @@ from functools import cache
 from importlib import import_module
 from itertools import chain
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 from attrs import frozen
@@ -17,7 +18,7 @@ from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
 from shockwave.prediction.model_interface import Indices, ScaledShock, Shocks
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import reversal
-from shockwave.profiles.guard import kept, trusted
+from shockwave.profiles.guard import is_value, kept, trusted
 from shockwave.profiles.power_law import ManyPowers, Powers
 from shockwave.quadrature import FloatArray
 
@@ -62,6 +63,8 @@ _EQUAL = 1e-9
 _TURNS = 0.05
 # Most pulses that are reduced together: more would leave the processor's cache.
 _AT_ONCE = 32
+# Most rules that are kept.
+_MOST_KNOWN = 4096
 # Most steps of Lanczos' recurrence in which rounding errors do not grow.
 _STABLE = 32
 # Steps of a longer recurrence after which two vectors are made orthogonal to all earlier ones again.
@@ -173,9 +176,8 @@ def pulses_of(shocks: Shocks) -> list[Pulse]:
             parts *= (strength[where] / parts.sum(axis=1))[:, None]
         else:
             own = [profiles[shape] for shape in shapes[where]]
-            jobs = [_strongest(shock.profile, _length(shock)) for shock in map(shocks.shock, where.tolist())]
             s, parts = np.empty((2, len(own), counts[place]))
-            for group, times, impulses in _together(jobs):
+            for group, times, impulses in _sections(own, lengths[where]):
                 s[group], parts[group] = gauss(times, impulses, counts[place])
             parts *= unit[where, None]
             moments = np.array([_moments(profile) for profile in own])
@@ -194,6 +196,8 @@ def pulses_of(shocks: Shocks) -> list[Pulse]:
 
 
 _Rules = tuple[FloatArray, FloatArray, FloatArray]
+# Rules that were computed together, by profile and number of impulses: batches of a sweep share shapes.
+_known: dict[Any, Any] = {}
 
 
 def _rules(profiles: Sequence[ShockProfile], count: int) -> _Rules:
@@ -201,6 +205,20 @@ def _rules(profiles: Sequence[ShockProfile], count: int) -> _Rules:
     if len(profiles) == 1:
         s, parts, moments = _rule(profiles[0], count)
         return s[None], parts[None], moments[None]
+    keys = [(profile, count) if is_value(profile) else None for profile in profiles]
+    rules = [_known.get(key) for key in keys]
+    new = [index for index, rule in enumerate(rules) if rule is None]
+    for index, *rule in zip(new, *_rules_together([profiles[index] for index in new], count), strict=True):
+        rules[index] = rule
+    if len(_known) > _MOST_KNOWN:
+        _known.clear()
+    _known.update((keys[index], rules[index]) for index in new if keys[index] is not None)
+    s, parts, moments = map(np.array, zip(*rules, strict=True))
+    return s, parts, moments
+
+
+def _rules_together(profiles: Sequence[ShockProfile], count: int) -> _Rules:
+    """`_rules` without those that are known."""
     s, parts = np.empty((2, len(profiles), count))
     moments = np.empty((len(profiles), 3))
     powers, left = [], []
@@ -244,6 +262,26 @@ def _length(shock: ScaledShock) -> float:
     """Duration over the time of the leading wave."""
     force = min(IMPULSE_LIMIT * (shock.impulse / MOMENTUM) ** 1.2, _HIGHEST)
     return float(shock.duration / MOMENTUM * force ** (1 / 6))
+
+
+def _sections(
+    profiles: Sequence[ShockProfile], lengths: FloatArray
+) -> Iterator[tuple[Indices, FloatArray, FloatArray]]:
+    """Yield sections of pulses of the shapes ``profiles`` and of these ``lengths`` as `_strongest`, in groups."""
+    powers = np.array([isinstance(profile, Powers) and trusted(profile) for profile in profiles], dtype=bool)
+    powers &= lengths <= _LONGEST
+    cells = np.where(powers, np.ceil(lengths / _BLOW * _FINE), 0).astype(int)
+    order = np.argsort(cells, kind="stable")[np.count_nonzero(~powers) :]
+    for begin in range(0, len(order), _AT_ONCE):
+        group = order[begin : begin + _AT_ONCE]
+        laws = ManyPowers([profiles[index] for index in group])
+        width, place = laws.duration_ratio / cells[group], np.arange(cells[group[-1]] + 1)[:, None]
+        impulses = np.diff(laws.closed_running_impulse(width * np.minimum(place, cells[group])), axis=0)
+        centres = width * (np.minimum(place[:-1], cells[group] - 1) + 0.5)
+        yield group, np.ascontiguousarray(centres.T), np.ascontiguousarray(impulses.T)
+    others = np.flatnonzero(~powers)
+    jobs = [_strongest(profiles[index], float(lengths[index])) for index in others]
+    yield from ((others[group], times, impulses) for group, times, impulses in _together(jobs))
 
 
 def _strongest(profile: ShockProfile, length: float) -> tuple[FloatArray, FloatArray]:

@@ -7,6 +7,7 @@ import json
 from functools import lru_cache
 from operator import add
 from pathlib import Path
+from typing import Any
 
 from shockwave.files import replacing
 from shockwave.progress import progressed
@@ -29,16 +30,21 @@ def write_tables(definition: SweepDefinition, journal: Journal) -> tuple[Path, .
     units = definition.units
     heads = [f"{name} [{unit}]" if unit else name for name, unit in units.items()]
     keys = [f"{json.dumps(name)}: " for name in ("index", *units, "status", "problem")]
-    text_of = lru_cache(_MOST_KEPT, typed=True)(json.dumps)  # most values occur at many points
+    known = lru_cache(_MOST_KEPT, typed=True)(_texts)  # most values occur at many points
     with replacing(files[0]) as table, replacing(files[1]) as objects:
         writer = csv.writer(table, lineterminator="\n")
         writer.writerow([*heads, "status", "problem"])
         # point by point, so that memory does not grow with their number
         for row in journal.rows(definition, Digits):
             values = [*row.point, *row.values, row.status, row.problem]
-            # the writer prints floats with all digits
-            writer.writerow([value if isinstance(value, float | str) else as_text(value) for value in values])
-            texts = [value if type(value) is Digits else text_of(value) for value in (row.number, *values)]
-            objects.write(f"{{{', '.join(map(add, keys, texts))}}}\n")
+            pairs = [(value, value) if type(value) is Digits else known(value) for value in values]
+            cells, texts = zip(*pairs, strict=True)
+            writer.writerow(cells)
+            objects.write(f"{{{', '.join(map(add, keys, (str(row.number), *texts)))}}}\n")
             progressed("writing tables", row.number + 1, journal.points)
     return files
+
+
+def _texts(value: Any) -> tuple[str | None, str]:
+    """A value as a cell and in JSON, both with all digits."""
+    return as_text(value), json.dumps(value)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import os
 import signal
@@ -179,6 +180,7 @@ def _check_start() -> None:
 def _begin() -> None:
     """Prepare a process: it does not write to the output of the client, and ends with the client."""
     os.dup2(2, 1)
+    gc.freeze()  # the modules stay: each collection would visit them
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
