@@ -282,7 +282,7 @@ enum { RUNNING, KNOWN, TOO_LONG, AT_END, FAILED };   /* STATUS */
 #define MAX_RATIO 0.98 /* largest ratio of consecutive differences */
 #define AT_REST 1e-16  /* largest displacement and velocity of a granule at rest */
 #define FAR 1e30       /* position of the granule beyond a free end, out of reach */
-#define FEW 2          /* largest number of lanes that run faster one by one */
+#define FEW 5          /* largest number of lanes that run faster one by one */
 #define FLOOR 1e-4     /* smallest peak force */
 #define WEAK 0.2       /* smallest overlap of a peak behind the front */
 #define REACH 8        /* number of contacts that a free end affects */
@@ -926,8 +926,7 @@ static int step_lanes(const Method *m, Batch *batch, Window *w, Window *part, La
         }
         if (lane->status == RUNNING) continue;
         finish(batch, w, lane, l);
-        start_job(m, batch, w, lane, l);
-        memset(path[l], 0, sizeof path[l]);
+        lane->job = -1;
     }
     return go_on(batch, (double)(trial.n * m->stages));
 }
@@ -956,22 +955,28 @@ static int run(const Method *m, Batch *batch, long width)
     Window w, part, single;
     Lane lanes[BLOCK];
     double path[BLOCK][4] = {{0}};
-    int l, busy = (int)width, ok;
+    int l, busy, ok;
     memset(&part, 0, sizeof part);
     part.lanes = 1;
     ok = window_of(&w, width, 64);
-    for (l = 0; ok && l < width; l++) start_job(m, batch, &w, lanes + l, l);
-    /* the last few shocks run faster one by one */
-    while (ok && (width == 1 ? busy : busy > FEW)) {
-        ok = step_lanes(m, batch, &w, &part, lanes, path);
-        for (l = busy = 0; l < width; l++) busy += lanes[l].job >= 0;
-    }
-    for (l = 0; ok && l < width; l++) {
-        if (lanes[l].job < 0) continue;
-        ok = copy_lane(&w, l, &single);
-        if (ok) set_free_end(&single, lanes + l, 0);
-        while (ok && lanes[l].job >= 0) ok = step_lanes(m, batch, &single, &part, lanes + l, path + l);
-        free(single.block);
+    while (ok && batch->next < batch->count) {
+        for (l = busy = 0; l < width; l++) {
+            start_job(m, batch, &w, lanes + l, l);
+            busy += lanes[l].job >= 0;
+        }
+        memset(path, 0, sizeof path);
+        /* the last few shocks run faster one by one */
+        while (ok && (width == 1 ? busy : busy > FEW)) {
+            ok = step_lanes(m, batch, &w, &part, lanes, path);
+            for (l = busy = 0; l < width; l++) busy += lanes[l].job >= 0;
+        }
+        for (l = 0; ok && l < width; l++) {
+            if (lanes[l].job < 0) continue;
+            ok = copy_lane(&w, l, &single);
+            if (ok) set_free_end(&single, lanes + l, 0);
+            while (ok && lanes[l].job >= 0) ok = step_lanes(m, batch, &single, &part, lanes + l, path + l);
+            free(single.block);
+        }
     }
     free(w.block);
     free(part.block);
