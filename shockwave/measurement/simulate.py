@@ -18,7 +18,7 @@ from shockwave.options import Backend, Recorded, SimulateOptions, Waves
 from shockwave.profiles.shock import Shock
 from shockwave.progress import progressed
 from shockwave.simulation.primary_search import find_primaries
-from shockwave.simulation.problem import ChainProblem, Primary, Request, Status, prepare_paths
+from shockwave.simulation.problem import ChainProblem, Primary, Request, Status, prepare
 from shockwave.simulation.time_limit import expired, time_limit
 
 if TYPE_CHECKING:
@@ -235,7 +235,7 @@ def _simulate_all(scenes: Sequence[tuple[Shock | Impact, Chain]], setup: Setup) 
         except ShockwaveError as error:
             results[index] = error
     if len(known) > 1:
-        prepare_paths([problem for problem, _ in known.values()])
+        prepare([problem for problem, _ in known.values()])
     answers = _search({index: problem for index, (problem, _) in known.items()}, setup)
     seconds = (time.perf_counter() - begin) / max(len(scenes), 1)
     for index, (problem, scales) in known.items():

@@ -31,8 +31,8 @@ _MAX_STOPS = 64
 _TOGETHER = 8
 # Duration of the shortest long shock, in characteristic times.
 _LONG = 10.0
-# Number of samples of the force.
-_SAMPLES = 200
+# Times at which the force is sampled, over its duration: midpoints of equal intervals, so that both ends are excluded.
+_SHARES = (np.arange(200) + 0.5) / 200
 # Least rise of the force that counts as a second rise, in units of the peak force.
 _SECOND_RISE = 0.05
 
@@ -102,9 +102,7 @@ class ChainProblem:
     @cached_property
     def course(self) -> FloatArray:
         """The force over its peak at equal intervals, shape (200,)."""
-        # Midpoints, so that both ends are excluded.
-        shares = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
-        return self.profile.force(shares * float(self.profile.duration_ratio))
+        return self.profile.force(_SHARES * float(self.profile.duration_ratio))
 
     @property
     def is_long(self) -> bool:
@@ -129,15 +127,21 @@ class ChainProblem:
         return unit * self.rise_time * path, unit * impulse
 
 
-def prepare_paths(problems: Sequence[ChainProblem]) -> None:
-    """Compute `ChainProblem.path` of power laws together, once for each shape."""
+def prepare(problems: Sequence[ChainProblem]) -> None:
+    """Compute `ChainProblem.path` of power laws together, once for each shape, and `course` of long ones."""
     own = [(each, each.profile) for each in problems if isinstance(each.profile, Powers) and trusted(each.profile)]
     shapes = list(dict.fromkeys(profile for _, profile in own))
     together = len(shapes) >= _TOGETHER
     paths = ManyPowers(shapes).free_paths() if together else [profile.free_path() for profile in shapes]
     of = dict(zip(shapes, paths, strict=True))
+    long = dict.fromkeys(profile for problem, profile in own if problem.is_long)
+    laws = ManyPowers(list(long))
+    _, courses = laws.impulse_and_force(_SHARES[:, None] * laws.duration_ratio)
+    long.update(zip(long, np.ascontiguousarray(courses.T), strict=True))
     for problem, profile in own:
         vars(problem)["path"] = of[profile]  # where the property keeps it
+        if problem.is_long:
+            vars(problem)["course"] = long[profile]
 
 
 @frozen(eq=False)
