@@ -1,4 +1,4 @@
-/* The law of moments for many pulses: `gauss` of shock_impulses.py, `kernel_force` and `columns` of moments.py in C.
+/* The law of moments for many pulses: `gauss` of gauss_impulses.py, `kernel_force` and `columns` of moments.py in C.
 
    The functions take buffers of float64 and have no state; the global interpreter lock is released while they run. Sums
    have a fixed order, so that results do not depend on the processor. */
@@ -30,7 +30,7 @@ typedef long long Whole __attribute__((vector_size(HALF * sizeof(double)), align
 #define VECTOR(address) (*(Vector *)(address))
 #define CHOICE(mask, yes, no) ((Vector)(((Whole)(yes) & (mask)) | ((Whole)(no) & ~(mask))))
 
-/* See shock_impulses.py and moments.py for the meaning of the constants of the same names. */
+/* See gauss_impulses.py and moments.py for the meaning of the constants of the same names. */
 #define STABLE 32
 #define ORTHOGONAL 16
 #define ROUNDING 1e-14
@@ -274,18 +274,21 @@ typedef struct {
 #define LEAST (-708.0)                       /* smaller exponents count as this one, for which the exponential is 3e-308 */
 #define NEGLIGIBLE (-50.0)                   /* an element of the kernel is 2e-22 then, and 1 on the diagonal */
 
-/* Replaces n values of at most zero, and up to three values after them, by their exponentials, to a unit in the last
-   place. The function of the C library takes several times as long, and its last digit depends on the processor. */
+/* Replaces n values of at most zero by their exponentials, to a unit in the last place. The function of the C library
+   takes several times as long, and its last digit depends on the processor. */
 WIDE static void exponentials(double *values, long n)
 {
     static const double factors[] = {1 / 6227020800.0, 1 / 479001600.0, 1 / 39916800.0, 1 / 3628800.0, 1 / 362880.0,
                                      1 / 40320.0, 1 / 5040.0, 1 / 720.0, 1 / 120.0, 1 / 24.0, 1 / 6.0, 0.5, 1, 1};
     const Vector zero = {0}, least = zero + LEAST, shift = zero + SHIFT;
     const Whole bias = (Whole)shift - 1023;
+    double rest[HALF] = {0};
     long e;
     int i;
     for (e = 0; e < n; e += HALF) {
-        const Vector given = *(Vector *)(values + e);
+        const size_t open = (size_t)(n - e) * sizeof(double);
+        double *const at = open < sizeof rest ? memcpy(rest, values + e, open) : values + e;
+        const Vector given = VECTOR(at);
         const Whole small = given < least;
         const Vector x = (Vector)(((Whole)least & small) | ((Whole)given & ~small));
         const Vector shifted = x * LOG2_E + shift, whole = shifted - shift;
@@ -293,7 +296,8 @@ WIDE static void exponentials(double *values, long n)
         const Whole power = ((Whole)shifted - bias) << 52;
         Vector sum = zero + factors[0];
         for (i = 1; i < 14; i++) sum = sum * left + factors[i];
-        *(Vector *)(values + e) = sum * (Vector)power;
+        VECTOR(at) = sum * (Vector)power;
+        if (at == rest) memcpy(values + e, rest, open);
     }
 }
 
@@ -548,7 +552,7 @@ static PyObject *law_of(PyObject *self, PyObject *args)
         for (i = 0; i < 4; i++) PyBuffer_Release(view + i);
         return PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
     }
-    square = k * k + HALF;
+    square = k * k;
     work = calloc((size_t)(3 * square + 5 * k), sizeof(double));
     ends = calloc((size_t)(2 * k), sizeof(long));
     if (work && ends) {
