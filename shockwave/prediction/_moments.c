@@ -305,17 +305,17 @@ WIDE static void exponentials(double *values, long n)
 static void exponentiate(Kernel *p)
 {
     const long k = p->k;
-    long i, begin = 0, end = 0;
+    long i, j, begin = 0, end = 0;
     for (i = 0; i < k; i++) {
-        long j = k;
-        while (j > end && p->kernel[i * k + j - 1] < NEGLIGIBLE) j--;
+        for (j = k; j > end && p->kernel[i * k + j - 1] < NEGLIGIBLE; j--) continue;
         p->last[i] = end = j;
-    }
-    for (i = 0; i < k; i++) {
         while (p->last[begin] <= i) begin++;
         p->first[i] = begin;
-        exponentials(p->kernel + i * k + begin, p->last[i] - begin);
+        j = i - i % HALF; /* whole vectors */
+        exponentials(p->kernel + i * k + j, end - j);
     }
+    for (i = 0; i < k; i++)
+        for (j = i + 1; j < p->last[i]; j++) p->kernel[j * k + i] = p->kernel[i * k + j];
 }
 
 static double total_mass(const double *values, long k)
