@@ -341,22 +341,23 @@ WIDE static void apply(Kernel *p)
    cancellation except on the diagonal, because all other elements are negative. */
 WIDE static void solve(Kernel *p, double shift)
 {
-    const long k = p->k, *const last = p->last;
+    const long k = p->k, row = k + HALF, *const last = p->last;
     double *const a = p->system, *const x = p->right;
     long i, j, m;
     for (i = 0; i < k; i++) {
-        for (j = i; j < last[i]; j++) a[i * k + j] = -p->kernel[i * k + j] * p->roots[i] * p->roots[j];
-        a[i * k + i] += shift;
+        for (j = i; j < last[i]; j++) a[i * row + j] = -p->kernel[i * k + j] * p->roots[i] * p->roots[j];
+        for (j = last[i]; j < last[i] + HALF; j++) a[i * row + j] = 0; /* so that all vectors are whole */
+        a[i * row + i] += shift;
     }
     for (m = 0; m < k; m++)
         for (i = m + 1; i < last[m]; i++) {
-            const double factor = a[m * k + i] / a[m * k + m];
-            for (j = i; j < last[m]; j++) a[i * k + j] -= factor * a[m * k + j];
+            const double factor = a[m * row + i] / a[m * row + m];
+            for (j = i; j < last[m]; j += HALF) VECTOR(a + i * row + j) -= factor * VECTOR(a + m * row + j);
             x[i] -= factor * x[m];
         }
     for (m = k - 1; m >= 0; m--) {
-        for (i = m + 1; i < last[m]; i++) x[m] -= a[m * k + i] * x[i];
-        x[m] /= a[m * k + m];
+        for (i = m + 1; i < last[m]; i++) x[m] -= a[m * row + i] * x[i];
+        x[m] /= a[m * row + m];
     }
 }
 
@@ -553,11 +554,11 @@ static PyObject *law_of(PyObject *self, PyObject *args)
         return PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
     }
     square = k * k;
-    work = calloc((size_t)(3 * square + 5 * k), sizeof(double));
+    work = calloc((size_t)(3 * square + (HALF + 5) * k), sizeof(double));
     ends = calloc((size_t)(2 * k), sizeof(long));
     if (work && ends) {
         const Law law = {number[0], number[1], number[2], log(number[3])};
-        double *const vectors = work + 3 * square;
+        double *const vectors = work + 3 * square + HALF * k;
         Kernel p = {k, ends, ends + k, work, work + square, work + 2 * square, vectors, vectors + k, vectors + 2 * k,
                     vectors + 3 * k, vectors + 4 * k};
         Py_BEGIN_ALLOW_THREADS
