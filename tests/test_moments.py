@@ -17,10 +17,11 @@ from pages import table as table_of
 from pulse_families import composed
 from scenes import CHAIN, STEEL, TRUTH, lasting, name_of, script, shock_of
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
-from shockwave.prediction import shock_impulses
+from shockwave.prediction import gauss_impulses
+from shockwave.prediction.gauss_impulses import gauss, numpy_gauss
 from shockwave.prediction.model_interface import ScaledShock, Shocks
 from shockwave.prediction.moments import COLUMNS, columns, kernel_force, measured, moments_law
-from shockwave.prediction.shock_impulses import gauss, numpy_gauss, pulse_of, pulses_of
+from shockwave.prediction.shock_impulses import pulse_of, pulses_of
 from shockwave.quadrature import FloatArray
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -181,7 +182,7 @@ def test_pulses_are_reduced_together_like_each_alone() -> None:
         assert (pulse.known, pulse.turns) == (alone.known, alone.turns)
 
 
-needs_compiled = pytest.mark.skipif(shock_impulses.compiled is None, reason="the law is not compiled")
+needs_compiled = pytest.mark.skipif(gauss_impulses.compiled is None, reason="the law is not compiled")
 
 
 @needs_compiled
@@ -206,6 +207,19 @@ def test_compiled_and_numpy_kernels_and_measures_agree(profile: sw.ShockProfile,
 
 
 @needs_compiled
+@pytest.mark.parametrize("gap", [0.5, 2.0, 50.0])
+@pytest.mark.parametrize("count", [1, 2, 5, 12])
+def test_compiled_and_numpy_kernels_agree_for_any_number_of_impulses(count: int, gap: float) -> None:
+    # beyond the reach of the kernel, which is about 5, impulses do not influence one another
+    law, times = moments_law(), gap * np.arange(count)[None]
+    impulses = np.linspace(1.0, 2.0, count)[None]
+    log_force, vectors = kernel_force(law, times, impulses)
+    found_force, found = measured(law, times, impulses)
+    assert found_force == pytest.approx(log_force, abs=1e-13)
+    assert found == pytest.approx(columns(law, times, impulses, log_force, vectors), rel=1e-11, abs=1e-14)
+
+
+@needs_compiled
 def test_a_pulse_for_which_the_law_does_not_converge_leaves_the_others() -> None:
     times, impulses = np.tile([0.0, 1.0], (3, 1)), np.array([[1.0, 2.0], [1.0, np.inf], [1.0, 2.0]])
     log_force, found = measured(moments_law(), times, impulses)
@@ -216,7 +230,7 @@ def test_a_pulse_for_which_the_law_does_not_converge_leaves_the_others() -> None
 
 @needs_compiled
 def test_compiled_code_refuses_buffers_that_do_not_fit() -> None:
-    compiled: Any = shock_impulses.compiled
+    compiled: Any = gauss_impulses.compiled
     ten, nine = np.ones(10), np.ones(9)
     for given in ((ten, nine, ten, ten, 1), (ten, ten, ten, nine, 1), (ten, ten, ten, ten, 3), (ten, ten, ten, ten, 0)):
         with pytest.raises(ValueError, match="buffers do not fit"):

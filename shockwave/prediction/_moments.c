@@ -1,4 +1,4 @@
-/* The law of moments for many pulses: `gauss` of shock_impulses.py, `kernel_force` and `columns` of moments.py in C.
+/* The law of moments for many pulses: `gauss` of gauss_impulses.py, `kernel_force` and `columns` of moments.py in C.
 
    The functions take buffers of float64 and have no state; the global interpreter lock is released while they run. Sums
    have a fixed order, so that results do not depend on the processor. */
@@ -30,7 +30,7 @@ typedef long long Whole __attribute__((vector_size(HALF * sizeof(double)), align
 #define VECTOR(address) (*(Vector *)(address))
 #define CHOICE(mask, yes, no) ((Vector)(((Whole)(yes) & (mask)) | ((Whole)(no) & ~(mask))))
 
-/* See shock_impulses.py and moments.py for the meaning of the constants of the same names. */
+/* See gauss_impulses.py and moments.py for the meaning of the constants of the same names. */
 #define STABLE 32
 #define ORTHOGONAL 16
 #define ROUNDING 1e-14
@@ -274,18 +274,26 @@ typedef struct {
 #define LEAST (-708.0)                       /* smaller exponents count as this one, for which the exponential is 3e-308 */
 #define NEGLIGIBLE (-50.0)                   /* an element of the kernel is 2e-22 then, and 1 on the diagonal */
 
+<<<<<<< HEAD
 /* Replaces n values of at most zero, and up to three values after them, by their exponentials, to a unit in the last
    place. The function of the C library takes several times as long, and its last digit depends on the processor. */
+=======
+/* Replaces n values of at most zero by their exponentials, to a unit in the last place. The function of the C library
+   takes several times as long, and its last digit depends on the processor. */
+>>>>>>> wt/many
 WIDE static void exponentials(double *values, long n)
 {
     static const double factors[] = {1 / 6227020800.0, 1 / 479001600.0, 1 / 39916800.0, 1 / 3628800.0, 1 / 362880.0,
                                      1 / 40320.0, 1 / 5040.0, 1 / 720.0, 1 / 120.0, 1 / 24.0, 1 / 6.0, 0.5, 1, 1};
     const Vector zero = {0}, least = zero + LEAST, shift = zero + SHIFT;
     const Whole bias = (Whole)shift - 1023;
+    double rest[HALF] = {0};
     long e;
     int i;
     for (e = 0; e < n; e += HALF) {
-        const Vector given = *(Vector *)(values + e);
+        const size_t open = (size_t)(n - e) * sizeof(double);
+        double *const at = open < sizeof rest ? memcpy(rest, values + e, open) : values + e;
+        const Vector given = VECTOR(at);
         const Whole small = given < least;
         const Vector x = (Vector)(((Whole)least & small) | ((Whole)given & ~small));
         const Vector shifted = x * LOG2_E + shift, whole = shifted - shift;
@@ -293,7 +301,8 @@ WIDE static void exponentials(double *values, long n)
         const Whole power = ((Whole)shifted - bias) << 52;
         Vector sum = zero + factors[0];
         for (i = 1; i < 14; i++) sum = sum * left + factors[i];
-        *(Vector *)(values + e) = sum * (Vector)power;
+        VECTOR(at) = sum * (Vector)power;
+        if (at == rest) memcpy(values + e, rest, open);
     }
 }
 
@@ -301,6 +310,7 @@ WIDE static void exponentials(double *values, long n)
 static void exponentiate(Kernel *p)
 {
     const long k = p->k;
+<<<<<<< HEAD
     long i, begin = 0, end = 0;
     for (i = 0; i < k; i++) {
         long j = k;
@@ -312,6 +322,19 @@ static void exponentiate(Kernel *p)
         p->first[i] = begin;
         exponentials(p->kernel + i * k + begin, p->last[i] - begin);
     }
+=======
+    long i, j, begin = 0, end = 0;
+    for (i = 0; i < k; i++) {
+        for (j = k; j > end && p->kernel[i * k + j - 1] < NEGLIGIBLE; j--) continue;
+        p->last[i] = end = j;
+        while (p->last[begin] <= i) begin++;
+        p->first[i] = begin;
+        j = i - i % HALF; /* whole vectors */
+        exponentials(p->kernel + i * k + j, end - j);
+    }
+    for (i = 0; i < k; i++)
+        for (j = i + 1; j < p->last[i]; j++) p->kernel[j * k + i] = p->kernel[i * k + j];
+>>>>>>> wt/many
 }
 
 static double total_mass(const double *values, long k)
@@ -337,6 +360,7 @@ WIDE static void apply(Kernel *p)
    cancellation except on the diagonal, because all other elements are negative. */
 WIDE static void solve(Kernel *p, double shift)
 {
+<<<<<<< HEAD
     const long k = p->k, *const last = p->last;
     double *const a = p->system, *const x = p->right;
     long i, j, m;
@@ -353,6 +377,25 @@ WIDE static void solve(Kernel *p, double shift)
     for (m = k - 1; m >= 0; m--) {
         for (i = m + 1; i < last[m]; i++) x[m] -= a[m * k + i] * x[i];
         x[m] /= a[m * k + m];
+=======
+    const long k = p->k, row = k + HALF, *const last = p->last;
+    double *const a = p->system, *const x = p->right;
+    long i, j, m;
+    for (i = 0; i < k; i++) {
+        for (j = i; j < last[i]; j++) a[i * row + j] = -p->kernel[i * k + j] * p->roots[i] * p->roots[j];
+        for (j = last[i]; j < last[i] + HALF; j++) a[i * row + j] = 0; /* so that all vectors are whole */
+        a[i * row + i] += shift;
+    }
+    for (m = 0; m < k; m++)
+        for (i = m + 1; i < last[m]; i++) {
+            const double factor = a[m * row + i] / a[m * row + m];
+            for (j = i; j < last[m]; j += HALF) VECTOR(a + i * row + j) -= factor * VECTOR(a + m * row + j);
+            x[i] -= factor * x[m];
+        }
+    for (m = k - 1; m >= 0; m--) {
+        for (i = m + 1; i < last[m]; i++) x[m] -= a[m * row + i] * x[i];
+        x[m] /= a[m * row + m];
+>>>>>>> wt/many
     }
 }
 
@@ -548,12 +591,21 @@ static PyObject *law_of(PyObject *self, PyObject *args)
         for (i = 0; i < 4; i++) PyBuffer_Release(view + i);
         return PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
     }
+<<<<<<< HEAD
     square = k * k + HALF;
     work = calloc((size_t)(3 * square + 5 * k), sizeof(double));
     ends = calloc((size_t)(2 * k), sizeof(long));
     if (work && ends) {
         const Law law = {number[0], number[1], number[2], log(number[3])};
         double *const vectors = work + 3 * square;
+=======
+    square = k * k;
+    work = calloc((size_t)(3 * square + (HALF + 5) * k), sizeof(double));
+    ends = calloc((size_t)(2 * k), sizeof(long));
+    if (work && ends) {
+        const Law law = {number[0], number[1], number[2], log(number[3])};
+        double *const vectors = work + 3 * square + HALF * k;
+>>>>>>> wt/many
         Kernel p = {k, ends, ends + k, work, work + square, work + 2 * square, vectors, vectors + k, vectors + 2 * k,
                     vectors + 3 * k, vectors + 4 * k};
         Py_BEGIN_ALLOW_THREADS

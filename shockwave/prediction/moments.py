@@ -33,6 +33,7 @@ from attrs import field, frozen
 
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
 from shockwave.errors import NumericalError
+from shockwave.prediction.gauss_impulses import compiled
 from shockwave.prediction.model_interface import (
     Model,
     Peaks,
@@ -43,7 +44,7 @@ from shockwave.prediction.model_interface import (
     Shocks,
 )
 from shockwave.prediction.section4 import regime, relation_of
-from shockwave.prediction.shock_impulses import Pulse, alike, compiled, pulse_of, pulses_of
+from shockwave.prediction.shock_impulses import Pulse, alike, pulse_of, pulses_of
 from shockwave.quadrature import FloatArray
 
 #: Name of the file with the coefficients, beside this one.

@@ -4,28 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from functools import cache
-from importlib import import_module
 from itertools import chain
+<<<<<<< HEAD
 from types import ModuleType
+=======
+>>>>>>> wt/many
 from typing import Any
 
 import numpy as np
 from attrs import frozen
 
 from shockwave.chain.solitary_wave import IMPULSE_LIMIT, MOMENTUM
+from shockwave.prediction.gauss_impulses import gauss
 from shockwave.prediction.model_interface import Indices, ScaledShock, Shocks
 from shockwave.profiles.base import ShockProfile
 from shockwave.profiles.conditions import reversal
 from shockwave.profiles.guard import is_value, kept, trusted
 from shockwave.profiles.power_law import ManyPowers, Powers
 from shockwave.quadrature import FloatArray
-
-#: The law in C, several times as fast; None if it was built without a C compiler.
-compiled: ModuleType | None = None
-with suppress(ImportError):
-    compiled = import_module("shockwave.prediction._moments")
 
 # Number of times that pieces of a smooth part are halved towards its ends, for infinite slopes and steep decays.
 _HALVINGS = 12
@@ -65,10 +62,13 @@ _TURNS = 0.05
 _AT_ONCE = 32
 # Most rules that are kept.
 _MOST_KNOWN = 4096
+<<<<<<< HEAD
 # Most steps of Lanczos' recurrence in which rounding errors do not grow.
 _STABLE = 32
 # Steps of a longer recurrence after which two vectors are made orthogonal to all earlier ones again.
 _ORTHOGONAL = 16
+=======
+>>>>>>> wt/many
 # Time, over that of the wave, over which the force is averaged where peaks are counted, and number of cells.
 _AVERAGED = 0.3
 _CELLS = 512
@@ -76,8 +76,6 @@ _CELLS = 512
 _HIGHEST = 2.36
 #: Simulated amplification of a lasting force, which that of a long, smooth shock with one peak approaches.
 LASTING = 2.33
-# Norm of a Lanczos vector below which it is a rounding error.
-_ROUNDING = 1e-14
 
 
 @frozen(eq=False)
@@ -104,52 +102,6 @@ class Pulse:
     spread: float
     known: bool
     turns: bool
-
-
-def gauss(times: FloatArray, impulses: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
-    """Instants and impulses, shape (..., ``count``), with the same 2 ``count`` lowest moments, by Lanczos' recurrence.
-
-    Parameters
-    ----------
-    times, impulses : numpy.ndarray, shape (..., points)
-        Pulses as many impulses; impulses that are not positive are ignored.
-    count : int
-        Number of impulses to compute; where fewer suffice, the others are rounding errors.
-    """
-    if compiled is not None:
-        instants, parts = np.empty((2, *times.shape[:-1], count))
-        if compiled.gauss(times, impulses, instants, parts, times.size // times.shape[-1]):
-            return instants, parts
-    return numpy_gauss(times, impulses, count)
-
-
-def numpy_gauss(times: FloatArray, impulses: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
-    """`gauss` without the compiled code."""
-    impulses = np.maximum(impulses, 0)
-    total = impulses.sum(axis=-1, keepdims=True)
-    mean = (impulses * times).sum(axis=-1, keepdims=True) / total
-    scale = np.abs(times - mean).max(axis=-1, keepdims=True)
-    position, vector, last = (times - mean) / scale, np.sqrt(impulses / total), np.zeros_like(times)
-    orthogonal = count > _STABLE
-    vectors = np.zeros((*times.shape[:-1], count * orthogonal, times.shape[-1]))
-    jacobi, beside = np.zeros((*times.shape[:-1], count, count)), np.zeros_like(mean)
-    for row in range(count):
-        following = position * vector
-        diagonal = (vector * following).sum(axis=-1, keepdims=True)
-        jacobi[..., row, row] = diagonal[..., 0]
-        jacobi[..., row, row - 1] = beside[..., 0]
-        following -= diagonal * vector
-        following -= beside * last
-        if orthogonal:
-            vectors[..., row, :] = vector
-            if row % _ORTHOGONAL < 2:
-                earlier = vectors[..., : row + 1, :]
-                shares = np.einsum("...ij,...j->...i", earlier, following)
-                following -= np.einsum("...ij,...i->...j", earlier, shares)
-        beside = np.sqrt((following * following).sum(axis=-1, keepdims=True))
-        last, vector = vector, following / np.maximum(beside, _ROUNDING)
-    instants, turn = np.linalg.eigh(jacobi)
-    return mean + scale * instants, total * turn[..., 0, :] ** 2
 
 
 def pulse_of(shock: ScaledShock) -> Pulse:
@@ -274,7 +226,11 @@ def _sections(
     order = np.argsort(cells, kind="stable")[np.count_nonzero(~powers) :]
     for begin in range(0, len(order), _AT_ONCE):
         group = order[begin : begin + _AT_ONCE]
+<<<<<<< HEAD
         laws = ManyPowers([profiles[index] for index in group])
+=======
+        laws = ManyPowers([profiles[index] for index in group.tolist()])
+>>>>>>> wt/many
         width, place = laws.duration_ratio / cells[group], np.arange(cells[group[-1]] + 1)[:, None]
         impulses = np.diff(laws.closed_running_impulse(width * np.minimum(place, cells[group])), axis=0)
         centres = width * (np.minimum(place[:-1], cells[group] - 1) + 0.5)

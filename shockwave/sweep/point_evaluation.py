@@ -54,7 +54,7 @@ SLICE = 0.5
 # Options that apply to many simulations.
 _SETTINGS = ("rtol", "integrator", "wave_threshold", "step", "backend")
 # Most points that a worker evaluates in one call.
-_MOST_TOGETHER = 256
+_MOST_TOGETHER = 1024
 #: Largest ratio of the numbers of points of two consecutive calls.
 GROWTH = 4
 

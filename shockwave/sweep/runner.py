@@ -26,7 +26,7 @@ from shockwave.sweep.tables import write_tables
 from shockwave.sweep.workers import LostError, Workers, workers_of
 
 # Most points in a batch.
-_MOST_IN_BATCH = 512
+_MOST_IN_BATCH = 2048
 # Batches sent to each worker at a time, so that no worker waits for the client.
 _AHEAD = 2
 # Time between two checks of the number of workers [s].
