@@ -274,13 +274,8 @@ typedef struct {
 #define LEAST (-708.0)                       /* smaller exponents count as this one, for which the exponential is 3e-308 */
 #define NEGLIGIBLE (-50.0)                   /* an element of the kernel is 2e-22 then, and 1 on the diagonal */
 
-<<<<<<< HEAD
-/* Replaces n values of at most zero, and up to three values after them, by their exponentials, to a unit in the last
-   place. The function of the C library takes several times as long, and its last digit depends on the processor. */
-=======
 /* Replaces n values of at most zero by their exponentials, to a unit in the last place. The function of the C library
    takes several times as long, and its last digit depends on the processor. */
->>>>>>> wt/many
 WIDE static void exponentials(double *values, long n)
 {
     static const double factors[] = {1 / 6227020800.0, 1 / 479001600.0, 1 / 39916800.0, 1 / 3628800.0, 1 / 362880.0,
@@ -310,19 +305,6 @@ WIDE static void exponentials(double *values, long n)
 static void exponentiate(Kernel *p)
 {
     const long k = p->k;
-<<<<<<< HEAD
-    long i, begin = 0, end = 0;
-    for (i = 0; i < k; i++) {
-        long j = k;
-        while (j > end && p->kernel[i * k + j - 1] < NEGLIGIBLE) j--;
-        p->last[i] = end = j;
-    }
-    for (i = 0; i < k; i++) {
-        while (p->last[begin] <= i) begin++;
-        p->first[i] = begin;
-        exponentials(p->kernel + i * k + begin, p->last[i] - begin);
-    }
-=======
     long i, j, begin = 0, end = 0;
     for (i = 0; i < k; i++) {
         for (j = k; j > end && p->kernel[i * k + j - 1] < NEGLIGIBLE; j--) continue;
@@ -334,7 +316,6 @@ static void exponentiate(Kernel *p)
     }
     for (i = 0; i < k; i++)
         for (j = i + 1; j < p->last[i]; j++) p->kernel[j * k + i] = p->kernel[i * k + j];
->>>>>>> wt/many
 }
 
 static double total_mass(const double *values, long k)
@@ -360,24 +341,6 @@ WIDE static void apply(Kernel *p)
    cancellation except on the diagonal, because all other elements are negative. */
 WIDE static void solve(Kernel *p, double shift)
 {
-<<<<<<< HEAD
-    const long k = p->k, *const last = p->last;
-    double *const a = p->system, *const x = p->right;
-    long i, j, m;
-    for (i = 0; i < k; i++) {
-        for (j = i; j < last[i]; j++) a[i * k + j] = -p->kernel[i * k + j] * p->roots[i] * p->roots[j];
-        a[i * k + i] += shift;
-    }
-    for (m = 0; m < k; m++)
-        for (i = m + 1; i < last[m]; i++) {
-            const double factor = a[m * k + i] / a[m * k + m];
-            for (j = i; j < last[m]; j++) a[i * k + j] -= factor * a[m * k + j];
-            x[i] -= factor * x[m];
-        }
-    for (m = k - 1; m >= 0; m--) {
-        for (i = m + 1; i < last[m]; i++) x[m] -= a[m * k + i] * x[i];
-        x[m] /= a[m * k + m];
-=======
     const long k = p->k, row = k + HALF, *const last = p->last;
     double *const a = p->system, *const x = p->right;
     long i, j, m;
@@ -395,7 +358,6 @@ WIDE static void solve(Kernel *p, double shift)
     for (m = k - 1; m >= 0; m--) {
         for (i = m + 1; i < last[m]; i++) x[m] -= a[m * row + i] * x[i];
         x[m] /= a[m * row + m];
->>>>>>> wt/many
     }
 }
 
@@ -591,21 +553,12 @@ static PyObject *law_of(PyObject *self, PyObject *args)
         for (i = 0; i < 4; i++) PyBuffer_Release(view + i);
         return PyErr_Format(PyExc_ValueError, "buffers do not fit one another");
     }
-<<<<<<< HEAD
-    square = k * k + HALF;
-    work = calloc((size_t)(3 * square + 5 * k), sizeof(double));
-    ends = calloc((size_t)(2 * k), sizeof(long));
-    if (work && ends) {
-        const Law law = {number[0], number[1], number[2], log(number[3])};
-        double *const vectors = work + 3 * square;
-=======
     square = k * k;
     work = calloc((size_t)(3 * square + (HALF + 5) * k), sizeof(double));
     ends = calloc((size_t)(2 * k), sizeof(long));
     if (work && ends) {
         const Law law = {number[0], number[1], number[2], log(number[3])};
         double *const vectors = work + 3 * square + HALF * k;
->>>>>>> wt/many
         Kernel p = {k, ends, ends + k, work, work + square, work + 2 * square, vectors, vectors + k, vectors + 2 * k,
                     vectors + 3 * k, vectors + 4 * k};
         Py_BEGIN_ALLOW_THREADS

@@ -6,10 +6,6 @@ import math
 from collections.abc import Iterator, Sequence
 from functools import cache
 from itertools import chain
-<<<<<<< HEAD
-from types import ModuleType
-=======
->>>>>>> wt/many
 from typing import Any
 
 import numpy as np
@@ -62,13 +58,6 @@ _TURNS = 0.05
 _AT_ONCE = 32
 # Most rules that are kept.
 _MOST_KNOWN = 4096
-<<<<<<< HEAD
-# Most steps of Lanczos' recurrence in which rounding errors do not grow.
-_STABLE = 32
-# Steps of a longer recurrence after which two vectors are made orthogonal to all earlier ones again.
-_ORTHOGONAL = 16
-=======
->>>>>>> wt/many
 # Time, over that of the wave, over which the force is averaged where peaks are counted, and number of cells.
 _AVERAGED = 0.3
 _CELLS = 512
@@ -226,11 +215,7 @@ def _sections(
     order = np.argsort(cells, kind="stable")[np.count_nonzero(~powers) :]
     for begin in range(0, len(order), _AT_ONCE):
         group = order[begin : begin + _AT_ONCE]
-<<<<<<< HEAD
-        laws = ManyPowers([profiles[index] for index in group])
-=======
         laws = ManyPowers([profiles[index] for index in group.tolist()])
->>>>>>> wt/many
         width, place = laws.duration_ratio / cells[group], np.arange(cells[group[-1]] + 1)[:, None]
         impulses = np.diff(laws.closed_running_impulse(width * np.minimum(place, cells[group])), axis=0)
         centres = width * (np.minimum(place[:-1], cells[group] - 1) + 0.5)
