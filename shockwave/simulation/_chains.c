@@ -31,7 +31,7 @@ typedef struct {
         most_steps, most_work, damped;
     double min_overlap, window, growth, margin, at_rest, safety, min_factor, max_factor, min_step, min_first, soon, kink,
         kink_share, most_cuts, located, rounding, nearly, hopeless, most_turns, near, passed, wave;
-    double status, time, arrival, work, steps, evaluations;
+    double status, time, arrival, work, steps, evaluations, size;
 } Run;
 
 /* State at one end of a step; see End in chain_contacts.py. */
@@ -47,7 +47,7 @@ typedef struct {
     End start, finish;
     long bodies, n, stop, stop_count, sample, sample_count;
     int stages, order, moves, damped, jumps, driven, rejected, stopped; /* moves: whether stages have velocities */
-    double size, held, effort, asked, free[2], impulses[MAX_STAGES + 1];
+    double held, effort, asked, free[2], impulses[MAX_STAGES + 1];
     Path path;
     PyObject *expired;
     PyThreadState *thread;
@@ -250,7 +250,7 @@ static double late(const March *m, const double *x, double w, long j)
 static double next_size(const March *m, double *end)
 {
     const double left = next_stop(m) - m->r->time;
-    double size = m->driven ? smaller(m->size, m->r->longest) : m->size, soon = INFINITY;
+    double size = m->driven ? smaller(m->r->size, m->r->longest) : m->r->size, soon = INFINITY;
     long j;
     for (j = 0; j < m->n; j++)
         if (m->start.d[j] < 0 && m->start.w[j] > 0) soon = smaller(soon, -m->start.d[j] / m->start.w[j]);
@@ -500,17 +500,17 @@ static int integrate(March *m)
         if (error < r->hopeless && cuts < r->most_cuts) share = kink(m, h);
         factor = r->safety * pow(larger(error, 1e-12), -1.0 / (m->order + 1));
         if (share < 1) {
-            if (!cuts++) m->held = error <= 1 ? m->size : h * larger(factor, r->min_factor);
-            m->size = h * share;
+            if (!cuts++) m->held = error <= 1 ? m->r->size : h * larger(factor, r->min_factor);
+            m->r->size = h * share;
         } else if (!(error <= 1)) {
-            m->size = h * (factor > r->min_factor && factor < 1 ? factor : r->min_factor);
+            m->r->size = h * (factor > r->min_factor && factor < 1 ? factor : r->min_factor);
             m->rejected = 1;
             m->held = 0;
-            if (m->size < larger(r->min_step * r->time, r->min_first * r->first)) status = FAILED;
+            if (m->r->size < larger(r->min_step * r->time, r->min_first * r->first)) status = FAILED;
         } else {
             /* a step that was shortened to end here does not shorten the next one */
-            const double kept = at_stop || h < m->size ? m->size : 0;
-            m->size = larger(larger(h * smaller(factor, m->rejected ? 1 : r->max_factor), m->held), kept);
+            const double kept = at_stop || h < m->r->size ? m->r->size : 0;
+            m->r->size = larger(larger(h * smaller(factor, m->rejected ? 1 : r->max_factor), m->held), kept);
             m->rejected = cuts = 0;
             m->held = 0;
             accept(m, h, end);
@@ -567,11 +567,11 @@ static int set_up(March *m, const Py_buffer *view)
     m->sample_count = (long)count[TIMES];
     m->samples = view[SAMPLES].buf;
     m->bodies = (long)width - 2;
-    m->size = m->r->first;
     m->damped = m->r->damped != 0;
     m->jumps = m->damped && m->r->q == 0;
     m->driven = m->path.pieces > 0;
     m->n = (long)smaller((double)m->bodies, m->r->window);
+    if (m->driven && m->r->time > 0) free_path(&m->path, m->r->time, &m->free[0], &m->free[1]);
     return 1;
 }
 

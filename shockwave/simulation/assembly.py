@@ -14,7 +14,8 @@ from attrs import frozen
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.chain_job import Job, Status
-from shockwave.simulation.chain_march import run
+from shockwave.simulation.chain_contacts import FAR
+from shockwave.simulation.chain_domains import run
 from shockwave.simulation.general_nystroem import GeneralTableau, dop853, of_nystroem
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Nystroem, Rkn86
@@ -37,8 +38,6 @@ _LEAST = 1e-60
 _FIRST_STEP = 0.05
 # Least number of steps under the applied force.
 _LEAST_STEPS = 8
-# Offset of a contact that does not exist.
-_FAR = 1e100
 # Largest number of steps and of evaluations of a contact force, with their increase with the number of bodies.
 _STEPS = 400_000
 _STEPS_PER_BODY = 400
@@ -306,7 +305,7 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
     bodies, contacts, problem = len(inverse), len(assembly.overlaps), assembly.force
     k, offsets, c = np.zeros((3, bodies))
     k[:contacts], offsets[:contacts], c[:contacts] = assembly.stiffnesses, assembly.overlaps, assembly.damping
-    offsets[contacts:] = -_FAR
+    offsets[contacts:] = -FAR
     base, gap = np.maximum(offsets, 0.0), np.minimum(offsets, 0.0)
     before = np.append(inverse[0], inverse[:-1])
     velocity, force = _first_scales(assembly)
@@ -331,7 +330,7 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
         stops=np.array([] if problem is None else problem.stops),
         times=times,
         samples=np.zeros((len(times), 3, bodies + 1)),
-        found=np.zeros(6),
+        found=np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, first]),
         table=Job.table_for(method, bodies),
     )
     job.chain[:] = inverse, k, gap, base, np.sqrt(base), k * base**p, c, *reach

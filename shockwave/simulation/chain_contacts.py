@@ -10,6 +10,8 @@ from shockwave.simulation.chain_job import Job
 
 #: Smaller overlaps count as zero: arithmetic with subnormal numbers is slow.
 MIN_OVERLAP = 1e-60
+#: Gap of a contact that does not exist.
+FAR = 1e100
 
 
 @frozen(eq=False)

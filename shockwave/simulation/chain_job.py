@@ -25,6 +25,8 @@ class Status(IntEnum):
 # Rows of the table before those that only the compiled code uses, and number of the latter besides the stages.
 _ROWS = 17
 _WORK_ROWS = 24
+#: Number of the first rows that belong to a chain: the others are computed from them.
+SHARED = 19
 
 
 @frozen(eq=False)
@@ -49,10 +51,13 @@ class Job:
         Kinks of the applied force; times of samples.
     samples : array, shape (times, 3, bodies + 1)
         x, v and total forces.
-    found : array, shape (6,)
-        Status, time, arrival (negative: none), work, steps, evaluations.
+    found : array, shape (7,)
+        Status, time, arrival (negative: none), work, steps, evaluations, size of the next step; at first those at the
+        beginning.
     table : array, shape (rows, bodies + 2)
         The arrays below, and those in which the compiled code works.
+    window : int
+        Number of bodies that move at first.
     """
 
     method: GeneralTableau
@@ -64,6 +69,7 @@ class Job:
     samples: FloatArray
     found: FloatArray
     table: FloatArray
+    window: int = 12
 
     @staticmethod
     def table_for(method: GeneralTableau, bodies: int) -> FloatArray:

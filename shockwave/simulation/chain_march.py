@@ -18,8 +18,7 @@ from shockwave.simulation.cubic import root, top
 from shockwave.simulation.general_nystroem import scaled_error
 from shockwave.simulation.time_limit import expired
 
-# Number of granules of the first window, and by which it grows.
-_WINDOW = 12
+# Number of granules by which the window grows.
 _GROWTH = 8
 # The granule this many before the end of the window must be at rest: its displacement and velocity are below this.
 _MARGIN = 4
@@ -65,11 +64,11 @@ def run(job: Job, compiled: ModuleType | None) -> None:
     none = np.empty(0)
     problem, found = job.problem, len(job.found)
     tables = (none, none) if problem is None else (problem.path.rows, problem.path.coefficients)
-    window = MIN_OVERLAP, _WINDOW, _GROWTH, _MARGIN, _AT_REST
+    window = MIN_OVERLAP, job.window, _GROWTH, _MARGIN, _AT_REST
     control = _SAFETY, _MIN_FACTOR, _MAX_FACTOR, _MIN_STEP, _MIN_FIRST
     kinks = _SOON, _KINK, _KINK_SHARE, _MOST_CUTS, _LOCATED, _ROUNDING
     peaks = _NEARLY, _HOPELESS, _MOST_TURNS, _NEAR, _PASSED, _WAVE
-    settings = np.concatenate((job.settings, window, control, kinks, peaks, [0.0, 0.0, -1.0, 0.0, 0.0, 0.0]))
+    settings = np.concatenate((job.settings, window, control, kinks, peaks, job.found))
     compiled.run(job.method.packed, *tables, job.stops, job.times, settings, job.table, job.samples, expired)
     job.found[:] = settings[-found:]
 
@@ -79,16 +78,16 @@ class _March(Contacts):
 
     def __init__(self, job: Job) -> None:
         super().__init__(job)
-        self.n = min(_WINDOW, self.bodies) if job.law is None else self.bodies
+        self.n = min(job.window, self.bodies) if job.law is None else self.bodies
         stages = len(job.method.nodes)
         self.stages, self.powers = np.zeros((stages, self.bodies + 2)), np.zeros((stages, self.bodies))
         self.stops = [*job.stops.tolist(), math.inf]
         self.driven = job.problem is not None
-        self.free = (0.0, 0.0)
-        self.time = self.held = self.work = self.effort = 0.0
-        self.size, self.arrival = self.first, -1.0
+        _, self.time, self.arrival, self.work, self.steps, self.evaluations, self.size = job.found.tolist()
+        self.free = (0.0, 0.0) if job.problem is None or self.time == 0 else job.problem.free(self.time)
+        self.held = self.effort = 0.0
         self.rejected = False
-        self.steps = self.evaluations = self.next_sample = 0
+        self.next_sample = 0
 
     # ---------------------------------------------------------------- steps
 
@@ -197,7 +196,7 @@ class _March(Contacts):
             if status is Status.RUNNING and (self.steps >= self.most_steps or self.effort > self.most_work):
                 status = Status.TOO_LONG
         job.x[:], job.v[:] = start.x, start.v
-        job.found[:] = status, self.time, self.arrival, self.work, self.steps, self.evaluations
+        job.found[:] = status, self.time, self.arrival, self.work, self.steps, self.evaluations, self.size
 
     def begin(self, x: FloatArray, v: FloatArray) -> End:
         """The beginning of the next step; contacts with a dashpot close here."""
