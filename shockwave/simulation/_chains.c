@@ -46,7 +46,7 @@ typedef struct {
     double *both, *on, *y, *z, *tx, *tv, *tf, *traw, *tpower, *sum, *stage[MAX_STAGES], *powers[MAX_STAGES], *samples;
     End start, finish;
     long bodies, n, stop, stop_count, sample, sample_count;
-    int stages, order, moves, damped, jumps, driven, rejected, stopped; /* moves: whether stages have velocities */
+    int stages, order, moves, damped, loaded, jumps, driven, rejected, stopped; /* moves: whether stages have velocities */
     double held, effort, asked, free[2], impulses[MAX_STAGES + 1];
     Path path;
     PyObject *expired;
@@ -85,9 +85,9 @@ INLINE double power_of(double d, double q)
 }
 
 /* Forces minus static ones f[1...], powers of the damping, forces before they are cut off, of contacts low to high. */
-INLINE void contact_forces(const March *m, const double p, const double q, const int damped, const double *restrict x,
-                           const double *restrict v, long low, long high, double *restrict f, double *restrict power,
-                           double *restrict raw)
+INLINE void contact_forces(const March *m, const double p, const double q, const int damped, const int loaded,
+                           const double *restrict x, const double *restrict v, long low, long high, double *restrict f,
+                           double *restrict power, double *restrict raw)
 {
     const double *restrict const k = m->k, *restrict const gap = m->gap, *restrict const base = m->base;
     const double *restrict const root = m->root, *restrict const still = m->still, *restrict const c = m->c;
@@ -95,7 +95,7 @@ INLINE void contact_forces(const March *m, const double p, const double q, const
     long j;
     for (j = low; j < high; j++) {
         const double stretch = (x[j] - x[j + 1]) + gap[j], d = stretch + base[j], inside = d > least ? d : 1, r = sqrt(inside);
-        double elastic = p == 1.5 ? k[j] * (stretch * (d + r * root[j] + base[j]) / (r + root[j]))
+        double elastic = p == 1.5 && !loaded ? k[j] * (d * r) : p == 1.5 ? k[j] * (stretch * (d + r * root[j] + base[j]) / (r + root[j]))
             : base[j] > 0 ? still[j] * expm1(p * log1p((d > least ? stretch : 0) / base[j])) : k[j] * pow(inside, p);
         double all = elastic = d > least ? elastic : -still[j], total = all;
         if (damped) {
@@ -115,11 +115,12 @@ WIDE static void forces(const March *m, const double *x, const double *v, long l
                         double *raw)
 {
     const double p = m->r->p, q = m->r->q, stiffness = m->r->end_stiffness, damping = m->r->end_damping;
-    if (p == 1.5 && !m->damped) contact_forces(m, 1.5, 0, 0, x, v, low, high, f, power, raw);
-    else if (p == 1.5 && q == 0) contact_forces(m, 1.5, 0, 1, x, v, low, high, f, power, raw);
-    else if (p == 1.5 && q == 0.25) contact_forces(m, 1.5, 0.25, 1, x, v, low, high, f, power, raw);
-    else if (p == 1.5 && q == 0.5) contact_forces(m, 1.5, 0.5, 1, x, v, low, high, f, power, raw);
-    else contact_forces(m, p, q, m->damped, x, v, low, high, f, power, raw);
+    if (p == 1.5 && !m->damped && !m->loaded) contact_forces(m, 1.5, 0, 0, 0, x, v, low, high, f, power, raw);
+    else if (p == 1.5 && !m->damped) contact_forces(m, 1.5, 0, 0, 1, x, v, low, high, f, power, raw);
+    else if (p == 1.5 && q == 0) contact_forces(m, 1.5, 0, 1, m->loaded, x, v, low, high, f, power, raw);
+    else if (p == 1.5 && q == 0.25) contact_forces(m, 1.5, 0.25, 1, m->loaded, x, v, low, high, f, power, raw);
+    else if (p == 1.5 && q == 0.5) contact_forces(m, 1.5, 0.5, 1, m->loaded, x, v, low, high, f, power, raw);
+    else contact_forces(m, p, q, m->damped, m->loaded, x, v, low, high, f, power, raw);
     if (high == m->bodies && (stiffness != 0 || damping != 0)) {
         f[high] = stiffness * x[high - 1] + damping * v[high - 1];
         power[high - 1] = damping * v[high - 1] * v[high - 1];
@@ -207,20 +208,17 @@ static void attempt(March *m, double h, double end, long low, long high, double 
 }
 
 /* Largest change between neighbours of factor (inverse mass) (difference of the sums) over the scale. */
-static double largest(March *m, const double *weights, double factor, const double *scale)
+WIDE static double largest(March *m, const double *weights, double factor, const double *restrict scale)
 {
-    const double *sum = m->sum;
-    double most = 0, before, next, error;
+    const double *restrict const sum = m->sum, *restrict const inverse = m->inverse;
+    double *restrict const change = m->y, *restrict const error = m->z, most = 0;
     long j;
     combine(m->stage, weights, m->stages, 0, m->n + 1, m->sum);
-    before = factor * (m->inverse[0] * (sum[0] - sum[1]));
-    for (j = 0; j < m->n; j++, before = next) {
-        next = j + 1 < m->n ? factor * (m->inverse[j + 1] * (sum[j + 1] - sum[j + 2])) : 0;
-        error = fabs(before - next) / scale[j];
-        if (!(error < 1e300)) return INFINITY;
-        most = larger(most, error);
-    }
-    return most;
+    for (j = 0; j < m->n; j++) change[j] = factor * (inverse[j] * (sum[j] - sum[j + 1]));
+    change[m->n] = 0;
+    for (j = 0; j < m->n; j++) error[j] = fabs(change[j] - change[j + 1]) / scale[j];
+    for (j = 0; j < m->n; j++) most = error[j] <= most || most != most ? most : error[j];
+    return most < 1e300 ? most : INFINITY;
 }
 
 /* Largest error of the last attempt, over the tolerance. */
@@ -370,8 +368,8 @@ static void store_samples(March *m, double end)
 
 /* ---------------------------------------------------------------- integration */
 
-/* Begins the next step at m->start; contacts with a dashpot close here. */
-static void begin(March *m)
+/* Begins the next step at m->start, whose forces of n contacts are known; contacts with a dashpot close here. */
+static void begin(March *m, long n)
 {
     const double *x = m->start.x, *v = m->start.v;
     long j;
@@ -379,7 +377,7 @@ static void begin(March *m)
         const double d = (x[j] - x[j + 1]) + m->gap[j] + m->base[j], w = v[j] - v[j + 1];
         m->on[j] = d >= 0 || (w > 0 && d >= -late(m, x, w, j));
     }
-    complete(m, &m->start, m->r->time);
+    if (m->jumps || n < m->n) complete(m, &m->start, m->r->time);
     for (j = 0; j < m->n && j < m->r->contacts; j++) raise_best(m, j, m->start.f[j + 1], m->r->time);
 }
 
@@ -465,7 +463,7 @@ static void accept(March *m, double h, double end)
     raise_scales(m, n);
     m->start = f;
     m->finish = s;
-    begin(m);
+    begin(m, n);
     look_for_arrival(m);
 }
 
@@ -488,7 +486,7 @@ static int integrate(March *m)
 {
     const Run *r = m->r;
     int status = RUNNING, cuts = 0;
-    begin(m);
+    begin(m, 0);
     store_samples(m, 0);
     while (status == RUNNING && go_on(m)) {
         double end, h = next_size(m, &end), error, share = 1, factor;
@@ -568,6 +566,7 @@ static int set_up(March *m, const Py_buffer *view)
     m->samples = view[SAMPLES].buf;
     m->bodies = (long)width - 2;
     m->damped = m->r->damped != 0;
+    for (i = 0; i < m->bodies; i++) m->loaded = m->loaded || m->base[i] > 0;
     m->jumps = m->damped && m->r->q == 0;
     m->driven = m->path.pieces > 0;
     m->n = (long)smaller((double)m->bodies, m->r->window);

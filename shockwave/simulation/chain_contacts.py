@@ -60,7 +60,7 @@ class Contacts:
         self.bodies, self.contacts = len(self.inverse), int(contacts)
         self.padded = np.append(self.inverse, 0.0)
         self.both = job.switches[0]
-        self.damped = damped != 0
+        self.damped, self.loaded = damped != 0, bool(self.base.any())
         self.jumps = self.damped and self.q == 0 and job.law is None
         self.on = np.ones(self.bodies, dtype=bool)
         self.state = None if job.law is None else job.law.initial_state()
@@ -91,7 +91,9 @@ class Contacts:
             f = np.maximum(raw, 0.0)
             powers = f * w
         else:
-            if self.p == 1.5:
+            if self.p == 1.5 and not self.loaded:
+                f = k * (d * np.sqrt(inside))
+            elif self.p == 1.5:
                 root = np.sqrt(inside)
                 f = k * (stretch * (d + root * self.root[part] + base) / (root + self.root[part]))
             else:

@@ -25,7 +25,7 @@ from shockwave.simulation.time_limit import expired
 _LEAST_BODIES = 256
 # Number of bodies on both sides of a part that are integrated with it, and number of bodies of a part without them.
 _MARGIN = 16
-_LENGTH = 48
+_LENGTH = 64
 # Effect of a disturbance at the end of the margin on the part, over the tolerance.
 _LEAK = 1e-3
 # The force may rise by this factor during a step of all parts.
@@ -131,7 +131,7 @@ class _Parts:
         lows = np.append(at[:1], at[breaks + 1]) - _MARGIN
         highs = np.append(at[breaks], at[-1:]) + 2 + _MARGIN
         for low, high in zip(np.maximum(lows, 0).tolist(), np.minimum(highs, self.bodies).tolist(), strict=True):
-            count = max(round((high - low) / _LENGTH), 1) if high - low > _LENGTH + 2 * _MARGIN else 1
+            count = max((high - low - _MARGIN) // _LENGTH, 1)
             cuts = [low + (high - low) * i // count for i in range(count + 1)]
             for a, b in zip(cuts[:-1], cuts[1:], strict=True):
                 yield a, b, max(a - _MARGIN, low), min(b + _MARGIN, high)
