@@ -52,7 +52,7 @@ class Contacts:
 
     def __init__(self, job: Job) -> None:
         self.job = job
-        self.p, self.q, self.tolerance, self.until, self.duration = job.settings[:5].tolist()
+        self.p, self.q, self.tolerance, self.until, self.duration, _, self.strength = job.settings[:7].tolist()
         self.first, self.longest, contacts, self.end_stiffness, self.end_damping = job.settings[7:12].tolist()
         self.most_steps, self.most_work, damped = job.settings[12:].tolist()
         self.inverse, self.k, self.gap, self.base, self.root, self.static, self.c = job.chain[:7]

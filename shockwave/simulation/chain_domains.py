@@ -1,8 +1,9 @@
 """Integration of long chains in parts, each with steps of its own.
 
-One step for a whole chain would be limited by every contact that opens or closes anywhere. A disturbance takes time to
-pass from granule to granule, so for a short time each part of the chain moves independently of what happens farther
-away. Granules that fly freely or are at rest need no integration. `chain_march` integrates the parts.
+A step of a whole chain is limited by every contact that opens or closes anywhere. A disturbance takes time to pass from
+granule to granule, so for a short span of time each part of the chain moves independently of what happens farther away:
+the force where it is cut out of the chain can be kept constant. Granules that fly freely or are at rest need no
+integration. `chain_march` integrates the parts.
 """
 
 from __future__ import annotations
@@ -10,41 +11,61 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from types import ModuleType
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from attrs import evolve
 
 from shockwave.quadrature import FloatArray
 from shockwave.simulation import chain_march
 from shockwave.simulation.chain_contacts import FAR, Contacts
-from shockwave.simulation.chain_job import SHARED, Job, Status
+from shockwave.simulation.chain_job import CONTACTS, END, SHARED, UNTIL, Job, Status
 from shockwave.simulation.time_limit import expired
 
-# Smallest number of bodies in parts.
+# Least number of bodies of a chain that is integrated in parts.
 _LEAST_BODIES = 256
-# Number of bodies on both sides of a part that are integrated with it, and number of bodies of a part without them.
-_MARGIN = 16
+# Number of bodies of a part, and of those on both sides that are integrated with it.
 _LENGTH = 64
-# Effect of a disturbance at the end of the margin on the part, over the tolerance.
+_MARGIN = 16
+# Effect on a part of a change of the force at the end of its margin, over the change and the tolerance.
 _LEAK = 1e-3
-# The force may rise by this factor during a step of all parts.
+# The greatest force may increase by this factor within a span: at a rigid wall by 2.24.
 _RISE = 3.0
-# A contact is quiet if its motion is slower than this, times the tolerance, over its fastest so far ...
+# A contact is quiet while its motion is slower than its fastest so far by the tolerance ...
 _QUIET = 1.0
-# ... and its oscillation slower than this angle during a step of all parts.
+# ... and it oscillates by less than this angle within a span.
 _ANGLE = 0.5
-# Velocities and displacements below this count as rest.
+# Velocities and displacements below this are at rest.
 _AT_REST = 1e-40
+# First step of a part, over the span.
+_FIRST = 0.125
+# Shortest span, in characteristic times, in which a chain with damping is integrated in parts.
+_SHORTEST = 1.0
+_TINY = 1e-300
 
 
 def run(job: Job, compiled: ModuleType | None) -> None:
-    """Integrate to the end, in place, long conservative chains in parts."""
+    """Integrate to the end, in place."""
     contacts = Contacts(job)
-    if contacts.damped or job.law is not None or contacts.bodies < _LEAST_BODIES:
-        chain_march.run(job, compiled)
+    long = contacts.bodies >= _LEAST_BODIES and job.law is None
+    parts = _Parts(contacts, compiled) if long else None
+    if parts and parts.viscous >= _SHORTEST:
+        parts.run()
     else:
-        _Parts(contacts, compiled).run()
+        chain_march.run(job, compiled)
+
+
+class _State(NamedTuple):
+    """Forces minus static ones, changes of the overlaps, overlaps, closing velocities, and squared speeds of contacts.
+
+    The speed of a contact includes the velocity that its energy can cause.
+    """
+
+    f: FloatArray
+    stretch: FloatArray
+    d: FloatArray
+    w: FloatArray
+    square: FloatArray
 
 
 class _Parts:
@@ -52,43 +73,39 @@ class _Parts:
 
     def __init__(self, contacts: Contacts, compiled: ModuleType | None) -> None:
         self.own, self.job, self.compiled = contacts, contacts.job, compiled
-        self.x, self.v = self.job.x, self.job.v
         self.bodies, self.both, p = contacts.bodies, self.job.switches[0], contacts.p
-        self.free_wall = float(contacts.end_stiffness) == 0.0
         self.sizes = np.full(self.bodies, math.inf)
         self.sizes[0] = contacts.first
         self.most = np.zeros(self.bodies)
         self.time, self.arrival, self.until = 0.0, -1.0, contacts.until
-        self.work = self.steps = self.effort = 0.0
+        self.steps = self.evaluations = self.effort = self.work = 0.0
         self.next_sample = 0
-        with np.errstate(divide="ignore"):
-            self.stiff = contacts.k ** (1 / p)
-            # squared frequency at unit force: the geometric mean over the contacts of a margin
-            rates = np.log(p * self.stiff[:-1] * np.sqrt(contacts.inverse[:-1] * contacts.inverse[1:]))
-        sums = np.add.accumulate(np.append(0.0, rates))
-        mean = float(np.exp(np.max(sums[_MARGIN:] - sums[:-_MARGIN]) / _MARGIN))
-        leak = math.lgamma(2 * _MARGIN + 1) + math.log(_LEAK * contacts.tolerance)
-        self.span = math.exp(leak / (2 * _MARGIN)) / math.sqrt(mean)
+        self.stiff = contacts.k ** (1 / p)
+        # a change passes M contacts of frequency o in the time t with the weight (o t)^(2M)/(2M)!, M dashpots of rate g
+        # with (g t)^M/M!
+        mobile = np.sqrt(contacts.inverse[:-1] * contacts.inverse[1:])
+        leak, share = math.log(_LEAK * contacts.tolerance), 2.0 if contacts.damped else 1.0
+        reach = math.exp((math.lgamma(2 * _MARGIN + 1) + leak) / (2 * _MARGIN))
+        self.elastic = reach / math.sqrt(share * _strongest(p * self.stiff[:-1] * mobile))
+        reach = math.exp((math.lgamma(_MARGIN + 1) + leak) / _MARGIN)
+        rates = contacts.c[:-1] * np.maximum(self.stiff[:-1], _TINY) ** -contacts.q * mobile
+        self.viscous = reach / (share * _strongest(rates))
+
+    @property
+    def driven(self) -> bool:
+        """Whether the applied force acts."""
+        return self.job.problem is not None and self.time < self.own.duration
 
     def run(self) -> None:
         """Integrate to the end."""
-        own, job = self.own, self.job
-        status = Status.RUNNING
+        own, job, status = self.own, self.job, Status.RUNNING
         while status is Status.RUNNING and not expired():
-            x, v = self.x, self.v
-            f = own.forces(x, v, 0, self.bodies)[0]
-            stretch = (x[:-1] - x[1:]) + own.gap
-            w, d = v[:-1] - v[1:], stretch + own.base
-            speed = w * w + np.abs(f * stretch) * self.both
-            closing = (d > 0) | (w > 0)
-            end, strongest = self.next_end(np.where(closing, speed, 0.0), d, w)
-            span = end - self.time
-            live = self.live(f, stretch, d, w, speed, strongest, span)
-            if self.until == math.inf and self.time >= own.duration and not live.any():
-                if not f.any() and not (w > 0).any():
-                    status = Status.DONE
-                    break
-            if not self.advance(f, live, end):
+            state = self.state()
+            span = min(self.span(state), self.until - self.time)
+            live = self.live(state, span)
+            if self.until == math.inf and not (live.any() or state.f.any() or (state.w > 0).any()):
+                status = Status.DONE
+            elif not self.advance(state.f, live, span):
                 status = Status.FAILED
             elif self.time >= self.until:
                 status = Status.DONE
@@ -96,34 +113,42 @@ class _Parts:
                 status = Status.TOO_LONG
         job.found[:] = status, self.time, self.arrival, self.work, self.steps, self.effort / self.bodies, 0.0
 
-    def next_end(self, speed: FloatArray, d: FloatArray, w: FloatArray) -> tuple[float, float]:
-        """End of the next step of all parts, and the strongest force until then."""
-        own, p = self.own, self.own.p
-        energy = float(np.max(self.stiff * speed / self.both)) * (p + 1) / 2
-        force = energy ** (p / (p + 1)) + float(own.static.max())
-        if self.time < own.duration and self.job.problem is not None:
-            force = max(force, float(self.job.settings[6]))
-        force *= _RISE
-        span = self.span / force ** ((p - 1) / (2 * p)) if force > 0 else math.inf
-        return min(self.time + span, self.until), force
+    def state(self) -> _State:
+        """The state of all contacts."""
+        own, x, v = self.own, self.job.x, self.job.v
+        stretch = (x[:-1] - x[1:]) + own.gap
+        if own.contacts < self.bodies:
+            stretch[-1] = x[-2]  # the spring of the end
+        d, w = stretch + own.base, v[:-1] - v[1:]
+        own.on = d >= 0
+        f = own.forces(x, v, 0, self.bodies)[0]
+        return _State(f, stretch, d, w, w * w + np.abs(f * stretch) * self.both)
 
-    def live(self, f, stretch, d, w, speed, strongest, span):
-        """Whether each contact needs integration."""
+    def span(self, state: _State) -> float:
+        """Time in which a change does not pass the margin of a part."""
         own, p = self.own, self.own.p
-        np.maximum(self.most, speed, out=self.most)
-        least = (_QUIET * own.tolerance) ** 2 * self.most
-        least = np.where(own.base > 0, 0.0, least)
-        fast = p * np.abs(f) * self.both * span * span > _ANGLE**2 * np.abs(d)
-        live = (speed > np.maximum(least, _AT_REST**2)) | (fast & (np.abs(stretch) > _AT_REST))
-        live &= (d > 0) | (d + w * span > 0)
-        if self.time < own.duration and self.job.problem is not None:
-            live[0] = True
-        if not self.free_wall:
-            live[-1] |= bool(speed[-1] > 0)
+        energies = np.where((state.d > 0) | (state.w > 0), self.stiff * state.square / self.both, 0.0)
+        force = ((p + 1) / 2 * float(energies.max())) ** (p / (p + 1)) + float(own.static.max())
+        if self.driven:
+            force = max(force, own.strength)
+        force = max(_RISE * force, _TINY)
+        return min(self.elastic * force ** ((1 - p) / (2 * p)), self.viscous * force ** (-own.q / p))
+
+    def live(self, state: _State, span: float) -> npt.NDArray[np.bool_]:
+        """Whether each contact is to be integrated: it is closed, or will be, and not quiet."""
+        own = self.own
+        np.maximum(self.most, state.square, out=self.most)
+        least = np.where(own.base > 0, 0.0, (_QUIET * own.tolerance) ** 2 * self.most)
+        moves = state.square > np.maximum(least, _AT_REST**2)
+        moves |= own.p * np.abs(state.f) * self.both * span**2 > _ANGLE**2 * np.maximum(np.abs(state.d), _AT_REST)
+        live = moves & ((state.d > 0) | (state.d + state.w * span > 0))
+        live[0] |= self.driven
+        if own.end_stiffness or own.end_damping:
+            live[-1] |= state.square[-1] > 0
         return live
 
-    def pieces(self, live) -> Iterator[tuple[int, int, int, int]]:
-        """Ranges of bodies, without and with their margins."""
+    def ranges(self, live: npt.NDArray[np.bool_]) -> Iterator[tuple[int, int, int, int]]:
+        """Bodies of each part, without and with those on both sides."""
         at = np.flatnonzero(live)
         if not at.size:
             return
@@ -136,88 +161,85 @@ class _Parts:
             for a, b in zip(cuts[:-1], cuts[1:], strict=True):
                 yield a, b, max(a - _MARGIN, low), min(b + _MARGIN, high)
 
-    def advance(self, f, live, end) -> bool:
-        """Advance all bodies to ``end``."""
-        own, job = self.own, self.job
-        span = end - self.time
-        x, v, padded = self.x, self.v, np.concatenate(([0.0], f))
-        new_v = v.copy()
-        new_v[:-1] += span * (own.inverse * (padded[:-1] - padded[1:]))
-        new_x = x + span * new_v
-        new_x[-1], new_v[-1] = 0.0, 0.0
-        impulses = span * f
-        sizes = np.full(self.bodies, math.inf)
-        due = job.times[self.next_sample :]
-        due = due[due <= end]
-        shown = job.samples[self.next_sample : self.next_sample + len(due)]
-        if len(due):
-            shown[:, 0] = x + (due - self.time)[:, None] * new_v
-            shown[:, 1] = new_v
-            shown[:, 2, :-1] = f + own.static
-        last = -1
-        for a, b, low, high in self.pieces(live):
+    def advance(self, f: FloatArray, live: npt.NDArray[np.bool_], span: float) -> bool:
+        """Advance all bodies by ``span``; whether that succeeds."""
+        own, job, end = self.own, self.job, self.time + span
+        end = self.until if end >= self.until else end
+        # free flight, with small forces between quiet granules
+        v = job.v.copy()
+        v[:-1] += span * (own.inverse * (np.append(0.0, f[:-1]) - f))
+        x = job.x + span * v
+        impulses, sizes = span * f, np.full(self.bodies, math.inf)
+        times = job.times[self.next_sample :]
+        times = times[times <= end]
+        shown = job.samples[self.next_sample : self.next_sample + len(times)]
+        shown[:, 0] = job.x + (times[:, None] - self.time) * v
+        shown[:, 1] = v
+        shown[:, 2, :-1] = f + own.static
+        for a, b, low, high in self.ranges(live):
             first = max(low - 1, 0)
-            part = self.part(first, low, high, f, end, due, min(float(self.sizes[a:b].min()), span / 8))
+            part = self.part(first, low, high, f, end, times)
+            part.found[-1] = min(float(self.sizes[a:b].min()), _FIRST * span)
             chain_march.run(part, self.compiled)
-            status, _, arrival, work, steps, evaluations, size = part.found.tolist()
+            status, _time, arrival, work, steps, evaluations, _size = part.found.tolist()
             if status != Status.DONE:
                 return False
-            self.steps += steps
-            self.effort += evaluations * (high - low)
+            self.steps, self.effort = self.steps + steps, self.effort + evaluations * (high - low)
             self.work += work
-            if high == self.bodies and self.arrival < 0 <= arrival:
-                self.arrival = arrival
+            if high == self.bodies:
+                self.arrival = max(self.arrival, arrival)
             mine, here = slice(a, b), slice(a - first, b - first)
-            new_x[mine], new_v[mine] = part.x[here], part.v[here]
-            if a == last and a > low:  # the impulse between two parts is that of the first
-                new_v[a] += own.inverse[a] * (impulses[a - 1] - part.sums[0, a - first - 1])
+            x[mine], v[mine], sizes[mine] = part.x[here], part.v[here], part.found[-1]
+            if low < a:  # the impulse at the contact with the part before is that of the latter
+                v[a] += own.inverse[a] * (impulses[a - 1] - part.sums[0, a - 1 - first])
             impulses[mine] = part.sums[0, here]
+            job.sums[1, mine] += part.sums[1, here]
             job.peaks[:, mine] = part.peaks[:, here]
-            kept = slice(a, b if high == self.bodies or b < high else b - 1)
+            kept = slice(a, b - (b == high < self.bodies))
             job.scales[:, kept] = part.scales[:, kept.start - first : kept.stop - first]
-            sizes[mine] = size
-            last = b
-            if len(due):
-                shown[:, :, mine] = part.samples[:, :, here]
-        self.x[:], self.v[:], self.sizes = new_x, new_v, sizes
+            shown[:, :, mine] = part.samples[:, :, here]
+        x[-1] = v[-1] = 0.0
+        job.x[:], job.v[:], self.sizes = x, v, sizes
         job.sums[0] += impulses
-        self.time = end
-        self.next_sample += len(due)
+        self.time, self.next_sample = end, self.next_sample + len(times)
         if self.arrival >= 0 and self.until == math.inf:
             self.until = max(own.duration + 3 * self.arrival, end)
         return True
 
-    def part(self, first, low, high, f, end, due, size) -> Job:
-        """The job of bodies low to high; the forces at its ends are constant."""
-        job, own = self.job, self.own
-        width = high - first + 2
-        table = np.zeros((len(job.table), width))
+    def part(self, first: int, low: int, high: int, f: FloatArray, end: float, times: FloatArray) -> Job:
+        """The job of bodies low to high, between contacts of constant force, from the row of the first of these."""
+        job, own, whole = self.job, self.own, high == self.bodies
+        driven = first == 0 and self.driven
+        table = np.zeros((len(job.table), high - first + 2))
         table[:SHARED] = job.table[:SHARED, first : high + 2]
-        whole = high == self.bodies
-        driven = first == 0 and self.time < own.duration and job.problem is not None
         settings = job.settings.copy()
-        settings[3] = end
-        settings[9] = own.contacts - first if whole else high - first
-        if not whole:
-            settings[10] = 0.0
-        part = evolve(
-            job,
+        settings[UNTIL], settings[CONTACTS] = end, own.contacts - first if whole else high - first
+        settings[END] *= whole
+        part = Job(
+            method=job.method,
             problem=job.problem if driven else None,
+            law=None,
             settings=settings,
             stops=job.stops[job.stops > self.time] if driven else job.stops[:0],
-            times=due,
-            samples=np.zeros((len(due), 3, width - 1)),
-            found=np.array([0.0, self.time, self.arrival if whole else 0.0, 0.0, 0.0, 0.0, size]),
+            times=times,
+            samples=np.zeros((len(times), 3, high - first + 1)),
+            found=np.array([0.0, self.time, self.arrival if whole else 0.0, 0.0, 0.0, 0.0, 0.0]),
             table=table,
-            window=width,
+            window=high - first,
         )
         part.sums[:] = 0.0
-        held = [0] * (low > 0) + [high - first - 1] * (not whole)
-        for j in held:
-            part.chain[1:7, j] = 0.0, -FAR, 0.0, 0.0, -f[first + j], 0.0
-            part.scales[:, j] = math.inf
-        if low > 0:
-            part.chain[0, 0] = 0.0
-            part.chain[7:9, 1] = 0.0
-            part.scales[:, 0] = 1e300
+        chain, scales = part.chain, part.scales
+        if not whole:
+            chain[1:7, -1] = 0.0, -FAR, 0.0, 0.0, -f[high - 1], 0.0
+            scales[:, -1] = math.inf
+        if low > 0:  # a body that does not move
+            chain[:7, 0] = 0.0, 0.0, -FAR, 0.0, 0.0, -f[first], 0.0
+            chain[7:, 1] = 0.0
+            scales[:, 0] = 1 / _TINY
         return part
+
+
+def _strongest(rates: FloatArray) -> float:
+    """Greatest geometric mean over the contacts of a margin."""
+    sums = np.add.accumulate(np.append(0.0, np.log(np.maximum(rates, _TINY))))
+    return math.exp(float(np.max(sums[_MARGIN:] - sums[:-_MARGIN])) / _MARGIN)

@@ -25,8 +25,12 @@ class Status(IntEnum):
 # Rows of the table before those that only the compiled code uses, and number of the latter besides the stages.
 _ROWS = 17
 _WORK_ROWS = 24
-#: Number of the first rows that belong to a chain: the others are computed from them.
+#: Number of rows that describe a chain and its motion.
 SHARED = 19
+#: Places of settings.
+UNTIL = 3
+CONTACTS = 9
+END = slice(10, 12)
 
 
 @frozen(eq=False)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 from fractions import Fraction
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +19,7 @@ from shockwave.quadrature import FloatArray
 from shockwave.simulation.nystroem import Tableau
 
 
-@frozen(eq=False)
+@frozen(eq=False, slots=False)
 class GeneralTableau:
     """Coefficients in double precision, for s stages.
 
@@ -44,7 +44,7 @@ class GeneralTableau:
     error_order: int
     damped: bool
 
-    @property
+    @cached_property
     def packed(self) -> FloatArray:
         """One-dimensional array for the compiled code."""
         head = [len(self.nodes), self.error_order, self.damped]
