@@ -31,12 +31,16 @@ from shockwave.simulation.assembly import Motion
 from shockwave.simulation.backend import chosen
 from shockwave.simulation.time_limit import time_limit
 
-# Computing time of the forces at the contacts of equal granules, per characteristic time of the duration of the shock
-# and per squared number of granules [s], and the equivalent of the work on each step with and without compiled code.
-_PAIR_SECONDS = 1.7e-7
+# Computing time of the forces at the contacts of equal granules, per squared number of granules and per characteristic
+# time of the duration of the shock [s]; the equivalents of each granule, and of each step with and without compiled
+# code, in squared granules.
+_PAIR_SECONDS = 1.8e-7
+_ROW = 20.0
 _STEP_PAIRS = {"compiled": 300.0, "numpy": 2100.0}
-# Least duration for which this time is counted [characteristic times].
-_LEAST_DURATION = 1.5
+# Duration of a shock that makes a single wave, and beyond which waves along the whole chain make the time no longer
+# [characteristic times].
+_SINGLE = 1.4
+_MANY = 25.0
 # Factor of this time for NumPy.
 _NUMPY = 40.0
 # Longest computing time of the forces without a timeout or an end of the simulated time [s].
@@ -120,9 +124,9 @@ def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], Co
     options = evolve(options, integrator=None, step=None, backend=backend)
     code = "numpy" if chosen(backend) is None else "compiled"
     if options.timeout is None and options.until is None:
-        duration = max(scaled(result.shock, result.chain)[0].duration, _LEAST_DURATION)
-        pairs = granules * granules + _STEP_PAIRS[code]
-        seconds = _PAIR_SECONDS * (_NUMPY if code == "numpy" else 1) * duration * pairs
+        duration = max(scaled(result.shock, result.chain)[0].duration, _SINGLE)
+        pairs = granules * granules * (min(duration, _MANY) - _SINGLE) + (_ROW * granules + _STEP_PAIRS[code]) * duration
+        seconds = _PAIR_SECONDS * (_NUMPY if code == "numpy" else 1) * pairs
         if seconds > _MOST_SECONDS:
             took = f"the integration of {granules} granules would take about {seconds:.0f} s or more"
             raise NumericalError(f"{took} (set until or a timeout to integrate all the same)")

@@ -21,6 +21,7 @@
 #define INLINE static inline __attribute__((always_inline))
 
 #define MAX_STAGES 17
+#define STEP 32 /* work on a stage besides that on the contacts, in contact forces */
 #define INTERVAL 2e6 /* number of contact forces between two calls of `expired`: tens of milliseconds */
 
 enum { RUNNING, DONE, TOO_LONG, FAILED };
@@ -28,7 +29,7 @@ enum { RUNNING, DONE, TOO_LONG, FAILED };
 /* Settings, constants and results of a run, in the order of chain_march.py, which explains them. */
 typedef struct {
     double p, q, tolerance, until, duration, rise_time, peak_force, first, longest, contacts, end_stiffness, end_damping,
-        most_steps, most_work, damped;
+        most_work, damped;
     double min_overlap, window, growth, margin, at_rest, safety, min_factor, max_factor, min_step, min_first, soon, kink,
         kink_share, most_cuts, located, rounding, nearly, hopeless, most_turns, near, passed, wave;
     double status, time, arrival, work, steps, evaluations, size;
@@ -494,7 +495,7 @@ static int integrate(March *m)
         attempt(m, h, end, 0, m->n, m->finish.x, m->finish.v);
         error = error_of(m, h);
         complete(m, &m->finish, end);
-        m->effort += (double)m->stages * (double)m->n;
+        m->effort += (double)m->stages * ((double)m->n + STEP);
         if (error < r->hopeless && cuts < r->most_cuts) share = kink(m, h);
         factor = r->safety * pow(larger(error, 1e-12), -1.0 / (m->order + 1));
         if (share < 1) {
@@ -514,7 +515,7 @@ static int integrate(March *m)
             accept(m, h, end);
             if (r->time >= r->until || (r->until == INFINITY && is_over(m))) status = DONE;
         }
-        if (status == RUNNING && (r->steps >= r->most_steps || m->effort > r->most_work)) status = TOO_LONG;
+        if (status == RUNNING && m->effort > r->most_work) status = TOO_LONG;
     }
     return status;
 }

@@ -20,6 +20,7 @@ from shockwave.simulation.general_nystroem import GeneralTableau, dop853, of_nys
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Nystroem, Rkn86
 from shockwave.simulation.problem import ChainProblem
+from shockwave.simulation.time_limit import is_limited
 
 # Tolerances of a step of two runs whose difference gives the error of the first, over the requested relative error, the
 # least tolerances, and the factor of the difference: the error is below the estimate in 97 % of random chains.
@@ -38,11 +39,9 @@ _LEAST = 1e-60
 _FIRST_STEP = 0.05
 # Least number of steps under the applied force.
 _LEAST_STEPS = 8
-# Largest number of steps and of evaluations of a contact force, with their increase with the number of bodies.
-_STEPS = 400_000
-_STEPS_PER_BODY = 400
-_WORK = 1e10
-_WORK_PER_BODY = 2e6
+# Largest number of evaluations of a contact force without a time limit, and its increase with the number of bodies.
+_WORK = 2e9
+_WORK_PER_BODY = 6e6
 # Number of nodes of the rule for the energy of contacts with a static overlap.
 _NODES = 12
 
@@ -318,10 +317,10 @@ def _job(assembly: Assembly, tolerance: float, until: float | None, times: Float
     scales[:, contacts:] = math.inf
     first = _FIRST_STEP * float(scales[1, 0] / scales[0, 0])
     pulse = (0.0, 1.0, 0.0) if problem is None else (problem.duration, problem.rise_time, problem.peak_force)
-    work = _WORK + _WORK_PER_BODY * bodies
+    work = math.inf if is_limited() else _WORK + _WORK_PER_BODY * bodies
     settings = [p, assembly.damping_power, tolerance, math.inf if until is None else until, *pulse, first]
     settings += [pulse[0] / _LEAST_STEPS, contacts, assembly.end_stiffness, assembly.end_damping]
-    settings += [_STEPS + _STEPS_PER_BODY * bodies, work, assembly.is_damped]
+    settings += [work, assembly.is_damped]
     job = Job(
         method=method,
         problem=problem,
@@ -364,8 +363,8 @@ def _check(job: Job) -> None:
     """Raise the error of a failed run."""
     status, at = Status(int(job.found[0])), f"at {job.found[1]:.4g} characteristic times"
     reasons = {
-        Status.TOO_LONG: f"the chain takes too many steps: {job.found[4]:.0f} {at} (simulate a shorter time with until,"
-        " use a shorter chain, or loosen the tolerance)",
+        Status.TOO_LONG: f"the chain takes too many steps: {job.found[4]:.0f} {at} (set a timeout to continue, simulate a"
+        " shorter time with until, use a shorter chain, or loosen the tolerance)",
         Status.FAILED: f"the step size vanishes {at} (the ratios of masses or stiffnesses are too large, or the damping"
         " is too strong)",
         Status.RUNNING: f"the time limit was reached {at} (allow more, loosen the tolerance, or simulate a shorter time"

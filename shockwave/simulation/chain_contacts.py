@@ -54,7 +54,7 @@ class Contacts:
         self.job = job
         self.p, self.q, self.tolerance, self.until, self.duration, _, self.strength = job.settings[:7].tolist()
         self.first, self.longest, contacts, self.end_stiffness, self.end_damping = job.settings[7:12].tolist()
-        self.most_steps, self.most_work, damped = job.settings[12:].tolist()
+        self.most_work, damped = job.settings[12:].tolist()
         self.inverse, self.k, self.gap, self.base, self.root, self.static, self.c = job.chain[:7]
         self.reach_w, self.reach_u = job.chain[7:]
         self.bodies, self.contacts = len(self.inverse), int(contacts)

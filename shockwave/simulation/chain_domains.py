@@ -25,7 +25,7 @@ from shockwave.simulation.time_limit import expired
 # Least number of bodies of a chain that is integrated in parts.
 _LEAST_BODIES = 256
 # Number of bodies of a part, and of those on both sides that are integrated with it.
-_LENGTH = 64
+_LENGTH = 96
 _MARGIN = 16
 # Effect on a part of a change of the force at the end of its margin, over the change and the tolerance.
 _LEAK = 1e-3

@@ -47,10 +47,9 @@ class Job:
         The applied force.
     law : object or None
         Contact law of a plugin.
-    settings : array, shape (15,)
+    settings : array, shape (14,)
         Exponent, damping power, tolerance, until (infinite: found by the run), duration, rise time and peak force,
-        first step, longest step under force, number of contacts, stiffness and damping of the end, most steps, most
-        work, damped.
+        first step, longest step under force, number of contacts, stiffness and damping of the end, most work, damped.
     stops, times : array
         Kinks of the applied force; times of samples.
     samples : array, shape (times, 3, bodies + 1)

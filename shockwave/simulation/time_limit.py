@@ -10,6 +10,12 @@ from contextvars import ContextVar
 from threading import Event
 
 _expired: ContextVar[Callable[[], bool]] = ContextVar("expired", default=lambda: False)
+_limited: ContextVar[bool] = ContextVar("limited", default=False)
+
+
+def is_limited() -> bool:
+    """Whether there is a time limit."""
+    return _limited.get()
 
 
 def expired() -> bool:
@@ -33,8 +39,9 @@ def time_limit(seconds: float | None, interrupted: Event | None = None) -> Itera
             raise KeyboardInterrupt
         return time.monotonic() > end
 
-    token = _expired.set(is_over)
+    token, limited = _expired.set(is_over), _limited.set(seconds is not None)
     try:
         yield
     finally:
         _expired.reset(token)
+        _limited.reset(limited)
