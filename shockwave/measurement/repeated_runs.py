@@ -17,7 +17,7 @@ from shockwave.simulation.assembly import ESTIMATE_FACTOR, Motion, integrate, to
 _TIGHTEST = 1e-15
 _TIGHTER = 0.1
 # Largest number of runs: two show the error, each further one corrects a result that misses its tolerance. None
-# follows if the error would still exceed the tolerance by this factor after the last one: collisions that amplify errors
+# follows if the error would still exceed the tolerance by this factor after the last one: collisions may amplify errors
 # without limit.
 _RUNS = 5
 _HOPELESS = 10.0

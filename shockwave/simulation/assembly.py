@@ -13,9 +13,9 @@ from attrs import frozen
 
 from shockwave.errors import InvalidValueError, NumericalError
 from shockwave.quadrature import FloatArray
-from shockwave.simulation.chain_job import Job, Status
 from shockwave.simulation.chain_contacts import FAR
 from shockwave.simulation.chain_domains import run
+from shockwave.simulation.chain_job import Job, Status
 from shockwave.simulation.general_nystroem import GeneralTableau, dop853, of_nystroem
 from shockwave.simulation.integrator import Integrator
 from shockwave.simulation.nystroem import Nystroem, Rkn86
@@ -363,8 +363,8 @@ def _check(job: Job) -> None:
     """Raise the error of a failed run."""
     status, at = Status(int(job.found[0])), f"at {job.found[1]:.4g} characteristic times"
     reasons = {
-        Status.TOO_LONG: f"the chain takes too many steps: {job.found[4]:.0f} {at} (set a timeout to continue, simulate a"
-        " shorter time with until, use a shorter chain, or loosen the tolerance)",
+        Status.TOO_LONG: f"the chain takes too many steps: {job.found[4]:.0f} {at} (set a timeout to continue, simulate"
+        " a shorter time with until, use a shorter chain, or loosen the tolerance)",
         Status.FAILED: f"the step size vanishes {at} (the ratios of masses or stiffnesses are too large, or the damping"
         " is too strong)",
         Status.RUNNING: f"the time limit was reached {at} (allow more, loosen the tolerance, or simulate a shorter time"

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 from types import ModuleType
 from typing import NamedTuple
 
@@ -158,7 +159,7 @@ class _Parts:
         for low, high in zip(np.maximum(lows, 0).tolist(), np.minimum(highs, self.bodies).tolist(), strict=True):
             count = max((high - low - _MARGIN) // _LENGTH, 1)
             cuts = [low + (high - low) * i // count for i in range(count + 1)]
-            for a, b in zip(cuts[:-1], cuts[1:], strict=True):
+            for a, b in pairwise(cuts):
                 yield a, b, max(a - _MARGIN, low), min(b + _MARGIN, high)
 
     def advance(self, f: FloatArray, live: npt.NDArray[np.bool_], span: float) -> bool:
