@@ -165,13 +165,17 @@ static void complete(March *m, End *end, double time)
 /* sum[j] = sum of a[i] f_i[j], i < terms, of elements low to high. */
 WIDE static void combine(double *const *f, const double *a, int terms, long low, long high, double *restrict sum)
 {
+    const double *each[MAX_STAGES + 1], *const first = f[0];
+    double weight[MAX_STAGES + 1];
+    int i, count = 0;
     long j;
-    int i;
-    for (j = low; j < high; j++) sum[j] = f[0][j] * a[0];
-    for (i = 1; i < terms; i++) {
-        const double *restrict const each = f[i], weight = a[i];
-        if (weight != 0) for (j = low; j < high; j++) sum[j] += weight * each[j];
+    for (i = 1; i < terms; i++) if (a[i] != 0) { each[count] = f[i]; weight[count++] = a[i]; }
+    for (j = low; j < high; j++) sum[j] = first[j] * a[0];
+    for (i = 0; i + 1 < count; i += 2) { /* two at a time: fewer accesses to the sum */
+        const double *restrict const one = each[i], *restrict const other = each[i + 1], w = weight[i], u = weight[i + 1];
+        for (j = low; j < high; j++) sum[j] = (sum[j] + w * one[j]) + u * other[j];
     }
+    if (i < count) for (j = low; j < high; j++) sum[j] += weight[i] * each[i][j];
 }
 
 /* y = x + t v + factor (inverse mass) (difference of the sums of the forces), of bodies low to high. */

@@ -122,6 +122,8 @@ class Assembly:
         static, p = np.maximum(self.overlaps, 0.0), self.exponent
         closed = np.maximum(self.overlaps + changes, 0.0)
         whole = (closed ** (p + 1) - static ** (p + 1)) / (p + 1) - static**p * changes
+        if not static.any():
+            return np.asarray(self.stiffnesses * whole)
         # Gauss-Legendre quadrature of a force that is nearly linear avoids the difference of large numbers
         nodes, weights = np.polynomial.legendre.leggauss(_NODES)
         shares = (nodes + 1) / 2

@@ -129,11 +129,11 @@ class _Parts:
         """Time in which a change does not pass the margin of a part."""
         own, p = self.own, self.own.p
         energies = np.where((state.d > 0) | (state.w > 0), self.stiff * state.square / self.both, 0.0)
-        force = ((p + 1) / 2 * float(energies.max())) ** (p / (p + 1)) + float(own.static.max())
+        force = math.pow((p + 1) / 2 * float(energies.max()), p / (p + 1)) + float(own.static.max())
         if self.driven:
             force = max(force, own.strength)
         force = max(_RISE * force, _TINY)
-        return min(self.elastic * force ** ((1 - p) / (2 * p)), self.viscous * force ** (-own.q / p))
+        return min(self.elastic * math.pow(force, (1 - p) / (2 * p)), self.viscous * math.pow(force, -own.q / p))
 
     def live(self, state: _State, span: float) -> npt.NDArray[np.bool_]:
         """Whether each contact is to be integrated: it is closed, or will be, and not quiet."""
