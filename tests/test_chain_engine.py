@@ -119,6 +119,7 @@ def mixed(granules: int, **changes: Any) -> Assembly:
 LONG: dict[str, dict[str, Any]] = {
     "conservative": {},
     "precompressed": {"overlaps": np.full(300, 0.1)},
+    "contacts that open and close again": {"overlaps": np.full(300, 0.01), "damping": np.full(300, 0.1)},
     "exponent 2": {"exponent": 2.0},
     "dashpots": {"damping": np.full(300, 0.1)},
     "viscous": {"damping": np.full(300, 0.1), "damping_power": 0.5},

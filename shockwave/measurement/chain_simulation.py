@@ -256,9 +256,10 @@ def _record(result: ChainResult) -> Recording:
         recorded["displacements"] = scales.energy / scales.force * motion.samples_x[:, :count]
         recorded["velocities"] = scales.velocity * motion.samples_v[:, :count]
     if "energies" in options.record:
-        masses, v = case.layout.masses, scales.velocity * motion.samples_v[:, :count]
-        recorded["kinetic_energy"] = 0.5 * np.add.reduce(masses * v * v, axis=1)
+        squares = motion.samples_v**2 / case.assembly.inverse_masses
+        recorded["kinetic_energy"] = scales.energy / 2 * np.add.reduce(squares, axis=1)
         if case.layout.law is None:
             contacts = np.add.reduce([case.assembly.potential(x) for x in motion.samples_x], axis=1)
-            recorded["contact_energy"] = scales.energy * contacts
+            spring = case.assembly.end_stiffness / 2 * motion.samples_x[:, -1] ** 2
+            recorded["contact_energy"] = scales.energy * (contacts + spring)
     return Recording(times=times * scales.time, contacts=tuple(case.reported.tolist()), **recorded)

@@ -4,9 +4,6 @@
    the neighbours of body j are elements j and j + 1. The function takes buffers of float64 and has no state; the global
    interpreter lock is released while it runs. */
 
-#ifndef Py_LIMITED_API
-#define Py_LIMITED_API 0x030B0000
-#endif
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 #include <string.h>
@@ -36,9 +33,7 @@ typedef struct {
 } Run;
 
 /* State at one end of a step; see End in chain_contacts.py. */
-typedef struct {
-    double *x, *v, *d, *w, *f, *raw, *power, *slope;
-} End;
+typedef struct { double *x, *v, *d, *w, *f, *raw, *power, *slope; } End;
 
 typedef struct {
     Run *r;
@@ -47,7 +42,7 @@ typedef struct {
     double *both, *on, *y, *z, *tx, *tv, *tf, *traw, *tpower, *sum, *stage[MAX_STAGES], *powers[MAX_STAGES], *samples;
     End start, finish;
     long bodies, n, stop, stop_count, sample, sample_count;
-    int stages, order, moves, damped, loaded, jumps, driven, rejected, stopped; /* moves: whether stages have velocities */
+    int stages, order, moves, damped, loaded, jumps, driven, rejected; /* moves: whether stages have velocities */
     double held, effort, asked, free[2], impulses[MAX_STAGES + 1];
     Path path;
     PyObject *expired;
@@ -69,8 +64,7 @@ static double shift(March *m, double passed, double time, double *impulse)
 /* Applied force, from the difference of its impulse. */
 static double applied(March *m, double time)
 {
-    const double about = 1e-4 * m->r->longest;
-    const double before = larger(time - about, 0), after = smaller(time + about, m->r->duration);
+    const double about = 1e-4 * m->r->longest, before = larger(time - about, 0), after = smaller(time + about, m->r->duration);
     double path, first, last;
     if (!m->path.pieces || time >= m->r->duration) return 0;
     free_path(&m->path, before, &path, &first);
@@ -229,10 +223,9 @@ WIDE static double largest(March *m, const double *weights, double factor, const
 /* Largest error of the last attempt, over the tolerance. */
 static double error_of(March *m, double h)
 {
-    const double *weights = m->weights + 2 * m->stages;
-    double first = larger(largest(m, weights, h * h, m->scale_u), largest(m, weights + m->stages, h, m->scale_w)), second = 0;
-    weights += 2 * m->stages;
-    if (m->moves) second = larger(largest(m, weights, h * h, m->scale_u), largest(m, weights + m->stages, h, m->scale_w));
+    const double *w = m->weights + 2 * m->stages, *u = w + 2 * m->stages;
+    double first = larger(largest(m, w, h * h, m->scale_u), largest(m, w + m->stages, h, m->scale_w)), second = 0;
+    if (m->moves) second = larger(largest(m, u, h * h, m->scale_u), largest(m, u + m->stages, h, m->scale_w));
     if (second != 0) first = first * first / sqrt(first * first + 0.01 * second * second);
     return first / m->r->tolerance;
 }
@@ -297,15 +290,14 @@ static double kink(const March *m, double h)
     for (j = 0; j < m->n; j++) {
         const double d0 = s->d[j], d1 = f->d[j], raw0 = s->raw[j], raw1 = f->raw[j], w = larger(s->w[j], f->w[j]);
         const int acts = (m->jumps ? m->on[j] != 0 : d0 >= 0) && raw0 >= 0;
-        double at, error, active, idle;
+        double at, error, idle;
         if (acts == (d1 >= 0 && raw1 >= 0)) continue;
         at = (d0 < 0) != (d1 < 0) ? root_of(d0, d1, h * s->w[j], h * f->w[j]) : 0.5;
         if (m->damped && d0 >= 0 && raw0 * raw1 < 0 && (d1 >= 0 || m->r->q == 0))
             at = smaller(d1 >= 0 ? 1 : at, raw0 / (raw0 - raw1));
         else if (m->damped && acts) at *= 0.5; /* the force ends before the contact opens */
-        active = acts ? at : 1 - at;
         idle = acts ? 1 - at : at;
-        error = m->r->kink * h * larger(raw0, raw1) * smaller(1, idle / larger(active, 1e-300));
+        error = m->r->kink * h * larger(raw0, raw1) * smaller(1, idle / larger(1 - idle, 1e-300));
         if (!acts && m->jumps && d0 < 0) {
             error += m->c[j] * w * (1 - at) * h;
             if (w > 0) at += 0.5 * late(m, f->x, f->w[j], j) / (h * w);
@@ -421,22 +413,16 @@ static void look_for_arrival(March *m)
     }
 }
 
-/* Elastic energy of a contact at an overlap. */
-static double stored(const March *m, long j, double d)
-{
-    return d > 0 ? m->k[j] / (m->r->p + 1) * pow(d, m->r->p + 1) : 0;
-}
-
 /* Raises the scales of the errors to what was reached by n contacts, or is expected next to it. */
 static void raise_scales(March *m, long n)
 {
+    const End *f = &m->finish;
     double least_w = 0, least_u = 0;
     long j;
     for (j = 0; j < m->n; j++) {
         /* the change of the overlap, not the difference of overlaps: ahead of the wave that is below their rounding errors */
-        const double stretch = j < n ? fabs((m->finish.x[j] - m->finish.x[j + 1]) + m->gap[j]) : 0;
-        const double w = j < n ? fabs(m->finish.w[j]) : 0, u = j < n && m->finish.d[j] <= 0 ? m->base[j] : stretch;
-        m->scale_w[j] = least_w = larger(larger(m->scale_w[j], w), m->reach_w[j] * least_w);
+        const double u = f->d[j] > 0 ? fabs((f->x[j] - f->x[j + 1]) + m->gap[j]) : m->base[j];
+        m->scale_w[j] = least_w = larger(larger(m->scale_w[j], fabs(f->w[j])), m->reach_w[j] * least_w);
         m->scale_u[j] = least_u = larger(larger(m->scale_u[j], u), m->reach_u[j] * least_u);
     }
 }
@@ -445,6 +431,7 @@ static void raise_scales(March *m, long n)
 static void accept(March *m, double h, double end)
 {
     const End s = m->start, f = m->finish;
+    const double p = m->r->p + 1;
     const long n = m->n, last = n > m->r->margin ? n - (long)m->r->margin : 0;
     long j;
     combine(m->stage, m->weights + m->stages, m->stages, 1, n + 1, m->sum);
@@ -453,7 +440,7 @@ static void accept(March *m, double h, double end)
     /* a contact that is cut off loses its energy, whatever the length of the step */
     for (j = 0; m->damped && j < n; j++)
         if (m->k[j] > 0 && (s.raw[j] < 0 || s.d[j] < 0) && (f.raw[j] < 0 || f.d[j] < 0))
-            m->lost[j] += stored(m, j, s.d[j]) - stored(m, j, f.d[j]);
+            m->lost[j] += m->k[j] / p * (pow(larger(s.d[j], 0), p) - pow(larger(f.d[j], 0), p));
         else m->lost[j] += h * m->sum[j];
     if (m->driven) add_work(m, h, end);
     for (j = 0; j < n; j++) if (s.slope[j] > 0 && f.slope[j] <= 0) find_peak(m, h, j);
@@ -476,14 +463,15 @@ static void accept(March *m, double h, double end)
 static int go_on(March *m)
 {
     PyObject *answer;
+    int end;
     if (m->effort < m->asked) return 1;
     m->asked = m->effort + INTERVAL;
     PyEval_RestoreThread(m->thread);
     answer = PyErr_CheckSignals() < 0 ? NULL : PyObject_CallFunctionObjArgs(m->expired, NULL);
-    m->stopped = !answer || PyObject_IsTrue(answer);
+    end = !answer || PyObject_IsTrue(answer);
     Py_XDECREF(answer);
     m->thread = PyEval_SaveThread();
-    return !m->stopped;
+    return !end;
 }
 
 /* Integrates to the end; returns the status. */
@@ -514,8 +502,7 @@ static int integrate(March *m)
             /* a step that was shortened to end here does not shorten the next one */
             const double kept = at_stop || h < m->r->size ? m->r->size : 0;
             m->r->size = larger(larger(h * smaller(factor, m->rejected ? 1 : r->max_factor), m->held), kept);
-            m->rejected = cuts = 0;
-            m->held = 0;
+            m->held = m->rejected = cuts = 0;
             accept(m, h, end);
             if (r->time >= r->until || (r->until == INFINITY && is_over(m))) status = DONE;
         }
@@ -538,43 +525,29 @@ static int set_up(March *m, const Py_buffer *view)
         &m->finish.raw, &m->finish.power, &m->finish.slope};
     const Py_ssize_t named = sizeof rows / sizeof *rows;
     const double *method = view[METHOD].buf;
+    Run *r = view[RUN].buf;
     Py_ssize_t count[VIEWS], width, s, i;
     for (i = 0; i < VIEWS; i++) count[i] = view[i].len / (Py_ssize_t)sizeof(double);
     if (count[METHOD] < 3 || !(method[0] >= 2 && method[0] <= MAX_STAGES)) return 0;
     s = (Py_ssize_t)method[0];
     width = count[TABLE] / (named + 2 * s);
-    m->r = view[RUN].buf;
     if (count[METHOD] != 3 + s * (2 * s + 7) || view[RUN].len != sizeof(Run) || width < 3 || count[TABLE] % (named + 2 * s)
-        || !(m->r->contacts >= 1 && m->r->contacts <= (double)width - 2) || !(m->r->window >= 1)
+        || !(r->contacts >= 1 && r->contacts <= (double)width - 2) || !(r->window >= 1)
         || count[SAMPLES] != 3 * (width - 1) * count[TIMES]) return 0;
-    m->path = (Path){view[ROWS].buf, view[COEFFICIENTS].buf, (long)(count[ROWS] / ROW), 0, m->r->rise_time, m->r->peak_force};
-    for (i = 0; i < m->path.pieces; i++) {
-        const double *row = m->path.rows + ROW * i;
-        if (!(row[2] >= 0 && row[3] >= 0 && row[2] + row[3] <= (double)(count[COEFFICIENTS] / 2))) return 0;
-    }
+    *m = (March){
+        .r = r, .stops = view[STOPS].buf, .stop_count = (long)count[STOPS], .times = view[TIMES].buf,
+        .sample_count = (long)count[TIMES], .samples = view[SAMPLES].buf, .stages = (int)s, .order = (int)method[1],
+        .nodes = method + 3, .positions = method + 3 + s, .velocities = method + 3 + s + s * s,
+        .weights = method + 3 + s + 2 * s * s, .moves = method[2] != 0, .damped = r->damped != 0,
+        .jumps = r->damped != 0 && r->q == 0, .driven = count[ROWS] >= ROW, .bodies = (long)width - 2,
+        .n = (long)smaller((double)width - 2, r->window),
+        .path = {view[ROWS].buf, view[COEFFICIENTS].buf, (long)(count[ROWS] / ROW), 0, r->rise_time, r->peak_force}};
     for (i = 0; i < named; i++) *rows[i] = (double *)view[TABLE].buf + i * width;
     for (i = 0; i < s; i++) {
         m->stage[i] = (double *)view[TABLE].buf + (named + 2 * i) * width;
         m->powers[i] = m->stage[i] + width;
     }
-    m->stages = (int)s;
-    m->order = (int)method[1];
-    m->moves = method[2] != 0;
-    m->nodes = method + 3;
-    m->positions = m->nodes + s;
-    m->velocities = m->positions + s * s;
-    m->weights = m->velocities + s * s;
-    m->stops = view[STOPS].buf;
-    m->stop_count = (long)count[STOPS];
-    m->times = view[TIMES].buf;
-    m->sample_count = (long)count[TIMES];
-    m->samples = view[SAMPLES].buf;
-    m->bodies = (long)width - 2;
-    m->damped = m->r->damped != 0;
     for (i = 0; i < m->bodies; i++) m->loaded = m->loaded || m->base[i] > 0;
-    m->jumps = m->damped && m->r->q == 0;
-    m->driven = m->path.pieces > 0;
-    m->n = (long)smaller((double)m->bodies, m->r->window);
     if (m->driven && m->r->time > 0) free_path(&m->path, m->r->time, &m->free[0], &m->free[1]);
     return 1;
 }
@@ -589,7 +562,6 @@ static PyObject *run(PyObject *self, PyObject *args)
     double *x, *v;
     int i = 0;
     (void)self;
-    memset(&m, 0, sizeof m);
     if (PyTuple_Size(args) != VIEWS + 1) return PyErr_Format(PyExc_TypeError, "run takes %d arguments", VIEWS + 1);
     for (; i < VIEWS; i++)
         if (PyObject_GetBuffer(PyTuple_GetItem(args, i), view + i, i >= RUN ? PyBUF_WRITABLE : PyBUF_SIMPLE) < 0) goto done;
@@ -613,9 +585,8 @@ done:
 
 static PyMethodDef functions[] = {{"run", run, METH_VARARGS, run_doc}, {NULL, NULL, 0, NULL}};
 
-static struct PyModuleDef module = {
-    PyModuleDef_HEAD_INIT, "_chains", "Compiled integration of chains of mixed granules.", 0, functions, NULL, NULL, NULL, NULL,
-};
+static struct PyModuleDef module = {PyModuleDef_HEAD_INIT, "_chains", "Compiled integration of chains of mixed granules.",
+                                    0, functions, NULL, NULL, NULL, NULL};
 
 PyMODINIT_FUNC PyInit__chains(void)
 {

@@ -257,8 +257,8 @@ class _March(Contacts):
                 at = cut if d1 >= 0 else min(at, cut)
             elif self.damped and not closes:
                 at *= 0.5  # the force ends before the contact opens
-            active, idle = (1 - at, at) if closes else (at, 1 - at)
-            error = _KINK * size * max(raw0, raw1) * min(1.0, idle / max(active, 1e-300))
+            idle = at if closes else 1 - at
+            error = _KINK * size * max(raw0, raw1) * min(1.0, idle / max(1 - idle, 1e-300))
             if jumps:
                 w = max(float(start.w[j]), float(finish.w[j]))
                 error += float(self.c[j]) * w * (1 - at) * size
