@@ -38,9 +38,10 @@ _PAIR_SECONDS = 1.8e-7
 _ROW = 20.0
 _STEP_PAIRS = {"compiled": 300.0, "numpy": 2100.0}
 # Duration of a shock that makes a single wave, and beyond which waves along the whole chain make the time no longer
-# [characteristic times].
+# [characteristic times], and the equivalent of granules that fly freely.
 _SINGLE = 1.4
 _MANY = 25.0
+_FREE = 0.2
 # Factor of this time for NumPy.
 _NUMPY = 40.0
 # Longest computing time of the forces without a timeout or an end of the simulated time [s].
