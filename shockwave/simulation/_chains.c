@@ -421,8 +421,8 @@ static void raise_scales(March *m, long n)
     long j;
     for (j = 0; j < m->n; j++) {
         /* the change of the overlap, not the difference of overlaps: ahead of the wave that is below their rounding errors */
-        const double u = f->d[j] > 0 ? fabs((f->x[j] - f->x[j + 1]) + m->gap[j]) : m->base[j];
-        m->scale_w[j] = least_w = larger(larger(m->scale_w[j], fabs(f->w[j])), m->reach_w[j] * least_w);
+        const double u = j >= n ? 0 : f->d[j] > 0 ? fabs((f->x[j] - f->x[j + 1]) + m->gap[j]) : m->base[j];
+        m->scale_w[j] = least_w = larger(larger(m->scale_w[j], j < n ? fabs(f->w[j]) : 0), m->reach_w[j] * least_w);
         m->scale_u[j] = least_u = larger(larger(m->scale_u[j], u), m->reach_u[j] * least_u);
     }
 }
