@@ -126,9 +126,8 @@ def contact_peaks(result: SimulationResult) -> tuple[tuple[ContactPeak, ...], Co
     code = "numpy" if chosen(backend) is None else "compiled"
     if options.timeout is None and options.until is None:
         duration = max(scaled(result.shock, result.chain)[0].duration, _SINGLE)
-        pairs = (
-            granules * granules * (min(duration, _MANY) - _SINGLE) + (_ROW * granules + _STEP_PAIRS[code]) * duration
-        )
+        pairs = granules * granules * max(min(duration, _MANY) - _SINGLE, _FREE)
+        pairs += (_ROW * granules + _STEP_PAIRS[code]) * duration
         seconds = _PAIR_SECONDS * (_NUMPY if code == "numpy" else 1) * pairs
         if seconds > _MOST_SECONDS:
             took = f"the integration of {granules} granules would take about {seconds:.0f} s or more"

@@ -46,7 +46,8 @@ class Recording:
     displacements, velocities : array, shape (k, granules), or None
         Displacements [m] and velocities [m/s] of all granules that have moved by the end.
     kinetic_energy, contact_energy : array, shape (k,), or None
-        Kinetic energy and contact energy of the chain [J], the latter counted from the static state.
+        Kinetic energy and contact energy of the chain [J], the latter counted from the static state, both with those
+        of a movable wall and its spring.
     wall_force : array, shape (k,), or None
         Force on the wall [N]; None without a wall or ``forces``.
     """
