@@ -136,7 +136,7 @@ class _Parts:
         return min(self.elastic * math.pow(force, (1 - p) / (2 * p)), self.viscous * math.pow(force, -own.q / p))
 
     def live(self, state: _State, span: float) -> npt.NDArray[np.bool_]:
-        """Whether each contact is to be integrated: it is not quiet, and closed or will be, or it has a static force."""
+        """Whether each contact is integrated: it is not quiet, and closed or will be, or it has a static force."""
         own = self.own
         np.maximum(self.most, state.square, out=self.most)
         least = np.where(own.base > 0, 0.0, (_QUIET * own.tolerance) ** 2 * self.most)
