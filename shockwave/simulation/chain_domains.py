@@ -146,7 +146,7 @@ class _Parts:
         live[0] |= self.driven
         if own.end_stiffness or own.end_damping:
             live[-1] |= state.square[-1] > 0
-        return live
+        return np.asarray(live)
 
     def ranges(self, live: npt.NDArray[np.bool_]) -> Iterator[tuple[int, int, int, int]]:
         """Bodies of each part, without and with those on both sides."""
