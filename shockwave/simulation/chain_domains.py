@@ -136,18 +136,17 @@ class _Parts:
         return min(self.elastic * math.pow(force, (1 - p) / (2 * p)), self.viscous * math.pow(force, -own.q / p))
 
     def live(self, state: _State, span: float) -> npt.NDArray[np.bool_]:
-        """Whether each contact is to be integrated: not quiet, and closed or about to close, or under a static force."""
+        """Whether each contact is integrated: it is not quiet, and closed or will be, or it has a static force."""
         own = self.own
         np.maximum(self.most, state.square, out=self.most)
         least = np.where(own.base > 0, 0.0, (_QUIET * own.tolerance) ** 2 * self.most)
         moves = state.square > np.maximum(least, _AT_REST**2)
         moves |= own.p * np.abs(state.f) * self.both * span**2 > _ANGLE**2 * np.maximum(np.abs(state.d), _AT_REST)
-        near = (own.base > 0) | (state.d > 0) | (state.d + state.w * span > 0)
-        live: npt.NDArray[np.bool_] = moves & near
+        live = moves & ((own.base > 0) | (state.d > 0) | (state.d + state.w * span > 0))
         live[0] |= self.driven
         if own.end_stiffness or own.end_damping:
             live[-1] |= state.square[-1] > 0
-        return live
+        return np.asarray(live)
 
     def ranges(self, live: npt.NDArray[np.bool_]) -> Iterator[tuple[int, int, int, int]]:
         """Bodies of each part, without and with those on both sides."""
