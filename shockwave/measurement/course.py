@@ -46,7 +46,7 @@ class Course(abc.ABC):
 
     def __init__(self, problem: ChainProblem, integrator: Integrator) -> None:
         self.problem, self.integrator = problem, integrator
-        self.log = PeakLog(integrator.tolerance)
+        self.log = PeakLog(integrator.tolerance, problem.wave)
         self.now, self.steps = 0.0, 0
         self.stretch = Stretch((), *np.zeros((3, 1, 1)))
 
@@ -117,7 +117,8 @@ class _Compiled(Course):
         self._state["rise_time"], self._state["peak_force"] = problem.rise_time, problem.peak_force
         self._state["duration"], self._state["length"] = problem.duration, problem.granules or 0
         self._state["tolerance"] = integrator.tolerance
-        tables = integrator.tableau.packed, problem.path.rows, problem.path.coefficients, np.array(problem.stops)
+        packed = integrator.tableau.packed_for(problem.exponent)
+        tables = packed, problem.path.rows, problem.path.coefficients, np.array(problem.stops)
         self._continue = partial(cast(ModuleType, integrator.compiled).march, *tables, self._state)
         self._chain = np.zeros((3, int(self._state["granules"])))
         self._rows = _MOST_STEPS + 1 if kept else 0

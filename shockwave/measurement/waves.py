@@ -10,21 +10,13 @@ from operator import neg
 import numpy as np
 from attrs import define, field, frozen
 
-from shockwave.chain.solitary_wave import ENERGY, SPEED
+from shockwave.chain.solitary_wave import WIDTH, WaveLaw
 from shockwave.measurement.measured_wave import MeasuredWave
-from shockwave.measurement.peak_log import (
-    POWERS,
-    Peak,
-    PeakLog,
-    Trail,
-    characteristic_time,
-    force_rates,
-    hermite_data,
-)
+from shockwave.measurement.peak_log import POWERS, Peak, PeakLog, Trail, force_rates, hermite_data
 from shockwave.numerics import product
 from shockwave.quadrature import FloatArray
 from shockwave.simulation.march import Stretch, free_granules
-from shockwave.simulation.problem import ChainProblem, contact_energies
+from shockwave.simulation.problem import ChainProblem, contact_energies, power_force
 
 # Number of contacts between the peaks whose differences give the rate of approach to the limit.
 _STRIDE = 10
@@ -32,10 +24,10 @@ _STRIDE = 10
 _STEP = 5
 # Largest fraction of the contacts passed so far for which the decrease of a bound is extrapolated.
 _AHEAD = 0.4
-#: Number of contacts, from its head backwards, that a wave may still be passing.
+#: Number of contacts, from its head backwards, that a wave may still be passing; more if waves are wider than Hertz's.
 PASSING = 10
-#: Time in which the tail of a wave of peak force 1 passes: 3.5 widths of 1.56 characteristic times.
-PASSED = 3.5 * 1.56
+# Time in which the tail of a wave of peak force 1 passes: 3.5 widths of 1.56 characteristic times.
+_PASSED = 3.5 * 1.56
 # Number of granules behind its peak over which a wave extends.
 _BACK = 3
 # Waves are followed down to this fraction of the threshold.
@@ -78,6 +70,11 @@ _SPEED_BASE = 4
 # ---------------------------------------------------------------- limits
 
 
+def passage_time(wave: WaveLaw, force: float) -> float:
+    """Time in which the tail of a wave of this peak force passes a contact."""
+    return _PASSED * (wave.width / WIDTH) * wave.time(force)
+
+
 class Outlook:
     """The travelling waves at a time after the force has ended, and whether they have settled.
 
@@ -113,9 +110,9 @@ class Outlook:
     def passed(self, wave: int) -> Trail:
         """The peaks of a wave from the foremost contact through which all of it has passed, if there is one."""
         if wave not in self._trails:
-            trail = self._log.trail(self.heads[wave], 2 * _STRIDE + _STEP + PASSING)
+            trail = self._log.trail(self.heads[wave], 2 * _STRIDE + _STEP + int(PASSING * self._log.wave.spread))
             self._length[wave] = len(trail.rows)
-            latest = self._now - PASSED * characteristic_time(self.heads[wave].force)
+            latest = self._now - passage_time(self._log.wave, self.heads[wave].force)
             first = bisect(trail.times, -latest, key=neg)
             self._trails[wave] = Trail(trail.rows[first:], trail.times[first:], trail.forces[first:])
         return self._trails[wave]
@@ -140,14 +137,14 @@ class Outlook:
         trail = self.passed(wave)
         contacts = 2 * _STRIDE + _STEP + 1 - float(len(trail.rows))
         if not trail.rows:  # all of the wave passes a contact later
-            contacts += PASSED * SPEED - self._length.get(wave, 0)
+            contacts += passage_time(self._log.wave, 1.0) * self._log.wave.speed - self._length.get(wave, 0)
         if contacts <= 0:
             doubt, before = _doubt(trail.forces, self._noise), _doubt(trail.forces[_STEP:], self._noise)
             if not allowed < doubt < before < math.inf:
                 return 0.0
             contacts = _STEP * math.log(doubt / allowed) / math.log(before / doubt)
             contacts = min(contacts, max(_STRIDE, _AHEAD * self.heads[wave].contact))
-        return contacts * characteristic_time(self.heads[wave].force) / SPEED
+        return contacts * self._log.wave.time(self.heads[wave].force) / self._log.wave.speed
 
     def is_complete(self, x: FloatArray, v: FloatArray) -> bool:
         """Whether nothing behind these waves can form another wave; ``x`` and ``v`` are the present state."""
@@ -155,7 +152,7 @@ class Outlook:
         if any(self.least <= self.heads[wave].force * (1 + self.bound(wave)) for wave in weak):
             return False
         rearmost = self.heads[-1].contact if self.heads else self._log.removed[0]
-        return _nothing_to_come(x, v, rearmost, self.least)
+        return _nothing_to_come(x, v, rearmost, self.least, self._log.wave)
 
 
 def _doubt(forces: list[float], noise: float) -> float:
@@ -211,14 +208,14 @@ def _ratio(later: float, earlier: float) -> float:
     return later / earlier if earlier > 0 else math.inf
 
 
-def _nothing_to_come(x: FloatArray, v: FloatArray, rearmost: int, least_force: float) -> bool:
+def _nothing_to_come(x: FloatArray, v: FloatArray, rearmost: int, least_force: float, wave: WaveLaw) -> bool:
     """Whether the energy behind the rearmost wave is too small to form a wave of ``least_force``."""
-    first, last = free_granules(x, v), max(rearmost - _BACK, 0)
+    first, last = free_granules(x, v), max(rearmost - int(_BACK * wave.spread), 0)
     if first >= last:
         return True
-    energy = 0.5 * v[first:last] ** 2 + contact_energies(x)[first:last]
+    energy = 0.5 * v[first:last] ** 2 + contact_energies(x, wave.exponent)[first:last]
     # The energy of all granules counts, because distant granules may still collide.
-    return float(energy.sum()) < ENERGY * math.pow(least_force, 5 / 3)
+    return float(energy.sum()) < wave.energy * math.pow(least_force, wave.of_energy)
 
 
 # ---------------------------------------------------------------- properties
@@ -266,7 +263,7 @@ class Probe:
 
     def transit(self, peak: Peak, log: PeakLog, doubt: float) -> Transit:
         """The wave with the maximum ``peak``; ``doubt`` is the bound on its distance from the limit."""
-        reach = 2 * PASSED * characteristic_time(peak.force)
+        reach = 2 * passage_time(log.wave, peak.force)
         begin = max(log.peak(peak.previous).time if peak.previous >= 0 else 0.0, peak.time - reach)
         end = min(log.following(peak), peak.time + reach)
         times, states = np.concatenate(self._times), np.concatenate(self._states, axis=1)
@@ -300,7 +297,7 @@ def _samples(transits: list[Transit], problem: ChainProblem) -> tuple[FloatArray
     ends = [0, *accumulate(len(transit.times) for transit in transits)]
     times = np.concatenate([transit.times for transit in transits])
     x, v = np.concatenate([transit.states for transit in transits], axis=1)
-    forces, rates = force_rates(x[:, :-1] - x[:, 1:], v[:, :-1] - v[:, 1:])
+    forces, rates = force_rates(x[:, :-1] - x[:, 1:], v[:, :-1] - v[:, 1:], problem.exponent)
     jets = np.array((x[:, 1:3], v[:, 1:3], forces[:, :-1] - forces[:, 1:], rates[:, :-1] - rates[:, 1:]))
     within = np.ones(len(times) - 1, bool)
     within[[end - 1 for end in ends[1:-1]]] = False  # no step leads from one wave to the next
@@ -319,7 +316,7 @@ def _samples(transits: list[Transit], problem: ChainProblem) -> tuple[FloatArray
         positions[:, steps, 0] += _free(problem, nodes[steps].T.ravel())[0].reshape(len(_NODES), -1)
     force = np.maximum(positions[..., 0] - positions[..., 1], 0.0).T
     velocity = _between(_SLOPES_BETWEEN, known[..., 1]).T / size
-    return nodes, force * np.sqrt(force), velocity, size * _WEIGHTS, known[..., 1].T
+    return nodes, power_force(force, problem.exponent), velocity, size * _WEIGHTS, known[..., 1].T
 
 
 def _between(weights: FloatArray, known: FloatArray) -> FloatArray:

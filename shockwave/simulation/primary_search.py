@@ -32,9 +32,10 @@ def find_primaries(requests: Sequence[Request], method: type[Nystroem], compiled
 
         return [search(request, method()) for request in requests]
     # Shocks with similar run times are grouped, so that none waits for a much longer one.
-    groups: dict[int, list[int]] = {}
+    groups: dict[tuple[float, int], list[int]] = {}
     for index, request in enumerate(requests):
-        groups.setdefault(int(math.log(max(request.problem.duration, _SHORT), 4)), []).append(index)
+        decade = int(math.log(max(request.problem.duration, _SHORT), 4))
+        groups.setdefault((request.problem.exponent, decade), []).append(index)
     found: dict[int, Primary] = {}
     for group in groups.values():
         group.sort(key=lambda index: requests[index].problem.duration, reverse=True)
@@ -67,7 +68,8 @@ def _search_compiled(compiled: ModuleType, method: type[Nystroem], requests: lis
     passages[:, 0] = wanted
     lanes = 1 if len(requests) < _WIDTH else _WIDTH
     tables = np.array(jobs), rows, coefficients, np.array(stops), passages, found
-    compiled.primary(method.tableau.packed, *tables, lanes, expired)
+    packed = method.tableau.packed_for(requests[0].problem.exponent)
+    compiled.primary(packed, *tables, lanes, expired)
     triples = iter(passages.tolist())
     answers = []
     for numbers, request in zip(found.tolist(), requests, strict=True):
