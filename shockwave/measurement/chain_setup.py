@@ -149,7 +149,7 @@ def _endless(options: SimulateOptions, shock: Shock, chain: Chain) -> ChainSetup
         end = motion.end if motion.arrival is None else duration + _ARRIVALS * motion.arrival
         # rounded, so that it does not depend on the code that integrated the part
         end = float(f"{end:.{_DIGITS}g}")
-    p, force = part.layout.exponent, (chain.precompression + _GREATEST * shock.peak_force) / part.scales.force
+    p, force = part.layout.pairs.exponent, (chain.precompression + _GREATEST * shock.peak_force) / part.scales.force
     reached = max(contacts[-1], end * math.sqrt(p) * force ** ((p - 1) / (2 * p)))
     granules = math.ceil(reached + _AHEAD + _AHEAD_RATE * math.cbrt(reached))
     if granules > MOST_GRANULES:
@@ -158,8 +158,7 @@ def _endless(options: SimulateOptions, shock: Shock, chain: Chain) -> ChainSetup
         problem = f"must be less, since the waves reach {granules} granules, more than {MOST_GRANULES} ({got})"
         raise InvalidValueError.of(name, problem)
     whole = ChainSetup.of(others, shock, evolve(chain, granules=granules))
-    given = {"contacts": options.contacts, "record": options.record, "interval": options.interval}
-    filled = evolve(whole.options, **given)
+    filled = evolve(whole.options, contacts=options.contacts, record=options.record, interval=options.interval)
     return evolve(whole, chain=chain, options=filled, reported=np.array(contacts), end=end)
 
 
