@@ -63,12 +63,9 @@ def test_solitary_wave_of_hertz_is_the_known_one() -> None:
 
 
 @pytest.mark.parametrize("exponent", [1.05, 1.2, 2.0, 6.0])
-def test_solitary_wave_satisfies_its_balances(exponent: float) -> None:
+def test_solitary_wave_scales_with_its_force(exponent: float) -> None:
     law = wave_law(exponent)
-    wave = SolitaryWave.of(FORCE, chain_of(exponent))
-    # momentum of a wave = its kinetic energy over half the velocity, weighted: both are moments of the same force, so
-    # that scaling with the force is the remaining check
-    stronger = SolitaryWave.of(8 * FORCE, chain_of(exponent))
+    wave, stronger = (SolitaryWave.of(force, chain_of(exponent)) for force in (FORCE, 8 * FORCE))
     assert stronger.momentum / wave.momentum == pytest.approx(8**law.of_momentum, rel=1e-13)
     assert stronger.speed / wave.speed == pytest.approx(8**law.of_speed, rel=1e-13)
     assert stronger.energy / wave.energy == pytest.approx(8**law.of_energy, rel=1e-13)
@@ -172,9 +169,9 @@ def test_exponent_of_hertz_gives_the_result_of_equal_spheres() -> None:
 
 @pytest.mark.parametrize("exponent", [1.4999999, 1.5000001])
 def test_general_exponents_join_the_fast_code_of_hertz(exponent: float) -> None:
-    chain, near = chain_of(1.5), chain_of(exponent)
+    chain = chain_of(1.5)
     shock = shock_of(chain, 2.0)
-    # d ln F / dp is of order 10: half of it the stiffness, whose unit changes with p
+    # the same overlap under the force of the shock; d ln F / dp is then of order 1
     factor = (FORCE / 1e10) ** (1 - exponent / 1.5)
     near = chain_of(exponent, 1e10 * factor)
     assert sw.simulate(shock, near).peak_force == pytest.approx(sw.simulate(shock, chain).peak_force, rel=1e-6)
